@@ -1,0 +1,80 @@
+"""Every error of mjsim: one line for a person, and the exit code of the command line.
+
+MjsimError
+├── WorldError        a world file is wrong; one line a problem (exit 2)
+├── UsageError        a wrong name, value or file given by the user (exit 2)
+├── RecordingError    a file that is not a recording, or holds none of what was asked (exit 2)
+├── ModuleFault       a user's module raised or returned what it must not (exit 1)
+├── PhysicsFault      the state of the simulation exploded (exit 1)
+└── OpenGLError       no way to draw pictures on this machine (exit 1)
+"""
+
+import difflib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+
+class MjsimError(Exception):
+    """Base of all errors that are not a bug of mjsim."""
+
+    exit_code: ClassVar[int] = 1
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Problem:
+    """One thing that is wrong in a text file, and where."""
+
+    file: str
+    line: int
+    """Counted from 1."""
+    column: int
+    """Counted from 1."""
+    message: str
+    """What is wrong with the value it had; what would be right."""
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}:{self.column}: {self.message}"
+
+
+class WorldError(MjsimError):
+    """A world file is wrong; `problems` holds every fault, sorted by place."""
+
+    exit_code = 2
+
+    def __init__(self, problems: Iterable[Problem]) -> None:
+        self.problems: Sequence[Problem] = tuple(sorted(problems))
+        super().__init__("\n".join(map(str, self.problems)))
+
+
+class UsageError(MjsimError):
+    """The user named something that is not there, or a value that cannot be."""
+
+    exit_code = 2
+
+
+class RecordingError(MjsimError):
+    """A file is not a recording, or lacks what was asked of it."""
+
+    exit_code = 2
+
+
+class ModuleFault(MjsimError):
+    """A user's module raised, or returned NaN or a wrong shape."""
+
+
+class PhysicsFault(MjsimError):
+    """MuJoCo warned that the state of the simulation is no longer to be trusted."""
+
+
+class OpenGLError(MjsimError):
+    """No OpenGL backend works on this machine; the message says what to type."""
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Return '; did you mean ...?' when a known word is near, else a list of those there are."""
+    words = sorted(known)
+    near = difflib.get_close_matches(word, words, n=1)
+    if near:
+        return f"; did you mean '{near[0]}'?"
+    return f"; there are {', '.join(words)}" if words else "; there are none"

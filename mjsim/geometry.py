@@ -1,0 +1,117 @@
+"""Poses in the plane, angles and segments; NumPy only.
+
+Frames are named as in `outer_from_inner`, so that neighbours cancel:
+`p_world = world_from_robot.transform(p_robot)`.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+def wrap_angle(angle: float) -> float:
+    """Return the same direction in [-pi, pi) [rad]."""
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def wrap_angles(angles: ArrayLike) -> Array:
+    """Return the same directions in [-pi, pi) [rad], any shape."""
+    return np.asarray((np.asarray(angles, dtype=float) + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """A position and a heading in the plane; also the transform outer_from_inner of that frame."""
+
+    x: float
+    """[m]"""
+    y: float
+    """[m]"""
+    heading: float
+    """Counter-clockwise from the x axis [rad]; any turn is allowed, `wrap_angle` gives [-pi, pi)."""
+
+    @classmethod
+    def from_array(cls, values: ArrayLike) -> Self:
+        """Return the pose of (x, y, heading), shape (3,)."""
+        x, y, heading = np.asarray(values, dtype=float).tolist()
+        return cls(x, y, heading)
+
+    def as_array(self) -> Array:
+        """Return (x, y, heading), shape (3,) [m, m, rad]."""
+        return np.array([self.x, self.y, self.heading])
+
+    def matrix(self) -> Array:
+        """Return the homogeneous transform outer_from_inner, shape (3, 3)."""
+        c, s = math.cos(self.heading), math.sin(self.heading)
+        return np.array([[c, -s, self.x], [s, c, self.y], [0.0, 0.0, 1.0]])
+
+    def __matmul__(self, inner: "Pose") -> "Pose":
+        """Return outer_from_innermost of outer_from_inner @ inner_from_innermost."""
+        c, s = math.cos(self.heading), math.sin(self.heading)
+        return Pose(
+            self.x + c * inner.x - s * inner.y,
+            self.y + s * inner.x + c * inner.y,
+            wrap_angle(self.heading + inner.heading),
+        )
+
+    def inverse(self) -> "Pose":
+        """Return inner_from_outer."""
+        c, s = math.cos(self.heading), math.sin(self.heading)
+        return Pose(-c * self.x - s * self.y, s * self.x - c * self.y, wrap_angle(-self.heading))
+
+    def transform(self, points_inner: ArrayLike) -> Array:
+        """Return points of the inner frame in the outer frame, shape (..., 2) [m]."""
+        points = np.asarray(points_inner, dtype=float)
+        c, s = math.cos(self.heading), math.sin(self.heading)
+        return np.asarray(points @ np.array([[c, s], [-s, c]]) + (self.x, self.y))
+
+
+def ellipse_points(mean: ArrayLike, covariance: ArrayLike, *, probability: float = 0.95, count: int = 48) -> Array:
+    """Return the outline of the region that holds a 2-D Gaussian with the given probability.
+
+    Args:
+        mean: Centre, shape (2,) [m].
+        covariance: Shape (2, 2) [m^2], positive semi-definite.
+        probability: In (0, 1).
+        count: How many points.
+
+    Returns:
+        Shape (count, 2) [m], in the frame of `mean`, counter-clockwise.
+
+    References:
+        Squared Mahalanobis distance in two dimensions is chi-square with two degrees of freedom, whose
+        quantile is -2 ln(1 - p).
+    """
+    values, vectors = np.linalg.eigh(np.asarray(covariance, dtype=float))
+    radii = np.sqrt(np.maximum(values, 0.0) * -2.0 * math.log(1.0 - probability))
+    angles = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
+    circle = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    return np.asarray(np.asarray(mean, dtype=float) + (circle * radii) @ vectors.T)
+
+
+def align_rigid(source: ArrayLike, target: ArrayLike) -> Pose:
+    """Return target_from_source, the rigid motion that brings points nearest to their partners.
+
+    Args:
+        source: Points, shape (n, 2), n >= 2 [m].
+        target: Their partners, shape (n, 2) [m].
+
+    Raises:
+        ValueError: Shapes differ or fewer than two points are given.
+
+    References:
+        Umeyama, IEEE PAMI 13(4), 1991, without scale, in two dimensions.
+    """
+    a, b = np.asarray(source, dtype=float), np.asarray(target, dtype=float)
+    if a.shape != b.shape or a.ndim != 2 or a.shape[0] < 2 or a.shape[1] != 2:
+        raise ValueError(f"shapes are {a.shape} and {b.shape}; both must be (n, 2) with n of at least 2")
+    centre_a, centre_b = a.mean(axis=0), b.mean(axis=0)
+    u, v = a - centre_a, b - centre_b
+    heading = math.atan2(float(np.sum(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])), float(np.sum(u * v)))
+    turned = Pose(0.0, 0.0, heading).transform(centre_a)
+    return Pose(float(centre_b[0] - turned[0]), float(centre_b[1] - turned[1]), heading)

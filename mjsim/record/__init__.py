@@ -1,0 +1,1 @@
+"""Ticks to a file and back: the MCAP recording and its exports."""

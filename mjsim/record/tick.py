@@ -1,0 +1,58 @@
+"""One turn of the loop, as it is recorded and shown."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from mjsim.geometry import Array, Pose
+from mjsim.interface import Command, Estimate, Observation, Sighting, WheelCommand
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened to a robot."""
+
+    time: float
+    """[s]"""
+    kind: Literal["bump", "blocked", "fault"]
+    """bump: it touched something; blocked: a command was not let through; fault: a module failed."""
+    text: str
+    """For people."""
+    bearing: float | None = None
+    """Where it was touched, left positive [rad]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Order:
+    """What the modules of one robot made of one tick."""
+
+    command: Command | WheelCommand
+    """What the drive is told, after avoidance and bump reaction."""
+    wanted: Command | WheelCommand
+    """What the navigator asked for."""
+    estimate: Estimate
+    dead_reckoning: Pose
+    """Odometry summed from the prior."""
+    dead_reckoning_covariance: Array
+    """Shape (3, 3) [m, m, rad]."""
+    sightings: tuple[Sighting, ...] = ()
+    """All of this tick, of the sensor and of the observer."""
+    events: tuple[Event, ...] = ()
+    timing: Mapping[str, float] = field(default_factory=dict)
+    """Wall-clock time of each module [s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Tick:
+    """The whole of one turn of the loop. The truth is here, never in an Observation."""
+
+    time: float
+    """[s]"""
+    truth: Mapping[str, Pose]
+    seen: Mapping[str, Observation]
+    orders: Mapping[str, Order]
+    qpos: Array
+    """State of MuJoCo, so that pictures can be drawn again."""
+    qvel: Array
+    timing: Mapping[str, float] = field(default_factory=dict)
+    """Wall-clock time of sensing and physics [s]."""

@@ -1,0 +1,110 @@
+"""Robots as a world file describes them: body, drive, odometry and sensors."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from mjsim.world.base import Degrees, Deviation, Length, Model, Name, Point, Point3, Rate
+
+
+class DriveNoise(Model):
+    """White noise on the twist that is achieved; it acts also when the command is zero."""
+
+    speed: Deviation = 0.0
+    """[m/sqrt(s)]"""
+    turn: Deviation = 0.0
+    """[rad/sqrt(s)]"""
+
+
+class DifferentialDrive(Model):
+    """Two driven wheels on one axle, and casters that slide."""
+
+    type: Literal["differential"] = "differential"
+    wheel_radius: Length = 0.0975
+    """[m]"""
+    track: Length = 0.33
+    """Distance between the wheels [m]."""
+    max_speed: Annotated[float, Field(gt=0, le=20)] = 0.7
+    """[m/s]"""
+    max_turn_deg: Annotated[float, Field(gt=0, le=3600)] = 100.0
+    """[deg/s]"""
+    max_acceleration: Annotated[float, Field(gt=0, le=100)] = 1.0
+    """[m/s^2]"""
+    max_turn_acceleration_deg: Annotated[float, Field(gt=0, le=36000)] = 300.0
+    """[deg/s^2]"""
+    noise: DriveNoise = DriveNoise()
+
+
+class Body(Model):
+    """The shape that bumps: an upright cylinder around the robot's origin."""
+
+    radius: Length = 0.22
+    """[m]"""
+    height: Length = 0.25
+    """[m]"""
+    mass: Annotated[float, Field(gt=0, le=10000)] = 9.0
+    """[kg]"""
+    color: str = Field(default="#c8202a", pattern=r"^#[0-9a-fA-F]{6}$")
+
+
+class OdometryNoise(Model):
+    """Independent increments with variance distance^2 |d| and turn^2 |turn|."""
+
+    distance: Deviation = 0.0
+    """[m/sqrt(m)]"""
+    turn: Deviation = 0.0
+    """[rad/sqrt(rad)]"""
+
+
+class WheelOdometry(Model):
+    """What the wheels tell of the motion. The constant errors are not told to the modules."""
+
+    noise: OdometryNoise = OdometryNoise()
+    scale: Annotated[float, Field(gt=0, le=10)] = 1.0
+    """Distance told for one metre driven."""
+    track_error: Annotated[float, Field(gt=-0.9, le=10)] = 0.0
+    """Relative error of the track that turns are computed with."""
+
+
+class Camera(Model):
+    """A camera on the robot; it looks along the robot's x axis unless yaw and pitch say otherwise."""
+
+    camera: Name
+    """Its name."""
+    at: Point3 = (0.0, 0.0, 0.3)
+    """[x, y, z] in the robot's frame [m]."""
+    yaw_deg: Degrees = 0.0
+    """To the left."""
+    pitch_deg: Annotated[float, Field(ge=-89, le=89)] = 0.0
+    """Up."""
+    width: Annotated[int, Field(ge=16, le=4096)] = 640
+    """[px]"""
+    height: Annotated[int, Field(ge=16, le=4096)] = 480
+    """[px]"""
+    fov_deg: Annotated[float, Field(ge=5, le=150)] = 60.0
+    """Horizontal field of view."""
+    rate_hz: Rate = 12.5
+    quality: Literal["normal", "high"] = "normal"
+    """High adds shadows, reflections and multisampling."""
+    noise: Annotated[float, Field(ge=0, le=100)] = 0.0
+    """Standard deviation of each pixel's value, of 255."""
+
+
+Sensor = Camera
+
+
+class Robot(Model):
+    """A wheeled robot."""
+
+    name: Name
+    at: Point
+    """Where it starts, [x, y] [m]."""
+    heading_deg: Degrees = 0.0
+    preset: Name | None = None
+    """A robot of `assets/robots`; keys beside this one override it."""
+    drive: DifferentialDrive = DifferentialDrive()
+    body: Body = Body()
+    odometry: WheelOdometry = WheelOdometry()
+    sensors: Annotated[tuple[Sensor, ...], Field(strict=False)] = ()
+    proximity_range: Length = 2.0
+    """How far the ring of 16 proximity rays sees [m]."""
