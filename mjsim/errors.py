@@ -62,6 +62,10 @@ class RecordingError(MjsimError):
 class ModuleFault(MjsimError):
     """A user's module raised, or returned NaN or a wrong shape."""
 
+    def __init__(self, message: str, *, robot: str | None = None) -> None:
+        self.robot = robot
+        super().__init__(message)
+
 
 class PhysicsFault(MjsimError):
     """MuJoCo warned that the state of the simulation is no longer to be trusted."""

@@ -1,0 +1,155 @@
+"""The one loop, as a generator of ticks; `run` consumes it into a recording."""
+
+import shutil
+import sys
+import tempfile
+import time
+import weakref
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from threadpoolctl import threadpool_limits
+
+from mjsim.errors import ModuleFault, UsageError, did_you_mean
+from mjsim.record.tick import Event, Tick
+from mjsim.run.pilot import Driver, Pilot
+from mjsim.run.use import make_module
+from mjsim.world import World
+
+if TYPE_CHECKING:
+    from mjsim.record import Recording
+    from mjsim.sim import Simulation
+
+
+def ticks(sim: "Simulation", drivers: Mapping[str, Driver]) -> Iterator[Tick]:
+    """Yield one Tick per period, for as long as the caller asks for more.
+
+    Raises:
+        UsageError: A driver is for a robot that is not there.
+        ModuleFault: A module raised, or returned what it must not.
+        PhysicsFault: The simulation is no longer to be trusted.
+    """
+    for name in drivers:
+        if name not in sim.robots:
+            raise UsageError(f"no robot '{name}' in this world{did_you_mean(name, sim.robots)}")
+    pilots = {
+        name: Pilot(driver, sim.robots[name], dict(sim.catalogue), sim.map, seed=sim.seed)
+        for name, driver in drivers.items()
+    }
+    physics = 0.0
+    while True:
+        began = time.perf_counter()
+        seen = {name: sim.sense(name) for name in pilots}
+        sensing = time.perf_counter() - began
+        orders = {name: pilot.decide(seen[name]) for name, pilot in pilots.items()}
+        qpos, qvel = sim.state()
+        yield Tick(
+            time=sim.time,
+            truth=sim.truths(),
+            seen=seen,
+            orders=orders,
+            qpos=qpos,
+            qvel=qvel,
+            timing={"sense": sensing, "step": physics},
+        )
+        began = time.perf_counter()
+        for name, order in orders.items():
+            sim.apply(name, order.command)
+        sim.step()
+        physics = time.perf_counter() - began
+
+
+def drivers_of(world: World) -> dict[str, Driver]:
+    """Return a driver for each robot of a world, its modules made as `run: drivers:` says.
+
+    Raises:
+        UsageError: A module or class is not there, or does not take its arguments.
+    """
+    drivers = {}
+    for robot in world.robots:
+        modules = world.run.drivers.get(robot.name)
+        if modules is None:
+            drivers[robot.name] = Driver()
+            continue
+        observer, estimator, navigator = (
+            make_module(use, world.source) if use is not None else None
+            for use in (modules.observer, modules.estimator, modules.navigator)
+        )
+        avoidance = modules.avoidance
+        drivers[robot.name] = Driver(
+            observer=observer,
+            estimator=estimator,
+            navigator=navigator,
+            avoidance=avoidance if isinstance(avoidance, bool) else make_module(avoidance, world.source),
+        )
+    return drivers
+
+
+def run(
+    sim: "Simulation",
+    *,
+    drivers: Mapping[str, Driver] | None = None,
+    seconds: float | None = None,
+    record: str | Path | None = None,
+    watch: Callable[[Tick], None] | None = None,
+    realtime: bool = False,
+) -> "Recording":
+    """Run a simulation from now on and return its recording.
+
+    Args:
+        sim: Where the robots are.
+        drivers: The modules of each robot; those of the world file unless given.
+        seconds: How long, simulated [s]; as the world file says unless given.
+        record: The MCAP file to write; a temporary one, gone with the recording, unless given.
+        watch: Called with each tick, after it is recorded.
+        realtime: Go no faster than the clock.
+
+    Raises:
+        MjsimError: As `ticks`; what was recorded until then stays readable in `record`.
+    """
+    from mjsim.record import Recorder, read_recording
+
+    if drivers is None:
+        drivers = drivers_of(sim.world)
+    folder = None
+    if record is None:
+        folder = tempfile.mkdtemp(prefix="mjsim-")
+        record = Path(folder) / "run.mcap"
+    count = round((sim.world.run.seconds if seconds is None else seconds) / sim.dt)
+    metadata = {"command": " ".join(sys.argv), "seconds": str(count * sim.dt)}
+    # One BLAS thread: small matrices are several times faster, and the same on every machine.
+    with (
+        threadpool_limits(1, user_api="blas"),
+        Recorder(record, world=sim.world, seed=sim.seed, robots=sim.robots, metadata=metadata) as recorder,
+    ):
+        _consume(sim, drivers, count, recorder.write, recorder.event, watch, realtime)
+    recording = read_recording(record)
+    if folder is not None:
+        weakref.finalize(recording, shutil.rmtree, folder, ignore_errors=True)
+    return recording
+
+
+def _consume(
+    sim: "Simulation",
+    drivers: Mapping[str, Driver],
+    count: int,
+    write: Callable[[Tick], None],
+    note: Callable[[str, Event], None],
+    watch: Callable[[Tick], None] | None,
+    realtime: bool,
+) -> None:
+    began = time.perf_counter()
+    loop = ticks(sim, drivers)
+    try:
+        for _ in range(count):
+            tick = next(loop)
+            write(tick)
+            if watch is not None:
+                watch(tick)
+            if realtime:
+                time.sleep(max(0.0, began + tick.time - time.perf_counter()))
+    except ModuleFault as fault:
+        if fault.robot is not None:
+            note(fault.robot, Event(sim.time, "fault", str(fault)))
+        raise
