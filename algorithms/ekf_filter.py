@@ -1,0 +1,225 @@
+"""EKF-SLAM with range and bearing to landmarks of known identity: the mathematics, apart from any robot."""
+
+from collections.abc import Hashable, Sequence
+from typing import Literal
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import ArrayLike
+
+from mjsim.geometry import Array, wrap_angle, wrap_angles
+
+from .ekf_models import Motion, landmark_from, range_bearing
+
+Jacobians = Literal["standard", "first-estimates"]
+
+
+class EkfSlamFilter:
+    """The pose and all landmarks in one Gaussian: mean (x, y, heading, x_1, y_1, ...), joint covariance P.
+
+    A robot that only sees landmarks relative to itself cannot know where the world's origin is, nor how the world
+    is turned. The standard filter takes each derivative at the newest estimate; as estimates move, the derivatives
+    of one landmark at different times contradict each other, and the filter wins a confidence in its heading that
+    nothing measured has given. With first-estimates Jacobians every derivative is taken at the first estimate of
+    the pose (before its update) and of the landmark (when it was added); what cannot be observed stays unobserved.
+
+    Mean and covariance live in arrays that double when they are full; adding a landmark writes its rows alone.
+
+    References:
+        Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 10.1.
+        Huang, Mourikis, Roumeliotis, Observability-based Rules for Designing Consistent EKF SLAM Estimators,
+        IJRR 29(5), 2010, section 5.1: first-estimates Jacobians.
+    """
+
+    def __init__(
+        self,
+        *,
+        jacobians: Jacobians = "standard",
+        pose: ArrayLike = (0.0, 0.0, 0.0),
+        covariance: ArrayLike | None = None,
+    ) -> None:
+        """Start without landmarks.
+
+        Args:
+            jacobians: Where derivatives are taken: at the newest estimates or at the first ones.
+            pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
+            covariance: Of the pose, shape (3, 3); None for zeros, which makes the start the origin of the map.
+        """
+        if jacobians not in ("standard", "first-estimates"):
+            raise ValueError(f"jacobians is {jacobians!r}; it must be 'standard' or 'first-estimates'")
+        self._first = jacobians == "first-estimates"
+        self._order: dict[Hashable, int] = {}  # name -> where its x stands in the mean
+        self._mean, self._P = np.zeros(35), np.zeros((35, 35))
+        self._anchor = np.zeros(35)  # where derivatives are taken
+        self._spare = np.empty(35 * 35)
+        self._mean[:3] = pose
+        self._anchor[:3] = self._mean[:3]
+        if covariance is not None:
+            self._P[:3, :3] = covariance
+
+    @property
+    def pose(self) -> Array:
+        """Mean of (x, y, heading), shape (3,) [m, m, rad]."""
+        return self._mean[:3].copy()
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of the pose, shape (3, 3)."""
+        return self._P[:3, :3].copy()
+
+    @property
+    def joint_covariance(self) -> Array:
+        """Covariance of the pose, then each landmark in the order of `landmarks`, shape (3 + 2 n, 3 + 2 n)."""
+        size = self._size
+        return self._P[:size, :size].copy()
+
+    def __contains__(self, name: Hashable) -> bool:
+        """Return whether this landmark is in the map."""
+        return name in self._order
+
+    def landmarks(self) -> dict[Hashable, tuple[Array, Array]]:
+        """Return mean (2,) [m] and covariance (2, 2) [m^2] of each landmark by name, oldest first."""
+        return {
+            name: (self._mean[at : at + 2].copy(), self._P[at : at + 2, at : at + 2].copy())
+            for name, at in self._order.items()
+        }
+
+    def predict(self, motion: Motion, control: ArrayLike, control_covariance: ArrayLike) -> None:
+        """Move the pose.
+
+        Args:
+            motion: motion(pose, control) -> new pose (3,), F (3, 3), G (3, m). Where it goes must not depend on
+                where the world's origin is, as with any motion in the robot's frame.
+            control: Shape (m,).
+            control_covariance: Shape (m, m).
+
+        References:
+            Probabilistic Robotics, table 10.1 lines 2 to 5. First estimates: F depends on the pose by the
+            displacement alone, so F from the first estimate differs by what the last update has moved
+            (Huang et al. 2010, equation 42).
+        """
+        old, P, size = self._mean[:3], self._P, self._size
+        new, F, G = motion(old.copy(), np.asarray(control, dtype=float))
+        if self._first:
+            F = F.copy()
+            F[0, 2] -= old[1] - self._anchor[1]
+            F[1, 2] += old[0] - self._anchor[0]
+        P[:3, :3] = F @ P[:3, :3] @ F.T + G @ np.asarray(control_covariance, dtype=float) @ G.T
+        P[:3, 3:size] = F @ P[:3, 3:size]
+        P[3:size, :3] = P[:3, 3:size].T
+        self._mean[:3] = new
+        self._anchor[:3] = new
+
+    def innovations(
+        self, names: Sequence[Hashable], measurements: ArrayLike, measurement_covariance: ArrayLike
+    ) -> tuple[Array, Array]:
+        """Return how far sightings of landmarks in the map are from what is expected, each by itself.
+
+        Args:
+            names: k landmarks that are in the map.
+            measurements: Range [m] and bearing [rad, left positive], shape (k, 2).
+            measurement_covariance: Of each (k, 2, 2), or one for all (2, 2).
+
+        Returns:
+            nu: Innovations, shape (k, 2) [m, rad].
+            S: Their covariances, shape (k, 2, 2).
+        """
+        places = self._places(names)
+        nu, H_pose, H_landmark = self._expect(places, np.asarray(measurements, dtype=float).reshape(-1, 2))
+        columns = np.concatenate([np.tile(np.arange(3), (len(places), 1)), places[:, None] + (0, 1)], axis=1)
+        P = self._P[columns[:, :, None], columns[:, None, :]]
+        H = np.concatenate([H_pose, H_landmark], axis=2)
+        return nu, H @ P @ H.transpose(0, 2, 1) + np.asarray(measurement_covariance, dtype=float)
+
+    def update(self, names: Sequence[Hashable], measurements: ArrayLike, measurement_covariance: ArrayLike) -> None:
+        """Correct by the sightings of one moment, all at once; then add the landmarks that are new.
+
+        Args:
+            names: k landmarks.
+            measurements: Range [m] and bearing [rad, left positive], shape (k, 2).
+            measurement_covariance: Of each (k, 2, 2), or one for all (2, 2).
+        """
+        Z = np.asarray(measurements, dtype=float).reshape(-1, 2)
+        R = np.broadcast_to(np.asarray(measurement_covariance, dtype=float), (len(Z), 2, 2))
+        if len(names) != len(Z):
+            raise ValueError(f"{len(names)} names for {len(Z)} measurements; give one a measurement")
+        known = [i for i, name in enumerate(names) if name in self._order]
+        if known:
+            self._correct(self._places([names[i] for i in known]), Z[known], R[known])
+        again = []
+        for i in sorted(set(range(len(Z))).difference(known)):
+            if names[i] in self._order:  # seen twice in its first batch
+                again.append(i)
+            else:
+                self._add(names[i], Z[i], R[i])
+        if again:
+            self._correct(self._places([names[i] for i in again]), Z[again], R[again])
+
+    @property
+    def _size(self) -> int:
+        return 3 + 2 * len(self._order)
+
+    def _places(self, names: Sequence[Hashable]) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+        return np.array([self._order[name] for name in names], dtype=np.intp)
+
+    def _expect(self, places: np.ndarray[tuple[int], np.dtype[np.intp]], Z: Array) -> tuple[Array, Array, Array]:
+        """Return innovations (k, 2) and the derivatives (k, 2, 3) and (k, 2, 2) of the expected measurement."""
+        columns = places[:, None] + (0, 1)
+        expected, H_pose, H_landmark = range_bearing(self._mean[:3], self._mean[columns])
+        if self._first:
+            _, H_pose, H_landmark = range_bearing(self._anchor[:3], self._anchor[columns])
+        nu = Z - expected
+        nu[:, 1] = wrap_angles(nu[:, 1])
+        return nu, H_pose, H_landmark
+
+    def _correct(self, places: np.ndarray[tuple[int], np.dtype[np.intp]], Z: Array, R: Array) -> None:
+        """Update mean and covariance: P - K S K^T as P - W^T W with S = L L^T and W = L^-1 H P.
+
+        H has five columns a row that are not zero, so H P costs O(n k) and the whole O(n^2 k). W^T W is symmetric
+        to the last bit, and so stays P.
+        """
+        size, count = self._size, 2 * len(places)
+        nu, H_pose, H_landmark = self._expect(places, Z)
+        P = self._P[:size, :size]
+        columns = places[:, None] + (0, 1)
+        HP = (H_pose @ P[:3] + H_landmark @ P[columns]).reshape(count, size)
+        S = (HP[:, :3] @ H_pose.reshape(count, 3).T).reshape(count, -1, 2)
+        S += np.einsum("akj,kij->aki", HP[:, columns], H_landmark)
+        pairs = np.arange(len(places))
+        S.reshape(-1, 2, len(places), 2)[pairs, :, pairs] += R
+        L = np.linalg.cholesky(S.reshape(count, count))
+        W = scipy.linalg.solve_triangular(L, HP, lower=True, check_finite=False)
+        gained = scipy.linalg.solve_triangular(L, nu.ravel(), lower=True, check_finite=False)
+        self._mean[:size] += W.T @ gained
+        self._mean[2] = wrap_angle(self._mean[2])
+        loss = self._spare[: size * size].reshape(size, size)
+        P -= np.matmul(W.T, W, out=loss)
+
+    def _add(self, name: Hashable, z: Array, R: Array) -> None:
+        """Write mean and covariance of a new landmark behind the others.
+
+        With landmark = position + turned(range, bearing), its error is J_pose times the error of the pose plus J
+        times that of the measurement (Probabilistic Robotics, section 10.2.2, without its infinite variance).
+        """
+        at, size = self._size, self._size + 2
+        if size > len(self._mean):
+            self._grow()
+        P = self._P
+        landmark, J = landmark_from(self._mean[:3], z)
+        from_x, from_y = landmark - self._anchor[:2] if self._first else landmark - self._mean[:2]
+        J_pose = np.array([[1.0, 0.0, -from_y], [0.0, 1.0, from_x]])
+        P[at:size, :at] = J_pose @ P[:3, :at]
+        P[:at, at:size] = P[at:size, :at].T
+        own = J_pose @ P[:3, :3] @ J_pose.T + J @ R @ J.T
+        P[at:size, at:size] = 0.5 * (own + own.T)
+        self._mean[at:size] = landmark
+        self._anchor[at:size] = landmark
+        self._order[name] = at
+
+    def _grow(self) -> None:
+        """Double the room for landmarks, so that n landmarks cost O(n^2) copying in all."""
+        size, room = len(self._mean), 2 * len(self._mean) + 1
+        mean, anchor, P = np.zeros(room), np.zeros(room), np.zeros((room, room))
+        mean[:size], anchor[:size], P[:size, :size] = self._mean, self._anchor, self._P
+        self._mean, self._anchor, self._P = mean, anchor, P
+        self._spare = np.empty(room * room)

@@ -1,0 +1,114 @@
+"""Motion and measurement models of the plane, each with its derivatives.
+
+A motion takes the pose (x, y, heading) and a control, and returns the new pose, the derivative F (3, 3) by the
+pose and the derivative G (3, m) by the control. World frame, metres and radians.
+"""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from mjsim.geometry import Array, wrap_angle
+
+Motion = Callable[[Array, Array], tuple[Array, Array, Array]]
+"""motion(pose, control) -> new pose (3,), F (3, 3), G (3, m)."""
+
+
+def bicycle_motion(wheelbase: float, period: float) -> Motion:
+    """Return the motion of a vehicle that is driven and steered at its front wheel.
+
+    Args:
+        wheelbase: Distance between the axles [m].
+        period: Time that one control lasts [s].
+
+    Returns:
+        A motion with control (speed [m/s], steering angle [rad, left positive]).
+
+    References:
+        Dissanayake et al., A Solution to the SLAM Problem, IEEE T-RA 17(3), 2001, section V, taken at the front wheel.
+    """
+
+    def move(pose: Array, control: Array) -> tuple[Array, Array, Array]:
+        x, y, heading = pose.tolist()
+        speed, steering = float(control[0]), float(control[1])
+        c, s = math.cos(heading + steering), math.sin(heading + steering)
+        sine, step = math.sin(steering), speed * period
+        F = np.array([[1.0, 0.0, -step * s], [0.0, 1.0, step * c], [0.0, 0.0, 1.0]])
+        G = np.array(
+            [
+                [period * c, -step * s],
+                [period * s, step * c],
+                [period * sine / wheelbase, step * math.cos(steering) / wheelbase],
+            ]
+        )
+        return np.array([x + step * c, y + step * s, wrap_angle(heading + step * sine / wheelbase)]), F, G
+
+    return move
+
+
+def odometry_motion() -> Motion:
+    """Return the motion told by odometry: control (forward [m], left [m], turn [rad]) in the robot's frame before it.
+
+    References:
+        Smith, Self, Cheeseman, Estimating Uncertain Spatial Relationships in Robotics, 1990: compounding, section 3.2.
+    """
+
+    def move(pose: Array, control: Array) -> tuple[Array, Array, Array]:
+        x, y, heading = pose.tolist()
+        forward, left, turn = np.asarray(control, dtype=float).tolist()
+        c, s = math.cos(heading), math.sin(heading)
+        dx, dy = c * forward - s * left, s * forward + c * left
+        F = np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])
+        G = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        return np.array([x + dx, y + dy, wrap_angle(heading + turn)]), F, G
+
+    return move
+
+
+def range_bearing(pose: Array, landmarks: Array) -> tuple[Array, Array, Array]:
+    """Predict range and bearing of landmarks, and how they change with the pose and with each landmark.
+
+    Args:
+        pose: (x, y, heading) in the world frame, shape (3,).
+        landmarks: In the world frame, shape (k, 2) [m].
+
+    Returns:
+        z: Range [m] and bearing [rad, in [-pi, pi), left positive], shape (k, 2).
+        H_pose: Derivative of z by the pose, shape (k, 2, 3).
+        H_landmark: Derivative of z by the landmark, shape (k, 2, 2).
+
+    References:
+        Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 10.1 lines 14 to 16.
+    """
+    dx, dy = (landmarks - pose[:2]).T
+    squared = dx * dx + dy * dy
+    distance = np.sqrt(squared)
+    z = np.stack([distance, (np.arctan2(dy, dx) - pose[2] + np.pi) % (2.0 * np.pi) - np.pi], axis=-1)
+    H_landmark = np.empty((len(landmarks), 2, 2))
+    H_landmark[:, 0, 0], H_landmark[:, 0, 1] = dx / distance, dy / distance
+    H_landmark[:, 1, 0], H_landmark[:, 1, 1] = -dy / squared, dx / squared
+    H_pose = np.zeros((len(landmarks), 2, 3))
+    H_pose[:, :, :2] = -H_landmark
+    H_pose[:, 1, 2] = -1.0
+    return z, H_pose, H_landmark
+
+
+def landmark_from(pose: Array, measurement: Array) -> tuple[Array, Array]:
+    """Return where a landmark is that is seen from a pose, and how that changes with the measurement.
+
+    Args:
+        pose: (x, y, heading) in the world frame, shape (3,).
+        measurement: Range [m] and bearing [rad, left positive], shape (2,).
+
+    Returns:
+        landmark: World frame, shape (2,) [m].
+        J: Derivative of it by the measurement, shape (2, 2).
+
+    References:
+        Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 10.1 line 10, the inverse of the measurement.
+    """
+    distance, bearing = float(measurement[0]), float(measurement[1])
+    c, s = math.cos(float(pose[2]) + bearing), math.sin(float(pose[2]) + bearing)
+    landmark = np.array([float(pose[0]) + distance * c, float(pose[1]) + distance * s])
+    return landmark, np.array([[c, -distance * s], [s, distance * c]])
