@@ -1,0 +1,1 @@
+"""Reference modules, written as a user would write his own: on the public names of mjsim alone."""
