@@ -90,7 +90,7 @@ class CylinderObstacle(_Obstacle):
 def _kind_of_obstacle(item: object) -> str | None:
     if isinstance(item, dict):
         return next((kind for kind in ("box", "cylinder") if kind in item), None)
-    return {BoxObstacle: "box", CylinderObstacle: "cylinder"}.get(type(item))
+    return "box" if isinstance(item, BoxObstacle) else "cylinder" if isinstance(item, CylinderObstacle) else None
 
 
 Obstacle = Annotated[
