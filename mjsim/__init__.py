@@ -1,0 +1,104 @@
+"""mjsim: a simulator for navigation and SLAM of indoor wheeled robots, with real camera pictures.
+
+Everything public is here: `import mjsim`, then `mjsim.load_world`, `mjsim.Simulation`, `mjsim.run` and so on.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from mjsim.errors import (
+    MjsimError,
+    ModuleFault,
+    OpenGLError,
+    PhysicsFault,
+    RecordingError,
+    UsageError,
+    WorldError,
+)
+from mjsim.geometry import Pose
+from mjsim.interface import (
+    Avoidance,
+    BeaconInfo,
+    CameraFrame,
+    Command,
+    Detection,
+    Estimate,
+    Estimator,
+    Intrinsics,
+    Navigator,
+    Observation,
+    Observer,
+    Odometry,
+    RobotInfo,
+    SensorInfo,
+    Sighting,
+    WheelCommand,
+    WorldMap,
+    sightings_from,
+)
+from mjsim.run import Driver, run, ticks
+from mjsim.world import World, load_world, parse_world
+
+if TYPE_CHECKING:
+    from mjsim.compile import compile_world
+    from mjsim.record import Recording, Tick, read_recording
+    from mjsim.report import statistics
+    from mjsim.sim import Simulation
+
+# What needs MuJoCo or reads files is brought in when it is first asked for, so that `import mjsim` stays quick.
+_LATER = {
+    "Recording": "mjsim.record",
+    "Simulation": "mjsim.sim",
+    "Tick": "mjsim.record",
+    "compile_world": "mjsim.compile",
+    "read_recording": "mjsim.record",
+    "statistics": "mjsim.report",
+}
+
+__all__ = [
+    "Avoidance",
+    "BeaconInfo",
+    "CameraFrame",
+    "Command",
+    "Detection",
+    "Driver",
+    "Estimate",
+    "Estimator",
+    "Intrinsics",
+    "MjsimError",
+    "ModuleFault",
+    "Navigator",
+    "Observation",
+    "Observer",
+    "Odometry",
+    "OpenGLError",
+    "PhysicsFault",
+    "Pose",
+    "Recording",
+    "RecordingError",
+    "RobotInfo",
+    "SensorInfo",
+    "Sighting",
+    "Simulation",
+    "Tick",
+    "UsageError",
+    "WheelCommand",
+    "World",
+    "WorldError",
+    "WorldMap",
+    "compile_world",
+    "load_world",
+    "parse_world",
+    "read_recording",
+    "run",
+    "sightings_from",
+    "statistics",
+    "ticks",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LATER:
+        import importlib
+
+        return getattr(importlib.import_module(_LATER[name]), name)
+    raise AttributeError(f"module 'mjsim' has no attribute '{name}'")

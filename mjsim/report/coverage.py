@@ -1,0 +1,59 @@
+"""How much of the floor a robot has been over."""
+
+from typing import Any
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.world import World
+
+CELL = 0.5
+"""Side of a cell [m]."""
+SPARE = 0.15
+"""What a robot must have to spare where a cell counts as reachable [m]."""
+
+
+def coverage(world: World, positions: Array, *, radius: float) -> float | None:
+    """Return the share of the reachable cells that the robot's footprint has touched.
+
+    Args:
+        world: Where it drove.
+        positions: Of the robot, shape (N, 2) [m]; the first is where it started.
+        radius: Of its body [m].
+
+    Returns:
+        In [0, 1]; None in a world without walls, where reachable has no bounds. A cell of 0.5 m is reachable when
+        the robot could come from its start to the cell's centre with 0.15 m to spare all the way.
+    """
+    import shapely
+
+    from mjsim.world.plan import solid
+
+    things = solid(world)
+    if things.is_empty:
+        return None
+    west, south, east, north = things.bounds
+    room = shapely.box(west, south, east, north).difference(things.buffer(radius + SPARE))
+    region = _part_with(room, positions[0])
+    columns = np.arange(np.floor(west / CELL), np.ceil(east / CELL)) * CELL
+    rows = np.arange(np.floor(south / CELL), np.ceil(north / CELL)) * CELL
+    x, y = (corner.ravel() for corner in np.meshgrid(columns, rows))
+    reachable = shapely.contains_xy(region, x + CELL / 2, y + CELL / 2)
+    if not reachable.any():
+        return None
+    # A footprint touches a cell when the nearest point of the cell is within the radius of the centre.
+    trail = shapely.LineString(positions).simplify(0.005) if len(positions) > 1 else shapely.Point(positions[0])
+    swept = trail.buffer(radius)
+    shapely.prepare(swept)
+    cells = shapely.box(x[reachable], y[reachable], x[reachable] + CELL, y[reachable] + CELL)
+    return float(np.mean(shapely.intersects(swept, cells)))
+
+
+def _part_with(room: Any, start: Array) -> Any:
+    """Return the connected part of the free room that holds the start, or the nearest one to it."""
+    import shapely
+
+    parts = shapely.get_parts(room)
+    if not len(parts):
+        return room
+    return parts[int(np.argmin(shapely.distance(parts, shapely.Point(start))))]

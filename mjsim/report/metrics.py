@@ -1,0 +1,133 @@
+"""Errors of trajectories and maps, as the field defines them; arrays in, arrays out.
+
+Trajectories are (N, 3) arrays of x [m], y [m], heading [rad], truth and estimate at the same times.
+"""
+
+import math
+
+import numpy as np
+
+from mjsim.geometry import Array, align_rigid, wrap_angles
+
+CHI_SQUARE_95 = {1: (0.000982, 5.023886), 2: (0.050636, 7.377759), 3: (0.215795, 9.348404)}
+"""Two-sided 95 % bounds of chi-square by degrees of freedom (quantiles 0.025 and 0.975)."""
+
+
+def position_errors(truth: Array, estimate: Array) -> Array:
+    """Return the distance between both positions at each time, not aligned, shape (N,) [m]."""
+    return np.asarray(np.linalg.norm(estimate[:, :2] - truth[:, :2], axis=1))
+
+
+def heading_errors(truth: Array, estimate: Array) -> Array:
+    """Return estimate minus truth in [-pi, pi), shape (N,) [rad], left positive."""
+    return wrap_angles(estimate[:, 2] - truth[:, 2])
+
+
+def absolute_trajectory_errors(truth: Array, estimate: Array) -> Array:
+    """Return the position errors after the rigid alignment of the whole estimate to the truth, shape (N,) [m].
+
+    References:
+        Sturm et al., A Benchmark for the Evaluation of RGB-D SLAM Systems, IROS 2012: the ATE; alignment by
+        Umeyama 1991 without scale. Equals `evo_ape tum --align`.
+    """
+    aligned = align_rigid(estimate[:, :2], truth[:, :2]).transform(estimate[:, :2])
+    return np.asarray(np.linalg.norm(aligned - truth[:, :2], axis=1))
+
+
+def relative_pose_errors(truth: Array, estimate: Array, *, delta: float = 1.0) -> Array:
+    """Return the translation part of the error in motion over consecutive stretches of the estimated path.
+
+    Args:
+        truth: Shape (N, 3).
+        estimate: Shape (N, 3).
+        delta: Length of a stretch along the estimate [m].
+
+    Returns:
+        One error a stretch, shape (K,) [m]; empty when the path is shorter than one stretch.
+
+    References:
+        Sturm et al., IROS 2012: the RPE. Pairs as `evo_rpe --delta 1 --delta_unit m` takes them.
+    """
+    steps = np.linalg.norm(np.diff(estimate[:, :2], axis=0), axis=1)
+    ends, path = [0], 0.0
+    for index, step in enumerate(steps.tolist(), start=1):
+        path += step
+        if path >= delta:
+            ends.append(index)
+            path = 0.0
+    first, last = ends[:-1], ends[1:]
+    moved_truth, turned_truth = _motion(truth[first], truth[last])
+    moved_estimate, _ = _motion(estimate[first], estimate[last])
+    c, s = np.cos(turned_truth), np.sin(turned_truth)
+    dx, dy = (moved_estimate - moved_truth).T
+    return np.asarray(np.hypot(c * dx + s * dy, -s * dx + c * dy))
+
+
+def _motion(before: Array, after: Array) -> tuple[Array, Array]:
+    """Return the position of the later pose in the frame of the earlier one (K, 2), and the turn (K,)."""
+    c, s = np.cos(before[:, 2]), np.sin(before[:, 2])
+    dx, dy = (after[:, :2] - before[:, :2]).T
+    return np.stack([c * dx + s * dy, -s * dx + c * dy], axis=-1), after[:, 2] - before[:, 2]
+
+
+def normalised_errors(truth: Array, estimate: Array, covariance: Array) -> Array:
+    """Return the NEES of (x, y, heading) at each time; NaN where the covariance is singular.
+
+    Args:
+        truth: Shape (N, 3).
+        estimate: Shape (N, 3).
+        covariance: Shape (N, 3, 3).
+
+    Returns:
+        e^T P^-1 e, shape (N,); 3 on average for a consistent filter.
+
+    References:
+        Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), eq. 5.4.2-3.
+    """
+    errors = estimate - truth
+    errors[:, 2] = wrap_angles(errors[:, 2])
+    scale = np.sqrt(np.maximum(np.einsum("nii->ni", covariance), 1e-300))
+    correlation = covariance / (scale[:, :, None] * scale[:, None, :])
+    # Singular relative to its own scale: a variance of zero, or states that are told to be the same.
+    regular = (np.einsum("nii->ni", covariance) > 0.0).all(axis=1)
+    regular[regular] = np.linalg.eigvalsh(correlation[regular])[:, 0] > 1e-12
+    nees = np.full(len(errors), np.nan)
+    e = (errors / scale)[regular]
+    nees[regular] = np.einsum("ni,ni->n", e, np.linalg.solve(correlation[regular], e[..., None])[..., 0])
+    return nees
+
+
+def normalised_innovation(nu: Array, S: Array) -> float:
+    """Return nu^T S^-1 nu; on average the number of its degrees of freedom.
+
+    References:
+        Bar-Shalom, Li, Kirubarajan (2001), eq. 5.4.2-5.
+    """
+    return float(nu @ np.linalg.solve(S, nu))
+
+
+def landmark_errors(truth: Array, estimate: Array) -> tuple[Array, Array]:
+    """Return the distances between landmarks and where they are, as estimated and after rigid alignment.
+
+    Args:
+        truth: Shape (K, 2) [m].
+        estimate: The same landmarks, shape (K, 2) [m].
+
+    Returns:
+        Two arrays of shape (K,) [m]; with fewer than two landmarks no alignment is made.
+    """
+    raw = np.asarray(np.linalg.norm(estimate - truth, axis=1))
+    if len(truth) < 2:
+        return raw, raw
+    return raw, np.asarray(np.linalg.norm(align_rigid(estimate, truth).transform(estimate) - truth, axis=1))
+
+
+def summary(errors: Array) -> dict[str, float]:
+    """Return mean, rmse, max and final of a series of errors, of their sizes where signed."""
+    sizes = np.abs(errors)
+    return {
+        "mean": float(sizes.mean()),
+        "rmse": math.sqrt(float(np.mean(sizes**2))),
+        "max": float(np.max(sizes)),
+        "final": float(sizes[-1]),
+    }

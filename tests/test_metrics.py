@@ -1,0 +1,93 @@
+"""Errors of trajectories and maps against evo, filterpy, scipy and closed forms."""
+
+import numpy as np
+import pytest
+from filterpy.stats import NEES as filterpy_nees
+from scipy.stats import chi2
+
+from mjsim.geometry import Pose
+from mjsim.report import metrics
+
+
+@pytest.fixture(scope="module")
+def paths():
+    """A wandering truth and a drifting estimate of it, shape (400, 3) each."""
+    rng = np.random.default_rng(3)
+    heading = np.cumsum(rng.normal(0.0, 0.1, 400))
+    truth = np.column_stack([np.cumsum(0.05 * np.cos(heading)), np.cumsum(0.05 * np.sin(heading)), heading])
+    estimate = truth + np.cumsum(rng.normal(0.0, 0.005, (400, 3)), axis=0)
+    return truth, estimate
+
+
+def evo_trajectory(poses):
+    from evo.core.trajectory import PoseTrajectory3D
+
+    half = poses[:, 2] / 2.0
+    zeros = np.zeros(len(poses))
+    return PoseTrajectory3D(
+        positions_xyz=np.column_stack([poses[:, :2], zeros]),
+        orientations_quat_wxyz=np.column_stack([np.cos(half), zeros, zeros, np.sin(half)]),
+        timestamps=np.arange(len(poses)) * 0.04,
+    )
+
+
+def test_absolute_trajectory_errors_equal_those_of_evo_after_alignment(paths):
+    from evo.core.metrics import APE, PoseRelation
+
+    truth, estimate = map(evo_trajectory, paths)
+    estimate.align(truth)
+    ape = APE(PoseRelation.translation_part)
+    ape.process_data((truth, estimate))
+    np.testing.assert_allclose(metrics.absolute_trajectory_errors(*paths), ape.error, atol=1e-9)
+
+
+def test_relative_pose_errors_over_a_metre_equal_those_of_evo(paths):
+    from evo.core.metrics import RPE, PoseRelation, Unit
+
+    rpe = RPE(PoseRelation.translation_part, delta=1.0, delta_unit=Unit.meters)
+    rpe.process_data(tuple(map(evo_trajectory, paths)))
+    ours = metrics.relative_pose_errors(*paths)
+    assert len(ours) > 10
+    np.testing.assert_allclose(ours, rpe.error, atol=1e-9)
+
+
+def test_a_path_shorter_than_a_stretch_has_no_relative_error():
+    poses = np.zeros((5, 3))
+    assert len(metrics.relative_pose_errors(poses, poses)) == 0
+
+
+def test_normalised_errors_equal_those_of_filterpy(paths):
+    truth, estimate = paths
+    rng = np.random.default_rng(0)
+    factors = rng.normal(size=(len(truth), 3, 3))
+    covariance = factors @ factors.transpose(0, 2, 1) + 0.1 * np.eye(3)
+    theirs = filterpy_nees(truth, estimate, covariance)
+    np.testing.assert_allclose(metrics.normalised_errors(truth, estimate, covariance), theirs, rtol=1e-9)
+
+
+def test_a_heading_error_across_the_seam_is_small_in_every_measure():
+    truth, estimate = np.array([[0.0, 0.0, np.pi - 0.01]]), np.array([[0.0, 0.0, -np.pi + 0.01]])
+    np.testing.assert_allclose(metrics.heading_errors(truth, estimate), [0.02])
+    np.testing.assert_allclose(metrics.normalised_errors(truth, estimate, np.eye(3)[None] * 0.01), [0.04])
+
+
+def test_a_singular_covariance_has_no_normalised_error():
+    covariances = np.stack([np.zeros((3, 3)), np.eye(3), np.diag([1.0, 1.0, 0.0]), np.diag([1e-9, 1e-9, 1e-9])])
+    nees = metrics.normalised_errors(np.zeros((4, 3)), np.zeros((4, 3)), covariances)
+    np.testing.assert_array_equal(np.isnan(nees), [True, False, True, False])
+
+
+def test_the_95_percent_bounds_are_quantiles_of_chi_square():
+    for freedom, bounds in metrics.CHI_SQUARE_95.items():
+        np.testing.assert_allclose(bounds, chi2.ppf([0.025, 0.975], freedom), atol=1e-6)
+
+
+def test_landmark_errors_vanish_after_alignment_when_the_map_is_only_moved():
+    truth = np.random.default_rng(1).uniform(-5.0, 5.0, (12, 2))
+    raw, aligned = metrics.landmark_errors(truth, Pose(0.3, -0.2, 0.05).transform(truth))
+    assert raw.min() > 0.05
+    np.testing.assert_allclose(aligned, 0.0, atol=1e-12)
+
+
+def test_a_summary_takes_sizes_of_signed_errors():
+    assert metrics.summary(np.array([-3.0, 1.0])) == {"mean": 2.0, "rmse": np.sqrt(5.0), "max": 3.0, "final": 1.0}
