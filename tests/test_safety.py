@@ -1,0 +1,120 @@
+"""The reaction to a bump and the built-in avoidance, apart from physics."""
+
+import math
+
+import numpy as np
+import pytest
+
+from mjsim.geometry import Pose
+from mjsim.interface import Command, Observation, Odometry, RobotInfo, WheelCommand
+from mjsim.safety import RingAvoidance, react_to_bump
+
+ROBOT = RobotInfo(
+    name="scout",
+    drive="differential",
+    max_speed=0.7,
+    max_turn=1.7,
+    max_acceleration=1.0,
+    max_turn_acceleration=5.0,
+    wheels=("wheel_left", "wheel_right"),
+    wheel_radius=0.0975,
+    track=0.33,
+    radius=0.22,
+    dt=0.04,
+    prior=Pose(0.0, 0.0, 0.0),
+    prior_covariance=np.zeros((3, 3)),
+)
+
+
+def test_a_free_robot_does_what_it_is_told():
+    command = Command(0.5, 0.0, 0.3)
+    assert react_to_bump(command, ()) is command
+
+
+@pytest.mark.parametrize("bearing", [0.0, 1.2, -1.2])
+def test_what_is_touched_ahead_stops_the_way_ahead_and_leaves_turning(bearing):
+    assert react_to_bump(Command(0.5, 0.0, 0.3), (bearing,)) == Command(0.0, 0.0, 0.3)
+
+
+@pytest.mark.parametrize("bearing", [np.pi, 2.0, -2.0, np.pi / 2])
+def test_what_is_touched_behind_or_at_the_side_leaves_the_way_ahead_free(bearing):
+    assert react_to_bump(Command(0.5, 0.0, 0.0), (bearing,)) == Command(0.5, 0.0, 0.0)
+
+
+def test_a_robot_that_touches_ahead_can_back_off():
+    assert react_to_bump(Command(-0.3, 0.0, 0.0), (0.1,)) == Command(-0.3, 0.0, 0.0)
+
+
+def test_wheel_speeds_lose_only_the_part_that_drives_on():
+    assert react_to_bump(WheelCommand((5.0, 3.0)), (0.0,)) == WheelCommand((1.0, -1.0))
+    assert react_to_bump(WheelCommand((-5.0, -3.0)), (0.0,)) == WheelCommand((-5.0, -3.0))
+
+
+def drive(boxes, *, seconds, command=Command(0.7), start=(0.0, 0.0, 0.0), dt=0.04, reach=2.0):
+    """Move a kinematic robot through axis-parallel boxes (n, 4) with the avoidance; return poses (k, 3)."""
+    boxes = np.asarray(boxes, dtype=float)
+    avoidance = RingAvoidance()
+    avoidance.start(ROBOT, np.random.default_rng(0))
+    pose, moved, poses = Pose(*start), Pose(0.0, 0.0, 0.0), []
+    angles = np.arange(16) * np.pi / 8
+    for tick in range(round(seconds / dt)):
+        along = np.linspace(0.0, reach, 400)
+        directions = np.stack([np.cos(pose.heading + angles), np.sin(pose.heading + angles)], axis=-1)
+        points = np.array([pose.x, pose.y]) + directions[:, None] * (ROBOT.radius + along)[None, :, None]
+        x, y = points[..., 0, None], points[..., 1, None]
+        inside = ((x > boxes[:, 0]) & (x < boxes[:, 2]) & (y > boxes[:, 1]) & (y < boxes[:, 3])).any(axis=-1)
+        ranges = np.where(inside.any(axis=1), along[inside.argmax(axis=1)], np.inf)
+        seen = Observation(tick * dt, dt, Odometry(moved.x, moved.y, moved.heading, np.zeros((3, 3))), proximity=ranges)
+        told = avoidance.adjust(command, seen)
+        moved = Pose(0.0, 0.0, told.turn * dt / 2) @ Pose(told.forward * dt, 0.0, told.turn * dt / 2)
+        pose = pose @ moved
+        poses.append(pose.as_array())
+    return np.array(poses)
+
+
+def clearance(poses, boxes):
+    """Return the distance from the rim to the nearest box over the whole way [m]."""
+    boxes = np.asarray(boxes, dtype=float)
+    x, y = poses[:, 0, None], poses[:, 1, None]
+    dx = np.maximum(np.maximum(boxes[:, 0] - x, x - boxes[:, 2]), 0.0)
+    dy = np.maximum(np.maximum(boxes[:, 1] - y, y - boxes[:, 3]), 0.0)
+    return float(np.hypot(dx, dy).min()) - ROBOT.radius
+
+
+ROOM = [(-3, -3, 3, -2.9), (-3, 2.9, 3, 3), (-3, -3, -2.9, 3), (2.9, -3, 3, 3)]
+
+
+def test_an_open_floor_leaves_the_command_as_it_is():
+    poses = drive([(50, 50, 51, 51)], seconds=4.0)
+    np.testing.assert_allclose(poses[-1], [0.7 * 4.0, 0.0, 0.0], atol=1e-9)
+
+
+@pytest.mark.slow
+def test_told_only_to_go_ahead_in_a_room_it_never_touches_and_never_rests():
+    boxes = [*ROOM, (1.0, 0.6, 1.4, 1.0), (-1.5, -1.8, -1.2, -0.9)]
+    poses = drive(boxes, seconds=60.0, start=(-2.0, 0.5, 0.3))
+    assert clearance(poses, boxes) > 0.03
+    driven = np.hypot(*np.diff(poses[:, :2], axis=0).T).sum()
+    assert driven > 0.35 * 60.0 * 0.7
+    assert np.ptp(poses[-500:, 0]) > 1.0
+
+
+def test_it_gets_out_of_a_dead_end():
+    pocket = [(0.0, -0.6, 1.5, -0.5), (0.0, 0.5, 1.5, 0.6), (1.4, -0.6, 1.5, 0.6)]
+    poses = drive(pocket, seconds=20.0, start=(-0.5, 0.0, 0.0))
+    assert clearance(poses, pocket) > 0.03
+    assert poses[:, 0].max() > 0.5
+    assert poses[-1, 0] < 0.0
+
+
+def test_turning_on_the_spot_is_never_changed():
+    boxes = [(0.3, -1.0, 0.4, 1.0)]
+    poses = drive(boxes, seconds=1.0, command=Command(0.0, 0.0, 1.0))
+    np.testing.assert_allclose(poses[-1], [0.0, 0.0, 1.0], atol=1e-9)
+
+
+def test_it_backs_off_with_an_eye_on_what_is_behind():
+    boxes = [(-1.5, -1.0, -1.4, 1.0)]
+    poses = drive(boxes, seconds=6.0, command=Command(-0.5))
+    assert clearance(poses, boxes) > 0.03
+    assert math.isclose(poses[0, 0], -0.02, abs_tol=1e-6)
