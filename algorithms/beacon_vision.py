@@ -1,0 +1,102 @@
+"""The observer that recognises the catalogue's pictures in a robot's camera and tells where they are.
+
+A picture that was found is followed: odometry predicts where it is in the next image, and a direct comparison
+measures it there. A search of the whole image, which costs several times more, is made when enough is new.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.random import Generator
+
+from mjsim.geometry import Array, Pose
+from mjsim.interface import BeaconInfo, CameraFrame, Observation, RobotInfo, Sighting, sightings_from
+
+from .picture_beacons import FoundPicture, PictureBeacons, View
+
+__all__ = ["BeaconVision", "PictureBeacons"]
+
+
+class BeaconVision:
+    """Sightings of picture beacons from one camera."""
+
+    def __init__(
+        self,
+        camera: str = "front",
+        *,
+        search_turn_deg: float = 15.0,
+        search_distance: float = 0.4,
+        search_frames: int = 12,
+    ) -> None:
+        """Choose the camera, and how much must be new before the whole image is searched again.
+
+        Args:
+            camera: Its name.
+            search_turn_deg: Turn after which a search is due [deg].
+            search_distance: Way after which a search is due [m].
+            search_frames: Images after which a search is due even at rest.
+        """
+        self._camera = camera
+        self._search_turn = math.radians(search_turn_deg)
+        self._search_distance = search_distance
+        self._search_frames = search_frames
+
+    def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
+        """Prepare to look for the pictures of the catalogue."""
+        sensor = robot.sensors.get(self._camera)
+        if sensor is None or sensor.intrinsics is None:
+            cameras = [name for name, info in robot.sensors.items() if info.intrinsics is not None]
+            raise ValueError(f"no camera '{self._camera}' on this robot; it has {', '.join(cameras) or 'none'}")
+        self._robot_from_camera = sensor.robot_from_sensor
+        self._beacons = PictureBeacons(
+            {name: (info.picture, info.width) for name, info in catalogue.items() if info.picture is not None}
+        )
+        self._moved = Pose(0.0, 0.0, 0.0)
+        self._newness = 1.0
+        self._followed: dict[str, FoundPicture] = {}
+
+    def observe(self, seen: Observation) -> Sequence[Sighting]:
+        """Return the pictures seen at this tick; none when the camera gives no image."""
+        step = seen.odometry
+        self._moved = self._moved @ Pose(step.forward, step.left, step.turn)
+        frame = seen.cameras.get(self._camera)
+        if frame is None:
+            return ()
+        found = self._look(frame)
+        self._followed = {picture.detection.name: picture for picture in found}
+        self._moved = Pose(0.0, 0.0, 0.0)
+        detections = [picture.detection for picture in found]
+        return sightings_from(detections, self._robot_from_camera, stamp=frame.stamp)
+
+    def _look(self, frame: CameraFrame) -> list[FoundPicture]:
+        view = View(frame.image, frame.intrinsics)
+        found = self._follow(view)
+        self._newness += (
+            abs(self._moved.heading) / self._search_turn
+            + math.hypot(self._moved.x, self._moved.y) / self._search_distance
+            + 1.0 / self._search_frames
+        )
+        if self._newness >= 1.0:
+            self._newness = 0.0
+            found += self._beacons.search(view, known={picture.detection.name for picture in found})
+        return found
+
+    def _follow(self, view: View) -> list[FoundPicture]:
+        """Return those of the last image's pictures that are still there."""
+        now_from_before = self._camera_motion()
+        found = []
+        for name, before in self._followed.items():
+            rotation = now_from_before[:3, :3] @ before.pose.rotation
+            position = now_from_before[:3, :3] @ before.pose.position + now_from_before[:3, 3]
+            picture = self._beacons.track(name, rotation, position, view)
+            if picture is not None:
+                found.append(picture)
+        return found
+
+    def _camera_motion(self) -> Array:
+        """Return camera_now_from_camera_before, shape (4, 4) [m]."""
+        back = self._moved.inverse()
+        now_from_before = np.eye(4)
+        now_from_before[:2, :2], now_from_before[:2, 3] = back.matrix()[:2, :2], back.matrix()[:2, 2]
+        return np.linalg.inv(self._robot_from_camera) @ now_from_before @ self._robot_from_camera

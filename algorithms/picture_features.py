@@ -1,0 +1,193 @@
+"""Finding pictures in a camera's image without any idea of where they are: binary features, matched and voted.
+
+References:
+    Rublee, Rabaud, Konolige, Bradski, ORB: an efficient alternative to SIFT or SURF, ICCV 2011.
+    Morel, Yu, ASIFT, SIAM Journal on Imaging Sciences 2(2), 2009, for features of turned views.
+    Lowe, Distinctive Image Features, IJCV 60(2), 2004, section 7, for the votes.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array
+
+Gray = NDArray[np.uint8]
+
+TEMPLATE_SIDE = 180
+"""Long side of a picture when its features are taken [px]."""
+VIEWS_DEG = {0.0: 110, -48.0: 80, 48.0: 80}
+"""Turns about the upright axis at which a picture's features are taken, and how many each."""
+IMAGE_FEATURES = 1000
+ENLARGE = 1.5
+"""Of the camera's image before features are taken, so that those of far pictures are found."""
+RIM = 18
+"""Of plain gray around a picture, so that features near its edge are kept [px]."""
+LIKELY_BITS = 12
+"""Of the first 64 bits of two descriptors that may differ in a pair that is looked at more closely."""
+MATCH_BITS = 64
+"""Of all 256 bits that may differ in a match."""
+VOTES = 7
+"""Matches that must agree on a picture's place."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Features:
+    """Features of an image or of many pictures, one row each."""
+
+    descriptors: NDArray[np.uint64]
+    """Shape (n, 4)."""
+    points: Array
+    """Where, shape (n, 2); pixels of the image, or metres in the plane of the picture."""
+    angles: Array
+    """Direction [deg]."""
+    sizes: Array
+    """Diameter of the patch [px of the image, or of the view that it was taken in]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bank:
+    """Features of all pictures that are searched for."""
+
+    features: Features
+    owners: NDArray[np.intp]
+    """Which picture each is of."""
+    to_middle: Array
+    """From the feature to the picture's middle in its own view, shape (n, 2) [px of that view]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """A picture that may be in the image."""
+
+    picture: int
+    plane: Array
+    """Points in the plane of the picture, shape (n, 2) [m]."""
+    image: Array
+    """Where they are in the image, shape (n, 2) [px]."""
+
+
+def make_bank(pictures: Sequence[tuple[Gray, float]]) -> Bank:
+    """Return the features of gray pictures with their widths [m], each seen head-on and from both sides."""
+    parts = [
+        _view_features(index, gray, width, yaw_deg, count)
+        for index, (gray, width) in enumerate(pictures)
+        for yaw_deg, count in VIEWS_DEG.items()
+    ]
+    features = Features(
+        np.concatenate([part.features.descriptors for part in parts]),
+        np.concatenate([part.features.points for part in parts]),
+        np.concatenate([part.features.angles for part in parts]),
+        np.concatenate([part.features.sizes for part in parts]),
+    )
+    return Bank(
+        features, np.concatenate([part.owners for part in parts]), np.concatenate([part.to_middle for part in parts])
+    )
+
+
+def image_features(gray: Gray) -> Features:
+    """Return the features of a camera's image."""
+    large = np.asarray(cv2.resize(gray, None, fx=ENLARGE, fy=ENLARGE, interpolation=cv2.INTER_LINEAR), dtype=np.uint8)
+    found = _detect(large, IMAGE_FEATURES)
+    # Pixel centres are at whole numbers in both images.
+    points = (found.points + 0.5) / ENLARGE - 0.5
+    return Features(found.descriptors, points, found.angles, found.sizes / ENLARGE)
+
+
+def find_candidates(bank: Bank, image: Features) -> list[Candidate]:
+    """Return the pictures for which enough matches agree on place, size and direction; at most one place each."""
+    rows, entries = match(image.descriptors, bank.features.descriptors)
+    scales = image.sizes[rows] / bank.features.sizes[entries]
+    turns = np.radians(image.angles[rows] - bank.features.angles[entries])
+    x, y = bank.to_middle[entries].T * scales
+    c, s = np.cos(turns), np.sin(turns)
+    middles = image.points[rows] + np.stack([c * x - s * y, s * x + c * y], axis=1)
+    candidates = []
+    for picture in np.flatnonzero(np.bincount(bank.owners[entries], minlength=1) >= VOTES):
+        mine = np.flatnonzero(bank.owners[entries] == picture)
+        agreeing = mine[_largest_agreement(middles[mine], scales[mine], turns[mine])]
+        if len(agreeing) >= VOTES:
+            plane, places = bank.features.points[entries[agreeing]], image.points[rows[agreeing]]
+            candidates.append(Candidate(int(picture), plane, places))
+    return candidates
+
+
+def match(rows: NDArray[np.uint64], entries: NDArray[np.uint64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return pairs of descriptors that are alike: for each row at most its nearest entry.
+
+    A look at the first 64 bits leaves one pair in a thousand to compare in full.
+    """
+    near = [
+        np.flatnonzero(np.bitwise_count(part[:, :1] ^ entries[:, 0]) <= LIKELY_BITS) + start * len(entries)
+        for start, part in ((start, rows[start : start + 64]) for start in range(0, len(rows), 64))
+    ]
+    row, entry = np.divmod(np.concatenate([*near, np.zeros(0, dtype=np.intp)]), max(len(entries), 1))
+    bits = np.bitwise_count(rows[row] ^ entries[entry]).sum(axis=1, dtype=np.intp)
+    order = np.lexsort((entry, bits, row))
+    order = order[bits[order] <= MATCH_BITS]
+    first = order[np.unique(row[order], return_index=True)[1]]
+    return row[first], entry[first]
+
+
+def _largest_agreement(middles: Array, scales: Array, turns: Array) -> NDArray[np.intp]:
+    """Return the matches that agree with the one that most agree with."""
+    apart = np.linalg.norm(middles[:, None] - middles[None], axis=2)
+    # A quarter of the picture's size, as the larger of the two matches tells it.
+    near = apart < 0.25 * TEMPLATE_SIDE * np.maximum(scales[:, None], scales[None])
+    alike = np.abs(np.log(scales[:, None] / scales[None])) < np.log(1.8)
+    turned = np.cos(turns[:, None] - turns[None]) > np.cos(np.radians(30.0))
+    agree = near & alike & turned
+    return np.flatnonzero(agree[np.argmax(agree.sum(axis=1))])
+
+
+def _detect(gray: Gray, count: int) -> Features:
+    orb = cv2.ORB.create(count, 1.25, 6, 16, 0, 2, cv2.ORB_HARRIS_SCORE, 31, 20)
+    keypoints, descriptors = orb.detectAndCompute(gray, None)
+    if not keypoints:
+        return Features(np.zeros((0, 4), dtype=np.uint64), np.zeros((0, 2)), np.zeros(0), np.zeros(0))
+    return Features(
+        np.ascontiguousarray(descriptors).view(np.uint64),
+        np.array([keypoint.pt for keypoint in keypoints]),
+        np.array([keypoint.angle for keypoint in keypoints]),
+        np.array([keypoint.size for keypoint in keypoints]),
+    )
+
+
+def _view_features(picture: int, gray: Gray, width: float, yaw_deg: float, count: int) -> Bank:
+    """Return the features of one picture as it is seen turned by an angle."""
+    scale = TEMPLATE_SIDE / max(gray.shape)
+    small = cv2.resize(gray, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    view_from_small = _turned_view(small.shape[1], small.shape[0], np.radians(yaw_deg))
+    h, w = small.shape
+    outline = np.array([[[-0.5, -0.5], [w - 0.5, -0.5], [w - 0.5, h - 0.5], [-0.5, h - 0.5]]])
+    corners = cv2.perspectiveTransform(outline, view_from_small)[0]
+    shift = np.eye(3)
+    shift[:2, 2] = RIM - corners.min(axis=0)
+    view_from_small = shift @ view_from_small
+    extent = np.ceil(corners.max(axis=0) - corners.min(axis=0) + 2 * RIM).astype(int).tolist()
+    view = cv2.warpPerspective(
+        small, view_from_small, extent, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=(220.0,)
+    )
+    found = _detect(np.asarray(view, dtype=np.uint8), count)
+    middle = cv2.perspectiveTransform(np.array([[[(w - 1) / 2.0, (h - 1) / 2.0]]]), view_from_small)[0]
+    in_small = found.points
+    if len(found.points):
+        in_small = cv2.perspectiveTransform(found.points[None], np.linalg.inv(view_from_small))[0]
+    plane = (in_small - ((w - 1) / 2.0, (h - 1) / 2.0)) * (width / w)
+    features = Features(found.descriptors, plane, found.angles, found.sizes)
+    return Bank(features, np.full(len(plane), picture, dtype=np.intp), middle - found.points)
+
+
+def _turned_view(width: int, height: int, yaw: float) -> Array:
+    """Return the homography from a picture [px] to its view turned by yaw, from 2.2 times its size away."""
+    c, s, away = np.cos(yaw), np.sin(yaw), 2.2 * max(width, height)
+    return np.array(
+        [
+            [away * c, 0.0, -away * c * width / 2.0],
+            [0.0, away, -away * height / 2.0],
+            [s, 0.0, away - s * width / 2.0],
+        ]
+    )

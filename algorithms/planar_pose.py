@@ -1,0 +1,156 @@
+"""Where a flat picture of known size hangs, from the four corners of its image.
+
+The picture's frame has its origin at the middle, x to its right, y down, z into the wall; the camera's frame is
+optical (x right, y down, z ahead). `camera_from_picture` is a rotation R and an offset t.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.interface import Intrinsics
+
+STEPS = 8
+"""Gauss-Newton steps at most."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlanarPose:
+    """The pose of a flat picture in the camera's optical frame."""
+
+    rotation: Array
+    """camera_from_picture, shape (3, 3)."""
+    position: Array
+    """The picture's middle, shape (3,) [m]."""
+    covariance: Array
+    """Of (position, rotation vector in the camera's frame), shape (6, 6) [m, rad]."""
+    misfit: float
+    """Squared Mahalanobis distance of the corners, 8 - 6 degrees of freedom."""
+
+
+def picture_corners(width: float, height: float) -> Array:
+    """Return the corners in the picture's frame from its top left clockwise, shape (4, 3) [m]."""
+    x, y = width / 2.0, height / 2.0
+    return np.array([[-x, -y, 0.0], [x, -y, 0.0], [x, y, 0.0], [-x, y, 0.0]])
+
+
+def project(points: Array, intrinsics: Intrinsics) -> Array:
+    """Return the image of points in the camera's frame, shape (n, 2) [px]."""
+    focal, middle = (intrinsics.fx, intrinsics.fy), (intrinsics.cx, intrinsics.cy)
+    return np.asarray(points[:, :2] / points[:, 2:] * focal + middle)
+
+
+def image_from_plane(rotation: Array, position: Array, intrinsics: Intrinsics) -> Array:
+    """Return the homography from the picture's plane [m] to the image [px], shape (3, 3).
+
+    References:
+        Hartley, Zisserman, Multiple View Geometry (2004), equation 8.1: K [r1 r2 t].
+    """
+    return intrinsics.matrix() @ np.stack([rotation[:, 0], rotation[:, 1], position], axis=1)
+
+
+def pose_from_homography(homography: Array, intrinsics: Intrinsics) -> tuple[Array, Array]:
+    """Return rotation (3, 3) and position (3,) [m] of the plane that a homography shows; a first guess.
+
+    References:
+        Zhang, A Flexible New Technique for Camera Calibration, IEEE PAMI 22(11), 2000, section 3.1.
+    """
+    columns = np.linalg.solve(intrinsics.matrix(), homography)
+    columns = columns * np.sign(columns[2, 2]) / np.sqrt(np.linalg.norm(columns[:, 0]) * np.linalg.norm(columns[:, 1]))
+    rough = np.stack([columns[:, 0], columns[:, 1], np.cross(columns[:, 0], columns[:, 1])], axis=1)
+    u, _, vt = np.linalg.svd(rough)
+    return u @ np.diag([1.0, 1.0, float(np.linalg.det(u @ vt))]) @ vt, columns[:, 2]
+
+
+def fit_pose(corners: Array, information: Array, size: tuple[float, float], intrinsics: Intrinsics) -> PlanarPose:
+    """Return the pose that explains the corners best.
+
+    Both poses that a plane seen nearly head-on may have are refined; the better one is returned.
+
+    Args:
+        corners: Image of the corners from the picture's top left clockwise, shape (4, 2) [px].
+        information: Inverse covariance of (u, v) of the corners in turn, shape (8, 8) [1/px^2].
+        size: Width and height of the picture [m].
+        intrinsics: Of the camera.
+
+    References:
+        Collins, Bartoli, Infinitesimal Plane-based Pose Estimation, IJCV 109, 2014, for the second pose.
+    """
+    points = picture_corners(*size)
+    rotation, position = pose_from_homography(homography_between(points[:, :2], corners), intrinsics)
+    sight = position / np.linalg.norm(position)
+    normal = rotation[:, 2]
+    # The other pose has its normal mirrored at the line of sight: half a turn about it, of normal and picture both.
+    mirrored = rotation_between(normal, 2.0 * (normal @ sight) * sight - normal) @ rotation
+    fits = [_refine(turn, position, points, corners, information, intrinsics) for turn in (rotation, mirrored)]
+    return min(fits, key=lambda fit: fit.misfit)
+
+
+def homography_between(source: Array, target: Array) -> Array:
+    """Return the homography that maps four points to four points, shape (3, 3), last element 1."""
+    x, y, u, v = source[:, 0], source[:, 1], target[:, 0], target[:, 1]
+    one, zero = np.ones(4), np.zeros(4)
+    rows = np.concatenate(
+        [
+            np.stack([x, y, one, zero, zero, zero, -u * x, -u * y], axis=1),
+            np.stack([zero, zero, zero, x, y, one, -v * x, -v * y], axis=1),
+        ]
+    )
+    return np.append(np.linalg.solve(rows, np.concatenate([u, v])), 1.0).reshape(3, 3)
+
+
+def rotation_between(first: Array, second: Array) -> Array:
+    """Return the smallest rotation that turns one unit vector into another, not opposite, one, shape (3, 3)."""
+    axis = _cross_matrix(np.cross(first, second))
+    return np.asarray(np.eye(3) + axis + axis @ axis / (1.0 + float(first @ second)))
+
+
+def _refine(
+    rotation: Array, position: Array, points: Array, corners: Array, information: Array, intrinsics: Intrinsics
+) -> PlanarPose:
+    """Return the pose after Gauss-Newton from a first guess."""
+    for _ in range(STEPS):
+        error, H = _corner_error(rotation, position, points, corners, intrinsics)
+        step = np.linalg.solve(H.T @ information @ H, H.T @ information @ error)
+        position = position + step[:3]
+        rotation = rotation_of(step[3:]) @ rotation
+        if np.abs(step).max() < 1e-6:
+            break
+    error, H = _corner_error(rotation, position, points, corners, intrinsics)
+    covariance = np.linalg.inv(H.T @ information @ H)
+    return PlanarPose(rotation, position, covariance, float(error @ information @ error))
+
+
+def _corner_error(
+    rotation: Array, position: Array, points: Array, corners: Array, intrinsics: Intrinsics
+) -> tuple[Array, Array]:
+    """Return seen minus predicted corners, shape (8,) [px], and the derivative of the prediction, shape (8, 6)."""
+    turned = points @ rotation.T
+    x, y, z = (turned + position).T
+    zero = np.zeros(4)
+    by_point = np.stack(
+        [
+            np.stack([intrinsics.fx / z, zero, -intrinsics.fx * x / z**2], axis=1),
+            np.stack([zero, intrinsics.fy / z, -intrinsics.fy * y / z**2], axis=1),
+        ],
+        axis=1,
+    )
+    by_turn = np.stack([by_point[k] @ -_cross_matrix(turned[k]) for k in range(4)])
+    predicted = project(turned + position, intrinsics)
+    return (corners - predicted).ravel(), np.concatenate([by_point, by_turn], axis=2).reshape(8, 6)
+
+
+def rotation_of(vector: Array) -> Array:
+    """Return the rotation of a rotation vector [rad] by Rodrigues' formula, shape (3, 3)."""
+    angle = float(np.linalg.norm(vector))
+    cross = _cross_matrix(vector)
+    if angle < 1e-9:
+        return np.asarray(np.eye(3) + cross)
+    return np.asarray(np.eye(3) + np.sin(angle) / angle * cross + (1.0 - np.cos(angle)) / angle**2 * cross @ cross)
+
+
+def _cross_matrix(vector: Array) -> Array:
+    """Return the matrix of the cross product with a vector."""
+    x, y, z = vector.tolist()
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
