@@ -1,13 +1,22 @@
 """A recording in memory: arrays by robot, one row a tick."""
 
-from collections.abc import Hashable, Mapping
+import json
+import math
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
+import numpy as np
+
+from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
-from mjsim.interface import Sighting
+from mjsim.interface import Observation, Picture, Sighting
+from mjsim.record.file import picture_of, raw_messages
+from mjsim.record.messages import covariance_of, names_of, observation_of
 from mjsim.record.tick import Event
 from mjsim.world import World
+from mjsim.world.robots import Camera
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -24,7 +33,10 @@ class Landmarks:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Track:
-    """Everything recorded of one robot. One row a tick, N in all; poses are (x, y, heading) [m, m, rad]."""
+    """Everything recorded of one robot. One row a tick, N in all; poses are (x, y, heading) [m, m, rad].
+
+    A robot without a driver has its truth, and NaN elsewhere.
+    """
 
     time: Array
     """Shape (N,) [s]."""
@@ -67,4 +79,65 @@ class Recording:
     wall_seconds: float
     """Time on the clock from the first tick to the last."""
     module_seconds: Mapping[str, Array]
-    """Wall-clock time by 'robot/module' or 'loop/part', shape (N,) [s]."""
+    """Wall-clock time by 'robot/module' or 'loop/part', shape (N,) [s]; NaN where a part did not run."""
+    whole: bool = True
+    """False when the file does not end as it should: the run was killed, or the file was cut."""
+
+    def cameras(self) -> tuple[tuple[str, str], ...]:
+        """Return (robot, camera) of each onboard camera of the world."""
+        return tuple(
+            (robot.name, sensor.camera)
+            for robot in self.world.robots
+            for sensor in robot.sensors
+            if isinstance(sensor, Camera)
+        )
+
+    def messages(self, topic: str) -> Iterator[bytes]:
+        """Yield the messages of a topic as they stand in the file; none for a topic that is not there."""
+        return (message.data for message in raw_messages(self.path, topics={topic}))
+
+    def pictures(self, robot: str, camera: str) -> Iterator[tuple[float, bytes, str]]:
+        """Yield stamp [s], file contents and format ('jpeg') of each picture of a camera.
+
+        Raises:
+            UsageError: There is no such robot or camera.
+        """
+        name = f"{robot}/{camera}"
+        if (robot, camera) not in self.cameras():
+            known = did_you_mean(name, ("/".join(pair) for pair in self.cameras()))
+            raise UsageError(f"no camera '{name}' in '{self.path}'{known}")
+        # The stamp in the picture is rounded to a nanosecond; the observation has it exactly.
+        observed, picture = f"/{robot}/observation", f"/{name}/image"
+        stamp = math.nan
+        for message in raw_messages(self.path, topics={observed, picture}):
+            if message.topic == observed:
+                given = json.loads(message.data)["cameras"]
+                stamp = next((item["stamp"] for item in given if item["name"] == camera), math.nan)
+            else:
+                yield (stamp, *picture_of(message.data))
+
+    def images(self, robot: str, camera: str) -> Iterator[tuple[float, Picture]]:
+        """Yield stamp [s] and RGB picture, shape (height, width, 3), of a camera, read one after the other.
+
+        Raises:
+            UsageError: There is no such robot or camera.
+        """
+        for stamp, data, _ in self.pictures(robot, camera):
+            yield stamp, decode_picture(data)
+
+    def observations(self, robot: str) -> Iterator[Observation]:
+        """Yield the observations that a robot's modules were given, exactly, but without pictures."""
+        for data in self.messages(f"/{robot}/observation"):
+            yield observation_of(json.loads(data))
+
+    def joint_covariances(self, robot: str) -> Iterator[tuple[float, tuple[Hashable, ...], Array]]:
+        """Yield time [s], names of n landmarks and joint covariance (3 + 2 n, 3 + 2 n), where a tick has one."""
+        for data in self.messages(f"/{robot}/covariance"):
+            message = json.loads(data)
+            yield message["time"], names_of(message), covariance_of(message)
+
+
+def decode_picture(data: bytes) -> Picture:
+    """Return the RGB picture of a JPEG or PNG file's contents, shape (height, width, 3)."""
+    picture = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_COLOR_RGB)
+    return np.asarray(picture, dtype=np.uint8)

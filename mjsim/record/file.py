@@ -1,0 +1,162 @@
+"""A recording's file as messages, wherever it was cut."""
+
+import hashlib
+import struct
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from mcap.exceptions import McapError
+from mcap.records import Attachment, Channel, Footer, McapRecord, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader
+from zstandard import ZstdError
+
+from mjsim.errors import RecordingError, UsageError
+
+WORLD_NAME = "world.yaml"
+"""Attachment that holds the text of the world."""
+FILES = "files/"
+"""How the names of attached files begin; then follows the name that the world uses."""
+METADATA_NAME = "mjsim"
+"""Metadata record with seed, versions and command line."""
+IMAGE_SCHEMA = "foxglove.CompressedImage"
+TIMING_TOPIC = "/timing"
+
+
+@dataclass(frozen=True, slots=True)
+class RawMessage:
+    """A message as it stands in the file."""
+
+    topic: str
+    time: int
+    """Simulated [ns]."""
+    data: bytes
+    schema: str
+    """Name of its schema."""
+
+
+@dataclass(slots=True)
+class Head:
+    """What a recording says before its first message."""
+
+    files: dict[str, bytes] = field(default_factory=dict)
+    """Attachments by name."""
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    """Records by name."""
+    whole: bool = False
+    """Whether the file was read to its proper end; known after its last message."""
+
+
+def raw_messages(
+    path: Path, *, topics: Collection[str] | None = None, head: Head | None = None
+) -> Iterator[RawMessage]:
+    """Yield the messages of a file in their order, up to where it ends or is broken.
+
+    Args:
+        path: An MCAP file.
+        topics: Only these; all unless given.
+        head: Filled with attachments and metadata as they come.
+
+    Raises:
+        UsageError: The file cannot be opened.
+        RecordingError: It is not an MCAP file.
+    """
+    head = Head() if head is None else head
+    channels: dict[int, tuple[str, str] | None] = {}
+    schemas = {0: ""}
+    for record in _records(path):
+        if isinstance(record, Message):
+            channel = channels.get(record.channel_id)
+            if channel is not None:
+                yield RawMessage(channel[0], record.log_time, record.data, channel[1])
+        elif isinstance(record, Schema):
+            schemas[record.id] = record.name
+        elif isinstance(record, Channel):
+            wanted = topics is None or record.topic in topics
+            channels[record.id] = (record.topic, schemas.get(record.schema_id, "")) if wanted else None
+        elif isinstance(record, Attachment):
+            head.files[record.name] = record.data
+        elif isinstance(record, Metadata):
+            head.metadata[record.name] = record.metadata
+        elif isinstance(record, Footer):
+            head.whole = True
+
+
+def _records(path: Path) -> Iterator[McapRecord]:
+    """Yield the records of a file up to where it ends or is broken."""
+    try:
+        stream = path.open("rb")
+        size = path.stat().st_size
+    except OSError as error:
+        raise UsageError(f"cannot read '{path}': {error.strerror}") from None
+    with stream:
+        if size == 0:
+            raise RecordingError(f"'{path}' is empty; it is not a recording")
+        if stream.read(len(_MAGIC)) != _MAGIC:
+            raise RecordingError(f"'{path}' is not an MCAP file, so it is not a recording")
+        stream.seek(0)
+        records = StreamReader(stream, validate_crcs=True, record_size_limit=size).records
+        while True:
+            try:
+                record = next(records, None)
+            # What a cut or broken file makes the reader stumble on; what came before is good.
+            except (McapError, struct.error, ZstdError, ValueError, EOFError, OverflowError):
+                return
+            if record is None:
+                return
+            yield record
+
+
+_MAGIC = b"\x89MCAP0\r\n"
+
+
+def numeric_topics(path: str | Path) -> dict[str, str]:
+    """Return topic -> SHA-256 of its times and messages, for all topics that equal runs have in common.
+
+    Pictures, which depend on the OpenGL backend, and wall-clock times stay out.
+    """
+    hashes: dict[str, Any] = {}
+    for message in raw_messages(Path(path)):
+        if message.topic == TIMING_TOPIC or message.schema == IMAGE_SCHEMA:
+            continue
+        digest = hashes.setdefault(message.topic, hashlib.sha256())
+        digest.update(struct.pack("<QQ", message.time, len(message.data)))
+        digest.update(message.data)
+    return {topic: digest.hexdigest() for topic, digest in sorted(hashes.items())}
+
+
+def same_run(first: str | Path, second: str | Path) -> bool:
+    """Return whether two recordings hold the same bytes in every numeric topic."""
+    return numeric_topics(first) == numeric_topics(second)
+
+
+def picture_of(data: bytes) -> tuple[bytes, str]:
+    """Return the picture's bytes and its format from a `foxglove.CompressedImage`.
+
+    References:
+        Protocol Buffers encoding: a field is a varint key (number << 3 | wire type), then its value.
+    """
+    fields: dict[int, bytes] = {}
+    place = 0
+    while place < len(data):
+        key, place = _varint(data, place)
+        if key & 7 != _LENGTH_DELIMITED:
+            raise RecordingError("a picture in this recording is not as Foxglove defines it")
+        size, place = _varint(data, place)
+        fields[key >> 3] = data[place : place + size]
+        place += size
+    return fields[2], fields[3].decode()
+
+
+_LENGTH_DELIMITED = 2
+
+
+def _varint(data: bytes, place: int) -> tuple[int, int]:
+    value = shift = 0
+    while True:
+        byte = data[place]
+        value |= (byte & 0x7F) << shift
+        place, shift = place + 1, shift + 7
+        if byte < 0x80:
+            return value, place

@@ -1,0 +1,204 @@
+"""Ticks to a file, while the loop goes on."""
+
+import queue
+import threading
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from mjsim.errors import RecordingError
+from mjsim.geometry import Pose
+from mjsim.interface import CameraFrame, Observation, RobotInfo
+from mjsim.record.messages import (
+    Message,
+    command_message,
+    event_message,
+    innovations_message,
+    landmarks_message,
+    map_message,
+    observation_message,
+    pose_message,
+    sightings_message,
+    state_message,
+    timing_message,
+)
+from mjsim.record.tick import Event, Order, Tick
+from mjsim.record.writer import Job, Writer
+from mjsim.world import World
+
+KEPT_BACK = 0.4
+"""Longest time, simulated and on the clock, that a tick waits in the queue, and then in a chunk [s]."""
+
+
+class Recorder:
+    """A recording being made: `write` takes each tick, a thread of its own encodes and writes it.
+
+    When that thread falls behind, `write` waits for it: nothing is lost. A process that is killed loses less than
+    its last second.
+
+    Args:
+        path: The MCAP file; it is written over, and folders are made as needed.
+        world: Where the run takes place; its text and pictures go into the file.
+        seed: Of the run.
+        robots: What the modules are told of each robot.
+        metadata: Versions, command line and the like.
+
+    Raises:
+        RecordingError: The file cannot be written; also from `write`, `event` and `close`. What was written stays.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        *,
+        world: World,
+        seed: int,
+        robots: Mapping[str, RobotInfo],
+        metadata: Mapping[str, str],
+    ) -> None:
+        self._writer = Writer(Path(path), world=world, seed=seed, robots=robots, metadata=metadata)
+        dt = min((info.dt for info in robots.values()), default=KEPT_BACK)
+        self._queue: queue.Queue[Job | None] = queue.Queue(min(max(round(KEPT_BACK / dt), 2), 64))
+        self._maps: dict[str, Message] = {}
+        self._began = time.perf_counter()
+        self._failure: BaseException | None = None
+        self._closed = False
+        self._thread = threading.Thread(target=self._work, name="mjsim-recorder", daemon=True)
+        self._thread.start()
+
+    def write(self, tick: Tick) -> None:
+        """Record a tick; what may still change is copied before this returns."""
+        messages: list[tuple[str, Message]] = []
+        frames: dict[str, Pose] = {}
+        for robot, pose in tick.truth.items():
+            messages.append((f"/{robot}/truth", pose_message(tick.time, pose)))
+            frames[f"{robot}/base"] = pose
+        for robot, seen in tick.seen.items():
+            messages.append((f"/{robot}/observation", observation_message(seen)))
+        for robot, order in tick.orders.items():
+            messages += self._order_messages(tick.time, robot, order)
+            frames[f"{robot}/estimate"] = order.estimate.pose
+            frames[f"{robot}/odometry"] = order.dead_reckoning
+        self._put(
+            Job(
+                time=tick.time,
+                messages=messages,
+                joints=[
+                    (f"/{robot}/covariance", order.estimate, np.array(order.estimate.joint_covariance, dtype=float))
+                    for robot, order in tick.orders.items()
+                    if order.estimate.joint_covariance is not None
+                ],
+                pictures=_pictures(tick.seen),
+                frames=frames,
+                closing=[
+                    ("/timing", timing_message(tick, time.perf_counter() - self._began)),
+                    ("/state", state_message(tick)),
+                ],
+            )
+        )
+
+    def event(self, robot: str, event: Event) -> None:
+        """Record what happened to a robot outside of ticks."""
+        self._put(Job(time=event.time, messages=[(f"/{robot}/events", event_message(robot, event))]))
+
+    def close(self) -> None:
+        """Write what waits and end the file; more calls do nothing."""
+        if self._closed:
+            return
+        self._finish()
+        if self._failure is not None:
+            raise self._failure
+
+    def __enter__(self) -> Self:
+        """Return itself; leaving the block closes the file."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        """Close the file, and let an error that is on its way pass."""
+        if error is None:
+            self.close()
+        else:
+            # The error on its way tells more than a second one from here would.
+            self._finish()
+
+    def _order_messages(self, now: float, robot: str, order: Order) -> list[tuple[str, Message]]:
+        estimate = order.estimate
+        messages = [
+            ("odometry", pose_message(now, order.dead_reckoning, order.dead_reckoning_covariance)),
+            ("estimate", pose_message(now, estimate.pose, estimate.covariance)),
+            ("command", command_message(now, order)),
+        ]
+        landmarks = map_message(estimate.landmarks)
+        if landmarks != self._maps.get(robot, map_message({})):
+            self._maps[robot] = landmarks
+            messages.append(("landmarks", landmarks_message(now, landmarks)))
+        if order.sightings:
+            messages.append(("sightings", sightings_message(now, order.sightings)))
+        if estimate.innovations:
+            messages.append(("innovations", innovations_message(now, estimate.innovations)))
+        messages += [("events", event_message(robot, event)) for event in order.events]
+        return [(f"/{robot}/{kind}", message) for kind, message in messages]
+
+    def _put(self, job: Job) -> None:
+        if self._closed:
+            raise RecordingError("this recording is closed; nothing more can be written to it")
+        while True:
+            if self._failure is not None:
+                raise self._failure
+            try:
+                self._queue.put(job, timeout=KEPT_BACK)
+            except queue.Full:
+                continue  # The thread may have failed meanwhile.
+            return
+
+    def _finish(self) -> None:
+        self._closed = True
+        while self._thread.is_alive():
+            try:
+                self._queue.put(None, timeout=KEPT_BACK)
+            except queue.Full:
+                continue
+            self._thread.join()
+
+    def _work(self) -> None:
+        try:
+            try:
+                self._write_jobs()
+            finally:
+                self._writer.close()
+        # Whatever it is, it is raised again in the thread of the loop.
+        except BaseException as error:
+            self._failure = error
+
+    def _write_jobs(self) -> None:
+        """Write jobs until there are no more; end a chunk when it is old, on the clock or in simulated time."""
+        first: Job | None = None
+        began = 0.0
+        while True:
+            try:
+                wait = None if first is None else max(0.0, began + KEPT_BACK - time.perf_counter())
+                job = self._queue.get(timeout=wait)
+            except queue.Empty:
+                self._writer.flush()
+                first = None
+                continue
+            if job is None:
+                return
+            self._writer.put(job)
+            if first is None:
+                first, began = job, time.perf_counter()
+            if job.time - first.time >= KEPT_BACK or time.perf_counter() - began >= KEPT_BACK:
+                self._writer.flush()
+                first = None
+
+
+def _pictures(seen: Mapping[str, Observation]) -> list[tuple[str, CameraFrame]]:
+    return [
+        (f"{robot}/{name}", frame) for robot, observation in seen.items() for name, frame in observation.cameras.items()
+    ]

@@ -1,0 +1,193 @@
+"""What Foxglove draws: the map, the frames, and the pictures, as its own messages."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from foxglove.messages import (
+    CameraCalibration,
+    Color,
+    CompressedImage,
+    CubePrimitive,
+    FrameTransform,
+    FrameTransforms,
+    Point3,
+    Quaternion,
+    SceneEntity,
+    SceneUpdate,
+    TextPrimitive,
+    Timestamp,
+    TriangleListPrimitive,
+    Vector3,
+)
+from foxglove.messages import Pose as Pose3
+
+from mjsim.geometry import Array, Pose
+from mjsim.interface import CameraFrame, Intrinsics
+from mjsim.record.messages import nanoseconds
+from mjsim.world import World
+from mjsim.world.plan import footprint, wall_pieces
+from mjsim.world.structure import Beacon, BoxObstacle
+
+JPEG_QUALITY = 90
+_BEACON_THICKNESS = 0.02
+"""As drawn in the map [m]."""
+_BEACON_COLOR = "#2f6fd0"
+
+
+def stamp(time: float) -> Timestamp:
+    """Return a simulated time as Foxglove's messages hold it."""
+    return Timestamp(*divmod(nanoseconds(time), 1_000_000_000))
+
+
+def _color(text: str) -> Color:
+    r, g, b = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return Color(r=r, g=g, b=b, a=1.0)
+
+
+def _turned(heading: float) -> Quaternion:
+    return Quaternion(z=math.sin(heading / 2), w=math.cos(heading / 2))
+
+
+def picture_message(frame: CameraFrame, frame_id: str) -> CompressedImage:
+    """Return a camera's picture as JPEG."""
+    _, data = cv2.imencode(
+        ".jpg", cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
+    )
+    return CompressedImage(timestamp=stamp(frame.stamp), frame_id=frame_id, data=data.tobytes(), format="jpeg")
+
+
+def calibration_message(intrinsics: Intrinsics, frame_id: str) -> CameraCalibration:
+    """Return a camera's calibration, without distortion."""
+    K = intrinsics.matrix()
+    return CameraCalibration(
+        timestamp=stamp(0.0),
+        frame_id=frame_id,
+        width=intrinsics.width,
+        height=intrinsics.height,
+        distortion_model="plumb_bob",
+        D=[0.0] * 5,
+        K=K.ravel().tolist(),
+        R=np.eye(3).ravel().tolist(),
+        P=np.hstack([K, np.zeros((3, 1))]).ravel().tolist(),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mount:
+    """A frame that is fixed in another."""
+
+    outer: str
+    inner: str
+    translation: Vector3
+    """[m]"""
+    rotation: Quaternion
+
+
+def mount(outer: str, inner: str, outer_from_inner: Array) -> Mount:
+    """Return the mount of a homogeneous transform, shape (4, 4) [m]."""
+    x, y, z = outer_from_inner[:3, 3].tolist()
+    return Mount(outer, inner, Vector3(x=x, y=y, z=z), quaternion(outer_from_inner[:3, :3]))
+
+
+def frames_message(time: float, poses: Mapping[str, Pose], mounts: Sequence[Mount]) -> FrameTransforms:
+    """Return all frames at a simulated time [s]: those with a pose in the world, and those fixed in them."""
+    now = stamp(time)
+    moving = [
+        FrameTransform(
+            timestamp=now,
+            parent_frame_id="world",
+            child_frame_id=name,
+            translation=Vector3(x=float(pose.x), y=float(pose.y)),
+            rotation=_turned(pose.heading),
+        )
+        for name, pose in poses.items()
+    ]
+    fixed = [
+        FrameTransform(
+            timestamp=now,
+            parent_frame_id=item.outer,
+            child_frame_id=item.inner,
+            translation=item.translation,
+            rotation=item.rotation,
+        )
+        for item in mounts
+    ]
+    return FrameTransforms(transforms=moving + fixed)
+
+
+def quaternion(rotation: Array) -> Quaternion:
+    """Return the unit quaternion of a rotation matrix, shape (3, 3).
+
+    References:
+        Bar-Itzhack, J. Guidance 23(6), 2000: the eigenvector of the largest eigenvalue of a symmetric 4 x 4 matrix.
+    """
+    (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
+    K = np.array(
+        [
+            [a - e - i, b + d, c + g, h - f],
+            [b + d, e - a - i, f + h, c - g],
+            [c + g, f + h, i - a - e, d - b],
+            [h - f, c - g, d - b, a + e + i],
+        ]
+    )
+    x, y, z, w = np.linalg.eigh(K)[1][:, -1].tolist()
+    return Quaternion(x=x, y=y, z=z, w=w)
+
+
+def map_update(world: World) -> SceneUpdate:
+    """Return walls, obstacles and beacons as a scene."""
+    walls = [
+        _prism(piece.outline, piece.low, piece.high, wall.color) for wall in world.walls for piece in wall_pieces(wall)
+    ]
+    obstacles = [
+        _prism(footprint(item), 0.0, item.box[2] if isinstance(item, BoxObstacle) else item.cylinder[1], item.color)
+        for item in world.obstacles
+    ]
+    return SceneUpdate(
+        entities=[
+            SceneEntity(timestamp=stamp(0.0), frame_id="world", id="walls", triangles=walls),
+            SceneEntity(timestamp=stamp(0.0), frame_id="world", id="obstacles", triangles=obstacles),
+            SceneEntity(
+                timestamp=stamp(0.0),
+                frame_id="world",
+                id="beacons",
+                cubes=[
+                    CubePrimitive(
+                        pose=_pose_of(beacon),
+                        size=Vector3(x=_BEACON_THICKNESS, y=beacon.width, z=beacon.width),
+                        color=_color(_BEACON_COLOR),
+                    )
+                    for beacon in world.beacons
+                ],
+                texts=[
+                    TextPrimitive(
+                        pose=_pose_of(beacon),
+                        billboard=True,
+                        font_size=12.0,
+                        scale_invariant=True,
+                        color=_color("#000000"),
+                        text=beacon.name,
+                    )
+                    for beacon in world.beacons
+                ],
+            ),
+        ]
+    )
+
+
+def _pose_of(beacon: Beacon) -> Pose3:
+    x, y = beacon.at
+    return Pose3(position=Vector3(x=x, y=y, z=beacon.center), orientation=_turned(math.radians(beacon.heading_deg)))
+
+
+def _prism(outline: Array, low: float, high: float, color: str) -> TriangleListPrimitive:
+    """Return the faces of an upright prism on a convex outline, counter-clockwise, shape (n, 2) [m]."""
+    n = len(outline)
+    points = [Point3(x=x, y=y, z=z) for z in (low, high) for x, y in outline.tolist()]
+    sides = [(i, (i + 1) % n, n + (i + 1) % n, i, n + (i + 1) % n, n + i) for i in range(n)]
+    caps = [(n, n + i, n + i + 1, 0, i + 1, i) for i in range(1, n - 1)]
+    indices = [index for face in sides + caps for index in face]
+    return TriangleListPrimitive(points=points, color=_color(color), indices=indices)
