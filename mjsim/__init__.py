@@ -15,6 +15,7 @@ from mjsim.errors import (
     WorldError,
 )
 from mjsim.geometry import Pose
+from mjsim.gl_request import hide_request_from_mujoco
 from mjsim.interface import (
     Avoidance,
     BeaconInfo,
@@ -37,6 +38,8 @@ from mjsim.interface import (
 )
 from mjsim.run import Driver, run, ticks
 from mjsim.world import World, load_world, parse_world
+
+hide_request_from_mujoco()  # Before anything imports mujoco, which nothing above does.
 
 if TYPE_CHECKING:
     from mjsim.compile import compile_world
