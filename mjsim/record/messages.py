@@ -180,28 +180,34 @@ def names_of(message: Message) -> tuple[Hashable, ...]:
     )
 
 
-def map_message(landmarks: Mapping[Hashable, tuple[ArrayLike, ArrayLike]]) -> Message:
-    """Return the names, means and covariances of an estimated map, without a time."""
-    means = [_flat(mean) for mean, _ in landmarks.values()]
-    return _labels(list(landmarks)) | {
-        "poses": [
-            {"position": {"x": x, "y": y, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
-            for x, y in means
-        ],
-        "covariances": [value for _, covariance in landmarks.values() for value in _flat(covariance)],
+def map_arrays(
+    landmarks: Mapping[Hashable, tuple[ArrayLike, ArrayLike]],
+) -> tuple[tuple[Hashable, ...], Array, Array]:
+    """Return copies of an estimated map: names, means (n, 2) [m] and covariances (n, 2, 2) [m^2]."""
+    means = np.array([mean for mean, _ in landmarks.values()], dtype=float).reshape(-1, 2)
+    covariances = np.array([covariance for _, covariance in landmarks.values()], dtype=float).reshape(-1, 2, 2)
+    return tuple(landmarks), means, covariances
+
+
+def landmarks_message(time: float, names: Sequence[Hashable], means: Array, covariances: Array) -> Message:
+    """Return an estimated map, as `map_arrays` gives it."""
+    upright = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
+    return {
+        "timestamp": _stamp(time),
+        "frame_id": "world",
+        "time": time,
+        "poses": [{"position": {"x": x, "y": y, "z": 0.0}, "orientation": upright} for x, y in means.tolist()],
+        **_labels(names),
+        "covariances": _flat(covariances),
     }
-
-
-def landmarks_message(time: float, landmarks: Message) -> Message:
-    """Return what `map_message` gives as a message of its own."""
-    return {"timestamp": _stamp(time), "frame_id": "world", "time": time} | landmarks
 
 
 def landmarks_of(message: Message) -> tuple[tuple[Hashable, ...], Array, Array]:
     """Return names, means (k, 2) [m] and covariances (k, 2, 2) [m^2] of the map in a message."""
-    means = [(pose["position"]["x"], pose["position"]["y"]) for pose in message["poses"]]
     names = names_of(message)
-    return names, np.array(means, dtype=float).reshape(-1, 2), numbers(message["covariances"], len(names), 2, 2)
+    means = [(pose["position"]["x"], pose["position"]["y"]) for pose in message["poses"]]
+    covariances = np.reshape(numbers(message["covariances"]), (len(names), 2, 2))
+    return names, np.array(means, dtype=float).reshape(-1, 2), covariances
 
 
 def innovations_message(time: float, innovations: Sequence[tuple[Hashable, ArrayLike, ArrayLike]]) -> Message:

@@ -3,7 +3,7 @@
 import queue
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -19,7 +19,7 @@ from mjsim.record.messages import (
     event_message,
     innovations_message,
     landmarks_message,
-    map_message,
+    map_arrays,
     observation_message,
     pose_message,
     sightings_message,
@@ -32,6 +32,7 @@ from mjsim.world import World
 
 KEPT_BACK = 0.4
 """Longest time, simulated and on the clock, that a tick waits in the queue, and then in a chunk [s]."""
+_EMPTY_MAP = ((), b"", b"")
 
 
 class Recorder:
@@ -63,7 +64,7 @@ class Recorder:
         self._writer = Writer(Path(path), world=world, seed=seed, robots=robots, metadata=metadata)
         dt = min((info.dt for info in robots.values()), default=KEPT_BACK)
         self._queue: queue.Queue[Job | None] = queue.Queue(min(max(round(KEPT_BACK / dt), 2), 64))
-        self._maps: dict[str, Message] = {}
+        self._maps: dict[str, tuple[tuple[Hashable, ...], bytes, bytes]] = {}
         self._began = time.perf_counter()
         self._failure: BaseException | None = None
         self._closed = False
@@ -134,10 +135,11 @@ class Recorder:
             ("estimate", pose_message(now, estimate.pose, estimate.covariance)),
             ("command", command_message(now, order)),
         ]
-        landmarks = map_message(estimate.landmarks)
-        if landmarks != self._maps.get(robot, map_message({})):
-            self._maps[robot] = landmarks
-            messages.append(("landmarks", landmarks_message(now, landmarks)))
+        names, means, covariances = map_arrays(estimate.landmarks)
+        held = (names, means.tobytes(), covariances.tobytes())
+        if held != self._maps.get(robot, _EMPTY_MAP):
+            self._maps[robot] = held
+            messages.append(("landmarks", landmarks_message(now, names, means, covariances)))
         if order.sightings:
             messages.append(("sightings", sightings_message(now, order.sightings)))
         if estimate.innovations:

@@ -23,6 +23,7 @@ from foxglove.messages import (
     Vector3,
 )
 from foxglove.messages import Pose as Pose3
+from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose
 from mjsim.interface import CameraFrame, Intrinsics
@@ -89,7 +90,8 @@ class Mount:
 def mount(outer: str, inner: str, outer_from_inner: Array) -> Mount:
     """Return the mount of a homogeneous transform, shape (4, 4) [m]."""
     x, y, z = outer_from_inner[:3, 3].tolist()
-    return Mount(outer, inner, Vector3(x=x, y=y, z=z), quaternion(outer_from_inner[:3, :3]))
+    qx, qy, qz, qw = quaternion(outer_from_inner[:3, :3]).tolist()
+    return Mount(outer, inner, Vector3(x=x, y=y, z=z), Quaternion(x=qx, y=qy, z=qz, w=qw))
 
 
 def frames_message(time: float, poses: Mapping[str, Pose], mounts: Sequence[Mount]) -> FrameTransforms:
@@ -118,8 +120,8 @@ def frames_message(time: float, poses: Mapping[str, Pose], mounts: Sequence[Moun
     return FrameTransforms(transforms=moving + fixed)
 
 
-def quaternion(rotation: Array) -> Quaternion:
-    """Return the unit quaternion of a rotation matrix, shape (3, 3).
+def quaternion(rotation: Array) -> Array:
+    """Return the unit quaternion (x, y, z, w) of a rotation matrix, shape (3, 3) -> (4,).
 
     References:
         Bar-Itzhack, J. Guidance 23(6), 2000: the eigenvector of the largest eigenvalue of a symmetric 4 x 4 matrix.
@@ -133,8 +135,7 @@ def quaternion(rotation: Array) -> Quaternion:
             [h - f, c - g, d - b, a + e + i],
         ]
     )
-    x, y, z, w = np.linalg.eigh(K)[1][:, -1].tolist()
-    return Quaternion(x=x, y=y, z=z, w=w)
+    return np.asarray(np.linalg.eigh(K)[1][:, -1])
 
 
 def map_update(world: World) -> SceneUpdate:
@@ -184,10 +185,32 @@ def _pose_of(beacon: Beacon) -> Pose3:
 
 
 def _prism(outline: Array, low: float, high: float, color: str) -> TriangleListPrimitive:
-    """Return the faces of an upright prism on a convex outline, counter-clockwise, shape (n, 2) [m]."""
+    corners, triangles = prism(outline, low, high)
+    return TriangleListPrimitive(
+        points=[Point3(x=x, y=y, z=z) for x, y, z in corners.tolist()],
+        color=_color(color),
+        indices=triangles.ravel().tolist(),
+    )
+
+
+def prism(outline: Array, low: float, high: float) -> tuple[Array, NDArray[np.int64]]:
+    """Return the mesh of an upright prism.
+
+    Args:
+        outline: Convex, counter-clockwise, shape (n, 2) [m].
+        low: Height of its lower face [m].
+        high: Of its upper face [m].
+
+    Returns:
+        corners: Shape (2 n, 3) [m], the lower ones first.
+        triangles: Indices of corners, counter-clockwise from outside, shape (4 n - 4, 3).
+    """
     n = len(outline)
-    points = [Point3(x=x, y=y, z=z) for z in (low, high) for x, y in outline.tolist()]
-    sides = [(i, (i + 1) % n, n + (i + 1) % n, i, n + (i + 1) % n, n + i) for i in range(n)]
-    caps = [(n, n + i, n + i + 1, 0, i + 1, i) for i in range(1, n - 1)]
-    indices = [index for face in sides + caps for index in face]
-    return TriangleListPrimitive(points=points, color=_color(color), indices=indices)
+    corners = np.vstack([np.column_stack([outline, np.full(n, z)]) for z in (low, high)])
+    faces = []
+    for i in range(n):
+        j = (i + 1) % n
+        faces += [(i, j, n + j), (i, n + j, n + i)]
+    for i in range(1, n - 1):
+        faces += [(n, n + i, n + i + 1), (0, i + 1, i)]
+    return corners, np.array(faces)

@@ -1,0 +1,292 @@
+"""A recording to the files that other tools read: TUM, CSV, NPZ, MAT and pictures.
+
+Every file appears whole or not at all.
+"""
+
+import csv
+import io
+import re
+import tempfile
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.geometry import Array
+from mjsim.interface import Sighting
+from mjsim.record.recording import Recording, Track
+
+_SUFFIXES = {"jpeg": "jpg"}
+"""Formats of pictures whose files are called otherwise."""
+_LONGEST_FIELD = 63
+"""Characters in a name of MATLAB."""
+
+
+def export_tum(recording: Recording, folder: str | Path) -> list[Path]:
+    """Write `R_truth.tum`, `R_estimate.tum` and `R_odometry.tum` for each robot R, as evo reads them.
+
+    Rows are `t x y z qx qy qz qw` [s, m]; in the plane qz = sin(heading / 2) and qw = cos(heading / 2). What a robot
+    without a driver does not have is left out.
+
+    Returns:
+        The files written.
+
+    Raises:
+        UsageError: A file cannot be written.
+    """
+    written = []
+    for name, track in recording.robots.items():
+        for kind, poses in (("truth", track.truth), ("estimate", track.estimate), ("odometry", track.odometry)):
+            known = np.isfinite(poses).all(axis=1)
+            if known.any():
+                text = "".join(_tum_row(*row) for row in np.column_stack([track.time, poses])[known].tolist())
+                written.append(_write(Path(folder) / f"{name}_{kind}.tum", text.encode()))
+    return written
+
+
+def _tum_row(time: float, x: float, y: float, heading: float) -> str:
+    half = heading / 2
+    return f"{time!r} {x!r} {y!r} 0.0 0.0 0.0 {float(np.sin(half))!r} {float(np.cos(half))!r}\n"
+
+
+def export_csv(recording: Recording, folder: str | Path) -> list[Path]:
+    """Write `R_track.csv`, `R_landmarks.csv`, `R_sightings.csv`, `R_innovations.csv`, `R_events.csv` for each robot R.
+
+    A number is written so that it reads back exactly; what is not there is an empty field. The table of landmarks
+    has a row for each landmark at each tick at which its mean or covariance changed.
+
+    Returns:
+        The files written.
+
+    Raises:
+        UsageError: A file cannot be written.
+    """
+    folder = Path(folder)
+    written = []
+    for name, track in recording.robots.items():
+        for kind, header, rows in (
+            ("track", _TRACK_HEADER, _track_rows(track)),
+            ("landmarks", _LANDMARKS_HEADER, _landmark_rows(track)),
+            ("sightings", _SIGHTINGS_HEADER, _sighting_rows(track)),
+            ("innovations", _INNOVATIONS_HEADER, _innovation_rows(track)),
+            ("events", _EVENTS_HEADER, ((e.time, e.kind, e.text, e.bearing) for e in track.events)),
+        ):
+            text = io.StringIO()
+            table = csv.writer(text, lineterminator="\n")
+            table.writerow(header)
+            table.writerows(rows)
+            written.append(_write(folder / f"{name}_{kind}.csv", text.getvalue().encode()))
+    return written
+
+
+def _covariance_header(prefix: str, states: Sequence[str]) -> list[str]:
+    return [f"{prefix}_cov_{a}_{b}" for a in states for b in states]
+
+
+_POSE = ("x", "y", "heading")
+_TRACK_HEADER = [
+    "time",
+    *(f"{kind}_{state}" for kind in ("truth", "odometry", "estimate") for state in _POSE),
+    "command_forward",
+    "command_left",
+    "command_turn",
+    *_covariance_header("odometry", _POSE),
+    *_covariance_header("estimate", _POSE),
+]
+_LANDMARKS_HEADER = ["time", "name", "x", "y", *_covariance_header("landmark", ("x", "y"))]
+_SIGHTINGS_HEADER = [
+    "time",
+    "stamp",
+    "name",
+    "range",
+    "bearing",
+    *_covariance_header("sighting", ("range", "bearing")),
+    *(f"{axis}{corner}" for corner in range(4) for axis in "uv"),
+]
+_INNOVATIONS_HEADER = ["time", "name", "nu_0", "nu_1", "S_0_0", "S_0_1", "S_1_0", "S_1_1"]
+_EVENTS_HEADER = ["time", "kind", "text", "bearing"]
+
+
+def _track_rows(track: Track) -> Iterable[list[float | None]]:
+    n = len(track.time)
+    parts = (
+        track.time.reshape(n, 1),
+        track.truth,
+        track.odometry,
+        track.estimate,
+        track.command,
+        track.odometry_covariance.reshape(n, 9),
+        track.covariance.reshape(n, 9),
+    )
+    for row in np.concatenate(parts, axis=1).tolist():
+        yield [None if value != value else value for value in row]
+
+
+def _landmark_rows(track: Track) -> Iterable[list[Any]]:
+    marks = track.landmarks
+    n, k = marks.mean.shape[:2]
+    values = np.concatenate([marks.mean, marks.covariance.reshape(n, k, 4)], axis=2)
+    before = np.concatenate([np.full((1, k, 6), np.nan), values[:-1]])
+    changed = ((values != before) & ~np.isnan(values)).any(axis=2)
+    for tick, mark in np.argwhere(changed).tolist():
+        yield [track.time[tick].item(), marks.names[mark], *values[tick, mark].tolist()]
+
+
+def _sighting_rows(track: Track) -> Iterable[list[Any]]:
+    for time, sightings in zip(track.time.tolist(), track.sightings, strict=True):
+        for sighting in sightings:
+            corners = [None] * 8 if sighting.corners is None else sighting.corners.ravel().tolist()
+            covariance = sighting.covariance.ravel().tolist()
+            yield [time, sighting.stamp, sighting.name, sighting.range, sighting.bearing, *covariance, *corners]
+
+
+def _innovation_rows(track: Track) -> Iterable[list[Any]]:
+    for time, innovations in zip(track.time.tolist(), track.innovations, strict=True):
+        for name, nu, S in innovations:
+            yield [time, name, *nu.tolist(), *S.ravel().tolist()]
+
+
+def export_npz(recording: Recording, file: str | Path) -> Path:
+    """Write all arrays into one NumPy file, as 'time', 'qpos', 'qvel', 'seed', 'R/truth', 'R/landmarks/mean' and so on.
+
+    Sightings and innovations are flat: `tick` is the row of `time` that each belongs to.
+
+    Returns:
+        The file written.
+
+    Raises:
+        UsageError: It cannot be written.
+    """
+    arrays = _arrays_of(recording)
+    for name, track in recording.robots.items():
+        arrays |= {f"{name}/{key}": value for key, value in _arrays_of_track(track).items()}
+    return _write_with(Path(file), lambda stream: np.savez_compressed(stream, **arrays))
+
+
+def export_mat(recording: Recording, file: str | Path) -> Path:
+    """Write all arrays into one MATLAB file: `time`, `qpos`, `qvel`, `seed`, and the struct `robots` of all robots.
+
+    Its fields are as `export_npz` names them, `robots.R.landmarks.mean` and so on. In names, what MATLAB does not
+    allow becomes an underscore; `robots.R.name` is the robot's own name.
+
+    Returns:
+        The file written.
+
+    Raises:
+        UsageError: It cannot be written.
+    """
+    from scipy.io import savemat
+
+    robots: dict[str, Any] = {}
+    for name, track in recording.robots.items():
+        fields: dict[str, Any] = {"name": name}
+        for key, value in _arrays_of_track(track).items():
+            group, _, field = key.rpartition("/")
+            (fields.setdefault(group, {}) if group else fields)[field] = value
+        robots[_field_name(name, robots)] = fields
+    content = _arrays_of(recording) | {"robots": robots}
+    return _write_with(
+        Path(file),
+        lambda stream: savemat(stream, content, long_field_names=True, do_compression=True, oned_as="column"),
+    )
+
+
+def _field_name(name: str, taken: Iterable[str]) -> str:
+    """Return a name that MATLAB allows and that is not taken."""
+    plain = re.sub(r"\W", "_", name, flags=re.ASCII)[: _LONGEST_FIELD - 8]
+    if not plain[0].isalpha():
+        plain = f"r{plain}"
+    number, field = 1, plain
+    while field in taken:
+        number += 1
+        field = f"{plain}_{number}"
+    return field
+
+
+def _arrays_of(recording: Recording) -> dict[str, Any]:
+    return {
+        "time": recording.time,
+        "qpos": recording.qpos,
+        "qvel": recording.qvel,
+        "seed": np.array(recording.seed, dtype=np.int64),
+    }
+
+
+def _arrays_of_track(track: Track) -> dict[str, Any]:
+    sightings = [(tick, seen) for tick, seens in enumerate(track.sightings) for seen in seens]
+    innovations = [(tick, *item) for tick, items in enumerate(track.innovations) for item in items]
+    return {
+        "truth": track.truth,
+        "odometry": track.odometry,
+        "odometry_covariance": track.odometry_covariance,
+        "estimate": track.estimate,
+        "covariance": track.covariance,
+        "command": track.command,
+        "landmarks/names": _texts(map(str, track.landmarks.names)),
+        "landmarks/mean": track.landmarks.mean,
+        "landmarks/covariance": track.landmarks.covariance,
+        "sightings/tick": np.array([tick for tick, _ in sightings], dtype=np.int64),
+        "sightings/stamp": np.array([seen.stamp for _, seen in sightings], dtype=float),
+        "sightings/name": _texts(seen.name or "" for _, seen in sightings),
+        "sightings/range": np.array([seen.range for _, seen in sightings], dtype=float),
+        "sightings/bearing": np.array([seen.bearing for _, seen in sightings], dtype=float),
+        "sightings/covariance": _stack([seen.covariance for _, seen in sightings], 2, 2),
+        "sightings/corners": _stack([_corners(seen) for _, seen in sightings], 4, 2),
+        "innovations/tick": np.array([tick for tick, *_ in innovations], dtype=np.int64),
+        "innovations/name": _texts(str(name) for _, name, _, _ in innovations),
+        "innovations/nu": _stack([nu for _, _, nu, _ in innovations], 2),
+        "innovations/S": _stack([S for _, _, _, S in innovations], 2, 2),
+        "events/time": np.array([event.time for event in track.events], dtype=float),
+        "events/kind": _texts(event.kind for event in track.events),
+        "events/text": _texts(event.text for event in track.events),
+    }
+
+
+def _texts(words: Iterable[str]) -> Any:
+    return np.array(list(words), dtype=np.str_)
+
+
+def _stack(arrays: Sequence[Array], *shape: int) -> Array:
+    return np.array(arrays, dtype=float).reshape(-1, *shape)
+
+
+def _corners(sighting: Sighting) -> Array:
+    return np.full((4, 2), np.nan) if sighting.corners is None else sighting.corners
+
+
+def export_images(recording: Recording, folder: str | Path) -> int:
+    """Write the pictures of each camera as they were recorded, as `R/CAMERA/STAMP.jpg`, the stamp in seconds.
+
+    Returns:
+        How many were written.
+
+    Raises:
+        UsageError: A file cannot be written.
+    """
+    count = 0
+    for robot, camera in recording.cameras():
+        for stamp, data, form in recording.pictures(robot, camera):
+            # Padded, so that files sort by time.
+            _write(Path(folder) / robot / camera / f"{stamp:015.6f}.{_SUFFIXES.get(form, form)}", data)
+            count += 1
+    return count
+
+
+def _write(path: Path, data: bytes) -> Path:
+    return _write_with(path, lambda stream: stream.write(data))
+
+
+def _write_with(path: Path, write: Callable[[BinaryIO], object]) -> Path:
+    """Write a file beside its place, and put it there once it is whole."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".mjsim-", dir=path.parent) as folder:
+            half = Path(folder) / path.name
+            with half.open("wb") as stream:
+                write(stream)
+            half.replace(path)
+    except OSError as error:
+        raise UsageError(f"cannot write '{path}': {error.strerror}") from error
+    return path
