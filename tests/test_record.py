@@ -10,7 +10,9 @@ from mjsim.errors import UsageError
 from mjsim.interface import Command
 from mjsim.record import Event, Recorder, Recording, Tick, numeric_topics, read_recording, same_run
 from mjsim.record.schemas import ROBOT_TOPICS
-from mjsim.world import load_world
+from mjsim.world import World, load_world
+from mjsim.world.robots import Robot
+from mjsim.world.structure import Wall
 
 TICKS = 60
 
@@ -157,6 +159,14 @@ def test_a_world_that_was_changed_after_reading_is_recorded_as_it_is(tmp_path: P
     with Recorder(tmp_path / "run.mcap", world=changed, seed=1, robots=infos(), metadata={}) as recorder:
         recorder.write(ticks[0])
     assert read_recording(tmp_path / "run.mcap").world == changed
+
+
+def test_a_world_built_in_python_comes_with_its_recording(tmp_path: Path, ticks: list[Tick]):
+    robots = tuple(Robot(name=name, at=(1.0, 1.0)) for name in ROBOTS)
+    world = World(walls=(Wall(points=((0.0, 0.0), (3.0, 0.0)), thickness=0.2),), robots=robots)
+    with Recorder(tmp_path / "run.mcap", world=world, seed=1, robots=infos(), metadata={}) as recorder:
+        recorder.write(ticks[0])
+    assert read_recording(tmp_path / "run.mcap").world == world
 
 
 def test_two_equal_runs_have_the_same_bytes_in_every_numeric_topic(tmp_path: Path, recording: Recording):

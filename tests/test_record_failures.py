@@ -185,6 +185,16 @@ def test_a_place_where_nothing_can_be_written_is_refused_at_once(tmp_path: Path)
         record(tmp_path / "file" / "run.mcap", [])
 
 
+FULL_AT_ONCE = FULL.replace("(60_000, 60_000)", "(100, 100)")
+
+
+def test_a_disk_that_is_full_from_the_start_is_one_line_too(tmp_path: Path):
+    path = tmp_path / "run.mcap"
+    command = [sys.executable, "-Wdefault", "-c", FULL_AT_ONCE, str(path), str(Path(__file__).parent)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    assert (done.stdout, done.stderr) == (f"cannot write '{path}': File too large\n", "")
+
+
 def test_nan_in_a_tick_is_refused_with_its_topic_and_time(tmp_path: Path, ticks: list[Tick]):
     spoilt = replace(ticks[2], qvel=np.full(12, np.nan))
     with pytest.raises(RecordingError, match=r"/state at 0.080 s holds NaN"):

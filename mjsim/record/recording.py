@@ -60,7 +60,7 @@ class Track:
     events: tuple[Event, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, weakref_slot=True)
 class Recording:
     """A run that was recorded; it needs nothing but its file."""
 
@@ -94,7 +94,8 @@ class Recording:
 
     def messages(self, topic: str) -> Iterator[bytes]:
         """Yield the messages of a topic as they stand in the file; none for a topic that is not there."""
-        return (message.data for message in raw_messages(self.path, topics={topic}))
+        for message in raw_messages(self.path, topics={topic}):
+            yield message.data
 
     def pictures(self, robot: str, camera: str) -> Iterator[tuple[float, bytes, str]]:
         """Yield stamp [s], file contents and format ('jpeg') of each picture of a camera.

@@ -1,10 +1,11 @@
 """The recording as a file being written: its head, its channels and its chunks."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
+from typing import Self
 
 from foxglove import Channel, Context, open_mcap
 from foxglove.channels import (
@@ -17,7 +18,7 @@ from foxglove.mcap import MCAPWriteOptions
 
 from mjsim.errors import RecordingError, WorldError
 from mjsim.geometry import Array, Pose
-from mjsim.interface import CameraFrame, Estimate, RobotInfo
+from mjsim.interface import CameraFrame, Estimate, RobotInfo, SensorInfo
 from mjsim.record.file import FILES, METADATA_NAME, WORLD_NAME
 from mjsim.record.messages import Message, covariance_message, encode, nanoseconds
 from mjsim.record.scene import calibration_message, frames_message, map_update, mount, picture_message
@@ -58,48 +59,39 @@ class Writer:
         self, path: Path, *, world: World, seed: int, robots: Mapping[str, RobotInfo], metadata: Mapping[str, str]
     ) -> None:
         self._path = path
+        files = {name: world.read_asset(name) for name in named_files(world)}
+        text = text_of(world, files)
         self._file: _File | None = None
         # Its channels close when it goes.
         self._context = context = Context()
-        with self._reporting():
+        with self._reporting(), ExitStack() as undo:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = _File(path)
+            self._file = undo.enter_context(_File(path))
             # Chunks end where `flush` ends them, so that each holds whole ticks.
-            self._mcap = open_mcap(
-                self._file, context=context, writer_options=MCAPWriteOptions(chunk_size=None, compression_threads=0)
-            )
-        cameras = {
-            f"{robot}/{name}": sensor
-            for robot, info in robots.items()
-            for name, sensor in info.sensors.items()
-            if sensor.kind == "camera"
-        }
-        self._mounts = [
-            mount(f"{name.rpartition('/')[0]}/base", name, sensor.robot_from_sensor) for name, sensor in cameras.items()
-        ]
+            options = MCAPWriteOptions(chunk_size=None, compression_threads=0)
+            self._mcap = open_mcap(self._file, context=context, writer_options=options)
+            versions = {f"{name} version": version(name) for name in VERSIONED}
+            self._mcap.write_metadata(METADATA_NAME, versions | dict(metadata) | {"seed": str(seed)})
+            self._attach(WORLD_NAME, "application/yaml", text.encode())
+            for name, data in files.items():
+                self._attach(FILES + name, "application/octet-stream", data)
+            undo.pop_all()
         schemas = {f"/{robot}/{kind}": schema for robot in robots for kind, schema in ROBOT_TOPICS.items()}
         self._json = {
             topic: Channel(topic, schema=schema, context=context)
             for topic, schema in (schemas | {"/state": STATE, "/timing": TIMING}).items()
         }
+        cameras = cameras_of(robots)
+        self._mounts = [
+            mount(f"{name.rpartition('/')[0]}/base", name, sensor.robot_from_sensor) for name, sensor in cameras.items()
+        ]
         self._pictures = {name: CompressedImageChannel(f"/{name}/image", context=context) for name in cameras}
         self._frames = FrameTransformsChannel("/tf", context=context)
-        versions = {f"{name} version": version(name) for name in VERSIONED}
-        self._write_head(world, versions | dict(metadata) | {"seed": str(seed)})
         SceneUpdateChannel("/map", context=context).log(map_update(world), log_time=0)
         for name, sensor in cameras.items():
             if sensor.intrinsics is not None:
                 channel = CameraCalibrationChannel(f"/{name}/calibration", context=context)
                 channel.log(calibration_message(sensor.intrinsics, name), log_time=0)
-        self.flush()
-
-    def _write_head(self, world: World, metadata: dict[str, str]) -> None:
-        files = {name: world.read_asset(name) for name in named_files(world)}
-        with self._reporting():
-            self._mcap.write_metadata(METADATA_NAME, metadata)
-            self._attach(WORLD_NAME, "application/yaml", text_of(world, files).encode())
-            for name, data in files.items():
-                self._attach(FILES + name, "application/octet-stream", data)
 
     def _attach(self, name: str, media_type: str, data: bytes) -> None:
         self._mcap.attach(log_time=0, create_time=0, name=name, media_type=media_type, data=data)
@@ -175,6 +167,22 @@ class _File:
 
     def close(self) -> None:
         self._raw.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+
+def cameras_of(robots: Mapping[str, RobotInfo]) -> dict[str, SensorInfo]:
+    """Return 'ROBOT/CAMERA' -> its data sheet."""
+    return {
+        f"{robot}/{name}": sensor
+        for robot, info in robots.items()
+        for name, sensor in info.sensors.items()
+        if sensor.kind == "camera"
+    }
 
 
 def named_files(world: World) -> list[str]:
