@@ -8,6 +8,7 @@ import ctypes
 import os
 from collections.abc import Iterator
 from ctypes import c_char_p, c_int, c_uint, c_void_p
+from typing import cast
 
 from mjsim.errors import OpenGLError
 from mjsim.sim.native import function, open_library, renderer_name
@@ -69,6 +70,14 @@ class EglContext:
     def renderer(self) -> str:
         """Return who draws; the context must be current."""
         return renderer_name(self._egl.get_address)
+
+    def release(self) -> None:
+        """Let no OpenGL call of this thread go anywhere, so that another thread may make it current."""
+        self._egl.make_current(self._display, None, None, None)
+
+    def address(self, name: bytes) -> int | None:
+        """Return where an OpenGL function is, or None when there is none of that name."""
+        return cast("int | None", self._egl.get_address(name))
 
     def free(self) -> None:
         """Give it back; a second call does nothing."""

@@ -35,6 +35,12 @@ class GLContext(Protocol):
     def renderer(self) -> str:
         """Return who draws, as OpenGL tells it; the context must be current."""
 
+    def release(self) -> None:
+        """Let no OpenGL call of this thread go anywhere, so that another thread may make it current."""
+
+    def address(self, name: bytes) -> int | None:
+        """Return where an OpenGL function is, or None when there is none of that name."""
+
     def free(self) -> None:
         """Give it back, from the thread where it is current; a second call does nothing."""
 

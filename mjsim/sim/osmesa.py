@@ -10,6 +10,7 @@ import ctypes
 from ctypes import c_char_p, c_int, c_ubyte, c_uint, c_void_p
 from importlib import metadata
 from pathlib import Path
+from typing import cast
 
 from mjsim.errors import OpenGLError
 from mjsim.sim.native import function, open_library, renderer_name
@@ -67,6 +68,14 @@ class OsmesaContext:
     def renderer(self) -> str:
         """Return who draws; the context must be current."""
         return renderer_name(self._get_address)
+
+    def release(self) -> None:
+        """Let no OpenGL call of this thread go anywhere, so that another thread may make it current."""
+        self._make_current(None, None, UNSIGNED_BYTE, 0, 0)
+
+    def address(self, name: bytes) -> int | None:
+        """Return where an OpenGL function is, or None when there is none of that name."""
+        return cast("int | None", self._get_address(name))
 
     def free(self) -> None:
         """Give it back; a second call does nothing."""

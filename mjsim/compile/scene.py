@@ -1,0 +1,176 @@
+"""World -> MjSpec: the room, its light, the views from outside, and the robots."""
+
+import math
+
+import mujoco
+import numpy as np
+
+from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, add_matte, bounded, color_of, read_picture
+from mjsim.compile.robots import add_robot
+from mjsim.compile.things import add_beacons, add_obstacles
+from mjsim.compile.walls import WallBox, add_walls, wall_boxes
+from mjsim.geometry import Array
+from mjsim.world.base import PHYSICS_STEP
+from mjsim.world.model import World
+from mjsim.world.plan import footprint
+from mjsim.world.robots import Robot
+from mjsim.world.structure import BoxObstacle, Floor
+
+NEAR = 0.02
+"""Nearest distance that a camera sees, whatever the size of the world [m]."""
+WIDEST, TALLEST = 1920, 1080
+"""Pictures of at least this size can be drawn [px]."""
+FLOOR_AROUND_WALLS, FLOOR_AROUND_NOTHING = 2.0, 20.0
+"""How far the floor is seen beyond what stands on it [m]; one can drive on beyond that."""
+OVERVIEW_TILT, OVERVIEW_FOV, OVERVIEW_ASPECT = math.radians(58.0), 40.0, 4 / 3
+"""Downwards [rad]; vertical field of view [deg]; the narrowest picture that shows the whole world."""
+CHASE_AT, CHASE_TILT, CHASE_FOV = (-1.0, 0.0, 1.25), math.radians(32.0), 60.0
+"""In the robot's frame [m]; downwards [rad]; vertical field of view [deg]."""
+
+
+def compile_world(world: World) -> mujoco.MjSpec:
+    """Return the scene of a world, its pictures in memory.
+
+    Geoms of group 0 are seen and touched, of group 1 seen only, of group 3 touched only. Cameras look at
+    groups 0 and 1, range sensors at 0 and 3.
+
+    Raises:
+        UsageError: The world is more than MuJoCo can hold.
+        ValueError: A picture cannot be read.
+    """
+    spec = mujoco.MjSpec()
+    spec.modelname = world.name
+    boxes = wall_boxes(world.walls)
+    lower, upper = _bounds(world, boxes)
+    _set_physics(spec)
+    _set_visual(spec, world, lower, upper)
+    _add_lamps(spec, lower, upper)
+    add_matte(spec, "matte")
+    # Cameras draw geoms in this order; what is likely in front comes first, so that less is painted over.
+    add_beacons(spec, world, boxes)
+    add_obstacles(spec, world.obstacles)
+    add_walls(spec, world, boxes)
+    _add_floor(spec, world, lower, upper)
+    _add_overview(spec, lower, upper)
+    for robot in world.robots:
+        add_robot(spec, robot)
+        _add_chase(spec, robot)
+    return spec
+
+
+def _bounds(world: World, boxes: list[WallBox]) -> tuple[Array, Array]:
+    """Return the lowest and the highest corner of all that stands on the floor, shape (3,) each [m]."""
+    points = [np.array([[*robot.at, 0.0], [*robot.at, robot.body.height]]) for robot in world.robots]
+    points += [np.array([[*beacon.at, beacon.center + beacon.width / 2]]) for beacon in world.beacons]
+    for box in boxes:
+        points.append(np.column_stack([box.outline(), np.full(4, box.center[2] + box.half[2])]))
+    for item in world.obstacles:
+        outline = footprint(item)
+        height = item.box[2] if isinstance(item, BoxObstacle) else item.cylinder[1]
+        points.append(np.column_stack([outline, np.full(len(outline), height)]))
+    corners = np.concatenate([*points, np.zeros((0 if points else 1, 3))])
+    lower, upper = corners.min(axis=0), corners.max(axis=0)
+    lower[2] = 0.0
+    # Even a bare floor has a size to look at.
+    return np.minimum(lower, upper - [1.0, 1.0, 0.0]), np.maximum(upper, lower + 1.0)
+
+
+def _set_physics(spec: mujoco.MjSpec) -> None:
+    spec.option.timestep = PHYSICS_STEP
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = 10.0
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+
+
+def _set_visual(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> None:
+    """Set sizes, clipping planes and the quality of pictures: flat faces need no finer cutting to be lit evenly."""
+    diagonal = float(np.linalg.norm(upper - lower))
+    spec.stat.center = (lower + upper) / 2
+    spec.stat.extent = diagonal / 2
+    spec.visual.map.znear = NEAR / spec.stat.extent
+    spec.visual.map.zfar = (4.0 * diagonal + 50.0) / spec.stat.extent
+    spec.visual.map.shadowclip = 1.0
+    cameras = [sensor for robot in world.robots for sensor in robot.sensors if hasattr(sensor, "camera")]
+    spec.visual.global_.offwidth = max([WIDEST, *(camera.width for camera in cameras)])
+    spec.visual.global_.offheight = max([TALLEST, *(camera.height for camera in cameras)])
+    spec.visual.quality.shadowsize = 0
+    spec.visual.quality.offsamples = 0
+    spec.visual.quality.numquads = 1
+
+
+def _add_lamps(spec: mujoco.MjSpec, lower: Array, upper: Array) -> None:
+    """Add even light and two lamps at infinity: walls of different directions differ, and white stays below full."""
+    spec.visual.headlight.ambient = [0.56, 0.56, 0.57]
+    spec.visual.headlight.diffuse = [0.12, 0.12, 0.12]
+    spec.visual.headlight.specular = [0.0, 0.0, 0.0]
+    middle, height = (lower + upper) / 2, float(np.linalg.norm(upper - lower)) / 2
+    for name, towards, strength in (("lamp/key", (0.55, 0.35, 0.75), 0.34), ("lamp/fill", (-0.35, 0.60, 0.70), 0.18)):
+        direction = np.array(towards) / np.linalg.norm(towards)
+        spec.worldbody.add_light(
+            name=name,
+            type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+            pos=middle + direction * (height + 2 * NEAR),
+            dir=-direction,
+            diffuse=[strength] * 3,
+            specular=[0.0] * 3,
+            ambient=[0.0] * 3,
+            castshadow=name == "lamp/key",
+        )
+
+
+def _add_floor(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> None:
+    """Add the floor: endless to touch, as large as the world to see, its tiles counted from the world's origin."""
+    floor: Floor = world.floor
+    around = FLOOR_AROUND_WALLS if world.walls else FLOOR_AROUND_NOTHING
+    center = (lower[:2] + upper[:2]) / 2
+    if floor.texture is not None:
+        # MuJoCo counts tiles from the middle of a tile at the plane's centre.
+        center = (np.floor(center / floor.tile) + 0.5) * floor.tile
+        add_material(spec, "floor", bounded(read_picture(world.read_asset(floor.texture)), LONGEST_TILE_SIDE))
+        material = spec.material("floor")
+        material.texuniform, material.texrepeat = True, [2.0 / floor.tile] * 2
+    half = np.maximum(upper[:2] - center, center - lower[:2]) + around
+    spec.worldbody.add_geom(
+        name="floor",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        pos=[*center, 0.0],
+        size=[*half, 1.0],
+        material="matte" if floor.texture is None else "floor",
+        rgba=color_of(floor.color) if floor.texture is None else [1.0, 1.0, 1.0, 1.0],
+        friction=[floor.friction, 0.005, 0.0001],
+    )
+
+
+def _add_overview(spec: mujoco.MjSpec, lower: Array, upper: Array) -> None:
+    """Add a camera from above at an angle, as near as it can be and still see every corner of the world."""
+    s, c = math.sin(OVERVIEW_TILT), math.cos(OVERVIEW_TILT)
+    right, up, ahead = np.array([1.0, 0, 0]), np.array([0, s, c]), np.array([0, c, -s])
+    corners = np.array([[x, y, z] for x in (lower[0], upper[0]) for y in (lower[1], upper[1]) for z in (0, upper[2])])
+    offsets = corners - (lower + upper) / 2
+    rise = math.tan(math.radians(OVERVIEW_FOV / 2)) * 0.96
+    across, along = np.abs(offsets @ right) / (rise * OVERVIEW_ASPECT), np.abs(offsets @ up) / rise
+    distance = float(np.max(np.maximum(across, along) - offsets @ ahead))
+    spec.worldbody.add_camera(
+        name="overview",
+        pos=(lower + upper) / 2 - distance * ahead,
+        quat=_camera_quaternion(right, up),
+        fovy=OVERVIEW_FOV,
+    )
+
+
+def _add_chase(spec: mujoco.MjSpec, robot: Robot) -> None:
+    """Add a camera behind and above a robot, unless it has one of that name."""
+    name = f"{robot.name}/chase"
+    if spec.camera(name) is None:
+        up = np.array([math.sin(CHASE_TILT), 0.0, math.cos(CHASE_TILT)])
+        spec.body(f"{robot.name}/base").add_camera(
+            name=name, pos=CHASE_AT, quat=_camera_quaternion(np.array([0.0, -1.0, 0.0]), up), fovy=CHASE_FOV
+        )
+
+
+def _camera_quaternion(right: Array, up: Array) -> Array:
+    """Return the orientation of a camera of MuJoCo: x to the right, y up, looking against z."""
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.column_stack([right, up, np.cross(right, up)]).ravel())
+    return quaternion

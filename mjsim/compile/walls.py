@@ -1,0 +1,138 @@
+"""Walls: boxes that things bump into, and few merged meshes that cameras see.
+
+Both come from the same boxes, so that what is seen is what is bumped into. A box reaches beyond its corner as far
+as the mitre of a right angle does: then two boxes that meet leave no gap and neither stands out of the other's side.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from mjsim.compile.names import item_names
+from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, bounded, color_of, read_picture
+from mjsim.compile.solids import Face, Prism, visible_faces
+from mjsim.geometry import Array
+from mjsim.world.model import World
+from mjsim.world.plan import Piece, wall_pieces
+from mjsim.world.structure import Wall
+
+COLLISION, VISUAL = 3, 1
+"""Geom groups."""
+CHUNK = 24.0
+"""Side of the squares by which the meshes of a large floor are divided, so that unseen ones cost nothing [m]."""
+
+Look = tuple[str | None, str, float]
+"""Texture, colour and size of a tile [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WallBox:
+    """The solid of one piece of a wall."""
+
+    name: str
+    center: Array
+    """World frame, shape (3,) [m]."""
+    half: Array
+    """Half sizes along the wall, across it and upwards, shape (3,) [m]."""
+    heading: float
+    """Of the wall [rad]."""
+    look: Look
+
+    def outline(self) -> Array:
+        """Return its corners from above, counter-clockwise, shape (4, 2) [m]."""
+        c, s = np.cos(self.heading), np.sin(self.heading)
+        corners = self.half[:2] * [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+        return np.asarray(corners @ [[c, s], [-s, c]] + self.center[:2])
+
+
+def wall_boxes(walls: Sequence[Wall]) -> list[WallBox]:
+    """Return the boxes of all walls, wall by wall."""
+    return [box for wall, name in zip(walls, item_names(walls), strict=True) for box in _boxes(wall, name)]
+
+
+def _boxes(wall: Wall, name: str) -> Iterator[WallBox]:
+    texture = wall.texture
+    look = texture, "#ffffff" if texture else wall.color, wall.tile if texture else 1.0
+    for index, piece in enumerate(wall_pieces(wall)):
+        along = piece.end - piece.start
+        length = float(np.hypot(*along))
+        first, last = _reach(piece, along / length, length, wall.thickness / 2)
+        middle = piece.start + along * ((first + last) / 2 / length)
+        yield WallBox(
+            name=f"wall/{name}/{index}",
+            center=np.array([*middle, (piece.low + piece.high) / 2]),
+            half=np.array([(last - first) / 2, wall.thickness / 2, (piece.high - piece.low) / 2]),
+            heading=float(np.arctan2(along[1], along[0])),
+            look=look,
+        )
+
+
+def _reach(piece: Piece, along: Array, length: float, half_thickness: float) -> tuple[float, float]:
+    """Return where a box begins and ends that covers a piece, from the piece's start along the wall [m]."""
+    reach = (piece.outline - piece.start) @ along
+    return max(float(reach.min()), -half_thickness), min(float(reach.max()), length + half_thickness)
+
+
+def add_walls(spec: mujoco.MjSpec, world: World, boxes: Sequence[WallBox]) -> None:
+    """Add the walls of a world: a box for each piece, and the meshes that are seen."""
+    for box in boxes:
+        geom = spec.worldbody.add_geom(
+            name=box.name, type=mujoco.mjtGeom.mjGEOM_BOX, group=COLLISION, pos=box.center, size=box.half
+        )
+        geom.quat = [np.cos(box.heading / 2), 0.0, 0.0, np.sin(box.heading / 2)]
+    looks = list(dict.fromkeys(box.look for box in boxes))
+    materials = [_material(spec, world, look, index) for index, look in enumerate(looks)]
+    prisms = [_prism(box, looks.index(box.look)) for box in boxes]
+    for index, faces in enumerate(_chunks(visible_faces(prisms)), start=1):
+        look = looks[faces[0].look]
+        # A colon cannot be part of an item's name, so this never meets the name of a box.
+        geom = add_mesh_geom(spec, f"wall/seen:{index}", faces, tile=look[2])
+        geom.material, geom.rgba = materials[faces[0].look], color_of(look[1])
+
+
+def _prism(box: WallBox, look: int) -> Prism:
+    low, high = box.center[2] - box.half[2], box.center[2] + box.half[2]
+    return Prism(box.outline(), float(low), float(high), look)
+
+
+def _material(spec: mujoco.MjSpec, world: World, look: Look, index: int) -> str:
+    texture = look[0]
+    if texture is None:
+        return "matte"
+    name = f"wall/texture{index + 1}"
+    add_material(spec, name, bounded(read_picture(world.read_asset(texture)), LONGEST_TILE_SIDE))
+    return name
+
+
+def _chunks(faces: Sequence[Face]) -> list[list[Face]]:
+    """Return the faces by look and by square of the plane."""
+    chunks: dict[tuple[int, ...], list[Face]] = defaultdict(list)
+    for face in faces:
+        square = np.floor(face.points[:, :2].mean(axis=0) / CHUNK).astype(int).tolist()
+        chunks[face.look, *square].append(face)
+    return list(chunks.values())
+
+
+def add_mesh_geom(spec: mujoco.MjSpec, name: str, faces: Sequence[Face], *, tile: float) -> mujoco.MjsGeom:
+    """Add faces to the world as one mesh that is seen and never touched, textured by metric tiles."""
+    mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
+    counts = np.cumsum([0] + [len(face.points) for face in faces])
+    mesh.uservert = np.concatenate([face.points for face in faces]).ravel()
+    mesh.usernormal = np.concatenate([np.tile(face.normal, (len(face.points), 1)) for face in faces]).ravel()
+    mesh.usertexcoord = np.concatenate([_texture_points(face) / tile for face in faces]).ravel()
+    triangles = [face.triangles + first for face, first in zip(faces, counts[:-1], strict=True)]
+    mesh.userface = np.concatenate(triangles).astype(np.int32).ravel()
+    return spec.worldbody.add_geom(
+        name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, group=VISUAL, contype=0, conaffinity=0
+    )
+
+
+def _texture_points(face: Face) -> Array:
+    """Return where each corner lies on the texture, to the right and downwards, shape (n, 2) [m]."""
+    if face.normal[2]:
+        return face.points[:, :2] * [1.0, -1.0]
+    right = np.array([-face.normal[1], face.normal[0]])
+    return np.column_stack([face.points[:, :2] @ right, -face.points[:, 2]])
