@@ -38,9 +38,7 @@ def bounded(picture: Picture, longest: int) -> Picture:
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
-def add_material(
-    spec: mujoco.MjSpec, name: str, picture: Picture, *, emission: float = 0.0, gray: float = 1.0
-) -> None:
+def add_material(spec: mujoco.MjSpec, name: str, picture: Picture, *, emission: float = 0.0, gray: float = 1.0) -> None:
     """Add a material that shows a picture, without gloss; its texture and file carry the same name.
 
     Args:

@@ -94,9 +94,7 @@ def _spans(prisms: Sequence[Prism]) -> list[Span]:
     return spans
 
 
-def _sides(
-    cells: Sequence[shapely.Polygon], spans: Sequence[list[Span]]
-) -> Iterator[tuple[tuple[Node, Node], Span]]:
+def _sides(cells: Sequence[shapely.Polygon], spans: Sequence[list[Span]]) -> Iterator[tuple[tuple[Node, Node], Span]]:
     """Yield each upright face: the edge on which it stands, solid to the left, and its span."""
     edges = {
         (tuple(start), tuple(end)): cell
@@ -140,9 +138,7 @@ def _side(start: Node, end: Node, span: Span, heights: Mapping[Node, set[float]]
             triangles.append((a, b, a + 1))
     along = np.subtract(end, start)
     along /= np.hypot(*along)
-    return Face(
-        np.array(near + far), np.array(triangles, dtype=np.int32), np.array([along[1], -along[0], 0.0]), look
-    )
+    return Face(np.array(near + far), np.array(triangles, dtype=np.int32), np.array([along[1], -along[0], 0.0]), look)
 
 
 def _levels(cells: Sequence[shapely.Polygon], spans: Sequence[list[Span]], floor: float) -> Iterator[Face]:

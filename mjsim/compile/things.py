@@ -119,9 +119,8 @@ def _before_the_wall(beacon: Beacon, walls: Sequence[WallBox]) -> Array:
 
 def _inside(point: Array, wall: WallBox) -> bool:
     c, s = math.cos(wall.heading), math.sin(wall.heading)
-    dx, dy, dz = (point - wall.center).tolist()
-    along, across, up = wall.half.tolist()
-    return abs(c * dx + s * dy) < along and abs(c * dy - s * dx) < across and abs(dz) < up
+    dx, dy, dz = point - wall.center
+    return bool((np.abs([c * dx + s * dy, c * dy - s * dx, dz]) < wall.half).all())
 
 
 def _back(beacon: Beacon, at: Array, half: Array) -> Face:

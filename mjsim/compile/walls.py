@@ -1,7 +1,6 @@
 """Walls: boxes that things bump into, and few merged meshes that cameras see.
 
-Both come from the same boxes, so that what is seen is what is bumped into. A box reaches beyond its corner as far
-as the mitre of a right angle does: then two boxes that meet leave no gap and neither stands out of the other's side.
+Both come from the same boxes, so that what is seen is what is bumped into.
 """
 
 from collections import defaultdict
@@ -16,7 +15,7 @@ from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, bounded, col
 from mjsim.compile.solids import Face, Prism, visible_faces
 from mjsim.geometry import Array
 from mjsim.world.model import World
-from mjsim.world.plan import Piece, wall_pieces
+from mjsim.world.pieces import SLIVER, Piece, wall_pieces
 from mjsim.world.structure import Wall
 
 COLLISION, VISUAL = 3, 1
@@ -56,24 +55,46 @@ def wall_boxes(walls: Sequence[Wall]) -> list[WallBox]:
 def _boxes(wall: Wall, name: str) -> Iterator[WallBox]:
     texture = wall.texture
     look = texture, "#ffffff" if texture else wall.color, wall.tile if texture else 1.0
-    for index, piece in enumerate(wall_pieces(wall)):
-        along = piece.end - piece.start
-        length = float(np.hypot(*along))
-        first, last = _reach(piece, along / length, length, wall.thickness / 2)
-        middle = piece.start + along * ((first + last) / 2 / length)
+    half = wall.thickness / 2
+    solids = (solid for piece in wall_pieces(wall) for solid in _solids(piece, half))
+    for index, (first, last, half_width, piece) in enumerate(solids):
+        along = last - first
         yield WallBox(
             name=f"wall/{name}/{index}",
-            center=np.array([*middle, (piece.low + piece.high) / 2]),
-            half=np.array([(last - first) / 2, wall.thickness / 2, (piece.high - piece.low) / 2]),
+            center=np.array([*(first + last) / 2, (piece.low + piece.high) / 2]),
+            half=np.array([np.hypot(*along) / 2, half_width, (piece.high - piece.low) / 2]),
             heading=float(np.arctan2(along[1], along[0])),
             look=look,
         )
 
 
-def _reach(piece: Piece, along: Array, length: float, half_thickness: float) -> tuple[float, float]:
-    """Return where a box begins and ends that covers a piece, from the piece's start along the wall [m]."""
+def _solids(piece: Piece, half: float) -> Iterator[tuple[Array, Array, float, Piece]]:
+    """Yield the boxes that stand for a piece: both ends of their middle line [m], half their width [m], the piece.
+
+    At a mitre the box reaches as far as the mitre does. That would stand out of the next segment's side where
+    the wall turns by more than a right angle: there the box reaches as far as it may, half^2 / mitre, and a bevel
+    across the corner fills the notch between both ends.
+    """
+    along = piece.end - piece.start
+    length = float(np.hypot(*along))
+    along /= length
+    right = np.array([along[1], -along[0]])
     reach = (piece.outline - piece.start) @ along
-    return max(float(reach.min()), -half_thickness), min(float(reach.max()), length + half_thickness)
+    before, after = -reach[[0, 3]], reach[[1, 2]] - length
+    first, last = _square_end(before, half), _square_end(after, half)
+    yield piece.start - along * first, piece.end + along * last, half, piece
+    mitre = float(after.max())
+    if last < mitre:
+        tip = along * mitre + right * half * np.sign(after[0] - after[1])
+        size = float(np.hypot(*tip))
+        yield piece.end, piece.end + tip * (2 * half**2 / size**2), half * (mitre - last) / size, piece
+
+
+def _square_end(mitre: Array, half: float) -> float:
+    """Return how far a box may reach beyond its piece's centreline, from how far the right and left side do [m]."""
+    right, left = mitre.tolist()
+    reach = max(right, left)
+    return min(reach, half**2 / reach) if reach > 0.0 and abs(right - left) > SLIVER else reach
 
 
 def add_walls(spec: mujoco.MjSpec, world: World, boxes: Sequence[WallBox]) -> None:

@@ -1,0 +1,80 @@
+"""The few OpenGL functions that MuJoCo has no function for, found in the context that is current.
+
+References:
+    OpenGL 4.6 compatibility profile; MESA_pack_invert for rows read from the top; numbers from Khronos' gl.h.
+"""
+
+import ctypes
+from ctypes import c_char_p, c_double, c_float, c_int, c_ubyte, c_uint, c_void_p
+from typing import Any
+
+from mjsim.errors import OpenGLError
+from mjsim.interface import Picture
+from mjsim.sim.opengl import GLContext
+
+EXTENSIONS = 0x1F03
+RGBA, UNSIGNED_BYTE = 0x1908, 0x1401
+PACK_INVERT = 0x8758
+COMPILE, QUADS, ALL_ATTRIB_BITS = 0x1300, 0x0007, 0x000FFFFF
+MODELVIEW, PROJECTION = 0x1700, 0x1701
+LIGHTING, CULL_FACE, FOG, TEXTURE_2D = 0x0B50, 0x0B44, 0x0B60, 0x0DE1
+
+
+class GlCalls:
+    """Reading of pictures, and the background behind everything."""
+
+    def __init__(self, context: GLContext) -> None:
+        """Find the functions; the context must be current."""
+        self._context = context
+        self._read_pixels = self._function(b"glReadPixels", None, c_int, c_int, c_int, c_int, c_uint, c_uint, c_void_p)
+        self._pixel_store = self._function(b"glPixelStorei", None, c_uint, c_int)
+        self._call_list = self._function(b"glCallList", None, c_uint)
+        names = self._function(b"glGetString", c_char_p, c_uint)(EXTENSIONS) or b""
+        self.reads_from_top = b"GL_MESA_pack_invert" in names.split()
+        """Whether `read` gives the top row first."""
+
+    def read(self, into: Picture) -> None:
+        """Read what was drawn, RGBA, shape (height, width, 4); four bytes a pixel are read fastest."""
+        height, width = into.shape[:2]
+        if self.reads_from_top:
+            self._pixel_store(PACK_INVERT, 1)
+        self._read_pixels(0, 0, width, height, RGBA, UNSIGNED_BYTE, into.ctypes.data)
+        if self.reads_from_top:
+            self._pixel_store(PACK_INVERT, 0)
+
+    def background(self, color: tuple[float, float, float]) -> int:
+        """Return a list of commands that paints what nothing was drawn on, for `draw`."""
+        listed = int(self._function(b"glGenLists", c_uint, c_int)(1))
+        matrix_mode, load_identity = self._function(b"glMatrixMode", None, c_uint), self._function(b"glLoadIdentity")
+        disable, vertex = (
+            self._function(b"glDisable", None, c_uint),
+            self._function(b"glVertex2f", None, *[c_float] * 2),
+        )
+        self._function(b"glNewList", None, c_uint, c_uint)(listed, COMPILE)
+        self._function(b"glPushAttrib", None, c_uint)(ALL_ATTRIB_BITS)
+        for feature in (LIGHTING, CULL_FACE, FOG, TEXTURE_2D):
+            disable(feature)
+        self._function(b"glDepthMask", None, c_ubyte)(0)
+        # MuJoCo's depth is 1 near and 0 far: only where nothing was drawn is 0 not behind what is there.
+        self._function(b"glDepthRange", None, c_double, c_double)(0.0, 0.0)
+        for mode in (PROJECTION, MODELVIEW):
+            matrix_mode(mode)
+            load_identity()
+        self._function(b"glColor3f", None, *[c_float] * 3)(*color)
+        self._function(b"glBegin", None, c_uint)(QUADS)
+        for x, y in ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)):
+            vertex(x, y)
+        self._function(b"glEnd")()
+        self._function(b"glPopAttrib")()
+        self._function(b"glEndList")()
+        return listed
+
+    def draw(self, listed: int) -> None:
+        """Carry out a list of commands."""
+        self._call_list(listed)
+
+    def _function(self, name: bytes, result: Any = None, *arguments: Any) -> Any:
+        address = self._context.address(name)
+        if not address:
+            raise OpenGLError(f"OpenGL has no function {name.decode()}")
+        return ctypes.CFUNCTYPE(result, *arguments)(address)

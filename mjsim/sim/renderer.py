@@ -1,0 +1,195 @@
+"""Pictures, instances and depth of a scene, drawn off screen."""
+
+from types import TracebackType
+from typing import Self
+
+import cv2
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.geometry import Array
+from mjsim.interface import Picture
+from mjsim.sim.canvas import Canvas, Quality
+
+SEEN = (0, 1)
+"""Geom groups that cameras see."""
+UNSEEN = 5
+"""Group of what is left out of one picture."""
+CATEGORIES = mujoco.mjtCatBit.mjCAT_STATIC | mujoco.mjtCatBit.mjCAT_DYNAMIC
+"""What stands and what moves; no decoration."""
+
+
+class Renderer:
+    """Draws pictures of one size. Use from one thread at a time, and close when done."""
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        *,
+        width: int,
+        height: int,
+        quality: Quality = "normal",
+        canvas: Canvas | None = None,
+    ) -> None:
+        """Get ready to draw.
+
+        Args:
+            model: What to draw; its visual settings are used but for `quality`.
+            width: [px]
+            height: [px]
+            quality: High adds shadows, reflections and four samples a pixel; ignored when a canvas is given.
+            canvas: Shared with other renderers of this model; without it, one of its own.
+        """
+        self._model = model
+        self._canvas = canvas or Canvas(model, quality=quality)
+        self._owns_canvas = canvas is None
+        self._shape = height, width
+        self._rect = mujoco.MjrRect(0, 0, width, height)
+        drawn = np.isin(model.geom_group, SEEN)
+        self._drawn = np.flatnonzero(drawn)
+        self._planes = model.geom_type[drawn] == mujoco.mjtGeom.mjGEOM_PLANE
+        self._scene = mujoco.MjvScene(model, maxgeom=max(1, len(self._drawn)))
+        self._option = mujoco.MjvOption()
+        self._option.geomgroup[:] = [group in SEEN for group in range(len(self._option.geomgroup))]
+        self._option.sitegroup[:] = 0
+        self._fixed = mujoco.MjvCamera()
+        self._fixed.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        self._rgba = np.empty((height, width, 4), dtype=np.uint8)
+        self._rgb = np.empty((height, width, 3), dtype=np.uint8)
+
+    def render(self, data: mujoco.MjData, camera: str | mujoco.MjvCamera, out: Picture | None = None) -> Picture:
+        """Return what a camera sees, RGB, upright, shape (height, width, 3).
+
+        Args:
+            data: Where everything is; `mj_forward` or `mj_step` has been called on it.
+            camera: Name of a camera of the model, or a free one.
+            out: Written and returned when given; C-contiguous, of that shape.
+
+        Raises:
+            UsageError: There is no camera of that name.
+        """
+        out = np.empty((*self._shape, 3), dtype=np.uint8) if out is None else self._checked(out)
+        with self._canvas.at_work(self._rect.width, self._rect.height) as canvas:
+            high = canvas.quality == "high"
+            self._set_flags(shadow=high, reflection=high)
+            self._update(data, camera, cull=not high)
+            mujoco.mjr_render(self._rect, self._scene, canvas.mjr)
+            canvas.paint_background()
+            self._read(canvas)
+        cv2.cvtColor(self._rgba, cv2.COLOR_RGBA2RGB, dst=out)
+        return out
+
+    def segment(self, data: mujoco.MjData, camera: str | mujoco.MjvCamera) -> NDArray[np.int32]:
+        """Return the geom whose surface covers each pixel's centre, -1 for none, shape (height, width)."""
+        with self._canvas.at_work(self._rect.width, self._rect.height) as canvas:
+            self._set_flags(segment=True, idcolor=True)
+            self._update(data, camera, cull=True)
+            mujoco.mjr_render(self._rect, self._scene, canvas.mjr)
+            self._read(canvas)
+        places = self._rgba.view("<u4")[..., 0] & 0xFFFFFF
+        geoms = (self._scene.geoms[index].objid for index in range(self._scene.ngeom))
+        return np.take(np.array([-1, *geoms], dtype=np.int32), places)
+
+    def depth(self, data: mujoco.MjData, camera: str | mujoco.MjvCamera) -> Array:
+        """Return the distance along the optical axis [m], +inf where nothing is, shape (height, width)."""
+        inverse = np.empty(self._shape, dtype=np.float32)
+        with self._canvas.at_work(self._rect.width, self._rect.height) as canvas:
+            self._set_flags()
+            self._update(data, camera, cull=True)
+            mujoco.mjr_render(self._rect, self._scene, canvas.mjr)
+            mujoco.mjr_readPixels(None, inverse, self._rect, canvas.mjr)
+        near, far = self._scene.camera[0].frustum_near, self._scene.camera[0].frustum_far
+        d = inverse[::-1].astype(np.float64)
+        # Inverse of the projection d = n (f - z) / (z (f - n)): 1 at the near plane, 0 at the far one.
+        return np.where(d > 0.0, near * far / (d * (far - near) + near), np.inf)
+
+    def close(self) -> None:
+        """Give back what was made for drawing; a second call does nothing."""
+        if self._owns_canvas:
+            self._canvas.close()
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close."""
+        self.close()
+
+    def _read(self, canvas: Canvas) -> None:
+        """Read what was drawn into `_rgba`, top row first."""
+        if canvas.mjr.offSamples:
+            mujoco.mjr_readPixels(self._rgb, None, self._rect, canvas.mjr)  # makes one of the samples of a pixel
+            cv2.cvtColor(self._rgb, cv2.COLOR_RGB2RGBA, dst=self._rgba)
+        else:
+            canvas.gl.read(self._rgba)
+        if canvas.mjr.offSamples or not canvas.gl.reads_from_top:
+            cv2.flip(self._rgba, 0, dst=self._rgba)
+
+    def _checked(self, out: Picture) -> Picture:
+        if out.shape != (*self._shape, 3) or out.dtype != np.uint8 or not out.flags.c_contiguous:
+            raise ValueError(f"out is {out.dtype} of shape {out.shape}; it must be C-contiguous uint8 {self._shape}, 3")
+        return out
+
+    def _set_flags(
+        self, *, shadow: bool = False, reflection: bool = False, segment: bool = False, idcolor: bool = False
+    ) -> None:
+        flags = self._scene.flags
+        flags[:] = 0
+        flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = 1
+        flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadow
+        flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = reflection
+        flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = segment
+        flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = idcolor
+
+    def _update(self, data: mujoco.MjData, camera: str | mujoco.MjvCamera, *, cull: bool) -> None:
+        """Fill the scene with what a camera may see."""
+        model, scene = self._model, self._scene
+        mujoco.mjv_updateCamera(model, data, self._camera(camera), scene)
+        unseen = self._drawn[self._out_of_sight(data)] if cull else self._drawn[:0]
+        groups = model.geom_group[unseen]
+        model.geom_group[unseen] = UNSEEN
+        try:
+            scene.ngeom = 0
+            mujoco.mjv_addGeoms(model, data, self._option, mujoco.MjvPerturb(), CATEGORIES, scene)
+        finally:
+            model.geom_group[unseen] = groups
+        mujoco.mjv_makeLights(model, data, scene)
+
+    def _camera(self, camera: str | mujoco.MjvCamera) -> mujoco.MjvCamera:
+        if not isinstance(camera, str):
+            return camera
+        found = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
+        if found < 0:
+            names = [self._model.camera(index).name for index in range(self._model.ncam)]
+            raise UsageError(f"no camera '{camera}' in this scene{did_you_mean(camera, names)}")
+        self._fixed.fixedcamid = found
+        return self._fixed
+
+    def _out_of_sight(self, data: mujoco.MjData) -> NDArray[np.bool_]:
+        """Say of each drawn geom whether it lies wholly beside or behind the view, or shows only its bare back."""
+        view = self._scene.camera[0]
+        ahead, up = np.array(view.forward, dtype=float), np.array(view.up, dtype=float)
+        right = np.cross(ahead, up)
+        half_height = view.frustum_top / view.frustum_near
+        half_width = half_height * self._rect.width / self._rect.height
+        place = (np.asarray(self._scene.camera[0].pos) + self._scene.camera[1].pos) / 2
+        offsets = data.geom_xpos[self._drawn] - place
+        radii = self._radii()
+        z, x, y = offsets @ ahead, np.abs(offsets @ right), np.abs(offsets @ up)
+        beside = (x - half_width * z > radii * np.hypot(1, half_width)) | (
+            y - half_height * z > radii * np.hypot(1, half_height)
+        )
+        normals = data.geom_xmat[self._drawn, 2::3]
+        behind = self._planes & (np.einsum("ij,ij->i", offsets, normals) > 0.0)
+        return np.asarray(beside | behind | (z < -radii))
+
+    def _radii(self) -> Array:
+        """Return the radius of a sphere around each drawn geom [m]."""
+        sizes = self._model.geom_size[self._drawn]
+        flat = np.where(sizes[:, :2].min(axis=1) > 0.0, np.hypot(sizes[:, 0], sizes[:, 1]), np.inf)
+        return np.where(self._planes, flat, self._model.geom_rbound[self._drawn])
