@@ -8,7 +8,8 @@ mujoco cannot meet to MJSIM_GL, where only `mjsim.sim.opengl` reads it and child
 import ctypes.util
 import os
 
-_LIBRARY = {"egl": "EGL", "osmesa": "OSMesa"}
+_LIBRARIES = {"egl": (("EGL",), ("OpenGL", "GLESv2", "GLESv1_CM")), "osmesa": (("OSMesa",),)}
+"""What PyOpenGL, through which mujoco draws by itself, loads for a request: one library of each group."""
 _HARMLESS = {"", "glfw", "glx", "on", "true", "1", "enable", "enabled", "off", "false", "0", "disable", "disabled"}
 
 
@@ -20,6 +21,10 @@ def requested_backend() -> str:
 def hide_request_from_mujoco() -> None:
     """Move MUJOCO_GL to MJSIM_GL when `import mujoco` would fail because of it; to be called before that import."""
     value = os.environ.get("MUJOCO_GL", "").strip().lower()
-    library = _LIBRARY.get(value)
-    if value not in _HARMLESS and (library is None or ctypes.util.find_library(library) is None):
+    if value not in _HARMLESS and not _is_met(value):
         os.environ["MJSIM_GL"] = os.environ.pop("MUJOCO_GL")
+
+
+def _is_met(value: str) -> bool:
+    groups = _LIBRARIES.get(value)
+    return groups is not None and all(any(map(ctypes.util.find_library, group)) for group in groups)
