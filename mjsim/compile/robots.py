@@ -1,0 +1,181 @@
+"""Robots as MuJoCo bodies: a cylinder that bumps, two driven wheels, casters that slide, cameras.
+
+The robot's frame has x ahead and y to the left, its origin on the floor midway between the wheels. Geom groups:
+0 is what cameras see and rays hit (the body), 1 is for the eye alone, 4 touches the floor and is neither seen nor
+hit by rays (wheels and casters), so that no sensor of a robot meets its own running gear.
+"""
+
+import math
+
+import mujoco
+import numpy as np
+
+from mjsim.compile.pictures import color_of
+from mjsim.geometry import Array
+from mjsim.world.robots import Body, Camera, DifferentialDrive, Robot
+
+SEEN, DECOR, RUNNING_GEAR = 0, 1, 4
+"""Geom groups."""
+MATERIAL = "matte"
+"""Of everything on a robot; the scene brings it."""
+RESPONSE = 0.05
+"""Time constant of the wheels' velocity servos with the robot's mass on them [s]."""
+PUSH = 5.0
+"""Largest push of both wheels together, per mass [m/s^2]: enough for steep ramps, and less than tyres hold."""
+WHEEL_SHARE = 0.05
+"""Mass of one wheel, of the robot's."""
+BUMPER_TRAVEL = 0.001
+"""A bumper feels what is this near without being pressed yet, so that contact does not flicker [m]."""
+BUMPER_FRICTION = 0.3
+"""Of a plastic bumper on a wall."""
+DARK, PALE = (0.13, 0.13, 0.14, 1.0), (0.97, 0.97, 0.94, 1.0)
+
+
+def add_robot(spec: mujoco.MjSpec, robot: Robot) -> None:
+    """Add a robot at its start; its parts are named `ROBOT/base`, `ROBOT/wheel_left`, `ROBOT/CAMERA` and so on."""
+    heading = math.radians(robot.heading_deg)
+    base = spec.worldbody.add_body(
+        name=f"{robot.name}/base",
+        pos=[*robot.at, 0.0],
+        quat=[math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)],
+    )
+    base.add_freejoint(name=f"{robot.name}/free")
+    _add_body(base, robot)
+    _add_heading_mark(base, robot.body)
+    _add_casters(base, robot)
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        _add_wheel(spec, base, robot, side=side, y=sign * robot.drive.track / 2)
+    for camera in robot.sensors:
+        _add_camera(base, robot.name, camera)
+
+
+def clearance(body: Body, drive: DifferentialDrive) -> float:
+    """Return the height of the body's lower face above the floor [m]."""
+    return min(0.03, 0.4 * drive.wheel_radius, 0.25 * body.height)
+
+
+def robot_from_view(camera: Camera) -> Array:
+    """Return the axes of a camera as MuJoCo has them, to the right, up and back, as columns, shape (3, 3)."""
+    yaw, pitch = math.radians(camera.yaw_deg), math.radians(camera.pitch_deg)
+    cy, sy, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
+    return np.array([[sy, -sp * cy, -cp * cy], [-cy, -sp * sy, -cp * sy], [0.0, cp, -sp]])
+
+
+def vertical_fov_deg(camera: Camera) -> float:
+    """Return the vertical field of view, pixels being square [deg]."""
+    half = math.tan(math.radians(camera.fov_deg) / 2) * camera.height / camera.width
+    return math.degrees(2 * math.atan(half))
+
+
+def _add_body(base: mujoco.MjsBody, robot: Robot) -> None:
+    """Add the cylinder that bumps; its mass lies low, as batteries do."""
+    body = robot.body
+    low = clearance(body, robot.drive)
+    half = (body.height - low) / 2
+    mass = body.mass * (1.0 - 2.0 * WHEEL_SHARE)
+    middle = min(low + half, max(low, body.radius / 2))
+    across = mass * (body.radius**2 / 4 + min(half, middle) ** 2 / 3)
+    base.explicitinertial = True
+    base.mass, base.ipos = mass, [0.0, 0.0, middle]
+    base.inertia = [across, across, mass * body.radius**2 / 2]
+    base.add_geom(
+        name=f"{robot.name}/body",
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        pos=[0.0, 0.0, low + half],
+        size=[body.radius, half, 0.0],
+        group=SEEN,
+        priority=1,
+        friction=[BUMPER_FRICTION, 0.005, 0.0001],
+        margin=BUMPER_TRAVEL,
+        gap=BUMPER_TRAVEL,
+        material=MATERIAL,
+        rgba=color_of(body.color),
+    )
+
+
+def _add_heading_mark(base: mujoco.MjsBody, body: Body) -> None:
+    """Add a bar on top from the middle to the rim, so that people see where the robot looks."""
+    red, green, blue, _ = color_of(body.color)
+    bright = 0.3 * red + 0.59 * green + 0.11 * blue > 0.6
+    mark = base.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        pos=[body.radius / 2, 0.0, body.height],
+        size=[body.radius * 0.46, body.radius * 0.11, 0.004],
+    )
+    _make_decor(mark, DARK if bright else PALE)
+
+
+def _add_casters(base: mujoco.MjsBody, robot: Robot) -> None:
+    """Add a caster ahead and one behind; they slide, and are soft so that most weight stays on the wheels."""
+    radius = clearance(robot.body, robot.drive)
+    for x in (0.7 * robot.body.radius, -0.7 * robot.body.radius):
+        base.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            pos=[x, 0.0, radius],
+            size=[radius, 0.0, 0.0],
+            group=RUNNING_GEAR,
+            # Friction is the larger of the two surfaces' unless one has priority.
+            priority=1,
+            condim=1,
+            friction=[0.0, 0.0, 0.0],
+            solref=[0.04, 1.0],
+            rgba=DARK,
+        )
+
+
+def _add_wheel(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, *, side: str, y: float) -> None:
+    """Add a wheel with its hinge and its velocity servo."""
+    name, radius, mass = f"{robot.name}/wheel_{side}", robot.drive.wheel_radius, robot.body.mass
+    half_width = min(0.25 * radius, 0.2 * robot.drive.track)
+    wheel = base.add_body(name=name, pos=[0.0, y, radius])
+    wheel.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0], armature=0.02 * mass * radius**2)
+    wheel.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+        # An ellipsoid touches at one point right under the axle: it spins on the spot without scrubbing.
+        size=[radius, half_width, radius],
+        group=RUNNING_GEAR,
+        mass=WHEEL_SHARE * mass,
+        # Less than any floor, whose friction therefore counts.
+        friction=[0.001, 0.0, 0.0],
+        rgba=DARK,
+    )
+    disc = wheel.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=[radius * 0.995, half_width, 0.0],
+        quat=[math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0],
+    )
+    _make_decor(disc, DARK)
+    servo = spec.add_actuator(
+        name=name,
+        trntype=mujoco.mjtTrn.mjTRN_JOINT,
+        target=name,
+        forcelimited=True,
+        forcerange=[-PUSH * mass * radius / 2, PUSH * mass * radius / 2],
+    )
+    servo.set_to_velocity(kv=mass * radius**2 / (2 * RESPONSE))
+
+
+def _add_camera(base: mujoco.MjsBody, robot: str, camera: Camera) -> None:
+    """Add a camera, and a small dark housing behind its lens."""
+    axes = robot_from_view(camera)
+    orientation = [*axes[:, 0], *axes[:, 1]]
+    base.add_camera(
+        name=f"{robot}/{camera.camera}",
+        pos=camera.at,
+        xyaxes=orientation,
+        fovy=vertical_fov_deg(camera),
+        resolution=[camera.width, camera.height],
+    )
+    housing = base.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        pos=np.array(camera.at) + 0.03 * axes[:, 2],
+        xyaxes=orientation,
+        size=[0.03, 0.02, 0.02],
+    )
+    _make_decor(housing, DARK)
+
+
+def _make_decor(geom: mujoco.MjsGeom, rgba: tuple[float, float, float, float]) -> None:
+    """Make a geom one that is seen, and neither touches nor weighs anything."""
+    geom.group, geom.contype, geom.conaffinity, geom.mass = DECOR, 0, 0, 0.0
+    geom.material, geom.rgba = MATERIAL, rgba
