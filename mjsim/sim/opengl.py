@@ -71,6 +71,17 @@ def make_context(width: int, height: int) -> GLContext:
     return _choice()[1](width, height)
 
 
+def try_backend(name: str) -> str:
+    """Return who draws with one of `BACKENDS`; for a process of its own, as MuJoCo then keeps to that backend.
+
+    Raises:
+        OpenGLError: It does not work; the message says why.
+    """
+    maker = _OPEN[name]()
+    _let_mujoco_look(name, maker)
+    return _try(maker)
+
+
 @functools.cache  # A fact of the process: MuJoCo binds to one OpenGL library and never looks again.
 def _choice() -> tuple[str, ContextMaker]:
     reasons = []
@@ -132,12 +143,12 @@ def _osmesa_context(library: CDLL, width: int, height: int) -> GLContext:
     return OsmesaContext(library, width=width, height=height)
 
 
-def _try(maker: ContextMaker) -> None:
-    """Raise OpenGLError unless a context can be made and answers."""
+def _try(maker: ContextMaker) -> str:
+    """Return who draws; raise OpenGLError unless a context can be made and answers."""
     context = maker(1, 1)
     try:
         context.make_current()
-        context.renderer()
+        return context.renderer()
     finally:
         context.free()
 
@@ -168,3 +179,6 @@ _OPEN: Mapping[str, Callable[[], ContextMaker]] = {
     "osmesa": functools.partial(_open_osmesa, system_osmesa),
     "osmesa from a package": functools.partial(_open_osmesa, packaged_osmesa),
 }
+
+BACKENDS = tuple(_OPEN)
+"""In the order in which they are tried."""

@@ -1,0 +1,167 @@
+"""What draws pictures on this machine, how fast, and what to type when nothing does."""
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+
+import cv2
+import mujoco
+
+from mjsim.compile import compile_world
+from mjsim.errors import OpenGLError
+from mjsim.interface import Picture
+from mjsim.sim.opengl import BACKENDS, choose_backend, make_context
+from mjsim.sim.renderer import Renderer
+from mjsim.world import parse_world
+
+WIDTH, HEIGHT = 640, 480
+LIBRARIES = ("mujoco", "numpy", "opencv-python-headless", "dm-control", "foxglove-sdk", "av")
+ROOM = """
+mjsim: 1
+name: doctor
+walls:
+  - points: [[0, 0], [6, 0], [6, 4], [0, 4]]
+    closed: true
+obstacles:
+  - {box: [0.8, 0.5, 1.1], at: [4.5, 2.8], heading_deg: 30}
+  - {box: [0.4, 0.4, 0.4], at: [3.0, 1.0]}
+  - {cylinder: [0.2, 1.0], at: [4.6, 1.2]}
+"""
+PROBE = """
+import sys
+from mjsim.errors import OpenGLError
+from mjsim.sim.opengl import try_backend
+try:
+    print("works:", try_backend(sys.argv[1]))
+except OpenGLError as error:
+    print("no:", error)
+"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Diagnosis:
+    """What was found out about drawing on this machine."""
+
+    backend: str | None
+    """The one that mjsim uses; None when it can use none."""
+    renderer: str | None
+    """Who draws, as OpenGL tells it."""
+    pictures_per_second: float | None
+    """Of a small room, 640 x 480."""
+    picture: Path | None
+    """Where the test picture is."""
+    fault: str | None
+    """One line with what to type, when there is no backend."""
+    backends: Mapping[str, str]
+    """What each backend said when it was tried alone."""
+    versions: Mapping[str, str]
+    """Of Python and of the main libraries."""
+    cores: int
+    """Processors that this process may use."""
+
+
+def diagnose(picture: Path | None) -> Diagnosis:
+    """Find out what draws here and how fast.
+
+    Args:
+        picture: Where to write a test picture, PNG; None for nowhere.
+    """
+    backends = {name: _try_alone(name) for name in BACKENDS}
+    versions = {"python": sys.version.split()[0]} | {name: _version(name) for name in LIBRARIES}
+    cores = len(os.sched_getaffinity(0))
+    try:
+        backend, renderer = choose_backend(), _renderer()
+    except OpenGLError as error:
+        return Diagnosis(
+            backend=None,
+            renderer=None,
+            pictures_per_second=None,
+            picture=None,
+            fault=str(error),
+            backends=backends,
+            versions=versions,
+            cores=cores,
+        )
+    image, rate = _draw_room()
+    if picture is not None:
+        picture.parent.mkdir(parents=True, exist_ok=True)
+        picture.write_bytes(cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))[1].tobytes())
+    return Diagnosis(
+        backend=backend,
+        renderer=renderer,
+        pictures_per_second=rate,
+        picture=picture,
+        fault=None,
+        backends=backends,
+        versions=versions,
+        cores=cores,
+    )
+
+
+def report_lines(diagnosis: Diagnosis) -> Sequence[str]:
+    """Return a diagnosis as lines for people."""
+    lines = [f"backend   {diagnosis.backend or 'none'}"]
+    if diagnosis.backend:
+        lines += [
+            f"renderer  {diagnosis.renderer}",
+            f"speed     {diagnosis.pictures_per_second:.0f} pictures a second, {WIDTH} x {HEIGHT}, a small room",
+        ]
+    if diagnosis.picture:
+        lines.append(f"picture   {diagnosis.picture}")
+    lines += ["", "tried, each alone"]
+    lines += [f"  {name:24}{said}" for name, said in diagnosis.backends.items()]
+    lines += ["", "versions"]
+    lines += [f"  {name:24}{version}" for name, version in diagnosis.versions.items()]
+    lines += ["", f"cores     {diagnosis.cores}"]
+    if diagnosis.fault:
+        lines += ["", diagnosis.fault]
+    return lines
+
+
+def _try_alone(name: str) -> str:
+    """Return what a backend says in a process of its own: MuJoCo keeps to the first one that it meets."""
+    environment = {key: value for key, value in os.environ.items() if key not in ("MUJOCO_GL", "MJSIM_GL")}
+    done = subprocess.run(
+        [sys.executable, "-c", PROBE, name], env=environment, capture_output=True, text=True, check=False
+    )
+    if done.returncode < 0:
+        return f"no: the process died of signal {-done.returncode}"
+    return (done.stdout or done.stderr).strip().rpartition("\n")[2]
+
+
+def _renderer() -> str:
+    context = make_context(1, 1)
+    context.make_current()
+    try:
+        return context.renderer()
+    finally:
+        context.free()
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "not installed"
+
+
+def _draw_room() -> tuple[Picture, float]:
+    """Return a picture of a small room and how many of them are drawn in a second."""
+    model = compile_world(parse_world(ROOM, file="doctor.yaml")).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    camera = mujoco.MjvCamera()
+    camera.lookat[:] = (4.0, 2.0, 0.6)
+    camera.distance, camera.azimuth, camera.elevation = 3.2, 10.0, -15.0
+    with Renderer(model, width=WIDTH, height=HEIGHT) as renderer:
+        image = renderer.render(data, camera)
+        count, start = 0, time.perf_counter()
+        while time.perf_counter() < start + 1.0:
+            renderer.render(data, camera, image)
+            count += 1
+        return image, count / (time.perf_counter() - start)
