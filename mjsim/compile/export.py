@@ -1,10 +1,18 @@
 """A scene as files that plain MuJoCo loads, with nothing of mjsim there."""
 
+import ctypes
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+
+import mujoco
 
 from mjsim.compile.scene import compile_world
 from mjsim.errors import UsageError
 from mjsim.world.model import World
+
+DIGITS = 15
+"""Of each number in the file: the most at which 0.1 is written as 0.1."""
 
 
 def export_scene(world: World, folder: str | Path) -> Path:
@@ -19,7 +27,8 @@ def export_scene(world: World, folder: str | Path) -> Path:
     spec.compile()
     folder = Path(folder)
     spec.meshdir = spec.texturedir = "assets"
-    text = spec.to_xml()
+    with _written_with(DIGITS):
+        text = spec.to_xml()
     try:
         for name, data in spec.assets.items():
             path = folder / "assets" / name
@@ -31,3 +40,24 @@ def export_scene(world: World, folder: str | Path) -> Path:
     except OSError as error:
         raise UsageError(f"cannot write '{error.filename or folder}': {error.strerror}") from error
     return scene
+
+
+@contextmanager
+def _written_with(digits: int) -> Iterator[None]:
+    """Let MuJoCo write numbers with so many digits, not the six that would move a far wall by a millimetre.
+
+    MuJoCo has this setting for its own bindings only; a MuJoCo without it writes six.
+    """
+    (path,) = Path(mujoco.__file__).parent.glob("libmujoco.*")
+    library = ctypes.CDLL(str(path))
+    try:
+        get_digits, set_digits = library._mjPRIVATE__get_xml_precision, library._mjPRIVATE__set_xml_precision
+    except AttributeError:
+        yield
+        return
+    before = get_digits()
+    set_digits(digits)
+    try:
+        yield
+    finally:
+        set_digits(before)

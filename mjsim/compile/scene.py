@@ -13,6 +13,7 @@ from mjsim.geometry import Array
 from mjsim.world.base import PHYSICS_STEP
 from mjsim.world.model import World
 from mjsim.world.plan import footprint
+from mjsim.world.robots import Robot
 from mjsim.world.structure import BoxObstacle, Floor
 
 LAMPS = (("lamp/key", (0.80, 0.10, 0.50), 0.18), ("lamp/fill", (-0.45, 0.75, 0.50), 0.26))
@@ -26,6 +27,9 @@ FLOOR_AROUND_WALLS, FLOOR_AROUND_NOTHING = 2.0, 20.0
 """How far the floor is seen beyond what stands on it [m]; one can drive on beyond that."""
 OVERVIEW_TILT, OVERVIEW_FOV, OVERVIEW_ASPECT = math.radians(58.0), 40.0, 4 / 3
 """Downwards [rad]; vertical field of view [deg]; the narrowest picture that shows the whole world."""
+
+CHASE_AT, CHASE_TILT, CHASE_FOV = (-1.1, 0.0, 1.15), math.radians(26.0), 60.0
+"""In the robot's frame [m]; downwards [rad]; vertical field of view [deg]."""
 
 
 def compile_world(world: World) -> mujoco.MjSpec:
@@ -54,6 +58,7 @@ def compile_world(world: World) -> mujoco.MjSpec:
     _add_overview(spec, lower, upper)
     for robot in world.robots:
         add_robot(spec, robot)
+        _add_chase(spec, robot)
     return spec
 
 
@@ -156,6 +161,16 @@ def _add_overview(spec: mujoco.MjSpec, lower: Array, upper: Array) -> None:
         quat=_camera_quaternion(right, up),
         fovy=OVERVIEW_FOV,
     )
+
+
+def _add_chase(spec: mujoco.MjSpec, robot: Robot) -> None:
+    """Add a camera that looks over a robot from behind, unless the robot has one of that name."""
+    name = f"{robot.name}/chase"
+    if spec.camera(name) is None:
+        up = np.array([math.sin(CHASE_TILT), 0.0, math.cos(CHASE_TILT)])
+        spec.body(f"{robot.name}/base").add_camera(
+            name=name, pos=CHASE_AT, quat=_camera_quaternion(np.array([0.0, -1.0, 0.0]), up), fovy=CHASE_FOV
+        )
 
 
 def _camera_quaternion(right: Array, up: Array) -> Array:

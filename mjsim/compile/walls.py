@@ -79,20 +79,19 @@ def _solids(piece: Piece, half: float) -> Iterator[tuple[Array, Array, float, Pi
     length = float(np.hypot(*along))
     along /= length
     right = np.array([along[1], -along[0]])
-    reach = (piece.outline - piece.start) @ along
-    before, after = -reach[[0, 3]], reach[[1, 2]] - length
-    first, last = _square_end(before, half), _square_end(after, half)
+    reach = ((piece.outline - piece.start) @ along).tolist()
+    before, after = (-reach[0], -reach[3]), (reach[1] - length, reach[2] - length)
+    first, last = _square_end(*before, half), _square_end(*after, half)
     yield piece.start - along * first, piece.end + along * last, half, piece
-    mitre = float(after.max())
-    if last < mitre:
+    mitre = max(after)
+    if mitre - last > SLIVER:
         tip = along * mitre + right * half * np.sign(after[0] - after[1])
         size = float(np.hypot(*tip))
         yield piece.end, piece.end + tip * (2 * half**2 / size**2), half * (mitre - last) / size, piece
 
 
-def _square_end(mitre: Array, half: float) -> float:
+def _square_end(right: float, left: float, half: float) -> float:
     """Return how far a box may reach beyond its piece's centreline, from how far the right and left side do [m]."""
-    right, left = mitre.tolist()
     reach = max(right, left)
     return min(reach, half**2 / reach) if reach > 0.0 and abs(right - left) > SLIVER else reach
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from mjsim.compile.robots import camera_axes
+from mjsim.compile.robots import robot_from_view
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Intrinsics, Picture
@@ -38,7 +38,7 @@ def intrinsics_of(camera: Camera) -> Intrinsics:
 def robot_from_camera(camera: Camera) -> Array:
     """Return the pose of the optical frame (x right, y down, z ahead) on the robot, shape (4, 4) [m]."""
     transform = np.eye(4)
-    transform[:3, :3] = camera_axes(camera) * [1.0, -1.0, -1.0]
+    transform[:3, :3] = robot_from_view(camera) * [1.0, -1.0, -1.0]
     transform[:3, 3] = camera.at
     return transform
 
