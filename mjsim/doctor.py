@@ -28,9 +28,9 @@ walls:
   - points: [[0, 0], [6, 0], [6, 4], [0, 4]]
     closed: true
 obstacles:
-  - {box: [0.8, 0.5, 1.1], at: [4.5, 2.8], heading_deg: 30}
-  - {box: [0.4, 0.4, 0.4], at: [3.0, 1.0]}
-  - {cylinder: [0.2, 1.0], at: [4.6, 1.2]}
+  - {box: [0.8, 0.5, 1.1], at: [4.5, 2.8], heading_deg: 30, color: "#3465a4"}
+  - {box: [0.4, 0.4, 0.4], at: [3.0, 1.0], color: "#cc3333"}
+  - {cylinder: [0.2, 1.0], at: [4.6, 1.2], color: "#e0b020"}
 """
 PROBE = """
 import sys
