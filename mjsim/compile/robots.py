@@ -22,6 +22,8 @@ RESPONSE = 0.05
 """Time constant of the wheels' velocity servos with the robot's mass on them [s]."""
 PUSH = 5.0
 """Largest push of both wheels together, per mass [m/s^2]: enough for steep ramps, and less than tyres hold."""
+SAG = 2.6e-4
+"""How deep MuJoCo's contacts let wheels into the floor at rest [m]; nearly the same for all masses and sizes."""
 WHEEL_SHARE = 0.05
 """Mass of one wheel, of the robot's."""
 BUMPER_TRAVEL = 0.001
@@ -111,7 +113,7 @@ def _add_casters(base: mujoco.MjsBody, robot: Robot) -> None:
     for x in (0.7 * robot.body.radius, -0.7 * robot.body.radius):
         base.add_geom(
             type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            pos=[x, 0.0, radius],
+            pos=[x, 0.0, radius - SAG],
             size=[radius, 0.0, 0.0],
             group=RUNNING_GEAR,
             # Friction is the larger of the two surfaces' unless one has priority.
@@ -127,12 +129,13 @@ def _add_wheel(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, *, side:
     """Add a wheel with its hinge and its velocity servo."""
     name, radius, mass = f"{robot.name}/wheel_{side}", robot.drive.wheel_radius, robot.body.mass
     half_width = min(0.25 * radius, 0.2 * robot.drive.track)
-    wheel = base.add_body(name=name, pos=[0.0, y, radius])
+    # It rolls on a circle that ends half-way into the contact.
+    wheel = base.add_body(name=name, pos=[0.0, y, radius - SAG / 2])
     wheel.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0], armature=0.02 * mass * radius**2)
     wheel.add_geom(
         type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
         # An ellipsoid touches at one point right under the axle: it spins on the spot without scrubbing.
-        size=[radius, half_width, radius],
+        size=[radius + SAG / 2, half_width, radius + SAG / 2],
         group=RUNNING_GEAR,
         mass=WHEEL_SHARE * mass,
         # Less than any floor, whose friction therefore counts.
