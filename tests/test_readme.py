@@ -1,0 +1,88 @@
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.main import get_command
+
+import mjsim
+from mjsim.cli import app
+from mjsim.interface import Observation, Odometry, RobotInfo, Sighting
+
+README = (Path(__file__).parent.parent / "README.md").read_text()
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", README, re.DOTALL | re.MULTILINE)
+
+
+@pytest.fixture
+def room(tmp_path, monkeypatch):
+    """The README's world and estimator in a folder of their own, which is the working one."""
+    monkeypatch.chdir(tmp_path)
+    Path("room.yaml").write_text(blocks("yaml")[0])
+    Path("my_slam.py").write_text(blocks("python")[0])
+    return tmp_path / "room.yaml"
+
+
+def standing_robot() -> RobotInfo:
+    return RobotInfo(
+        name="scout",
+        drive="differential",
+        max_speed=0.7,
+        max_turn=1.7,
+        max_acceleration=1.0,
+        max_turn_acceleration=5.0,
+        wheels=("left", "right"),
+        wheel_radius=0.1,
+        track=0.33,
+        radius=0.22,
+        dt=0.04,
+        prior=mjsim.Pose(1.0, 1.0, 0.5),
+        prior_covariance=np.zeros((3, 3)),
+    )
+
+
+def test_the_readmes_estimator_holds_a_standing_robot_whose_odometry_runs_away():
+    names: dict[str, type[mjsim.Estimator]] = {}
+    exec(blocks("python")[0], names)
+    estimator = names["MySlam"]()
+    assert isinstance(estimator, mjsim.Estimator)
+    estimator.start(standing_robot(), {}, np.random.default_rng(0))
+    slip = Odometry(forward=0.001, left=0.0, turn=0.0, covariance=np.eye(3) * 1e-6)
+    beacon = Sighting(stamp=0.0, name="lion", range=2.0, bearing=0.3, covariance=np.eye(2) * 1e-4)
+    for tick in range(1000):
+        belief = estimator.update(Observation(time=0.04 * tick, dt=0.04, odometry=slip, sightings=(beacon,)))
+    # Each tick adds 1 mm and takes away a fifth of what there is: 4 mm remain of a metre.
+    assert np.hypot(belief.pose.x - 1.0, belief.pose.y - 1.0) == pytest.approx(0.004, abs=0.001)
+
+
+def test_the_readmes_world_has_no_mistake(room):
+    world = mjsim.load_world(room)
+    assert [beacon.name for beacon in world.beacons] == ["lion", "owl"]
+    assert world.run.drivers["scout"].estimator is not None
+
+
+@pytest.mark.slow
+def test_the_readmes_program_runs_and_prints_its_error(room, capsys):
+    exec(blocks("python")[1], {})
+    assert 0.0 < float(capsys.readouterr().out) < 0.2
+    recording = mjsim.read_recording("run.mcap")
+    assert mjsim.statistics(recording)["scout"]["distance_m"] > 2.0
+
+
+def test_the_readme_lists_commands_that_there_are():
+    listed = re.findall(r"^\| `(\w+)[` ]", README, re.MULTILINE)
+    known = get_command(app).commands
+    assert len(listed) > 5
+    assert set(listed) <= set(known)
+    options = {name: {opt for parameter in command.params for opt in parameter.opts} for name, command in known.items()}
+    for line in re.findall(r"^\| `\w+.*$", README, re.MULTILINE):
+        name = line.split("`")[1].split()[0]
+        assert set(re.findall(r"(?<![\w-])--?[a-z]+", line)) <= options[name]
+
+
+def test_what_the_readme_links_to_is_there():
+    links = re.findall(r"\]\(([^)]+)\)", README)
+    files = [link for link in links if "://" not in link]
+    assert not [link for link in files if not (Path(__file__).parent.parent / link).exists()]
