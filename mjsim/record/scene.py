@@ -138,8 +138,8 @@ def quaternion(rotation: Array) -> Array:
     return np.asarray(np.linalg.eigh(K)[1][:, -1])
 
 
-def map_update(world: World) -> SceneUpdate:
-    """Return walls, obstacles and beacons as a scene."""
+def map_update(world: World, files: Mapping[str, bytes]) -> SceneUpdate:
+    """Return walls, obstacles and beacons as a scene; `files` holds the pictures that the world names."""
     walls = [
         _prism(piece.outline, piece.low, piece.high, wall.color) for wall in world.walls for piece in wall_pieces(wall)
     ]
@@ -158,7 +158,7 @@ def map_update(world: World) -> SceneUpdate:
                 cubes=[
                     CubePrimitive(
                         pose=_pose_of(beacon),
-                        size=Vector3(x=_BEACON_THICKNESS, y=beacon.width, z=beacon.width),
+                        size=Vector3(x=_BEACON_THICKNESS, y=beacon.width, z=_height(beacon, files)),
                         color=_color(_BEACON_COLOR),
                     )
                     for beacon in world.beacons
@@ -177,6 +177,13 @@ def map_update(world: World) -> SceneUpdate:
             ),
         ]
     )
+
+
+def _height(beacon: Beacon, files: Mapping[str, bytes]) -> float:
+    """Return the height of a beacon as drawn in the map [m], of its picture read at an eighth of its size."""
+    data = files.get(beacon.image) if beacon.image is not None else None
+    small = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_REDUCED_GRAYSCALE_8) if data else None
+    return beacon.width if small is None else float(beacon.width * small.shape[0] / small.shape[1])
 
 
 def _pose_of(beacon: Beacon) -> Pose3:

@@ -87,7 +87,7 @@ class Writer:
         ]
         self._pictures = {name: CompressedImageChannel(f"/{name}/image", context=context) for name in cameras}
         self._frames = FrameTransformsChannel("/tf", context=context)
-        SceneUpdateChannel("/map", context=context).log(map_update(world), log_time=0)
+        SceneUpdateChannel("/map", context=context).log(map_update(world, files), log_time=0)
         for name, sensor in cameras.items():
             if sensor.intrinsics is not None:
                 channel = CameraCalibrationChannel(f"/{name}/calibration", context=context)
