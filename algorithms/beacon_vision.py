@@ -79,7 +79,7 @@ class BeaconVision:
         )
         if self._newness >= 1.0:
             self._newness = 0.0
-            found += self._beacons.search(view, known={picture.detection.name for picture in found})
+            found += self._beacons.search(view, known=found)
         return found
 
     def _follow(self, view: View) -> list[FoundPicture]:

@@ -1,6 +1,6 @@
 """Recognising flat pictures of known size in a camera's image, and measuring where they hang."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -10,27 +10,20 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.interface import Detection, Intrinsics, Picture
 
-from .picture_alignment import (
-    Alignment,
-    ImagePyramid,
-    Template,
-    align,
-    apply_homography,
-    make_pyramid,
-    make_templates,
-    quadrilateral_area,
-    search_near,
-    template_corners,
-)
+from .picture_alignment import align, search_near
 from .picture_features import Candidate, find_candidates, image_features, make_bank
+from .picture_templates import Gray, ImagePyramid, Template, apply_homography, make_templates, quadrilateral_area
 from .planar_pose import PlanarPose, fit_pose, image_from_plane
 
-NEEDED_CORRELATION = 0.8
-"""Of a picture with its image, for it to be reported."""
 MOST_TILT_DEG = 68.0
 """Between the line of sight and the picture's normal."""
 LEAST_SIDE = 20.0
 """Of a picture in the image, the root of its area [px]."""
+
+NOISE_FACTOR = 2.5
+"""By which neighbouring differences, which are not independent, enlarge the covariance of the corners."""
+CORNER_FLOOR = 0.013
+"""What no number of pixels averages away, standard deviation of each coordinate of a corner [pixels compared]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,16 +59,17 @@ class PictureBeacons:
         """Return the pictures that are seen in an RGB image, in the order of the catalogue."""
         return [found.detection for found in self.search(View(image, intrinsics))]
 
-    def search(self, view: "View", *, known: Collection[str] = ()) -> list[FoundPicture]:
-        """Return the pictures found in a view without any idea of where they are, leaving out the known ones."""
-        found = []
-        for candidate in find_candidates(self._bank, image_features(view.gray)):
-            if self._names[candidate.picture] in known:
-                continue
-            picture = self._confirm(candidate, view)
-            if picture is not None:
-                found.append(picture)
-        return found
+    def search(self, view: "View", *, known: Sequence[FoundPicture] = ()) -> list[FoundPicture]:
+        """Return pictures found in a view with no idea of where they are, leaving out those that are known."""
+        features = image_features(view.gray)
+        fresh = np.ones(len(features.points), dtype=bool)
+        for picture in known:
+            fresh &= ~_inside(picture.detection.corners, features.points)
+        unknown = np.ones(len(self._names), dtype=bool)
+        unknown[[self._names.index(picture.detection.name) for picture in known]] = False
+        candidates = find_candidates(self._bank.of(unknown), features.only(fresh))
+        found = (self._confirm(candidate, view) for candidate in candidates)
+        return [picture for picture in found if picture is not None]
 
     def track(self, name: str, rotation: Array, position: Array, view: "View") -> FoundPicture | None:
         """Return a picture that should be near a pose in the camera's frame, or None when it is not there.
@@ -91,47 +85,47 @@ class PictureBeacons:
         if not self._plausible(index, homography, view.intrinsics):
             return None
         near = search_near(self._templates[index], view.pyramid, homography)
-        return self._measure(index, align(self._templates[index], view.pyramid, near, coarse=True), view)
+        return self._measure(index, near, view, guess=(rotation, position))
 
     def _confirm(self, candidate: Candidate, view: "View") -> FoundPicture | None:
         homography, _ = cv2.findHomography(candidate.plane, candidate.image, cv2.RANSAC, 3.0, maxIters=500)
         if homography is None or not self._plausible(candidate.picture, np.asarray(homography), view.intrinsics):
             return None
-        templates = self._templates[candidate.picture]
-        return self._measure(
-            candidate.picture, align(templates, view.pyramid, np.asarray(homography), coarse=True), view
-        )
+        return self._measure(candidate.picture, np.asarray(homography), view)
 
     def _plausible(self, index: int, homography: Array, intrinsics: Intrinsics) -> bool:
-        """Tell whether a homography shows the picture from its front, not too small and not too much aslant."""
-        corners = template_corners(self._templates[index][-1])
+        """Tell whether a homography shows the picture's front, not too small, and enough of it in the image."""
+        corners = self._templates[index][0].corners
         depth = corners @ homography[2, :2] + homography[2, 2]
-        if np.min(depth * np.sign(depth[0])) <= 0.0:
+        if depth.max() * depth.min() <= 0.0:
             return False
         seen = apply_homography(homography, corners)
-        turns = np.roll(seen, -1, axis=0) - seen
-        after = np.roll(turns, -1, axis=0)
-        convex = np.all(turns[:, 0] * after[:, 1] - turns[:, 1] * after[:, 0] > 0.0)
-        if not convex or quadrilateral_area(seen) < LEAST_SIDE**2:
+        area = quadrilateral_area(seen)
+        if area < LEAST_SIDE**2:
             return False
         inside = np.clip(seen, 0.0, (intrinsics.width - 1.0, intrinsics.height - 1.0))
-        return quadrilateral_area(inside) > 0.3 * quadrilateral_area(seen)
+        return quadrilateral_area(inside) > 0.5 * area
 
-    def _measure(self, index: int, alignment: Alignment | None, view: "View") -> FoundPicture | None:
-        """Return the picture with its pose when it fits its image, else None."""
-        if alignment is None or alignment.correlation < NEEDED_CORRELATION:
+    def _measure(
+        self, index: int, homography: Array, view: "View", *, guess: tuple[Array, Array] | None = None
+    ) -> FoundPicture | None:
+        """Return the picture with its pose when it lies in the image near a homography, else None."""
+        alignment = align(self._templates[index], view.pyramid, homography)
+        if alignment is None or not self._plausible(index, alignment.homography, view.intrinsics):
             return None
-        if not self._plausible(index, alignment.homography, view.intrinsics):
-            return None
-        corners = apply_homography(alignment.homography, template_corners(self._templates[index][-1]))
-        pose = fit_pose(corners, alignment.information, self._sizes[index], view.intrinsics)
+        outline = self._templates[index][0].corners
+        covariance = NOISE_FACTOR * alignment.covariance + (CORNER_FLOOR * alignment.pixel) ** 2 * np.eye(8)
+        pose = fit_pose(
+            apply_homography(alignment.homography, outline),
+            covariance,
+            self._sizes[index],
+            view.intrinsics,
+            guess=guess,
+        )
         sight = pose.position / np.linalg.norm(pose.position)
         if pose.position[2] <= 0.0 or pose.rotation[:, 2] @ sight < np.cos(np.radians(MOST_TILT_DEG)):
             return None
-        fitted = apply_homography(
-            image_from_plane(pose.rotation, pose.position, view.intrinsics),
-            template_corners(self._templates[index][-1]),
-        )
+        fitted = apply_homography(image_from_plane(pose.rotation, pose.position, view.intrinsics), outline)
         detection = Detection(self._names[index], pose.position, pose.covariance[:3, :3], fitted)
         return FoundPicture(detection, pose, alignment.correlation)
 
@@ -143,8 +137,17 @@ class View:
         """Take an RGB image, shape (height, width, 3)."""
         self.intrinsics = intrinsics
         self.gray = _gray(image)
-        self.pyramid: ImagePyramid = make_pyramid(self.gray)
+        self.pyramid: ImagePyramid = ImagePyramid(self.gray)
 
 
-def _gray(picture: Picture) -> NDArray[np.uint8]:
+def _gray(picture: Picture) -> Gray:
     return np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
+
+
+def _inside(corners: Array, points: Array) -> NDArray[np.bool_]:
+    """Return which points, shape (n, 2), are inside corners given clockwise as seen, shape (4, 2)."""
+    inside = np.ones(len(points), dtype=bool)
+    for start, stop in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        (dx, dy), away = stop - start, points - start
+        inside &= dx * away[:, 1] - dy * away[:, 0] > 0.0
+    return inside

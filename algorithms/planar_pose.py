@@ -13,6 +13,8 @@ from mjsim.interface import Intrinsics
 
 STEPS = 8
 """Gauss-Newton steps at most."""
+LIKELY_MISFIT = 9.2
+"""99 % quantile of chi-square with 2 degrees of freedom, what 8 coordinates of corners leave of 6 of a pose."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,25 +65,38 @@ def pose_from_homography(homography: Array, intrinsics: Intrinsics) -> tuple[Arr
     return u @ np.diag([1.0, 1.0, float(np.linalg.det(u @ vt))]) @ vt, columns[:, 2]
 
 
-def fit_pose(corners: Array, information: Array, size: tuple[float, float], intrinsics: Intrinsics) -> PlanarPose:
+def fit_pose(
+    corners: Array,
+    covariance: Array,
+    size: tuple[float, float],
+    intrinsics: Intrinsics,
+    *,
+    guess: tuple[Array, Array] | None = None,
+) -> PlanarPose:
     """Return the pose that explains the corners best.
 
-    Both poses that a plane seen nearly head-on may have are refined; the better one is returned.
+    Without a guess, or with one that leads nowhere, both poses that a plane seen nearly head-on may have are
+    refined, and the better one is returned.
 
     Args:
         corners: Image of the corners from the picture's top left clockwise, shape (4, 2) [px].
-        information: Inverse covariance of (u, v) of the corners in turn, shape (8, 8) [1/px^2].
+        covariance: Of (u, v) of the corners in turn, shape (8, 8) [px^2].
         size: Width and height of the picture [m].
         intrinsics: Of the camera.
+        guess: Rotation (3, 3) and position (3,) [m] near the pose.
 
     References:
         Collins, Bartoli, Infinitesimal Plane-based Pose Estimation, IJCV 109, 2014, for the second pose.
     """
-    points = picture_corners(*size)
+    points, information = picture_corners(*size), np.linalg.inv(covariance)
+    if guess is not None:
+        fit = _refine(*guess, points, corners, information, intrinsics)
+        if fit.misfit < LIKELY_MISFIT:
+            return fit
     rotation, position = pose_from_homography(homography_between(points[:, :2], corners), intrinsics)
     sight = position / np.linalg.norm(position)
     normal = rotation[:, 2]
-    # The other pose has its normal mirrored at the line of sight: half a turn about it, of normal and picture both.
+    # The other pose has its normal mirrored at the line of sight.
     mirrored = rotation_between(normal, 2.0 * (normal @ sight) * sight - normal) @ rotation
     fits = [_refine(turn, position, points, corners, information, intrinsics) for turn in (rotation, mirrored)]
     return min(fits, key=lambda fit: fit.misfit)
@@ -115,7 +130,7 @@ def _refine(
         step = np.linalg.solve(H.T @ information @ H, H.T @ information @ error)
         position = position + step[:3]
         rotation = rotation_of(step[3:]) @ rotation
-        if np.abs(step).max() < 1e-6:
+        if np.abs(step).max() < 1e-5:
             break
     error, H = _corner_error(rotation, position, points, corners, intrinsics)
     covariance = np.linalg.inv(H.T @ information @ H)
@@ -128,17 +143,14 @@ def _corner_error(
     """Return seen minus predicted corners, shape (8,) [px], and the derivative of the prediction, shape (8, 6)."""
     turned = points @ rotation.T
     x, y, z = (turned + position).T
-    zero = np.zeros(4)
-    by_point = np.stack(
-        [
-            np.stack([intrinsics.fx / z, zero, -intrinsics.fx * x / z**2], axis=1),
-            np.stack([zero, intrinsics.fy / z, -intrinsics.fy * y / z**2], axis=1),
-        ],
-        axis=1,
-    )
-    by_turn = np.stack([by_point[k] @ -_cross_matrix(turned[k]) for k in range(4)])
-    predicted = project(turned + position, intrinsics)
-    return (corners - predicted).ravel(), np.concatenate([by_point, by_turn], axis=2).reshape(8, 6)
+    a, b, c = turned.T
+    fu, fv, zero = intrinsics.fx / z, intrinsics.fy / z, np.zeros(4)
+    # By position, then by a small turn w of the camera's axes, which moves (a, b, c) by w x (a, b, c).
+    u, v = x / z, y / z
+    by_u = np.stack([fu, zero, -fu * u, -fu * u * b, fu * (c + u * a), -fu * b], axis=1)
+    by_v = np.stack([zero, fv, -fv * v, -fv * (c + v * b), fv * v * a, fv * a], axis=1)
+    predicted = np.stack([intrinsics.fx * u + intrinsics.cx, intrinsics.fy * v + intrinsics.cy], axis=1)
+    return (corners - predicted).ravel(), np.stack([by_u, by_v], axis=1).reshape(8, 6)
 
 
 def rotation_of(vector: Array) -> Array:

@@ -1,0 +1,139 @@
+"""Pictures at several sizes, ready to be compared with a camera's image, and that image at several sizes."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array
+
+Gray = NDArray[np.uint8]
+"""Shape (height, width)."""
+
+SIDES = (32, 45, 64, 90, 128)
+"""Long sides of the templates of a picture [px]."""
+TILES = 5
+"""Tiles along a side, by which parts that are hidden are found."""
+BLUR = 0.6
+"""Of a template, standard deviation [px]; about what drawing, or a lens, does to the image."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Template:
+    """A picture at one size. What is by pixel leaves out a rim and has one row for each of the n others."""
+
+    gray: Gray
+    """Shape (rows, columns)."""
+    plane_from_pixel: Array
+    """From pixels of the template to [m] in the plane of the picture, shape (3, 3)."""
+    pixel_from_plane: Array
+    """The inverse."""
+    unit: float
+    """Factor from [m] to coordinates of -1 to 1, in which corrections are small numbers [1/m]."""
+    corners: Array
+    """In the plane of the picture, from its top left clockwise, shape (4, 2) [m]."""
+    inner: NDArray[np.intp]
+    """Index of each pixel in the raveled template, shape (n,)."""
+    own: NDArray[np.float32]
+    """Its value, shape (n,)."""
+    tiles: NDArray[np.intp]
+    """Its tile, shape (n,)."""
+    design: NDArray[np.float32]
+    """How it changes with eight numbers of a homography, gain, offset and two slopes, shape (n, 12)."""
+    normal: Array
+    """design.T @ design, shape (12, 12)."""
+    inverse: Array
+    """Of `normal`."""
+    contrast: float
+    """Variance of `own`."""
+
+
+def make_templates(gray: Gray, width: float) -> tuple[Template, ...]:
+    """Return the templates of a gray picture of that width [m], from small to large."""
+    return tuple(_make_template(gray, width, side) for side in SIDES)
+
+
+def _make_template(gray: Gray, width: float, side: int) -> Template:
+    scale = side / max(gray.shape)
+    columns, rows = max(8, round(gray.shape[1] * scale)), max(8, round(gray.shape[0] * scale))
+    height = width * gray.shape[0] / gray.shape[1]
+    small = np.asarray(cv2.resize(gray, (columns, rows), interpolation=cv2.INTER_AREA), dtype=np.float32)
+    small = np.asarray(cv2.GaussianBlur(small, (0, 0), BLUR, borderType=cv2.BORDER_REPLICATE), dtype=np.float32)
+    dx, dy = width / columns, height / rows
+    x0, y0 = -(columns - 1) / 2.0 * dx, -(rows - 1) / 2.0 * dy
+    plane_from_pixel = np.array([[dx, 0.0, x0], [0.0, dy, y0], [0.0, 0.0, 1.0]])
+    unit = 2.0 / max(width, height)
+    row, column = np.divmod(np.arange(rows * columns), columns)
+    # The image's pixels on the edge are part wall.
+    rim = max(1, round(0.03 * side))
+    inner = np.flatnonzero((row >= rim) & (row < rows - rim) & (column >= rim) & (column < columns - rim))
+    design = _design(small, (x0 * unit, y0 * unit), (dx * unit, dy * unit))[inner]
+    normal = (design.T @ design).astype(float)
+    w, h = width / 2.0, height / 2.0
+    return Template(
+        gray=np.rint(small).astype(np.uint8),
+        plane_from_pixel=plane_from_pixel,
+        pixel_from_plane=np.linalg.inv(plane_from_pixel),
+        unit=unit,
+        corners=np.array([[-w, -h], [w, -h], [w, h], [-w, h]]),
+        inner=inner,
+        own=small.reshape(-1)[inner],
+        tiles=(row * TILES // rows * TILES + column * TILES // columns)[inner],
+        design=design,
+        normal=normal,
+        inverse=np.linalg.inv(normal),
+        contrast=float(np.var(small.reshape(-1)[inner])),
+    )
+
+
+def _design(small: NDArray[np.float32], first: tuple[float, float], step: tuple[float, float]) -> NDArray[np.float32]:
+    """Return how each pixel changes with homography, gain, offset and slopes, shape (pixels, 12).
+
+    Args:
+        small: The template.
+        first: Its first pixel in unit coordinates.
+        step: From pixel to pixel in unit coordinates.
+    """
+    rows, columns = small.shape
+    x, y = np.meshgrid(first[0] + np.arange(columns) * step[0], first[1] + np.arange(rows) * step[1])
+    slope_x = cv2.Sobel(small, cv2.CV_32F, 1, 0, ksize=3, scale=1.0 / (8.0 * step[0]))
+    slope_y = cv2.Sobel(small, cv2.CV_32F, 0, 1, ksize=3, scale=1.0 / (8.0 * step[1]))
+    pull = x * slope_x + y * slope_y
+    warps = [x * slope_x, y * slope_x, slope_x, x * slope_y, y * slope_y, slope_y, -x * pull, -y * pull]
+    return np.stack([*warps, small, np.ones_like(small), x, y], axis=-1).reshape(-1, 12).astype(np.float32)
+
+
+class ImagePyramid:
+    """A camera's gray image at full, half, quarter... size, each made when it is first asked for."""
+
+    def __init__(self, gray: Gray) -> None:
+        """Take a gray image, shape (height, width)."""
+        self._levels = [gray]
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the image [px]."""
+        return self._levels[0].shape[1], self._levels[0].shape[0]
+
+    def level(self, area: float) -> int:
+        """Return the level whose pixels are nearest to an area [px^2 of the image]."""
+        return int(np.clip(np.rint(0.5 * np.log2(max(area, 1e-9))), 0, 4))
+
+    def image(self, level: int) -> Gray:
+        """Return the image halved `level` times; its pixel i lies on pixel 2 i of the level below."""
+        while len(self._levels) <= level:
+            self._levels.append(np.asarray(cv2.pyrDown(self._levels[-1]), dtype=np.uint8))
+        return self._levels[level]
+
+
+def quadrilateral_area(corners: Array) -> float:
+    """Return the area inside corners given clockwise as seen in the image, shape (4, 2); negative when mirrored."""
+    (ax, ay), (bx, by), (cx, cy), (dx, dy) = corners.tolist()
+    return 0.5 * float((cx - ax) * (dy - by) - (dx - bx) * (cy - ay))
+
+
+def apply_homography(homography: Array, points: Array) -> Array:
+    """Return points mapped by a homography, shape (n, 2)."""
+    mapped = points @ homography[:, :2].T + homography[:, 2]
+    return np.asarray(mapped[:, :2] / mapped[:, 2:])
