@@ -130,8 +130,9 @@ def _material(spec: mujoco.MjSpec, world: World, look: Look, index: int) -> str:
 def _chunks(faces: Sequence[Face]) -> list[list[Face]]:
     """Return the faces by look and by square of the plane."""
     chunks: dict[tuple[int, ...], list[Face]] = defaultdict(list)
+    corner = np.min([face.points[0, :2] for face in faces], axis=0, initial=np.inf)
     for face in faces:
-        square = np.floor(face.points[:, :2].mean(axis=0) / CHUNK).astype(int).tolist()
+        square = np.floor((face.points[:, :2].mean(axis=0) - corner) / CHUNK).astype(int).tolist()
         chunks[face.look, *square].append(face)
     return list(chunks.values())
 
