@@ -111,7 +111,7 @@ def _remedy() -> str:
     """Return the one command that mends a machine on which nothing draws."""
     if requested_backend():
         return "unset MUJOCO_GL"
-    has_wheel = sys.platform == "linux" and platform.machine() == "x86_64" and sys.version_info < (3, 14)
+    has_wheel = sys.platform == "linux" and platform.machine() == "x86_64"
     return "scripts/setup" if has_wheel and not package_is_there() else APT_LINE
 
 
