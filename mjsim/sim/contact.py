@@ -1,0 +1,35 @@
+"""What a robot touches, from MuJoCo's list of contacts."""
+
+import mujoco
+import numpy as np
+
+from mjsim.world.robots import Robot
+
+UPRIGHT = 0.7
+"""A contact whose normal is steeper than this carries wheels and casters, and is no bump."""
+
+
+class Bumper:
+    """Feels contact between any part of a robot and anything but the floor."""
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> None:
+        """Keep the state, which is read at each look, and which geoms are whose."""
+        self._data = data
+        self._base = model.body(f"{robot.name}/base").id
+        self._body = model.geom(f"{robot.name}/body").id
+        self._own = model.body_rootid[model.geom_bodyid] == self._base
+        self._floor = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
+
+    def bearings(self) -> tuple[float, ...]:
+        """Return where the robot is touched now, in its frame, left positive, sorted [rad]; empty when free."""
+        contact = self._data.contact
+        pairs = contact.geom
+        own = self._own[pairs]
+        touched = (own[:, 0] != own[:, 1]) & ~self._floor[pairs].any(axis=1)
+        if not touched.any():
+            return ()
+        # A wheel or a caster also stands on things; the body bumps whatever the angle.
+        touched &= (pairs == self._body).any(axis=1) | (np.abs(contact.frame[:, 2]) < UPRIGHT)
+        offsets = contact.pos[touched] - self._data.xpos[self._base]
+        x, y, _ = (offsets @ self._data.xmat[self._base].reshape(3, 3)).T
+        return tuple(np.sort(np.arctan2(y, x)).tolist())

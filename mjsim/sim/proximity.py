@@ -1,0 +1,56 @@
+"""The ring of proximity rays around a robot."""
+
+import mujoco
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.world.robots import Robot
+
+RAYS = 16
+SOLID = np.array([1, 0, 0, 1, 0, 0], dtype=np.uint8)
+"""Geom groups that rays hit: 0 and 3, so neither beacons nor anybody's running gear."""
+HEIGHT = 0.6
+"""Of the ring on the body, of the body's height."""
+
+
+class ProximityRing:
+    """Sixteen level rays from the rim of a robot, first ahead, then counter-clockwise."""
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> None:
+        """Keep the model and its state, which is read at each look, and where the rays of the robot begin."""
+        self._model, self._data = model, data
+        self._base = model.body(f"{robot.name}/base").id
+        self._radius, self._reach = robot.body.radius, robot.proximity_range
+        angles = np.arange(RAYS) * (2.0 * np.pi / RAYS)
+        self._rays = np.stack([np.cos(angles), np.sin(angles), np.zeros(RAYS)], axis=-1)
+        self._start = np.array([0.0, 0.0, HEIGHT * robot.body.height])
+        self._directions = np.empty((RAYS, 3))
+        self._geoms = np.empty(RAYS, dtype=np.int32)
+        self._distances = np.empty(RAYS)
+
+    def ranges(self) -> Array:
+        """Return the free distance from the rim along each ray, shape (16,) [m]; +inf beyond its reach.
+
+        What touches the robot is at 0.
+        """
+        world_from_base = self._data.xmat[self._base].reshape(3, 3)
+        np.matmul(self._rays, world_from_base.T, out=self._directions)
+        # From the middle, leaving out the base: a ray that began at the rim would begin inside what is touched.
+        start = self._data.xpos[self._base] + world_from_base @ self._start
+        limit = self._radius + self._reach
+        mujoco.mj_multiRay(
+            self._model,
+            self._data,
+            start,
+            self._directions.ravel(),
+            SOLID,
+            True,
+            self._base,
+            self._geoms,
+            self._distances,
+            None,
+            RAYS,
+            limit,
+        )
+        hit = (self._geoms >= 0) & (self._distances <= limit)
+        return np.where(hit, np.maximum(self._distances - self._radius, 0.0), np.inf)

@@ -1,0 +1,153 @@
+"""One robot at work in a simulation: its drive, its wheels and its sensors."""
+
+import math
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+from numpy.random import Generator
+
+from mjsim.errors import UsageError
+from mjsim.geometry import Pose
+from mjsim.interface import Command, Observation, RobotInfo, SensorInfo, WheelCommand
+from mjsim.sim.camera import OnboardCamera
+from mjsim.sim.canvas import Canvas, Quality
+from mjsim.sim.contact import Bumper
+from mjsim.sim.drive import DifferentialDrive
+from mjsim.sim.odometry import DifferentialOdometry
+from mjsim.sim.proximity import ProximityRing
+from mjsim.world.model import World
+from mjsim.world.robots import Robot
+
+WHEELS = ("wheel_left", "wheel_right")
+
+
+class SimulatedRobot:
+    """Commands in, observations out; the simulation moves everything in between."""
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        robot: Robot,
+        *,
+        world: World,
+        seed: int,
+        canvas: Callable[[Quality], Canvas],
+    ) -> None:
+        """Get ready, standing at the start.
+
+        Args:
+            model: The compiled world.
+            data: Its state, shared by all robots.
+            robot: As the world file has it.
+            world: For the rates of the loop.
+            seed: Of the run.
+            canvas: Gives what cameras of a quality draw on.
+        """
+        self._robot, self._data = robot, data
+        self._dt = world.run.steps_per_tick * model.opt.timestep
+        wheels = [f"{robot.name}/{wheel}" for wheel in WHEELS]
+        self._hinges = np.array([model.joint(wheel).qposadr[0] for wheel in wheels])
+        self._servos = np.array([model.actuator(wheel).id for wheel in wheels])
+        self._free = slice(start := int(model.joint(f"{robot.name}/free").qposadr[0]), start + 7)
+        self._drive = DifferentialDrive(robot.drive, dt=self._dt, stream=self._stream(seed, "drive/twist"))
+        self._odometer = DifferentialOdometry(
+            robot.odometry, kinematics=self._drive.kinematics, stream=self._stream(seed, "odometry/increments")
+        )
+        self._ring = ProximityRing(model, data, robot)
+        self._bumper = Bumper(model, data, robot)
+        self._cameras = [
+            OnboardCamera(model, robot, camera, rate_hz=world.run.rate_hz, seed=seed, canvas=canvas(camera.quality))
+            for camera in robot.sensors
+        ]
+        self._rotations = data.qpos[self._hinges]
+        self._odometry = self._odometer.at_rest()
+        self._seen: Observation | None = None
+        self.info = self._describe()
+
+    def command(self, command: Command | WheelCommand) -> None:
+        """Take a command, held until the next.
+
+        Raises:
+            UsageError: It is not a command for this robot, or not finite.
+        """
+        try:
+            numbers = (
+                command.speeds if isinstance(command, WheelCommand) else (command.forward, command.left, command.turn)
+            )
+            finite = all(map(math.isfinite, numbers))
+        except (AttributeError, TypeError):
+            raise UsageError(
+                f"{command!r} is no command for robot '{self._robot.name}'; give a Command of numbers"
+            ) from None
+        if not finite:
+            raise UsageError(f"the command for robot '{self._robot.name}' is {command}; its numbers must be finite")
+        if isinstance(command, WheelCommand) and len(numbers) != len(WHEELS):
+            raise UsageError(
+                f"{len(numbers)} wheel speeds for robot '{self._robot.name}'; its wheels are {', '.join(WHEELS)}"
+            )
+        self._drive.command(command)
+
+    def before_step(self) -> None:
+        """Tell the servos of the wheels what to reach in this tick."""
+        self._data.ctrl[self._servos] = self._drive.advance()
+
+    def after_step(self) -> None:
+        """Read the wheels, so that nothing depends on who looks when."""
+        rotations = self._data.qpos[self._hinges]
+        left, right = (rotations - self._rotations).tolist()
+        self._rotations = rotations
+        self._odometry = self._odometer.increment(left, right)
+        self._seen = None
+
+    def sense(self, tick: int) -> Observation:
+        """Return all that the robot senses at a tick; the same when asked again."""
+        if self._seen is None:
+            time = tick * self._dt
+            self._seen = Observation(
+                time=time,
+                dt=self._dt,
+                odometry=self._odometry,
+                cameras={c.name: c.frame(self._data, time) for c in self._cameras if c.due(tick)},
+                proximity=self._ring.ranges(),
+                bump=self._bumper.bearings(),
+            )
+        return self._seen
+
+    def truth(self) -> Pose:
+        """Return where the robot is, world frame."""
+        x, y, _, qw, qx, qy, qz = self._data.qpos[self._free].tolist()
+        # Heading of the x axis of the base, seen from above.
+        return Pose(x, y, math.atan2(2.0 * (qx * qy + qw * qz), 1.0 - 2.0 * (qy * qy + qz * qz)))
+
+    def _stream(self, seed: int, purpose: str) -> Generator:
+        return np.random.default_rng([seed, *f"{self._robot.name}/{purpose}".encode()])
+
+    def _describe(self) -> RobotInfo:
+        robot, drive = self._robot, self._robot.drive
+        return RobotInfo(
+            name=robot.name,
+            drive=drive.type,
+            max_speed=drive.max_speed,
+            max_turn=math.radians(drive.max_turn_deg),
+            max_acceleration=drive.max_acceleration,
+            max_turn_acceleration=math.radians(drive.max_turn_acceleration_deg),
+            wheels=WHEELS,
+            wheel_radius=drive.wheel_radius,
+            track=drive.track,
+            radius=robot.body.radius,
+            dt=self._dt,
+            prior=Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg)),
+            prior_covariance=np.zeros((3, 3)),
+            sensors={
+                camera.camera: SensorInfo(
+                    kind="camera",
+                    robot_from_sensor=built.robot_from_camera,
+                    rate_hz=camera.rate_hz,
+                    noise={"noise": camera.noise},
+                    intrinsics=built.intrinsics,
+                )
+                for camera, built in zip(robot.sensors, self._cameras, strict=True)
+            },
+        )
