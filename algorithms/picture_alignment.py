@@ -80,7 +80,7 @@ def search_near(templates: tuple[Template, ...], image: ImagePyramid, homography
     around = _sample(image, from_pixel @ _shift(-REACH, -REACH), (columns + 2 * REACH, rows + 2 * REACH))
     fit = cv2.matchTemplate(around, template.gray, cv2.TM_CCOEFF_NORMED)
     _, _, _, (x, y) = cv2.minMaxLoc(fit)
-    dx, dy = _peak(fit[y, x - 1 : x + 2]), _peak(fit[y - 1 : y + 2, x])
+    dx, dy = _peak(fit[y, max(x - 1, 0) : x + 2].tolist()), _peak(fit[max(y - 1, 0) : y + 2, x].tolist())
     return np.asarray(from_pixel @ _shift(x + dx - REACH, y + dy - REACH) @ template.pixel_from_plane)
 
 
@@ -115,11 +115,11 @@ def _align_from(templates: tuple[Template, ...], image: ImagePyramid, homography
     return found if found.correlation >= NEEDED_CORRELATION else None
 
 
-def _peak(values: NDArray[np.float32]) -> float:
-    """Return where the parabola through three values has its top, from the middle one; 0 at a rim."""
+def _peak(values: list[float]) -> float:
+    """Return where the parabola through three values has its top, from the middle one; 0 for two, at a rim."""
     if len(values) < 3:
         return 0.0
-    before, top, after = values.tolist()
+    before, top, after = values
     bend = before - 2.0 * top + after
     return 0.0 if bend >= 0.0 else 0.5 * (before - after) / bend
 

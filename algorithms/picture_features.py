@@ -88,14 +88,15 @@ def make_bank(pictures: Sequence[tuple[Gray, float]]) -> Bank:
         for index, (gray, width) in enumerate(pictures)
         for yaw_deg, count in VIEWS_DEG.items()
     ]
-    features = Features(
-        np.concatenate([part.features.descriptors for part in parts]),
-        np.concatenate([part.features.points for part in parts]),
-        np.concatenate([part.features.angles for part in parts]),
-        np.concatenate([part.features.sizes for part in parts]),
-    )
     return Bank(
-        features, np.concatenate([part.owners for part in parts]), np.concatenate([part.to_middle for part in parts])
+        Features(
+            np.concatenate([np.zeros((0, 4), dtype=np.uint64), *(part.features.descriptors for part in parts)]),
+            np.concatenate([np.zeros((0, 2)), *(part.features.points for part in parts)]),
+            np.concatenate([np.zeros(0), *(part.features.angles for part in parts)]),
+            np.concatenate([np.zeros(0), *(part.features.sizes for part in parts)]),
+        ),
+        np.concatenate([np.zeros(0, dtype=np.intp), *(part.owners for part in parts)]),
+        np.concatenate([np.zeros((0, 2)), *(part.to_middle for part in parts)]),
     )
 
 
