@@ -1,6 +1,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from mcap.reader import make_reader
@@ -142,7 +143,8 @@ def test_a_recording_needs_no_file_but_itself(recording: Recording):
 
 
 def test_the_pictures_that_a_world_names_come_with_it(tmp_path: Path):
-    (tmp_path / "tile.png").write_bytes(b"any bytes")
+    picture = cv2.imencode(".png", np.zeros((4, 4, 3), np.uint8))[1].tobytes()
+    (tmp_path / "tile.png").write_bytes(picture)
     world_file = tmp_path / "room.yaml"
     world_file.write_text(TEXT + "floor: {texture: tile.png}\n")
     world = load_world(world_file)
@@ -150,7 +152,7 @@ def test_the_pictures_that_a_world_names_come_with_it(tmp_path: Path):
     with Recorder(path, world=world, seed=1, robots=infos(), metadata={}) as recorder:
         recorder.write(next(hand_made_ticks(1)))
     (tmp_path / "tile.png").unlink()
-    assert read_recording(path).world.read_asset("tile.png") == b"any bytes"
+    assert read_recording(path).world.read_asset("tile.png") == picture
 
 
 def test_a_world_that_was_changed_after_reading_is_recorded_as_it_is(tmp_path: Path, ticks: list[Tick]):
