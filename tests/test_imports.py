@@ -7,7 +7,7 @@ import mjsim
 
 ROOT = Path(mjsim.__file__).parent
 
-FIRST = {"errors", "geometry"}
+FIRST = {"errors", "geometry", "gl_request"}
 WORLD = FIRST | {"world"}
 VALUES = WORLD | {"interface"}
 COMPILE = VALUES | {"compile"}
@@ -19,6 +19,7 @@ REPORT = WORLD | {"record", "report"}
 MAY_IMPORT = {
     "errors": set(),
     "geometry": set(),
+    "gl_request": set(),
     "world": WORLD,
     "interface": {"geometry"},
     "compile": COMPILE,

@@ -172,7 +172,7 @@ def test_a_module_that_fails_is_named_and_what_was_recorded_stays(tmp_path, make
     ],
 )
 def test_a_command_that_cannot_be_followed_is_refused(command, complaint):
-    with pytest.raises(mjsim.ModuleFault, match="navigator Steady of robot 'scout' at 0.00 s") as caught:
+    with pytest.raises(mjsim.ModuleFault, match=r"navigator Steady of robot 'scout' at 0\.00 s") as caught:
         run(navigator=Steady(command))
     assert complaint in str(caught.value)
 

@@ -68,6 +68,20 @@ def key_figures(robot: dict[str, Any]) -> list[tuple[str, str, str]]:
     ]
 
 
+def key_table(figures: dict[str, Any]) -> list[str]:
+    """Return the key figures of each robot as lines for a terminal, from what `statistics.json` holds."""
+    lines = []
+    for name, robot in figures["robots"].items():
+        lines.append(f"{name:<34}{'estimate':>10}{'odometry':>10}")
+        lines += [
+            f"  {what:<32}{estimate:>10}{odometry:>10}".rstrip() for what, estimate, odometry in key_figures(robot)
+        ]
+    factor = figures["run"]["real_time_factor"]
+    if factor is not None:
+        lines.append(f"{'real-time factor of the run':<34}{factor:>10.1f}")
+    return lines
+
+
 def _number(value: float | None, digits: int = 3) -> str:
     return "-" if value is None else f"{value:.{digits}f}"
 
