@@ -2,10 +2,15 @@
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo
+from pydantic_core import PydanticCustomError
+
+from mjsim.world.source import Source, check_picture
 
 PHYSICS_STEP = 0.004
 """Period of the physics [s]; every tick is a whole number of these."""
+KEY = "[key]"
+"""Last step of a path that means a key itself, not its value; pydantic's own word for it."""
 
 
 class Model(BaseModel):
@@ -16,7 +21,24 @@ class Model(BaseModel):
     )
 
 
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$", max_length=64)]
+def fault(message: str, *path: str | int) -> PydanticCustomError:
+    """Return what a validator raises: a sentence, and where the value stands below the one that is checked."""
+    return PydanticCustomError("mjsim", "{text}", {"text": message, "path": path})
+
+
+def _there(name: str, info: ValidationInfo) -> str:
+    """Check that a picture is there, when the reader of a file says where to look."""
+    source = (info.context or {}).get("source")
+    if isinstance(source, Source):
+        check_picture(name, source)
+    return name
+
+
+NAME_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$"
+COLOR_PATTERN = r"^#[0-9a-fA-F]{6}$"
+USE_PATTERN = r"^[^:]+:[A-Za-z_][A-Za-z0-9_]*$"
+
+Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=64)]
 """A name: letters, digits, `_`, `.` and `-`."""
 
 Metres = Annotated[float, Field(ge=-1e4, le=1e4)]
@@ -34,7 +56,7 @@ Point = Annotated[tuple[Metres, ...], Field(strict=False, min_length=2, max_leng
 """[x, y] in the world [m]."""
 Point3 = Annotated[tuple[Metres, ...], Field(strict=False, min_length=3, max_length=3)]
 """[x, y, z] [m]."""
-Color = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")]
+Color = Annotated[str, Field(pattern=COLOR_PATTERN)]
 """'#rrggbb'."""
-AssetPath = Annotated[str, Field(min_length=1, max_length=512)]
-"""A file, looked for beside the world file, then among the assets that come with mjsim."""
+AssetPath = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_there)]
+"""A picture, looked for beside the world file, then among the assets that come with mjsim."""

@@ -1,12 +1,14 @@
 """The world: everything that a world file says, checked and frozen."""
 
-from typing import Annotated, Literal
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, PrivateAttr
+from pydantic import Field, PrivateAttr, model_validator
 
-from mjsim.world.base import Model, Name
-from mjsim.world.robots import Robot
-from mjsim.world.running import Run
+from mjsim.errors import did_you_mean
+from mjsim.world.base import KEY, Model, Name, fault
+from mjsim.world.robots import Camera, Robot
+from mjsim.world.running import Run, whole_steps
 from mjsim.world.source import BUILT, Source
 from mjsim.world.source import read_asset as read_named_asset
 from mjsim.world.structure import Beacon, Floor, Obstacle, Wall
@@ -34,3 +36,72 @@ class World(Model):
     def read_asset(self, name: str) -> bytes:
         """Return a file that this world names; raises ValueError when there is none."""
         return read_named_asset(name, self._source)
+
+    @model_validator(mode="after")
+    def _parts_fit(self) -> Self:
+        named = {"walls", "obstacles", "beacons", "robots"}
+        for message, path in misfits(self.model_dump(include={*named, "run"})):
+            raise fault(message, *path)
+        return self
+
+
+def misfits(keys: Mapping[str, Any]) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+    """Yield what does not fit together in the keys of a world, each a sentence and where the value stands.
+
+    The values may be of any type: what is wrong on its own is for the models to say.
+    """
+    yield from _names_taken(keys)
+    run = keys.get("run")
+    if isinstance(run, dict):
+        yield from _drivers_without_robot(run, keys)
+        yield from _rates_between_ticks(run, keys)
+
+
+def _items(keys: Mapping[str, Any], kind: str) -> Iterator[tuple[int, dict[str, Any]]]:
+    items = keys.get(kind)
+    if isinstance(items, (list, tuple)):
+        yield from ((index, item) for index, item in enumerate(items) if isinstance(item, dict))
+
+
+def _names_taken(keys: Mapping[str, Any]) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+    owners: dict[str, str] = {}
+    for kind in ("walls", "obstacles", "beacons", "robots"):
+        for index, item in _items(keys, kind):
+            name = item.get("name")
+            if not isinstance(name, str):
+                continue
+            if name in owners:
+                yield f"name '{name}' is taken by {owners[name]}; give each item its own", (kind, index, "name")
+            owners.setdefault(name, f"{kind}[{index}]")
+
+
+def _drivers_without_robot(
+    run: Mapping[str, Any], keys: Mapping[str, Any]
+) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+    drivers = run.get("drivers")
+    robots = [item["name"] for _, item in _items(keys, "robots") if isinstance(item.get("name"), str)]
+    for name in drivers if isinstance(drivers, dict) else ():
+        if name not in robots:
+            yield f"no robot '{name}' in this world{did_you_mean(name, robots)}", ("run", "drivers", name, KEY)
+
+
+def _rates_between_ticks(
+    run: Mapping[str, Any], keys: Mapping[str, Any]
+) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+    tick = run.get("rate_hz", Run().rate_hz)
+    if not _is_rate(tick) or not whole_steps(tick):
+        return
+    for index, robot in _items(keys, "robots"):
+        for number, sensor in _items(robot, "sensors"):
+            rate = sensor.get("rate_hz", Camera.model_fields["rate_hz"].default)
+            if not _is_rate(rate) or abs(tick / rate - round(tick / rate)) < 1e-9:
+                continue
+            nearest = tick / max(round(tick / rate), 1)
+            yield (
+                f"rate_hz is {rate:g} Hz; it must divide the {tick:g} Hz of the tick, the nearest is {nearest:g} Hz",
+                ("robots", index, "sensors", number, "rate_hz"),
+            )
+
+
+def _is_rate(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and 0 < value <= 1000

@@ -13,7 +13,7 @@ from mjsim.world.structure import BoxObstacle, Obstacle
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
-__all__ = ["Piece", "footprint", "obstacle_polygons", "segments", "solid", "wall_pieces", "wall_polygons"]
+__all__ = ["Piece", "footprint", "obstacle_polygons", "segments", "solid", "top", "wall_pieces", "wall_polygons"]
 
 SLICE = 0.2
 """Height at which the plan is cut [m]: above doorsteps, below window sills, where robots bump."""
@@ -36,7 +36,7 @@ def wall_polygons(world: World, *, height: float = SLICE) -> list[Array]:
 
 def obstacle_polygons(world: World, *, height: float = 0.0) -> list[Array]:
     """Return the outlines of the obstacles that reach above a height, world frame, shape (n, 2) each [m]."""
-    return [footprint(obstacle) for obstacle in world.obstacles if _top(obstacle) > height]
+    return [footprint(obstacle) for obstacle in world.obstacles if top(obstacle) > height]
 
 
 def footprint(obstacle: Obstacle) -> Array:
@@ -69,5 +69,6 @@ def segments(world: World, *, height: float = SLICE) -> Array:
     return np.concatenate([np.zeros((0, 2, 2)), *faces])
 
 
-def _top(obstacle: Obstacle) -> float:
+def top(obstacle: Obstacle) -> float:
+    """Return the height of an obstacle's upper face above the floor [m]."""
     return obstacle.box[2] if isinstance(obstacle, BoxObstacle) else obstacle.cylinder[1]

@@ -1,10 +1,11 @@
 """Robots as a world file describes them: body, drive, odometry and sensors."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from mjsim.world.base import Degrees, Deviation, Length, Model, Name, Point, Point3, Rate
+from mjsim.world.base import Color, Degrees, Deviation, Length, Model, Name, Point, Point3, Rate, fault
+from mjsim.world.presets import over_preset
 
 
 class DriveNoise(Model):
@@ -44,7 +45,7 @@ class Body(Model):
     """[m]"""
     mass: Annotated[float, Field(gt=0, le=10000)] = 9.0
     """[kg]"""
-    color: str = Field(default="#c8202a", pattern=r"^#[0-9a-fA-F]{6}$")
+    color: Color = "#c8202a"
 
 
 class OdometryNoise(Model):
@@ -108,3 +109,27 @@ class Robot(Model):
     sensors: Annotated[tuple[Sensor, ...], Field(strict=False)] = ()
     proximity_range: Length = 2.0
     """How far the ring of 16 proximity rays sees [m]."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _over_preset(cls, keys: Any) -> Any:
+        if isinstance(keys, dict) and isinstance(keys.get("preset"), str):
+            try:
+                return over_preset(keys["preset"], keys)
+            except ValueError as error:
+                raise fault(str(error), "preset") from None
+        return keys
+
+    @model_validator(mode="after")
+    def _sensors_differ(self) -> Self:
+        known: set[str] = set()
+        for index, sensor in enumerate(self.sensors):
+            if sensor.camera in known:
+                raise fault(
+                    f"name '{sensor.camera}' is taken by another sensor of this robot; give each its own",
+                    "sensors",
+                    index,
+                    "camera",
+                )
+            known.add(sensor.camera)
+        return self

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
-from mjsim.world.base import PHYSICS_STEP, Model, Name
+from mjsim.world.base import PHYSICS_STEP, USE_PATTERN, Model, Name, fault
 
 
 class Use(Model):
@@ -13,12 +13,16 @@ class Use(Model):
 
     model_config = ConfigDict(extra="allow")
 
-    use: Annotated[str, Field(pattern=r"^[^:]+:[A-Za-z_][A-Za-z0-9_]*$", max_length=256)]
+    use: Annotated[str, Field(pattern=USE_PATTERN, max_length=256)]
     """'dotted.module:Class', or 'file.py:Class' beside the world file."""
 
     def arguments(self) -> dict[str, Any]:
         """Return the keyword arguments of the class."""
         return dict(self.model_extra or {})
+
+
+def _kind_of_avoidance(value: object) -> str:
+    return "<use>" if isinstance(value, (dict, Use)) else "<bool>"
 
 
 class Modules(Model):
@@ -27,7 +31,9 @@ class Modules(Model):
     observer: Use | None = None
     estimator: Use | None = None
     navigator: Use | None = None
-    avoidance: bool | Use = False
+    avoidance: Annotated[
+        Annotated[bool, Tag("<bool>")] | Annotated[Use, Tag("<use>")], Discriminator(_kind_of_avoidance)
+    ] = False
     """Whether obstacles are avoided, or the user's own class that does."""
 
 
@@ -39,6 +45,12 @@ class View(Model):
     sightings: bool = True
     ellipses: bool = True
     trails: bool = True
+
+
+def whole_steps(rate_hz: float) -> bool:
+    """Return whether a tick at this rate is a whole number of physics steps."""
+    steps = 1.0 / (rate_hz * PHYSICS_STEP)
+    return steps > 0.5 and abs(steps - round(steps)) < 1e-9
 
 
 class Run(Model):
@@ -55,13 +67,13 @@ class Run(Model):
     """The modules of each robot, by its name."""
 
     @model_validator(mode="after")
-    def _whole_steps(self) -> Self:
-        steps = 1.0 / (self.rate_hz * PHYSICS_STEP)
-        if abs(steps - round(steps)) > 1e-9:
-            nearest = 1.0 / (max(round(steps), 1) * PHYSICS_STEP)
-            raise ValueError(
-                f"rate_hz is {self.rate_hz:g}; a tick must be a whole number of {PHYSICS_STEP * 1e3:g} ms steps,"
-                f" the nearest rate is {nearest:g}"
+    def _tick_is_whole(self) -> Self:
+        if not whole_steps(self.rate_hz):
+            nearest = 1.0 / (max(self.steps_per_tick, 1) * PHYSICS_STEP)
+            raise fault(
+                f"rate_hz is {self.rate_hz:g} Hz; a tick must be a whole number of {PHYSICS_STEP * 1e3:g} ms steps,"
+                f" the nearest rate is {nearest:g} Hz",
+                "rate_hz",
             )
         return self
 

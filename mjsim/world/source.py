@@ -1,9 +1,17 @@
 """Where a world came from, and the files that it names."""
 
+import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path, PurePosixPath
+from typing import Any
+
+from mjsim.world.pictures import picture_size
+
+MOST_BYTES = 64_000_000
+"""Of a picture."""
+_LEAVES = "path '{name}' leaves its folder; name a file beside the world file or in assets"
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +26,8 @@ class Source:
     """Where files that it names are looked for first."""
     attached: Mapping[str, bytes] = field(default_factory=dict, compare=False)
     """Files that came with it, as in a recording; they go before the folder."""
+    written: Any = field(default=None, compare=False, repr=False)
+    """Where each value stands in the text, for the reader's own use."""
 
 
 BUILT = Source()
@@ -28,21 +38,64 @@ def read_asset(name: str, source: Source) -> bytes:
     """Return a file that a world names: attached, else beside the world file, else shipped with mjsim.
 
     Raises:
-        ValueError: There is no such file, or its path leaves the folders where it may be.
+        ValueError: There is no such file, it is too large, or its path leaves the folders where it may be.
     """
     if name in source.attached:
         return source.attached[name]
     path = PurePosixPath(name)
-    if path.is_absolute() or ".." in path.parts or "\\" in name:
-        raise ValueError(f"path '{name}' leaves its folder; name a file beside the world file or in assets")
+    if path.is_absolute() or ".." in path.parts or "\\" in name or not name.isprintable():
+        raise ValueError(_LEAVES.format(name=name))
     if source.folder is not None:
         base = source.folder.resolve()
-        beside = (base / path).resolve()
-        if beside.is_file():
+        beside = _resolved(base / path)
+        if beside is not None and beside.is_file():
             if not beside.is_relative_to(base):
-                raise ValueError(f"path '{name}' leaves its folder; name a file beside the world file or in assets")
-            return beside.read_bytes()
+                raise ValueError(_LEAVES.format(name=name))
+            return _read(beside, name)
     shipped = resources.files("mjsim.assets").joinpath(name)
     if shipped.is_file():
         return shipped.read_bytes()
-    raise ValueError(f"no file '{name}' beside the world file or in assets")
+    raise ValueError(f"no file '{name}' beside the world file or in assets{_near(name, source)}")
+
+
+def check_picture(name: str, source: Source) -> None:
+    """Raise ValueError when a picture that a world names is not there or cannot be one.
+
+    Pictures that came attached were checked when they were.
+    """
+    if name not in source.attached:
+        data = read_asset(name, source)
+        try:
+            picture_size(data)
+        except ValueError as error:
+            raise ValueError(f"'{name}' {error}") from None
+
+
+def _resolved(path: Path) -> Path | None:
+    """Return the path without links; None for a loop of links, or a name that the system does not take."""
+    try:
+        return path.resolve(strict=True)
+    except (OSError, RuntimeError):
+        return None
+
+
+def _read(path: Path, name: str) -> bytes:
+    try:
+        size = path.stat().st_size
+        if size > MOST_BYTES:
+            raise ValueError(f"'{name}' has {size / 1e6:.0f} MB; it must have at most {MOST_BYTES / 1e6:.0f} MB")
+        return path.read_bytes()
+    except OSError as error:
+        raise ValueError(f"'{name}' cannot be read: {error.strerror}; change its permissions") from None
+
+
+def _near(name: str, source: Source) -> str:
+    """Return '; did you mean ...?' when a file in the same folder has nearly this name."""
+    folder = PurePosixPath(name).parent
+    known: list[str] = []
+    for base in (source.folder, resources.files("mjsim.assets")):
+        place = base.joinpath(str(folder)) if base is not None else None
+        if place is not None and place.is_dir():
+            known += [str(folder / item.name) for item in place.iterdir()]
+    near = difflib.get_close_matches(name, known, n=1)
+    return f"; did you mean '{near[0]}'?" if near else ""

@@ -4,7 +4,7 @@ from typing import Annotated, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from mjsim.world.base import AssetPath, Color, Degrees, Distance, Length, Model, Name, Point
+from mjsim.world.base import AssetPath, Color, Degrees, Distance, Length, Model, Name, Point, fault
 
 
 class Opening(Model):
@@ -24,7 +24,7 @@ class Opening(Model):
     @model_validator(mode="after")
     def _head_above_sill(self) -> Self:
         if self.head <= self.sill:
-            raise ValueError(f"head is {self.head} m, not above the sill at {self.sill} m; make it higher")
+            raise fault(f"head is {self.head} m; it must be above the sill at {self.sill} m", "head")
         return self
 
 
@@ -49,14 +49,14 @@ class Wall(Model):
 
     @model_validator(mode="after")
     def _corners_differ(self) -> Self:
-        for first, second in self.segments():
+        for index, (first, second) in enumerate(self.segments()):
             if first == second:
-                raise ValueError(f"two consecutive corners are {list(first)}; make them differ")
-        for opening in self.openings:
+                corner = (index + 1) % len(self.points)
+                raise fault(f"points[{index}] and points[{corner}] are both {list(first)}; make them differ", "points")
+        for index, opening in enumerate(self.openings):
             if opening.segment >= len(self.segments()):
-                raise ValueError(
-                    f"an opening names segment {opening.segment}; this wall has segments 0 to {len(self.segments()) - 1}"
-                )
+                message = f"segment is {opening.segment}; this wall has segments 0 to {len(self.segments()) - 1}"
+                raise fault(message, "openings", index, "segment")
         return self
 
     def segments(self) -> list[tuple[Point, Point]]:
@@ -89,16 +89,17 @@ class CylinderObstacle(_Obstacle):
 
 def _kind_of_obstacle(item: object) -> str | None:
     if isinstance(item, dict):
-        return next((kind for kind in ("box", "cylinder") if kind in item), None)
-    return "box" if isinstance(item, BoxObstacle) else "cylinder" if isinstance(item, CylinderObstacle) else None
+        return next((f"<{kind}>" for kind in ("box", "cylinder") if kind in item), None)
+    return "<box>" if isinstance(item, BoxObstacle) else "<cylinder>" if isinstance(item, CylinderObstacle) else None
 
 
 Obstacle = Annotated[
-    Annotated[BoxObstacle, Tag("box")] | Annotated[CylinderObstacle, Tag("cylinder")],
+    Annotated[BoxObstacle, Tag("<box>")] | Annotated[CylinderObstacle, Tag("<cylinder>")],
     Discriminator(
         _kind_of_obstacle,
         custom_error_type="kind",
-        custom_error_message="an obstacle needs its shape; write box: [length, width, height] or cylinder: [radius, height]",
+        custom_error_message="an obstacle needs its shape; write box: [length, width, height]"
+        " or cylinder: [radius, height]",
     ),
 ]
 

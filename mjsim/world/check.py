@@ -1,0 +1,152 @@
+"""What is well written but cannot be meant: robots in walls, hidden beacons, openings that do not fit."""
+
+import itertools
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from mjsim.errors import Problem
+from mjsim.world.find import missing_class
+from mjsim.world.model import World
+from mjsim.world.pieces import wall_pieces
+from mjsim.world.places import place_of
+from mjsim.world.plan import footprint, top
+from mjsim.world.running import Use
+from mjsim.world.structure import Beacon, Wall
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+Doubt = tuple[str, tuple[str | int, ...]]
+"""A sentence, and the path of the value that it is about."""
+
+SPARE = 1e-3
+"""A beacon or a robot may reach this far into something [m]: coordinates are written to the millimetre."""
+IN_FRONT = 0.05
+"""A picture with something nearer than this before its middle is hidden [m]."""
+
+
+def check_world(world: World) -> list[Problem]:
+    """Return what cannot be meant in a valid world, sorted by place; nothing of the user's is run."""
+    doubts = itertools.chain(_openings(world), _crowded(world), _uses(world))
+    source = world.source
+    return sorted(Problem(source.file, *place_of(source.written, path), message) for message, path in doubts)
+
+
+def _openings(world: World) -> Iterator[Doubt]:
+    for number, wall in enumerate(world.walls):
+        if wall.openings:
+            for message, path in _openings_of(wall):
+                yield message, ("walls", number, "openings", *path)
+
+
+def _openings_of(wall: Wall) -> Iterator[Doubt]:
+    segments = wall.segments()
+    for index, opening in enumerate(wall.openings):
+        length = math.dist(*segments[opening.segment])
+        end = opening.at + opening.width
+        if end > length + SPARE:
+            yield (
+                f"this opening goes from {opening.at:g} to {end:g} m;"
+                f" segment {opening.segment} is {length:g} m long, keep it within",
+                (index, "at" if opening.at >= length else "width"),
+            )
+        # A low wall is opened whole by a door; only a height that somebody wrote is a mistake.
+        if opening.head > wall.height + SPARE and "head" in opening.model_fields_set:
+            yield f"head is {opening.head:g} m; the wall is {wall.height:g} m high, keep it below", (index, "head")
+        if opening.sill >= wall.height:
+            yield f"sill is {opening.sill:g} m; the wall is {wall.height:g} m high, keep it below", (index, "sill")
+        for other_index, other in enumerate(wall.openings[:index]):
+            beside = other.segment != opening.segment or opening.at >= other.at + other.width - SPARE
+            above = opening.sill >= other.head or other.sill >= opening.head
+            if not (beside or above or other.at >= end - SPARE):
+                yield f"this opening overlaps openings[{other_index}] of its wall; move or narrow it", (index,)
+
+
+class _Solids:
+    """Walls and obstacles as upright prisms, found fast by where they stand."""
+
+    def __init__(self, world: World) -> None:
+        from shapely import STRtree, polygons
+
+        names, outlines, self.low, self.high = [], [], [], []
+        for number, wall in enumerate(world.walls):
+            for piece in wall_pieces(wall):
+                names.append(f"wall '{wall.name}'" if wall.name else f"walls[{number}]")
+                outlines.append(polygons(piece.outline))
+                self.low.append(piece.low)
+                self.high.append(piece.high)
+        for number, obstacle in enumerate(world.obstacles):
+            names.append(f"obstacle '{obstacle.name}'" if obstacle.name else f"obstacles[{number}]")
+            outlines.append(polygons(footprint(obstacle)))
+            self.low.append(0.0)
+            self.high.append(top(obstacle))
+        self.names, self.outlines, self.tree = names, outlines, STRtree(outlines)
+
+    def reached(self, shape: "BaseGeometry", *, depth: float, low: float, high: float) -> str | None:
+        """Return the name of what a shape reaches into by more than a depth, between two heights [m]."""
+        for index in sorted(self.tree.query(shape)):
+            if self.low[index] < high and self.high[index] > low:
+                inner = self.outlines[index].buffer(-depth) if depth > 0 else self.outlines[index]
+                if inner.intersects(shape):
+                    return self.names[int(index)]
+        return None
+
+
+def _crowded(world: World) -> Iterator[Doubt]:
+    if not (world.robots or world.beacons):
+        return
+    solids = _Solids(world)
+    yield from _robots_in_things(world, solids)
+    for index, beacon in enumerate(world.beacons):
+        for message in _hidden(beacon, solids):
+            yield message, ("beacons", index, "at")
+
+
+def _robots_in_things(world: World, solids: _Solids) -> Iterator[Doubt]:
+    from shapely import Point
+
+    for index, robot in enumerate(world.robots):
+        radius = robot.body.radius
+        disc = Point(robot.at).buffer(radius - SPARE, quad_segs=32)
+        found = solids.reached(disc, depth=0.0, low=0.0, high=robot.body.height)
+        for other in world.robots[:index]:
+            if math.dist(robot.at, other.at) < radius + other.body.radius - SPARE:
+                found = found or f"robot '{other.name}'"
+        if found:
+            yield (
+                f"robot '{robot.name}' at {_pair(robot.at)} starts inside {found};"
+                f" its body needs {radius:g} m free all around",
+                ("robots", index, "at"),
+            )
+
+
+def _hidden(beacon: Beacon, solids: _Solids) -> Iterator[str]:
+    from shapely import Point
+
+    heading = math.radians(beacon.heading_deg)
+    (x, y), (c, s) = beacon.at, (math.cos(heading), math.sin(heading))
+    level = beacon.center - SPARE, beacon.center + SPARE
+    for distance, word in ((0.0, "hangs inside"), (IN_FRONT, "faces into")):
+        if distance and beacon.image is None:
+            return  # a reflector is seen from all sides
+        probe = Point(x + distance * c, y + distance * s)
+        found = solids.reached(probe, depth=SPARE, low=level[0], high=level[1])
+        if found:
+            right = "move it to a face" if not distance else "turn it round or move it"
+            yield f"beacon '{beacon.name}' at {_pair(beacon.at)} {word} {found}, where it cannot be seen; {right}"
+            return
+
+
+def _uses(world: World) -> Iterator[Doubt]:
+    for robot, modules in world.run.drivers.items():
+        for key in type(modules).model_fields:
+            use = getattr(modules, key)
+            if isinstance(use, Use):
+                message = missing_class(use.use, world.source)
+                if message:
+                    yield message, ("run", "drivers", robot, key, "use")
+
+
+def _pair(at: tuple[float, ...]) -> str:
+    return f"[{', '.join(f'{value:g}' for value in at)}]"

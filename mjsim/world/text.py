@@ -1,0 +1,232 @@
+"""YAML 1.2 text to plain values that remember where they were written.
+
+Events of ruamel.yaml are composed here, so that every key and value keeps its line and column, so that only the
+core schema of YAML 1.2 is known (`no` and `12:30` stay text), and so that a hostile text costs little.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.events import (
+    AliasEvent,
+    DocumentStartEvent,
+    Event,
+    MappingEndEvent,
+    MappingStartEvent,
+    ScalarEvent,
+    SequenceEndEvent,
+)
+
+from mjsim.errors import Problem
+
+MOST_BYTES = 5_000_000
+MOST_NODES = 250_000
+"""Keys and values of one text, with what its aliases stand for."""
+DEEPEST = 50
+
+_NULL = re.compile(r"~|null|Null|NULL|")
+_BOOL = re.compile(r"true|True|TRUE|(false|False|FALSE)")
+_INT = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+_CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
+_TAG = "tag:yaml.org,2002:"
+_MOST_DIGITS = 30
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Node:
+    """A value of a text and where it begins; lines and columns are counted from 1."""
+
+    value: Any
+    """None, bool, int, float, str, list or dict."""
+    line: int
+    column: int
+    items: Mapping[str | int, "Node"] = field(default_factory=dict)
+    """Of a mapping by key, of a list by index."""
+    keys: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    """Line and column of each key of a mapping."""
+    size: int = 1
+    """Nodes in it, aliases counted each time they are used."""
+
+
+class _BrokenTextError(Exception):
+    """The text cannot be read on; holds line, column and message."""
+
+    def __init__(self, line: int, column: int, message: str) -> None:
+        super().__init__(message)
+        self.line, self.column, self.message = line, column, message
+
+
+def read_text(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
+    """Return the value of a text, None when there is nothing that can be used, and what is wrong with it."""
+    control = _CONTROL.search(text)
+    if control:
+        line, column = line_and_column(text, control.start())
+        code = f"U+{ord(control.group()):04X}"
+        return None, [Problem(file, line, column, f"character {code} is not text; write the file as UTF-8 text")]
+    if len(text) > MOST_BYTES:
+        return None, [Problem(file, 1, 1, too_large(len(text)))]
+    composer = _Composer(file, YAML(typ="safe", pure=True).parse(text))
+    try:
+        node = composer.document()
+    except _BrokenTextError as broken:
+        return None, [*composer.problems, Problem(file, broken.line, broken.column, broken.message)]
+    except MarkedYAMLError as error:
+        return None, [*composer.problems, _syntax(error, file)]
+    # An escape such as "\UFFFFFFFF", beyond Unicode, makes ruamel.yaml's own arithmetic fail.
+    except (YAMLError, ValueError, OverflowError) as error:
+        reason = str(error).partition("\n")[0]
+        return None, [*composer.problems, Problem(file, *composer.place, f"this is not YAML: {reason}")]
+    return node, composer.problems
+
+
+def too_large(size: int) -> str:
+    """Return the sentence on a file of too many bytes."""
+    return f"the file has {size / 1e6:.0f} MB; a world file has at most {MOST_BYTES / 1e6:.0f} MB"
+
+
+def line_and_column(text: str, offset: int) -> tuple[int, int]:
+    """Return where a character of a text stands, both counted from 1."""
+    return text.count("\n", 0, offset) + 1, offset - text.rfind("\n", 0, offset)
+
+
+def plain_value(text: str) -> Any:
+    """Return what a scalar without quotes stands for, by the core schema of YAML 1.2 (chapter 10.3).
+
+    Raises:
+        ValueError: It is a whole number of too many digits.
+    """
+    if _NULL.fullmatch(text):
+        return None
+    if found := _BOOL.fullmatch(text):
+        return found.group(1) is None
+    if _INT.fullmatch(text):
+        if len(text) > _MOST_DIGITS:
+            raise ValueError(f"a number of {len(text)} digits; write at most {_MOST_DIGITS}")
+        base = {"0o": 8, "0x": 16}.get(text[:2], 10)
+        return int(text, base)
+    if _FLOAT.fullmatch(text):
+        return float(text)
+    return float(text.replace(".", "")) if _NOT_FINITE.fullmatch(text) else text
+
+
+class _Composer:
+    """Composes the events of one text into nodes."""
+
+    def __init__(self, file: str, events: Iterator[Event]) -> None:
+        self.problems: list[Problem] = []
+        self.place = (1, 1)
+        self._file = file
+        self._events = events
+        self._anchors: dict[str, Node] = {}
+        self._count = 0
+        self._depth = 0
+
+    def document(self) -> Node:
+        """Return the only document of the text."""
+        self._next()
+        event = self._next()
+        if not isinstance(event, DocumentStartEvent):
+            raise _BrokenTextError(1, 1, "the file is empty; a world begins with 'mjsim: 1'")
+        node = self._node(self._next())
+        self._next()
+        if isinstance(self._next(), DocumentStartEvent):
+            raise _BrokenTextError(*self.place, "a second document begins here; a world file holds one")
+        return node
+
+    def _next(self) -> Event:
+        event = next(self._events)
+        self.place = (event.start_mark.line + 1, event.start_mark.column + 1)
+        return event
+
+    def _node(self, event: Any) -> Node:
+        place = self.place
+        if isinstance(event, AliasEvent):
+            if event.anchor not in self._anchors:
+                raise _BrokenTextError(*place, f"alias '*{event.anchor}' has no anchor '&{event.anchor}' before it")
+            node = self._anchors[event.anchor]
+            self._grow(node.size)
+            return node
+        self._grow(1)
+        if isinstance(event, ScalarEvent):
+            node = Node(self._scalar(event), *place)
+        else:
+            self._depth += 1
+            if self._depth > DEEPEST:
+                raise _BrokenTextError(*place, f"values are nested more than {DEEPEST} deep; write them flatter")
+            node = self._mapping(event) if isinstance(event, MappingStartEvent) else self._list(event)
+            self._depth -= 1
+        if event.anchor is not None:
+            self._anchors[event.anchor] = node
+        return node
+
+    def _grow(self, size: int) -> None:
+        self._count += size
+        if self._count > MOST_NODES:
+            raise _BrokenTextError(*self.place, f"the text holds more than {MOST_NODES} values, aliases written out")
+
+    def _list(self, start: Event) -> Node:
+        self._check_tag(start, "seq")
+        place, items = self.place, []
+        while not isinstance(event := self._next(), SequenceEndEvent):
+            items.append(self._node(event))
+        size = 1 + sum(item.size for item in items)
+        return Node([item.value for item in items], *place, dict(enumerate(items)), size=size)
+
+    def _mapping(self, start: Event) -> Node:
+        self._check_tag(start, "map")
+        place = self.place
+        items: dict[str | int, Node] = {}
+        keys: dict[str, tuple[int, int]] = {}
+        while not isinstance(event := self._next(), MappingEndEvent):
+            key_place = self.place
+            key = self._node(event).value
+            value = self._node(self._next())
+            if not isinstance(key, str):
+                self._report(key_place, f"key {key!r:.40} is not text; put it in quotes or write a name")
+            elif key in keys:
+                self._report(key_place, f"key '{key}' is written twice, first in line {keys[key][0]}; keep one")
+            else:
+                keys[key], items[key] = key_place, value
+        size = 1 + len(keys) + sum(item.size for item in items.values())
+        return Node({key: item.value for key, item in items.items()}, *place, items, keys, size)
+
+    def _scalar(self, event: ScalarEvent) -> Any:
+        text = event.value
+        if _CONTROL.search(text):
+            self._report(self.place, f"{text!r:.40} holds a character that is not text; leave it out")
+            return ""
+        if event.ctag is not None and str(event.ctag) not in ("", "!"):
+            self._check_tag(event, "str", "int", "float", "bool", "null")
+            return text if str(event.ctag) == f"{_TAG}str" else plain_value(text)
+        if not event.implicit[0]:
+            return text
+        try:
+            return plain_value(text)
+        except ValueError as error:
+            self._report(self.place, str(error))
+            return 0
+
+    def _check_tag(self, event: Any, *known: str) -> None:
+        tag = "" if event.ctag is None else str(event.ctag)
+        if tag not in ("", "!", *(_TAG + name for name in known)):
+            self._report(self.place, f"tag '{tag.replace(_TAG, '!!'):.60}' is not allowed; write a plain value")
+
+    def _report(self, place: tuple[int, int], message: str) -> None:
+        self.problems.append(Problem(self._file, *place, message))
+
+
+def _syntax(error: MarkedYAMLError, file: str) -> Problem:
+    mark = error.problem_mark or error.context_mark
+    reason = str(error.problem or error.context)
+    if "'\\t'" in reason:
+        reason = "a tab stands where YAML wants spaces; indent with spaces"
+    elif error.context and "flow" in error.context and error.context_mark:
+        begun = f"{error.context_mark.line + 1}:{error.context_mark.column + 1}"
+        reason = f"{reason}; is the bracket opened at {begun} closed?"
+    return Problem(file, mark.line + 1, mark.column + 1, f"this is not YAML: {reason}")
