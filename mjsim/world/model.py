@@ -8,7 +8,7 @@ from pydantic import Field, PrivateAttr, model_validator
 from mjsim.errors import did_you_mean
 from mjsim.world.base import KEY, Model, Name, fault
 from mjsim.world.robots import Camera, Robot
-from mjsim.world.running import Run, whole_steps
+from mjsim.world.running import Run, nearest_divisor, whole_steps
 from mjsim.world.source import BUILT, Source
 from mjsim.world.source import read_asset as read_named_asset
 from mjsim.world.structure import Beacon, Floor, Obstacle, Wall
@@ -51,7 +51,8 @@ def misfits(keys: Mapping[str, Any]) -> Iterator[tuple[str, tuple[str | int, ...
     The values may be of any type: what is wrong on its own is for the models to say.
     """
     yield from _names_taken(keys)
-    run = keys.get("run")
+    yield from _sensors_taken(keys)
+    run = keys.get("run", {})
     if isinstance(run, dict):
         yield from _drivers_without_robot(run, keys)
         yield from _rates_between_ticks(run, keys)
@@ -75,6 +76,18 @@ def _names_taken(keys: Mapping[str, Any]) -> Iterator[tuple[str, tuple[str | int
             owners.setdefault(name, f"{kind}[{index}]")
 
 
+def _sensors_taken(keys: Mapping[str, Any]) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+    for index, robot in _items(keys, "robots"):
+        known: set[str] = set()
+        for number, sensor in _items(robot, "sensors"):
+            name = sensor.get("camera")
+            if isinstance(name, str) and name in known:
+                message = f"name '{name}' is taken by another sensor of this robot; give each its own"
+                yield message, ("robots", index, "sensors", number, "camera")
+            elif isinstance(name, str):
+                known.add(name)
+
+
 def _drivers_without_robot(
     run: Mapping[str, Any], keys: Mapping[str, Any]
 ) -> Iterator[tuple[str, tuple[str | int, ...]]]:
@@ -96,7 +109,7 @@ def _rates_between_ticks(
             rate = sensor.get("rate_hz", Camera.model_fields["rate_hz"].default)
             if not _is_rate(rate) or abs(tick / rate - round(tick / rate)) < 1e-9:
                 continue
-            nearest = tick / max(round(tick / rate), 1)
+            nearest = nearest_divisor(tick, rate)
             yield (
                 f"rate_hz is {rate:g} Hz; it must divide the {tick:g} Hz of the tick, the nearest is {nearest:g} Hz",
                 ("robots", index, "sensors", number, "rate_hz"),

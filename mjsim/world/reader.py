@@ -16,7 +16,7 @@ from mjsim.world.model import World, misfits
 from mjsim.world.places import place_of
 from mjsim.world.source import Source
 from mjsim.world.text import MOST_BYTES, Node, line_and_column, read_text, too_large
-from mjsim.world.words import meant_key, sentence
+from mjsim.world.words import meant_key, misspelt_kind, sentence
 
 
 def parse_world(text: str, *, file: str = "world.yaml", source: Source | None = None) -> World:
@@ -42,8 +42,9 @@ def parse_world(text: str, *, file: str = "world.yaml", source: Source | None = 
     try:
         world = World.model_validate(node.value, context={"source": source})
     except ValidationError as error:
-        found_here = {*problems, *_faults(error, node, source.file), *_misfits(node, source.file)}
-        raise WorldError(found_here) from None
+        told = {(problem.line, problem.column) for problem in problems}
+        more = {*_faults(error, node, source.file), *_misfits(node, source.file)}
+        raise WorldError([*problems, *(fault for fault in more if (fault.line, fault.column) not in told)]) from None
     if problems:
         raise WorldError(problems)
     world._source = source
@@ -112,8 +113,15 @@ def _faults(error: ValidationError, node: Node, file: str) -> Iterator[Problem]:
     for path, details in faults:
         if details["type"] == "missing" and path in meant:
             continue  # it is there, misspelt
-        place = place_of(node, (*path, KEY) if path in unknown else path)
-        yield Problem(file, *place, sentence(details, path, World))
+        if details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]:
+            continue  # pydantic counts good items only; the bad one is told
+        misspelt = misspelt_kind(details, path, World)
+        if misspelt:
+            path, message = misspelt
+        else:
+            message = sentence(details, path, World)
+        place = place_of(node, (*path, KEY) if path in unknown or misspelt else path)
+        yield Problem(file, *place, message)
 
 
 def _path(details: ErrorDetails) -> tuple[str | int, ...]:

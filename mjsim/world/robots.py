@@ -1,6 +1,6 @@
 """Robots as a world file describes them: body, drive, odometry and sensors."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -119,17 +119,3 @@ class Robot(Model):
             except ValueError as error:
                 raise fault(str(error), "preset") from None
         return keys
-
-    @model_validator(mode="after")
-    def _sensors_differ(self) -> Self:
-        known: set[str] = set()
-        for index, sensor in enumerate(self.sensors):
-            if sensor.camera in known:
-                raise fault(
-                    f"name '{sensor.camera}' is taken by another sensor of this robot; give each its own",
-                    "sensors",
-                    index,
-                    "camera",
-                )
-            known.add(sensor.camera)
-        return self

@@ -1,5 +1,6 @@
 """How `mjsim run` drives a world: time, seed, and the modules of each robot."""
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
@@ -53,6 +54,12 @@ def whole_steps(rate_hz: float) -> bool:
     return steps > 0.5 and abs(steps - round(steps)) < 1e-9
 
 
+def nearest_divisor(fast_hz: float, wanted_hz: float) -> float:
+    """Return the rate nearest to one that is wanted, of those that divide a faster rate [Hz]."""
+    times = max(math.floor(fast_hz / wanted_hz), 1)
+    return min((fast_hz / times, fast_hz / (times + 1)), key=lambda rate: abs(rate - wanted_hz))
+
+
 class Run(Model):
     """One run of this world."""
 
@@ -69,7 +76,7 @@ class Run(Model):
     @model_validator(mode="after")
     def _tick_is_whole(self) -> Self:
         if not whole_steps(self.rate_hz):
-            nearest = 1.0 / (max(self.steps_per_tick, 1) * PHYSICS_STEP)
+            nearest = nearest_divisor(1.0 / PHYSICS_STEP, self.rate_hz)
             raise fault(
                 f"rate_hz is {self.rate_hz:g} Hz; a tick must be a whole number of {PHYSICS_STEP * 1e3:g} ms steps,"
                 f" the nearest rate is {nearest:g} Hz",

@@ -52,7 +52,10 @@ class Wall(Model):
         for index, (first, second) in enumerate(self.segments()):
             if first == second:
                 corner = (index + 1) % len(self.points)
-                raise fault(f"points[{index}] and points[{corner}] are both {list(first)}; make them differ", "points")
+                raise fault(
+                    f"points[{index}] and points[{corner}] are both [{first[0]:g}, {first[1]:g}]; make them differ",
+                    "points",
+                )
         for index, opening in enumerate(self.openings):
             if opening.segment >= len(self.segments()):
                 message = f"segment is {opening.segment}; this wall has segments 0 to {len(self.segments()) - 1}"

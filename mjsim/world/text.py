@@ -78,10 +78,13 @@ def read_text(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
         return None, [*composer.problems, Problem(file, broken.line, broken.column, broken.message)]
     except MarkedYAMLError as error:
         return None, [*composer.problems, _syntax(error, file)]
-    # An escape such as "\UFFFFFFFF", beyond Unicode, makes ruamel.yaml's own arithmetic fail.
-    except (YAMLError, ValueError, OverflowError) as error:
+    except YAMLError as error:
         reason = str(error).partition("\n")[0]
         return None, [*composer.problems, Problem(file, *composer.place, f"this is not YAML: {reason}")]
+    # The arithmetic of ruamel.yaml fails at an escape beyond Unicode such as "\UFFFFFFFF".
+    except (ValueError, OverflowError):
+        message = "this is not YAML: the value that follows has an escape that stands for no character"
+        return None, [*composer.problems, Problem(file, *composer.place, message)]
     return node, composer.problems
 
 

@@ -38,6 +38,7 @@ _BOUNDS = {
     "less_than": ("below", "lt"),
     "less_than_equal": ("at most", "le"),
 }
+_SHAPE = re.compile(r"(\[\w+(?:, \w+)+\])( each)?")
 _UNIT = re.compile(r"\[([^\[\]]*)\]\W*$")
 _UNITS_OF_KEYS = {"_deg": "deg", "_hz": "Hz"}
 
@@ -49,12 +50,14 @@ def sentence(error: ErrorDetails, path: Path, model: type[BaseModel]) -> str:
     if kind == "extra_forbidden":
         return f"unknown key '{path[-1]}'{did_you_mean(str(path[-1]), keys_at(model, path[:-1]))}"
     if kind == "missing":
-        return f"key '{path[-1]}' is missing{_described(model, path)}"
+        return f"key '{path[-1]}' is missing; add it{_described(model, path)}"
     if kind == "mjsim" or "error" in context:
         return str(context.get("text", context.get("error")))
     if path and path[-1] == KEY:
         return f"key {shown(value)} is not right; it must be {_PATTERNS[NAME_PATTERN]}"
-    return f"{name} is {shown(value, unit=_unit(model, path))}; {_right(kind, context, value, error['msg'])}"
+    shape = _shape(model, path) if kind in ("too_short", "too_long", "tuple_type") else ""
+    right = f"it must be {shape}" if shape else _right(kind, context, value, error["msg"])
+    return f"{name} is {shown(value, unit=_unit(model, path))}; {right}"
 
 
 def _right(kind: str, context: Mapping[str, Any], value: Any, otherwise: str) -> str:
@@ -63,7 +66,8 @@ def _right(kind: str, context: Mapping[str, Any], value: Any, otherwise: str) ->
         return f"it must be {_KINDS[kind]}"
     if kind in _BOUNDS:
         word, key = _BOUNDS[kind]
-        return f"it must be {word} {context[key]:g}"
+        bound = context[key]
+        return f"it must be {word} {bound if isinstance(bound, int) else format(bound, 'g')}"
     if kind in ("too_short", "too_long"):
         few = kind == "too_short"
         count = context["min_length" if few else "max_length"]
@@ -100,6 +104,17 @@ def shown(value: Any, *, unit: str = "") -> str:
 def meant_key(path: Path, model: type[BaseModel]) -> str | None:
     """Return the key that a misspelt one at the end of a path stands for; None when none is near."""
     return next(iter(difflib.get_close_matches(str(path[-1]), keys_at(model, path[:-1]), n=1)), None)
+
+
+def misspelt_kind(error: ErrorDetails, path: Path, model: type[BaseModel]) -> tuple[Path, str] | None:
+    """Return path and sentence for the misspelt key that should have told which kind of item this is."""
+    if error["type"] != "kind" or not isinstance(error["input"], Mapping):
+        return None
+    for key in error["input"]:
+        meant = meant_key((*path, key), model)
+        if meant is not None and meant != key:
+            return (*path, key), f"unknown key '{key}'; did you mean '{meant}'?"
+    return None
 
 
 def keys_at(model: type[BaseModel], path: Path) -> list[str]:
@@ -149,7 +164,16 @@ def _unit(model: type[BaseModel], path: Path) -> str:
 
 def _described(model: type[BaseModel], path: Path) -> str:
     text = next(iter(_field_texts(model, path)), "")
-    return f"; it says: {text[0].lower()}{text[1:].rstrip('.')}" if text else f"; add {path[-1]}: ..."
+    return f": {text[0].lower()}{text[1:].rstrip('.')}" if text else ""
+
+
+def _shape(model: type[BaseModel], path: Path) -> str:
+    """Return how a list of settled length is written, such as '[x, y]'; empty for other lists."""
+    texts = _field_texts(model, path)
+    found = _SHAPE.search(texts[0]) if texts else None
+    if not found or isinstance(path[-1], str) == bool(found.group(2)):
+        return ""
+    return found.group(1)
 
 
 def _name(path: Path) -> str:

@@ -14,7 +14,7 @@ from mjsim.world.reader import parse_world
 from mjsim.world.robots import Robot
 from mjsim.world.text import plain_value
 
-_FIRST = ("mjsim", "name", "preset", "camera", "box", "cylinder", "use", "type", "at", "heading_deg")
+_FIRST = ("mjsim", "name", "use", "preset", "camera", "box", "cylinder", "type", "segment", "at", "heading_deg")
 """Keys in the order in which people look for them; all others come after, as the models have them."""
 _LINE = 110
 """An item that fits into so many characters stands on one line."""
@@ -49,7 +49,8 @@ def _keys_of_world(world: World) -> dict[str, Any]:
     keys = _plain(world.model_dump(mode="json", exclude_defaults=True, exclude={"robots"}))
     if world.robots:
         keys["robots"] = [_keys_of_robot(robot) for robot in world.robots]
-    return {"mjsim": world.mjsim, "name": world.name, **keys}
+    keys = {"mjsim": world.mjsim, "name": world.name, **keys}
+    return {key: keys[key] for key in World.model_fields if key in keys}
 
 
 def _keys_of_robot(robot: Robot) -> dict[str, Any]:
