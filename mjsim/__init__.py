@@ -37,7 +37,7 @@ from mjsim.interface import (
     sightings_from,
 )
 from mjsim.run import Driver, run, ticks
-from mjsim.world import World, load_world, parse_world
+from mjsim.world import World, format_world, load_world, parse_world
 
 hide_request_from_mujoco()  # Before anything imports mujoco, which nothing above does.
 
@@ -89,6 +89,7 @@ __all__ = [
     "WorldError",
     "WorldMap",
     "compile_world",
+    "format_world",
     "load_world",
     "parse_world",
     "read_recording",
