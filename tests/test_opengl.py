@@ -18,7 +18,8 @@ try:
     backend = choose_backend()
 except OpenGLError as error:
     raise SystemExit(str(error))
-model = mujoco.MjModel.from_xml_string('''<mujoco><visual><headlight ambient="1 1 1" diffuse="0 0 0" specular="0 0 0"/></visual>
+model = mujoco.MjModel.from_xml_string('''<mujoco>
+    <visual><headlight ambient="1 1 1" diffuse="0 0 0" specular="0 0 0"/></visual>
     <worldbody><geom type="box" size="0.1 5 5" pos="2 0 0" rgba="1 0 0 1"/>
     <camera name="eye" xyaxes="0 -1 0 0 0 1"/></worldbody></mujoco>''')
 data = mujoco.MjData(model)
