@@ -89,11 +89,11 @@ def test_depth_is_what_rays_measure_along_the_optical_axis(world: World, model: 
         eye = data.body("scout/base").xpos + base @ transform[:3, 3]
         np.testing.assert_allclose(data.cam("scout/front").xpos, eye, atol=1e-12)
         measured = cast(model, data, eye, p_camera @ (base @ transform[:3, :3]).T)
-        # Pictures are seen and not met by rays; at edges a ray may pass where the pixel's triangle ends.
-        pictures = [index for index in range(model.ngeom) if model.geom(index).name.startswith("beacon")]
-        solid = ~np.isin(renderer.segment(data, "scout/front")[v, u], pictures) & np.isfinite(measured)
+        # Pictures are seen and not met by rays; the cylinder is drawn with facets, a millimetre inside.
+        left_out = [i for i in range(model.ngeom) if model.geom(i).name.startswith(("beacon", "obstacle/pillar"))]
+        solid = ~np.isin(renderer.segment(data, "scout/front")[v, u], left_out) & np.isfinite(measured)
         assert solid.mean() > 0.5
-        assert (np.abs(depth - measured)[solid] < 1e-3).mean() > 0.99
+        assert (np.abs(depth[solid] - measured[solid]) < 1e-3).mean() > 0.99
 
 
 def test_leaving_out_what_is_out_of_sight_changes_no_pixel(model: mujoco.MjModel, renderer: Renderer):

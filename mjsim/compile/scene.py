@@ -8,7 +8,7 @@ import numpy as np
 from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, add_matte, bounded, color_of, read_picture
 from mjsim.compile.robots import add_robot
 from mjsim.compile.things import add_beacons, add_obstacles
-from mjsim.compile.walls import WallBox, add_walls, wall_boxes
+from mjsim.compile.walls import UNDIVIDED, WallBox, add_walls, wall_boxes
 from mjsim.geometry import Array
 from mjsim.world.base import PHYSICS_STEP
 from mjsim.world.model import World
@@ -25,9 +25,10 @@ WIDEST, TALLEST = 1920, 1080
 """Pictures of at least this size can be drawn [px]."""
 FLOOR_AROUND_WALLS, FLOOR_AROUND_NOTHING = 2.0, 20.0
 """How far the floor is seen beyond what stands on it [m]; one can drive on beyond that."""
-OVERVIEW_TILT, OVERVIEW_FOV, OVERVIEW_ASPECT = math.radians(58.0), 40.0, 4 / 3
-"""Downwards [rad]; vertical field of view [deg]; the narrowest picture that shows the whole world."""
-
+OVERVIEW_TILT, OVERVIEW_FOV = math.radians(60.0), 40.0
+"""Downwards [rad]; vertical field of view [deg]."""
+OVERVIEW_ASPECT, OVERVIEW_FILL = 16 / 9, 0.96
+"""Shape of a picture that shows the whole world, as films have it, and how much of its height or width that fills."""
 CHASE_AT, CHASE_TILT, CHASE_FOV = (-1.1, 0.0, 1.15), math.radians(26.0), 60.0
 """In the robot's frame [m]; downwards [rad]; vertical field of view [deg]."""
 
@@ -139,7 +140,7 @@ def _add_floor(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) ->
         name="floor",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         pos=[*center, 0.0],
-        size=[*half, 1.0],
+        size=[*half, UNDIVIDED],
         material="matte" if floor.texture is None else "floor",
         rgba=color_of(floor.color) if floor.texture is None else [1.0, 1.0, 1.0, 1.0],
         friction=[floor.friction, 0.005, 0.0001],
@@ -152,12 +153,15 @@ def _add_overview(spec: mujoco.MjSpec, lower: Array, upper: Array) -> None:
     right, up, ahead = np.array([1.0, 0, 0]), np.array([0, s, c]), np.array([0, c, -s])
     corners = np.array([[x, y, z] for x in (lower[0], upper[0]) for y in (lower[1], upper[1]) for z in (0, upper[2])])
     offsets = corners - (lower + upper) / 2
-    rise = math.tan(math.radians(OVERVIEW_FOV / 2)) * 0.96
-    across, along = np.abs(offsets @ right) / (rise * OVERVIEW_ASPECT), np.abs(offsets @ up) / rise
-    distance = float(np.max(np.maximum(across, along) - offsets @ ahead))
+    rise = math.tan(math.radians(OVERVIEW_FOV / 2)) * OVERVIEW_FILL
+    depth, height = offsets @ ahead, offsets @ up
+    # Each corner asks for a distance; those at the upper and at the lower edge alike when the view is raised so far.
+    above, below = np.max(height / rise - depth), np.max(-height / rise - depth)
+    beside = np.max(np.abs(offsets @ right) / (rise * OVERVIEW_ASPECT) - depth)
+    distance, raised = max((above + below) / 2, beside), rise * (above - below) / 2
     spec.worldbody.add_camera(
         name="overview",
-        pos=(lower + upper) / 2 - distance * ahead,
+        pos=(lower + upper) / 2 - distance * ahead + raised * up,
         quat=_camera_quaternion(right, up),
         fovy=OVERVIEW_FOV,
     )

@@ -9,7 +9,7 @@ import numpy as np
 from mjsim.compile.names import item_names
 from mjsim.compile.pictures import LONGEST_BEACON_SIDE, add_material, bounded, color_of, read_picture
 from mjsim.compile.solids import Face
-from mjsim.compile.walls import VISUAL, WallBox, add_mesh_geom
+from mjsim.compile.walls import UNDIVIDED, VISUAL, WallBox, add_mesh_geom
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Picture
@@ -52,17 +52,17 @@ def add_obstacles(spec: mujoco.MjSpec, obstacles: Sequence[Obstacle]) -> None:
 def add_beacons(spec: mujoco.MjSpec, world: World, walls: Sequence[WallBox]) -> None:
     """Add the beacons: flat pictures that are seen from their front, each with a plain back."""
     materials: dict[str | None, tuple[str, float]] = {}
-    backs = []
+    backs, solid = [], _Solid(walls)
     for beacon in world.beacons:
         if beacon.image not in materials:
             materials[beacon.image] = _add_picture(spec, world, beacon.image, len(materials) + 1)
         material, shape = materials[beacon.image]
         half = np.array([beacon.width, beacon.width * shape]) / 2
-        at = _before_the_wall(beacon, walls)
+        at = _before_the_wall(beacon, solid)
         spec.worldbody.add_geom(
             name=f"beacon/{beacon.name}",
             type=mujoco.mjtGeom.mjGEOM_PLANE,
-            size=[*half, 0.01],
+            size=[*half, UNDIVIDED],
             pos=[*at, beacon.center],
             quat=_upright(beacon.heading_deg),
             material=material,
@@ -109,18 +109,28 @@ def _facing(beacon: Beacon) -> Array:
     return np.array([math.cos(math.radians(beacon.heading_deg)), math.sin(math.radians(beacon.heading_deg))])
 
 
-def _before_the_wall(beacon: Beacon, walls: Sequence[WallBox]) -> Array:
+class _Solid:
+    """The walls, to ask whether a point is inside."""
+
+    def __init__(self, walls: Sequence[WallBox]) -> None:
+        self._center = np.array([wall.center for wall in walls]).reshape(-1, 3)
+        self._half = np.array([wall.half for wall in walls]).reshape(-1, 3)
+        headings = np.array([wall.heading for wall in walls])
+        self._cos, self._sin = np.cos(headings), np.sin(headings)
+
+    def holds(self, point: Array) -> bool:
+        """Say whether a point, shape (3,) [m], is inside a wall."""
+        dx, dy, dz = (point - self._center).T
+        c, s = self._cos, self._sin
+        p_walls = np.column_stack([c * dx + s * dy, c * dy - s * dx, dz])
+        return bool((np.abs(p_walls) < self._half).all(axis=1).any())
+
+
+def _before_the_wall(beacon: Beacon, solid: _Solid) -> Array:
     """Return where a picture hangs, moved out by half a millimetre when it lies in the face of a wall."""
     at, facing = np.array(beacon.at), _facing(beacon)
     behind, before = (np.append(at + facing * gap, beacon.center) for gap in (-FLUSH_GAP, FLUSH_GAP))
-    flush = any(_inside(behind, wall) for wall in walls) and not any(_inside(before, wall) for wall in walls)
-    return at + facing * FLUSH_GAP if flush else at
-
-
-def _inside(point: Array, wall: WallBox) -> bool:
-    c, s = math.cos(wall.heading), math.sin(wall.heading)
-    dx, dy, dz = point - wall.center
-    return bool((np.abs([c * dx + s * dy, c * dy - s * dx, dz]) < wall.half).all())
+    return at + facing * FLUSH_GAP if solid.holds(behind) and not solid.holds(before) else at
 
 
 def _back(beacon: Beacon, at: Array, half: Array) -> Face:

@@ -20,6 +20,8 @@ from mjsim.world.structure import Wall
 
 COLLISION, VISUAL = 3, 1
 """Geom groups."""
+UNDIVIDED = 1000.0
+"""Spacing of the lines by which MuJoCo divides a plane to draw it [m]: flat faces lit from afar need none."""
 CHUNK = 24.0
 """Side of the squares by which the meshes of a large floor are divided, so that unseen ones cost nothing [m]."""
 
