@@ -1,0 +1,158 @@
+"""A recording -> an H.264 film, 25 frames for each simulated second."""
+
+import queue
+import threading
+from collections.abc import Callable, Iterable
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import av
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.errors import UsageError
+from mjsim.interface import Picture
+from mjsim.record import Recording
+from mjsim.video.views import composed_pictures, plan_pictures, scene_pictures
+from mjsim.world.running import View as Look
+
+RATE = 25
+"""Frames a second."""
+AHEAD = 8
+"""How many drawn frames may wait for the encoder."""
+OPTIONS = {"preset": "veryfast", "crf": "20", "movflags": "+faststart"}
+"""Of x264: quick, and good enough to read small letters; the index stands first, for browsers."""
+
+
+def make_video(
+    recording: Recording,
+    path: str | Path,
+    *,
+    view: str | None = None,
+    follow: str | None = None,
+    sightings: bool | None = None,
+    ellipses: bool | None = None,
+    trails: bool | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Write the film of a recording as H.264 in an MP4 file.
+
+    Args:
+        recording: What is shown.
+        path: The file; it is there only once the film is whole.
+        view: 'plan', 'chase', 'overview' or 'ROBOT/CAMERA' alone; all in one unless given.
+        follow: Whom the close-up follows, 'truth', 'estimate' or 'nothing'; as the world says unless given.
+        sightings: Whether lines lead to what is seen; as the world says unless given, and so on.
+        ellipses: Whether 95 % ellipses are shown.
+        trails: Whether the ways of the robot are shown.
+        progress: Called with how many frames are done.
+
+    Raises:
+        UsageError: There is no such view, or the file cannot be written.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in (".mp4", ".m4v", ".mov"):
+        raise UsageError(f"cannot write a film as '{path.name}'; name it .mp4")
+    rows = frame_rows(recording.time)
+    if view is None or view == "plan":
+        look = look_of(recording.world.run.view, follow, sightings, ellipses, trails)
+        pictures = (composed_pictures if view is None else plan_pictures)(recording, rows, look)
+    else:
+        pictures = scene_pictures(recording, rows, view)
+    # The first one shows what cannot be before a file is begun.
+    first = next(pictures)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_film(chain((first,), pictures), path, progress=progress)
+    except OSError as error:
+        raise UsageError(f"cannot write '{path}': {error.strerror or error}") from error
+
+
+def look_of(look: Look, follow: str | None, sightings: bool | None, ellipses: bool | None, trails: bool | None) -> Look:
+    """Return what is shown, with what is given in place of what the world says."""
+    if follow is not None and follow not in ("truth", "estimate", "nothing"):
+        raise UsageError(f"follow is '{follow}'; it must be truth, estimate or nothing")
+    given = {"follow": follow, "sightings": sightings, "ellipses": ellipses, "trails": trails}
+    return look.model_copy(update={name: value for name, value in given.items() if value is not None})
+
+
+def frame_rows(times: NDArray[np.float64]) -> list[int]:
+    """Return the newest row at each frame's time; times ascend, shape (N,) [s]."""
+    count = int((times[-1] - times[0]) * RATE + 1e-6) + 1
+    instants = times[0] + np.arange(count) / RATE
+    rows: list[int] = (np.searchsorted(times, instants + 1e-6, side="right") - 1).tolist()
+    return rows
+
+
+def write_film(pictures: Iterable[Picture], path: Path, *, progress: Callable[[float], None] | None = None) -> None:
+    """Encode RGB pictures of one even size; they are drawn in a thread of their own, ahead of the encoder."""
+    part = path.with_name(f".{path.name}.part")
+    frames = _Ahead(pictures)
+    try:
+        _encode(frames, part, progress)
+        part.replace(path)
+    finally:
+        frames.stop()
+        part.unlink(missing_ok=True)
+
+
+def _encode(frames: "_Ahead", path: Path, progress: Callable[[float], None] | None) -> None:
+    stream: Any = None
+    with av.open(str(path), "w", format="mp4", options={"movflags": OPTIONS["movflags"]}) as container:
+        for count, yuv in enumerate(frames):
+            if stream is None:
+                stream = container.add_stream("libx264", rate=RATE, options=OPTIONS)
+                stream.width, stream.height, stream.pix_fmt = yuv.shape[1], yuv.shape[0] * 2 // 3, "yuv420p"
+            frame = av.VideoFrame.from_ndarray(yuv, format="yuv420p")
+            frame.pts = count
+            container.mux(stream.encode(frame))
+            if progress is not None:
+                progress(count + 1)
+        container.mux(stream.encode())
+
+
+class _Ahead:
+    """Draws and converts pictures in a thread of its own, a few ahead of who takes them."""
+
+    def __init__(self, pictures: Iterable[Picture]) -> None:
+        self._pictures = pictures
+        self._ready: queue.Queue[NDArray[np.uint8] | BaseException | None] = queue.Queue(AHEAD)
+        self._stopped = threading.Event()
+        self._thread = threading.Thread(target=self._work, name="film", daemon=True)
+        self._thread.start()
+
+    def __iter__(self) -> "_Ahead":
+        return self
+
+    def __next__(self) -> NDArray[np.uint8]:
+        taken = self._ready.get()
+        if taken is None:
+            raise StopIteration
+        if isinstance(taken, BaseException):
+            raise taken
+        return taken
+
+    def stop(self) -> None:
+        """Draw no more, and wait until the thread has ended."""
+        self._stopped.set()
+        while self._thread.is_alive():
+            # The thread may wait for room.
+            with self._ready.mutex:
+                self._ready.queue.clear()
+                self._ready.not_full.notify()
+            self._thread.join(0.05)
+
+    def _work(self) -> None:
+        try:
+            for picture in self._pictures:
+                # H.264 halves the colours' resolution, so both sides are even.
+                even = picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2]
+                self._ready.put(np.asarray(cv2.cvtColor(even, cv2.COLOR_RGB2YUV_I420), dtype=np.uint8))
+                if self._stopped.is_set():
+                    return
+            self._ready.put(None)
+        # Handed to the thread that waits for pictures, and raised there.
+        except BaseException as error:
+            self._ready.put(error)

@@ -1,0 +1,243 @@
+"""The composed picture of a run: the plan, a close-up, what the robot sees, and the error so far."""
+
+import cv2
+import numpy as np
+
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.geometry import Array
+from mjsim.interface import Picture
+from mjsim.video.chart import ErrorChart
+from mjsim.video.ink import (
+    BEACON,
+    ESTIMATE,
+    INK,
+    MUTED,
+    ODOMETRY,
+    PAGE,
+    PAPER,
+    SEEN,
+    SEMIBOLD,
+    TRUTH,
+    Color,
+    Letters,
+    draw_disc,
+    draw_polyline,
+)
+from mjsim.video.moment import Moment
+from mjsim.video.overlay import Trails, draw_moment
+from mjsim.video.plan import draw_background, draw_scale_bar, world_bounds
+from mjsim.video.view import View
+from mjsim.world import World
+from mjsim.world.running import View as Look
+
+WIDTH, HEIGHT = 1280, 720
+MARGIN, GAP, HEAD, CHART = 16, 12, 48, 150
+COLUMN = 480
+"""Width of the right column [px]: close-up above, onboard picture below."""
+CLOSE_UP = 110.0
+"""Scale of the close-up [px/m]; less in a world too large to keep at this scale."""
+LARGEST = 16e6
+"""Most pixels of a plan that is kept."""
+LEGEND: tuple[tuple[str, Color], ...] = (
+    ("truth", TRUTH),
+    ("estimate", ESTIMATE),
+    ("odometry", ODOMETRY),
+    ("beacons", BEACON),
+    ("landmarks, sightings", SEEN),
+)
+
+
+class Panel:
+    """A plan with what moves on it; it stays whole, and a window of it is shown."""
+
+    def __init__(self, world: World, view: View, *, radius: float) -> None:
+        """Draw the plan once."""
+        self._plan = np.empty((view.height, view.width, 3), np.uint8)
+        self._view = view
+        self._radius = radius
+        draw_background(self._plan, world, view)
+        self._trails = Trails(self._plan, view)
+
+    def add(self, moment: Moment) -> None:
+        """Let the trails go on."""
+        self._trails.add(moment)
+
+    def draw(self, image: Picture, moment: Moment, *, look: Look, around: Array | None = None) -> View:
+        """Draw the plan, or its window around a world point, into a picture; return what it shows."""
+        height, width = image.shape[:2]
+        column, row = 0, 0
+        if around is not None:
+            column, row = (np.rint(self._view.pixels(around)) - (width // 2, height // 2)).astype(int).tolist()
+            column = int(np.clip(column, 0, max(self._view.width - width, 0)))
+            row = int(np.clip(row, 0, max(self._view.height - height, 0)))
+        window = self._plan[row : row + height, column : column + width]
+        if window.shape != image.shape:
+            image[:] = PAPER
+        image[: window.shape[0], : window.shape[1]] = window
+        view = self._view.part(column, row, width, height)
+        draw_moment(image, view, moment, look=look, radius=self._radius)
+        return view
+
+
+class Frame:
+    """Composes pictures of one robot's run, 1280 x 720: `add` every moment, `draw` those that are to be shown."""
+
+    def __init__(
+        self, world: World, robot: str | None = None, *, look: Look | None = None, seconds: float | None = None
+    ) -> None:
+        """Draw once all that stays.
+
+        Args:
+            world: Where it runs.
+            robot: Whose run; the first one's unless given.
+            look: What is shown; as the world says unless given.
+            seconds: Time at the right edge of the chart [s]; that of the world's run unless given.
+
+        Raises:
+            UsageError: There is no such robot.
+        """
+        robots = {item.name: item for item in world.robots}
+        self.robot = robot if robot is not None else next(iter(robots), "")
+        if self.robot not in robots:
+            raise UsageError(f"no robot '{self.robot}' to show in this world{did_you_mean(self.robot, robots)}")
+        self._look = look or world.run.view
+        self._letters = Letters()
+        self._page = np.empty((HEIGHT, WIDTH, 3), np.uint8)
+        self._page[:] = PAGE
+        radius = robots[self.robot].body.radius
+        bounds = world_bounds(world)
+        self._middle = bounds.mean(axis=0)
+        """Where a close-up looks that follows nothing [m]."""
+        left = WIDTH - 2 * MARGIN - GAP - COLUMN
+        picture_rows = COLUMN * 3 // 4 if robots[self.robot].sensors else 0
+        self._whole_part = self._part(MARGIN, HEAD, left, HEIGHT - HEAD - MARGIN - GAP - CHART)
+        self._chart_part = self._part(MARGIN, HEIGHT - MARGIN - CHART, left, CHART)
+        rows = HEIGHT - HEAD - MARGIN - (picture_rows + GAP if picture_rows else 0)
+        self._close_part = self._part(MARGIN + left + GAP, HEAD, COLUMN, rows)
+        self._seen_part = self._part(MARGIN + left + GAP, HEIGHT - MARGIN - picture_rows, COLUMN, picture_rows)
+        self._whole = Panel(world, View.fit(bounds, left, self._whole_part.shape[0], margin=14), radius=radius)
+        self._close = Panel(world, _close_view(bounds), radius=radius)
+        self._chart = ErrorChart(left, CHART, self._letters, seconds=seconds or world.run.seconds)
+        self._shown: Picture | None = None
+        self._last: tuple[float, Array] | None = None
+        self._speed = 0.0
+        self._write_head(world)
+
+    def add(self, moment: Moment) -> None:
+        """Take note of a moment, in the order of time: trails and errors go on."""
+        self._whole.add(moment)
+        self._close.add(moment)
+        self._chart.add(moment)
+        if self._last is not None and moment.time > self._last[0]:
+            step = float(np.hypot(*(moment.truth - self._last[1])[:2]))
+            # A tenth of the newest step: driving noise would make the figure flicker.
+            self._speed += 0.1 * (step / (moment.time - self._last[0]) - self._speed)
+        self._last = moment.time, moment.truth
+
+    def draw(self, moment: Moment) -> Picture:
+        """Return the picture of a moment, RGB, shape (720, 1280, 3); the same array at every call."""
+        self._whole.draw(self._whole_part, moment, look=self._look)
+        self._draw_close_up(moment)
+        self._chart.draw(self._chart_part)
+        if self._seen_part.size and moment.picture is not self._shown:
+            draw_seen(self._seen_part, moment, self._letters)
+            self._shown = moment.picture
+        self._write_figures(moment)
+        return self._page
+
+    def _part(self, x: int, y: int, width: int, height: int) -> Picture:
+        part = self._page[y : y + height, x : x + width]
+        part[:] = PAPER
+        return part
+
+    def _draw_close_up(self, moment: Moment) -> None:
+        middles = {"truth": moment.truth, "estimate": moment.estimate, "nothing": self._middle}
+        middle = middles[self._look.follow]
+        view = self._close.draw(self._close_part, moment, look=self._look, around=middle[:2])
+        draw_scale_bar(self._close_part, view.scale, self._letters, (COLUMN - 12, self._close_part.shape[0] - 12))
+
+    def _write_head(self, world: World) -> None:
+        self._letters.write(self._page, world.name, (MARGIN, 31), 22, weight=SEMIBOLD)
+        x = WIDTH - MARGIN
+        for name, color in reversed(LEGEND):
+            x -= self._letters.width(name, 13)
+            self._letters.write(self._page, name, (x, 30), 13, MUTED)
+            draw_disc(self._page, np.array([x - 11.0, 25.0]), 5, color)
+            x -= 32
+        self._figures_at = MARGIN + self._letters.width(world.name, 22, weight=SEMIBOLD) + 22
+        self._figures_end = x
+
+    def _write_figures(self, moment: Moment) -> None:
+        strip = self._page[10:42, self._figures_at : self._figures_end]
+        strip[:] = PAGE
+        text = f"{moment.time:6.1f} s   {self._speed:.2f} m/s   {len(moment.names)} landmarks"
+        self._letters.write(strip, text, (0, 20), 14, INK)
+        if moment.touched:
+            x = self._letters.width(text, 14) + 24
+            self._letters.write(strip, "bump", (x, 20), 14, ESTIMATE, weight=SEMIBOLD)
+
+
+class PlanFrame:
+    """The plan alone, 1280 x 720: `add` every moment, `draw` those that are to be shown."""
+
+    def __init__(self, world: World, robot: str, *, look: Look) -> None:
+        """Draw the plan once."""
+        radius = next(item.body.radius for item in world.robots if item.name == robot)
+        self._look = look
+        self._page = np.empty((HEIGHT, WIDTH, 3), np.uint8)
+        self._panel = Panel(world, View.fit(world_bounds(world), WIDTH, HEIGHT, margin=MARGIN), radius=radius)
+        self._letters = Letters()
+
+    def add(self, moment: Moment) -> None:
+        """Let the trails go on."""
+        self._panel.add(moment)
+
+    def draw(self, moment: Moment) -> Picture:
+        """Return the picture of a moment, RGB, shape (720, 1280, 3); the same array at every call."""
+        view = self._panel.draw(self._page, moment, look=self._look)
+        draw_scale_bar(self._page, view.scale, self._letters, (WIDTH - MARGIN, HEIGHT - MARGIN))
+        self._letters.write(self._page, f"{moment.time:.1f} s", (MARGIN, HEIGHT - MARGIN), 16)
+        return self._page
+
+
+def draw_seen(image: Picture, moment: Moment, letters: Letters) -> None:
+    """Draw the onboard picture with recognised beacons outlined and named, scaled to fit."""
+    height, width = image.shape[:2]
+    image[:] = PAPER
+    if moment.picture is None:
+        letters.write(image, "no picture yet", (width / 2, height / 2), 15, MUTED, align=0.5)
+        return
+    rows, columns = moment.picture.shape[:2]
+    scale = min(width / columns, height / rows)
+    size = max(round(columns * scale), 1), max(round(rows * scale), 1)
+    x, y = (width - size[0]) // 2, (height - size[1]) // 2
+    inside = image[y : y + size[1], x : x + size[0]]
+    inside[:] = cv2.resize(moment.picture, size, interpolation=cv2.INTER_AREA)
+    for seen in moment.sightings:
+        if seen.corners is None:
+            continue
+        # Pixel centres lie at whole numbers in both pictures.
+        outline = (np.asarray(seen.corners) + 0.5) * scale - 0.5
+        draw_polyline(inside, outline, PAPER, width=4, closed=True)
+        draw_polyline(inside, outline, SEEN, width=2, closed=True)
+        if seen.name is not None:
+            _write_tag(inside, seen.name, outline, letters)
+
+
+def _write_tag(image: Picture, name: str, outline: Array, letters: Letters) -> None:
+    """Write a name on a plate above an outline."""
+    width, low = letters.width(name, 13) + 10, outline.min(axis=0)
+    x = round(float(np.clip(outline[:, 0].mean() - width / 2, 0, max(image.shape[1] - width, 0))))
+    y = round(float(np.clip(low[1] - 22, 0, image.shape[0] - 20)))
+    cv2.rectangle(image, (x, y), (x + width - 1, y + 18), SEEN, -1)
+    letters.write(image, name, (x + 5, y + 14), 13, PAPER, weight=SEMIBOLD)
+
+
+def _close_view(bounds: Array) -> View:
+    """Return the view of the whole world at the scale of the close-up, with some floor around it."""
+    room = bounds + np.array([[-0.5], [0.5]])
+    width, height = room[1] - room[0]
+    scale = min(CLOSE_UP, float(np.sqrt(LARGEST / (width * height))))
+    size = np.maximum(np.ceil(np.array([width, height]) * scale), (COLUMN, HEIGHT)).astype(int)
+    x, y = room.mean(axis=0).tolist()
+    return View.around(x, y, scale, int(size[0]), int(size[1]))

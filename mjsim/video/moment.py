@@ -1,0 +1,92 @@
+"""What is drawn of one robot at one instant, whether it comes from a recording or from a run that is going on."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.interface import Picture, Sighting
+from mjsim.record import Recording, Tick
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Moment:
+    """One robot at one instant; poses are (x, y, heading), shape (3,) [m, m, rad]."""
+
+    time: float
+    """[s]"""
+    truth: Array
+    estimate: Array
+    covariance: Array
+    """Of the estimate, shape (3, 3)."""
+    odometry: Array
+    """Dead reckoning."""
+    names: tuple[str, ...]
+    """K landmarks of the map."""
+    means: Array
+    """Where they are believed to be, shape (K, 2) [m]."""
+    covariances: Array
+    """Shape (K, 2, 2) [m^2]."""
+    sightings: Sequence[Sighting]
+    """Of the newest tick at which anything was looked for."""
+    picture: Picture | None
+    """The newest onboard picture, RGB; None before the first."""
+    touched: bool
+    """Whether the robot bumped within the last half second."""
+
+
+def moment_of(tick: Tick, robot: str, *, before: Moment | None) -> Moment:
+    """Return what is drawn of a tick; what it does not tell anew is taken from the moment before."""
+    order, seen = tick.orders[robot], tick.seen[robot]
+    belief = order.estimate
+    frame = next(iter(seen.cameras.values()), None)
+    looked = frame is not None or bool(order.sightings) or before is None
+    return Moment(
+        time=tick.time,
+        truth=tick.truth[robot].as_array(),
+        estimate=belief.pose.as_array(),
+        covariance=belief.covariance,
+        odometry=order.dead_reckoning.as_array(),
+        names=tuple(map(str, belief.landmarks)),
+        means=np.reshape([mean for mean, _ in belief.landmarks.values()], (-1, 2)),
+        covariances=np.reshape([covariance for _, covariance in belief.landmarks.values()], (-1, 2, 2)),
+        sightings=order.sightings if looked or before is None else before.sightings,
+        picture=frame.image if frame is not None else before.picture if before is not None else None,
+        touched=bool(seen.bump),
+    )
+
+
+def moments(recording: Recording, robot: str, rows: Sequence[int]) -> Iterator[Moment]:
+    """Yield what is drawn at rows of a recording, which ascend."""
+    track = recording.robots[robot]
+    camera = next((camera for name, camera in recording.cameras() if name == robot), None)
+    pictures = recording.images(robot, camera) if camera is not None else iter(())
+    stamp, picture = next(pictures, (np.inf, None))
+    shown: Picture | None = None
+    bumps = np.array([event.time for event in track.events if event.kind == "bump"])
+    looked: Sequence[Sighting] = ()
+    first = 0
+    for row in rows:
+        now = float(track.time[row])
+        renewed = False
+        while stamp <= now + 1e-9:
+            shown, renewed = picture, True
+            stamp, picture = next(pictures, (np.inf, None))
+        recent = next((track.sightings[k] for k in range(row, first - 1, -1) if track.sightings[k]), ())
+        first = row + 1
+        looked = recent if recent or renewed else looked
+        mapped = np.isfinite(track.landmarks.mean[row]).all(axis=1)
+        yield Moment(
+            time=now,
+            truth=track.truth[row],
+            estimate=track.estimate[row],
+            covariance=track.covariance[row],
+            odometry=track.odometry[row],
+            names=tuple(str(n) for n, there in zip(track.landmarks.names, mapped, strict=True) if there),
+            means=track.landmarks.mean[row, mapped],
+            covariances=track.landmarks.covariance[row, mapped],
+            sightings=looked,
+            picture=shown,
+            touched=bool(((now - bumps >= 0.0) & (now - bumps < 0.5)).any()),
+        )

@@ -1,0 +1,95 @@
+"""What moves on a plan: trails, robots, the estimated map with its ellipses, and lines to what is seen."""
+
+import numpy as np
+
+from mjsim.geometry import Array, Pose, ellipse_points
+from mjsim.interface import Picture
+from mjsim.video.ink import (
+    ESTIMATE,
+    ODOMETRY,
+    PAPER,
+    SEEN,
+    TRUTH,
+    Color,
+    draw_disc,
+    draw_polyline,
+    fixed_polylines,
+)
+from mjsim.video.moment import Moment
+from mjsim.video.view import View
+from mjsim.world.running import View as Look
+
+TRAILS: tuple[tuple[str, Color], ...] = (("odometry", ODOMETRY), ("truth", TRUTH), ("estimate", ESTIMATE))
+STEP = 1.5
+"""A trail is drawn on when its robot has moved this far [px]."""
+
+
+class Trails:
+    """The ways of one robot on a plan that stays: drawn on as the robot goes, never from the start again."""
+
+    def __init__(self, plan: Picture, view: View) -> None:
+        """Keep the plan, which is drawn upon."""
+        self._plan = plan
+        self._view = view
+        self._last: dict[str, Array] = {}
+
+    def add(self, moment: Moment) -> None:
+        """Draw on to where the robot is now."""
+        for name, color in TRAILS:
+            here = self._view.pixels(getattr(moment, name)[:2])
+            last = self._last.setdefault(name, here)
+            if np.abs(here - last).max() >= STEP:
+                draw_polyline(self._plan, np.stack([last, here]), color, width=1 if name == "odometry" else 2)
+                self._last[name] = here
+
+
+def draw_moment(image: Picture, view: View, moment: Moment, *, look: Look, radius: float) -> None:
+    """Draw one robot, its belief and its map over a plan.
+
+    Args:
+        image: The plan, drawn upon.
+        view: What it shows.
+        moment: What is drawn.
+        look: Whether ellipses and sightings are shown.
+        radius: Of the robot's body [m].
+    """
+    if look.sightings:
+        _draw_sightings(image, view, moment)
+    _draw_map(image, view, moment, ellipses=look.ellipses)
+    # The true robot is a filled disc, the believed one an outline over it: where they agree both are seen.
+    size = max(radius, 5.0 / view.scale)
+    _draw_robot(image, view, moment.truth, size, TRUTH, filled=True)
+    _draw_robot(image, view, moment.estimate, size, ESTIMATE, filled=False)
+    if look.ellipses:
+        outline = ellipse_points(moment.estimate[:2], moment.covariance[:2, :2])
+        draw_polyline(image, view.pixels(outline), ESTIMATE, closed=True)
+
+
+def _draw_sightings(image: Picture, view: View, moment: Moment) -> None:
+    robot = Pose.from_array(moment.estimate)
+    for seen in moment.sightings:
+        place = robot.transform((seen.range * np.cos(seen.bearing), seen.range * np.sin(seen.bearing)))
+        draw_polyline(image, view.pixels([moment.estimate[:2], place]), SEEN)
+
+
+def _draw_map(image: Picture, view: View, moment: Moment, *, ellipses: bool) -> None:
+    if not len(moment.means):
+        return
+    middles = view.pixels(moment.means)
+    if ellipses:
+        outlines = ellipse_points(moment.means, moment.covariances, count=20)
+        fixed_polylines(image, view.pixels(outlines), SEEN)
+    for middle in middles:
+        draw_disc(image, middle, 2.6, SEEN)
+
+
+def _draw_robot(image: Picture, view: View, pose: Array, radius: float, color: Color, *, filled: bool) -> None:
+    place = Pose.from_array(pose)
+    middle = view.pixels(pose[:2])
+    nose = view.pixels(place.transform([[0.0, 0.0], [radius * (1.0 if filled else 1.45), 0.0]]))
+    if filled:
+        draw_disc(image, middle, radius * view.scale, color)
+        draw_polyline(image, nose, PAPER, width=2)
+    else:
+        draw_disc(image, middle, radius * view.scale, color, width=2)
+        draw_polyline(image, nose, color, width=2)

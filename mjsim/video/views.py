@@ -1,0 +1,77 @@
+"""The pictures of a film, one after the other: composed, the plan alone, or the scene drawn again in 3-D."""
+
+from collections.abc import Iterator, Sequence
+from itertools import groupby, repeat
+
+import numpy as np
+
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.interface import Picture
+from mjsim.record import Recording
+from mjsim.sim.playback import Playback
+from mjsim.video.frame import HEIGHT, WIDTH, Frame, PlanFrame
+from mjsim.video.moment import moments
+from mjsim.world.running import View as Look
+
+
+def known_views(recording: Recording) -> list[str]:
+    """Return the names of the views that there are of a recording."""
+    return ["plan", "chase", "overview", *("/".join(camera) for camera in recording.cameras())]
+
+
+def composed_pictures(recording: Recording, rows: Sequence[int], look: Look) -> Iterator[Picture]:
+    """Yield the plan with close-up, onboard picture and error at rows of a recording, which ascend."""
+    seconds = float(recording.time[-1]) + 1e-3
+    yield from _drawn(Frame(recording.world, _first_robot(recording), look=look, seconds=seconds), recording, rows)
+
+
+def plan_pictures(recording: Recording, rows: Sequence[int], look: Look) -> Iterator[Picture]:
+    """Yield the plan alone at rows of a recording, which ascend."""
+    robot = _first_robot(recording)
+    yield from _drawn(PlanFrame(recording.world, robot, look=look), recording, rows)
+
+
+def scene_pictures(recording: Recording, rows: Sequence[int], view: str) -> Iterator[Picture]:
+    """Yield what a camera of the scene sees at rows of a recording, drawn again from the recorded states.
+
+    Args:
+        recording: Whose states are drawn.
+        rows: Which of them.
+        view: 'chase' (of the first robot), 'overview' or 'ROBOT/CAMERA'.
+
+    Raises:
+        UsageError: There is no such view.
+    """
+    known = known_views(recording)
+    if view not in known:
+        raise UsageError(f"no view '{view}' of this recording{did_you_mean(view, known)}")
+    camera = f"{_first_robot(recording)}/chase" if view == "chase" else view
+    width, height = _size(recording, view)
+    with Playback(recording.world, width=width, height=height, quality="high") as playback:
+        picture = np.empty((height, width, 3), np.uint8)
+        for row in rows:
+            yield playback.picture(recording.qpos[row], camera, picture)
+
+
+def _drawn(frame: Frame | PlanFrame, recording: Recording, rows: Sequence[int]) -> Iterator[Picture]:
+    """Yield a frame's pictures of rows; a row that comes several times is drawn once."""
+    times = [(row, len(list(same))) for row, same in groupby(rows)]
+    unique = [row for row, _ in times]
+    for (_, count), moment in zip(times, moments(recording, _first_robot(recording), unique), strict=True):
+        frame.add(moment)
+        yield from repeat(frame.draw(moment), count)
+
+
+def _first_robot(recording: Recording) -> str:
+    if not recording.robots:
+        raise UsageError(f"no robot in {recording.path}; there is nothing to show")
+    return next(iter(recording.robots))
+
+
+def _size(recording: Recording, view: str) -> tuple[int, int]:
+    """Return the size of a view's pictures: that of the onboard camera, or of a film [px]."""
+    for robot in recording.world.robots:
+        for sensor in robot.sensors:
+            if f"{robot.name}/{sensor.camera}" == view:
+                return sensor.width, sensor.height
+    return WIDTH, HEIGHT
