@@ -62,6 +62,16 @@ def test_a_picture_is_what_mujoco_reads_turned_upright(model: mujoco.MjModel, ca
     assert len(np.unique(image[~painted], axis=0)) <= 1
 
 
+def test_a_picture_is_the_same_where_opengl_reads_from_the_bottom_only(
+    model: mujoco.MjModel, canvas: Canvas, renderer: Renderer
+):
+    data = forwarded(model)
+    upright = renderer.render(data, "scout/front")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(canvas.gl, "reads_from_top", False)
+        np.testing.assert_array_equal(renderer.render(data, "scout/front"), upright)
+
+
 def test_a_given_array_is_filled_and_another_shape_is_refused(model: mujoco.MjModel, renderer: Renderer):
     data, out = forwarded(model), np.zeros((HEIGHT, WIDTH, 3), dtype=np.uint8)
     assert renderer.render(data, "scout/front", out) is out
