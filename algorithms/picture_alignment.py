@@ -48,7 +48,7 @@ class Alignment:
     homography: Array
     """From the plane of the picture [m] to the image [px], shape (3, 3)."""
     covariance: Array
-    """Of the corners (u, v) in turn if the differences left were independent noise, shape (8, 8) [px^2]."""
+    """Of the corners (u, v) in turn, as the differences that are left tell it, shape (8, 8) [px^2]."""
     correlation: float
     """Of what is seen with the picture, at most 1."""
     pixel: float
@@ -206,13 +206,20 @@ def _hidden_tiles(template: Template, fit: _Fit) -> Mask:
 
 
 def _judge(template: Template, fit: _Fit) -> Alignment:
-    """Return the alignment of the last step, with its covariance and correlation."""
+    """Return the alignment of the last step, with its covariance and correlation.
+
+    References:
+        Liang, Zeger, Biometrika 73(1), 1986: covariance of a fit whose errors depend on each other within blocks.
+    """
     left = fit.values - template.design @ fit.solution.astype(np.float32)
     values, own = fit.values, template.own
     if fit.seen is not None:
-        left, values, own = left[fit.seen], values[fit.seen], own[fit.seen]
-    # The block of the inverse: gain, offset and slopes are unknown as well.
-    correction = fit.inverse[:8, :8] * float(np.mean(left**2)) / fit.solution[8] ** 2
+        left = np.where(fit.seen, left, np.float32(0.0))
+        values, own = values[fit.seen], own[fit.seen]
+    # Summed by block first: large products of thin matrices would wake all threads of the linear algebra.
+    scores = np.stack([np.bincount(template.blocks, weights=column * left) for column in template.design.T])
+    pulls = fit.inverse[:8] @ scores
+    correction = pulls @ pulls.T / fit.solution[8] ** 2
     D = _corners_by_correction(template, fit.homography)
     seen_area = quadrilateral_area(apply_homography(fit.homography, template.corners))
     return Alignment(

@@ -20,9 +20,7 @@ MOST_TILT_DEG = 68.0
 LEAST_SIDE = 20.0
 """Of a picture in the image, the root of its area [px]."""
 
-NOISE_FACTOR = 2.5
-"""By which neighbouring differences, which are not independent, enlarge the covariance of the corners."""
-CORNER_FLOOR = 0.013
+CORNER_FLOOR = 0.006
 """What no number of pixels averages away, standard deviation of each coordinate of a corner [pixels compared]."""
 
 
@@ -114,7 +112,7 @@ class PictureBeacons:
         if alignment is None or not self._plausible(index, alignment.homography, view.intrinsics):
             return None
         outline = self._templates[index][0].corners
-        covariance = NOISE_FACTOR * alignment.covariance + (CORNER_FLOOR * alignment.pixel) ** 2 * np.eye(8)
+        covariance = alignment.covariance + (CORNER_FLOOR * alignment.pixel) ** 2 * np.eye(8)
         pose = fit_pose(
             apply_homography(alignment.homography, outline),
             covariance,

@@ -103,7 +103,7 @@ def make_bank(pictures: Sequence[tuple[Gray, float]]) -> Bank:
 def image_features(gray: Gray) -> Features:
     """Return the features of a camera's image."""
     large = np.asarray(cv2.resize(gray, None, fx=ENLARGE, fy=ENLARGE, interpolation=cv2.INTER_LINEAR), dtype=np.uint8)
-    found = _detect(large, IMAGE_FEATURES)
+    found = _detect(large, IMAGE_FEATURES, levels=8)
     # Pixel centres are at whole numbers in both images.
     points = (found.points + 0.5) / ENLARGE - 0.5
     return Features(found.descriptors, points, found.angles, found.sizes / ENLARGE)
@@ -156,8 +156,8 @@ def _largest_agreement(middles: Array, scales: Array, turns: Array) -> NDArray[n
     return np.flatnonzero(agree[np.argmax(agree.sum(axis=1))])
 
 
-def _detect(gray: Gray, count: int) -> Features:
-    orb = cv2.ORB.create(count, 1.25, 6, 16, 0, 2, cv2.ORB_HARRIS_SCORE, 31, 20)
+def _detect(gray: Gray, count: int, *, levels: int) -> Features:
+    orb = cv2.ORB.create(count, 1.25, levels, 16, 0, 2, cv2.ORB_HARRIS_SCORE, 31, 20)
     keypoints, descriptors = orb.detectAndCompute(gray, None)
     if not keypoints:
         return Features(np.zeros((0, 4), dtype=np.uint64), np.zeros((0, 2)), np.zeros(0), np.zeros(0))
@@ -184,7 +184,7 @@ def _view_features(picture: int, gray: Gray, width: float, yaw_deg: float, count
     view = cv2.warpPerspective(
         small, view_from_small, extent, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=(220.0,)
     )
-    found = _detect(np.asarray(view, dtype=np.uint8), count)
+    found = _detect(np.asarray(view, dtype=np.uint8), count, levels=6)
     middle = cv2.perspectiveTransform(np.array([[[(w - 1) / 2.0, (h - 1) / 2.0]]]), view_from_small)[0]
     in_small = found.points
     if len(found.points):

@@ -15,6 +15,8 @@ SIDES = (32, 45, 64, 90, 128)
 """Long sides of the templates of a picture [px]."""
 TILES = 5
 """Tiles along a side, by which parts that are hidden are found."""
+BLOCK = 5
+"""Side of the blocks within which differences from the image are taken to depend on each other [px]."""
 BLUR = 0.6
 """Of a template, standard deviation [px]; about what drawing, or a lens, does to the image."""
 
@@ -39,6 +41,8 @@ class Template:
     """Its value, shape (n,)."""
     tiles: NDArray[np.intp]
     """Its tile, shape (n,)."""
+    blocks: NDArray[np.intp]
+    """Its block of BLOCK x BLOCK neighbours, shape (n,)."""
     design: NDArray[np.float32]
     """How it changes with eight numbers of a homography, gain, offset and two slopes, shape (n, 12)."""
     normal: Array
@@ -80,6 +84,7 @@ def _make_template(gray: Gray, width: float, side: int) -> Template:
         inner=inner,
         own=small.reshape(-1)[inner],
         tiles=(row * TILES // rows * TILES + column * TILES // columns)[inner],
+        blocks=(row // BLOCK * (columns // BLOCK + 1) + column // BLOCK)[inner],
         design=design,
         normal=normal,
         inverse=np.linalg.inv(normal),
