@@ -50,8 +50,9 @@ LEGEND: tuple[tuple[str, Color], ...] = (
 class Panel:
     """A plan with what moves on it; it stays whole, and a window of it is shown."""
 
-    def __init__(self, world: World, view: View, *, radius: float) -> None:
+    def __init__(self, world: World, view: View, *, look: Look, radius: float) -> None:
         """Draw the plan once."""
+        self._look = look
         self._plan = np.empty((view.height, view.width, 3), np.uint8)
         self._view = view
         self._radius = radius
@@ -60,9 +61,10 @@ class Panel:
 
     def add(self, moment: Moment) -> None:
         """Let the trails go on."""
-        self._trails.add(moment)
+        if self._look.trails:
+            self._trails.add(moment)
 
-    def draw(self, image: Picture, moment: Moment, *, look: Look, around: Array | None = None) -> View:
+    def draw(self, image: Picture, moment: Moment, *, around: Array | None = None) -> View:
         """Draw the plan, or its window around a world point, into a picture; return what it shows."""
         height, width = image.shape[:2]
         column, row = 0, 0
@@ -75,7 +77,7 @@ class Panel:
             image[:] = PAPER
         image[: window.shape[0], : window.shape[1]] = window
         view = self._view.part(column, row, width, height)
-        draw_moment(image, view, moment, look=look, radius=self._radius)
+        draw_moment(image, view, moment, look=self._look, radius=self._radius)
         return view
 
 
@@ -115,8 +117,10 @@ class Frame:
         rows = HEIGHT - HEAD - MARGIN - (picture_rows + GAP if picture_rows else 0)
         self._close_part = self._part(MARGIN + left + GAP, HEAD, COLUMN, rows)
         self._seen_part = self._part(MARGIN + left + GAP, HEIGHT - MARGIN - picture_rows, COLUMN, picture_rows)
-        self._whole = Panel(world, View.fit(bounds, left, self._whole_part.shape[0], margin=14), radius=radius)
-        self._close = Panel(world, _close_view(bounds), radius=radius)
+        self._whole = Panel(
+            world, View.fit(bounds, left, self._whole_part.shape[0], margin=14), look=self._look, radius=radius
+        )
+        self._close = Panel(world, _close_view(bounds), look=self._look, radius=radius)
         self._chart = ErrorChart(left, CHART, self._letters, seconds=seconds or world.run.seconds)
         self._shown: Picture | None = None
         self._last: tuple[float, Array] | None = None
@@ -136,7 +140,7 @@ class Frame:
 
     def draw(self, moment: Moment) -> Picture:
         """Return the picture of a moment, RGB, shape (720, 1280, 3); the same array at every call."""
-        self._whole.draw(self._whole_part, moment, look=self._look)
+        self._whole.draw(self._whole_part, moment)
         self._draw_close_up(moment)
         self._chart.draw(self._chart_part)
         if self._seen_part.size and moment.picture is not self._shown:
@@ -153,7 +157,7 @@ class Frame:
     def _draw_close_up(self, moment: Moment) -> None:
         middles = {"truth": moment.truth, "estimate": moment.estimate, "nothing": self._middle}
         middle = middles[self._look.follow]
-        view = self._close.draw(self._close_part, moment, look=self._look, around=middle[:2])
+        view = self._close.draw(self._close_part, moment, around=middle[:2])
         draw_scale_bar(self._close_part, view.scale, self._letters, (COLUMN - 12, self._close_part.shape[0] - 12))
 
     def _write_head(self, world: World) -> None:
@@ -183,9 +187,9 @@ class PlanFrame:
     def __init__(self, world: World, robot: str, *, look: Look) -> None:
         """Draw the plan once."""
         radius = next(item.body.radius for item in world.robots if item.name == robot)
-        self._look = look
         self._page = np.empty((HEIGHT, WIDTH, 3), np.uint8)
-        self._panel = Panel(world, View.fit(world_bounds(world), WIDTH, HEIGHT, margin=MARGIN), radius=radius)
+        view = View.fit(world_bounds(world), WIDTH, HEIGHT, margin=MARGIN)
+        self._panel = Panel(world, view, look=look, radius=radius)
         self._letters = Letters()
 
     def add(self, moment: Moment) -> None:
@@ -194,7 +198,7 @@ class PlanFrame:
 
     def draw(self, moment: Moment) -> Picture:
         """Return the picture of a moment, RGB, shape (720, 1280, 3); the same array at every call."""
-        view = self._panel.draw(self._page, moment, look=self._look)
+        view = self._panel.draw(self._page, moment)
         draw_scale_bar(self._page, view.scale, self._letters, (WIDTH - MARGIN, HEIGHT - MARGIN))
         self._letters.write(self._page, f"{moment.time:.1f} s", (MARGIN, HEIGHT - MARGIN), 16)
         return self._page
@@ -213,6 +217,7 @@ def draw_seen(image: Picture, moment: Moment, letters: Letters) -> None:
     x, y = (width - size[0]) // 2, (height - size[1]) // 2
     inside = image[y : y + size[1], x : x + size[0]]
     inside[:] = cv2.resize(moment.picture, size, interpolation=cv2.INTER_AREA)
+    tags: list[tuple[int, int, int]] = []
     for seen in moment.sightings:
         if seen.corners is None:
             continue
@@ -221,16 +226,21 @@ def draw_seen(image: Picture, moment: Moment, letters: Letters) -> None:
         draw_polyline(inside, outline, PAPER, width=4, closed=True)
         draw_polyline(inside, outline, SEEN, width=2, closed=True)
         if seen.name is not None:
-            _write_tag(inside, seen.name, outline, letters)
+            tags.append(_write_tag(inside, seen.name, outline, tags, letters))
 
 
-def _write_tag(image: Picture, name: str, outline: Array, letters: Letters) -> None:
-    """Write a name on a plate above an outline."""
-    width, low = letters.width(name, 13) + 10, outline.min(axis=0)
+def _write_tag(
+    image: Picture, name: str, outline: Array, tags: list[tuple[int, int, int]], letters: Letters
+) -> tuple[int, int, int]:
+    """Write a name on a plate above an outline, or below it where another plate (x, y, width) is."""
+    width, low, high = letters.width(name, 13) + 10, outline.min(axis=0), outline.max(axis=0)
     x = round(float(np.clip(outline[:, 0].mean() - width / 2, 0, max(image.shape[1] - width, 0))))
     y = round(float(np.clip(low[1] - 22, 0, image.shape[0] - 20)))
+    if any(abs(y - other[1]) < 19 and x < other[0] + other[2] and other[0] < x + width for other in tags):
+        y = round(float(np.clip(high[1] + 4, 0, image.shape[0] - 20)))
     cv2.rectangle(image, (x, y), (x + width - 1, y + 18), SEEN, -1)
     letters.write(image, name, (x + 5, y + 14), 13, PAPER, weight=SEMIBOLD)
+    return x, y, width
 
 
 def _close_view(bounds: Array) -> View:

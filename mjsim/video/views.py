@@ -11,6 +11,7 @@ from mjsim.record import Recording
 from mjsim.sim.playback import Playback
 from mjsim.video.frame import HEIGHT, WIDTH, Frame, PlanFrame
 from mjsim.video.moment import moments
+from mjsim.world.robots import Camera
 from mjsim.world.running import View as Look
 
 
@@ -46,8 +47,10 @@ def scene_pictures(recording: Recording, rows: Sequence[int], view: str) -> Iter
     if view not in known:
         raise UsageError(f"no view '{view}' of this recording{did_you_mean(view, known)}")
     camera = f"{_first_robot(recording)}/chase" if view == "chase" else view
-    width, height = _size(recording, view)
-    with Playback(recording.world, width=width, height=height, quality="high") as playback:
+    sensor = _sensor(recording, view)
+    width, height = (WIDTH, HEIGHT) if sensor is None else (sensor.width, sensor.height)
+    quality = "normal" if sensor is None else sensor.quality
+    with Playback(recording.world, width=width, height=height, quality=quality) as playback:
         picture = np.empty((height, width, 3), np.uint8)
         for row in rows:
             yield playback.picture(recording.qpos[row], camera, picture)
@@ -68,10 +71,7 @@ def _first_robot(recording: Recording) -> str:
     return next(iter(recording.robots))
 
 
-def _size(recording: Recording, view: str) -> tuple[int, int]:
-    """Return the size of a view's pictures: that of the onboard camera, or of a film [px]."""
-    for robot in recording.world.robots:
-        for sensor in robot.sensors:
-            if f"{robot.name}/{sensor.camera}" == view:
-                return sensor.width, sensor.height
-    return WIDTH, HEIGHT
+def _sensor(recording: Recording, view: str) -> Camera | None:
+    """Return the onboard camera that a view names, if it names one."""
+    cameras = {f"{robot.name}/{sensor.camera}": sensor for robot in recording.world.robots for sensor in robot.sensors}
+    return cameras.get(view)
