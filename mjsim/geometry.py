@@ -72,16 +72,16 @@ class Pose:
 
 
 def ellipse_points(mean: ArrayLike, covariance: ArrayLike, *, probability: float = 0.95, count: int = 48) -> Array:
-    """Return the outline of the region that holds a 2-D Gaussian with the given probability.
+    """Return the outlines of the regions that hold 2-D Gaussians with the given probability.
 
     Args:
-        mean: Centre, shape (2,) [m].
-        covariance: Shape (2, 2) [m^2], positive semi-definite.
+        mean: Centres, shape (..., 2) [m].
+        covariance: Shape (..., 2, 2) [m^2], positive semi-definite.
         probability: In (0, 1).
-        count: How many points.
+        count: How many points an outline has.
 
     Returns:
-        Shape (count, 2) [m], in the frame of `mean`, counter-clockwise.
+        Shape (..., count, 2) [m], in the frame of `mean`.
 
     References:
         Squared Mahalanobis distance in two dimensions is chi-square with two degrees of freedom, whose
@@ -91,7 +91,8 @@ def ellipse_points(mean: ArrayLike, covariance: ArrayLike, *, probability: float
     radii = np.sqrt(np.maximum(values, 0.0) * -2.0 * math.log(1.0 - probability))
     angles = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    return np.asarray(np.asarray(mean, dtype=float) + (circle * radii) @ vectors.T)
+    turned = (circle * radii[..., None, :]) @ np.swapaxes(vectors, -1, -2)
+    return np.asarray(np.asarray(mean, dtype=float)[..., None, :] + turned)
 
 
 def align_rigid(source: ArrayLike, target: ArrayLike) -> Pose:
