@@ -26,8 +26,8 @@ class BeaconVision:
         camera: str = "front",
         *,
         search_turn_deg: float = 15.0,
-        search_distance: float = 0.4,
-        search_frames: int = 12,
+        search_distance: float = 0.5,
+        search_frames: int = 15,
     ) -> None:
         """Choose the camera, and how much must be new before the whole image is searched again.
 

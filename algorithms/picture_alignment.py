@@ -197,12 +197,12 @@ def _seen(template: Template, size: tuple[int, int], image_from_pixel: Array, hi
 def _hidden_tiles(template: Template, fit: _Fit) -> Mask:
     """Return for each tile whether what is seen there is something else, shape (TILES^2,)."""
     left = fit.values - template.design @ fit.solution.astype(np.float32)
-    tiles = template.tiles
     if fit.seen is not None:
-        left, tiles = left[fit.seen], tiles[fit.seen]
-    count = np.bincount(tiles, minlength=TILES**2)
-    energy = np.bincount(tiles, weights=left**2, minlength=TILES**2)
-    return np.asarray(energy > TILE_MISFIT * fit.solution[8] ** 2 * template.contrast * np.maximum(count, 1))
+        left = np.where(fit.seen, left, np.float32(0.0))
+    limit = TILE_MISFIT * fit.solution[8] ** 2 * template.contrast
+    if float(left @ left) < limit * np.min(template.tile_pixels):
+        return np.zeros(TILES**2, dtype=bool)
+    return np.asarray(np.bincount(template.tiles, weights=left**2, minlength=TILES**2) > limit * template.tile_pixels)
 
 
 def _judge(template: Template, fit: _Fit) -> Alignment:

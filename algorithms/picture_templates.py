@@ -41,6 +41,8 @@ class Template:
     """Its value, shape (n,)."""
     tiles: NDArray[np.intp]
     """Its tile, shape (n,)."""
+    tile_pixels: NDArray[np.intp]
+    """How many pixels each tile has, shape (TILES^2,)."""
     blocks: NDArray[np.intp]
     """Its block of BLOCK x BLOCK neighbours, shape (n,)."""
     design: NDArray[np.float32]
@@ -72,6 +74,7 @@ def _make_template(gray: Gray, width: float, side: int) -> Template:
     # The image's pixels on the edge are part wall.
     rim = max(1, round(0.03 * side))
     inner = np.flatnonzero((row >= rim) & (row < rows - rim) & (column >= rim) & (column < columns - rim))
+    tiles = (row * TILES // rows * TILES + column * TILES // columns)[inner]
     design = _design(small, (x0 * unit, y0 * unit), (dx * unit, dy * unit))[inner]
     normal = (design.T @ design).astype(float)
     w, h = width / 2.0, height / 2.0
@@ -83,7 +86,8 @@ def _make_template(gray: Gray, width: float, side: int) -> Template:
         corners=np.array([[-w, -h], [w, -h], [w, h], [-w, h]]),
         inner=inner,
         own=small.reshape(-1)[inner],
-        tiles=(row * TILES // rows * TILES + column * TILES // columns)[inner],
+        tiles=tiles,
+        tile_pixels=np.bincount(tiles, minlength=TILES**2),
         blocks=(row // BLOCK * (columns // BLOCK + 1) + column // BLOCK)[inner],
         design=design,
         normal=normal,
