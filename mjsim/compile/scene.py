@@ -29,8 +29,8 @@ OVERVIEW_TILT, OVERVIEW_FOV = math.radians(60.0), 40.0
 """Downwards [rad]; vertical field of view [deg]."""
 OVERVIEW_ASPECT, OVERVIEW_FILL = 16 / 9, 0.96
 """Shape of a picture that shows the whole world, as films have it, and how much of its height or width that fills."""
-CHASE_AT, CHASE_TILT, CHASE_FOV = (-1.1, 0.0, 1.15), math.radians(26.0), 60.0
-"""In the robot's frame [m]; downwards [rad]; vertical field of view [deg]."""
+CHASE_AT, CHASE_TILT, CHASE_FOV = (-1.6, 0.0, 2.7), math.radians(46.0), 55.0
+"""In the robot's frame [m], above most walls, so that none hides it; downwards [rad]; vertical field of view [deg]."""
 
 
 def compile_world(world: World) -> mujoco.MjSpec:
