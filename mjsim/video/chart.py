@@ -20,8 +20,12 @@ from mjsim.video.ink import (
 from mjsim.video.moment import Moment
 from mjsim.video.view import format_metres, round_step
 
-LEFT, RIGHT, TOP, BOTTOM = 52, 14, 30, 24
+LEFT, RIGHT, TOP, BOTTOM = 52, 14, 32, 24
 """Room around the curves [px]."""
+NARROW = 480
+"""A chart less wide than this has its figures under its title [px]."""
+STEP = 3.0
+"""Curves are drawn on by at least this much [px]."""
 
 
 class ErrorChart:
@@ -39,8 +43,13 @@ class ErrorChart:
         self._page = np.empty((height, width, 3), np.uint8)
         self._letters = letters
         self._seconds, self._limit = seconds, 0.05
+        self._figures = 20 if width >= NARROW else 42
+        """Base line of the errors of now: beside the title, or under it [px]."""
+        self._top = TOP + self._figures - 20
         self._times: list[float] = []
         self._errors: tuple[list[float], list[float]] = ([], [])
+        self._curves_to = 0
+        """Index of the instant up to which the curves are drawn."""
         self._draw_frame()
 
     def add(self, moment: Moment) -> None:
@@ -54,8 +63,8 @@ class ErrorChart:
             self._seconds = max(self._seconds, 1.5 * moment.time if moment.time > self._seconds + 1e-6 else 0.0)
             self._draw_frame()
             self._draw_curves(0)
-        else:
-            self._draw_curves(max(len(self._times) - 2, 0))
+        elif float(self._column(moment.time) - self._column(self._times[self._curves_to])) >= STEP:
+            self._draw_curves(self._curves_to)
 
     def draw(self, image: Picture) -> None:
         """Put the chart into a picture of its size, with the errors of now."""
@@ -65,7 +74,7 @@ class ErrorChart:
         x = image.shape[1] - RIGHT
         for name, color, errors in (("odometry", ODOMETRY, self._errors[0]), ("estimate", ESTIMATE, self._errors[1])):
             text = f"{name} {errors[-1]:.3f} m"
-            self._letters.write(image, text, (x, 20), 13, _darker(color), weight=SEMIBOLD, align=1.0)
+            self._letters.write(image, text, (x, self._figures), 13, _darker(color), weight=SEMIBOLD, align=1.0)
             x -= 150
 
     def _draw_frame(self) -> None:
@@ -73,7 +82,7 @@ class ErrorChart:
         height, width = page.shape[:2]
         page[:] = PAPER
         letters.write(page, "Position error [m]", (14, 20), 13, INK, weight=SEMIBOLD)
-        step = round_step(self._limit / 3)
+        step = round_step(self._limit / 5)
         for value in np.arange(0.0, self._limit + 1e-9, step):
             row = round(float(self._row(value)))
             page[row, LEFT : width - RIGHT] = HAIR if value else MUTED
@@ -86,9 +95,12 @@ class ErrorChart:
             letters.write(page, name, (min(column, width - RIGHT - 8), height - 7), 11, MUTED, align=0.5)
 
     def _draw_curves(self, first: int) -> None:
-        columns = self._column(np.array(self._times[first:]))
+        self._curves_to = len(self._times) - 1
+        columns = self._column(self._times[first:])
+        # The first of every few pixels, and the newest: shorter pieces would look like beads.
+        kept = np.append(np.diff(np.floor(columns / STEP), prepend=-1.0)[:-1] > 0.0, True)
         for errors, color in zip(self._errors, (ODOMETRY, ESTIMATE), strict=True):
-            points = np.stack([columns, self._row(np.array(errors[first:]))], axis=-1)
+            points = np.stack([columns, self._row(errors[first:])], axis=-1)[kept]
             draw_polyline(self._page, points, color, width=2)
 
     def _column(self, time: ArrayLike) -> Array:
@@ -96,7 +108,7 @@ class ErrorChart:
 
     def _row(self, error: ArrayLike) -> Array:
         bottom = self._page.shape[0] - BOTTOM - 1
-        return bottom - (bottom - TOP) * np.asarray(error, dtype=float) / self._limit
+        return bottom - (bottom - self._top) * np.asarray(error, dtype=float) / self._limit
 
 
 def _darker(color: Color) -> Color:

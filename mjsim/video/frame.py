@@ -23,21 +23,21 @@ from mjsim.video.ink import (
     draw_disc,
     draw_polyline,
 )
+from mjsim.video.layout import HEIGHT, MARGIN, WIDTH, Box, arrange
 from mjsim.video.moment import Moment
 from mjsim.video.overlay import Trails, draw_moment
-from mjsim.video.plan import draw_background, draw_scale_bar, world_bounds
+from mjsim.video.plan import draw_background, draw_names, draw_scale_bar, world_bounds
 from mjsim.video.view import View
 from mjsim.world import World
+from mjsim.world.robots import Camera
 from mjsim.world.running import View as Look
 
-WIDTH, HEIGHT = 1280, 720
-MARGIN, GAP, HEAD, CHART = 16, 12, 48, 150
-COLUMN = 480
-"""Width of the right column [px]: close-up above, onboard picture below."""
 CLOSE_UP = 110.0
 """Scale of the close-up [px/m]; less in a world too large to keep at this scale."""
 LARGEST = 16e6
 """Most pixels of a plan that is kept."""
+FIGURES = (58, 138, 258)
+"""Where time, speed and the number of landmarks end, right of the title [px]: figures do not jump."""
 LEGEND: tuple[tuple[str, Color], ...] = (
     ("truth", TRUTH),
     ("estimate", ESTIMATE),
@@ -50,14 +50,15 @@ LEGEND: tuple[tuple[str, Color], ...] = (
 class Panel:
     """A plan with what moves on it; it stays whole, and a window of it is shown."""
 
-    def __init__(self, world: World, view: View, *, look: Look, radius: float) -> None:
+    def __init__(self, world: World, view: View, *, look: Look, robot: str) -> None:
         """Draw the plan once."""
         self._look = look
-        self._plan = np.empty((view.height, view.width, 3), np.uint8)
-        self._view = view
-        self._radius = radius
-        draw_background(self._plan, world, view)
-        self._trails = Trails(self._plan, view)
+        self.plan = np.empty((view.height, view.width, 3), np.uint8)
+        self.view = view
+        self._robot = robot
+        self._radii = {item.name: item.body.radius for item in world.robots}
+        draw_background(self.plan, world, view)
+        self._trails = Trails(self.plan, view)
 
     def add(self, moment: Moment) -> None:
         """Let the trails go on."""
@@ -69,15 +70,15 @@ class Panel:
         height, width = image.shape[:2]
         column, row = 0, 0
         if around is not None:
-            column, row = (np.rint(self._view.pixels(around)) - (width // 2, height // 2)).astype(int).tolist()
-            column = int(np.clip(column, 0, max(self._view.width - width, 0)))
-            row = int(np.clip(row, 0, max(self._view.height - height, 0)))
-        window = self._plan[row : row + height, column : column + width]
+            column, row = (np.rint(self.view.pixels(around)) - (width // 2, height // 2)).astype(int).tolist()
+            column = int(np.clip(column, 0, max(self.view.width - width, 0)))
+            row = int(np.clip(row, 0, max(self.view.height - height, 0)))
+        window = self.plan[row : row + height, column : column + width]
         if window.shape != image.shape:
             image[:] = PAPER
         image[: window.shape[0], : window.shape[1]] = window
-        view = self._view.part(column, row, width, height)
-        draw_moment(image, view, moment, look=self._look, radius=self._radius)
+        view = self.view.part(column, row, width, height)
+        draw_moment(image, view, moment, look=self._look, radii=self._radii, robot=self._robot)
         return view
 
 
@@ -106,22 +107,21 @@ class Frame:
         self._letters = Letters()
         self._page = np.empty((HEIGHT, WIDTH, 3), np.uint8)
         self._page[:] = PAGE
-        radius = robots[self.robot].body.radius
         bounds = world_bounds(world)
         self._middle = bounds.mean(axis=0)
         """Where a close-up looks that follows nothing [m]."""
-        left = WIDTH - 2 * MARGIN - GAP - COLUMN
-        picture_rows = COLUMN * 3 // 4 if robots[self.robot].sensors else 0
-        self._whole_part = self._part(MARGIN, HEAD, left, HEIGHT - HEAD - MARGIN - GAP - CHART)
-        self._chart_part = self._part(MARGIN, HEIGHT - MARGIN - CHART, left, CHART)
-        rows = HEIGHT - HEAD - MARGIN - (picture_rows + GAP if picture_rows else 0)
-        self._close_part = self._part(MARGIN + left + GAP, HEAD, COLUMN, rows)
-        self._seen_part = self._part(MARGIN + left + GAP, HEIGHT - MARGIN - picture_rows, COLUMN, picture_rows)
-        self._whole = Panel(
-            world, View.fit(bounds, left, self._whole_part.shape[0], margin=14), look=self._look, radius=radius
-        )
-        self._close = Panel(world, _close_view(bounds), look=self._look, radius=radius)
-        self._chart = ErrorChart(left, CHART, self._letters, seconds=seconds or world.run.seconds)
+        camera = next((sensor for sensor in robots[self.robot].sensors if isinstance(sensor, Camera)), None)
+        layout = arrange(bounds, camera=camera.width / camera.height if camera else None)
+        self._whole_part = self._part(layout.plan)
+        self._chart_part = self._part(layout.chart)
+        self._close_part = self._part(layout.close_up)
+        self._seen_part = self._part(layout.onboard) if layout.onboard else None
+        whole = View.fit(bounds, layout.plan.width, layout.plan.height, margin=14)
+        self._whole = Panel(world, whole, look=self._look, robot=self.robot)
+        self._close = Panel(world, _close_view(bounds, layout.close_up), look=self._look, robot=self.robot)
+        draw_names(self._close.plan, world, self._close.view, self._letters)
+        seconds = seconds or world.run.seconds
+        self._chart = ErrorChart(layout.chart.width, layout.chart.height, self._letters, seconds=seconds)
         self._shown: Picture | None = None
         self._last: tuple[float, Array] | None = None
         self._speed = 0.0
@@ -143,30 +143,31 @@ class Frame:
         self._whole.draw(self._whole_part, moment)
         self._draw_close_up(moment)
         self._chart.draw(self._chart_part)
-        if self._seen_part.size and moment.picture is not self._shown:
+        if self._seen_part is not None and moment.picture is not self._shown:
             draw_seen(self._seen_part, moment, self._letters)
             self._shown = moment.picture
         self._write_figures(moment)
         return self._page
 
-    def _part(self, x: int, y: int, width: int, height: int) -> Picture:
-        part = self._page[y : y + height, x : x + width]
+    def _part(self, box: Box) -> Picture:
+        part = self._page[box.y : box.y + box.height, box.x : box.x + box.width]
         part[:] = PAPER
         return part
 
     def _draw_close_up(self, moment: Moment) -> None:
         middles = {"truth": moment.truth, "estimate": moment.estimate, "nothing": self._middle}
         middle = middles[self._look.follow]
+        height, width = self._close_part.shape[:2]
         view = self._close.draw(self._close_part, moment, around=middle[:2])
-        draw_scale_bar(self._close_part, view.scale, self._letters, (COLUMN - 12, self._close_part.shape[0] - 12))
+        draw_scale_bar(self._close_part, view.scale, self._letters, (width - 12, height - 12))
 
     def _write_head(self, world: World) -> None:
         self._letters.write(self._page, world.name, (MARGIN, 31), 22, weight=SEMIBOLD)
         x = WIDTH - MARGIN
         for name, color in reversed(LEGEND):
             x -= self._letters.width(name, 13)
-            self._letters.write(self._page, name, (x, 30), 13, MUTED)
-            draw_disc(self._page, np.array([x - 11.0, 25.0]), 5, color)
+            self._letters.write(self._page, name, (x, 31), 13, MUTED)
+            draw_disc(self._page, np.array([x - 11.0, 26.0]), 5, color)
             x -= 32
         self._figures_at = MARGIN + self._letters.width(world.name, 22, weight=SEMIBOLD) + 22
         self._figures_end = x
@@ -174,11 +175,12 @@ class Frame:
     def _write_figures(self, moment: Moment) -> None:
         strip = self._page[10:42, self._figures_at : self._figures_end]
         strip[:] = PAGE
-        text = f"{moment.time:6.1f} s   {self._speed:.2f} m/s   {len(moment.names)} landmarks"
-        self._letters.write(strip, text, (0, 20), 14, INK)
+        mapped = f"{len(moment.names)} landmark{'' if len(moment.names) == 1 else 's'}"
+        figures = (f"{moment.time:.1f} s", f"{self._speed:.2f} m/s", mapped)
+        for text, right in zip(figures, FIGURES, strict=True):
+            self._letters.write(strip, text, (right, 21), 14, INK, align=1.0)
         if moment.touched:
-            x = self._letters.width(text, 14) + 24
-            self._letters.write(strip, "bump", (x, 20), 14, ESTIMATE, weight=SEMIBOLD)
+            self._letters.write(strip, "bump", (FIGURES[-1] + 24, 21), 14, ESTIMATE, weight=SEMIBOLD)
 
 
 class PlanFrame:
@@ -186,10 +188,9 @@ class PlanFrame:
 
     def __init__(self, world: World, robot: str, *, look: Look) -> None:
         """Draw the plan once."""
-        radius = next(item.body.radius for item in world.robots if item.name == robot)
         self._page = np.empty((HEIGHT, WIDTH, 3), np.uint8)
         view = View.fit(world_bounds(world), WIDTH, HEIGHT, margin=MARGIN)
-        self._panel = Panel(world, view, look=look, radius=radius)
+        self._panel = Panel(world, view, look=look, robot=robot)
         self._letters = Letters()
 
     def add(self, moment: Moment) -> None:
@@ -207,7 +208,7 @@ class PlanFrame:
 def draw_seen(image: Picture, moment: Moment, letters: Letters) -> None:
     """Draw the onboard picture with recognised beacons outlined and named, scaled to fit."""
     height, width = image.shape[:2]
-    image[:] = PAPER
+    image[:] = PAGE
     if moment.picture is None:
         letters.write(image, "no picture yet", (width / 2, height / 2), 15, MUTED, align=0.5)
         return
@@ -243,11 +244,11 @@ def _write_tag(
     return x, y, width
 
 
-def _close_view(bounds: Array) -> View:
+def _close_view(bounds: Array, part: Box) -> View:
     """Return the view of the whole world at the scale of the close-up, with some floor around it."""
     room = bounds + np.array([[-0.5], [0.5]])
     width, height = room[1] - room[0]
     scale = min(CLOSE_UP, float(np.sqrt(LARGEST / (width * height))))
-    size = np.maximum(np.ceil(np.array([width, height]) * scale), (COLUMN, HEIGHT)).astype(int)
+    size = np.maximum(np.ceil(np.array([width, height]) * scale), (part.width, part.height)).astype(int)
     x, y = room.mean(axis=0).tolist()
     return View.around(x, y, scale, int(size[0]), int(size[1]))

@@ -1,6 +1,6 @@
 """What is drawn of one robot at one instant, whether it comes from a recording or from a run that is going on."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,6 +32,8 @@ class Moment:
     """Of the newest tick at which anything was looked for."""
     picture: Picture | None
     """The newest onboard picture, RGB; None before the first."""
+    others: Mapping[str, Array]
+    """Where the other robots truly are."""
     touched: bool
     """Whether the robot bumped within the last half second."""
 
@@ -53,6 +55,7 @@ def moment_of(tick: Tick, robot: str, *, before: Moment | None) -> Moment:
         covariances=np.reshape([covariance for _, covariance in belief.landmarks.values()], (-1, 2, 2)),
         sightings=order.sightings if looked or before is None else before.sightings,
         picture=frame.image if frame is not None else before.picture if before is not None else None,
+        others={name: pose.as_array() for name, pose in tick.truth.items() if name != robot},
         touched=bool(seen.bump),
     )
 
@@ -88,5 +91,6 @@ def moments(recording: Recording, robot: str, rows: Sequence[int]) -> Iterator[M
             covariances=track.landmarks.covariance[row, mapped],
             sightings=looked,
             picture=shown,
+            others={name: other.truth[row] for name, other in recording.robots.items() if name != robot},
             touched=bool(((now - bumps >= 0.0) & (now - bumps < 0.5)).any()),
         )

@@ -1,16 +1,20 @@
 """What moves on a plan: trails, robots, the estimated map with its ellipses, and lines to what is seen."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from mjsim.geometry import Array, Pose, ellipse_points
 from mjsim.interface import Picture
 from mjsim.video.ink import (
     ESTIMATE,
+    MUTED,
     ODOMETRY,
     PAPER,
     SEEN,
     TRUTH,
     Color,
+    blend,
     draw_disc,
     draw_polyline,
     fixed_polylines,
@@ -19,8 +23,14 @@ from mjsim.video.moment import Moment
 from mjsim.video.view import View
 from mjsim.world.running import View as Look
 
-TRAILS: tuple[tuple[str, Color], ...] = (("odometry", ODOMETRY), ("truth", TRUTH), ("estimate", ESTIMATE))
-STEP = 1.5
+TRAILS: tuple[tuple[str, Color, int, int], ...] = (
+    ("odometry", ODOMETRY, 1, 1),
+    ("truth", blend(TRUTH, PAPER, 0.55), 5, 1),
+    ("estimate", ESTIMATE, 1, 5),
+)
+"""Whose trail, its colour, width [px], and how many steps are drawn again: the estimate's is thin upon the truth's,
+whose round ends would cover it."""
+STEP = 3.0
 """A trail is drawn on when its robot has moved this far [px]."""
 
 
@@ -31,19 +41,21 @@ class Trails:
         """Keep the plan, which is drawn upon."""
         self._plan = plan
         self._view = view
-        self._last: dict[str, Array] = {}
+        self._last: dict[str, list[Array]] = {}
 
     def add(self, moment: Moment) -> None:
         """Draw on to where the robot is now."""
-        for name, color in TRAILS:
+        for name, color, width, again in TRAILS:
             here = self._view.pixels(getattr(moment, name)[:2])
-            last = self._last.setdefault(name, here)
-            if np.abs(here - last).max() >= STEP:
-                draw_polyline(self._plan, np.stack([last, here]), color, width=1 if name == "odometry" else 2)
-                self._last[name] = here
+            last = self._last.setdefault(name, [here])
+            if np.abs(here - last[-1]).max() >= STEP:
+                draw_polyline(self._plan, np.stack([*last, here]), color, width=width)
+                self._last[name] = [*last, here][-again:]
 
 
-def draw_moment(image: Picture, view: View, moment: Moment, *, look: Look, radius: float) -> None:
+def draw_moment(
+    image: Picture, view: View, moment: Moment, *, look: Look, radii: Mapping[str, float], robot: str
+) -> None:
     """Draw one robot, its belief and its map over a plan.
 
     Args:
@@ -51,13 +63,16 @@ def draw_moment(image: Picture, view: View, moment: Moment, *, look: Look, radiu
         view: What it shows.
         moment: What is drawn.
         look: Whether ellipses and sightings are shown.
-        radius: Of the robot's body [m].
+        radii: Of the robots' bodies, by name [m].
+        robot: Whose moment it is.
     """
+    for name, pose in moment.others.items():
+        _draw_robot(image, view, pose, max(radii[name], 5.0 / view.scale), MUTED, filled=True)
     if look.sightings:
         _draw_sightings(image, view, moment)
     _draw_map(image, view, moment, ellipses=look.ellipses)
     # The true robot is a filled disc, the believed one an outline over it: where they agree both are seen.
-    size = max(radius, 5.0 / view.scale)
+    size = max(radii[robot], 5.0 / view.scale)
     _draw_robot(image, view, moment.truth, size, TRUTH, filled=True)
     _draw_robot(image, view, moment.estimate, size, ESTIMATE, filled=False)
     if look.ellipses:

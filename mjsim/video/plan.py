@@ -29,6 +29,8 @@ from mjsim.world import World
 from mjsim.world.plan import footprint, wall_pieces, wall_polygons
 from mjsim.world.structure import Beacon
 
+MOST_NAMES = 1000
+"""With more things than this the plan is drawn without names: nobody could read them."""
 EYE = 1.5
 """Walls that end below this height [m] are drawn light: under a window, or a low wall."""
 
@@ -87,7 +89,7 @@ def draw_world(
     Raises:
         UsageError: The file cannot be written.
     """
-    letters, left, top, bottom, right = Letters(), 64, 64, 56, 28
+    letters, left, top, bottom, right = Letters(), 64, 76, 56, 28
     bounds = world_bounds(world)
     room = bounds + np.array([[-1.0], [1.0]]) * 0.02 * float(np.max(bounds[1] - bounds[0]))
     fit = View.fit(room, width - left - right, height - top - bottom)
@@ -99,22 +101,32 @@ def draw_world(
     for robot in world.robots:
         _draw_start(inside, Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg)), robot.body.radius, view)
     if names:
-        place_labels(inside, _labels(world, view, letters), letters, _obstructions(world, view))
+        draw_names(inside, world, view, letters, starts=True)
     cv2.rectangle(page, (left - 1, top - 1), (left + view.width, top + view.height), MUTED, 1)
     _write_axes(page, view, letters, left, top)
-    letters.write(page, world.name, (left, 40), 24, weight=SEMIBOLD)
-    draw_scale_bar(page, view.scale, letters, (left + view.width, 40))
+    letters.write(page, world.name, (left, 34), 24, weight=SEMIBOLD)
+    draw_scale_bar(page, view.scale, letters, (left + view.width, 34))
     if path is not None:
         write_picture(path, page)
     return page
 
 
+def draw_names(image: Picture, world: World, view: View, letters: Letters, *, starts: bool = False) -> None:
+    """Write the names of beacons and obstacles beside them, and of the robots at their starts if asked."""
+    if len(world.beacons) + len(world.obstacles) > MOST_NAMES:
+        return
+    labels = _labels(world, view, letters) + (_start_labels(world, view) if starts else [])
+    place_labels(image, labels, letters, _obstructions(world, view))
+
+
 def draw_scale_bar(image: Picture, scale: float, letters: Letters, at: tuple[int, int]) -> None:
-    """Draw a bar of a round length and its name, its right end at a pixel."""
+    """Draw a bar of a round length and its name on a white plate, its right end at a pixel."""
     length = round_step(60 / scale)
+    name = f"{format_metres(length, length)} m"
     bar = round(length * scale)
     x, y = at
-    letters.write(image, f"{format_metres(length, length)} m", (x - bar - 8, y), 13, MUTED, align=1.0)
+    image[y - 16 : y + 7, max(x - bar - 16 - letters.width(name, 13), 0) : x + 8] = PAPER
+    letters.write(image, name, (x - bar - 8, y), 13, MUTED, align=1.0)
     cv2.rectangle(image, (x - bar, y - 7), (x, y - 2), INK, 1)
     cv2.rectangle(image, (x - bar, y - 7), (x - bar // 2, y - 2), INK, -1)
 
@@ -168,15 +180,27 @@ def _labels(world: World, view: View, letters: Letters) -> list[Label]:
     for beacon in world.beacons:
         facing = Pose(0.0, 0.0, math.radians(beacon.heading_deg)).transform((1.0, 0.0)) * (1, -1)
         labels.append(Label(beacon.name, view.pixels(beacon.at), facing, 12, blend(BEACON, INK, 0.5)))
-    labels += [Label(item.name, view.pixels(item.at), np.zeros(2), 12, MUTED) for item in world.obstacles if item.name]
+    for obstacle in world.obstacles:
+        if obstacle.name is not None:
+            outline = view.pixels(footprint(obstacle))
+            fits = letters.width(obstacle.name, 12) + 8 < np.ptp(outline[:, 0])
+            below = np.array([np.mean(outline[:, 0]), np.max(outline[:, 1])])
+            at = view.pixels(obstacle.at) if fits else below
+            labels.append(Label(obstacle.name, at, np.array([0.0, 0.0 if fits else 1.0]), 12, MUTED))
+    return labels
+
+
+def _start_labels(world: World, view: View) -> list[Label]:
+    labels = []
     for robot in world.robots:
-        below = view.pixels(robot.at) + np.array([0.0, max(robot.body.radius * view.scale, 5)])
-        labels.append(Label(robot.name, below, np.array([0.0, 1.0]), 14, INK))
+        below = np.array([0.0, max(robot.body.radius * view.scale, 5)])
+        labels.append(Label(robot.name, view.pixels(robot.at) + below, np.array([0.0, 1.0]), 14, INK))
     return labels
 
 
 def _obstructions(world: World, view: View) -> list[Array]:
     outlines = [view.pixels(outline) for outline in wall_polygons(world)]
+    outlines += [view.pixels(footprint(obstacle)) for obstacle in world.obstacles if obstacle.name is None]
     outlines += [np.concatenate(beacon_stroke(beacon, view)) for beacon in world.beacons]
     return [np.stack([outline.min(axis=0), outline.max(axis=0)]) for outline in outlines]
 
@@ -192,7 +216,7 @@ def _write_axes(page: Picture, view: View, letters: Letters, left: int, top: int
         cv2.line(page, (left - 7, row), (left - 2, row), MUTED, 1)
         letters.write(page, format_metres(value * step, step), (left - 12, row + 5), 13, MUTED, align=1.0)
     letters.write(page, "x east [m]", (left + view.width, bottom + 44), 13, MUTED, align=1.0)
-    letters.write(page, "y north [m]", (8, top - 14), 13, MUTED)
+    letters.write(page, "y north [m]", (8, top - 16), 13, MUTED)
 
 
 def _stroke_width(view: View) -> int:

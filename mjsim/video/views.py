@@ -9,7 +9,8 @@ from mjsim.errors import UsageError, did_you_mean
 from mjsim.interface import Picture
 from mjsim.record import Recording
 from mjsim.sim.playback import Playback
-from mjsim.video.frame import HEIGHT, WIDTH, Frame, PlanFrame
+from mjsim.video.frame import Frame, PlanFrame
+from mjsim.video.layout import HEIGHT, WIDTH
 from mjsim.video.moment import moments
 from mjsim.world.robots import Camera
 from mjsim.world.running import View as Look

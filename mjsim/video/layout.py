@@ -1,0 +1,95 @@
+"""Where the parts of a composed picture stand: by the shape of the world and of the onboard picture."""
+
+from dataclasses import dataclass
+
+from mjsim.geometry import Array
+
+WIDTH, HEIGHT = 1280, 720
+MARGIN, GAP, HEAD = 16, 12, 48
+CHART = 150
+"""Height of the chart under the plan [px]."""
+COLUMN = 480
+"""Width of the right column [px]: close-up above, onboard picture below."""
+WIDE, TALL = 2.4, 0.75
+"""Worlds wider than this, or narrower than that, are laid out in their own way (width by height)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A part of the picture [px]."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Layout:
+    """The parts of a composed picture under its head."""
+
+    plan: Box
+    close_up: Box
+    chart: Box
+    onboard: Box | None
+    """None for a robot without camera."""
+
+
+def arrange(bounds: Array, *, camera: float | None) -> Layout:
+    """Return where everything stands.
+
+    Args:
+        bounds: Of the world, (x, y) min and (x, y) max, shape (2, 2) [m].
+        camera: Width by height of the onboard picture; None without one.
+    """
+    width, height = bounds[1] - bounds[0]
+    shape = float(width / height)
+    if shape > WIDE:
+        return _wide(shape, camera)
+    return _tall(shape, camera) if shape < TALL else _usual(camera)
+
+
+def _usual(camera: float | None) -> Layout:
+    """Plan above the chart on the left, close-up above the onboard picture on the right."""
+    left = WIDTH - 2 * MARGIN - GAP - COLUMN
+    x, bottom = MARGIN + left + GAP, HEIGHT - MARGIN
+    rows = min(round(COLUMN / camera), 400) if camera else 0
+    return Layout(
+        plan=Box(MARGIN, HEAD, left, bottom - HEAD - GAP - CHART),
+        chart=Box(MARGIN, bottom - CHART, left, CHART),
+        close_up=Box(x, HEAD, COLUMN, bottom - HEAD - (rows + GAP if rows else 0)),
+        onboard=Box(x, bottom - rows, COLUMN, rows) if rows else None,
+    )
+
+
+def _wide(shape: float, camera: float | None) -> Layout:
+    """Plan across the whole picture, everything else in a row below."""
+    across = WIDTH - 2 * MARGIN
+    plan = Box(MARGIN, HEAD, across, min(max(round(across / shape) + 20, 140), 320))
+    y = HEAD + plan.height + GAP
+    rows = HEIGHT - MARGIN - y
+    columns = min(round(rows * camera), 560) if camera else 0
+    rest = across - (columns + GAP if columns else 0)
+    left = (rest - GAP) // 2
+    return Layout(
+        plan=plan,
+        chart=Box(MARGIN, y, left, rows),
+        close_up=Box(MARGIN + left + GAP, y, rest - GAP - left, rows),
+        onboard=Box(MARGIN + across - columns, y, columns, rows) if columns else None,
+    )
+
+
+def _tall(shape: float, camera: float | None) -> Layout:
+    """Plan from top to bottom on the left, close-up and onboard picture side by side above the chart."""
+    rows = HEIGHT - MARGIN - HEAD
+    plan = Box(MARGIN, HEAD, min(max(round(rows * shape) + 20, 200), 460), rows)
+    x = MARGIN + plan.width + GAP
+    across = WIDTH - MARGIN - x
+    columns = round(0.55 * across) if camera else 0
+    above = min(round(columns / camera), rows - GAP - CHART) if camera else rows - GAP - CHART
+    return Layout(
+        plan=plan,
+        chart=Box(x, HEAD + above + GAP, across, rows - GAP - above),
+        close_up=Box(x, HEAD, across - (columns + GAP if columns else 0), above),
+        onboard=Box(WIDTH - MARGIN - columns, HEAD, columns, above) if columns else None,
+    )
