@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
-from mjsim.geometry import Array, ellipse_points
+from mjsim.geometry import ellipse_points
 from mjsim.record import Track
 from mjsim.report import metrics
 from mjsim.world import World
@@ -32,7 +32,7 @@ def path_plot(world: World, track: Track) -> Figure:
     _draw_map(axes, world, track)
     axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", title="Path and map, with 95 % ellipses")
     axes.autoscale_view()
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=5, frameon=False)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=6, frameon=False)
     return figure
 
 
@@ -111,7 +111,7 @@ def _draw_map(axes: Axes, world: World, track: Track) -> None:
     if world.beacons:
         axes.plot(*np.array([b.at for b in world.beacons]).T, "+", color=TRUTH, ms=6, mew=0.8, label="beacons")
     mean, covariance = track.landmarks.mean[-1:], track.landmarks.covariance[-1:]
-    mapped: Array = np.isfinite(mean).all(axis=2)
+    mapped = np.isfinite(mean).all(axis=2)
     if mapped.any():
         axes.plot(*mean[mapped].T, ".", color=MAP, ms=4, label="landmarks")
         outlines = [ellipse_points(m, c) for m, c in zip(mean[mapped], covariance[mapped], strict=True)]
