@@ -18,14 +18,17 @@ SEEN, DECOR, RUNNING_GEAR = 0, 1, 4
 """Geom groups."""
 MATERIAL = "matte"
 """Of everything on a robot; the scene brings it."""
-RESPONSE = 0.05
+RESPONSE = 0.1
 """Time constant of the wheels' velocity servos with the robot's mass on them [s]."""
 PUSH = 5.0
-"""Largest push of both wheels together, per mass [m/s^2]: enough for steep ramps, and less than tyres hold."""
+"""Largest push of both wheels together, per mass [m/s^2]: enough for steep ramps, and less than tyres hold; more for
+robots that accelerate faster."""
+RESERVE = 1.2
+"""Push of the motors, as a multiple of what the largest acceleration needs."""
 SAG = 2.6e-4
 """How deep MuJoCo's contacts let wheels into the floor at rest [m]; nearly the same for all masses and sizes."""
-WHEEL_SHARE = 0.05
-"""Mass of one wheel, of the robot's."""
+WHEEL_SHARE, GEAR_SHARE = 0.05, 0.02
+"""Mass of one wheel, of the robot's; and inertia of its motor and gear, of the robot's mass at the wheel's rim."""
 BUMPER_TRAVEL = 0.001
 """A bumper feels what is this near without being pressed yet, so that contact does not flicker [m]."""
 BUMPER_FRICTION = 0.3
@@ -88,6 +91,8 @@ def _add_body(base: mujoco.MjsBody, robot: Robot) -> None:
         group=SEEN,
         priority=1,
         friction=[BUMPER_FRICTION, 0.005, 0.0001],
+        # Twice as stiff as MuJoCo's default: at 2 m/s it gives way by a centimetre.
+        solref=[0.01, 1.0],
         margin=BUMPER_TRAVEL,
         gap=BUMPER_TRAVEL,
         material=MATERIAL,
@@ -131,7 +136,9 @@ def _add_wheel(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, *, side:
     half_width = min(0.25 * radius, 0.2 * robot.drive.track)
     # It rolls on a circle that ends half-way into the contact.
     wheel = base.add_body(name=name, pos=[0.0, y, radius - SAG / 2])
-    wheel.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0], armature=0.02 * mass * radius**2)
+    wheel.add_joint(
+        name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0], armature=GEAR_SHARE * mass * radius**2
+    )
     wheel.add_geom(
         type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
         # An ellipsoid touches at one point right under the axle: it spins on the spot without scrubbing.
@@ -148,14 +155,17 @@ def _add_wheel(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, *, side:
         quat=[math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0],
     )
     _make_decor(disc, DARK)
+    torque = max(PUSH, RESERVE * robot.drive.max_acceleration) * mass * radius / 2
     servo = spec.add_actuator(
         name=name,
         trntype=mujoco.mjtTrn.mjTRN_JOINT,
         target=name,
         forcelimited=True,
-        forcerange=[-PUSH * mass * radius / 2, PUSH * mass * radius / 2],
+        forcerange=[-torque, torque],
     )
-    servo.set_to_velocity(kv=mass * radius**2 / (2 * RESPONSE))
+    # Half of the robot, and the wheel's own rotation (2/5 m r^2 of an ellipsoid) with its motor's.
+    inertia = (0.5 + 0.4 * WHEEL_SHARE + GEAR_SHARE) * mass * radius**2
+    servo.set_to_velocity(kv=inertia / RESPONSE)
 
 
 def _add_camera(base: mujoco.MjsBody, robot: str, camera: Camera) -> None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from numpy.random import Generator
 
+from mjsim.compile.robots import RESPONSE
 from mjsim.interface import Command, WheelCommand
 from mjsim.world import robots as models
 
@@ -41,6 +42,8 @@ class DifferentialDrive:
     speed and turn rate change by no more than their accelerations allow. The noise comes last: piecewise constant
     over a tick with standard deviation sigma / sqrt(dt), which is white noise of density sigma for all that is
     slower than a tick, whatever the tick.
+
+    While speed changes, the servos are told to reach for more, so that their lag is made up at the end of each tick.
     """
 
     def __init__(self, drive: models.DifferentialDrive, *, dt: float, stream: Generator) -> None:
@@ -55,6 +58,8 @@ class DifferentialDrive:
         self._limits = drive.max_speed, math.radians(drive.max_turn_deg)
         self._changes = drive.max_acceleration * dt, math.radians(drive.max_turn_acceleration_deg) * dt
         self._noise = drive.noise.speed / math.sqrt(dt), drive.noise.turn / math.sqrt(dt)
+        # A servo comes 1 - exp(-dt / response) of the way in one tick.
+        self._reach = 1.0 / -math.expm1(-dt / RESPONSE)
         self._stream = stream
         self._target = 0.0, 0.0
         self._twist = 0.0, 0.0
@@ -69,15 +74,19 @@ class DifferentialDrive:
 
     def advance(self) -> tuple[float, float]:
         """Return the speeds of the left and the right wheel to reach in the next tick [rad/s]."""
-        forward, turn = (
-            was + min(max(target - was, -change), change)
-            for was, target, change in zip(self._twist, self._target, self._changes, strict=True)
-        )
-        self._twist = forward, turn
+        speed, turn = self._twist
+        faster = _within(self._target[0] - speed, self._changes[0])
+        sharper = _within(self._target[1] - turn, self._changes[1])
+        self._twist = speed + faster, turn + sharper
         chance = self._stream.standard_normal(2)
         return self.kinematics.wheels_from_twist(
-            forward + self._noise[0] * float(chance[0]), turn + self._noise[1] * float(chance[1])
+            speed + self._reach * faster + self._noise[0] * float(chance[0]),
+            turn + self._reach * sharper + self._noise[1] * float(chance[1]),
         )
+
+
+def _within(value: float, limit: float) -> float:
+    return min(max(value, -limit), limit)
 
 
 def _scaled(twist: tuple[float, float], limits: tuple[float, float]) -> tuple[float, float]:
