@@ -10,6 +10,7 @@ from typing import Any
 import av
 import cv2
 import numpy as np
+from av.video.reformatter import ColorRange, Colorspace
 from numpy.typing import NDArray
 
 from mjsim.errors import UsageError
@@ -105,6 +106,9 @@ def _encode(frames: "_Ahead", path: Path, progress: Callable[[float], None] | No
             if stream is None:
                 stream = container.add_stream("libx264", rate=RATE, options=OPTIONS)
                 stream.width, stream.height, stream.pix_fmt = yuv.shape[1], yuv.shape[0] * 2 // 3, "yuv420p"
+                # As OpenCV converts; players would take pictures of this size for BT.709.
+                stream.codec_context.color_range = ColorRange.MPEG
+                stream.codec_context.colorspace = Colorspace.ITU601
             frame = av.VideoFrame.from_ndarray(yuv, format="yuv420p")
             frame.pts = count
             container.mux(stream.encode(frame))
