@@ -55,6 +55,8 @@ class ErrorChart:
     def add(self, moment: Moment) -> None:
         """Draw on by one instant."""
         values = [float(np.hypot(*(pose - moment.truth)[:2])) for pose in (moment.odometry, moment.estimate)]
+        if not np.isfinite(values).all():
+            return
         self._times.append(moment.time)
         for errors, value in zip(self._errors, values, strict=True):
             errors.append(value)

@@ -157,6 +157,8 @@ class Frame:
     def _draw_close_up(self, moment: Moment) -> None:
         middles = {"truth": moment.truth, "estimate": moment.estimate, "nothing": self._middle}
         middle = middles[self._look.follow]
+        if not np.isfinite(middle).all():
+            middle = moment.truth
         height, width = self._close_part.shape[:2]
         view = self._close.draw(self._close_part, moment, around=middle[:2])
         draw_scale_bar(self._close_part, view.scale, self._letters, (width - 12, height - 12))

@@ -12,7 +12,7 @@ from mjsim.record import Recording, Tick
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Moment:
-    """One robot at one instant; poses are (x, y, heading), shape (3,) [m, m, rad]."""
+    """One robot at one instant; poses are (x, y, heading), shape (3,) [m, m, rad], NaN where nobody tells."""
 
     time: float
     """[s]"""

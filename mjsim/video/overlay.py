@@ -47,6 +47,8 @@ class Trails:
         """Draw on to where the robot is now."""
         for name, color, width, again in TRAILS:
             here = self._view.pixels(getattr(moment, name)[:2])
+            if not np.isfinite(here).all():
+                continue
             last = self._last.setdefault(name, [here])
             if np.abs(here - last[-1]).max() >= STEP:
                 draw_polyline(self._plan, np.stack([*last, here]), color, width=width)
@@ -68,14 +70,16 @@ def draw_moment(
     """
     for name, pose in moment.others.items():
         _draw_robot(image, view, pose, max(radii[name], 5.0 / view.scale), MUTED, filled=True)
-    if look.sightings:
+    believes = bool(np.isfinite(moment.estimate).all())
+    if look.sightings and believes:
         _draw_sightings(image, view, moment)
     _draw_map(image, view, moment, ellipses=look.ellipses)
     # The true robot is a filled disc, the believed one an outline over it: where they agree both are seen.
     size = max(radii[robot], 5.0 / view.scale)
     _draw_robot(image, view, moment.truth, size, TRUTH, filled=True)
-    _draw_robot(image, view, moment.estimate, size, ESTIMATE, filled=False)
-    if look.ellipses:
+    if believes:
+        _draw_robot(image, view, moment.estimate, size, ESTIMATE, filled=False)
+    if believes and look.ellipses:
         outline = ellipse_points(moment.estimate[:2], moment.covariance[:2, :2])
         draw_polyline(image, view.pixels(outline), ESTIMATE, closed=True)
 

@@ -67,9 +67,11 @@ def _drawn(frame: Frame | PlanFrame, recording: Recording, rows: Sequence[int]) 
 
 
 def _first_robot(recording: Recording) -> str:
+    """Return the first robot that has a driver, else the first."""
     if not recording.robots:
         raise UsageError(f"no robot in {recording.path}; there is nothing to show")
-    return next(iter(recording.robots))
+    driven = (name for name, track in recording.robots.items() if np.isfinite(track.estimate).all(axis=1).any())
+    return next(driven, next(iter(recording.robots)))
 
 
 def _sensor(recording: Recording, view: str) -> Camera | None:

@@ -23,6 +23,8 @@ from mjsim.world import World
 
 PERIOD = 1 / 12
 """Least time between two pictures [s]."""
+FAREWELL = 1.0
+"""A browser that has not asked for the last picture after this long misses it [s]."""
 START = 10.0
 """The server must be there after this long [s]."""
 
@@ -74,7 +76,8 @@ class LiveView:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ready = threading.Event()
         self._ended = False
-        self._waiting = 0
+        self._left = threading.Event()
+        self._watchers = self._waiting = 0
         self._thread = threading.Thread(target=self._serve, args=[listener], name="live view", daemon=True)
         self._thread.start()
         if not self._ready.wait(START):
@@ -95,7 +98,8 @@ class LiveView:
 
     def close(self) -> None:
         """Show who watches the last tick, then stop serving; closing twice is no fault."""
-        self._call(self._end)
+        if self._call(self._end):
+            self._left.wait(FAREWELL)
         self._server.should_exit = True
         self._thread.join()
 
@@ -135,6 +139,7 @@ class LiveView:
     async def _watch(self, socket: WebSocket) -> None:
         """Send a picture each time the browser asks, newer than the one it has."""
         await socket.accept()
+        self._watchers += 1
         shown = 0
         try:
             while True:
@@ -148,6 +153,9 @@ class LiveView:
                 await socket.send_bytes(sheet.jpeg)
         except WebSocketDisconnect:
             return
+        finally:
+            self._watchers -= 1
+            self._note_who_left()
 
     async def _newer(self, shown: int) -> Sheet | None:
         """Wait for a picture of a later tick; None when there will be none."""
@@ -159,12 +167,13 @@ class LiveView:
             self._waiting -= 1
         if self._easel.number <= shown:
             return None
-        # Whoever comes first draws for all that wait.
+        # Whoever comes first draws for all that ask within the period.
         async with self._drawing:
-            if self._easel.sheet is None or self._easel.sheet.number <= shown:
-                await asyncio.sleep(0.0 if self._ended else self._easel.age_left(PERIOD))
-                return self._easel.draw()
-        return self._easel.sheet
+            sheet, rest = self._easel.sheet, 0.0 if self._ended else self._easel.age_left(PERIOD)
+            if sheet is not None and sheet.number > shown and (rest or sheet.number == self._easel.number):
+                return sheet
+            await asyncio.sleep(rest)
+            return self._easel.draw()
 
     def _wake(self) -> None:
         news, self._news = self._news, asyncio.Event()
@@ -173,9 +182,16 @@ class LiveView:
     def _end(self) -> None:
         self._ended = True
         self._wake()
+        self._note_who_left()
 
-    def _call(self, what: Callable[[], object]) -> None:
-        """Have the server's thread do something soon, unless it has ended."""
+    def _note_who_left(self) -> None:
+        if self._ended and not self._watchers:
+            self._left.set()
+
+    def _call(self, what: Callable[[], object]) -> bool:
+        """Have the server's thread do something soon; false when it has ended."""
         loop = self._loop
-        if loop is not None and not loop.is_closed():
-            loop.call_soon_threadsafe(what)
+        if loop is None or loop.is_closed():
+            return False
+        loop.call_soon_threadsafe(what)
+        return True
