@@ -33,14 +33,14 @@ def arc_end(distance: float, turn: float) -> tuple[float, float]:
     return chord * math.cos(half), chord * math.sin(half)
 
 
-def arc_end_slopes(distance: float, turn: float) -> Array:
-    """Return how (forward, left, turn) at the end of an arc change with its distance and turn, shape (3, 2)."""
+def arc_end_slopes(distance: float, turn: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return how the end of an arc changes: forward by (distance, turn), then left by (distance, turn)."""
     if abs(turn) < SMALL_TURN:
-        return np.array([[1.0, -distance * turn / 3.0], [turn / 2.0, distance / 2.0], [0.0, 1.0]])
+        return (1.0, -distance * turn / 3.0), (turn / 2.0, distance / 2.0)
     s, c = math.sin(turn), math.cos(turn)
-    ahead = distance * (c * turn - s) / turn**2
-    aside = distance * (s * turn - (1.0 - c)) / turn**2
-    return np.array([[s / turn, ahead], [(1.0 - c) / turn, aside], [0.0, 1.0]])
+    forward = s / turn, distance * (c * turn - s) / turn**2
+    left = (1.0 - c) / turn, distance * (s * turn - (1.0 - c)) / turn**2
+    return forward, left
 
 
 class DifferentialOdometry:
@@ -67,7 +67,7 @@ class DifferentialOdometry:
         self._kinematics = kinematics
         self._scale, self._track = errors.scale, 1.0 + errors.track_error
         self._noise = errors.noise.distance, errors.noise.turn
-        self._variance = np.array([errors.noise.distance**2, errors.noise.turn**2])
+        self._variance = errors.noise.distance**2, errors.noise.turn**2
         self._stream = stream
 
     def at_rest(self) -> Odometry:
@@ -85,9 +85,10 @@ class DifferentialOdometry:
         return Odometry(forward, aside, turn, self._covariance(distance, turn))
 
     def _covariance(self, distance: float, turn: float) -> Array:
-        slopes = arc_end_slopes(distance, turn)
-        P = (slopes * (self._variance * (abs(distance), abs(turn)))) @ slopes.T
-        P[0, 0] += SLIP_FORWARD**2 * abs(distance)
-        P[1, 1] += SLIP_LEFT**2 * abs(distance)
-        P[2, 2] += SLIP_TURN**2 * abs(turn)
-        return P
+        along, around = self._variance[0] * abs(distance), self._variance[1] * abs(turn)
+        (f_d, f_t), (l_d, l_t) = arc_end_slopes(distance, turn)
+        forward = f_d * f_d * along + f_t * f_t * around + SLIP_FORWARD**2 * abs(distance)
+        left = l_d * l_d * along + l_t * l_t * around + SLIP_LEFT**2 * abs(distance)
+        heading = around + SLIP_TURN**2 * abs(turn)
+        across, f_around, l_around = f_d * l_d * along + f_t * l_t * around, f_t * around, l_t * around
+        return np.array([[forward, across, f_around], [across, left, l_around], [f_around, l_around, heading]])

@@ -1,0 +1,134 @@
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from mjsim.geometry import Pose, wrap_angle
+from mjsim.interface import Command
+from mjsim.run.pilot import DeadReckoning
+from mjsim.sim import Simulation
+from mjsim.sim.drive import DifferentialKinematics
+from mjsim.sim.odometry import DifferentialOdometry, arc_end, arc_end_slopes
+from mjsim.world import parse_world
+from mjsim.world.robots import OdometryNoise, WheelOdometry
+
+WHEELS = DifferentialKinematics(wheel_radius=0.1, track=0.4)
+
+
+def odometer(*, distance: float = 0.0, turn: float = 0.0, seed: int = 0) -> DifferentialOdometry:
+    errors = WheelOdometry(noise=OdometryNoise(distance=distance, turn=turn))
+    return DifferentialOdometry(errors, kinematics=WHEELS, stream=np.random.default_rng(seed))
+
+
+def drive(odometry: str, command: Command, seconds: float) -> tuple[Pose, Pose]:
+    """Return the motion as it was and as odometry tells it, from rest."""
+    text = f"mjsim: 1\nrobots:\n  - {{name: r, at: [1, 2], heading_deg: 77, odometry: {odometry}}}\n"
+    sim = Simulation(parse_world(text))
+    told = Pose(0.0, 0.0, 0.0)
+    start = sim.truth("r")
+    sim.apply("r", command)
+    for _ in range(round(seconds / sim.dt)):
+        sim.step()
+        seen = sim.sense("r").odometry
+        told = told @ Pose(seen.forward, seen.left, seen.turn)
+    return start.inverse() @ sim.truth("r"), told
+
+
+def test_the_end_of_an_arc_is_what_many_small_steps_add_up_to():
+    for distance, turn in [(0.5, 1.2), (-0.3, 2.5), (1.0, -0.7), (0.2, 1e-6), (0.0, 1.0), (0.4, 0.0)]:
+        pose, n = Pose(0.0, 0.0, 0.0), 4000
+        for _ in range(n):
+            pose = pose @ Pose(0.0, 0.0, turn / n / 2) @ Pose(distance / n, 0.0, 0.0) @ Pose(0.0, 0.0, turn / n / 2)
+        # The midpoint rule errs by its step squared.
+        np.testing.assert_allclose(arc_end(distance, turn), (pose.x, pose.y), atol=1e-7)
+
+
+def test_slopes_of_the_arc_match_central_differences():
+    step = 1e-6
+    for distance, turn in [(0.5, 1.2), (-0.3, 2.5), (1.0, -0.7), (0.2, 3e-5), (0.7, 0.0)]:
+        ends = [
+            (np.array(arc_end(distance + d, turn + t)), np.array(arc_end(distance - d, turn - t)))
+            for d, t in ((step, 0.0), (0.0, step))
+        ]
+        slopes = np.stack([(ahead - behind) / (2 * step) for ahead, behind in ends], axis=-1)
+        np.testing.assert_allclose(arc_end_slopes(distance, turn), slopes, atol=1e-8)
+
+
+@pytest.mark.parametrize("command", [Command(0.6), Command(-0.3), Command(turn=1.2), Command(0.5, turn=-0.9)])
+def test_without_errors_odometry_tells_the_motion_as_it_was(command):
+    was, told = drive("{}", command, 4.0)
+    # Tyres slip a little while the robot gathers speed: some millimetres and a third of a degree.
+    np.testing.assert_allclose(told.as_array()[:2], was.as_array()[:2], atol=0.01)
+    assert abs(wrap_angle(told.heading - was.heading)) < 0.01
+
+
+def test_constant_errors_are_those_of_the_world_file():
+    was, told = drive("{scale: 1.05}", Command(0.5), 4.0)
+    assert told.x / was.x == pytest.approx(1.05, abs=0.003)
+    was, told = drive("{track_error: 0.1}", Command(turn=0.5), 4.0)
+    assert told.heading / was.heading == pytest.approx(1 / 1.1, abs=0.003)
+
+
+def test_noise_has_the_variance_of_the_distance_and_of_the_turn():
+    n, distance, turn = 4000, 0.02, -0.03
+    meter = odometer(distance=0.01, turn=0.02)
+    told = [meter.increment(*WHEELS.wheels_from_twist(distance, turn)) for _ in range(n)]
+    # In steps this small an arc is as long as its chord, to 1e-6.
+    lengths, turns = np.array([(math.hypot(t.forward, t.left), t.turn) for t in told]).T
+    for errors, variance in ((lengths - distance, 0.01**2 * distance), (turns - turn, 0.02**2 * abs(turn))):
+        assert chi2.ppf(0.001, n) < np.sum(errors**2) / variance < chi2.ppf(0.999, n)
+
+
+def test_noise_of_a_way_does_not_depend_on_the_ticks_that_it_takes():
+    runs, way = 3000, 0.08
+    for ticks in (1, 4):
+        meter = odometer(distance=0.01, seed=ticks)
+        wheels = WHEELS.wheels_from_twist(way / ticks, 0.0)
+        sums = np.array([sum(meter.increment(*wheels).forward for _ in range(ticks)) for _ in range(runs)])
+        assert chi2.ppf(0.001, runs) < np.sum((sums - way) ** 2) / (0.01**2 * way) < chi2.ppf(0.999, runs)
+
+
+def test_the_covariance_told_is_that_of_the_increments():
+    n, wheels = 20000, WHEELS.wheels_from_twist(0.3, 0.9)
+    meter = odometer(distance=0.05, turn=0.05, seed=2)
+    told = [meter.increment(*wheels) for _ in range(n)]
+    sample = np.cov(np.array([(t.forward, t.left, t.turn) for t in told]).T)
+    mean = np.mean([t.covariance for t in told], axis=0)
+    # A variance of 20000 samples is within 4 % at 4 standard deviations; slip is below that here.
+    deviations = np.sqrt(np.diag(mean))
+    np.testing.assert_allclose(
+        sample / np.outer(deviations, deviations), mean / np.outer(deviations, deviations), atol=0.05
+    )
+
+
+def test_covariance_is_symmetric_and_never_negative():
+    meter = odometer(distance=0.01, turn=0.02)
+    for distance, turn in np.random.default_rng(1).uniform(-0.5, 0.5, (50, 2)):
+        P = meter.increment(*WHEELS.wheels_from_twist(distance, turn)).covariance
+        np.testing.assert_array_equal(P, P.T)
+        assert np.linalg.eigvalsh(P).min() > 0.0
+    np.testing.assert_array_equal(odometer(distance=0.01).increment(0.0, 0.0).covariance, 0.0)
+
+
+@pytest.mark.slow
+def test_dead_reckoning_errs_as_its_covariance_says():
+    keys = "drive: {noise: {speed: 0.02, turn: 0.02}}, odometry: {noise: {distance: 0.01, turn: 0.02}}"
+    count = 40
+    lines = [f"  - {{name: r{k}, at: [{30 * (k % 8)}, {30 * (k // 8)}], {keys}}}" for k in range(count)]
+    sim = Simulation(parse_world("mjsim: 1\nrobots:\n" + "\n".join(lines)), seed=7)
+    beliefs = {name: DeadReckoning(robot) for name, robot in sim.robots.items()}
+    rng = np.random.default_rng(0)
+    for tick in range(375):
+        if tick % 50 == 0:
+            for name in beliefs:
+                sim.apply(name, Command(rng.uniform(0.0, 0.5), turn=rng.uniform(-1.0, 1.0)))
+        sim.step()
+        for name, belief in beliefs.items():
+            belief.add(sim.sense(name))
+    nees = 0.0
+    for name, belief in beliefs.items():
+        error = belief.pose.as_array() - sim.truth(name).as_array()
+        error[2] = wrap_angle(error[2])
+        nees += error @ np.linalg.solve(belief.covariance, error)
+    assert chi2.ppf(0.005, 3 * count) < nees < chi2.ppf(0.995, 3 * count)
