@@ -26,6 +26,10 @@ _DRIFT = 0.05
 """How far the robot may lose its way between two sightings that are compared, standard deviation [m]."""
 
 
+_MEMORY = 0.2
+"""Share of the newest tick in the running average of what odometry claims to err."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Look:
     """One sighting of a beacon that is not in the map yet."""
@@ -86,6 +90,7 @@ class EkfSlam:
         self._joint = joint_covariance
         self._motion = odometry_motion()
         self._filter = EkfSlamFilter(jacobians=jacobians)
+        self._usual = np.zeros(3)
         self._waiting: dict[str, list[_Look]] = {}
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
@@ -93,14 +98,14 @@ class EkfSlam:
         self._filter = EkfSlamFilter(
             jacobians=self._jacobians, pose=robot.prior.as_array(), covariance=robot.prior_covariance
         )
+        self._usual = np.zeros(3)
         self._waiting = {}
 
     def update(self, seen: Observation) -> Estimate:
         """Return the belief after this tick's odometry and sightings."""
         moved = seen.odometry
-        self._filter.predict(
-            self._motion, (moved.forward, moved.left, moved.turn), moved.covariance * self._odometry_scale**2
-        )
+        covariance = self._steadied(moved.covariance) * self._odometry_scale**2
+        self._filter.predict(self._motion, (moved.forward, moved.left, moved.turn), covariance)
         known = [sighting for sighting in seen.sightings if sighting.name in self._filter]
         innovations = self._correct(known) if known else ()
         self._add([sighting for sighting in seen.sightings if sighting.name not in self._filter], seen.time)
@@ -111,6 +116,15 @@ class EkfSlam:
             innovations=innovations,
             joint_covariance=self._filter.joint_covariance if self._joint else None,
         )
+
+    def _steadied(self, claimed: Array) -> Array:
+        """Return the covariance of odometry, no variance less than its average over the last ticks.
+
+        The noise of wheels grows with the motion that they made, what they claim with the motion that they measured.
+        A tick in which noise hides the motion claims next to no error; then every sighting would look like an outlier.
+        """
+        self._usual = (1.0 - _MEMORY) * self._usual + _MEMORY * np.diag(claimed)
+        return np.asarray(claimed + np.diag(np.maximum(self._usual - np.diag(claimed), 0.0)))
 
     def _correct(self, sightings: Sequence[Sighting]) -> tuple[tuple[Hashable, Array, Array], ...]:
         """Correct by sightings of landmarks in the map; return the innovations of those that counted."""

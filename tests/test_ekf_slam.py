@@ -303,3 +303,13 @@ def test_without_sightings_the_estimate_is_dead_reckoning(slam):
         belief = look(slam, tick, forward=0.04)
     assert belief.pose == Pose(pytest.approx(2.0), 1.0, 0.0)
     np.testing.assert_allclose(belief.covariance[0, 0], 25 * 1e-4 * 0.04, rtol=1e-6)
+
+
+def test_a_tick_in_which_odometry_claims_no_error_does_not_make_good_sightings_outliers(slam):
+    for tick in range(1, 20):
+        look(slam, tick, ("lion", 2.0 - 0.04 * tick, 0.0), forward=0.04)
+    sure = Odometry(0.04, 0.0, 0.0, np.zeros((3, 3)))
+    belief = slam.update(Observation(time=0.8, dt=0.04, odometry=sure))
+    spread = np.diag(belief.covariance)
+    belief = slam.update(Observation(time=0.84, dt=0.04, odometry=sure))
+    assert np.all(np.diag(belief.covariance)[[0, 2]] > spread[[0, 2]])
