@@ -4,6 +4,7 @@ from types import TracebackType
 from typing import Self
 
 import mujoco
+import numpy as np
 
 from mjsim.compile import compile_world
 from mjsim.geometry import Array
@@ -11,6 +12,13 @@ from mjsim.interface import Picture
 from mjsim.sim.canvas import Quality
 from mjsim.sim.renderer import Renderer
 from mjsim.world import World
+
+ABOVE = 0.5
+"""Height over the floor to which a camera's way must be free [m]."""
+BEFORE = 0.1
+"""A camera stays this far before what would hide its robot [m]."""
+SOLID = np.array([1, 0, 0, 1, 0, 0], dtype=np.uint8)
+"""Geom groups of what is solid: things, and the shapes of the walls that are not drawn."""
 
 
 class Playback:
@@ -36,7 +44,22 @@ class Playback:
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_camlight(self._model, self._data)
+        if camera.endswith("/chase"):
+            self._bring_near(camera)
         return self._renderer.render(self._data, camera, out)
+
+    def _bring_near(self, camera: str) -> None:
+        """Move a camera that is fixed to a robot before what would hide the robot from it."""
+        index = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
+        if index < 0:
+            return
+        body = self._model.cam_bodyid[index]
+        start = self._data.xpos[body] + (0.0, 0.0, ABOVE)
+        way = self._data.cam_xpos[index] - start
+        length = float(np.linalg.norm(way))
+        free = mujoco.mj_ray(self._model, self._data, start, way / length, SOLID, 1, body, np.empty(1, np.int32))
+        if 0.0 <= free < length:
+            self._data.cam_xpos[index] = start + way * max(free - BEFORE, 0.0) / length
 
     def close(self) -> None:
         """Give back what was made for drawing; a second call does nothing."""

@@ -25,7 +25,7 @@ from mjsim.video.ink import (
 )
 from mjsim.video.layout import HEIGHT, MARGIN, WIDTH, Box, arrange
 from mjsim.video.moment import Moment
-from mjsim.video.overlay import Trails, draw_moment
+from mjsim.video.overlay import Trails, draw_moment, draw_others
 from mjsim.video.plan import draw_background, draw_names, draw_scale_bar, world_bounds
 from mjsim.video.view import View
 from mjsim.world import World
@@ -78,7 +78,8 @@ class Panel:
             image[:] = PAPER
         image[: window.shape[0], : window.shape[1]] = window
         view = self.view.part(column, row, width, height)
-        draw_moment(image, view, moment, look=self._look, radii=self._radii, robot=self._robot)
+        draw_others(image, view, moment, self._radii)
+        draw_moment(image, view, moment, look=self._look, radius=self._radii[self._robot])
         return view
 
 

@@ -1,7 +1,7 @@
 """What is drawn of one robot at one instant, whether it comes from a recording or from a run that is going on."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -32,10 +32,10 @@ class Moment:
     """Of the newest tick at which anything was looked for."""
     picture: Picture | None
     """The newest onboard picture, RGB; None before the first."""
-    others: Mapping[str, Array]
-    """Where the other robots truly are."""
     touched: bool
     """Whether the robot bumped within the last half second."""
+    others: Mapping[str, Array] = field(default_factory=dict)
+    """Where the other robots truly are."""
 
 
 def moment_of(tick: Tick, robot: str, *, before: Moment | None) -> Moment:

@@ -55,9 +55,13 @@ class Trails:
                 self._last[name] = [*last, here][-again:]
 
 
-def draw_moment(
-    image: Picture, view: View, moment: Moment, *, look: Look, radii: Mapping[str, float], robot: str
-) -> None:
+def draw_others(image: Picture, view: View, moment: Moment, radii: Mapping[str, float]) -> None:
+    """Draw the other robots as discs of their radii, by name [m]."""
+    for name, pose in moment.others.items():
+        _draw_robot(image, view, pose, max(radii[name], 5.0 / view.scale), MUTED, filled=True)
+
+
+def draw_moment(image: Picture, view: View, moment: Moment, *, look: Look, radius: float) -> None:
     """Draw one robot, its belief and its map over a plan.
 
     Args:
@@ -65,17 +69,14 @@ def draw_moment(
         view: What it shows.
         moment: What is drawn.
         look: Whether ellipses and sightings are shown.
-        radii: Of the robots' bodies, by name [m].
-        robot: Whose moment it is.
+        radius: Of the robot's body [m].
     """
-    for name, pose in moment.others.items():
-        _draw_robot(image, view, pose, max(radii[name], 5.0 / view.scale), MUTED, filled=True)
     believes = bool(np.isfinite(moment.estimate).all())
     if look.sightings and believes:
         _draw_sightings(image, view, moment)
     _draw_map(image, view, moment, ellipses=look.ellipses)
     # The true robot is a filled disc, the believed one an outline over it: where they agree both are seen.
-    size = max(radii[robot], 5.0 / view.scale)
+    size = max(radius, 5.0 / view.scale)
     _draw_robot(image, view, moment.truth, size, TRUTH, filled=True)
     if believes:
         _draw_robot(image, view, moment.estimate, size, ESTIMATE, filled=False)
