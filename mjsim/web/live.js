@@ -16,11 +16,9 @@ async function show(data) {
   const address = URL.createObjectURL(new Blob([data], { type: "image/jpeg" }));
   const last = picture.src;
   picture.src = address;
-  try {
-    await picture.decode();
-  } finally {
-    if (last) URL.revokeObjectURL(last);
-  }
+  // A picture that cannot be decoded is skipped; the next one will do.
+  await picture.decode().catch(() => {});
+  if (last) URL.revokeObjectURL(last);
   picture.hidden = false;
   shown("empty").hidden = true;
 }
