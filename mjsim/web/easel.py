@@ -77,16 +77,16 @@ class Easel:
 
     def draw(self) -> Sheet:
         """Return the picture of the newest tick."""
+        self._drawn_at = time.perf_counter()
         frame, moment, number = self.catch_up()
         picture = cv2.cvtColor(frame.draw(moment), cv2.COLOR_RGB2BGR)
         done, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
         assert done, "a picture of ours can always be encoded"
-        self._drawn_at = time.perf_counter()
         self.sheet = Sheet(number, moment.time, self._measured_pace(moment.time), data.tobytes())
         return self.sheet
 
     def age_left(self, period: float) -> float:
-        """Return how long to wait until the newest picture is as old as a period [s]."""
+        """Return how long to wait until drawing the newest picture began a period ago [s]."""
         return max(0.0, self._drawn_at + period - time.perf_counter())
 
     def _measured_pace(self, simulated: float) -> float:
