@@ -33,6 +33,8 @@ BUMPER_TRAVEL = 0.001
 """A bumper feels what is this near without being pressed yet, so that contact does not flicker [m]."""
 BUMPER_FRICTION = 0.3
 """Of a plastic bumper on a wall."""
+HOUSING = (0.03, 0.02, 0.02)
+"""Half of the length, width and height of what is seen of a camera [m]."""
 DARK, PALE = (0.13, 0.13, 0.14, 1.0), (0.97, 0.97, 0.94, 1.0)
 
 
@@ -51,7 +53,7 @@ def add_robot(spec: mujoco.MjSpec, robot: Robot) -> None:
     for side, sign in (("left", 1.0), ("right", -1.0)):
         _add_wheel(spec, base, robot, side=side, y=sign * robot.drive.track / 2)
     for camera in robot.sensors:
-        _add_camera(base, robot.name, camera)
+        _add_camera(base, robot, camera)
 
 
 def clearance(body: Body, drive: DifferentialDrive) -> float:
@@ -168,24 +170,26 @@ def _add_wheel(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, *, side:
     servo.set_to_velocity(kv=inertia / RESPONSE)
 
 
-def _add_camera(base: mujoco.MjsBody, robot: str, camera: Camera) -> None:
-    """Add a camera, and a small dark housing behind its lens."""
+def _add_camera(base: mujoco.MjsBody, robot: Robot, camera: Camera) -> None:
+    """Add a camera, with a small dark housing behind its lens, on a mast when it is above the body."""
     axes = robot_from_view(camera)
     orientation = [*axes[:, 0], *axes[:, 1]]
     base.add_camera(
-        name=f"{robot}/{camera.camera}",
+        name=f"{robot.name}/{camera.camera}",
         pos=camera.at,
         xyaxes=orientation,
         fovy=vertical_fov_deg(camera),
         resolution=[camera.width, camera.height],
     )
-    housing = base.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        pos=np.array(camera.at) + 0.03 * axes[:, 2],
-        xyaxes=orientation,
-        size=[0.03, 0.02, 0.02],
-    )
+    middle = np.array(camera.at) + HOUSING[0] * axes[:, 2]
+    housing = base.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, pos=middle, xyaxes=orientation, size=HOUSING[::-1])
     _make_decor(housing, DARK)
+    if middle[2] > robot.body.height + HOUSING[2]:
+        foot = middle[:2] * min(1.0, 0.9 * robot.body.radius / max(math.hypot(middle[0], middle[1]), 1e-9))
+        mast = base.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_CYLINDER, fromto=[*foot, robot.body.height, *middle], size=[0.008, 0.0, 0.0]
+        )
+        _make_decor(mast, DARK)
 
 
 def _make_decor(geom: mujoco.MjsGeom, rgba: tuple[float, float, float, float]) -> None:
