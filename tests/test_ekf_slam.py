@@ -2,11 +2,13 @@
 
 import json
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.stats import chi2
+from threadpoolctl import threadpool_limits
 
 from mjsim.algorithms.ekf_models import landmark_from, range_bearing
 from mjsim.algorithms.ekf_slam import EkfSlam, EkfSlamFilter, bicycle_motion, odometry_motion
@@ -15,6 +17,13 @@ from mjsim.interface import Estimate, Observation, Odometry, RobotInfo, Sighting
 
 DATA = Path(__file__).parent / "data" / "ekf"
 R = np.diag([0.05**2, np.radians(1.0) ** 2])
+
+
+@pytest.fixture(scope="module", autouse=True)
+def one_thread() -> Iterator[None]:
+    """As in a run: small matrices are several times faster so."""
+    with threadpool_limits(1, user_api="blas"):
+        yield
 
 
 def golden(name: str) -> dict[str, Array]:
