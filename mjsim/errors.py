@@ -14,6 +14,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
+LONGEST_MESSAGE = 400
+"""Characters; a key or a list of names may be longer, a line for people is not."""
+
 
 class MjsimError(Exception):
     """Base of all errors that are not a bug of mjsim."""
@@ -31,7 +34,13 @@ class Problem:
     column: int
     """Counted from 1."""
     message: str
-    """What is wrong with the value it had; what would be right."""
+    """What is wrong with the value it had; what would be right. One line, whatever the file held."""
+
+    def __post_init__(self) -> None:
+        line = self.message if self.message.isprintable() else "".join(map(_printable, self.message))
+        if len(line) > LONGEST_MESSAGE:
+            line = f"{line[:LONGEST_MESSAGE]}..."
+        object.__setattr__(self, "message", line)
 
     def __str__(self) -> str:
         return f"{self.file}:{self.line}:{self.column}: {self.message}"
@@ -73,6 +82,10 @@ class PhysicsFault(MjsimError):
 
 class OpenGLError(MjsimError):
     """No OpenGL backend works on this machine; the message says what to type."""
+
+
+def _printable(character: str) -> str:
+    return character if character.isprintable() else repr(character)[1:-1]
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
