@@ -37,12 +37,14 @@ class Problem:
     """What is wrong with the value it had; what would be right. One line, whatever the file held."""
 
     def __post_init__(self) -> None:
+        """Keep the message on one line, printable and not too long."""
         line = self.message if self.message.isprintable() else "".join(map(_printable, self.message))
         if len(line) > LONGEST_MESSAGE:
             line = f"{line[:LONGEST_MESSAGE]}..."
         object.__setattr__(self, "message", line)
 
     def __str__(self) -> str:
+        """Return 'file:line:column: message'."""
         return f"{self.file}:{self.line}:{self.column}: {self.message}"
 
 
@@ -68,7 +70,8 @@ class RecordingError(MjsimError):
     exit_code = 2
 
 
-class ModuleFault(MjsimError):
+# Faults of what runs, not errors of what was asked: their names are settled.
+class ModuleFault(MjsimError):  # noqa: N818
     """A user's module raised, or returned NaN or a wrong shape."""
 
     def __init__(self, message: str, *, robot: str | None = None) -> None:
@@ -76,7 +79,7 @@ class ModuleFault(MjsimError):
         super().__init__(message)
 
 
-class PhysicsFault(MjsimError):
+class PhysicsFault(MjsimError):  # noqa: N818
     """MuJoCo warned that the state of the simulation is no longer to be trusted."""
 
 

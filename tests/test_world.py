@@ -9,6 +9,7 @@ import pytest
 from mjsim.errors import UsageError, WorldError
 from mjsim.world import World, format_world, load_checked, load_world, parse_world, world_schema
 from mjsim.world.robots import Camera, Robot
+from mjsim.world.settings import with_settings
 from mjsim.world.source import Source
 from mjsim.world.structure import Beacon, BoxObstacle, CylinderObstacle, Opening, Wall
 
@@ -166,6 +167,32 @@ def test_what_is_well_written_but_cannot_be_meant_is_refused_by_load_checked_onl
 def test_a_file_that_is_not_there_is_the_users_mistake(tmp_path):
     with pytest.raises(UsageError, match="no file"):
         load_world(tmp_path / "none.yaml")
+
+
+def test_single_values_are_set_by_their_path(room):
+    changed = with_settings(room, ["robots.scout.odometry.noise.turn=0.02", "walls.0.height=3", "run.seconds=20"])
+    assert changed.robots[0].odometry.noise.turn == 0.02
+    assert changed.robots[0].drive == room.robots[0].drive
+    assert (changed.walls[0].height, changed.run.seconds) == (3.0, 20.0)
+    assert parse_world(format_world(changed)) == changed
+
+
+@pytest.mark.parametrize(
+    ("setting", "reason"),
+    [
+        ("run.secnds=2", "no key 'secnds'; did you mean 'seconds'?"),
+        ("robots.scot.at=[1, 2]", "no item 'scot'; did you mean 'scout'?"),
+        ("run.seconds=-1", "seconds is -1 s; it must be above 0"),
+        (
+            "robots.scout.at=[0, 2]",
+            "robot 'scout' at [0, 2] starts inside walls[0]; its body needs 0.22 m free all around",
+        ),
+    ],
+)
+def test_a_setting_that_does_not_fit_is_the_users_mistake(room, setting, reason):
+    with pytest.raises(UsageError) as caught:
+        with_settings(room, [setting])
+    assert str(caught.value) == f"--set {setting}: {reason}"
 
 
 def test_the_schema_knows_every_key_with_its_meaning_and_bounds_lists_by_length():

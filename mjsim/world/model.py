@@ -20,12 +20,19 @@ class World(Model):
     mjsim: Literal[1] = 1
     """Version of this format."""
     name: Name = "world"
+    """Names the folder of its runs."""
     walls: Annotated[tuple[Wall, ...], Field(strict=False)] = ()
+    """Runs of straight walls."""
     obstacles: Annotated[tuple[Obstacle, ...], Field(strict=False)] = ()
+    """Boxes and cylinders on the floor."""
     beacons: Annotated[tuple[Beacon, ...], Field(strict=False)] = ()
+    """Pictures on the walls, and reflectors."""
     floor: Floor = Floor()
+    """The level floor under everything."""
     robots: Annotated[tuple[Robot, ...], Field(strict=False)] = ()
+    """Wheeled robots."""
     run: Run = Run()
+    """How `mjsim run` drives this world."""
     _source: Source = PrivateAttr(default=BUILT)
 
     @property

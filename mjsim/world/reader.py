@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from pydantic import ValidationError
-from pydantic_core import ErrorDetails
 
 from mjsim.errors import Problem, UsageError, WorldError
 from mjsim.world.base import KEY
@@ -16,7 +15,7 @@ from mjsim.world.model import World, misfits
 from mjsim.world.places import place_of
 from mjsim.world.source import Source
 from mjsim.world.text import MOST_BYTES, Node, line_and_column, read_text, too_large
-from mjsim.world.words import meant_key, misspelt_kind, sentence
+from mjsim.world.words import meant_key, misspelt_kind, path_of, sentence
 
 
 def parse_world(text: str, *, file: str = "world.yaml", source: Source | None = None) -> World:
@@ -107,7 +106,7 @@ def _refused(path: Path, message: str) -> WorldError:
 
 
 def _faults(error: ValidationError, node: Node, file: str) -> Iterator[Problem]:
-    faults = [(_path(details), details) for details in error.errors(include_url=False)]
+    faults = [(path_of(details), details) for details in error.errors(include_url=False)]
     unknown = [path for path, details in faults if details["type"] == "extra_forbidden"]
     meant = {(*path[:-1], meant_key(path, World)) for path in unknown}
     for path, details in faults:
@@ -122,10 +121,6 @@ def _faults(error: ValidationError, node: Node, file: str) -> Iterator[Problem]:
             message = sentence(details, path, World)
         place = place_of(node, (*path, KEY) if path in unknown or misspelt else path)
         yield Problem(file, *place, message)
-
-
-def _path(details: ErrorDetails) -> tuple[str | int, ...]:
-    return (*details["loc"], *details.get("ctx", {}).get("path", ()))
 
 
 def _misfits(node: Node, file: str) -> Iterable[Problem]:

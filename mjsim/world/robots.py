@@ -21,6 +21,7 @@ class DifferentialDrive(Model):
     """Two driven wheels on one axle, and casters that slide."""
 
     type: Literal["differential"] = "differential"
+    """Which kind of drive."""
     wheel_radius: Length = 0.0975
     """[m]"""
     track: Length = 0.33
@@ -34,6 +35,7 @@ class DifferentialDrive(Model):
     max_turn_acceleration_deg: Annotated[float, Field(gt=0, le=36000)] = 300.0
     """[deg/s^2]"""
     noise: DriveNoise = DriveNoise()
+    """How far the motion achieved differs from the one commanded."""
 
 
 class Body(Model):
@@ -46,6 +48,7 @@ class Body(Model):
     mass: Annotated[float, Field(gt=0, le=10000)] = 9.0
     """[kg]"""
     color: Color = "#c8202a"
+    """'#rrggbb'."""
 
 
 class OdometryNoise(Model):
@@ -61,6 +64,7 @@ class WheelOdometry(Model):
     """What the wheels tell of the motion. The constant errors are not told to the modules."""
 
     noise: OdometryNoise = OdometryNoise()
+    """How far the motion told differs from the one driven."""
     scale: Annotated[float, Field(gt=0, le=10)] = 1.0
     """Distance told for one metre driven."""
     track_error: Annotated[float, Field(gt=-0.9, le=10)] = 0.0
@@ -85,6 +89,7 @@ class Camera(Model):
     fov_deg: Annotated[float, Field(ge=5, le=150)] = 60.0
     """Horizontal field of view."""
     rate_hz: Rate = 12.5
+    """Pictures a second; it divides the rate of the tick."""
     quality: Literal["normal", "high"] = "normal"
     """High adds shadows, reflections and multisampling."""
     noise: Annotated[float, Field(ge=0, le=100)] = 0.0
@@ -98,15 +103,21 @@ class Robot(Model):
     """A wheeled robot."""
 
     name: Name
+    """How drivers, recordings and plans call it."""
     at: Point
     """Where it starts, [x, y] [m]."""
     heading_deg: Degrees = 0.0
+    """Where it looks at the start, counter-clockwise from x."""
     preset: Name | None = None
     """A robot of `assets/robots`; keys beside this one override it."""
     drive: DifferentialDrive = DifferentialDrive()
+    """How it moves."""
     body: Body = Body()
+    """The shape that bumps."""
     odometry: WheelOdometry = WheelOdometry()
+    """What the wheels tell."""
     sensors: Annotated[tuple[Sensor, ...], Field(strict=False)] = ()
+    """What else it senses with."""
     proximity_range: Length = 2.0
     """How far the ring of 16 proximity rays sees [m]."""
 

@@ -30,8 +30,11 @@ class Modules(Model):
     """The modules of one robot; without an estimator dead reckoning, without a navigator it stands still."""
 
     observer: Use | None = None
+    """Turns pictures and scans into sightings."""
     estimator: Use | None = None
+    """Estimates the pose, and a map if it likes."""
     navigator: Use | None = None
+    """Decides where to go."""
     avoidance: Annotated[
         Annotated[bool, Tag("<bool>")] | Annotated[Use, Tag("<use>")], Discriminator(_kind_of_avoidance)
     ] = False
@@ -44,8 +47,11 @@ class View(Model):
     follow: Literal["truth", "estimate", "nothing"] = "truth"
     """Whom the close-up follows."""
     sightings: bool = True
+    """Lines to what is seen now."""
     ellipses: bool = True
+    """Regions that hold the truth with 95 % probability."""
     trails: bool = True
+    """Where the robot was, and where it thought it was."""
 
 
 def whole_steps(rate_hz: float) -> bool:
@@ -64,12 +70,15 @@ class Run(Model):
     """One run of this world."""
 
     seconds: Annotated[float, Field(gt=0, le=1e6)] = 60.0
+    """How long, simulated [s]."""
     rate_hz: Annotated[float, Field(gt=0, le=250)] = 25.0
     """Ticks of the loop a second; a tick is a whole number of 4 ms physics steps."""
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    """Of all chance in the run."""
     map: Literal["unknown", "known"] = "unknown"
     """Known: modules get the map and where the beacons hang."""
     view: View = View()
+    """What the video and the live view show."""
     drivers: Annotated[Mapping[Name, Modules], Field(strict=False)] = {}
     """The modules of each robot, by its name."""
 

@@ -8,7 +8,9 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 from mjsim.errors import UsageError, did_you_mean
+from mjsim.world.check import check_world
 from mjsim.world.model import World
+from mjsim.world.words import path_of, sentence
 
 
 def with_settings(world: World, settings: Iterable[str]) -> World:
@@ -20,7 +22,7 @@ def with_settings(world: World, settings: Iterable[str]) -> World:
             their `name` or their number from 0; the value is YAML.
 
     Raises:
-        UsageError: There is no such key, or the value does not fit it.
+        UsageError: There is no such key, the value does not fit it, or it cannot be meant, such as a place in a wall.
     """
     tree = world.model_dump(exclude_unset=True)
     full = world.model_dump()
@@ -37,8 +39,12 @@ def with_settings(world: World, settings: Iterable[str]) -> World:
         changed = World.model_validate(tree)
     except ValidationError as error:
         first = error.errors()[0]
-        raise UsageError(f"--set {', '.join(settings)}: {first['msg']}") from None
+        raise UsageError(f"--set {', '.join(settings)}: {sentence(first, path_of(first), World)}") from None
     changed._source = world.source
+    known = {problem.message for problem in check_world(world)}
+    for problem in check_world(changed):
+        if problem.message not in known:
+            raise UsageError(f"--set {', '.join(settings)}: {problem.message}")
     return changed
 
 

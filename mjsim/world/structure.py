@@ -34,6 +34,7 @@ class Wall(Model):
     points: Annotated[tuple[Point, ...], Field(strict=False, min_length=2)]
     """Corners of the centreline, [x, y] each [m]."""
     name: Name | None = None
+    """How errors and plans call it."""
     closed: bool = False
     """Whether a last segment joins the last corner to the first."""
     height: Length = 2.5
@@ -41,11 +42,13 @@ class Wall(Model):
     thickness: Length = 0.1
     """[m]"""
     color: Color = "#e8e4da"
+    """'#rrggbb'."""
     texture: AssetPath | None = None
     """A picture that covers the wall instead of the colour."""
     tile: Length = 1.0
     """Size of one tile of the texture [m]."""
     openings: Annotated[tuple[Opening, ...], Field(strict=False)] = ()
+    """Doorways and windows."""
 
     @model_validator(mode="after")
     def _corners_differ(self) -> Self:
@@ -72,8 +75,11 @@ class _Obstacle(Model):
     at: Point
     """Its middle, [x, y] [m]."""
     name: Name | None = None
+    """How errors and plans call it."""
     heading_deg: Degrees = 0.0
+    """Where its length points, counter-clockwise from x."""
     color: Color = "#8a6f4d"
+    """'#rrggbb'."""
 
 
 class BoxObstacle(_Obstacle):
@@ -111,6 +117,7 @@ class Beacon(Model):
     """A thin plane with a picture on it; without a picture, a reflector."""
 
     name: Name
+    """What sightings call it."""
     at: Point
     """Its middle, [x, y] [m]."""
     heading_deg: Degrees = 0.0
@@ -127,8 +134,10 @@ class Floor(Model):
     """The level floor under everything."""
 
     texture: AssetPath | None = None
+    """A picture that covers the floor instead of the colour."""
     tile: Length = 2.0
     """Size of one tile of the texture [m]."""
     color: Color = "#b8aa94"
+    """'#rrggbb'."""
     friction: Annotated[float, Field(gt=0, le=10)] = 1.0
     """Coefficient of friction of a rubber tyre on it."""

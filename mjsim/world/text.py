@@ -77,7 +77,7 @@ def read_text(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
     except _BrokenTextError as broken:
         return None, [*composer.problems, Problem(file, broken.line, broken.column, broken.message)]
     except MarkedYAMLError as error:
-        return None, [*composer.problems, _syntax(error, file)]
+        return None, [*composer.problems, _syntax(error, file, composer.brackets)]
     except YAMLError as error:
         reason = str(error).partition("\n")[0]
         return None, [*composer.problems, Problem(file, *composer.place, f"this is not YAML: {reason}")]
@@ -124,6 +124,8 @@ class _Composer:
     def __init__(self, file: str, events: Iterator[Event]) -> None:
         self.problems: list[Problem] = []
         self.place = (1, 1)
+        self.brackets: list[tuple[int, int]] = []
+        """Where brackets were opened that are not closed yet."""
         self._file = file
         self._events = events
         self._anchors: dict[str, Node] = {}
@@ -162,7 +164,11 @@ class _Composer:
             self._depth += 1
             if self._depth > DEEPEST:
                 raise _BrokenTextError(*place, f"values are nested more than {DEEPEST} deep; write them flatter")
+            if event.flow_style:
+                self.brackets.append(place)
             node = self._mapping(event) if isinstance(event, MappingStartEvent) else self._list(event)
+            if event.flow_style:
+                self.brackets.pop()
             self._depth -= 1
         if event.anchor is not None:
             self._anchors[event.anchor] = node
@@ -189,7 +195,10 @@ class _Composer:
         while not isinstance(event := self._next(), MappingEndEvent):
             key_place = self.place
             key = self._node(event).value
-            value = self._node(self._next())
+            value_event = self._next()
+            value = self._node(value_event)
+            if isinstance(value_event, ScalarEvent) and not value_event.value and value_event.implicit[0]:
+                value = Node(None, *key_place)  # nothing is written; its mark is where the next thing begins
             if not isinstance(key, str):
                 self._report(key_place, f"key {key!r:.40} is not text; put it in quotes or write a name")
             elif key in keys:
@@ -224,12 +233,11 @@ class _Composer:
         self.problems.append(Problem(self._file, *place, message))
 
 
-def _syntax(error: MarkedYAMLError, file: str) -> Problem:
+def _syntax(error: MarkedYAMLError, file: str, brackets: list[tuple[int, int]]) -> Problem:
     mark = error.problem_mark or error.context_mark
     reason = str(error.problem or error.context)
     if "'\\t'" in reason:
         reason = "a tab stands where YAML wants spaces; indent with spaces"
-    elif error.context and "flow" in error.context and error.context_mark:
-        begun = f"{error.context_mark.line + 1}:{error.context_mark.column + 1}"
-        reason = f"{reason}; is the bracket opened at {begun} closed?"
+    elif brackets:
+        reason = f"{reason}; is the bracket opened at {brackets[-1][0]}:{brackets[-1][1]} closed?"
     return Problem(file, mark.line + 1, mark.column + 1, f"this is not YAML: {reason}")

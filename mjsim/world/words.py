@@ -1,6 +1,7 @@
 """What pydantic found, in a sentence: the value it had, then what would be right."""
 
 import difflib
+import math
 import re
 from collections.abc import Mapping
 from typing import Any, get_args, get_origin
@@ -41,6 +42,11 @@ _BOUNDS = {
 _SHAPE = re.compile(r"(\[\w+(?:, \w+)+\])( each)?")
 _UNIT = re.compile(r"\[([^\[\]]*)\]\W*$")
 _UNITS_OF_KEYS = {"_deg": "deg", "_hz": "Hz"}
+
+
+def path_of(error: ErrorDetails) -> Path:
+    """Return the path of the value that is wrong, below the one that was checked."""
+    return (*error["loc"], *error.get("ctx", {}).get("path", ()))
 
 
 def sentence(error: ErrorDetails, path: Path, model: type[BaseModel]) -> str:
@@ -91,7 +97,7 @@ def shown(value: Any, *, unit: str = "") -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, (int, float)):
-        return f"{value!r} {unit}".rstrip()
+        return f"{value!r} {unit}".rstrip() if math.isfinite(value) else str(value)
     if isinstance(value, Mapping):
         return f"{{{', '.join(map(str, value))}}}" if len(value) < 4 else f"a mapping of {len(value)} keys"
     if isinstance(value, (list, tuple)):
