@@ -1,0 +1,1 @@
+"""Pictures, floor textures and robot presets that come with mjsim."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from filterpy.stats import NEES as filterpy_nees
+from filterpy import stats
 from scipy.stats import chi2
 
 from mjsim.geometry import Pose
@@ -61,7 +61,7 @@ def test_normalised_errors_equal_those_of_filterpy(paths):
     rng = np.random.default_rng(0)
     factors = rng.normal(size=(len(truth), 3, 3))
     covariance = factors @ factors.transpose(0, 2, 1) + 0.1 * np.eye(3)
-    theirs = filterpy_nees(truth, estimate, covariance)
+    theirs = stats.NEES(truth, estimate, covariance)
     np.testing.assert_allclose(metrics.normalised_errors(truth, estimate, covariance), theirs, rtol=1e-9)
 
 

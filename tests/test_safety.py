@@ -50,7 +50,10 @@ def test_wheel_speeds_lose_only_the_part_that_drives_on():
     assert react_to_bump(WheelCommand((-5.0, -3.0)), (0.0,)) == WheelCommand((-5.0, -3.0))
 
 
-def drive(boxes, *, seconds, command=Command(0.7), start=(0.0, 0.0, 0.0), dt=0.04, reach=2.0):
+AHEAD = Command(0.7)
+
+
+def drive(boxes, *, seconds, command=AHEAD, start=(0.0, 0.0, 0.0), dt=0.04, reach=2.0):
     """Move a kinematic robot through axis-parallel boxes (n, 4) with the avoidance; return poses (k, 3)."""
     boxes = np.asarray(boxes, dtype=float)
     avoidance = RingAvoidance()
