@@ -190,7 +190,7 @@ def _seen(template: Template, size: tuple[int, int], image_from_pixel: Array, hi
         return shown
     row, column = np.divmod(template.inner, columns)
     places = apply_homography(image_from_pixel, np.stack([column, row], axis=1).astype(float))
-    inside = np.all((places >= 1.0) & (places <= limits), axis=1)
+    inside: Mask = np.all((places >= 1.0) & (places <= limits), axis=1)
     return inside if shown is None else inside & shown
 
 

@@ -88,7 +88,8 @@ def fit_pose(
     References:
         Collins, Bartoli, Infinitesimal Plane-based Pose Estimation, IJCV 109, 2014, for the second pose.
     """
-    points, information = picture_corners(*size), np.linalg.inv(covariance)
+    points: Array = picture_corners(*size)
+    information: Array = np.asarray(np.linalg.inv(covariance), dtype=float)
     if guess is not None:
         fit = _refine(*guess, points, corners, information, intrinsics)
         if fit.misfit < LIKELY_MISFIT:
@@ -127,13 +128,13 @@ def _refine(
     """Return the pose after Gauss-Newton from a first guess."""
     for _ in range(STEPS):
         error, H = _corner_error(rotation, position, points, corners, intrinsics)
-        step = np.linalg.solve(H.T @ information @ H, H.T @ information @ error)
+        step: Array = np.asarray(np.linalg.solve(H.T @ information @ H, H.T @ information @ error), dtype=float)
         position = position + step[:3]
         rotation = rotation_of(step[3:]) @ rotation
         if np.abs(step).max() < 1e-5:
             break
     error, H = _corner_error(rotation, position, points, corners, intrinsics)
-    covariance = np.linalg.inv(H.T @ information @ H)
+    covariance: Array = np.asarray(np.linalg.inv(H.T @ information @ H), dtype=float)
     return PlanarPose(rotation, position, covariance, float(error @ information @ error))
 
 

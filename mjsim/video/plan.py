@@ -38,8 +38,8 @@ EYE = 1.5
 def world_bounds(world: World) -> Array:
     """Return (x, y) min and (x, y) max of all that the plan shows, shape (2, 2) [m]; 10 x 10 m for an empty world."""
     outlines = [*wall_polygons(world), *(footprint(obstacle) for obstacle in world.obstacles)]
-    marks = [[item.at] for item in world.beacons] + [[item.at] for item in world.robots]
-    points = np.concatenate([np.reshape(part, (-1, 2)) for part in (*outlines, *marks, np.zeros((0, 2)))])
+    marks = [item.at for item in world.beacons] + [item.at for item in world.robots]
+    points = np.concatenate([*outlines, np.reshape(np.array(marks, dtype=float), (-1, 2))])
     if not len(points):
         return np.array([[-5.0, -5.0], [5.0, 5.0]])
     low, high = points.min(axis=0), points.max(axis=0)
@@ -68,7 +68,7 @@ def beacon_stroke(beacon: Beacon, view: View) -> tuple[Array, Array]:
     """Return the ends of a beacon and of its facing tick in the picture, shape (2, 2) each [px]."""
     place = Pose(beacon.at[0], beacon.at[1], math.radians(beacon.heading_deg))
     half, ahead = max(beacon.width / 2, 4 / view.scale), max(0.1, 6 / view.scale)
-    return view.pixels(place.transform([[0, -half], [0, half]])), view.pixels(place.transform([[0, 0], [ahead, 0]]))
+    return view.pixels(place.transform([[0.0, -half], [0.0, half]])), view.pixels(place.transform([[0.0, 0.0], [ahead, 0.0]]))
 
 
 def draw_world(
@@ -172,7 +172,7 @@ def _draw_start(image: Picture, start: Pose, radius: float, view: View) -> None:
     middle = view.pixels((start.x, start.y))
     x, y = fixed(middle).tolist()
     cv2.circle(image, (x, y), round(max(radius * view.scale, 5) * 16), INK, 2, cv2.LINE_AA, 4)
-    draw_polyline(image, view.pixels(start.transform([[0, 0], [max(radius, 5 / view.scale), 0]])), INK, width=2)
+    draw_polyline(image, view.pixels(start.transform([[0.0, 0.0], [max(radius, 5 / view.scale), 0.0]])), INK, width=2)
 
 
 def _labels(world: World, view: View, letters: Letters) -> list[Label]:
