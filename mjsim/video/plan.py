@@ -68,7 +68,8 @@ def beacon_stroke(beacon: Beacon, view: View) -> tuple[Array, Array]:
     """Return the ends of a beacon and of its facing tick in the picture, shape (2, 2) each [px]."""
     place = Pose(beacon.at[0], beacon.at[1], math.radians(beacon.heading_deg))
     half, ahead = max(beacon.width / 2, 4 / view.scale), max(0.1, 6 / view.scale)
-    return view.pixels(place.transform([[0.0, -half], [0.0, half]])), view.pixels(place.transform([[0.0, 0.0], [ahead, 0.0]]))
+    stroke, tick = place.transform([[[0.0, -half], [0.0, half]], [[0.0, 0.0], [ahead, 0.0]]])
+    return view.pixels(stroke), view.pixels(tick)
 
 
 def draw_world(
