@@ -114,19 +114,26 @@ def run(
     from mjsim.world.settings import with_settings
 
     checked = with_settings(load_checked(world), settings or ())
+    if video is not None:
+        from mjsim.video import require_film_name
+
+        # Now, not after the run.
+        require_film_name(video)
     path = output or Path("out") / checked.name / "run.mcap"
     drivers = drivers_of(checked)
     duration = checked.run.seconds if seconds is None else seconds
-    with Simulation(checked, seed=seed) as sim, _watcher(checked, live=live) as show_tick:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tracked(f"run {checked.name}", total=duration, unit="s") as advance:
+    with (
+        Simulation(checked, seed=seed) as sim,
+        _watcher(checked, live=live) as show_tick,
+        tracked(f"run {checked.name}", total=duration, unit="s") as advance,
+    ):
 
-            def watch(tick: "Tick") -> None:
-                advance(sim.time + sim.dt)
-                if show_tick is not None:
-                    show_tick(tick)
+        def watch(tick: "Tick") -> None:
+            advance(sim.time + sim.dt)
+            if show_tick is not None:
+                show_tick(tick)
 
-            recording = run_loop(sim, drivers=drivers, seconds=duration, record=path, watch=watch, realtime=realtime)
+        recording = run_loop(sim, drivers=drivers, seconds=duration, record=path, watch=watch, realtime=realtime)
     print(path)
     if video is not None:
         _film(recording, video)

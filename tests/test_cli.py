@@ -150,6 +150,26 @@ def test_a_module_that_cannot_be_made_is_the_users_mistake(room, capsys):
     assert not Path("out").exists()
 
 
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (("--seconds", "0.01"), "seconds is 0.01; a run has at least one tick of 0.04 s"),
+        (("-o", "/proc/none/run.mcap"), "cannot write '/proc/none/run.mcap': No such file or directory"),
+        (("--video", "film.avi"), "cannot write a film as 'film.avi'; name it .mp4"),
+    ],
+)
+def test_a_run_that_cannot_be_is_told_before_it_begins(room, capsys, words, complaint):
+    code, out, err = typed("run", "room.yaml", *words, capsys=capsys)
+    assert (code, out, err.splitlines()[-1]) == (2, "", complaint)
+    assert not Path("out").exists()
+
+
+def test_a_report_that_cannot_be_written_is_one_line(room, capsys):
+    assert typed("run", "room.yaml", "-o", "run.mcap", capsys=capsys)[0] == 0
+    code, _, err = typed("report", "run.mcap", "-o", "/proc/none", capsys=capsys)
+    assert (code, err) == (2, "cannot write '/proc/none': No such file or directory\n")
+
+
 def test_what_is_no_recording_is_told_in_one_line(room, capsys):
     for words in (
         ("report", "room.yaml", "-o", "r"),

@@ -8,6 +8,7 @@ from scipy import ndimage
 
 import mjsim
 from mjsim.record import Event, Landmarks, Track
+from mjsim.report import key_table, write_report
 from mjsim.report.coverage import coverage
 from mjsim.report.statistics import nees_figures, robot_statistics
 from mjsim.world.plan import solid
@@ -136,3 +137,15 @@ def test_statistics_are_json_and_hold_the_run(tmp_path):
         "position_error_m", "odometry_error_m", "heading_error_deg", "ate_m", "rpe_m", "nees", "nis",
         "landmark_error_m", "distance_m", "coverage", "bumps",
     }  # fmt: skip
+
+
+def test_a_robot_that_nothing_drove_has_no_errors_but_a_report(tmp_path):
+    two = ROOM.replace("robots: [", "robots: [{name: idle, at: [0.8, 1.2]}, ")
+    with mjsim.Simulation(mjsim.parse_world(two)) as sim:
+        recording = mjsim.run(sim, drivers={"scout": mjsim.Driver()}, seconds=1.0)
+    figures = write_report(recording, tmp_path)["robots"]
+    assert figures["idle"]["position_error_m"] is None
+    assert figures["idle"]["distance_m"] < 0.01
+    assert figures["scout"]["position_error_m"] is not None
+    assert "NaN" not in (tmp_path / "statistics.json").read_text()
+    assert len(key_table({"robots": figures, "run": {"real_time_factor": None}})) == 3 + 14

@@ -7,6 +7,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from mjsim.errors import UsageError
 from mjsim.record import Recording
 from mjsim.report.statistics import statistics_file
 
@@ -28,27 +31,44 @@ img { width: 100%; height: auto; margin: 1rem 0; background: #fff; border-radius
 
 
 def write_report(recording: Recording, folder: Path) -> dict[str, Any]:
-    """Write statistics, plots and page into a folder, made if need be; return what `statistics.json` holds."""
+    """Write statistics, plots and page into a folder, made if need be; return what `statistics.json` holds.
+
+    Raises:
+        UsageError: The folder cannot be written.
+    """
+    figures = statistics_file(recording)
+    files = _files(recording, figures)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, data in files.items():
+            (folder / name).write_bytes(data)
+    except OSError as error:
+        raise UsageError(f"cannot write '{folder}': {error.strerror}") from error
+    return figures
+
+
+def _files(recording: Recording, figures: dict[str, Any]) -> dict[str, bytes]:
+    """Return what is written, by the names of the files."""
     from mjsim.report.plots import PLOTS
 
-    figures = statistics_file(recording)
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "statistics.json").write_text(json.dumps(figures, indent=1) + "\n")
+    files = {"statistics.json": (json.dumps(figures, indent=1) + "\n").encode()}
     sections = []
     for robot, track in recording.robots.items():
         pictures = []
-        for name, draw in PLOTS:
+        for name, draw in PLOTS if np.isfinite(track.estimate).all() else ():
             buffer = io.BytesIO()
             draw(recording.world, track).savefig(buffer, format="png")
-            (folder / f"{robot}_{name}.png").write_bytes(buffer.getvalue())
+            files[f"{robot}_{name}.png"] = buffer.getvalue()
             pictures.append((name, buffer.getvalue()))
         sections.append(_section(robot, figures["robots"][robot], pictures))
-    (folder / "report.html").write_text(_page(recording, figures["run"], sections), encoding="utf-8")
-    return figures
+    files["report.html"] = _page(recording, figures["run"], sections).encode()
+    return files
 
 
 def key_figures(robot: dict[str, Any]) -> list[tuple[str, str, str]]:
     """Return the rows of the small table of one robot: what, of the estimate, of dead reckoning."""
+    if robot["position_error_m"] is None:
+        return [("distance driven [m]", _number(robot["distance_m"], 1), ""), ("bumps", str(robot["bumps"]), "")]
     estimate, odometry = robot["position_error_m"], robot["odometry_error_m"]
     landmarks = robot["landmark_error_m"]
     return [

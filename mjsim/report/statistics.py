@@ -10,6 +10,18 @@ from mjsim.report import metrics
 from mjsim.report.coverage import coverage
 from mjsim.world import World
 
+ESTIMATE_FIGURES = (
+    "position_error_m",
+    "odometry_error_m",
+    "heading_error_deg",
+    "ate_m",
+    "rpe_m",
+    "nees",
+    "nis",
+    "landmark_error_m",
+)
+"""Keys of the figures that need an estimate."""
+
 
 def statistics(recording: Recording) -> dict[str, Any]:
     """Return the figures of each robot by its name, and those of the run under 'run'.
@@ -37,22 +49,31 @@ def statistics_file(recording: Recording) -> dict[str, Any]:
 
 
 def robot_statistics(world: World, name: str, track: Track) -> dict[str, Any]:
-    """Return the figures of one robot."""
+    """Return the figures of one robot; those of an estimate are None for a robot that nothing drove."""
     steps = np.linalg.norm(np.diff(track.truth[:, :2], axis=0), axis=1)
     radius = next(robot.body.radius for robot in world.robots if robot.name == name)
+    believed = np.isfinite(track.estimate).all()
     return {
-        "position_error_m": metrics.summary(metrics.position_errors(track.truth, track.estimate)),
-        "odometry_error_m": metrics.summary(metrics.position_errors(track.truth, track.odometry)),
-        "heading_error_deg": metrics.summary(np.degrees(metrics.heading_errors(track.truth, track.estimate))),
-        "ate_m": _spread(metrics.absolute_trajectory_errors(track.truth, track.estimate)),
-        "rpe_m": _spread(metrics.relative_pose_errors(track.truth, track.estimate)),
-        "nees": nees_figures(metrics.normalised_errors(track.truth, track.estimate, track.covariance)),
-        "nis": _nis(track),
-        "landmark_error_m": landmark_figures(world, track),
+        **(_estimate_figures(world, track) if believed else dict.fromkeys(ESTIMATE_FIGURES)),
         "distance_m": float(steps.sum()),
         "coverage": coverage(world, track.truth[:, :2], radius=radius),
         "bumps": sum(event.kind == "bump" for event in track.events),
     }
+
+
+def _estimate_figures(world: World, track: Track) -> dict[str, Any]:
+    """Return the figures under the keys of ESTIMATE_FIGURES."""
+    figures = (
+        metrics.summary(metrics.position_errors(track.truth, track.estimate)),
+        metrics.summary(metrics.position_errors(track.truth, track.odometry)),
+        metrics.summary(np.degrees(metrics.heading_errors(track.truth, track.estimate))),
+        _spread(metrics.absolute_trajectory_errors(track.truth, track.estimate)),
+        _spread(metrics.relative_pose_errors(track.truth, track.estimate)),
+        nees_figures(metrics.normalised_errors(track.truth, track.estimate, track.covariance)),
+        _nis(track),
+        landmark_figures(world, track),
+    )
+    return dict(zip(ESTIMATE_FIGURES, figures, strict=True))
 
 
 def nees_figures(nees: Array) -> dict[str, Any]:

@@ -106,17 +106,21 @@ def run(
         realtime: Go no faster than the clock.
 
     Raises:
+        UsageError: It would have no tick, or the file cannot be written.
         MjsimError: As `ticks`; what was recorded until then stays readable in `record`.
     """
     from mjsim.record import Recorder, read_recording
 
     if drivers is None:
         drivers = drivers_of(sim.world)
+    seconds = sim.world.run.seconds if seconds is None else seconds
+    count = round(seconds / sim.dt)
+    if count < 1:
+        raise UsageError(f"seconds is {seconds:g}; a run has at least one tick of {sim.dt:g} s")
     folder = None
     if record is None:
         folder = tempfile.mkdtemp(prefix="mjsim-")
         record = Path(folder) / "run.mcap"
-    count = round((sim.world.run.seconds if seconds is None else seconds) / sim.dt)
     metadata = {"command": " ".join(sys.argv), "seconds": str(count * sim.dt)}
     # One BLAS thread: small matrices are several times faster, and the same on every machine.
     with (

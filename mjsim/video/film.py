@@ -54,8 +54,7 @@ def make_video(
         UsageError: There is no such view, or the file cannot be written.
     """
     path = Path(path)
-    if path.suffix.lower() not in (".mp4", ".m4v", ".mov"):
-        raise UsageError(f"cannot write a film as '{path.name}'; name it .mp4")
+    require_film_name(path)
     rows = frame_rows(recording.time)
     if view is None or view == "plan":
         look = look_of(recording.world.run.view, follow, sightings, ellipses, trails)
@@ -69,6 +68,12 @@ def make_video(
         write_film(chain((first,), pictures), path, progress=progress)
     except OSError as error:
         raise UsageError(f"cannot write '{path}': {error.strerror or error}") from error
+
+
+def require_film_name(path: Path) -> None:
+    """Raise UsageError when a file's name is not that of a film."""
+    if path.suffix.lower() not in (".mp4", ".m4v", ".mov"):
+        raise UsageError(f"cannot write a film as '{path.name}'; name it .mp4")
 
 
 def look_of(look: Look, follow: str | None, sightings: bool | None, ellipses: bool | None, trails: bool | None) -> Look:
