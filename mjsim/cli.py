@@ -228,9 +228,9 @@ def _film(
     ellipses: bool | None = None,
     trails: bool | None = None,
 ) -> None:
-    from mjsim.video import make_video
+    from mjsim.video import frame_rows, make_video
 
-    with tracked(f"video {path.name}", total=len(recording.time), unit="frames") as advance:
+    with tracked(f"video {path.name}", total=len(frame_rows(recording.time)), unit="frames") as advance:
         make_video(
             recording,
             path,
