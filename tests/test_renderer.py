@@ -191,3 +191,14 @@ def test_the_calibration_is_the_one_that_mujoco_draws_with(world: World, model: 
     assert (intrinsics.cx, intrinsics.cy) == (319.5, 239.5)
     np.testing.assert_allclose([intrinsics.fx, intrinsics.fy], 240 / np.tan(fovy / 2))
     np.testing.assert_allclose(320 / intrinsics.fx, np.tan(np.radians(30)))
+
+
+def test_the_mast_of_one_camera_does_not_stand_before_another():
+    robot = "{{name: scout, at: [1, 1], sensors: [{{camera: low, at: [0, 0, 0.3]}}{}]}}"
+    pictures = []
+    for mast in ("", ", {camera: high, at: [0, 0, 0.9]}"):
+        world = parse_world(f"mjsim: 1\nrobots: [{robot.format(mast)}]\n")
+        model = compile_world(world).compile()
+        with Renderer(model, width=64, height=48) as renderer:
+            pictures.append(renderer.render(forwarded(model), "scout/low"))
+    np.testing.assert_array_equal(pictures[0], pictures[1])

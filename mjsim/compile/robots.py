@@ -1,8 +1,9 @@
 """Robots as MuJoCo bodies: a cylinder that bumps, two driven wheels, casters that slide, cameras.
 
 The robot's frame has x ahead and y to the left, its origin on the floor midway between the wheels. Geom groups:
-0 is what cameras see and rays hit (the body), 1 is for the eye alone, 4 touches the floor and is neither seen nor
-hit by rays (wheels and casters), so that no sensor of a robot meets its own running gear.
+0 is what cameras see and rays hit (the body), 1 is for the eye alone, 2 is for views from outside alone (housings
+and masts of cameras, which would stand before the other cameras of the robot), 4 touches the floor and is neither
+seen nor hit by rays (wheels and casters), so that no sensor of a robot meets its own running gear.
 """
 
 import math
@@ -14,7 +15,7 @@ from mjsim.compile.pictures import color_of
 from mjsim.geometry import Array
 from mjsim.world.robots import Body, Camera, DifferentialDrive, Robot
 
-SEEN, DECOR, RUNNING_GEAR = 0, 1, 4
+SEEN, DECOR, FITTINGS, RUNNING_GEAR = 0, 1, 2, 4
 """Geom groups."""
 MATERIAL = "matte"
 """Of everything on a robot; the scene brings it."""
@@ -183,16 +184,16 @@ def _add_camera(base: mujoco.MjsBody, robot: Robot, camera: Camera) -> None:
     )
     middle = np.array(camera.at) + HOUSING[0] * axes[:, 2]
     housing = base.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, pos=middle, xyaxes=orientation, size=HOUSING[::-1])
-    _make_decor(housing, DARK)
+    _make_decor(housing, DARK, group=FITTINGS)
     if middle[2] > robot.body.height + HOUSING[2]:
         foot = middle[:2] * min(1.0, 0.9 * robot.body.radius / max(math.hypot(middle[0], middle[1]), 1e-9))
         mast = base.add_geom(
             type=mujoco.mjtGeom.mjGEOM_CYLINDER, fromto=[*foot, robot.body.height, *middle], size=[0.008, 0.0, 0.0]
         )
-        _make_decor(mast, DARK)
+        _make_decor(mast, DARK, group=FITTINGS)
 
 
-def _make_decor(geom: mujoco.MjsGeom, rgba: tuple[float, float, float, float]) -> None:
+def _make_decor(geom: mujoco.MjsGeom, rgba: tuple[float, float, float, float], *, group: int = DECOR) -> None:
     """Make a geom one that is seen, and neither touches nor weighs anything."""
-    geom.group, geom.contype, geom.conaffinity, geom.mass = DECOR, 0, 0, 0.0
+    geom.group, geom.contype, geom.conaffinity, geom.mass = group, 0, 0, 0.0
     geom.material, geom.rgba = MATERIAL, rgba

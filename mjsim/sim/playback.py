@@ -10,7 +10,7 @@ from mjsim.compile import compile_world
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.sim.canvas import Quality
-from mjsim.sim.renderer import Renderer
+from mjsim.sim.renderer import SEEN, Renderer
 from mjsim.world import World
 
 ABOVE = 0.5
@@ -24,11 +24,13 @@ SOLID = np.array([1, 0, 0, 1, 0, 0], dtype=np.uint8)
 class Playback:
     """A world whose state is given, not simulated. Use from one thread, and close when done."""
 
-    def __init__(self, world: World, *, width: int, height: int, quality: Quality = "normal") -> None:
-        """Compile the world; pictures are width x height [px]."""
+    def __init__(
+        self, world: World, *, width: int, height: int, quality: Quality = "normal", groups: tuple[int, ...] = SEEN
+    ) -> None:
+        """Compile the world; pictures are width x height [px], of the geom groups that are seen."""
         self._model = compile_world(world).compile()
         self._data = mujoco.MjData(self._model)
-        self._renderer = Renderer(self._model, width=width, height=height, quality=quality)
+        self._renderer = Renderer(self._model, width=width, height=height, quality=quality, groups=groups)
 
     def picture(self, qpos: Array, camera: str, out: Picture | None = None) -> Picture:
         """Return what a camera sees in a state, RGB, shape (height, width, 3).

@@ -14,7 +14,9 @@ from mjsim.interface import Picture
 from mjsim.sim.canvas import Canvas, Quality
 
 SEEN = (0, 1)
-"""Geom groups that cameras see."""
+"""Geom groups that onboard cameras see."""
+SEEN_FROM_OUTSIDE = (0, 1, 2)
+"""Those that views from outside see: masts and housings of cameras too."""
 UNSEEN = 5
 """Group of what is left out of one picture."""
 CATEGORIES = mujoco.mjtCatBit.mjCAT_STATIC | mujoco.mjtCatBit.mjCAT_DYNAMIC
@@ -32,6 +34,7 @@ class Renderer:
         height: int,
         quality: Quality = "normal",
         canvas: Canvas | None = None,
+        groups: tuple[int, ...] = SEEN,
     ) -> None:
         """Get ready to draw.
 
@@ -41,18 +44,19 @@ class Renderer:
             height: [px]
             quality: High adds shadows, reflections and four samples a pixel; ignored when a canvas is given.
             canvas: Shared with other renderers of this model; without it, one of its own.
+            groups: Geom groups that are seen.
         """
         self._model = model
         self._canvas = canvas or Canvas(model, quality=quality)
         self._owns_canvas = canvas is None
         self._shape = height, width
         self._rect = mujoco.MjrRect(0, 0, width, height)
-        drawn = np.isin(model.geom_group, SEEN)
+        drawn = np.isin(model.geom_group, groups)
         self._drawn = np.flatnonzero(drawn)
         self._planes = model.geom_type[drawn] == mujoco.mjtGeom.mjGEOM_PLANE
         self._scene = mujoco.MjvScene(model, maxgeom=max(1, len(self._drawn)))
         self._option = mujoco.MjvOption()
-        self._option.geomgroup[:] = [group in SEEN for group in range(len(self._option.geomgroup))]
+        self._option.geomgroup[:] = [group in groups for group in range(len(self._option.geomgroup))]
         self._option.sitegroup[:] = 0
         self._fixed = mujoco.MjvCamera()
         self._fixed.type = mujoco.mjtCamera.mjCAMERA_FIXED

@@ -9,6 +9,7 @@ from mjsim.errors import UsageError, did_you_mean
 from mjsim.interface import Picture
 from mjsim.record import Recording
 from mjsim.sim.playback import Playback
+from mjsim.sim.renderer import SEEN_FROM_OUTSIDE
 from mjsim.video.frame import Frame, PlanFrame
 from mjsim.video.layout import HEIGHT, WIDTH
 from mjsim.video.moment import moments
@@ -49,12 +50,15 @@ def scene_pictures(recording: Recording, rows: Sequence[int], view: str) -> Iter
         raise UsageError(f"no view '{view}' of this recording{did_you_mean(view, known)}")
     camera = f"{_first_robot(recording)}/chase" if view == "chase" else view
     sensor = _sensor(recording, view)
-    width, height = (WIDTH, HEIGHT) if sensor is None else (sensor.width, sensor.height)
-    quality = "normal" if sensor is None else sensor.quality
-    with Playback(recording.world, width=width, height=height, quality=quality) as playback:
-        picture = np.empty((height, width, 3), np.uint8)
+    if sensor is None:
+        playback = Playback(recording.world, width=WIDTH, height=HEIGHT, groups=SEEN_FROM_OUTSIDE)
+    else:
+        playback = Playback(recording.world, width=sensor.width, height=sensor.height, quality=sensor.quality)
+    with playback:
+        picture: Picture | None = None
         for row in rows:
-            yield playback.picture(recording.qpos[row], camera, picture)
+            picture = playback.picture(recording.qpos[row], camera, picture)
+            yield picture
 
 
 def _drawn(frame: Frame | PlanFrame, recording: Recording, rows: Sequence[int]) -> Iterator[Picture]:
