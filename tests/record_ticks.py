@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
+from robots import pioneer
 
 from mjsim.geometry import Pose
 from mjsim.interface import (
@@ -54,25 +55,7 @@ def hand_made_world() -> World:
 
 
 def infos() -> dict[str, RobotInfo]:
-    return {
-        name: RobotInfo(
-            name=name,
-            drive="differential",
-            max_speed=0.7,
-            max_turn=1.7,
-            max_acceleration=1.0,
-            max_turn_acceleration=5.0,
-            wheels=("left", "right"),
-            wheel_radius=0.1,
-            track=0.33,
-            radius=0.22,
-            dt=DT,
-            prior=Pose(1.0, 1.0, 0.0),
-            prior_covariance=np.zeros((3, 3)),
-            sensors={"front": CAMERA} if name == "scout" else {},
-        )
-        for name in ROBOTS
-    }
+    return {name: pioneer(name=name, dt=DT, sensors={"front": CAMERA} if name == "scout" else {}) for name in ROBOTS}
 
 
 def record(path: Path, ticks: Iterable[Tick], **metadata: str) -> Path:

@@ -8,6 +8,7 @@ import cv2
 import mujoco
 import numpy as np
 import pytest
+from robots import pioneer
 from rooms import forwarded, look_from
 
 from mjsim.algorithms.beacon_vision import BeaconVision, PictureBeacons
@@ -252,22 +253,8 @@ def test_following_a_picture_measures_the_same_as_finding_it(studio: Studio, bea
 
 
 def robot_info(robot_from_camera: Array) -> RobotInfo:
-    return RobotInfo(
-        name="scout",
-        drive="differential",
-        max_speed=0.7,
-        max_turn=1.7,
-        max_acceleration=1.0,
-        max_turn_acceleration=5.0,
-        wheels=("left", "right"),
-        wheel_radius=0.1,
-        track=0.33,
-        radius=0.22,
-        dt=0.08,
-        prior=Pose(0.0, 0.0, 0.0),
-        prior_covariance=np.zeros((3, 3)),
-        sensors={"front": SensorInfo("camera", robot_from_camera, 12.5, intrinsics=INTRINSICS)},
-    )
+    camera = SensorInfo("camera", robot_from_camera, 12.5, intrinsics=INTRINSICS)
+    return pioneer(dt=0.08, prior=Pose(0.0, 0.0, 0.0), sensors={"front": camera})
 
 
 def test_the_observer_follows_pictures_through_a_fast_turn(studio: Studio):

@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from robots import pioneer
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
 from mjsim.algorithms.ekf_models import landmark_from, range_bearing
 from mjsim.algorithms.ekf_slam import EkfSlam, EkfSlamFilter, bicycle_motion, odometry_motion
 from mjsim.geometry import Array, Pose, wrap_angles
-from mjsim.interface import Estimate, Observation, Odometry, RobotInfo, Sighting
+from mjsim.interface import Estimate, Observation, Odometry, Sighting
 
 DATA = Path(__file__).parent / "data" / "ekf"
 R = np.diag([0.05**2, np.radians(1.0) ** 2])
@@ -239,21 +240,7 @@ def test_an_update_at_200_landmarks_takes_about_a_millisecond():
     assert min(updates) < 4e-3
 
 
-INFO = RobotInfo(
-    name="scout",
-    drive="differential",
-    max_speed=0.7,
-    max_turn=1.7,
-    max_acceleration=1.0,
-    max_turn_acceleration=5.0,
-    wheels=("wheel_left", "wheel_right"),
-    wheel_radius=0.0975,
-    track=0.33,
-    radius=0.22,
-    dt=0.04,
-    prior=Pose(1.0, 1.0, 0.0),
-    prior_covariance=np.zeros((3, 3)),
-)
+INFO = pioneer()
 
 
 def look(slam: EkfSlam, tick: int, *seen: tuple[str | None, float, float], forward: float = 0.0) -> Estimate:

@@ -3,11 +3,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from robots import pioneer
 from typer.main import get_command
 
 import mjsim
 from mjsim.cli import app
-from mjsim.interface import Observation, Odometry, RobotInfo, Sighting
+from mjsim.interface import Observation, Odometry, Sighting
 
 README = (Path(__file__).parent.parent / "README.md").read_text()
 
@@ -25,30 +26,12 @@ def room(tmp_path, monkeypatch):
     return tmp_path / "room.yaml"
 
 
-def standing_robot() -> RobotInfo:
-    return RobotInfo(
-        name="scout",
-        drive="differential",
-        max_speed=0.7,
-        max_turn=1.7,
-        max_acceleration=1.0,
-        max_turn_acceleration=5.0,
-        wheels=("left", "right"),
-        wheel_radius=0.1,
-        track=0.33,
-        radius=0.22,
-        dt=0.04,
-        prior=mjsim.Pose(1.0, 1.0, 0.5),
-        prior_covariance=np.zeros((3, 3)),
-    )
-
-
 def test_the_readmes_estimator_holds_a_standing_robot_whose_odometry_turns_away():
     names: dict[str, type[mjsim.Estimator]] = {}
     exec(blocks("python")[0], names)
     estimator = names["MySlam"]()
     assert isinstance(estimator, mjsim.Estimator)
-    estimator.start(standing_robot(), {}, np.random.default_rng(0))
+    estimator.start(pioneer(prior=mjsim.Pose(1.0, 1.0, 0.5)), {}, np.random.default_rng(0))
     slip = Odometry(forward=0.0, left=0.0, turn=0.001, covariance=np.eye(3) * 1e-6)
     beacon = Sighting(stamp=0.0, name="lion", range=2.0, bearing=0.3, covariance=np.eye(2) * 1e-4)
     for tick in range(1000):

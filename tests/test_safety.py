@@ -4,26 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from robots import pioneer
 
 from mjsim.geometry import Pose
-from mjsim.interface import Command, Observation, Odometry, RobotInfo, WheelCommand
+from mjsim.interface import Command, Observation, Odometry, WheelCommand
 from mjsim.safety import RingAvoidance, react_to_bump
 
-ROBOT = RobotInfo(
-    name="scout",
-    drive="differential",
-    max_speed=0.7,
-    max_turn=1.7,
-    max_acceleration=1.0,
-    max_turn_acceleration=5.0,
-    wheels=("wheel_left", "wheel_right"),
-    wheel_radius=0.0975,
-    track=0.33,
-    radius=0.22,
-    dt=0.04,
-    prior=Pose(0.0, 0.0, 0.0),
-    prior_covariance=np.zeros((3, 3)),
-)
+ROBOT = pioneer(prior=Pose(0.0, 0.0, 0.0))
 
 
 def test_a_free_robot_does_what_it_is_told():

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from robots import pioneer
 
 from mjsim.algorithms.waypoints import Waypoints
 from mjsim.geometry import Array, Pose
@@ -13,21 +14,7 @@ DT = 0.04
 
 
 def robot_at(pose: Pose) -> RobotInfo:
-    return RobotInfo(
-        name="scout",
-        drive="differential",
-        max_speed=0.7,
-        max_turn=math.radians(100),
-        max_acceleration=1.0,
-        max_turn_acceleration=math.radians(300),
-        wheels=("wheel_left", "wheel_right"),
-        wheel_radius=0.0975,
-        track=0.33,
-        radius=0.22,
-        dt=DT,
-        prior=pose,
-        prior_covariance=np.zeros((3, 3)),
-    )
+    return pioneer(max_turn=math.radians(100), max_turn_acceleration=math.radians(300), dt=DT, prior=pose)
 
 
 def drive(navigator: Waypoints, pose: Pose, seconds: float, *, lag: float = 0.0, error: float = 0.0) -> Array:
