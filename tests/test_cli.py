@@ -142,6 +142,14 @@ def test_a_module_that_fails_ends_the_run_with_one_line_and_a_readable_file(room
     assert len(mjsim.read_recording("run.mcap").time) == 13
 
 
+def test_a_module_may_import_a_file_beside_it(room, capsys, monkeypatch):
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    Path("my_speeds.py").write_text("SLOW = 0.1\n")
+    Path("forward.py").write_text(FORWARD.replace("import mjsim", "import mjsim\nfrom my_speeds import SLOW"))
+    assert typed("run", "room.yaml", "-o", "run.mcap", capsys=capsys)[0] == 0
+    assert len(mjsim.read_recording("run.mcap").time) == 25
+
+
 def test_a_module_that_cannot_be_made_is_the_users_mistake(room, capsys):
     Path("forward.py").write_text(FORWARD.replace("speed)", "pace)"))
     code, _, err = typed("run", "room.yaml", capsys=capsys)

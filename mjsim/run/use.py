@@ -55,6 +55,9 @@ def _load_file(name: str, folder: Path) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     # Dataclasses and pickling look a class's module up by name.
     sys.modules.setdefault(path.stem, module)
+    # Files beside it can be imported, as they could if it were run itself; last, so that they hide nothing installed.
+    if str(path.parent) not in sys.path:
+        sys.path.append(str(path.parent))
     try:
         spec.loader.exec_module(module)
     except SyntaxError as error:
