@@ -1,7 +1,9 @@
 """The live view: a page of this machine alone, which shows the newest tick and never holds up the run."""
 
 import json
+import socket as sockets
 import threading
+import time
 
 import cv2
 import httpx
@@ -42,6 +44,27 @@ def next_picture(browser):
     return told, cv2.imdecode(data, cv2.IMREAD_COLOR)[..., ::-1]
 
 
+def watch_without_reading(live):
+    """Return a socket that asked for far more pictures than there are and reads none of them."""
+    port = httpx.URL(live.url).port
+    # Who is answered knows that the server is up.
+    httpx.get(live.url, timeout=PATIENCE)
+    # The system would keep megabytes for who does not read; connections take this from the one that listens.
+    live._server.servers[0].sockets[0].setsockopt(sockets.SOL_SOCKET, sockets.SO_SNDBUF, 4096)
+    raw = sockets.socket()
+    raw.settimeout(PATIENCE)
+    raw.setsockopt(sockets.SOL_SOCKET, sockets.SO_RCVBUF, 4096)
+    raw.connect(("127.0.0.1", port))
+    raw.sendall(
+        f"GET /pictures HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n".encode()
+    )
+    assert b" 101 " in raw.recv(1024)
+    # RFC 6455, section 5.2: a whole text message of 4 bytes, masked with zeros.
+    raw.sendall((b"\x81\x84\0\0\0\0" + b"next") * 100)
+    return raw
+
+
 def test_the_page_and_what_it_needs_come_from_the_loopback_address_alone(live):
     with httpx.Client(base_url=live.url, timeout=PATIENCE) as client:
         page = client.get("/")
@@ -79,6 +102,39 @@ def test_a_slow_browser_misses_pictures_and_the_run_goes_on(live):
         times = [next_picture(quick)[0]["time"], next_picture(slow)[0]["time"]]
         assert times[1] == pytest.approx(TICKS[29].time)
         assert times[0] in (0.0, times[1])
+
+
+def test_who_asks_and_never_reads_holds_up_neither_the_run_nor_others_nor_the_end(caplog):
+    taken = []
+    with LiveView(WORLD) as live, watch_without_reading(live), socket(live) as quick:
+        for k in range(0, len(TICKS), 5):
+            for tick in TICKS[k : k + 5]:
+                began = time.perf_counter()
+                live.show(tick)
+                taken.append(time.perf_counter() - began)
+            assert next_picture(quick)[0]["time"] >= TICKS[k].time - 1e-9
+        began = time.perf_counter()
+        live.close()
+        closing = time.perf_counter() - began
+    # A tick at 25 Hz has 40 ms; the median leaves out that other work takes the processor now and then.
+    assert np.median(taken) < 0.005
+    # Less than the farewell and the server's own patience with who does not read (2 s).
+    assert closing < 2.5
+    assert not caplog.records
+
+
+def test_a_message_of_any_kind_asks_for_a_picture(live, caplog):
+    with socket(live) as browser:
+        live.show(TICKS[0])
+        browser.send(b"next")
+        assert json.loads(browser.recv(PATIENCE))["time"] == 0.0
+    assert not caplog.records
+
+
+def test_pictures_go_out_as_they_are(live):
+    # JPEG is compressed already: doing it again costs half as much as drawing and saves little.
+    with socket(live) as browser:
+        assert "Sec-WebSocket-Extensions" not in browser.response.headers
 
 
 def test_a_browser_that_waits_gets_the_tick_when_it_comes(live):

@@ -40,7 +40,8 @@ function watch() {
   };
   socket.onclose = (event) => {
     if (event.code === 1000 || event.code === 1012) {
-      tell("wait", "The run has ended; this is its last picture");
+      tell("wait", picture.hidden ? "The run has ended" : "The run has ended; this is its last picture");
+      shown("empty").textContent = "The run ended before there was a picture.";
       return;
     }
     tell("stop", "No connection to the run; trying again");

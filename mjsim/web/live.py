@@ -25,6 +25,8 @@ PERIOD = 1 / 12
 """Least time between two pictures [s]."""
 FAREWELL = 1.0
 """A browser that has not asked for the last picture after this long misses it [s]."""
+LONGEST_ASK = 1024
+"""A browser has little to say [bytes]."""
 START = 10.0
 """The server must be there after this long [s]."""
 
@@ -67,6 +69,9 @@ class LiveView:
             uvicorn.Config(
                 SameOrigin(app, self._port),
                 ws="websockets-sansio",
+                # JPEG gains little from it, and it costs half as much as drawing, for each who watches.
+                ws_per_message_deflate=False,
+                ws_max_size=LONGEST_ASK,
                 log_config=None,
                 access_log=False,
                 server_header=False,
@@ -90,6 +95,8 @@ class LiveView:
 
     def show(self, tick: Tick) -> None:
         """Hand over a tick; the newest one is drawn when somebody waits for a picture."""
+        if self._ended:
+            return
         full = self._easel.take(tick)
         if self._waiting:
             self._call(self._wake)
@@ -100,6 +107,7 @@ class LiveView:
         """Show who watches the last tick, then stop serving; closing twice is no fault."""
         if self._call(self._end):
             self._left.wait(FAREWELL)
+            self._call(self._cut_off)
         self._server.should_exit = True
         self._thread.join()
 
@@ -143,7 +151,9 @@ class LiveView:
         shown = 0
         try:
             while True:
-                await socket.receive_text()
+                # Whatever it says is an ask.
+                if (await socket.receive())["type"] == "websocket.disconnect":
+                    return
                 sheet = await self._newer(shown)
                 if sheet is None:
                     await socket.close(1000, "ended")
@@ -183,6 +193,12 @@ class LiveView:
         self._ended = True
         self._wake()
         self._note_who_left()
+
+    def _cut_off(self) -> None:
+        """Drop who does not take what was sent: the server would wait for them, and complain."""
+        for connection in self._server.server_state.connections:
+            if connection.transport.get_write_buffer_size():
+                connection.transport.abort()
 
     def _note_who_left(self) -> None:
         if self._ended and not self._watchers:
