@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.world import World
-from mjsim.world.structure import Beacon
+from mjsim.world.things import Beacon
 
 GALLERY = """
 mjsim: 1

@@ -20,7 +20,7 @@ from mjsim.sim.renderer import Renderer
 from mjsim.world import parse_world
 from mjsim.world.base import PHYSICS_STEP
 from mjsim.world.source import Source
-from mjsim.world.structure import BoxObstacle
+from mjsim.world.things import BoxObstacle
 
 RUN_IN_PLAIN_MUJOCO = """
 import json, sys

@@ -11,7 +11,8 @@ from mjsim.world import World, format_world, load_checked, load_world, parse_wor
 from mjsim.world.robots import Camera, Robot
 from mjsim.world.settings import with_settings
 from mjsim.world.source import Source
-from mjsim.world.structure import Beacon, BoxObstacle, CylinderObstacle, Opening, Wall
+from mjsim.world.structure import Opening, Wall
+from mjsim.world.things import Beacon, BoxObstacle, CylinderObstacle
 
 ROOM = """\
 mjsim: 1

@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 from mjsim.world import World, format_world, parse_world
 from mjsim.world.robots import Body, Camera, DifferentialDrive, Robot
 from mjsim.world.running import Modules, Run, Use
-from mjsim.world.structure import Beacon, BoxObstacle, CylinderObstacle, Opening, Wall
+from mjsim.world.structure import Opening, Wall
+from mjsim.world.things import Beacon, BoxObstacle, CylinderObstacle
 
 lengths = st.one_of(st.floats(1e-3, 1e4, allow_nan=False), st.integers(1, 100).map(float))
 metres = st.one_of(st.floats(-1e4, 1e4, allow_nan=False), st.integers(-100, 100).map(float))

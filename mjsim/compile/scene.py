@@ -12,9 +12,9 @@ from mjsim.compile.walls import UNDIVIDED, WallBox, add_walls, wall_boxes
 from mjsim.geometry import Array
 from mjsim.world.base import PHYSICS_STEP
 from mjsim.world.model import World
-from mjsim.world.plan import footprint
+from mjsim.world.plan import footprint, top
 from mjsim.world.robots import Robot
-from mjsim.world.structure import BoxObstacle, Floor
+from mjsim.world.structure import Floor
 
 LAMPS = (("lamp/key", (0.80, 0.10, 0.50), 0.18), ("lamp/fill", (-0.45, 0.75, 0.50), 0.26))
 """Name, where it shines from, and strength: walls that face east, north, west and south get 0.86, 0.92, 0.83
@@ -71,8 +71,7 @@ def _bounds(world: World, boxes: list[WallBox]) -> tuple[Array, Array]:
         points.append(np.column_stack([box.outline(), np.full(4, box.center[2] + box.half[2])]))
     for item in world.obstacles:
         outline = footprint(item)
-        height = item.box[2] if isinstance(item, BoxObstacle) else item.cylinder[1]
-        points.append(np.column_stack([outline, np.full(len(outline), height)]))
+        points.append(np.column_stack([outline, np.full(len(outline), top(item))]))
     corners = np.concatenate([*points, np.zeros((0 if points else 1, 3))])
     lower, upper = corners.min(axis=0), corners.max(axis=0)
     lower[2] = 0.0

@@ -14,7 +14,7 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.world.model import World
-from mjsim.world.structure import Beacon, BoxObstacle, Obstacle
+from mjsim.world.things import Beacon, BoxObstacle, Obstacle
 
 GIVEN_BACK = 0.25
 """Share of the lamps' light that a picture gives back; it shines by itself, so that its colours are its own at

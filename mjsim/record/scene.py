@@ -29,8 +29,8 @@ from mjsim.geometry import Array, Pose
 from mjsim.interface import CameraFrame, Intrinsics
 from mjsim.record.messages import nanoseconds
 from mjsim.world import World
-from mjsim.world.plan import footprint, wall_pieces
-from mjsim.world.structure import Beacon, BoxObstacle
+from mjsim.world.plan import footprint, top, wall_pieces
+from mjsim.world.things import Beacon
 
 JPEG_QUALITY = 90
 _BEACON_THICKNESS = 0.02
@@ -143,10 +143,7 @@ def map_update(world: World, files: Mapping[str, bytes]) -> SceneUpdate:
     walls = [
         _prism(piece.outline, piece.low, piece.high, wall.color) for wall in world.walls for piece in wall_pieces(wall)
     ]
-    obstacles = [
-        _prism(footprint(item), 0.0, item.box[2] if isinstance(item, BoxObstacle) else item.cylinder[1], item.color)
-        for item in world.obstacles
-    ]
+    obstacles = [_prism(footprint(item), item.elevation, top(item), item.color) for item in world.obstacles]
     return SceneUpdate(
         entities=[
             SceneEntity(timestamp=stamp(0.0), frame_id="world", id="walls", triangles=walls),

@@ -27,7 +27,7 @@ from mjsim.video.labels import Label, place_labels
 from mjsim.video.view import View, format_metres, round_step
 from mjsim.world import World
 from mjsim.world.plan import footprint, wall_pieces, wall_polygons
-from mjsim.world.structure import Beacon
+from mjsim.world.things import Beacon
 
 MOST_NAMES = 1000
 """With more things than this the plan is drawn without names: nobody could read them."""

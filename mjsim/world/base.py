@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo
 from pydantic_core import PydanticCustomError
 
-from mjsim.world.source import Source, check_picture
+from mjsim.world.source import Source, check_picture, read_asset
 
 PHYSICS_STEP = 0.004
 """Period of the physics [s]; every tick is a whole number of these."""
@@ -31,6 +31,16 @@ def _there(name: str, info: ValidationInfo) -> str:
     source = (info.context or {}).get("source")
     if isinstance(source, Source):
         check_picture(name, source)
+    return name
+
+
+def _model_there(name: str, info: ValidationInfo) -> str:
+    """Check that a file of MJCF or URDF is there, when the reader of a file says where to look."""
+    if not name.lower().endswith((".xml", ".mjcf", ".urdf")):
+        raise ValueError(f"'{name}' is no model; name a file of MJCF (.xml) or URDF (.urdf)")
+    source = (info.context or {}).get("source")
+    if isinstance(source, Source) and name not in source.attached:
+        read_asset(name, source)
     return name
 
 
@@ -60,3 +70,5 @@ Color = Annotated[str, Field(pattern=COLOR_PATTERN)]
 """'#rrggbb'."""
 AssetPath = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_there)]
 """A picture, looked for beside the world file, then among the assets that come with mjsim."""
+ModelPath = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_model_there)]
+"""A file of MJCF or URDF, looked for as pictures are."""

@@ -12,7 +12,8 @@ from mjsim.world.pieces import wall_pieces
 from mjsim.world.places import place_of
 from mjsim.world.plan import footprint, top
 from mjsim.world.running import Use
-from mjsim.world.structure import Beacon, Wall
+from mjsim.world.structure import Wall
+from mjsim.world.things import Beacon
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry

@@ -8,7 +8,15 @@ import numpy as np
 from mjsim.geometry import Array, Pose
 from mjsim.world.model import World
 from mjsim.world.pieces import Piece, wall_pieces
-from mjsim.world.structure import BoxObstacle, Obstacle
+from mjsim.world.things import (
+    BoxObstacle,
+    CylinderObstacle,
+    ModelObstacle,
+    Obstacle,
+    RampObstacle,
+    SphereObstacle,
+    StepsObstacle,
+)
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -40,14 +48,27 @@ def obstacle_polygons(world: World, *, height: float = 0.0) -> list[Array]:
 
 
 def footprint(obstacle: Obstacle) -> Array:
-    """Return the outline of an obstacle on the floor, world frame, counter-clockwise, shape (n, 2) [m]."""
+    """Return the outline of an obstacle from above, world frame, counter-clockwise, shape (n, 2) [m]."""
     world_from_obstacle = Pose(obstacle.at[0], obstacle.at[1], math.radians(obstacle.heading_deg))
-    if isinstance(obstacle, BoxObstacle):
-        half = np.array(obstacle.box[:2]) / 2
-        return world_from_obstacle.transform(half * [[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    angles = np.arange(CYLINDER_SIDES) * (2 * np.pi / CYLINDER_SIDES)
-    circle = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    return world_from_obstacle.transform(obstacle.cylinder[0] * circle)
+    return world_from_obstacle.transform(_outline(obstacle))
+
+
+def _outline(obstacle: Obstacle) -> Array:
+    """Return the outline of an obstacle from above in its own frame, shape (n, 2) [m]."""
+    match obstacle:
+        case BoxObstacle(box=(length, width, _)) | RampObstacle(ramp=(length, width, _)):
+            return _rectangle(length, width)
+        case StepsObstacle(steps=(length, width, _)):
+            return _rectangle(length, width)
+        case CylinderObstacle(cylinder=(radius, _)) | SphereObstacle(sphere=radius):
+            angles = np.arange(CYLINDER_SIDES) * (2 * np.pi / CYLINDER_SIDES)
+            return radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        case ModelObstacle(scale=scale):
+            return _rectangle(scale, scale)
+
+
+def _rectangle(length: float, width: float) -> Array:
+    return np.array([length, width]) / 2 * [[-1, -1], [1, -1], [1, 1], [-1, 1]]
 
 
 def solid(world: World, *, height: float = SLICE) -> "BaseGeometry":
@@ -70,5 +91,13 @@ def segments(world: World, *, height: float = SLICE) -> Array:
 
 
 def top(obstacle: Obstacle) -> float:
-    """Return the height of an obstacle's upper face above the floor [m]."""
-    return obstacle.box[2] if isinstance(obstacle, BoxObstacle) else obstacle.cylinder[1]
+    """Return the height of an obstacle's highest point above the floor [m]."""
+    match obstacle:
+        case BoxObstacle(box=(_, _, height)) | RampObstacle(ramp=(_, _, height)) | StepsObstacle(steps=(_, _, height)):
+            return obstacle.elevation + height
+        case CylinderObstacle(cylinder=(_, height)):
+            return obstacle.elevation + height
+        case SphereObstacle(sphere=radius):
+            return obstacle.elevation + 2 * radius
+        case ModelObstacle(scale=scale):
+            return obstacle.elevation + scale

@@ -11,7 +11,8 @@ from pydantic import ValidationError
 from mjsim.errors import Problem, UsageError, WorldError
 from mjsim.world.base import KEY
 from mjsim.world.check import check_world
-from mjsim.world.model import World, misfits
+from mjsim.world.fit import misfits
+from mjsim.world.model import World
 from mjsim.world.places import place_of
 from mjsim.world.source import Source
 from mjsim.world.text import MOST_BYTES, Node, line_and_column, read_text, too_large

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
 from mjsim.world.base import PHYSICS_STEP, USE_PATTERN, Model, Name, fault
+from mjsim.world.events import Event
 
 
 class Use(Model):
@@ -81,6 +82,8 @@ class Run(Model):
     """What the video and the live view show."""
     drivers: Annotated[Mapping[Name, Modules], Field(strict=False)] = {}
     """The modules of each robot, by its name."""
+    events: Annotated[tuple[Event, ...], Field(strict=False, max_length=10_000)] = ()
+    """What happens when."""
 
     @model_validator(mode="after")
     def _tick_is_whole(self) -> Self:

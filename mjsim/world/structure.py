@@ -1,10 +1,25 @@
-"""What a room is made of: walls with openings, obstacles, beacons and the floor."""
+"""What a room is made of: walls with openings and doors, the floor and the ceiling."""
 
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Field, model_validator
 
 from mjsim.world.base import AssetPath, Color, Degrees, Distance, Length, Model, Name, Point, fault
+
+
+class Door(Model):
+    """A leaf that swings on a hinge and closes a doorway."""
+
+    hinge: Literal["left", "right"] = "left"
+    """Which end of the opening it hangs from, for one who looks along the wall's left side: left is where it begins."""
+    angle_deg: Annotated[float, Field(ge=-170, le=170)] = 0.0
+    """How far it stands open at the start; positive swings to the left side of the wall, 0 is closed."""
+    free: bool = False
+    """Whether a robot can push it; else it stays where events put it."""
+    mass: Annotated[float, Field(gt=0, le=1000)] = 20.0
+    """[kg]"""
+    color: Color = "#9c7a52"
+    """'#rrggbb'."""
 
 
 class Opening(Model):
@@ -20,6 +35,10 @@ class Opening(Model):
     """Height of its lower edge [m]; 0 for a door."""
     head: Length = 2.1
     """Height of its upper edge [m]."""
+    name: Name | None = None
+    """How events and plans call it."""
+    door: Door | None = None
+    """A leaf that swings in it; open unless there is one."""
 
     @model_validator(mode="after")
     def _head_above_sill(self) -> Self:
@@ -71,63 +90,25 @@ class Wall(Model):
         return list(zip(self.points, ends, strict=False))
 
 
-class _Obstacle(Model):
+class FloorPatch(Model):
+    """A flat piece of another floor: a carpet, a wet place, a steel plate."""
+
     at: Point
     """Its middle, [x, y] [m]."""
+    size: Annotated[tuple[Length, ...], Field(strict=False, min_length=2, max_length=2)]
+    """[length, width] [m]."""
     name: Name | None = None
     """How errors and plans call it."""
     heading_deg: Degrees = 0.0
     """Where its length points, counter-clockwise from x."""
-    color: Color = "#8a6f4d"
+    friction: Annotated[float, Field(gt=0, le=10)] = 1.0
+    """Coefficient of friction of a rubber tyre on it."""
+    color: Color = "#7d8a96"
     """'#rrggbb'."""
-
-
-class BoxObstacle(_Obstacle):
-    """A box on the floor."""
-
-    box: Annotated[tuple[Length, ...], Field(strict=False, min_length=3, max_length=3)]
-    """Full sizes, [length, width, height] [m]."""
-
-
-class CylinderObstacle(_Obstacle):
-    """An upright cylinder on the floor."""
-
-    cylinder: Annotated[tuple[Length, ...], Field(strict=False, min_length=2, max_length=2)]
-    """[radius, height] [m]."""
-
-
-def _kind_of_obstacle(item: object) -> str | None:
-    if isinstance(item, dict):
-        return next((f"<{kind}>" for kind in ("box", "cylinder") if kind in item), None)
-    return "<box>" if isinstance(item, BoxObstacle) else "<cylinder>" if isinstance(item, CylinderObstacle) else None
-
-
-Obstacle = Annotated[
-    Annotated[BoxObstacle, Tag("<box>")] | Annotated[CylinderObstacle, Tag("<cylinder>")],
-    Discriminator(
-        _kind_of_obstacle,
-        custom_error_type="kind",
-        custom_error_message="an obstacle needs its shape; write box: [length, width, height]"
-        " or cylinder: [radius, height]",
-    ),
-]
-
-
-class Beacon(Model):
-    """A thin plane with a picture on it; without a picture, a reflector."""
-
-    name: Name
-    """What sightings call it."""
-    at: Point
-    """Its middle, [x, y] [m]."""
-    heading_deg: Degrees = 0.0
-    """Where its picture faces."""
-    image: AssetPath | None = None
-    """The picture; its height follows from its shape."""
-    width: Length = 0.6
-    """Printed width [m]."""
-    center: Distance = 1.2
-    """Height of its middle above the floor [m]."""
+    texture: AssetPath | None = None
+    """A picture that covers it instead of the colour."""
+    tile: Length = 1.0
+    """Size of one tile of the texture [m]."""
 
 
 class Floor(Model):
@@ -141,3 +122,18 @@ class Floor(Model):
     """'#rrggbb'."""
     friction: Annotated[float, Field(gt=0, le=10)] = 1.0
     """Coefficient of friction of a rubber tyre on it."""
+    patches: Annotated[tuple[FloorPatch, ...], Field(strict=False)] = ()
+    """Carpets, puddles and plates with other friction; a later one lies on those before."""
+
+
+class Ceiling(Model):
+    """A level ceiling over all walls, seen from below."""
+
+    height: Length | None = None
+    """Above the floor [m]; that of the highest wall unless given."""
+    color: Color = "#f4f2ec"
+    """'#rrggbb'."""
+    texture: AssetPath | None = None
+    """A picture that covers it instead of the colour."""
+    tile: Length = 1.2
+    """Size of one tile of the texture [m]."""

@@ -1,0 +1,134 @@
+"""What does not fit together in a world: names taken twice, things and robots that are not there, rates."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+from mjsim.errors import did_you_mean
+from mjsim.world.base import KEY
+from mjsim.world.robots import Camera
+from mjsim.world.running import Run, nearest_divisor, whole_steps
+
+NAMED = ("walls", "obstacles", "beacons", "lamps", "robots")
+"""Lists of items that may carry a name."""
+Misfit = tuple[str, tuple[str | int, ...]]
+"""A sentence, and where the value stands."""
+
+
+def misfits(keys: Mapping[str, Any]) -> Iterator[Misfit]:
+    """Yield what does not fit together in the keys of a world, each a sentence and where the value stands.
+
+    The values may be of any type: what is wrong on its own is for the models to say.
+    """
+    yield from _names_taken(keys)
+    yield from _sensors_taken(keys)
+    yield from _carried_by_nothing(keys)
+    run = keys.get("run", {})
+    if isinstance(run, dict):
+        yield from _drivers_without_robot(run, keys)
+        yield from _rates_between_ticks(run, keys)
+        yield from _events_without_target(run, keys)
+
+
+def _items(keys: Mapping[str, Any], kind: str) -> Iterator[tuple[int, dict[str, Any]]]:
+    items = keys.get(kind)
+    if isinstance(items, (list, tuple)):
+        yield from ((index, item) for index, item in enumerate(items) if isinstance(item, dict))
+
+
+def _names(items: Iterable[tuple[int, dict[str, Any]]]) -> list[str]:
+    return [item["name"] for _, item in items if isinstance(item.get("name"), str)]
+
+
+def _named_items(keys: Mapping[str, Any]) -> Iterator[tuple[str, tuple[str | int, ...], dict[str, Any]]]:
+    """Yield each item that may carry a name: how errors call it, its path and its keys."""
+    for kind in NAMED:
+        for index, item in _items(keys, kind):
+            yield f"{kind}[{index}]", (kind, index), item
+            if kind == "walls" and "openings" in item:
+                for number, opening in _items(item, "openings"):
+                    yield f"{kind}[{index}].openings[{number}]", (kind, index, "openings", number), opening
+
+
+def _names_taken(keys: Mapping[str, Any]) -> Iterator[Misfit]:
+    owners: dict[str, str] = {}
+    for place, path, item in _named_items(keys):
+        name = item.get("name")
+        if not isinstance(name, str):
+            continue
+        if name in owners:
+            yield f"name '{name}' is taken by {owners[name]}; give each item its own", (*path, "name")
+        owners.setdefault(name, place)
+
+
+def _sensors_taken(keys: Mapping[str, Any]) -> Iterator[Misfit]:
+    for index, robot in _items(keys, "robots"):
+        known: set[str] = set()
+        for number, sensor in _items(robot, "sensors"):
+            name = sensor.get("camera")
+            if isinstance(name, str) and name in known:
+                message = f"name '{name}' is taken by another sensor of this robot; give each its own"
+                yield message, ("robots", index, "sensors", number, "camera")
+            elif isinstance(name, str):
+                known.add(name)
+
+
+def _carried_by_nothing(keys: Mapping[str, Any]) -> Iterator[Misfit]:
+    carried = [(index, item["on"]) for index, item in _items(keys, "beacons") if isinstance(item.get("on"), str)]
+    carriers = _names(_items(keys, "obstacles")) + _names(_items(keys, "robots")) if carried else []
+    for index, name in carried:
+        if name not in carriers:
+            yield f"no obstacle or robot '{name}' in this world{did_you_mean(name, carriers)}", ("beacons", index, "on")
+
+
+def _drivers_without_robot(run: Mapping[str, Any], keys: Mapping[str, Any]) -> Iterator[Misfit]:
+    drivers = run.get("drivers")
+    robots = _names(_items(keys, "robots"))
+    for name in drivers if isinstance(drivers, dict) else ():
+        if name not in robots:
+            yield f"no robot '{name}' in this world{did_you_mean(name, robots)}", ("run", "drivers", name, KEY)
+
+
+def _rates_between_ticks(run: Mapping[str, Any], keys: Mapping[str, Any]) -> Iterator[Misfit]:
+    tick = run.get("rate_hz", Run().rate_hz)
+    if not _is_rate(tick) or not whole_steps(tick):
+        return
+    for index, robot in _items(keys, "robots"):
+        for number, sensor in _items(robot, "sensors"):
+            rate = sensor.get("rate_hz", Camera.model_fields["rate_hz"].default)
+            if not _is_rate(rate) or abs(tick / rate - round(tick / rate)) < 1e-9:
+                continue
+            nearest = nearest_divisor(tick, rate)
+            yield (
+                f"rate_hz is {rate:g} Hz; it must divide the {tick:g} Hz of the tick, the nearest is {nearest:g} Hz",
+                ("robots", index, "sensors", number, "rate_hz"),
+            )
+
+
+def _is_rate(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and 0 < value <= 1000
+
+
+def _events_without_target(run: Mapping[str, Any], keys: Mapping[str, Any]) -> Iterator[Misfit]:
+    events = list(_items(run, "events"))
+    if not events:
+        return
+    targets = _event_targets(keys)
+    for index, event in events:
+        for key, (what, names) in targets.items():
+            name = event.get(key)
+            if isinstance(name, str) and name not in names:
+                yield f"no {what} '{name}' in this world{did_you_mean(name, names)}", ("run", "events", index, key)
+
+
+def _event_targets(keys: Mapping[str, Any]) -> dict[str, tuple[str, list[str]]]:
+    """Return by the key of an event what it may name: a word for it, and the names there are."""
+    obstacles = list(_items(keys, "obstacles"))
+    movable = [(index, item) for index, item in obstacles if item.get("movable") is True]
+    doors = [item["name"] for _, _, item in _named_items(keys) if item.get("door") is not None and item.get("name")]
+    return {
+        "move": ("robot or movable obstacle", _names(_items(keys, "robots")) + _names(movable)),
+        "open": ("opening with a door", doors),
+        "close": ("opening with a door", doors),
+        "lamp": ("lamp", _names(_items(keys, "lamps"))),
+        "remove": ("beacon or obstacle", _names(_items(keys, "beacons")) + _names(obstacles)),
+    }

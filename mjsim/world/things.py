@@ -1,0 +1,181 @@
+"""What stands and hangs in a room: obstacles of all kinds, and beacons."""
+
+from typing import Annotated, Self
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from mjsim.world.base import AssetPath, Color, Degrees, Distance, Length, Model, ModelPath, Name, Point, fault
+
+
+class ScriptedPath(Model):
+    """Where a thing goes by itself, whatever stands in its way pushes in vain."""
+
+    points: Annotated[tuple[Point, ...], Field(strict=False, min_length=1, max_length=10_000)]
+    """Where its middle goes from `at`, one after the other, [x, y] each [m]."""
+    speed: Annotated[float, Field(gt=0, le=10)] = 0.5
+    """[m/s]"""
+    closed: bool = False
+    """Whether it goes on from the last point to `at` and round again; else it comes back the way it went."""
+    wait: Annotated[float, Field(ge=0, le=1e6)] = 0.0
+    """How long it stands at each point [s]."""
+
+
+class _Obstacle(Model):
+    at: Point
+    """Its middle, [x, y] [m]."""
+    name: Name | None = None
+    """How errors, events and plans call it."""
+    heading_deg: Degrees = 0.0
+    """Where its length points, counter-clockwise from x."""
+    elevation: Distance = 0.0
+    """Of its underside above the floor [m]."""
+    color: Color = "#8a6f4d"
+    """'#rrggbb'."""
+    movable: bool = False
+    """Whether a robot can push it."""
+    mass: Annotated[float, Field(gt=0, le=1e5)] = 5.0
+    """Of a movable one [kg]."""
+    friction: Annotated[float, Field(ge=0, le=10)] = 0.5
+    """Coefficient of friction of a movable one on the floor."""
+    path: ScriptedPath | None = None
+    """Where it goes by itself."""
+
+    @model_validator(mode="after")
+    def _pushed_or_scripted(self) -> Self:
+        if self.path is not None and self.movable:
+            raise fault("a thing that goes its own path cannot be pushed; leave out 'movable' or 'path'", "movable")
+        if not self.movable:
+            for key in ("mass", "friction"):
+                if key in self.model_fields_set and getattr(self, key) != type(self).model_fields[key].default:
+                    raise fault(f"{key} matters for what can be pushed; add 'movable: true' or leave it out", key)
+        return self
+
+
+def _sizes(count: int) -> object:
+    return Field(strict=False, min_length=count, max_length=count)
+
+
+class BoxObstacle(_Obstacle):
+    """A box on the floor."""
+
+    box: Annotated[tuple[Length, ...], _sizes(3)]
+    """Full sizes, [length, width, height] [m]."""
+
+
+class CylinderObstacle(_Obstacle):
+    """An upright cylinder on the floor."""
+
+    cylinder: Annotated[tuple[Length, ...], _sizes(2)]
+    """[radius, height] [m]."""
+
+
+class SphereObstacle(_Obstacle):
+    """A ball on the floor."""
+
+    sphere: Length
+    """Its radius [m]."""
+
+
+class _Fixed(_Obstacle):
+    @model_validator(mode="after")
+    def _stands_still(self) -> Self:
+        for key in ("movable", "path"):
+            if getattr(self, key):
+                raise fault(f"what is driven on stands still; leave out '{key}'", key)
+        return self
+
+
+class RampObstacle(_Fixed):
+    """A wedge that robots climb; it begins at the floor and rises along its heading."""
+
+    ramp: Annotated[tuple[Length, ...], _sizes(3)]
+    """[length, width, rise] [m]."""
+
+
+class StepsObstacle(_Fixed):
+    """Steps of equal height and depth, which rise along their heading."""
+
+    steps: Annotated[tuple[Length, ...], _sizes(3)]
+    """[length, width, rise] of all steps together [m]."""
+    count: Annotated[int, Field(ge=1, le=1000)] = 3
+    """How many steps."""
+
+
+class ModelObstacle(_Obstacle):
+    """A thing from a file of MuJoCo (MJCF) or ROS (URDF)."""
+
+    model: ModelPath
+    """The file; meshes and pictures that it names lie beside it."""
+    scale: Annotated[float, Field(gt=0, le=1e4)] = 1.0
+    """Metres to one unit of length of the file."""
+
+
+KINDS: dict[str, type[_Obstacle]] = {
+    "box": BoxObstacle,
+    "cylinder": CylinderObstacle,
+    "sphere": SphereObstacle,
+    "ramp": RampObstacle,
+    "steps": StepsObstacle,
+    "model": ModelObstacle,
+}
+"""Obstacles by the key that gives their shape."""
+
+
+def _kind_of_obstacle(item: object) -> str | None:
+    if isinstance(item, dict):
+        return next((f"<{kind}>" for kind in KINDS if kind in item), None)
+    return next((f"<{kind}>" for kind, model in KINDS.items() if isinstance(item, model)), None)
+
+
+Obstacle = Annotated[
+    Annotated[BoxObstacle, Tag("<box>")]
+    | Annotated[CylinderObstacle, Tag("<cylinder>")]
+    | Annotated[SphereObstacle, Tag("<sphere>")]
+    | Annotated[RampObstacle, Tag("<ramp>")]
+    | Annotated[StepsObstacle, Tag("<steps>")]
+    | Annotated[ModelObstacle, Tag("<model>")],
+    Discriminator(
+        _kind_of_obstacle,
+        custom_error_type="kind",
+        custom_error_message="an obstacle needs its shape; write box: [length, width, height],"
+        " cylinder: [radius, height], sphere: radius, ramp or steps: [length, width, rise], or model: FILE",
+    ),
+]
+
+
+class Marker(Model):
+    """A square marker that computers read: ArUco or AprilTag."""
+
+    dictionary: Annotated[str, Field(pattern=r"^[0-9a-z_]+$", max_length=40)] = "4x4_50"
+    """As OpenCV names it: '4x4_50' to '7x7_1000', 'original', 'apriltag_16h5' to 'apriltag_36h11'."""
+    id: Annotated[int, Field(ge=0, le=100_000)]
+    """Its number in the dictionary."""
+
+
+class Beacon(Model):
+    """A thin plane with a picture or a marker on it; with neither, a reflector."""
+
+    name: Name
+    """What sightings call it."""
+    at: Point
+    """Its middle, [x, y] [m]; in the frame of what it hangs on, when there is `on`."""
+    heading_deg: Degrees = 0.0
+    """Where its picture faces."""
+    tilt_deg: Annotated[float, Field(ge=-90, le=90)] = 0.0
+    """How far it looks up from the horizontal."""
+    image: AssetPath | None = None
+    """The picture; its height follows from its shape."""
+    marker: Marker | None = None
+    """A marker instead of a picture."""
+    width: Length = 0.6
+    """Printed width [m]; of a marker, of its black square."""
+    center: Distance = 1.2
+    """Height of its middle above the floor [m], or above the underside of what it hangs on."""
+    on: Name | None = None
+    """The obstacle or the robot that carries it; else it hangs in the room."""
+
+    @model_validator(mode="after")
+    def _one_face(self) -> Self:
+        if self.image is not None and self.marker is not None:
+            raise fault("a beacon shows a picture or a marker; leave out 'image' or 'marker'", "marker")
+        return self
