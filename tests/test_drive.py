@@ -11,8 +11,8 @@ from mjsim.interface import Command, WheelCommand
 from mjsim.sim import Simulation
 from mjsim.sim.drive import DifferentialDrive, DifferentialKinematics
 from mjsim.world import parse_world
-from mjsim.world.robots import DifferentialDrive as DriveModel
-from mjsim.world.robots import DriveNoise
+from mjsim.world.drives import DifferentialDrive as DriveModel
+from mjsim.world.drives import DriveNoise
 
 SIZES = {
     "pioneer": "body: {mass: 9}",

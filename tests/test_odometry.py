@@ -11,7 +11,7 @@ from mjsim.sim import Simulation
 from mjsim.sim.drive import DifferentialKinematics
 from mjsim.sim.odometry import DifferentialOdometry, arc_end, arc_end_slopes
 from mjsim.world import parse_world
-from mjsim.world.robots import OdometryNoise, WheelOdometry
+from mjsim.world.drives import OdometryNoise, WheelOdometry
 
 WHEELS = DifferentialKinematics(wheel_radius=0.1, track=0.4)
 

@@ -1,24 +1,19 @@
 """Robots as MuJoCo bodies: a cylinder that bumps, two driven wheels, casters that slide, cameras.
 
-The robot's frame has x ahead and y to the left, its origin on the floor midway between the wheels. Geom groups:
-0 is what cameras see and rays hit (the body), 1 is for the eye alone, 2 is for views from outside alone (housings
-and masts of cameras, which would stand before the other cameras of the robot), 4 touches the floor and is neither
-seen nor hit by rays (wheels and casters), so that no sensor of a robot meets its own running gear.
+The robot's frame has x ahead and y to the left, its origin on the floor midway between the wheels.
 """
 
 import math
 
 import mujoco
-import numpy as np
 
+from mjsim.compile.parts import DARK, MATERIAL, PALE, RUNNING_GEAR, SEEN, make_decor
 from mjsim.compile.pictures import color_of
-from mjsim.geometry import Array
-from mjsim.world.robots import Body, Camera, DifferentialDrive, Robot
+from mjsim.compile.sensors import add_camera
+from mjsim.world.bodies import Body
+from mjsim.world.drives import DifferentialDrive
+from mjsim.world.robots import Robot
 
-SEEN, DECOR, FITTINGS, RUNNING_GEAR = 0, 1, 2, 4
-"""Geom groups."""
-MATERIAL = "matte"
-"""Of everything on a robot; the scene brings it."""
 RESPONSE = 0.1
 """Time constant of the wheels' velocity servos with the robot's mass on them [s]."""
 PUSH = 5.0
@@ -34,9 +29,6 @@ BUMPER_TRAVEL = 0.001
 """A bumper feels what is this near without being pressed yet, so that contact does not flicker [m]."""
 BUMPER_FRICTION = 0.3
 """Of a plastic bumper on a wall."""
-HOUSING = (0.03, 0.02, 0.02)
-"""Half of the length, width and height of what is seen of a camera [m]."""
-DARK, PALE = (0.13, 0.13, 0.14, 1.0), (0.97, 0.97, 0.94, 1.0)
 
 
 def add_robot(spec: mujoco.MjSpec, robot: Robot) -> None:
@@ -54,25 +46,12 @@ def add_robot(spec: mujoco.MjSpec, robot: Robot) -> None:
     for side, sign in (("left", 1.0), ("right", -1.0)):
         _add_wheel(spec, base, robot, side=side, y=sign * robot.drive.track / 2)
     for camera in robot.sensors:
-        _add_camera(base, robot, camera)
+        add_camera(base, robot, camera)
 
 
 def clearance(body: Body, drive: DifferentialDrive) -> float:
     """Return the height of the body's lower face above the floor [m]."""
     return min(0.03, 0.4 * drive.wheel_radius, 0.25 * body.height)
-
-
-def robot_from_view(camera: Camera) -> Array:
-    """Return the axes of a camera as MuJoCo has them, to the right, up and back, as columns, shape (3, 3)."""
-    yaw, pitch = math.radians(camera.yaw_deg), math.radians(camera.pitch_deg)
-    cy, sy, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
-    return np.array([[sy, -sp * cy, -cp * cy], [-cy, -sp * sy, -cp * sy], [0.0, cp, -sp]])
-
-
-def vertical_fov_deg(camera: Camera) -> float:
-    """Return the vertical field of view, pixels being square [deg]."""
-    half = math.tan(math.radians(camera.fov_deg) / 2) * camera.height / camera.width
-    return math.degrees(2 * math.atan(half))
 
 
 def _add_body(base: mujoco.MjsBody, robot: Robot) -> None:
@@ -112,7 +91,7 @@ def _add_heading_mark(base: mujoco.MjsBody, body: Body) -> None:
         pos=[body.radius / 2, 0.0, body.height],
         size=[body.radius * 0.46, body.radius * 0.11, 0.004],
     )
-    _make_decor(mark, DARK if bright else PALE)
+    make_decor(mark, DARK if bright else PALE)
 
 
 def _add_casters(base: mujoco.MjsBody, robot: Robot) -> None:
@@ -157,7 +136,7 @@ def _add_wheel(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, *, side:
         size=[radius * 0.995, half_width, 0.0],
         quat=[math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0],
     )
-    _make_decor(disc, DARK)
+    make_decor(disc, DARK)
     torque = max(PUSH, RESERVE * robot.drive.max_acceleration) * mass * radius / 2
     servo = spec.add_actuator(
         name=name,
@@ -169,31 +148,3 @@ def _add_wheel(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, *, side:
     # Half of the robot, and the wheel's own rotation (2/5 m r^2 of an ellipsoid) with its motor's.
     inertia = (0.5 + 0.4 * WHEEL_SHARE + GEAR_SHARE) * mass * radius**2
     servo.set_to_velocity(kv=inertia / RESPONSE)
-
-
-def _add_camera(base: mujoco.MjsBody, robot: Robot, camera: Camera) -> None:
-    """Add a camera, with a small dark housing behind its lens, on a mast when it is above the body."""
-    axes = robot_from_view(camera)
-    orientation = [*axes[:, 0], *axes[:, 1]]
-    base.add_camera(
-        name=f"{robot.name}/{camera.camera}",
-        pos=camera.at,
-        xyaxes=orientation,
-        fovy=vertical_fov_deg(camera),
-        resolution=[camera.width, camera.height],
-    )
-    middle = np.array(camera.at) + HOUSING[0] * axes[:, 2]
-    housing = base.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, pos=middle, xyaxes=orientation, size=HOUSING[::-1])
-    _make_decor(housing, DARK, group=FITTINGS)
-    if middle[2] > robot.body.height + HOUSING[2]:
-        foot = middle[:2] * min(1.0, 0.9 * robot.body.radius / max(math.hypot(middle[0], middle[1]), 1e-9))
-        mast = base.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_CYLINDER, fromto=[*foot, robot.body.height, *middle], size=[0.008, 0.0, 0.0]
-        )
-        _make_decor(mast, DARK, group=FITTINGS)
-
-
-def _make_decor(geom: mujoco.MjsGeom, rgba: tuple[float, float, float, float], *, group: int = DECOR) -> None:
-    """Make a geom one that is seen, and neither touches nor weighs anything."""
-    geom.group, geom.contype, geom.conaffinity, geom.mass = group, 0, 0, 0.0
-    geom.material, geom.rgba = MATERIAL, rgba

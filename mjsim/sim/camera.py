@@ -8,7 +8,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from mjsim.compile.robots import robot_from_view
+from mjsim.compile.sensors import robot_from_view
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Intrinsics, Picture

@@ -7,7 +7,7 @@ from numpy.random import Generator
 
 from mjsim.compile.robots import RESPONSE
 from mjsim.interface import Command, WheelCommand
-from mjsim.world import robots as models
+from mjsim.world import drives as models
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from numpy.random import Generator
 from mjsim.geometry import Array
 from mjsim.interface import Odometry
 from mjsim.sim.drive import DifferentialKinematics
-from mjsim.world.robots import WheelOdometry
+from mjsim.world.drives import WheelOdometry
 
 SMALL_TURN = 1e-4
 """Below it series are exact to the last digit [rad]."""
