@@ -9,6 +9,7 @@ sightings correct it. Two rules keep bad sightings out, for one wrong picture wo
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.random import Generator
@@ -18,8 +19,9 @@ from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighti
 
 from .ekf_filter import EkfSlamFilter, Jacobians
 from .ekf_models import bicycle_motion, landmark_from, odometry_motion
+from .invariant_ekf import InvariantEkfSlamFilter
 
-__all__ = ["EkfSlam", "EkfSlamFilter", "bicycle_motion", "odometry_motion"]
+__all__ = ["EkfSlam", "EkfSlamFilter", "InvariantEkfSlamFilter", "bicycle_motion", "odometry_motion"]
 
 
 _DRIFT = 0.05
@@ -58,7 +60,7 @@ class EkfSlam:
     def __init__(
         self,
         *,
-        jacobians: Jacobians = "first-estimates",
+        jacobians: Jacobians | Literal["invariant"] = "first-estimates",
         gate: float = 13.8,
         confirmations: int = 3,
         patience: float = 5.0,
@@ -69,7 +71,7 @@ class EkfSlam:
         """Set the rules.
 
         Args:
-            jacobians: 'first-estimates' stays consistent when loops close; 'standard' is the textbook's.
+            jacobians: 'first-estimates' and 'invariant' stay consistent when loops close; 'standard' is the textbook's.
             gate: Largest squared Mahalanobis distance of a sighting that counts; 13.8 keeps 99.9 % of good ones
                 (chi-square, two degrees of freedom).
             confirmations: How many sightings must agree before a beacon enters the map.
@@ -89,15 +91,13 @@ class EkfSlam:
         self._sighting_scale = sighting_scale
         self._joint = joint_covariance
         self._motion = odometry_motion()
-        self._filter = EkfSlamFilter(jacobians=jacobians)
+        self._filter = _new_filter(jacobians, pose=np.zeros(3), covariance=np.zeros((3, 3)))
         self._usual = np.zeros(3)
         self._waiting: dict[str, list[_Look]] = {}
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Begin at the robot's prior with an empty map."""
-        self._filter = EkfSlamFilter(
-            jacobians=self._jacobians, pose=robot.prior.as_array(), covariance=robot.prior_covariance
-        )
+        self._filter = _new_filter(self._jacobians, pose=robot.prior.as_array(), covariance=robot.prior_covariance)
         self._usual = np.zeros(3)
         self._waiting = {}
 
@@ -156,3 +156,9 @@ class EkfSlam:
         """Return measurements (k, 2) [m, rad] and their covariances (k, 2, 2)."""
         Z = np.array([(sighting.range, sighting.bearing) for sighting in sightings])
         return Z, np.array([sighting.covariance for sighting in sightings]) * self._sighting_scale**2
+
+
+def _new_filter(jacobians: Jacobians | Literal["invariant"], *, pose: Array, covariance: Array) -> EkfSlamFilter:
+    if jacobians == "invariant":
+        return InvariantEkfSlamFilter(pose=pose, covariance=covariance)
+    return EkfSlamFilter(jacobians=jacobians, pose=pose, covariance=covariance)
