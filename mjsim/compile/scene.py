@@ -5,9 +5,10 @@ import math
 import mujoco
 import numpy as np
 
+from mjsim.compile.beacons import add_beacons
+from mjsim.compile.obstacles import add_obstacles
 from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, add_matte, bounded, color_of, read_picture
 from mjsim.compile.robots import add_robot
-from mjsim.compile.things import add_beacons, add_obstacles
 from mjsim.compile.walls import UNDIVIDED, WallBox, add_walls, wall_boxes
 from mjsim.geometry import Array
 from mjsim.world.base import PHYSICS_STEP

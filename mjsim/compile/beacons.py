@@ -1,4 +1,4 @@
-"""Obstacles and beacons."""
+"""Beacons: thin planes with pictures."""
 
 import math
 from collections.abc import Sequence
@@ -6,7 +6,6 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from mjsim.compile.names import item_names
 from mjsim.compile.pictures import LONGEST_BEACON_SIDE, add_material, bounded, color_of, read_picture
 from mjsim.compile.solids import Face
 from mjsim.compile.walls import UNDIVIDED, VISUAL, WallBox, add_mesh_geom
@@ -14,7 +13,7 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.world.model import World
-from mjsim.world.things import Beacon, BoxObstacle, Obstacle
+from mjsim.world.things import Beacon
 
 GIVEN_BACK = 0.25
 """Share of the lamps' light that a picture gives back; it shines by itself, so that its colours are its own at
@@ -26,27 +25,6 @@ BACK_GAP = 0.001
 FLUSH_GAP = 0.0005
 """By which a picture that lies exactly in the face of a wall stands out, lest both flicker [m]."""
 REFLECTOR_PIXELS = 48
-
-
-def add_obstacles(spec: mujoco.MjSpec, obstacles: Sequence[Obstacle]) -> None:
-    """Add the obstacles, as solid as they look."""
-    for obstacle, name in zip(obstacles, item_names(obstacles), strict=True):
-        if isinstance(obstacle, BoxObstacle):
-            shape, half = mujoco.mjtGeom.mjGEOM_BOX, [size / 2 for size in obstacle.box]
-        else:
-            radius, height = obstacle.cylinder
-            shape, half = mujoco.mjtGeom.mjGEOM_CYLINDER, [radius, height / 2, 0.0]
-        height = half[2] if isinstance(obstacle, BoxObstacle) else half[1]
-        turn = math.radians(obstacle.heading_deg) / 2
-        spec.worldbody.add_geom(
-            name=f"obstacle/{name}",
-            type=shape,
-            size=half,
-            pos=[*obstacle.at, height],
-            quat=[math.cos(turn), 0.0, 0.0, math.sin(turn)],
-            material="matte",
-            rgba=color_of(obstacle.color),
-        )
 
 
 def add_beacons(spec: mujoco.MjSpec, world: World, walls: Sequence[WallBox]) -> None:

@@ -1,0 +1,120 @@
+"""Obstacles: as solid as they look, standing still or free to be pushed.
+
+The frame of an obstacle has its origin in the middle of its underside, x along its length. One that stands still
+is part of the world; a movable one is a body `obstacle/NAME` with a free joint of the same name. Geoms carry the
+name too, numbered where there are several: `obstacle/NAME/1`.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from mjsim.compile.names import item_names
+from mjsim.compile.pictures import color_of
+from mjsim.geometry import Array
+from mjsim.world.things import (
+    BoxObstacle,
+    CylinderObstacle,
+    Obstacle,
+    RampObstacle,
+    SphereObstacle,
+    StepsObstacle,
+)
+
+TWISTING, ROLLING = 0.005, 0.002
+"""Friction of a movable thing that is turned on the spot, and of one that rolls: length of the lever [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stand:
+    """What the geoms of an obstacle are added to: the world at a place, or a body of its own."""
+
+    body: mujoco.MjsBody
+    frame: mujoco.MjsFrame | None
+    """Of the obstacle, in the world; None when the body is there already."""
+    solid: dict[str, Any]
+    """What every geom that can be touched has in common."""
+
+    def add_geom(self, **keys: Any) -> mujoco.MjsGeom:
+        """Add a geom whose place is in the frame of the obstacle."""
+        geom = self.body.add_geom(material="matte", **keys)
+        if self.frame is not None:
+            geom.set_frame(self.frame)
+        return geom
+
+
+def add_obstacles(spec: mujoco.MjSpec, obstacles: Sequence[Obstacle]) -> None:
+    """Add the obstacles where they stand at the start."""
+    for obstacle, name in zip(obstacles, item_names(obstacles), strict=True):
+        _add_shape(spec, _stand(spec, obstacle, f"obstacle/{name}"), obstacle, f"obstacle/{name}")
+
+
+def _stand(spec: mujoco.MjSpec, obstacle: Obstacle, name: str) -> Stand:
+    turn = math.radians(obstacle.heading_deg) / 2
+    place = {"pos": [*obstacle.at, obstacle.elevation], "quat": [math.cos(turn), 0.0, 0.0, math.sin(turn)]}
+    if not obstacle.movable:
+        return Stand(spec.worldbody, spec.worldbody.add_frame(**place), {})
+    body = spec.worldbody.add_body(name=name, **place)
+    body.add_freejoint(name=name)
+    # Friction is the larger of the two surfaces' unless one has priority: this one's shall count.
+    solid = {"priority": 1, "condim": 6, "friction": [obstacle.friction, TWISTING, ROLLING]}
+    return Stand(body, None, solid)
+
+
+def _add_shape(spec: mujoco.MjSpec, stand: Stand, obstacle: Obstacle, name: str) -> None:
+    keys: dict[str, Any] = {"rgba": color_of(obstacle.color), **stand.solid}
+    if obstacle.movable:
+        keys["mass"] = obstacle.mass
+    geoms = mujoco.mjtGeom
+    match obstacle:
+        case BoxObstacle(box=(length, width, height)):
+            half = [length / 2, width / 2, height / 2]
+            stand.add_geom(name=name, type=geoms.mjGEOM_BOX, size=half, pos=[0.0, 0.0, height / 2], **keys)
+        case CylinderObstacle(cylinder=(radius, height)):
+            size = [radius, height / 2, 0.0]
+            stand.add_geom(name=name, type=geoms.mjGEOM_CYLINDER, size=size, pos=[0.0, 0.0, height / 2], **keys)
+        case SphereObstacle(sphere=radius):
+            stand.add_geom(
+                name=name, type=geoms.mjGEOM_SPHERE, size=[radius, 0.0, 0.0], pos=[0.0, 0.0, radius], **keys
+            )
+        case RampObstacle(ramp=(length, width, rise)):
+            _add_wedge(spec, name, length=length, width=width, rise=rise)
+            stand.add_geom(name=name, type=geoms.mjGEOM_MESH, meshname=name, **keys)
+        case StepsObstacle(steps=(length, width, rise), count=count):
+            for step in range(1, count + 1):
+                half = [length / count / 2, width / 2, rise * step / count / 2]
+                pos = [length * ((step - 0.5) / count - 0.5), 0.0, half[2]]
+                stand.add_geom(name=f"{name}/{step}", type=geoms.mjGEOM_BOX, size=half, pos=pos, **keys)
+
+
+def _add_wedge(spec: mujoco.MjSpec, name: str, *, length: float, width: float, rise: float) -> None:
+    """Add the mesh of a ramp that rises along x from nothing, in the frame of the obstacle."""
+    x, y = length / 2, width / 2
+    foot, top = [(-x, -y, 0.0), (-x, y, 0.0)], [(x, -y, rise), (x, y, rise)]
+    under = [(x, -y, 0.0), (x, y, 0.0)]
+    faces = [
+        [foot[0], top[0], top[1], foot[1]],
+        [foot[0], foot[1], under[1], under[0]],
+        [under[0], under[1], top[1], top[0]],
+        [foot[0], under[0], top[0]],
+        [foot[1], top[1], under[1]],
+    ]
+    add_flat_mesh(spec, name, [np.array(face) for face in faces])
+
+
+def add_flat_mesh(spec: mujoco.MjSpec, name: str, faces: Sequence[Array]) -> None:
+    """Add a mesh of flat convex faces, each its corners counter-clockwise from outside, shape (n, 3) [m]."""
+    mesh = spec.add_mesh(name=name)
+    normals, triangles, first = [], [], 0
+    for corners in faces:
+        normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+        normals.append(np.tile(normal / np.linalg.norm(normal), (len(corners), 1)))
+        triangles += [(first, first + i, first + i + 1) for i in range(1, len(corners) - 1)]
+        first += len(corners)
+    mesh.uservert = np.concatenate(faces).ravel()
+    mesh.usernormal = np.concatenate(normals).ravel()
+    mesh.userface = np.array(triangles, dtype=np.int32).ravel()
