@@ -188,7 +188,10 @@ def test_two_sightings_of_a_new_landmark_in_one_batch_are_both_used():
 
 
 def ring_nees(slam: EkfSlamFilter, seed: int) -> Array:
-    """Start at (10, 0), looking north, and return the pose NEES after each update on one loop of 10 m radius among 40 landmarks, poorly seen at first."""
+    """Return the pose NEES after each update on one loop of 10 m radius among 40 landmarks, poorly seen at first.
+
+    The filter starts at (10, 0) and looks north.
+    """
     rng = np.random.default_rng(seed)
     angles = rng.uniform(0, 2 * np.pi, 40)
     places = np.stack([np.cos(angles), np.sin(angles)], axis=1) * rng.uniform(7.0, 13.0, (40, 1))

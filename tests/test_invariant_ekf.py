@@ -37,12 +37,9 @@ def look_around(slam: EkfSlamFilter, updates: int) -> list[Array]:
 
 
 def test_looking_tells_nothing_about_where_the_world_is_or_how_it_is_turned():
-    for told in look_around(InvariantEkfSlamFilter(pose=(2.0, -1.0, 0.4), covariance=PRIOR), 20):
-        np.testing.assert_allclose(told, told_about_the_world_at_first(), rtol=1e-6, atol=1e-6)
-
-
-def told_about_the_world_at_first() -> Array:
-    return look_around(InvariantEkfSlamFilter(pose=(2.0, -1.0, 0.4), covariance=PRIOR), 0)[0]
+    first, *later = look_around(InvariantEkfSlamFilter(pose=(2.0, -1.0, 0.4), covariance=PRIOR), 20)
+    for told in later:
+        np.testing.assert_allclose(told, first, rtol=1e-6, atol=1e-6)
 
 
 def test_the_standard_filter_believes_to_learn_how_the_world_is_turned():
@@ -58,6 +55,7 @@ def test_small_corrections_are_those_of_the_standard_filter():
         Z = np.array([[2.0, 0.3], [3.0, -0.8]])
         for slam in both:
             slam.update(["a", "b"], Z, R)
+            slam.predict(odometry_motion(), (0.0, 0.0, 0.0), np.diag([0.1, 0.1, 0.1]))
             slam.update(["a", "b"], Z + scale * np.array([[0.1, 0.2], [-0.1, 0.1]]), R)
         return float(np.abs(both[0].pose - both[1].pose).max())
 
