@@ -78,9 +78,7 @@ def _add_shape(spec: mujoco.MjSpec, stand: Stand, obstacle: Obstacle, name: str)
             size = [radius, height / 2, 0.0]
             stand.add_geom(name=name, type=geoms.mjGEOM_CYLINDER, size=size, pos=[0.0, 0.0, height / 2], **keys)
         case SphereObstacle(sphere=radius):
-            stand.add_geom(
-                name=name, type=geoms.mjGEOM_SPHERE, size=[radius, 0.0, 0.0], pos=[0.0, 0.0, radius], **keys
-            )
+            stand.add_geom(name=name, type=geoms.mjGEOM_SPHERE, size=[radius, 0.0, 0.0], pos=[0.0, 0.0, radius], **keys)
         case RampObstacle(ramp=(length, width, rise)):
             _add_wedge(spec, name, length=length, width=width, rise=rise)
             stand.add_geom(name=name, type=geoms.mjGEOM_MESH, meshname=name, **keys)

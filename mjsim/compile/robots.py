@@ -21,7 +21,7 @@ PUSH = 5.0
 robots that accelerate faster."""
 RESERVE = 1.2
 """Push of the motors, as a multiple of what the largest acceleration needs."""
-SAG = 2.6e-4
+SAG = 3.47e-4
 """How deep MuJoCo's contacts let wheels into the floor at rest [m]; nearly the same for all masses and sizes."""
 WHEEL_SHARE, GEAR_SHARE = 0.05, 0.02
 """Mass of one wheel, of the robot's; and inertia of its motor and gear, of the robot's mass at the wheel's rim."""
@@ -107,7 +107,9 @@ def _add_casters(base: mujoco.MjsBody, robot: Robot) -> None:
             priority=1,
             condim=1,
             friction=[0.0, 0.0, 0.0],
-            solref=[0.04, 1.0],
+            # As on springs: at the foot of a ramp both casters bear the robot, and its wheels must not hang in the air.
+            solref=[0.06, 1.0],
+            solimp=[0.5, 0.5, 0.001, 0.5, 2.0],
             rgba=DARK,
         )
 
