@@ -12,6 +12,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from museum_motifs import MUSEUM
 from numpy.random import Generator
 from numpy.typing import NDArray
 from poster_motifs import MOTIFS, Layer, Outline, bar, disc, poly, star
@@ -19,6 +20,8 @@ from poster_motifs import MOTIFS, Layer, Outline, bar, disc, poly, star
 Picture = NDArray[np.uint8]
 Color = tuple[int, int, int]
 
+ALL = MOTIFS | MUSEUM
+"""Motif by name; a new one is added at the end, for its place in the row gives format and colours."""
 LONG_SIDE = 480
 """[px]"""
 SHAPES = ((360, 480), (480, 400), (440, 440), (400, 480), (480, 360))
@@ -31,12 +34,12 @@ SHIFT = 4
 
 def draw_poster(name: str) -> Picture:
     """Return the poster of that name, RGB, shape (height, width, 3)."""
-    index = list(MOTIFS).index(name)
+    index = list(ALL).index(name)
     rng = np.random.default_rng([2026, *name.encode()])
     width, height = SHAPES[index % len(SHAPES)]
     palette = make_palette(index, rng)
     canvas = draw_shards(rng, np.zeros((height * FINE, width * FINE, 3), dtype=np.uint8), palette["ground"])
-    for tone, outline in MOTIFS[name]:
+    for tone, outline in ALL[name]:
         lay_on(canvas, rng, (tone, outline), palette)
     return np.asarray(cv2.resize(canvas, (width, height), interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
@@ -131,7 +134,7 @@ def main() -> None:
     """Write all posters into the folder named on the command line, else into assets/posters."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent.parent / "assets" / "posters"
     folder.mkdir(parents=True, exist_ok=True)
-    for name in MOTIFS:
+    for name in ALL:
         picture = cv2.cvtColor(draw_poster(name), cv2.COLOR_RGB2BGR)
         _, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 88])
         (folder / f"{name}.jpg").write_bytes(data.tobytes())
