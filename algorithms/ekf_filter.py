@@ -84,6 +84,10 @@ class EkfSlamFilter:
             for name, at in self._order.items()
         }
 
+    def names(self) -> tuple[Hashable, ...]:
+        """Return the names of all landmarks, oldest first."""
+        return tuple(self._order)
+
     def predict(self, motion: Motion, control: ArrayLike, control_covariance: ArrayLike) -> None:
         """Move the pose.
 
@@ -110,6 +114,33 @@ class EkfSlamFilter:
         self._mean[:3] = new
         self._anchor[:3] = new
 
+    def expect(self, names: Sequence[Hashable]) -> tuple[Array, Array]:
+        """Return what would be measured of landmarks in the map, each by itself.
+
+        Args:
+            names: k landmarks that are in the map.
+
+        Returns:
+            z: Range [m] and bearing [rad, left positive], shape (k, 2).
+            C: Its covariance as the belief has it, H P H^T without that of a measurement, shape (k, 2, 2).
+        """
+        places = self._places(names)
+        z, H_pose, H_landmark = self._expect(places)
+        columns = np.concatenate([np.tile(np.arange(3), (len(places), 1)), places[:, None] + (0, 1)], axis=1)
+        P = self._P[columns[:, :, None], columns[:, None, :]]
+        H = np.concatenate([H_pose, H_landmark], axis=2)
+        return z, H @ P @ H.transpose(0, 2, 1)
+
+    def expect_together(self, names: Sequence[Hashable]) -> Array:
+        """Return the covariance of what would be measured of k landmarks together, H P H^T, shape (2 k, 2 k)."""
+        places = self._places(names)
+        _, H_pose, H_landmark = self._expect(places)
+        count, columns = 2 * len(places), places[:, None] + (0, 1)
+        HP = (H_pose @ self._P[:3] + H_landmark @ self._P[columns]).reshape(count, len(self._P))
+        C = (HP[:, :3] @ H_pose.reshape(count, 3).T).reshape(count, len(places), 2)
+        C += np.einsum("akj,kij->aki", HP[:, columns], H_landmark)
+        return np.asarray(C.reshape(count, count))
+
     def innovations(
         self, names: Sequence[Hashable], measurements: ArrayLike, measurement_covariance: ArrayLike
     ) -> tuple[Array, Array]:
@@ -124,12 +155,10 @@ class EkfSlamFilter:
             nu: Innovations, shape (k, 2) [m, rad].
             S: Their covariances, shape (k, 2, 2).
         """
-        places = self._places(names)
-        nu, H_pose, H_landmark = self._expect(places, np.asarray(measurements, dtype=float).reshape(-1, 2))
-        columns = np.concatenate([np.tile(np.arange(3), (len(places), 1)), places[:, None] + (0, 1)], axis=1)
-        P = self._P[columns[:, :, None], columns[:, None, :]]
-        H = np.concatenate([H_pose, H_landmark], axis=2)
-        return nu, H @ P @ H.transpose(0, 2, 1) + np.asarray(measurement_covariance, dtype=float)
+        z, C = self.expect(names)
+        nu = np.asarray(measurements, dtype=float).reshape(-1, 2) - z
+        nu[:, 1] = wrap_angles(nu[:, 1])
+        return nu, C + np.asarray(measurement_covariance, dtype=float)
 
     def update(self, names: Sequence[Hashable], measurements: ArrayLike, measurement_covariance: ArrayLike) -> None:
         """Correct by the sightings of one moment, all at once; then add the landmarks that are new.
@@ -162,15 +191,13 @@ class EkfSlamFilter:
     def _places(self, names: Sequence[Hashable]) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
         return np.array([self._order[name] for name in names], dtype=np.intp)
 
-    def _expect(self, places: np.ndarray[tuple[int], np.dtype[np.intp]], Z: Array) -> tuple[Array, Array, Array]:
-        """Return innovations (k, 2) and the derivatives (k, 2, 3) and (k, 2, 2) of the expected measurement."""
+    def _expect(self, places: np.ndarray[tuple[int], np.dtype[np.intp]]) -> tuple[Array, Array, Array]:
+        """Return expected measurements (k, 2) and their derivatives (k, 2, 3) and (k, 2, 2)."""
         columns = places[:, None] + (0, 1)
         expected, H_pose, H_landmark = range_bearing(self._mean[:3], self._mean[columns])
         if self._first:
             _, H_pose, H_landmark = range_bearing(self._anchor[:3], self._anchor[columns])
-        nu = Z - expected
-        nu[:, 1] = wrap_angles(nu[:, 1])
-        return nu, H_pose, H_landmark
+        return expected, H_pose, H_landmark
 
     def _correct(self, places: np.ndarray[tuple[int], np.dtype[np.intp]], Z: Array, R: Array) -> None:
         """Update mean and covariance: P - K S K^T as P - W^T W with S = L L^T and W = L^-1 H P.
@@ -179,7 +206,9 @@ class EkfSlamFilter:
         to the last bit, and so stays P.
         """
         size, count = self._size, 2 * len(places)
-        nu, H_pose, H_landmark = self._expect(places, Z)
+        expected, H_pose, H_landmark = self._expect(places)
+        nu = Z - expected
+        nu[:, 1] = wrap_angles(nu[:, 1])
         P = self._P[:size, :size]
         columns = places[:, None] + (0, 1)
         HP = (H_pose @ P[:3] + H_landmark @ P[columns]).reshape(count, size)

@@ -1,61 +1,42 @@
-"""EKF-SLAM with beacons that are known by name: where am I, and where does each of them hang?
+"""EKF-SLAM: where am I, and where does each beacon hang?
 
 `EkfSlamFilter` is the mathematics, `EkfSlam` the estimator that brings it to a robot: odometry moves the belief,
 sightings correct it. Two rules keep bad sightings out, for one wrong picture would bend the whole map:
 
 - a sighting of a landmark in the map counts only if it lies within the gate of what is expected;
 - a beacon enters the map only when some sightings of it agree about its place.
+
+Sightings come with the name of their beacon or without; those without are paired with the map, or left alone.
 """
 
+import itertools
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.random import Generator
 
-from mjsim.geometry import Array, Pose
+from mjsim.geometry import Array, Pose, wrap_angles
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighting
 
+from .association import joint_compatibility, nearest_neighbour
 from .ekf_filter import EkfSlamFilter, Jacobians
 from .ekf_models import bicycle_motion, landmark_from, odometry_motion
 from .invariant_ekf import InvariantEkfSlamFilter
+from .map_management import Look, Probation
 
 __all__ = ["EkfSlam", "EkfSlamFilter", "InvariantEkfSlamFilter", "bicycle_motion", "odometry_motion"]
-
-
-_DRIFT = 0.05
-"""How far the robot may lose its way between two sightings that are compared, standard deviation [m]."""
 
 
 _MEMORY = 0.2
 """Share of the newest tick in the running average of what odometry claims to err."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Look:
-    """One sighting of a beacon that is not in the map yet."""
-
-    time: float
-    """[s]"""
-    place: Array
-    """Where it puts the beacon, shape (2,) [m]."""
-    covariance: Array
-    """Of the place as the measurement alone gives it, shape (2, 2) [m^2]."""
-
-    def agrees(self, other: "_Look", gate: float) -> bool:
-        """Return whether both can be looks at the same place."""
-        apart = self.place - other.place
-        spread = self.covariance + other.covariance + _DRIFT**2 * np.eye(2)
-        return bool(apart @ np.linalg.solve(spread, apart) < gate)
+_ASSOCIATIONS = {"nearest": nearest_neighbour, "joint": joint_compatibility}
 
 
 class EkfSlam:
-    """Estimates the pose and a map of named beacons from odometry and sightings.
-
-    References:
-        Thrun, Burgard, Fox, Probabilistic Robotics (2005), section 10.3.3: a list of landmarks that are provisional.
-    """
+    """Estimates the pose and a map of beacons from odometry and sightings."""
 
     def __init__(
         self,
@@ -66,6 +47,7 @@ class EkfSlam:
         patience: float = 5.0,
         odometry_scale: float = 1.0,
         sighting_scale: float = 1.0,
+        association: Literal["known", "nearest", "joint"] = "known",
         joint_covariance: bool = False,
     ) -> None:
         """Set the rules.
@@ -79,36 +61,46 @@ class EkfSlam:
             odometry_scale: Factor on the standard deviation of odometry, for slip that its data sheet leaves out.
             sighting_scale: Factor on the standard deviation of sightings, for errors that repeat from one picture
                 to the next, which a Kalman filter takes for independent.
+            association: What becomes of sightings without a name: with 'known' nothing; 'nearest' pairs each with
+                the landmark that fits it best, 'joint' finds the largest pairing that can be true as a whole.
+                Landmarks without a name are numbered from 0.
             joint_covariance: Whether the estimate carries the covariance of pose and map together.
         """
         if confirmations < 1:
             raise ValueError(f"confirmations is {confirmations}; it must be at least 1")
+        if association not in ("known", *_ASSOCIATIONS):
+            raise ValueError(f"association is {association!r}; it must be known, {' or '.join(_ASSOCIATIONS)}")
         self._jacobians = jacobians
         self._gate = gate
-        self._confirmations = confirmations
-        self._patience = patience
+        self._association = association
+        self._probation = Probation(confirmations=confirmations, patience=patience, gate=gate)
+        self._rules = confirmations, patience
         self._odometry_scale = odometry_scale
         self._sighting_scale = sighting_scale
         self._joint = joint_covariance
         self._motion = odometry_motion()
         self._filter = _new_filter(jacobians, pose=np.zeros(3), covariance=np.zeros((3, 3)))
         self._usual = np.zeros(3)
-        self._waiting: dict[str, list[_Look]] = {}
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Begin at the robot's prior with an empty map."""
         self._filter = _new_filter(self._jacobians, pose=robot.prior.as_array(), covariance=robot.prior_covariance)
         self._usual = np.zeros(3)
-        self._waiting = {}
+        confirmations, patience = self._rules
+        self._probation = Probation(confirmations=confirmations, patience=patience, gate=self._gate)
 
     def update(self, seen: Observation) -> Estimate:
         """Return the belief after this tick's odometry and sightings."""
         moved = seen.odometry
         covariance = self._steadied(moved.covariance) * self._odometry_scale**2
         self._filter.predict(self._motion, (moved.forward, moved.left, moved.turn), covariance)
-        known = [sighting for sighting in seen.sightings if sighting.name in self._filter]
-        innovations = self._correct(known) if known else ()
-        self._add([sighting for sighting in seen.sightings if sighting.name not in self._filter], seen.time)
+        named = [sighting for sighting in seen.sightings if sighting.name is not None]
+        known = [sighting for sighting in named if sighting.name in self._filter]
+        innovations = self._correct([sighting.name for sighting in known], known) if known else ()
+        self._add([sighting for sighting in named if sighting.name not in self._filter], seen.time)
+        nameless = [sighting for sighting in seen.sightings if sighting.name is None]
+        if nameless and self._association != "known":
+            innovations += self._associate(nameless, seen.time)
         return Estimate(
             pose=Pose.from_array(self._filter.pose),
             covariance=self._filter.covariance,
@@ -126,31 +118,54 @@ class EkfSlam:
         self._usual = (1.0 - _MEMORY) * self._usual + _MEMORY * np.diag(claimed)
         return np.asarray(claimed + np.diag(np.maximum(self._usual - np.diag(claimed), 0.0)))
 
-    def _correct(self, sightings: Sequence[Sighting]) -> tuple[tuple[Hashable, Array, Array], ...]:
+    def _correct(
+        self, names: Sequence[Hashable], sightings: Sequence[Sighting]
+    ) -> tuple[tuple[Hashable, Array, Array], ...]:
         """Correct by sightings of landmarks in the map; return the innovations of those that counted."""
-        names = [sighting.name for sighting in sightings]
         Z, R = self._measured(sightings)
         nu, S = self._filter.innovations(names, Z, R)
-        distance = np.einsum("ki,ki->k", nu, np.linalg.solve(S, nu[:, :, None])[:, :, 0])
-        good = np.flatnonzero(distance < self._gate)
-        if good.size:
+        good = np.flatnonzero(_squared_distances(nu, S) < self._gate).tolist()
+        if good:
             self._filter.update([names[i] for i in good], Z[good], R[good])
         return tuple((names[i], nu[i], S[i]) for i in good)
 
     def _add(self, sightings: Sequence[Sighting], time: float) -> None:
         """Let beacons into the map that enough looks agree about; the newest look tells where they are."""
         for sighting in sightings:
-            if sighting.name is None:
-                continue
-            Z, R = self._measured([sighting])
-            place, J = landmark_from(self._filter.pose, Z[0])
-            look = _Look(time, place, J @ R[0] @ J.T)
-            waiting = [old for old in self._waiting.get(sighting.name, ()) if time - old.time < self._patience]
-            if 1 + sum(look.agrees(old, self._gate) for old in waiting) >= self._confirmations:
-                self._filter.update([sighting.name], Z, R)
-                self._waiting.pop(sighting.name, None)
-            else:
-                self._waiting[sighting.name] = [*waiting, look]
+            if self._probation.passes(sighting.name, self._look(sighting, time)):
+                self._filter.update([sighting.name], *self._measured([sighting]))
+
+    def _associate(self, sightings: Sequence[Sighting], time: float) -> tuple[tuple[Hashable, Array, Array], ...]:
+        """Correct by sightings without names, and let new landmarks in; return the innovations."""
+        Z, R = self._measured(sightings)
+        names = _ASSOCIATIONS[self._association](self._filter, Z, R)
+        known = [i for i, name in enumerate(names) if name is not None]
+        strange = self._strange([i for i, name in enumerate(names) if name is None], names, Z, R)
+        innovations = self._correct([names[i] for i in known], [sightings[i] for i in known]) if known else ()
+        entered = self._probation.passing([self._look(sightings[i], time) for i in strange])
+        for i in itertools.compress(strange, entered):
+            self._filter.update([self._numbered()], Z[i], R[i])
+        return innovations
+
+    def _strange(self, unpaired: Sequence[int], names: Sequence[Hashable], Z: Array, R: Array) -> list[int]:
+        """Return the sightings that no landmark can explain but one that another sighting explains better."""
+        free = [name for name in self._filter.names() if name not in names]
+        if not free or not unpaired:
+            return list(unpaired)
+        expected, spread = self._filter.expect(free)
+        nu = Z[unpaired][:, None] - expected
+        nu[..., 1] = wrap_angles(nu[..., 1])
+        distance = _squared_distances(nu, spread + R[unpaired][:, None])
+        return [i for i, nearest in zip(unpaired, distance.min(axis=1), strict=True) if nearest > self._gate]
+
+    def _numbered(self) -> int:
+        """Return the number of the next landmark without a name."""
+        return sum(isinstance(name, int) for name in self._filter.names())
+
+    def _look(self, sighting: Sighting, time: float) -> Look:
+        Z, R = self._measured([sighting])
+        place, J = landmark_from(self._filter.pose, Z[0])
+        return Look(time, place, J @ R[0] @ J.T)
 
     def _measured(self, sightings: Sequence[Sighting]) -> tuple[Array, Array]:
         """Return measurements (k, 2) [m, rad] and their covariances (k, 2, 2)."""
@@ -162,3 +177,8 @@ def _new_filter(jacobians: Jacobians | Literal["invariant"], *, pose: Array, cov
     if jacobians == "invariant":
         return InvariantEkfSlamFilter(pose=pose, covariance=covariance)
     return EkfSlamFilter(jacobians=jacobians, pose=pose, covariance=covariance)
+
+
+def _squared_distances(nu: Array, S: Array) -> Array:
+    """Return nu^T S^-1 nu of many innovations, shape (...)."""
+    return np.asarray(np.einsum("...i,...i->...", nu, np.linalg.solve(S, nu[..., None])[..., 0]))
