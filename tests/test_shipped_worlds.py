@@ -1,0 +1,162 @@
+"""The worlds that come with mjsim: sound as written, wide enough for their tours, and what their names promise."""
+
+import math
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+
+import mjsim
+from mjsim.algorithms.waypoints import Waypoints
+from mjsim.geometry import Array
+from mjsim.world import load_checked
+from mjsim.world.plan import footprint, solid, wall_polygons
+
+FOLDER = Path(__file__).parents[1] / "worlds"
+NAMES = sorted(path.stem for path in FOLDER.glob("*.yaml"))
+DRIVEN_ON = {"ramps": {"way-up", "platform", "way-down"}}
+"""What the tour leads over, by world."""
+
+
+@cache
+def shipped(name: str) -> mjsim.World:
+    return load_checked(FOLDER / f"{name}.yaml")
+
+
+def tours(world: mjsim.World) -> dict[str, shapely.LineString]:
+    """Return the lines that robots with waypoints are to follow."""
+    lines = {}
+    for robot in world.robots:
+        modules = world.run.drivers.get(robot.name)
+        if modules is not None and modules.navigator is not None and modules.navigator.use.endswith(":Waypoints"):
+            lines[robot.name] = shapely.LineString([robot.at, *modules.navigator.arguments()["points"]])
+    return lines
+
+
+def facing(beacon) -> Array:
+    return np.array([math.cos(math.radians(beacon.heading_deg)), math.sin(math.radians(beacon.heading_deg))])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_nothing_is_wrong_with_it_and_it_is_called_as_its_file(name):
+    assert shipped(name).name == name
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in ("gallery", "museum")])
+def test_it_compiles_with_every_robot_and_every_beacon(name):
+    world, spec = shipped(name), mjsim.compile_world(shipped(name))
+    assert all(spec.body(f"{robot.name}/base") for robot in world.robots)
+    assert all(spec.geom(f"beacon/{beacon.name}") for beacon in world.beacons)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_its_tours_pass_everything_with_10_cm_to_spare(name):
+    world = shipped(name)
+    over = DRIVEN_ON.get(name, set())
+    kept = tuple(thing for thing in world.obstacles if thing.name not in over)
+    everything = solid(world.model_copy(update={"obstacles": kept}))
+    for robot, line in tours(world).items():
+        body = next(item.body for item in world.robots if item.name == robot)
+        assert everything.distance(line) - body.radius > 0.1, robot
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_its_pictures_hang_before_something_solid(name):
+    world = shipped(name)
+    behind = shapely.union_all([shapely.Polygon(outline) for outline in wall_polygons(world, height=1.2)])
+    for beacon in world.beacons:
+        if beacon.image is not None and beacon.on is None:
+            assert behind.distance(shapely.Point(beacon.at)) < 0.03, beacon.name
+            assert behind.contains(shapely.Point(beacon.at - 0.04 * facing(beacon))), beacon.name
+
+
+def test_the_empty_room_holds_nothing_but_pictures():
+    world = shipped("empty")
+    assert world.obstacles == ()
+    assert len(world.beacons) == 8
+
+
+def test_the_corridor_is_ten_times_as_long_as_it_is_wide_with_its_doors_closed():
+    world = shipped("corridor")
+    (x0, y0, x1, y1) = solid(world).bounds
+    assert x1 - x0 > 10 * (y1 - y0)
+    assert all(opening.door.angle_deg == 0 for wall in world.walls for opening in wall.openings if opening.sill == 0)
+
+
+def test_the_museum_shows_forty_pictures_and_each_is_seen_from_2_m():
+    world = shipped("museum")
+    assert len({beacon.image for beacon in world.beacons}) == 40
+    blind = solid(world, height=1.3)
+    for beacon in world.beacons:
+        sight = shapely.LineString([beacon.at + 0.01 * facing(beacon), beacon.at + 2.0 * facing(beacon)])
+        assert not blind.intersects(sight), beacon.name
+
+
+def test_the_cloister_is_a_walk_all_around_a_court():
+    masonry = solid(shipped("cloister")).buffer(0.3)
+    (walk,) = shapely.get_parts(shapely.box(0, 0, 16, 16).difference(masonry)).tolist()[:1]
+    (line,) = tours(shipped("cloister")).values()
+    assert walk.contains(line)
+    assert shapely.Polygon(walk.interiors[0]).contains(shapely.box(3, 3, 13, 13))
+
+
+def test_the_ramps_rise_by_5_degrees_and_meet_the_platform_at_its_height():
+    things = {thing.name: thing for thing in shipped("ramps").obstacles}
+    platform = shapely.Polygon(footprint(things["platform"]))
+    for name in ("way-up", "way-down"):
+        length, _, rise = things[name].ramp
+        assert math.degrees(math.atan2(rise, length)) == pytest.approx(5.0, abs=0.05)
+        assert rise == things["platform"].box[2]
+        assert platform.distance(shapely.Polygon(footprint(things[name]))) < 1e-9
+
+
+def test_the_two_robots_of_the_arena_go_round_the_same_way():
+    lines = tours(shipped("arena"))
+    assert len(lines) == 2
+    assert len({shapely.LinearRing(line.coords).is_ccw for line in lines.values()}) == 1
+
+
+class Informed:
+    """An estimator that is told the truth: what a tour is worth, whatever the estimate."""
+
+    def __init__(self, sim: mjsim.Simulation, robot: str) -> None:
+        self._sim, self._robot = sim, robot
+
+    def start(self, robot, catalogue, rng) -> None:
+        """Nothing to prepare."""
+
+    def update(self, seen) -> mjsim.Estimate:
+        return mjsim.Estimate(self._sim.truth(self._robot), np.eye(3) * 1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "gallery" and tours(shipped(name))])
+def test_who_knows_where_he_is_drives_its_tours_without_a_bump(name):
+    world = shipped(name)
+    blind = tuple(robot.model_copy(update={"sensors": ()}) for robot in world.robots)
+    with mjsim.Simulation(world.model_copy(update={"robots": blind})) as sim:
+        drivers = {}
+        for robot in tours(world):
+            plan = world.run.drivers[robot].navigator.arguments()
+            drivers[robot] = mjsim.Driver(estimator=Informed(sim, robot), navigator=Waypoints(**plan))
+        recording = mjsim.run(sim, drivers=drivers)
+    for robot, line in tours(world).items():
+        track = recording.robots[robot]
+        assert not [event for event in track.events if event.kind == "bump"], robot
+        np.testing.assert_array_equal(track.command[-1], 0.0, err_msg=robot)  # it has arrived
+        arrival = np.flatnonzero(np.any(track.command != 0.0, axis=1))[-1]
+        np.testing.assert_allclose(track.truth[arrival, :2], line.coords[-1], atol=0.1, err_msg=robot)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "gallery"])
+def test_its_first_seconds_run_as_it_is_written(name, tmp_path):
+    with mjsim.Simulation(shipped(name)) as sim:
+        recording = mjsim.run(sim, seconds=5.0, record=tmp_path / "run.mcap")
+    for robot, track in recording.robots.items():
+        assert np.isfinite(track.truth).all()
+        assert not [event for event in track.events if event.kind == "bump"], robot
+    ways = [np.hypot(*(track.truth[-1] - track.truth[0])[:2]) for track in recording.robots.values()]
+    assert max(ways) > 0.5
