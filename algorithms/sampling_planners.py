@@ -1,0 +1,182 @@
+"""Ways found by trying places at random: RRT* and the probabilistic roadmap."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
+
+from mjsim.geometry import Array
+
+Indices = NDArray[np.intp]
+IsClear = Callable[[Array, Array], bool]
+"""Whether one can go straight from one point to another, each (2,) [m]."""
+
+
+def rrt_star(
+    is_clear: IsClear,
+    start: Array,
+    goal: Array,
+    *,
+    lower: Array,
+    upper: Array,
+    rng: Generator,
+    samples: int = 2000,
+    reach: float = 1.0,
+    goal_share: float = 0.05,
+) -> Array | None:
+    """Return a way that comes the nearer to the shortest the more samples there are.
+
+    Args:
+        is_clear: Whether one can go straight from one point to another.
+        start: Where from, shape (2,) [m].
+        goal: Where to, shape (2,) [m].
+        lower: Corner of the region to look in, shape (2,) [m].
+        upper: The corner across from it, shape (2,) [m].
+        rng: Where chance comes from.
+        samples: How many places to try.
+        reach: The longest branch [m].
+        goal_share: Share of samples that are the goal itself.
+
+    Returns:
+        Corners of the way, shape (n, 2) [m]; None when none was found.
+
+    References:
+        Karaman, Frazzoli, Sampling-based Algorithms for Optimal Motion Planning, IJRR 30(7), 2011, algorithm 6; the
+        radius of rewiring from its theorem 38.
+    """
+    start, goal = np.asarray(start, dtype=float), np.asarray(goal, dtype=float)
+    tree = _Tree(start, samples + 1)
+    # gamma > 2 sqrt(1 + 1/2) sqrt(area / pi) in the plane.
+    gamma = 2.0 * math.sqrt(1.5 * float(np.prod(np.asarray(upper) - lower)) / math.pi)
+    for _ in range(samples):
+        wanted = goal if rng.random() < goal_share else rng.uniform(lower, upper)
+        nearest = tree.nearest(wanted)
+        apart = wanted - tree.places[nearest]
+        distance = float(np.hypot(*apart))
+        place = wanted if distance <= reach else tree.places[nearest] + apart * (reach / distance)
+        if distance == 0.0 or not is_clear(tree.places[nearest], place):
+            continue
+        radius = min(reach, gamma * math.sqrt(math.log(tree.size + 1) / (tree.size + 1)))
+        around = [int(i) for i in tree.within(place, radius) if i != nearest and is_clear(tree.places[i], place)]
+        tree.add(place, [nearest, *around])
+    ends = [int(i) for i in tree.within(goal, reach) if is_clear(tree.places[i], goal)]
+    if not ends:
+        return None
+    best = min(ends, key=lambda i: tree.cost[i] + math.dist(tree.places[i], goal))
+    way = tree.way_to(best)
+    return way if np.array_equal(way[-1], goal) else np.concatenate([way, [goal]])
+
+
+class _Tree:
+    """Places, each with its parent and the length of the way to it, in arrays made once."""
+
+    def __init__(self, root: Array, room: int) -> None:
+        self.places = np.full((room, 2), np.inf)
+        self.cost = np.zeros(room)
+        self.places[0], self.size = root, 1
+        self._parent = np.zeros(room, dtype=int)
+        self._children: list[list[int]] = [[] for _ in range(room)]
+
+    def nearest(self, place: Array) -> int:
+        return int(np.argmin(((self.places[: self.size] - place) ** 2).sum(axis=1)))
+
+    def within(self, place: Array, radius: float) -> Indices:
+        return np.flatnonzero(((self.places[: self.size] - place) ** 2).sum(axis=1) <= radius**2)
+
+    def add(self, place: Array, around: list[int]) -> None:
+        """Hang a place on the neighbour that makes its way shortest; then lead neighbours over it where that helps."""
+        steps = np.hypot(*(self.places[around] - place).T)
+        best = int(np.argmin(self.cost[around] + steps))
+        new, self.size = self.size, self.size + 1
+        self.places[new] = place
+        self._hang(new, around[best], float(self.cost[around[best]] + steps[best]))
+        for neighbour, step in zip(around, steps.tolist(), strict=True):
+            shorter = float(self.cost[new]) + step
+            if shorter < self.cost[neighbour]:
+                self._children[self._parent[neighbour]].remove(neighbour)
+                self._hang(neighbour, new, shorter)
+
+    def _hang(self, child: int, parent: int, cost: float) -> None:
+        """Set a place's parent; all that hangs on it comes nearer by as much."""
+        self._parent[child] = parent
+        self._children[parent].append(child)
+        gain, below = cost - float(self.cost[child]), [child]
+        while below:
+            place = below.pop()
+            self.cost[place] += gain
+            below += self._children[place]
+
+    def way_to(self, place: int) -> Array:
+        way = [place]
+        while way[-1] != 0:
+            way.append(int(self._parent[way[-1]]))
+        return np.asarray(self.places[way[::-1]])
+
+
+class Roadmap:
+    """A probabilistic roadmap: places that see each other, made once and asked for many ways.
+
+    References:
+        Kavraki, Svestka, Latombe, Overmars, Probabilistic Roadmaps for Path Planning in High-Dimensional
+        Configuration Spaces, IEEE T-RA 12(4), 1996. The number of neighbours grows as in Karaman and Frazzoli
+        (2011), section 3.3.2 (k-PRM*), so that ways become the shortest.
+    """
+
+    def __init__(self, is_clear: IsClear, *, lower: Array, upper: Array, rng: Generator, places: int = 600) -> None:
+        """Draw places and join neighbours.
+
+        Args:
+            is_clear: Whether one can go straight from one point to another.
+            lower: Corner of the region, shape (2,) [m].
+            upper: The corner across from it, shape (2,) [m].
+            rng: Where chance comes from.
+            places: How many free places to draw.
+        """
+        self._is_clear = is_clear
+        drawn: list[Array] = []
+        for _ in range(100 * places):
+            place = rng.uniform(lower, upper)
+            if is_clear(place, place):
+                drawn.append(place)
+            if len(drawn) == places:
+                break
+        self._places = np.array(drawn).reshape(-1, 2)
+        # k = e (1 + 1/2) log n in the plane.
+        self._neighbours = max(2, math.ceil(1.5 * math.e * math.log(max(len(drawn), 2))))
+        self._roads = self._joined(self._places, self._places)
+
+    def path(self, start: Array, goal: Array) -> Array | None:
+        """Return the shortest way over the roadmap, shape (n, 2) [m]; None when there is none."""
+        ends = np.array([start, goal], dtype=float)
+        number = len(self._places)
+        joins = self._joined(ends, self._places)
+        joins[:, 0] += number
+        roads = np.concatenate([self._roads, joins])
+        if self._is_clear(ends[0], ends[1]):
+            roads = np.concatenate([roads, [(number, number + 1)]])
+        places = np.concatenate([self._places, ends])
+        lengths = np.hypot(*(places[roads[:, 0]] - places[roads[:, 1]]).T)
+        graph = coo_array((lengths, roads.T), shape=(number + 2, number + 2)).tocsr()
+        distance, before = dijkstra(graph, directed=False, indices=number, return_predecessors=True)
+        if not np.isfinite(distance[number + 1]):
+            return None
+        way = [number + 1]
+        while way[-1] != number:
+            way.append(int(before[way[-1]]))
+        return np.asarray(places[way[::-1]])
+
+    def _joined(self, ones: Array, others: Array) -> Indices:
+        """Return the pairs (one, other) of near neighbours that see each other, shape (n, 2)."""
+        if not len(others):
+            return np.zeros((0, 2), dtype=int)
+        _, near = cKDTree(others).query(ones, k=min(self._neighbours, len(others)))
+        pairs = np.column_stack([np.repeat(np.arange(len(ones)), np.atleast_2d(near).shape[-1]), near.ravel()])
+        if ones is others:
+            pairs = np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
+        clear = [self._is_clear(ones[i], others[j]) for i, j in pairs]
+        return np.asarray(pairs[np.array(clear, dtype=bool)])

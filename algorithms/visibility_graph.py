@@ -1,0 +1,56 @@
+"""The shortest way past walls, exactly: along the corners that see each other."""
+
+import itertools
+
+import numpy as np
+import shapely
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+
+from mjsim.geometry import Array
+
+ROUNDING = 4
+"""Straight pieces for a quarter of the circle around a corner."""
+
+
+def shortest_path(segments: Array, start: Array, goal: Array, *, clearance: float) -> Array | None:
+    """Return the shortest way of a disc among walls.
+
+    Walls are grown by the clearance; the shortest way leads along straight lines from corner to corner of what has
+    grown. Round corners are cut into straight pieces outside the true arc, so that the clearance holds.
+
+    Args:
+        segments: Faces of walls and obstacles, shape (n, 2, 2) [m].
+        start: Where from, shape (2,) [m].
+        goal: Where to, shape (2,) [m].
+        clearance: Radius of the disc [m], above 0.
+
+    Returns:
+        Corners of the way, shape (n, 2) [m], start and goal the first and the last; None when there is no way.
+
+    References:
+        Lozano-Perez, Wesley, An Algorithm for Planning Collision-Free Paths Among Polyhedral Obstacles, CACM 22(10),
+        1979. de Berg et al., Computational Geometry (2008), chapter 15.
+    """
+    # A polygon around a circle is longer than it by 1/cos of half the angle of its pieces.
+    outside = clearance / np.cos(np.pi / (4 * ROUNDING))
+    grown = shapely.union_all(shapely.buffer(shapely.linestrings(segments), outside, quad_segs=ROUNDING))
+    grown = shapely.simplify(grown, 1e-9)
+    if not shapely.is_empty(grown) and shapely.contains_properly(grown, shapely.points([start, goal])).any():
+        return None
+    corners = np.concatenate([[start, goal], shapely.get_coordinates(grown)])
+    corners = corners[np.sort(np.unique(corners, axis=0, return_index=True)[1])]
+    pairs = np.array(list(itertools.combinations(range(len(corners)), 2)))
+    lines = shapely.linestrings(corners[pairs])
+    # What touches is allowed: shrink a hair, so that a line along an edge does not count as inside.
+    shapely.prepare(inner := shapely.buffer(grown, -1e-7))
+    seen = pairs[~shapely.intersects(inner, lines)]
+    lengths = np.hypot(*(corners[seen[:, 0]] - corners[seen[:, 1]]).T)
+    graph = coo_array((lengths, seen.T), shape=(len(corners), len(corners))).tocsr()
+    distance, before = dijkstra(graph, directed=False, indices=0, return_predecessors=True)
+    if not np.isfinite(distance[1]):
+        return None
+    way = [1]
+    while way[-1] != 0:
+        way.append(int(before[way[-1]]))
+    return np.asarray(corners[way[::-1]])
