@@ -92,6 +92,42 @@ class CameraFrame:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Scan:
+    """One turn of a 2-D lidar: a range for each beam, from the right to the left.
+
+    +inf where nothing came back, -inf where something is too near to be measured.
+
+    References:
+        ROS REP 117, Informational Distance Measurements.
+    """
+
+    stamp: float
+    """When it was taken [s]."""
+    ranges: Array
+    """From the sensor along each beam, shape (beams,) [m]."""
+    angle_min: float
+    """Of the first beam, in the sensor's frame, left positive [rad]."""
+    angle_increment: float
+    """From one beam to the next [rad]."""
+    range_min: float
+    """[m]"""
+    range_max: float
+    """[m]"""
+    intensities: Array | None = None
+    """Strength of each return, of that of a white wall hit squarely, shape (beams,); None unless the lidar tells."""
+
+    def angles(self) -> Array:
+        """Return the angle of each beam in the sensor's frame, left positive, shape (beams,) [rad]."""
+        return np.asarray(self.angle_min + self.angle_increment * np.arange(len(self.ranges)), dtype=float)
+
+    def points(self) -> Array:
+        """Return where beams met something, in the plane of the sensor's frame, shape (n, 2) [m]."""
+        met = np.isfinite(self.ranges)
+        angles, ranges = self.angles()[met], self.ranges[met]
+        return np.stack([ranges * np.cos(angles), ranges * np.sin(angles)], axis=-1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Sighting:
     """A beacon seen from the robot."""
 
@@ -135,7 +171,7 @@ class Observation:
     """Of the beacon sensor, and of the observer once it has looked."""
     cameras: Mapping[str, CameraFrame] = field(default_factory=dict)
     """By camera name, only those due at this tick."""
-    scans: Mapping[str, Any] = field(default_factory=dict)
+    scans: Mapping[str, Scan] = field(default_factory=dict)
     """By lidar name, only those due at this tick."""
     imu: tuple[Any, ...] = ()
     """Readings since the last tick."""
@@ -193,6 +229,12 @@ class SensorInfo:
     """Standard deviations by the names that the world file uses."""
     intrinsics: Intrinsics | None = None
     """Of a camera."""
+    latency: int = 0
+    """How many ticks a reading comes after it was taken; its stamp tells when it was."""
+    range: tuple[float, float] | None = None
+    """Nearest and farthest distance that it measures [m]; None where there is no such limit."""
+    fov: float | None = None
+    """Horizontal field of view [rad]; None where it sees no things."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

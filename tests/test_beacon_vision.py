@@ -22,7 +22,7 @@ from mjsim.sim.camera import intrinsics_of
 from mjsim.sim.canvas import Canvas
 from mjsim.sim.renderer import Renderer
 from mjsim.world import World, parse_world
-from mjsim.world.robots import Camera
+from mjsim.world.sensors import Camera
 
 POSTERS = Path(__file__).parent.parent / "assets" / "posters"
 KNOWN = ("lion", "owl", "whale", "moon", "key", "cat", "fish", "pear", "anchor", "rocket", "tulip", "castle")

@@ -14,7 +14,7 @@ from mjsim.sim.camera import OnboardCamera, intrinsics_of, robot_from_camera, ti
 from mjsim.sim.canvas import Canvas
 from mjsim.sim.renderer import Renderer
 from mjsim.world import World, parse_world
-from mjsim.world.robots import Camera
+from mjsim.world.sensors import Camera
 
 WIDTH, HEIGHT = 320, 240
 POSES = np.array([[1.0, 1.0, 0.6], [6.5, 5.0, -2.0], [3.0, 4.0, 2.5]])

@@ -8,7 +8,8 @@ import pytest
 
 from mjsim.errors import UsageError, WorldError
 from mjsim.world import World, format_world, load_checked, load_world, parse_world, world_schema
-from mjsim.world.robots import Camera, Robot
+from mjsim.world.robots import Robot
+from mjsim.world.sensors import Camera
 from mjsim.world.settings import with_settings
 from mjsim.world.source import Source
 from mjsim.world.structure import Opening, Wall

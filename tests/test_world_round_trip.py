@@ -6,8 +6,9 @@ from hypothesis import strategies as st
 from mjsim.world import World, format_world, parse_world
 from mjsim.world.bodies import Body
 from mjsim.world.drives import DifferentialDrive
-from mjsim.world.robots import Camera, Robot
+from mjsim.world.robots import Robot
 from mjsim.world.running import Modules, Run, Use
+from mjsim.world.sensors import Camera
 from mjsim.world.structure import Opening, Wall
 from mjsim.world.things import Beacon, BoxObstacle, CylinderObstacle
 

@@ -9,7 +9,7 @@ import mujoco
 
 from mjsim.compile.parts import DARK, MATERIAL, PALE, RUNNING_GEAR, SEEN, make_decor
 from mjsim.compile.pictures import color_of
-from mjsim.compile.sensors import add_camera
+from mjsim.compile.sensors import add_sensor
 from mjsim.world.bodies import Body
 from mjsim.world.drives import DifferentialDrive
 from mjsim.world.robots import Robot
@@ -45,8 +45,8 @@ def add_robot(spec: mujoco.MjSpec, robot: Robot) -> None:
     _add_casters(base, robot)
     for side, sign in (("left", 1.0), ("right", -1.0)):
         _add_wheel(spec, base, robot, side=side, y=sign * robot.drive.track / 2)
-    for camera in robot.sensors:
-        add_camera(base, robot, camera)
+    for sensor in robot.sensors:
+        add_sensor(base, robot, sensor)
 
 
 def clearance(body: Body, drive: DifferentialDrive) -> float:

@@ -15,6 +15,7 @@ from mjsim.world.base import PHYSICS_STEP
 from mjsim.world.model import World
 from mjsim.world.plan import footprint, top
 from mjsim.world.robots import Robot
+from mjsim.world.sensors import Camera
 from mjsim.world.structure import Floor
 
 LAMPS = (("lamp/key", (0.80, 0.10, 0.50), 0.18), ("lamp/fill", (-0.45, 0.75, 0.50), 0.26))
@@ -96,7 +97,7 @@ def _set_visual(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -
     spec.visual.map.znear = NEAR / spec.stat.extent
     spec.visual.map.zfar = (4.0 * diagonal + 50.0) / spec.stat.extent
     spec.visual.map.shadowclip = 1.0
-    cameras = [sensor for robot in world.robots for sensor in robot.sensors if hasattr(sensor, "camera")]
+    cameras = [sensor for robot in world.robots for sensor in robot.sensors if isinstance(sensor, Camera)]
     spec.visual.global_.offwidth = max([WIDEST, *(camera.width for camera in cameras)])
     spec.visual.global_.offheight = max([TALLEST, *(camera.height for camera in cameras)])
     spec.visual.quality.shadowsize = 0

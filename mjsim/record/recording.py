@@ -16,7 +16,7 @@ from mjsim.record.file import picture_of, raw_messages
 from mjsim.record.messages import covariance_of, names_of, observation_of
 from mjsim.record.tick import Event
 from mjsim.world import World
-from mjsim.world.robots import Camera
+from mjsim.world.sensors import Camera
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

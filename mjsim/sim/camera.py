@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 from mjsim.compile.sensors import robot_from_view
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
-from mjsim.interface import CameraFrame, Intrinsics, Picture
+from mjsim.interface import CameraFrame, Intrinsics, Picture, SensorInfo
 from mjsim.sim.canvas import Canvas
 from mjsim.sim.renderer import Renderer
-from mjsim.world.robots import Camera, Robot
+from mjsim.sim.streams import stream
+from mjsim.world.robots import Robot
+from mjsim.world.sensors import Camera
 
 
 def intrinsics_of(camera: Camera) -> Intrinsics:
@@ -63,13 +65,15 @@ class OnboardCamera:
             UsageError: The camera's rate does not divide the loop's.
         """
         self.name = camera.camera
+        self._camera = camera
         self.intrinsics = intrinsics_of(camera)
         self.robot_from_camera = robot_from_camera(camera)
         self._view = f"{robot.name}/{camera.camera}"
         self._ticks = ticks_between(rate_hz, camera.rate_hz)
         self._renderer = Renderer(model, width=camera.width, height=camera.height, canvas=canvas)
-        stream = np.random.default_rng([seed, *f"{self._view}/pixels".encode()])
-        self._noise = PixelNoise(camera.noise, stream) if camera.noise else None
+        self._noise = (
+            PixelNoise(camera.noise, stream(seed, robot.name, f"{self.name}/pixels")) if camera.noise else None
+        )
 
     def due(self, tick: int) -> bool:
         """Say whether the camera takes a picture at a tick, counted from 0."""
@@ -86,6 +90,23 @@ class OnboardCamera:
         if self._noise is not None:
             self._noise.add_to(image)
         return CameraFrame(stamp=stamp, image=image, intrinsics=self.intrinsics)
+
+    def pass_over(self) -> None:
+        """Draw the chance of a picture that nobody asked for."""
+        if self._noise is not None:
+            self._noise.draw((self.intrinsics.height, self.intrinsics.width, 3))
+
+    def info(self) -> SensorInfo:
+        """Return its data sheet."""
+        return SensorInfo(
+            kind="camera",
+            robot_from_sensor=self.robot_from_camera,
+            rate_hz=self._camera.rate_hz,
+            noise={"noise": self._camera.noise},
+            intrinsics=self.intrinsics,
+            latency=self._camera.latency,
+            fov=math.radians(self._camera.fov_deg),
+        )
 
 
 def ticks_between(loop_hz: float, sensor_hz: float) -> int:
@@ -119,5 +140,8 @@ class PixelNoise:
 
     def add_to(self, image: Picture) -> None:
         """Add fresh errors to a picture, in place."""
-        drawn = np.frombuffer(self._stream.bytes(2 * image.size), dtype=np.uint16).reshape(image.shape)
-        cv2.add(image, self._errors[drawn], dst=image, dtype=cv2.CV_8U)
+        cv2.add(image, self._errors[self.draw(image.shape)], dst=image, dtype=cv2.CV_8U)
+
+    def draw(self, shape: tuple[int, ...]) -> NDArray[np.uint16]:
+        """Return the chances of a picture's values."""
+        return np.frombuffer(self._stream.bytes(2 * math.prod(shape)), dtype=np.uint16).reshape(shape)

@@ -5,17 +5,17 @@ from collections.abc import Callable
 
 import mujoco
 import numpy as np
-from numpy.random import Generator
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose
-from mjsim.interface import Command, Observation, RobotInfo, SensorInfo, WheelCommand
-from mjsim.sim.camera import OnboardCamera
+from mjsim.interface import Command, Observation, RobotInfo, WheelCommand
 from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.contact import Bumper
 from mjsim.sim.drive import DifferentialDrive
 from mjsim.sim.odometry import DifferentialOdometry
 from mjsim.sim.proximity import ProximityRing
+from mjsim.sim.sensors import Sensors
+from mjsim.sim.streams import stream
 from mjsim.world.model import World
 from mjsim.world.robots import Robot
 
@@ -51,19 +51,19 @@ class SimulatedRobot:
         self._hinges = np.array([model.joint(wheel).qposadr[0] for wheel in wheels])
         self._servos = np.array([model.actuator(wheel).id for wheel in wheels])
         self._free = slice(start := int(model.joint(f"{robot.name}/free").qposadr[0]), start + 7)
-        self._drive = DifferentialDrive(robot.drive, dt=self._dt, stream=self._stream(seed, "drive/twist"))
+        self._drive = DifferentialDrive(robot.drive, dt=self._dt, stream=stream(seed, robot.name, "drive/twist"))
         self._odometer = DifferentialOdometry(
-            robot.odometry, kinematics=self._drive.kinematics, stream=self._stream(seed, "odometry/increments")
+            robot.odometry, kinematics=self._drive.kinematics, stream=stream(seed, robot.name, "odometry/increments")
         )
         self._ring = ProximityRing(model, data, robot)
         self._bumper = Bumper(model, data, robot)
-        self._cameras = [
-            OnboardCamera(model, robot, camera, rate_hz=world.run.rate_hz, seed=seed, canvas=canvas(camera.quality))
-            for camera in robot.sensors
-        ]
+        self._sensors = Sensors(
+            model, data, robot, beacons=world.beacons, rate_hz=world.run.rate_hz, seed=seed, canvas=canvas
+        )
         self._rotations = data.qpos[self._hinges]
         self._odometry = self._odometer.at_rest()
         self._seen: Observation | None = None
+        self._identities: tuple[str | None, ...] = ()
         self.info = self._describe()
 
     def command(self, command: Command | WheelCommand) -> None:
@@ -89,8 +89,10 @@ class SimulatedRobot:
             )
         self._drive.command(command)
 
-    def before_step(self) -> None:
-        """Tell the servos of the wheels what to reach in this tick."""
+    def before_step(self, tick: int) -> None:
+        """Tell the servos of the wheels what to reach in the step that ends a tick."""
+        if self._seen is None:
+            self._sensors.unasked(tick, tick * self._dt)
         self._data.ctrl[self._servos] = self._drive.advance()
 
     def after_step(self) -> None:
@@ -105,24 +107,30 @@ class SimulatedRobot:
         """Return all that the robot senses at a tick; the same when asked again."""
         if self._seen is None:
             time = tick * self._dt
+            sensed = self._sensors.at(tick, time)
+            self._identities = sensed.identities
             self._seen = Observation(
                 time=time,
                 dt=self._dt,
                 odometry=self._odometry,
-                cameras={c.name: c.frame(self._data, time) for c in self._cameras if c.due(tick)},
+                sightings=sensed.sightings,
+                cameras=sensed.cameras,
+                scans=sensed.scans,
                 proximity=self._ring.ranges(),
                 bump=self._bumper.bearings(),
             )
         return self._seen
+
+    def identities(self, tick: int) -> tuple[str | None, ...]:
+        """Return which beacon each sighting of the sensors at a tick is of, None for one of nothing."""
+        self.sense(tick)
+        return self._identities
 
     def truth(self) -> Pose:
         """Return where the robot is, world frame."""
         x, y, _, qw, qx, qy, qz = self._data.qpos[self._free].tolist()
         # Heading of the x axis of the base, seen from above.
         return Pose(x, y, math.atan2(2.0 * (qx * qy + qw * qz), 1.0 - 2.0 * (qy * qy + qz * qz)))
-
-    def _stream(self, seed: int, purpose: str) -> Generator:
-        return np.random.default_rng([seed, *f"{self._robot.name}/{purpose}".encode()])
 
     def _describe(self) -> RobotInfo:
         robot, drive = self._robot, self._robot.drive
@@ -140,14 +148,5 @@ class SimulatedRobot:
             dt=self._dt,
             prior=Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg)),
             prior_covariance=np.zeros((3, 3)),
-            sensors={
-                camera.camera: SensorInfo(
-                    kind="camera",
-                    robot_from_sensor=built.robot_from_camera,
-                    rate_hz=camera.rate_hz,
-                    noise={"noise": camera.noise},
-                    intrinsics=built.intrinsics,
-                )
-                for camera, built in zip(robot.sensors, self._cameras, strict=True)
-            },
+            sensors=self._sensors.info,
         )

@@ -90,7 +90,7 @@ class Simulation:
             PhysicsFault: MuJoCo warned, or a state is out of all bounds; names the time.
         """
         for robot in self._robots.values():
-            robot.before_step()
+            robot.before_step(self.tick)
         said = self._run_physics()
         self.tick += 1
         self._look()
@@ -105,6 +105,13 @@ class Simulation:
     def truths(self) -> dict[str, Pose]:
         """Return where each robot is, world frame."""
         return {name: robot.truth() for name, robot in self._robots.items()}
+
+    def identities(self, robot: str) -> tuple[str | None, ...]:
+        """Return which beacon each sighting of a robot's sensors at this tick is of, None for one of nothing.
+
+        For recordings and statistics; modules are told what `sense` gives alone.
+        """
+        return self._robot(robot).identities(self.tick)
 
     def state(self) -> tuple[Array, Array]:
         """Return copies of MuJoCo's positions and velocities, shapes (nq,) and (nv,)."""

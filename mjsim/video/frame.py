@@ -29,8 +29,8 @@ from mjsim.video.overlay import Trails, draw_moment, draw_others
 from mjsim.video.plan import draw_background, draw_names, draw_scale_bar, world_bounds
 from mjsim.video.view import View
 from mjsim.world import World
-from mjsim.world.robots import Camera
 from mjsim.world.running import View as Look
+from mjsim.world.sensors import Camera
 
 CLOSE_UP = 110.0
 """Scale of the close-up [px/m]; less in a world too large to keep at this scale."""

@@ -7,6 +7,7 @@ from mjsim.interface import Picture
 from mjsim.sim import Simulation
 from mjsim.video.ink import write_picture
 from mjsim.world import World
+from mjsim.world.sensors import Camera
 
 
 def take_picture(world: World, camera: str, path: Path | None = None) -> Picture:
@@ -21,7 +22,12 @@ def take_picture(world: World, camera: str, path: Path | None = None) -> Picture
         UsageError: There is no such camera, or the file cannot be written.
         OpenGLError: Nothing can be drawn on this machine.
     """
-    known = [f"{robot.name}/{sensor.camera}" for robot in world.robots for sensor in robot.sensors]
+    known = [
+        f"{robot.name}/{sensor.camera}"
+        for robot in world.robots
+        for sensor in robot.sensors
+        if isinstance(sensor, Camera)
+    ]
     if camera not in known:
         raise UsageError(f"no camera '{camera}' in this world{did_you_mean(camera, known)}")
     robot, _, name = camera.partition("/")

@@ -13,8 +13,8 @@ from mjsim.sim.renderer import SEEN_FROM_OUTSIDE
 from mjsim.video.frame import Frame, PlanFrame
 from mjsim.video.layout import HEIGHT, WIDTH
 from mjsim.video.moment import moments
-from mjsim.world.robots import Camera
 from mjsim.world.running import View as Look
+from mjsim.world.sensors import Camera
 
 
 def known_views(recording: Recording) -> list[str]:
@@ -80,5 +80,5 @@ def _first_robot(recording: Recording) -> str:
 
 def _sensor(recording: Recording, view: str) -> Camera | None:
     """Return the onboard camera that a view names, if it names one."""
-    cameras = {f"{robot.name}/{sensor.camera}": sensor for robot in recording.world.robots for sensor in robot.sensors}
-    return cameras.get(view)
+    sensors = ((robot.name, sensor) for robot in recording.world.robots for sensor in robot.sensors)
+    return {f"{robot}/{sensor.camera}": sensor for robot, sensor in sensors if isinstance(sensor, Camera)}.get(view)

@@ -5,8 +5,8 @@ from typing import Any
 
 from mjsim.errors import did_you_mean
 from mjsim.world.base import KEY
-from mjsim.world.robots import Camera
 from mjsim.world.running import Run, nearest_divisor, whole_steps
+from mjsim.world.sensors import KINDS
 
 NAMED = ("walls", "obstacles", "beacons", "lamps", "robots")
 """Lists of items that may carry a name."""
@@ -60,14 +60,22 @@ def _names_taken(keys: Mapping[str, Any]) -> Iterator[Misfit]:
         owners.setdefault(name, place)
 
 
+def _sensors(robot: Mapping[str, Any]) -> Iterator[tuple[int, str, dict[str, Any]]]:
+    """Yield place, kind and keys of each sensor whose kind can be told."""
+    for number, sensor in _items(robot, "sensors"):
+        kind = next((kind for kind in KINDS if kind in sensor), None)
+        if kind is not None:
+            yield number, kind, sensor
+
+
 def _sensors_taken(keys: Mapping[str, Any]) -> Iterator[Misfit]:
     for index, robot in _items(keys, "robots"):
         known: set[str] = set()
-        for number, sensor in _items(robot, "sensors"):
-            name = sensor.get("camera")
+        for number, kind, sensor in _sensors(robot):
+            name = sensor[kind]
             if isinstance(name, str) and name in known:
                 message = f"name '{name}' is taken by another sensor of this robot; give each its own"
-                yield message, ("robots", index, "sensors", number, "camera")
+                yield message, ("robots", index, "sensors", number, kind)
             elif isinstance(name, str):
                 known.add(name)
 
@@ -93,8 +101,8 @@ def _rates_between_ticks(run: Mapping[str, Any], keys: Mapping[str, Any]) -> Ite
     if not _is_rate(tick) or not whole_steps(tick):
         return
     for index, robot in _items(keys, "robots"):
-        for number, sensor in _items(robot, "sensors"):
-            rate = sensor.get("rate_hz", Camera.model_fields["rate_hz"].default)
+        for number, kind, sensor in _sensors(robot):
+            rate = sensor.get("rate_hz", KINDS[kind].model_fields["rate_hz"].default)
             if not _is_rate(rate) or abs(tick / rate - round(tick / rate)) < 1e-9:
                 continue
             nearest = nearest_divisor(tick, rate)

@@ -1,41 +1,14 @@
 """Robots as a world file describes them: body, drive, odometry and sensors."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
-from mjsim.world.base import Degrees, Length, Model, Name, Point, Point3, Rate, fault
+from mjsim.world.base import Degrees, Length, Model, Name, Point, fault
 from mjsim.world.bodies import Body
 from mjsim.world.drives import DifferentialDrive, WheelOdometry
 from mjsim.world.presets import over_preset
-
-
-class Camera(Model):
-    """A camera on the robot; it looks along the robot's x axis unless yaw and pitch say otherwise."""
-
-    camera: Name
-    """Its name."""
-    at: Point3 = (0.0, 0.0, 0.3)
-    """[x, y, z] in the robot's frame [m]."""
-    yaw_deg: Degrees = 0.0
-    """To the left."""
-    pitch_deg: Annotated[float, Field(ge=-89, le=89)] = 0.0
-    """Up."""
-    width: Annotated[int, Field(ge=16, le=4096)] = 640
-    """[px]"""
-    height: Annotated[int, Field(ge=16, le=4096)] = 480
-    """[px]"""
-    fov_deg: Annotated[float, Field(ge=5, le=150)] = 60.0
-    """Horizontal field of view."""
-    rate_hz: Rate = 12.5
-    """Pictures a second; it divides the rate of the tick."""
-    quality: Literal["normal", "high"] = "normal"
-    """High adds shadows, reflections and multisampling."""
-    noise: Annotated[float, Field(ge=0, le=100)] = 0.0
-    """Standard deviation of each pixel's value, of 255."""
-
-
-Sensor = Camera
+from mjsim.world.sensors import Sensor
 
 
 class Robot(Model):

@@ -12,9 +12,10 @@ from mjsim.world.base import Model
 from mjsim.world.model import World
 from mjsim.world.reader import parse_world
 from mjsim.world.robots import Robot
+from mjsim.world.sensors import KINDS
 from mjsim.world.text import plain_value
 
-_FIRST = ("mjsim", "name", "use", "preset", "camera", "box", "cylinder", "type", "segment", "at", "heading_deg")
+_FIRST = ("mjsim", "name", "use", "preset", *KINDS, "box", "cylinder", "type", "segment", "at", "heading_deg")
 """Keys in the order in which people look for them; all others come after, as the models have them."""
 _LINE = 110
 """An item that fits into so many characters stands on one line."""
@@ -142,7 +143,7 @@ def _update_list(tree: Any, before: list[Any], after: list[Any]) -> None:
 def _same(one: Any, other: Any) -> bool:
     """Return whether two items are one thing, perhaps changed: by name, else by value."""
     if isinstance(one, dict) and isinstance(other, dict):
-        names = [next((item[key] for key in ("name", "camera") if key in item), None) for item in (one, other)]
+        names = [next((item[key] for key in ("name", *KINDS) if key in item), None) for item in (one, other)]
         if names != [None, None]:
             return bool(names[0] == names[1])
         return bool(one == other) or one.keys() == other.keys()

@@ -1,0 +1,19 @@
+"""Sources of chance: each purpose of each sensor of each robot has its own."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.random import Generator
+
+Streams = Callable[[str], Generator]
+"""Purpose -> source of chance."""
+
+
+def stream(seed: int, robot: str, purpose: str) -> Generator:
+    """Return the source of chance of a purpose, such as 'scan/range', so that none depends on any other."""
+    return np.random.default_rng([seed, *f"{robot}/{purpose}".encode()])
+
+
+def streams_of(seed: int, robot: str, sensor: str) -> Streams:
+    """Return what gives the sources of chance of one sensor."""
+    return lambda purpose: stream(seed, robot, f"{sensor}/{purpose}")

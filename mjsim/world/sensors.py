@@ -1,0 +1,160 @@
+"""Sensors as a world file describes them: what a robot senses with besides its wheels."""
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Discriminator, Field, Tag
+
+from mjsim.world.base import Degrees, Deviation, Distance, Model, Name, Point3, Rate
+
+
+def _ascending(bounds: tuple[float, ...]) -> tuple[float, ...]:
+    if bounds[0] >= bounds[1]:
+        raise ValueError(f"range is {list(bounds)} m; the nearest must be less than the farthest")
+    return bounds
+
+
+Latency = Annotated[int, Field(ge=0, le=1000)]
+"""Whole ticks."""
+Chance = Annotated[float, Field(ge=0, le=1)]
+"""A probability."""
+Bounds = Annotated[tuple[Distance, ...], Field(strict=False, min_length=2, max_length=2), AfterValidator(_ascending)]
+"""[nearest, farthest] [m]."""
+Pitch = Annotated[float, Field(ge=-89, le=89)]
+
+
+class Camera(Model):
+    """A camera on the robot; it looks along the robot's x axis unless yaw and pitch say otherwise."""
+
+    camera: Name
+    """Its name."""
+    at: Point3 = (0.0, 0.0, 0.3)
+    """[x, y, z] in the robot's frame [m]."""
+    yaw_deg: Degrees = 0.0
+    """To the left."""
+    pitch_deg: Pitch = 0.0
+    """Up."""
+    width: Annotated[int, Field(ge=16, le=4096)] = 640
+    """[px]"""
+    height: Annotated[int, Field(ge=16, le=4096)] = 480
+    """[px]"""
+    fov_deg: Annotated[float, Field(ge=5, le=150)] = 60.0
+    """Horizontal field of view."""
+    rate_hz: Rate = 12.5
+    """Pictures a second; it divides the rate of the tick."""
+    quality: Literal["normal", "high"] = "normal"
+    """High adds shadows, reflections and multisampling."""
+    noise: Annotated[float, Field(ge=0, le=100)] = 0.0
+    """Standard deviation of each pixel's value, of 255."""
+    latency: Latency = 0
+    """How many ticks a picture comes late."""
+
+
+class LidarNoise(Model):
+    """Standard deviations of one beam's reading."""
+
+    range: Deviation = 0.0
+    """[m]"""
+
+
+class Lidar(Model):
+    """A level fan of laser beams, as a 2-D lidar has them; what it gives is one scan."""
+
+    lidar: Name
+    """Its name."""
+    at: Point3 = (0.0, 0.0, 0.3)
+    """[x, y, z] in the robot's frame [m]."""
+    yaw_deg: Degrees = 0.0
+    """Where the middle of the fan points, to the left."""
+    pitch_deg: Pitch = 0.0
+    """Up."""
+    beams: Annotated[int, Field(ge=2, le=10_000)] = 180
+    """How many, evenly spread from the right to the left."""
+    fov_deg: Annotated[float, Field(gt=0, le=360)] = 180.0
+    """From the first beam to the last; all around with 360, the first beam behind."""
+    range: Bounds = (0.05, 10.0)
+    """[nearest, farthest] that is measured [m]."""
+    rate_hz: Rate = 12.5
+    """Scans a second; it divides the rate of the tick."""
+    latency: Latency = 0
+    """How many ticks a scan comes late."""
+    noise: LidarNoise = LidarNoise()
+    """How far a reading is off."""
+    missed: Chance = 0.0
+    """Probability that a beam gets no return although it meets something."""
+    mixed_pixels: Chance = 0.0
+    """Probability that a beam whose spot lies on an edge reads some distance between the two surfaces."""
+    spot_deg: Annotated[float, Field(gt=0, le=10)] = 0.5
+    """Angle across the spot of a beam; it matters with mixed_pixels."""
+    intensity: bool = False
+    """Whether the strength of each return is given too."""
+
+
+class BeaconNoise(Model):
+    """Standard deviations of one sighting."""
+
+    range: Deviation = 0.0
+    """[m]"""
+    bearing_deg: Annotated[float, Field(ge=0, le=90)] = 0.0
+    """[deg]"""
+
+
+class BeaconSensor(Model):
+    """A sensor that tells range and bearing of beacons: those with a face from its front, reflectors from all sides."""
+
+    beacons: Name
+    """Its name."""
+    at: Point3 = (0.0, 0.0, 0.3)
+    """[x, y, z] in the robot's frame [m]; what stands between here and the beacon's middle hides it."""
+    yaw_deg: Degrees = 0.0
+    """Where the middle of its field of view points, to the left."""
+    fov_deg: Annotated[float, Field(gt=0, le=360)] = 360.0
+    """Horizontal field of view."""
+    range: Bounds = (0.1, 8.0)
+    """[nearest, farthest] horizontal distance at which a beacon is seen [m]."""
+    rate_hz: Rate = 12.5
+    """Looks a second; it divides the rate of the tick."""
+    latency: Latency = 0
+    """How many ticks sightings come late."""
+    noise: BeaconNoise = BeaconNoise()
+    """How far a sighting is off."""
+    anonymous: bool = False
+    """Whether sightings come without the beacon's name."""
+    missed: Chance = 0.0
+    """Probability that a beacon in sight is not seen at a look."""
+    false_rate: Annotated[float, Field(ge=0, le=1000)] = 0.0
+    """Sightings of nothing, on average [1/s]."""
+    outliers: Chance = 0.0
+    """Probability that a sighting is anywhere in the field of view."""
+    heavy_tails: Annotated[float, Field(gt=2, le=1000)] | None = None
+    """Degrees of freedom of Student's t that the errors follow, at the same standard deviation; normal without."""
+
+
+AnySensor = Camera | Lidar | BeaconSensor
+KINDS: dict[str, type[AnySensor]] = {"camera": Camera, "lidar": Lidar, "beacons": BeaconSensor}
+"""Sensors by the key that names them."""
+
+
+def kind_of(sensor: AnySensor) -> str:
+    """Return the key that names a sensor: 'camera', 'lidar' and so on."""
+    return next(kind for kind, model in KINDS.items() if isinstance(sensor, model))
+
+
+def name_of(sensor: AnySensor) -> str:
+    """Return the name of a sensor."""
+    return str(getattr(sensor, kind_of(sensor)))
+
+
+def _tag(item: object) -> str | None:
+    if isinstance(item, dict):
+        return next((f"<{kind}>" for kind in KINDS if kind in item), None)
+    return next((f"<{kind}>" for kind, model in KINDS.items() if isinstance(item, model)), None)
+
+
+Sensor = Annotated[
+    Annotated[Camera, Tag("<camera>")] | Annotated[Lidar, Tag("<lidar>")] | Annotated[BeaconSensor, Tag("<beacons>")],
+    Discriminator(
+        _tag,
+        custom_error_type="kind",
+        custom_error_message="a sensor needs its kind; write camera: NAME, lidar: NAME or beacons: NAME",
+    ),
+]
