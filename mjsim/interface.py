@@ -280,6 +280,14 @@ class WorldMap:
 
 
 @runtime_checkable
+class TakesMap(Protocol):
+    """An observer, estimator or avoidance that wants the map as well; a navigator is given it at its start."""
+
+    def take_map(self, map: WorldMap | None) -> None:
+        """Get the map before `start`; None unless the world says `map: known`."""
+
+
+@runtime_checkable
 class Observer(Protocol):
     """Turns pictures and scans into sightings of beacons."""
 

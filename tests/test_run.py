@@ -180,3 +180,19 @@ def test_a_command_that_cannot_be_followed_is_refused(command, complaint):
 def test_an_observation_holds_what_a_robot_senses_and_no_truth():
     settled = "time dt odometry sightings cameras scans imu proximity bump messages"
     assert set(mjsim.Observation.__slots__) == set(settled.split())
+
+
+class Mapped(Estimating):
+    """An estimator that asks for the map."""
+
+    def take_map(self, map):
+        self.map = map
+
+
+def test_an_estimator_that_asks_gets_the_map_where_the_world_tells_it():
+    for said, text in ((True, ROOM + "run: {map: known}\n"), (False, ROOM)):
+        estimator = Mapped(lambda seen: mjsim.Estimate(mjsim.Pose(0, 0, 0), np.eye(3)))
+        run(estimator=estimator, text=text, seconds=0.1)
+        assert (estimator.map is not None) is said
+        if said:
+            assert estimator.map.segments.min() == pytest.approx(-2.05, abs=0.1)

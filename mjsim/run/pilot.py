@@ -21,6 +21,7 @@ from mjsim.interface import (
     Observer,
     RobotInfo,
     Sighting,
+    TakesMap,
     WheelCommand,
     WorldMap,
 )
@@ -94,6 +95,8 @@ class Pilot:
             ("navigator", driver.navigator, (map,)),
             ("avoidance", self._avoidance, ()),
         ):
+            if isinstance(module, TakesMap):
+                self._call(part, module, 0.0, module.take_map, map)
             if module is not None:
                 self._call(part, module, 0.0, module.start, robot, *extra, stream(part))
 

@@ -1,0 +1,246 @@
+"""Monte Carlo localization: where am I on this map, from nothing but a lidar and the wheels?
+
+The world must say `map: known`. A cloud of poses is moved as odometry says, weighed by how well the scan fits the
+map at each, and drawn anew. It starts anywhere (`start: global`) or at the prior, and finds itself again when
+somebody has carried the robot away.
+"""
+
+from collections.abc import Mapping
+from typing import Literal
+
+import numpy as np
+from filterpy.monte_carlo import systematic_resample
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array, Pose, wrap_angle, wrap_angles
+from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Scan, WorldMap
+
+from .distance_grid import DistanceGrid
+
+SLOW, FAST = 0.03, 0.3
+"""Share of the newest scan in the slow and the fast average of the likelihood."""
+CANDIDATES = 12
+"""Places tried for each particle that is put somewhere new."""
+BIN = np.array([0.5, 0.5, np.radians(15.0)])
+"""Size of the bins that are counted to tell how many particles are needed [m, m, rad]."""
+
+
+class MonteCarloLocalization:
+    """Estimates the pose by particles: augmented MCL, with as many particles as the spread of the belief needs.
+
+    Particles that are put somewhere new, at the start or when scans fit worse than they used to, are not thrown
+    at random: of several random places the ones are drawn that the scan makes likely.
+
+    References:
+        Thrun, Burgard, Fox, Probabilistic Robotics (2005), tables 8.2 and 8.3 (augmented MCL), 6.3 (likelihood
+        field). Fox, Adapting the Sample Size in Particle Filters through KLD-Sampling, IJRR 22(12), 2003, eq. 7.
+        Lenser, Veloso, Sensor Resetting Localization for Poorly Modelled Mobile Robots, ICRA 2000.
+    """
+
+    def __init__(
+        self,
+        *,
+        lidar: str | None = None,
+        start: Literal["prior", "global"] = "prior",
+        particles: int = 5000,
+        beams: int = 40,
+        sigma: float = 0.08,
+        random: float = 0.05,
+        weight: float = 16.0,
+        odometry_scale: float = 1.5,
+    ) -> None:
+        """Set the rules.
+
+        Args:
+            lidar: Name of the lidar; None for the first.
+            start: Whether the prior is believed, or the robot may be anywhere inside the walls.
+            particles: The most that are carried; a belief that knows where it is needs far fewer.
+            beams: How many of a scan's beams are looked at.
+            sigma: Standard deviation of a beam's end from its wall: noise, and errors of the map [m].
+            random: Share of beams that end on things that the map lacks.
+            weight: How many independent beams a scan counts for; neighbours tell the same story.
+            odometry_scale: Factor on the standard deviation of odometry.
+        """
+        if start not in ("prior", "global"):
+            raise ValueError(f"start is {start!r}; it must be 'prior' or 'global'")
+        if particles < 100 or beams < 1:
+            raise ValueError(f"particles is {particles} and beams {beams}; give at least 100 and 1")
+        self._lidar, self._start, self._most, self._beams = lidar, start, particles, beams
+        self._sigma, self._random, self._weight, self._scale = sigma, random, weight, odometry_scale
+        self._field: DistanceGrid | None = None
+
+    def take_map(self, map: WorldMap | None) -> None:
+        """Get the walls; called before `start`.
+
+        Raises:
+            ValueError: The world keeps its map secret, or has no walls.
+        """
+        if map is None:
+            raise ValueError("there is no map; write 'map: known' under 'run' of the world")
+        self._field = DistanceGrid.from_segments(map.segments)
+
+    def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
+        """Throw the first particles.
+
+        Raises:
+            ValueError: There is no map, or the robot has no such lidar.
+        """
+        if self._field is None:
+            self.take_map(None)
+        lidars = [name for name, sensor in robot.sensors.items() if sensor.kind == "lidar"]
+        if not lidars or self._lidar not in (None, *lidars):
+            raise ValueError(f"robot '{robot.name}' has no lidar '{self._lidar or ''}'; it has {lidars or 'none'}")
+        self._name = self._lidar or lidars[0]
+        self._robot_from_lidar = robot.sensors[self._name].robot_from_sensor
+        self._rng = rng
+        self._places = self._known_field().largest_region(robot.radius)
+        self._slow = self._fast = 0.0
+        if self._start == "global":
+            self._particles = self._anywhere(self._most)
+        else:
+            self._particles = rng.multivariate_normal(
+                robot.prior.as_array(), np.asarray(robot.prior_covariance), self._most, method="svd"
+            )
+        self._weights = np.full(self._most, 1.0 / self._most)
+
+    def update(self, seen: Observation) -> Estimate:
+        """Return the belief after this tick's odometry and, when one is due, its scan."""
+        self._move(seen)
+        if self._name in seen.scans:
+            self._weigh(seen.scans[self._name])
+        return self._belief()
+
+    def _known_field(self) -> DistanceGrid:
+        assert self._field is not None
+        return self._field
+
+    def _anywhere(self, number: int) -> Array:
+        """Return poses anywhere inside the walls, shape (number, 3)."""
+        places = self._places[self._rng.integers(len(self._places), size=number)]
+        within = self._rng.uniform(-0.5, 0.5, (number, 2)) * self._known_field().cell
+        return np.column_stack([places + within, self._rng.uniform(-np.pi, np.pi, number)])
+
+    def _move(self, seen: Observation) -> None:
+        """Move each particle by odometry with an error of its own."""
+        moved, P = seen.odometry, self._particles
+        spread = np.linalg.cholesky(moved.covariance * self._scale**2 + 1e-12 * np.eye(3))
+        steps = (moved.forward, moved.left, moved.turn) + self._rng.standard_normal(P.shape) @ spread.T
+        c, s = np.cos(P[:, 2]), np.sin(P[:, 2])
+        P[:, 0] += c * steps[:, 0] - s * steps[:, 1]
+        P[:, 1] += s * steps[:, 0] + c * steps[:, 1]
+        P[:, 2] += steps[:, 2]
+
+    def _weigh(self, scan: Scan) -> None:
+        """Weigh the particles by a scan, and draw them anew when few of them carry the weight."""
+        points = self._points(scan)
+        if not len(points):
+            return
+        fit = np.exp(self._weight * self._fit(self._particles, points))
+        mean = float(self._weights @ fit)
+        self._slow += (SLOW if self._slow else 1.0) * (mean - self._slow)
+        self._fast += (FAST if self._fast else 1.0) * (mean - self._fast)
+        self._weights = self._weights * fit + 1e-300
+        self._weights /= self._weights.sum()
+        lost = max(0.0, 1.0 - self._fast / self._slow)
+        if lost > 0.1 or 1.0 / np.sum(self._weights**2) < 0.5 * len(self._weights):
+            self._draw(points, lost if lost > 0.1 else 0.0)
+
+    def _points(self, scan: Scan) -> Array:
+        """Return where some of the beams ended, in the robot's frame, shape (n, 2) [m]."""
+        points = scan.points()
+        points = points[np.linspace(0, len(points) - 1, min(self._beams, len(points))).astype(int)]
+        return np.asarray(points @ self._robot_from_lidar[:2, :2].T + self._robot_from_lidar[:2, 3])
+
+    def _fit(self, poses: Array, points: Array) -> Array:
+        """Return the mean logarithm of the likelihood of points (n, 2) seen from poses (k, 3), shape (k,)."""
+        c, s = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
+        x, y = points.T
+        ends = np.stack([poses[:, 0, None] + c * x - s * y, poses[:, 1, None] + s * x + c * y], axis=-1)
+        return log_likelihood(self._known_field(), ends, sigma=self._sigma, random=self._random)
+
+    def _draw(self, points: Array, lost: float) -> None:
+        """Draw particles by weight, as many as their spread needs; a share of those lost goes somewhere new."""
+        kept = self._particles[systematic_resample_with(self._weights, self._rng)]
+        number = self._needed(kept)
+        self._particles = kept[self._rng.permutation(len(kept))[:number]] if number < len(kept) else kept
+        new = int(lost * self._most)
+        if new:
+            candidates = self._anywhere(CANDIDATES * new)
+            fit = np.exp(self._weight * self._fit(candidates, points)) + 1e-300
+            chosen = self._rng.choice(len(candidates), size=new, p=fit / fit.sum())
+            self._particles = np.concatenate([self._particles[: self._most - new], candidates[chosen]])
+        self._weights = np.full(len(self._particles), 1.0 / len(self._particles))
+
+    def _needed(self, particles: Array) -> int:
+        """Return how many particles keep the histogram's error below 0.02 with 99 % (KLD-sampling)."""
+        bins = len(np.unique(_bins(particles)))
+        if bins < 2:
+            return 200
+        part = 2.0 / (9.0 * (bins - 1))
+        needed = (bins - 1) / (2.0 * 0.02) * (1.0 - part + np.sqrt(part) * 2.3263) ** 3
+        return int(np.clip(needed, 200, self._most))
+
+    def _belief(self) -> Estimate:
+        """Return the mean of the particles around the heaviest place, and the spread of all about it."""
+        P, w = self._particles, self._weights
+        _, index = np.unique(_bins(P), return_inverse=True)
+        heaviest = index == np.argmax(np.bincount(index, weights=w))
+        mean = _mean(P[heaviest], w[heaviest])
+        near = np.all(np.abs(_apart(P, mean)) < 2.0 * BIN, axis=1)
+        mean = _mean(P[near], w[near])
+        apart = _apart(P, mean)
+        return Estimate(Pose.from_array(mean), (apart * w[:, None]).T @ apart + 1e-12 * np.eye(3))
+
+
+def log_likelihood(field: DistanceGrid, points: Array, *, sigma: float, random: float) -> Array:
+    """Return how well the ends of a scan's beams fit a map: the logarithm of their likelihood, the mean over beams.
+
+    Args:
+        field: Distances to the map's walls.
+        points: Ends of beams in the map's frame, shape (..., beams, 2) [m].
+        sigma: Standard deviation of an end's distance from its wall [m].
+        random: Share of beams that end anywhere.
+
+    Returns:
+        Shape (...); 0 for a scan that fits perfectly.
+
+    References:
+        Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 6.3: the likelihood field.
+    """
+    near = np.exp(-0.5 * (field.at(points) / sigma) ** 2)
+    return np.asarray(np.log((1.0 - random) * near + random).mean(axis=-1))
+
+
+def systematic_resample_with(weights: Array, rng: Generator) -> Array:
+    """Return the indices that filterpy's systematic resampling draws, from a random stream of ours.
+
+    filterpy asks NumPy's global generator for its one number; it is lent a seed from ours, so that runs repeat.
+    """
+    state = np.random.get_state()  # noqa: NPY002, filterpy draws from there
+    np.random.seed(int(rng.integers(2**32)))  # noqa: NPY002
+    try:
+        return np.asarray(systematic_resample(weights))
+    finally:
+        np.random.set_state(state)  # noqa: NPY002
+
+
+def _bins(poses: Array) -> NDArray[np.int64]:
+    """Return a number for each pose (n, 3), the same for those in one bin."""
+    headings = np.column_stack([poses[:, :2], wrap_angles(poses[:, 2])])
+    columns, rows, turns = np.floor(headings / BIN).astype(np.int64).T
+    return np.asarray((columns * 2**20 + rows) * 2**6 + turns)
+
+
+def _mean(poses: Array, weights: Array) -> Array:
+    """Return the weighted mean of poses (n, 3) that lie close together."""
+    mean = poses[0] + weights @ _apart(poses, poses[0]) / weights.sum()
+    mean[2] = wrap_angle(float(mean[2]))
+    return np.asarray(mean)
+
+
+def _apart(poses: Array, mean: Array) -> Array:
+    """Return poses (n, 3) less one pose, headings in [-pi, pi)."""
+    apart = poses - mean
+    apart[:, 2] = wrap_angles(apart[:, 2])
+    return apart
