@@ -1,6 +1,7 @@
 """`World` to text; a world that was read keeps its comments and its layout."""
 
 import io
+import re
 from typing import Any
 
 from ruamel.yaml import YAML
@@ -17,6 +18,8 @@ from mjsim.world.text import plain_value
 
 _FIRST = ("mjsim", "name", "use", "preset", *KINDS, "box", "cylinder", "type", "segment", "at", "heading_deg")
 """Keys in the order in which people look for them; all others come after, as the models have them."""
+_PLAIN = re.compile(r"[A-Za-z_./][\w./+-]*(:[\w./+-]+)*")
+"""Text that needs no quotes, wherever it stands, unless it reads as another kind of value."""
 _LINE = 110
 """An item that fits into so many characters stands on one line."""
 
@@ -92,7 +95,7 @@ def _plain(value: Any) -> Any:
 def _styled(value: Any, *, depth: int = 0) -> Any:
     """Return a value laid out for people: what is short or holds only numbers on one line."""
     if isinstance(value, str):
-        return value if plain_value(value) == value else DoubleQuotedScalarString(value)
+        return _text(value)
     if not isinstance(value, (dict, list)):
         return value
     inner = value.values() if isinstance(value, dict) else value
@@ -100,12 +103,18 @@ def _styled(value: Any, *, depth: int = 0) -> Any:
     short = depth > 1 and len(str(value)) <= _LINE and not any(isinstance(item, dict) and item for item in inner)
     styled: CommentedMap | CommentedSeq
     if isinstance(value, dict):
-        styled = CommentedMap({key: _styled(item, depth=depth + 1) for key, item in value.items()})
+        styled = CommentedMap({_text(key): _styled(item, depth=depth + 1) for key, item in value.items()})
     else:
         styled = CommentedSeq([_styled(item, depth=depth + 1) for item in value])
     if flat or short or not value:
         styled.fa.set_flow_style()
     return styled
+
+
+def _text(value: str) -> str:
+    """Return a text with quotes where it needs them; ruamel.yaml leaves them out where not even itself can do so."""
+    plain = _PLAIN.fullmatch(value) and plain_value(value) == value
+    return value if plain else DoubleQuotedScalarString(value)
 
 
 def _update(tree: Any, before: Any, after: Any) -> None:
