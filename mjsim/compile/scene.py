@@ -6,27 +6,24 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.beacons import add_beacons
+from mjsim.compile.ceiling import add_ceiling
+from mjsim.compile.floor import add_floor, add_patches, corners
+from mjsim.compile.light import add_general_light, add_lamps, divide_faces, light_pictures
 from mjsim.compile.obstacles import add_obstacles
-from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, add_matte, bounded, color_of, read_picture
+from mjsim.compile.pictures import add_matte
 from mjsim.compile.robots import add_robot
-from mjsim.compile.walls import UNDIVIDED, WallBox, add_walls, wall_boxes
+from mjsim.compile.walls import WallBox, add_walls, wall_boxes
 from mjsim.geometry import Array
 from mjsim.world.base import PHYSICS_STEP
 from mjsim.world.model import World
 from mjsim.world.plan import footprint, top
 from mjsim.world.robots import Robot
 from mjsim.world.sensors import Camera
-from mjsim.world.structure import Floor
 
-LAMPS = (("lamp/key", (0.80, 0.10, 0.50), 0.18), ("lamp/fill", (-0.45, 0.75, 0.50), 0.26))
-"""Name, where it shines from, and strength: walls that face east, north, west and south get 0.86, 0.92, 0.83
-and 0.71 of full light, the floor 0.93; what one looks at squarely gets 0.08 more."""
 NEAR = 0.02
 """Nearest distance that a camera sees, whatever the size of the world [m]."""
 WIDEST, TALLEST = 1920, 1080
 """Pictures of at least this size can be drawn [px]."""
-FLOOR_AROUND_WALLS, FLOOR_AROUND_NOTHING = 2.0, 20.0
-"""How far the floor is seen beyond what stands on it [m]; one can drive on beyond that."""
 OVERVIEW_TILT, OVERVIEW_FOV = math.radians(60.0), 40.0
 """Downwards [rad]; vertical field of view [deg]."""
 OVERVIEW_ASPECT, OVERVIEW_FILL = 16 / 9, 0.96
@@ -51,17 +48,23 @@ def compile_world(world: World) -> mujoco.MjSpec:
     lower, upper = _bounds(world, boxes)
     _set_physics(spec)
     _set_visual(spec, world, lower, upper)
-    _add_lamps(spec, lower, upper)
+    add_general_light(spec, world.light, lower, upper)
+    add_lamps(spec, world)
     add_matte(spec, "matte")
     # Cameras draw geoms in this order; what is likely in front comes first, so that less is painted over.
     add_beacons(spec, world, boxes)
     add_obstacles(spec, world.obstacles)
     add_walls(spec, world, boxes)
-    _add_floor(spec, world, lower, upper)
+    add_ceiling(spec, world, boxes, lower, upper)
+    add_patches(spec, world)
+    add_floor(spec, world, lower, upper)
     _add_overview(spec, lower, upper)
     for robot in world.robots:
         add_robot(spec, robot)
         _add_chase(spec, robot)
+    light_pictures(spec, world)
+    if world.lamps:
+        divide_faces(spec)
     return spec
 
 
@@ -74,8 +77,9 @@ def _bounds(world: World, boxes: list[WallBox]) -> tuple[Array, Array]:
     for item in world.obstacles:
         outline = footprint(item)
         points.append(np.column_stack([outline, np.full(len(outline), top(item))]))
-    corners = np.concatenate([*points, np.zeros((0 if points else 1, 3))])
-    lower, upper = corners.min(axis=0), corners.max(axis=0)
+    points += [np.column_stack([corners(patch), np.zeros(4)]) for patch in world.floor.patches]
+    found = np.concatenate([*points, np.zeros((0 if points else 1, 3))])
+    lower, upper = found.min(axis=0), found.max(axis=0)
     lower[2] = 0.0
     # Even a bare floor has a size to look at.
     return np.minimum(lower, upper - [1.0, 1.0, 0.0]), np.maximum(upper, lower + 1.0)
@@ -103,49 +107,6 @@ def _set_visual(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -
     spec.visual.quality.shadowsize = 0
     spec.visual.quality.offsamples = 0
     spec.visual.quality.numquads = 1
-
-
-def _add_lamps(spec: mujoco.MjSpec, lower: Array, upper: Array) -> None:
-    """Add even light and two lamps at infinity: walls of different directions differ, and white stays below full."""
-    spec.visual.headlight.ambient = [0.71, 0.71, 0.72]
-    spec.visual.headlight.diffuse = [0.08, 0.08, 0.08]
-    spec.visual.headlight.specular = [0.0, 0.0, 0.0]
-    middle, height = (lower + upper) / 2, float(np.linalg.norm(upper - lower)) / 2
-    for name, towards, strength in LAMPS:
-        direction = np.array(towards) / np.linalg.norm(towards)
-        spec.worldbody.add_light(
-            name=name,
-            type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
-            pos=middle + direction * (height + 2 * NEAR),
-            dir=-direction,
-            diffuse=[strength] * 3,
-            specular=[0.0] * 3,
-            ambient=[0.0] * 3,
-            castshadow=name == "lamp/key",
-        )
-
-
-def _add_floor(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> None:
-    """Add the floor: endless to touch, as large as the world to see, its tiles counted from the world's origin."""
-    floor: Floor = world.floor
-    around = FLOOR_AROUND_WALLS if world.walls else FLOOR_AROUND_NOTHING
-    center = (lower[:2] + upper[:2]) / 2
-    if floor.texture is not None:
-        # MuJoCo counts tiles from the middle of a tile at the plane's centre.
-        center = (np.floor(center / floor.tile) + 0.5) * floor.tile
-        add_material(spec, "floor", bounded(read_picture(world.read_asset(floor.texture)), LONGEST_TILE_SIDE))
-        material = spec.material("floor")
-        material.texuniform, material.texrepeat = True, [2.0 / floor.tile] * 2
-    half = np.maximum(upper[:2] - center, center - lower[:2]) + around
-    spec.worldbody.add_geom(
-        name="floor",
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        pos=[*center, 0.0],
-        size=[*half, UNDIVIDED],
-        material="matte" if floor.texture is None else "floor",
-        rgba=color_of(floor.color) if floor.texture is None else [1.0, 1.0, 1.0, 1.0],
-        friction=[floor.friction, 0.005, 0.0001],
-    )
 
 
 def _add_overview(spec: mujoco.MjSpec, lower: Array, upper: Array) -> None:

@@ -13,7 +13,7 @@ Quality = Literal["normal", "high"]
 SHADOW_PIXELS, SAMPLES = 4096, 4
 """Of high quality: side of the shadow map [px], and samples a pixel."""
 BACKGROUND = (0.87, 0.91, 0.95)
-"""What is seen where the world ends, red, green, blue."""
+"""What is seen where the world ends, in full light, red, green, blue."""
 
 
 class Canvas:
@@ -49,9 +49,10 @@ class Canvas:
         finally:
             context.release()
 
-    def paint_background(self) -> None:
-        """Paint what nothing was drawn on; to be called after mjr_render."""
-        self.gl.draw(self._background)
+    def paint_background(self, level: float) -> None:
+        """Paint what nothing was drawn on as the general light shows it; to be called after mjr_render."""
+        red, green, blue = (min(level, 1.0) * value for value in BACKGROUND)
+        self.gl.paint(self._background, (red, green, blue))
 
     def close(self) -> None:
         """Give back the context and all that it holds; a second call does nothing."""
@@ -76,4 +77,4 @@ class Canvas:
         # Depth near 0 is far: that way single precision is enough at any distance.
         self.mjr.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
         self.gl = GlCalls(context)
-        self._background = self.gl.background(BACKGROUND)
+        self._background = self.gl.background()

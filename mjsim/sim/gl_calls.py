@@ -29,6 +29,7 @@ class GlCalls:
         self._read_pixels = self._function(b"glReadPixels", None, c_int, c_int, c_int, c_int, c_uint, c_uint, c_void_p)
         self._pixel_store = self._function(b"glPixelStorei", None, c_uint, c_int)
         self._call_list = self._function(b"glCallList", None, c_uint)
+        self._color = self._function(b"glColor3f", None, *[c_float] * 3)
         names = self._function(b"glGetString", c_char_p, c_uint)(EXTENSIONS) or b""
         self.reads_from_top = b"GL_MESA_pack_invert" in names.split()
         """Whether `read` gives the top row first."""
@@ -42,8 +43,8 @@ class GlCalls:
         if self.reads_from_top:
             self._pixel_store(PACK_INVERT, 0)
 
-    def background(self, color: tuple[float, float, float]) -> int:
-        """Return a list of commands that paints what nothing was drawn on, for `draw`."""
+    def background(self) -> int:
+        """Return a list of commands that paints what nothing was drawn on, for `paint`."""
         listed = int(self._function(b"glGenLists", c_uint, c_int)(1))
         matrix_mode, load_identity = self._function(b"glMatrixMode", None, c_uint), self._function(b"glLoadIdentity")
         disable, vertex = (
@@ -60,7 +61,6 @@ class GlCalls:
         for mode in (PROJECTION, MODELVIEW):
             matrix_mode(mode)
             load_identity()
-        self._function(b"glColor3f", None, *[c_float] * 3)(*color)
         self._function(b"glBegin", None, c_uint)(QUADS)
         for x, y in ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)):
             vertex(x, y)
@@ -69,8 +69,9 @@ class GlCalls:
         self._function(b"glEndList")()
         return listed
 
-    def draw(self, listed: int) -> None:
-        """Carry out a list of commands."""
+    def paint(self, listed: int, color: tuple[float, float, float]) -> None:
+        """Carry out a list of commands in a colour, red, green, blue."""
+        self._color(*color)
         self._call_list(listed)
 
     def _function(self, name: bytes, result: Any = None, *arguments: Any) -> Any:

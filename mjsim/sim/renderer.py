@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mjsim.compile.light import general_light, lamp_lights, lamps_drawn
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import Picture
@@ -54,6 +55,7 @@ class Renderer:
         drawn = np.isin(model.geom_group, groups)
         self._drawn = np.flatnonzero(drawn)
         self._planes = model.geom_type[drawn] == mujoco.mjtGeom.mjGEOM_PLANE
+        self._lamps = lamp_lights(model)
         self._scene = mujoco.MjvScene(model, maxgeom=max(1, len(self._drawn)))
         self._option = mujoco.MjvOption()
         self._option.geomgroup[:] = [group in groups for group in range(len(self._option.geomgroup))]
@@ -80,7 +82,7 @@ class Renderer:
             self._set_flags(shadow=high, reflection=high)
             self._update(data, camera, cull=not high)
             mujoco.mjr_render(self._rect, self._scene, canvas.mjr)
-            canvas.paint_background()
+            canvas.paint_background(general_light(self._model))
             self._read(canvas)
         cv2.cvtColor(self._rgba, cv2.COLOR_RGBA2RGB, dst=out)
         return out
@@ -162,7 +164,12 @@ class Renderer:
             mujoco.mjv_addGeoms(model, data, self._option, mujoco.MjvPerturb(), CATEGORIES, scene)
         finally:
             model.geom_group[unseen] = groups
-        mujoco.mjv_makeLights(model, data, scene)
+        burning = model.light_active.copy()
+        model.light_active[self._lamps_unseen(data)] = 0
+        try:
+            mujoco.mjv_makeLights(model, data, scene)
+        finally:
+            model.light_active[:] = burning
 
     def _camera(self, camera: str | mujoco.MjvCamera) -> mujoco.MjvCamera:
         if not isinstance(camera, str):
@@ -174,23 +181,41 @@ class Renderer:
         self._fixed.fixedcamid = found
         return self._fixed
 
+    def _lamps_unseen(self, data: mujoco.MjData) -> NDArray[np.intp]:
+        """Return the lamps that light nothing in this view, and those that are too many, farthest first."""
+        if not len(self._lamps):
+            return self._lamps
+        model, lamps = self._model, self._lamps
+        reach = np.where(model.light_active[lamps], model.light_range[lamps], -np.inf)
+        offsets = data.light_xpos[lamps] - self._eye()
+        seen = ~self._beside(offsets, reach)
+        order = np.lexsort([np.linalg.norm(offsets, axis=1), ~seen])
+        room = min(int(seen.sum()), lamps_drawn(model))
+        return np.asarray(lamps[order[room:]])
+
     def _out_of_sight(self, data: mujoco.MjData) -> NDArray[np.bool_]:
         """Say of each drawn geom whether it lies wholly beside or behind the view, or shows only its bare back."""
+        offsets = data.geom_xpos[self._drawn] - self._eye()
+        normals = data.geom_xmat[self._drawn, 2::3]
+        behind = self._planes & (np.einsum("ij,ij->i", offsets, normals) > 0.0)
+        return np.asarray(behind | self._beside(offsets, self._radii()))
+
+    def _eye(self) -> Array:
+        eyes = [np.asarray(camera.pos, dtype=float) for camera in self._scene.camera]
+        return np.asarray((eyes[0] + eyes[1]) / 2)
+
+    def _beside(self, offsets: Array, radii: Array) -> NDArray[np.bool_]:
+        """Say of balls whether they lie wholly beside or behind the view; their middles from the eye, shape (n, 3)."""
         view = self._scene.camera[0]
         ahead, up = np.array(view.forward, dtype=float), np.array(view.up, dtype=float)
         right = np.cross(ahead, up)
         half_height = view.frustum_top / view.frustum_near
         half_width = half_height * self._rect.width / self._rect.height
-        place = (np.asarray(self._scene.camera[0].pos) + self._scene.camera[1].pos) / 2
-        offsets = data.geom_xpos[self._drawn] - place
-        radii = self._radii()
         z, x, y = offsets @ ahead, np.abs(offsets @ right), np.abs(offsets @ up)
         beside = (x - half_width * z > radii * np.hypot(1, half_width)) | (
             y - half_height * z > radii * np.hypot(1, half_height)
         )
-        normals = data.geom_xmat[self._drawn, 2::3]
-        behind = self._planes & (np.einsum("ij,ij->i", offsets, normals) > 0.0)
-        return np.asarray(beside | behind | (z < -radii))
+        return np.asarray(beside | (z < -radii))
 
     def _radii(self) -> Array:
         """Return the radius of a sphere around each drawn geom [m]."""

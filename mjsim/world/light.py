@@ -24,4 +24,5 @@ class Lamp(Model):
     brightness: Brightness = 1.0
     """Right below it at 2 m, as a multiple of what shows colours as they are written; 0 is off."""
     range: Length = 10.0
-    """Beyond this it lights nothing [m]."""
+    """How far it is of use [m]: a picture shows its light when what is nearer than this to it may be seen, and of
+    many such lamps that of the nearest."""

@@ -1,0 +1,40 @@
+"""The ceiling: a face that looks down, so that views from above see into the rooms."""
+
+import mujoco
+import numpy as np
+
+from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, bounded, color_of, read_picture
+from mjsim.compile.solids import Face
+from mjsim.compile.walls import WallBox, add_mesh_geom
+from mjsim.geometry import Array
+from mjsim.world.model import World
+from mjsim.world.structure import Ceiling
+
+
+def add_ceiling(spec: mujoco.MjSpec, world: World, walls: list[WallBox], lower: Array, upper: Array) -> None:
+    """Add the ceiling over all that stands in the world; it is seen from below and touches nothing."""
+    ceiling = world.ceiling
+    if ceiling is None:
+        return
+    height = ceiling_height(ceiling, walls, float(upper[2]))
+    (x0, y0), (x1, y1) = lower[:2], upper[:2]
+    corners = np.array([(x0, y0, height), (x0, y1, height), (x1, y1, height), (x1, y0, height)])
+    triangles = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32)
+    textured = ceiling.texture is not None
+    geom = add_mesh_geom(
+        spec,
+        "ceiling",
+        [Face(corners, triangles, np.array([0.0, 0.0, -1.0]), 0)],
+        tile=ceiling.tile if textured else 1.0,
+    )
+    geom.material, geom.rgba = "matte", color_of(ceiling.color)
+    if ceiling.texture is not None:
+        add_material(spec, "ceiling", bounded(read_picture(world.read_asset(ceiling.texture)), LONGEST_TILE_SIDE))
+        geom.material, geom.rgba = "ceiling", [1.0, 1.0, 1.0, 1.0]
+
+
+def ceiling_height(ceiling: Ceiling, walls: list[WallBox], top: float) -> float:
+    """Return the height of a ceiling: its own, that of the highest wall, or without walls that of all things [m]."""
+    if ceiling.height is not None:
+        return ceiling.height
+    return max((float(wall.center[2] + wall.half[2]) for wall in walls), default=top)

@@ -1,0 +1,102 @@
+"""The floor, and the patches on it that feel otherwise under a wheel."""
+
+import math
+
+import mujoco
+import numpy as np
+
+from mjsim.compile.names import item_names
+from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, bounded, color_of, read_picture
+from mjsim.compile.walls import COLLISION, UNDIVIDED, VISUAL
+from mjsim.geometry import Array
+from mjsim.world.model import World
+from mjsim.world.structure import FloorPatch
+
+AROUND_WALLS, AROUND_NOTHING = 2.0, 20.0
+"""How far the floor is seen beyond what stands on it [m]; one can drive on beyond that."""
+LAYER = 0.0006
+"""By which a patch stands out of what it lies on [m]: twice as far as a wheel gives way, so that it carries the
+wheel alone, and less than a wheel notices."""
+DEPTH = 0.1
+"""How far a patch reaches into the floor, so that the way out of it is up [m]."""
+
+
+def add_floor(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> None:
+    """Add the floor: endless to touch, as large as the world to see, its tiles counted from the world's origin."""
+    floor = world.floor
+    around = AROUND_WALLS if world.walls else AROUND_NOTHING
+    center = (lower[:2] + upper[:2]) / 2
+    if floor.texture is not None:
+        # MuJoCo counts tiles from the middle of a tile at the plane's centre.
+        center = (np.floor(center / floor.tile) + 0.5) * floor.tile
+        _add_tiles(spec, world, "floor", floor.texture, floor.tile)
+    half = np.maximum(upper[:2] - center, center - lower[:2]) + around
+    spec.worldbody.add_geom(
+        name="floor",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        pos=[*center, 0.0],
+        size=[*half, UNDIVIDED],
+        material="matte" if floor.texture is None else "floor",
+        rgba=color_of(floor.color) if floor.texture is None else [1.0, 1.0, 1.0, 1.0],
+        friction=[floor.friction, 0.005, 0.0001],
+    )
+
+
+def add_patches(spec: mujoco.MjSpec, world: World) -> None:
+    """Add the patches `floor/NAME`: what is touched is a slab let into the floor, what is seen lies on it."""
+    patches = world.floor.patches
+    for patch, name, layer in zip(patches, item_names(patches), layers(patches), strict=True):
+        top, half = layer * LAYER, [size / 2 for size in patch.size]
+        turn = math.radians(patch.heading_deg) / 2
+        quat = [math.cos(turn), 0.0, 0.0, math.sin(turn)]
+        spec.worldbody.add_geom(
+            name=f"floor/{name}",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            group=COLLISION,
+            pos=[*patch.at, (top - DEPTH) / 2],
+            size=[*half, (top + DEPTH) / 2],
+            quat=quat,
+            friction=[patch.friction, 0.005, 0.0001],
+        )
+        seen = f"floor/seen:{name}"
+        if patch.texture is not None:
+            _add_tiles(spec, world, seen, patch.texture, patch.tile)
+        spec.worldbody.add_geom(
+            name=seen,
+            type=mujoco.mjtGeom.mjGEOM_PLANE,
+            group=VISUAL,
+            contype=0,
+            conaffinity=0,
+            pos=[*patch.at, top],
+            size=[*half, UNDIVIDED],
+            quat=quat,
+            material="matte" if patch.texture is None else seen,
+            rgba=color_of(patch.color) if patch.texture is None else [1.0, 1.0, 1.0, 1.0],
+        )
+
+
+def layers(patches: tuple[FloorPatch, ...]) -> list[int]:
+    """Return on which layer each patch lies, counted from 1: above those before that it covers in part."""
+    import shapely
+
+    outlines = [shapely.Polygon(corners(patch)) for patch in patches]
+    found: list[int] = []
+    for place, outline in enumerate(outlines):
+        below = [found[other] for other in range(place) if outline.intersects(outlines[other])]
+        found.append(max(below, default=0) + 1)
+    return found
+
+
+def corners(patch: FloorPatch) -> Array:
+    """Return the corners of a patch, counter-clockwise, world frame, shape (4, 2) [m]."""
+    heading = math.radians(patch.heading_deg)
+    c, s = math.cos(heading), math.sin(heading)
+    half = np.array(patch.size) / 2 * [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+    return np.asarray(half @ np.array([[c, s], [-s, c]]) + patch.at)
+
+
+def _add_tiles(spec: mujoco.MjSpec, world: World, name: str, texture: str, tile: float) -> None:
+    """Add the material of a plane that is tiled with a picture."""
+    add_material(spec, name, bounded(read_picture(world.read_asset(texture)), LONGEST_TILE_SIDE))
+    material = spec.material(name)
+    material.texuniform, material.texrepeat = True, [2.0 / tile] * 2
