@@ -102,7 +102,12 @@ def add_walls(spec: mujoco.MjSpec, world: World, boxes: Sequence[WallBox]) -> No
     """Add the walls of a world: a box for each piece, and the meshes that are seen."""
     for box in boxes:
         geom = spec.worldbody.add_geom(
-            name=box.name, type=mujoco.mjtGeom.mjGEOM_BOX, group=COLLISION, pos=box.center, size=box.half
+            name=box.name,
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            group=COLLISION,
+            pos=box.center,
+            size=box.half,
+            rgba=color_of(box.look[1]),  # for sensors that tell how bright it is
         )
         geom.quat = [np.cos(box.heading / 2), 0.0, 0.0, np.sin(box.heading / 2)]
     looks = list(dict.fromkeys(box.look for box in boxes))

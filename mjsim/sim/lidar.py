@@ -135,5 +135,6 @@ def _mix(ranges: Array, right: Array, left: Array, chance: Array, lidar: models.
         lidar: How often that happens.
     """
     near, far = np.minimum(right, left), np.maximum(right, left)
-    on_edge = np.isfinite(far) & (far - near > EDGE * near) & (chance[0] < lidar.mixed_pixels)
-    ranges[on_edge] = (near + chance[1] * (far - near))[on_edge]
+    on_edge = np.isfinite(far) & (far > (1.0 + EDGE) * near) & (chance[0] < lidar.mixed_pixels)
+    near, far = near[on_edge], far[on_edge]
+    ranges[on_edge] = near + chance[1, on_edge] * (far - near)
