@@ -1,7 +1,6 @@
-"""The plan of a world, to scale: what `mjsim show` prints, and the background of the film."""
+"""The plan of a world, to scale, on a screen: the background of the film."""
 
 import math
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -13,21 +12,19 @@ from mjsim.video.ink import (
     INK,
     MUTED,
     PAPER,
-    SEMIBOLD,
     WALL,
     Letters,
     blend,
     draw_polyline,
     fill_polygons,
-    fixed,
     parse_color,
-    write_picture,
 )
 from mjsim.video.labels import Label, place_labels
 from mjsim.video.view import View, format_metres, round_step
 from mjsim.world import World
 from mjsim.world.plan import footprint, wall_pieces, wall_polygons
-from mjsim.world.things import Beacon
+from mjsim.world.robots import Robot
+from mjsim.world.things import Beacon, Obstacle
 
 MOST_NAMES = 1000
 """With more things than this the plan is drawn without names: nobody could read them."""
@@ -38,7 +35,7 @@ EYE = 1.5
 def world_bounds(world: World) -> Array:
     """Return (x, y) min and (x, y) max of all that the plan shows, shape (2, 2) [m]; 10 x 10 m for an empty world."""
     outlines = [*wall_polygons(world), *(footprint(obstacle) for obstacle in world.obstacles)]
-    marks = [item.at for item in world.beacons] + [item.at for item in world.robots]
+    marks = [item.at for item in hung(world)] + [item.at for item in world.robots]
     points = np.concatenate([*outlines, np.reshape(np.array(marks, dtype=float), (-1, 2))])
     if not len(points):
         return np.array([[-5.0, -5.0], [5.0, 5.0]])
@@ -53,8 +50,30 @@ def draw_background(image: Picture, world: World, view: View) -> None:
     _draw_grid(image, world, view)
     _draw_obstacles(image, world, view)
     _draw_walls(image, world, view)
-    for beacon in world.beacons:
+    for beacon in hung(world):
         draw_beacon(image, beacon, view)
+
+
+def hung(world: World) -> list[Beacon]:
+    """Return the beacons that stay where they are, those on obstacles as if they hung in the room."""
+    carriers = {obstacle.name: obstacle for obstacle in world.obstacles}
+    placed = []
+    for beacon in world.beacons:
+        if beacon.on is None:
+            placed.append(beacon)
+        elif beacon.on in carriers:
+            place = world_from_beacon(beacon, carriers[beacon.on])
+            update = {"at": (place.x, place.y), "heading_deg": math.degrees(place.heading), "on": None}
+            placed.append(beacon.model_copy(update=update))
+    return placed
+
+
+def world_from_beacon(beacon: Beacon, carrier: Obstacle | Robot | None) -> Pose:
+    """Return where a beacon hangs at the start, on its carrier if it has one."""
+    place = Pose(beacon.at[0], beacon.at[1], math.radians(beacon.heading_deg))
+    if carrier is None:
+        return place
+    return Pose(carrier.at[0], carrier.at[1], math.radians(carrier.heading_deg)) @ place
 
 
 def draw_beacon(image: Picture, beacon: Beacon, view: View) -> None:
@@ -72,52 +91,11 @@ def beacon_stroke(beacon: Beacon, view: View) -> tuple[Array, Array]:
     return view.pixels(stroke), view.pixels(tick)
 
 
-def draw_world(
-    world: World, path: str | Path | None = None, *, width: int = 1600, height: int = 1200, names: bool = True
-) -> Picture:
-    """Draw the plan of a world as one would print it: coordinates, grid, scale bar and names.
-
-    Args:
-        world: What to draw.
-        path: PNG or JPEG file to write as well.
-        width: Most pixels across; the plan keeps its own shape inside.
-        height: Most pixels down.
-        names: Whether beacons, obstacles and robots are named.
-
-    Returns:
-        RGB picture.
-
-    Raises:
-        UsageError: The file cannot be written.
-    """
-    letters, left, top, bottom, right = Letters(), 64, 76, 56, 28
-    bounds = world_bounds(world)
-    room = bounds + np.array([[-1.0], [1.0]]) * 0.02 * float(np.max(bounds[1] - bounds[0]))
-    fit = View.fit(room, width - left - right, height - top - bottom)
-    size = np.ceil((room[1] - room[0]) * fit.scale).astype(int)
-    view = View(room[0, 0], room[1, 1], fit.scale, max(int(size[0]), 240), max(int(size[1]), 120))
-    page = np.full((top + view.height + bottom, left + view.width + right, 3), PAPER, np.uint8)
-    inside = page[top : top + view.height, left : left + view.width]
-    draw_background(inside, world, view)
-    for robot in world.robots:
-        _draw_start(inside, Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg)), robot.body.radius, view)
-    if names:
-        draw_names(inside, world, view, letters, starts=True)
-    cv2.rectangle(page, (left - 1, top - 1), (left + view.width, top + view.height), MUTED, 1)
-    _write_axes(page, view, letters, left, top)
-    letters.write(page, world.name, (left, 34), 24, weight=SEMIBOLD)
-    draw_scale_bar(page, view.scale, letters, (left + view.width, 34))
-    if path is not None:
-        write_picture(path, page)
-    return page
-
-
-def draw_names(image: Picture, world: World, view: View, letters: Letters, *, starts: bool = False) -> None:
-    """Write the names of beacons and obstacles beside them, and of the robots at their starts if asked."""
+def draw_names(image: Picture, world: World, view: View, letters: Letters) -> None:
+    """Write the names of beacons and obstacles beside them."""
     if len(world.beacons) + len(world.obstacles) > MOST_NAMES:
         return
-    labels = _labels(world, view, letters) + (_start_labels(world, view) if starts else [])
-    place_labels(image, labels, letters, _obstructions(world, view))
+    place_labels(image, _labels(world, view, letters), letters, _obstructions(world, view))
 
 
 def draw_scale_bar(image: Picture, scale: float, letters: Letters, at: tuple[int, int]) -> None:
@@ -169,16 +147,9 @@ def _draw_obstacles(image: Picture, world: World, view: View) -> None:
         draw_polyline(image, outline, blend(color, INK, 0.35), closed=True)
 
 
-def _draw_start(image: Picture, start: Pose, radius: float, view: View) -> None:
-    middle = view.pixels((start.x, start.y))
-    x, y = fixed(middle).tolist()
-    cv2.circle(image, (x, y), round(max(radius * view.scale, 5) * 16), INK, 2, cv2.LINE_AA, 4)
-    draw_polyline(image, view.pixels(start.transform([[0.0, 0.0], [max(radius, 5 / view.scale), 0.0]])), INK, width=2)
-
-
 def _labels(world: World, view: View, letters: Letters) -> list[Label]:
     labels = []
-    for beacon in world.beacons:
+    for beacon in hung(world):
         facing = Pose(0.0, 0.0, math.radians(beacon.heading_deg)).transform((1.0, 0.0)) * (1, -1)
         labels.append(Label(beacon.name, view.pixels(beacon.at), facing, 12, blend(BEACON, INK, 0.5)))
     for obstacle in world.obstacles:
@@ -191,33 +162,11 @@ def _labels(world: World, view: View, letters: Letters) -> list[Label]:
     return labels
 
 
-def _start_labels(world: World, view: View) -> list[Label]:
-    labels = []
-    for robot in world.robots:
-        below = np.array([0.0, max(robot.body.radius * view.scale, 5)])
-        labels.append(Label(robot.name, view.pixels(robot.at) + below, np.array([0.0, 1.0]), 14, INK))
-    return labels
-
-
 def _obstructions(world: World, view: View) -> list[Array]:
     outlines = [view.pixels(outline) for outline in wall_polygons(world)]
     outlines += [view.pixels(footprint(obstacle)) for obstacle in world.obstacles if obstacle.name is None]
-    outlines += [np.concatenate(beacon_stroke(beacon, view)) for beacon in world.beacons]
+    outlines += [np.concatenate(beacon_stroke(beacon, view)) for beacon in hung(world)]
     return [np.stack([outline.min(axis=0), outline.max(axis=0)]) for outline in outlines]
-
-
-def _write_axes(page: Picture, view: View, letters: Letters, left: int, top: int) -> None:
-    step, bottom = round_step(70 / view.scale), top + view.height
-    for value in np.arange(math.ceil(view.left / step), view.right / step):
-        column = left + round(float(view.pixels((value * step, 0.0))[0]))
-        cv2.line(page, (column, bottom + 1), (column, bottom + 6), MUTED, 1)
-        letters.write(page, format_metres(value * step, step), (column, bottom + 22), 13, MUTED, align=0.5)
-    for value in np.arange(math.ceil(view.bottom / step), view.top / step):
-        row = top + round(float(view.pixels((0.0, value * step))[1]))
-        cv2.line(page, (left - 7, row), (left - 2, row), MUTED, 1)
-        letters.write(page, format_metres(value * step, step), (left - 12, row + 5), 13, MUTED, align=1.0)
-    letters.write(page, "x east [m]", (left + view.width, bottom + 44), 13, MUTED, align=1.0)
-    letters.write(page, "y north [m]", (8, top - 16), 13, MUTED)
 
 
 def _stroke_width(view: View) -> int:

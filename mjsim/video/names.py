@@ -1,0 +1,104 @@
+"""Names on a sheet of paper: beside what they name, over as little ink as can be, never over each other."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.video.ink import MUTED, PAPER, Color, blend
+from mjsim.video.paper import Drawing, px
+
+SIZE = 2.3
+"""Height of the font [mm]."""
+AWAY = (0.9, 2.0, 3.5, 6.0, 9.0)
+"""How far from what it names a name may stand [mm]; from the last but one on a hair line leads to it."""
+LED = 5.0
+FAINT = blend(MUTED, PAPER, 0.4)
+TURNS = (0, 30, -30, 60, -60, 90, -90, 135, -135, 180)
+"""Besides its own side, a name may stand on these, turned from it [deg]."""
+DARK = 150
+"""What is darker than this should not be covered."""
+SPARED = 4.0
+"""What it costs to cover all of it; another side or distance costs 0.02 to 0.2."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Tag:
+    """A name to be written."""
+
+    text: str
+    at: Array
+    """What it names, world frame, shape (2,) [m]."""
+    side: Array
+    """Where it would rather stand, a unit vector in the world frame; zeros for right on the point."""
+    reach: tuple[float, float] = (0.0, 0.0)
+    """How far in x and in y around the point what is named extends [m]."""
+    color: Color
+    size: float = SIZE
+    """Height of the font [mm]."""
+
+
+def write_tags(drawing: Drawing, tags: Sequence[Tag]) -> list[Array]:
+    """Write names, the first ones choose first; one that finds no free place is left out.
+
+    Returns:
+        The boxes of those written, (x, y) min and max, shape (2, 2) each [px].
+    """
+    ink = np.asarray(cv2.integral((drawing.image.min(axis=-1) < DARK).astype(np.uint8)), dtype=float)
+    boxes: list[Array] = []
+    for tag in tags:
+        size = np.array([drawing.letters.width(tag.text, round(px(tag.size))), px(tag.size)])
+        places, costs = _places(drawing, tag, size)
+        costs = costs + _covered(places, ink, boxes)
+        best = int(np.argmin(costs))
+        if np.isfinite(costs[best]):
+            _write(drawing, tag, places[best])
+            boxes.append(places[best])
+    return boxes
+
+
+def _places(drawing: Drawing, tag: Tag, size: Array) -> tuple[Array, Array]:
+    """Return the boxes where a name may stand, shape (n, 2, 2) [px], and how much each is disliked."""
+    at, half, reach = drawing.view.pixels(tag.at), size / 2, np.array(tag.reach) * drawing.view.scale
+    right_on = [(at, 0.0)] if not tag.side.any() else []
+    side = np.array([tag.side[0], -tag.side[1]]) if tag.side.any() else np.array([0.0, 1.0])
+    around = []
+    for rank, away in enumerate(AWAY):
+        for turn in TURNS:
+            c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+            toward = np.array([c * side[0] - s * side[1], s * side[0] + c * side[1]])
+            # So far that the name is beside what it names, or above or below it.
+            apart = np.min((reach + px(away) + half) / np.maximum(np.abs(toward), 1e-9))
+            around.append((at + toward * apart, 0.02 * rank + 0.0006 * abs(turn)))
+    middles = np.array([middle for middle, _ in right_on + around])
+    boxes = np.stack([middles - half, middles + half], axis=1)
+    return boxes, np.array([cost for _, cost in right_on + around])
+
+
+def _covered(places: Array, ink: Array, taken: Sequence[Array]) -> Array:
+    """Return what the ink under boxes costs; infinite over another name or off the sheet."""
+    height, width = ink.shape[0] - 1, ink.shape[1] - 1
+    off = (places[:, 0] < 0).any(axis=1) | (places[:, 1] > (width, height)).any(axis=1)
+    low = np.clip(np.floor(places[:, 0]), 0, (width, height)).astype(int)
+    high = np.clip(np.ceil(places[:, 1]), 0, (width, height)).astype(int)
+    (x0, y0), (x1, y1) = low.T, high.T
+    dark = ink[y1, x1] - ink[y0, x1] - ink[y1, x0] + ink[y0, x0]
+    share = SPARED * dark / np.prod(places[:, 1] - places[:, 0], axis=1)
+    if taken:
+        low_others, high_others = np.array(taken).transpose(1, 0, 2)
+        overlap = np.minimum(places[:, None, 1], high_others) - np.maximum(places[:, None, 0], low_others)
+        off = off | (overlap > -px(0.3)).all(axis=-1).any(axis=1)
+    return np.where(off, np.inf, share)
+
+
+def _write(drawing: Drawing, tag: Tag, box: Array) -> None:
+    at, reach = drawing.view.pixels(tag.at), np.array(tag.reach) * drawing.view.scale
+    last = np.clip(at, box[0], box[1])
+    first = np.clip(last, at - reach, at + reach)
+    if np.hypot(*(last - first)) > px(LED):
+        drawing.line(drawing.view.world(0.9 * np.stack([first, last]) + 0.1 * np.stack([last, first])), FAINT, 0.12)
+    size = round(px(tag.size))
+    x, y = (box[0, 0] + box[1, 0]) / 2, box[1, 1] - 0.2 * size
+    drawing.letters.write(drawing.image, tag.text, (x, y), size, tag.color, align=0.5)

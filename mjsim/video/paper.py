@@ -1,0 +1,110 @@
+"""A drawing on paper, to scale: where things are in metres, how thick lines are in millimetres."""
+
+import math
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mjsim.geometry import Array
+from mjsim.interface import Picture
+from mjsim.video.ink import PAPER, Color, Letters, draw_disc, draw_polyline, fill_polygons, write_picture
+from mjsim.video.view import View
+
+DPI = 200
+"""Pixels to an inch of paper."""
+HEAD = 1.6
+"""Length of an arrow's head [mm]."""
+
+
+def px(millimetres: float) -> float:
+    """Return a length on paper in pixels."""
+    return millimetres * DPI / 25.4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawing:
+    """A sheet of paper and the piece of the world on it; points are in the world frame, shape (..., 2) [m]."""
+
+    image: Picture
+    view: View
+    letters: Letters
+
+    def metres(self, millimetres: float) -> float:
+        """Return how much of the world a length on paper covers [m]."""
+        return px(millimetres) / self.view.scale
+
+    def fill(self, outline: ArrayLike, color: Color) -> None:
+        """Fill a closed outline."""
+        fill_polygons(self.image, [self.view.pixels(outline)], color)
+
+    def line(self, points: ArrayLike, color: Color, thickness: float = 0.2, *, closed: bool = False) -> None:
+        """Draw a line, as thick as said [mm]."""
+        draw_polyline(self.image, self.view.pixels(points), color, width=max(round(px(thickness)), 1), closed=closed)
+
+    def dashes(self, points: ArrayLike, color: Color, thickness: float = 0.2, *, dash: float = 1.2) -> None:
+        """Draw a broken line, its dashes and half as long gaps in [mm]."""
+        for piece in _dashes(self.view.pixels(points), px(dash), px(dash) / 2):
+            draw_polyline(self.image, piece, color, width=max(round(px(thickness)), 1))
+
+    def disc(self, middle: ArrayLike, radius: float, color: Color, *, thickness: float | None = None) -> None:
+        """Draw a circle with a radius [m], filled unless it has a thickness [mm]."""
+        width = -1 if thickness is None else max(round(px(thickness)), 1)
+        draw_disc(self.image, self.view.pixels(middle), radius * self.view.scale, color, width=width)
+
+    def arrow(self, ends: ArrayLike, color: Color, thickness: float = 0.25) -> None:
+        """Draw an arrow from the first of two points to the other; without room for more it is its head alone."""
+        tail, tip = self.view.pixels(ends)
+        length = float(np.hypot(*(tip - tail)))
+        if length < 1e-6:
+            return
+        along = (tip - tail) / length
+        across, head = np.array([-along[1], along[0]]), min(px(HEAD), length)
+        foot = tip - head * along
+        draw_polyline(self.image, np.stack([tail, foot]), color, width=max(round(px(thickness)), 1))
+        fill_polygons(self.image, [np.stack([tip, foot + 0.38 * head * across, foot - 0.38 * head * across])], color)
+
+    def inner(self, left: float, top: float, right: float, bottom: float) -> "Drawing":
+        """Return the part of the sheet inside margins [mm]; what is drawn there is drawn here."""
+        x0, y0 = round(px(left)), round(px(top))
+        image = self.image[y0 : self.image.shape[0] - round(px(bottom)), x0 : self.image.shape[1] - round(px(right))]
+        return Drawing(image, self.view.part(x0, y0, image.shape[1], image.shape[0]), self.letters)
+
+
+def blank(view: View) -> Drawing:
+    """Return an empty sheet of a view's size."""
+    return Drawing(np.full((view.height, view.width, 3), PAPER, np.uint8), view, Letters())
+
+
+def arc(middle: ArrayLike, radius: float, first: float, last: float) -> Array:
+    """Return points of an arc between two angles, counter-clockwise from x, shape (n, 2) [m, rad]."""
+    angles = np.linspace(first, last, max(2, math.ceil(abs(last - first) / 0.1)))
+    return np.asarray(middle, dtype=float) + radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+
+
+def write_sheet(path: str | Path, page: Picture) -> None:
+    """Write a picture as PNG or JPEG; a PNG says how large it is on paper, so that it prints to scale.
+
+    Raises:
+        UsageError: The file is called otherwise, or cannot be written.
+    """
+    write_picture(path, page)
+    if Path(path).suffix.lower() == ".png":
+        data = Path(path).read_bytes()
+        # The PNG specification, 11.3.5.3: pixels to the metre in x and y, unit 1. It stands after the header chunk.
+        body = b"pHYs" + struct.pack(">IIB", *(round(DPI / 0.0254),) * 2, 1)
+        chunk = struct.pack(">I", 9) + body + struct.pack(">I", zlib.crc32(body))
+        Path(path).write_bytes(data[:33] + chunk + data[33:])
+
+
+def _dashes(points: Array, dash: float, gap: float) -> Iterator[Array]:
+    """Yield the pieces of a broken line through pixels, shape (n, 2)."""
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    for start in np.arange(0.0, float(along[-1]), dash + gap):
+        inside = (along > start) & (along < start + dash)
+        ends = [start, *along[inside], min(start + dash, float(along[-1]))]
+        yield np.stack([np.interp(ends, along, column) for column in points.T], axis=-1)

@@ -1,0 +1,254 @@
+"""The plan of a world as a sheet of paper: what `mjsim show` draws, to be printed at a round scale."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from mjsim.geometry import Array, Pose
+from mjsim.interface import Picture
+from mjsim.video.ink import BEACON, INK, MUTED, PAPER, SEEN, SEMIBOLD, TRUTH, blend
+from mjsim.video.legend import draw_legend
+from mjsim.video.names import Tag, write_tags
+from mjsim.video.paper import Drawing, blank, px, write_sheet
+from mjsim.video.plan import MOST_NAMES, world_bounds, world_from_beacon
+from mjsim.video.symbols import (
+    door_arc,
+    door_frame,
+    draw_beacon,
+    draw_door,
+    draw_lamp,
+    draw_low_wall,
+    draw_obstacle,
+    draw_patch,
+    draw_path,
+    draw_robot,
+    draw_wall,
+    patch_outline,
+    swing,
+)
+from mjsim.video.view import View, format_metres, round_step
+from mjsim.world import World
+from mjsim.world.plan import footprint, top
+from mjsim.world.structure import Opening, Wall
+from mjsim.world.things import Beacon, RampObstacle, StepsObstacle
+
+A4 = (297.0, 210.0)
+"""Length and width of the paper [mm]."""
+LEFT, TOP, RIGHT, BOTTOM = 17.0, 21.0, 9.0, 21.0
+"""Around the plan: axis, title, edge, axis and legend [mm]."""
+AROUND = 5.0
+"""Free paper around the outermost walls [mm]."""
+LEAST = 120.0
+"""A sheet is at least this wide, for title and legend [mm]."""
+SCALES = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5)
+"""Scales are 1 : these times a power of ten."""
+
+
+def draw_world(world: World, path: str | Path | None = None, *, names: bool = True) -> Picture:
+    """Draw the plan of a world for print: A4 at most, at a round scale, with coordinates and names.
+
+    Args:
+        world: What to draw.
+        path: PNG or JPEG file to write as well.
+        names: Whether things are named.
+
+    Returns:
+        RGB picture, `DPI` pixels to the inch.
+
+    Raises:
+        UsageError: The file cannot be written.
+    """
+    bounds = _bounds(world)
+    ratio = scale_for(bounds)
+    sheet = _lay_out(bounds, ratio)
+    plan = sheet.inner(LEFT, TOP, RIGHT, BOTTOM)
+    _draw_grid(plan)
+    _draw_things(plan, world)
+    if names and len(world.beacons) + len(world.obstacles) <= MOST_NAMES:
+        write_tags(plan, _tags(plan, world))
+    _draw_axes(sheet, plan)
+    _write_head(sheet, world, ratio)
+    draw_legend(sheet, world, left=LEFT, right=RIGHT)
+    if path is not None:
+        write_sheet(path, sheet.image)
+    return sheet.image
+
+
+def scale_for(bounds: Array) -> float:
+    """Return the smallest round N so that a world within bounds [m] fits on A4 at a scale of 1 : N."""
+    size = (bounds[1] - bounds[0]) * 1000.0
+    fits = []
+    for length, width in (A4, A4[::-1]):
+        room = np.array([length - LEFT - RIGHT, width - TOP - BOTTOM]) - 2 * AROUND
+        fits.append(float(np.max(size / room)))
+    power = 10.0 ** math.floor(math.log10(min(fits)) + 1e-9)
+    return next(step * power for step in (*SCALES, 10.0) if step * power >= min(fits) * (1 - 1e-9))
+
+
+def _bounds(world: World) -> Array:
+    """Return (x, y) min and (x, y) max of all that is drawn, shape (2, 2) [m]."""
+    points = [world_bounds(world)]
+    points += [door_arc(wall, opening, swing(world, opening)) for wall, opening in _doors(world)]
+    points += [np.array([lamp.at]) for lamp in world.lamps] + [patch_outline(patch) for patch in world.floor.patches]
+    points += [np.array(item.path.points) for item in world.obstacles if item.path is not None]
+    found = np.concatenate(points)
+    return np.stack([found.min(axis=0), found.max(axis=0)])
+
+
+def _lay_out(bounds: Array, ratio: float) -> Drawing:
+    """Return an empty sheet around the plan."""
+    scale = px(1000.0) / ratio
+    size = (bounds[1] - bounds[0]) * scale + 2 * px(AROUND)
+    width = max(float(size[0]) + px(LEFT + RIGHT), px(LEAST))
+    left = bounds[0, 0] - (px(LEFT) + (width - px(LEFT + RIGHT) - (size[0] - 2 * px(AROUND))) / 2) / scale
+    above = bounds[1, 1] + px(TOP + AROUND) / scale
+    return blank(View(float(left), float(above), scale, math.ceil(width), math.ceil(size[1] + px(TOP + BOTTOM))))
+
+
+def _draw_things(plan: Drawing, world: World) -> None:
+    """Draw all that the world holds, from the floor up."""
+    for patch in world.floor.patches:
+        draw_patch(plan, patch)
+    for wall in world.walls:
+        draw_low_wall(plan, wall)
+    for obstacle in sorted(world.obstacles, key=top):
+        draw_obstacle(plan, obstacle)
+    for wall in world.walls:
+        draw_wall(plan, wall)
+    for wall, opening in _doors(world):
+        draw_door(plan, wall, opening, opens_to=swing(world, opening))
+    for obstacle in world.obstacles:
+        draw_path(plan, obstacle)
+    for lamp in world.lamps:
+        draw_lamp(plan, lamp)
+    for robot in world.robots:
+        draw_robot(plan, robot)
+    for beacon in world.beacons:
+        draw_beacon(plan, beacon, _world_from_beacon(world, beacon))
+
+
+def _doors(world: World) -> Iterator[tuple[Wall, Opening]]:
+    return ((wall, opening) for wall in world.walls for opening in wall.openings if opening.door is not None)
+
+
+def _world_from_beacon(world: World, beacon: Beacon) -> Pose:
+    carriers = (item for item in (*world.robots, *world.obstacles) if item.name is not None)
+    return world_from_beacon(beacon, {item.name: item for item in carriers}.get(beacon.on))
+
+
+def _tags(plan: Drawing, world: World) -> list[Tag]:
+    """Return the names of everything, the most important first."""
+    below, tags = np.array([0.0, -1.0]), []
+    for robot in world.robots:
+        reach = (max(robot.body.radius, plan.metres(1.0)),) * 2
+        tags.append(Tag(text=robot.name, at=np.array(robot.at), side=below, reach=reach, color=INK, size=2.8))
+    for beacon in world.beacons:
+        place = _world_from_beacon(world, beacon)
+        ahead = np.array([math.cos(place.heading), math.sin(place.heading)])
+        color = blend(TRUTH if beacon.image is None and beacon.marker is None else BEACON, INK, 0.5)
+        color = blend(SEEN, INK, 0.5) if beacon.marker is not None else color
+        at = np.array([place.x, place.y])
+        tags.append(Tag(text=beacon.name, at=at, side=ahead, reach=(plan.metres(1.2),) * 2, color=color))
+    for obstacle in world.obstacles:
+        if obstacle.name is not None:
+            tags.append(_obstacle_tag(plan, obstacle.name, footprint(obstacle), _slope(obstacle)))
+    for wall, opening in _doors(world):
+        if opening.name is not None:
+            hinge, along, _ = door_frame(wall, opening)
+            middle = hinge + along * opening.width / 2
+            left = np.array([-along[1], along[0]])
+            reach = (wall.thickness / 2,) * 2
+            tags.append(Tag(text=opening.name, at=middle, side=left, reach=reach, color=MUTED))
+    for lamp in world.lamps:
+        if lamp.name is not None:
+            tags.append(
+                Tag(text=lamp.name, at=np.array(lamp.at), side=below, reach=(plan.metres(1.8),) * 2, color=MUTED)
+            )
+    return tags
+
+
+def _slope(obstacle: object) -> str:
+    """Return what is said of a ramp or of steps besides their name."""
+    match obstacle:
+        case RampObstacle(ramp=(length, _, rise)):
+            return f" {math.degrees(math.atan2(rise, length)):.1f}\N{DEGREE SIGN}"
+        case StepsObstacle(steps=(_, _, rise), count=count):
+            return f" {count} \N{MULTIPLICATION SIGN} {rise / count * 100:.0f} cm"
+    return ""
+
+
+def _obstacle_tag(plan: Drawing, name: str, outline: Array, more: str) -> Tag:
+    low, high = np.min(outline, axis=0), np.max(outline, axis=0)
+    middle, size = (low + high) / 2, high - low
+    width = plan.letters.width(name + more, round(px(2.3))) / plan.view.scale
+    inside = width < size[0] and plan.metres(3.0) < size[1] and not more
+    side = np.array([0.0, 0.0 if inside else -1.0])
+    return Tag(text=name + more, at=middle, side=side, reach=(size[0] / 2, size[1] / 2), color=MUTED)
+
+
+def _draw_grid(plan: Drawing) -> None:
+    """Draw the grid: a line at each number of the axes, fainter ones between."""
+    coarse = _axis_step(plan.view)
+    for step, share in ((coarse / 2 if coarse > 0.5 else coarse / 5, 0.93), (coarse, 0.86)):
+        color = blend(INK, PAPER, share)
+        for x in np.arange(math.ceil(plan.view.left / step), plan.view.right / step) * step:
+            plan.line([(x, plan.view.bottom), (x, plan.view.top)], color, 0.1)
+        for y in np.arange(math.ceil(plan.view.bottom / step), plan.view.top / step) * step:
+            plan.line([(plan.view.left, y), (plan.view.right, y)], color, 0.1)
+
+
+def _axis_step(view: View) -> float:
+    return round_step(px(9.0) / view.scale)
+
+
+def _draw_axes(sheet: Drawing, plan: Drawing) -> None:
+    """Draw the frame, and coordinates along its left and lower edge."""
+    view, step, page, letters = plan.view, _axis_step(plan.view), sheet.image, sheet.letters
+    left, right, bottom, high = px(LEFT), px(LEFT) + view.width, px(TOP) + view.height, px(TOP)
+    size = round(px(2.3))
+    frame = sheet.view.world([[left, high], [right, high], [right, bottom], [left, bottom]])
+    sheet.line(frame, MUTED, 0.15, closed=True)
+    for x in np.arange(math.ceil(view.left / step), view.right / step) * step:
+        column = float(sheet.view.pixels((x, 0.0))[0])
+        sheet.line(sheet.view.world([[column, bottom], [column, bottom + px(1.0)]]), MUTED, 0.15)
+        letters.write(page, format_metres(x, step), (column, bottom + px(3.6)), size, MUTED, align=0.5)
+    for y in np.arange(math.ceil(view.bottom / step), view.top / step) * step:
+        row = float(sheet.view.pixels((0.0, y))[1])
+        sheet.line(sheet.view.world([[left - px(1.0), row], [left, row]]), MUTED, 0.15)
+        letters.write(page, format_metres(y, step), (left - px(1.8), row + px(0.8)), size, MUTED, align=1.0)
+    letters.write(page, "x east [m]", (right, bottom + px(7.2)), size, MUTED, align=1.0)
+    letters.write(page, "y north [m]", (px(4.0), high - px(2.4)), size, MUTED)
+
+
+def _write_head(sheet: Drawing, world: World, ratio: float) -> None:
+    """Write title and size at the left, scale bar and north arrow at the right."""
+    letters, page, right = sheet.letters, sheet.image, sheet.view.width - px(RIGHT)
+    letters.write(page, world.name, (px(LEFT), px(10.5)), round(px(5.2)), INK, weight=SEMIBOLD)
+    metres = " \N{MULTIPLICATION SIGN} ".join(
+        format_metres(round(value, 1), 0.1) for value in np.ptp(world_bounds(world), axis=0).tolist()
+    )
+    letters.write(page, f"{metres} m, 1 : {ratio:g}", (px(LEFT), px(15.2)), round(px(2.6)), MUTED)
+    _draw_north(sheet, right - px(3.0), px(5.5))
+    _draw_scale(sheet, right - px(11.0), px(11.5))
+
+
+def _draw_north(sheet: Drawing, x: float, y: float) -> None:
+    sheet.arrow(sheet.view.world([[x, y + px(7.5)], [x, y]]), INK, 0.3)
+    sheet.letters.write(sheet.image, "N", (x, y - px(0.6)), round(px(2.6)), INK, weight=SEMIBOLD, align=0.5)
+
+
+def _draw_scale(sheet: Drawing, right: float, y: float) -> None:
+    """Draw a bar of four parts, black and white, with the lengths at its ends and in its middle."""
+    part = round_step(px(7.0) / sheet.view.scale)
+    width = part * sheet.view.scale
+    left = right - 4 * width
+    for number in range(4):
+        x = left + number * width
+        box = sheet.view.world([[x, y], [x + width, y], [x + width, y + px(1.2)], [x, y + px(1.2)]])
+        sheet.fill(box, PAPER if number % 2 else INK)
+        sheet.line(box, INK, 0.15, closed=True)
+    for number in (0, 2, 4):
+        text = format_metres(number * part, part) + (" m" if number == 4 else "")
+        sheet.letters.write(sheet.image, text, (left + number * width, y - px(1.0)), round(px(2.3)), MUTED, align=0.5)

@@ -1,0 +1,185 @@
+"""How things look on a sheet of paper: walls as an architect draws them, doors with their swing, and so on."""
+
+import itertools
+import math
+
+import numpy as np
+
+from mjsim.geometry import Array, Pose
+from mjsim.video.ink import BEACON, INK, MUTED, PAPER, SEEN, TRUTH, WALL, Color, blend, parse_color
+from mjsim.video.paper import Drawing, arc
+from mjsim.world import World
+from mjsim.world.events import OpenEvent
+from mjsim.world.light import Lamp
+from mjsim.world.pieces import wall_pieces
+from mjsim.world.plan import footprint, top
+from mjsim.world.robots import Robot
+from mjsim.world.structure import FloorPatch, Opening, Wall
+from mjsim.world.things import Beacon, Obstacle, RampObstacle, StepsObstacle
+
+CUT = 1.0
+"""Height at which an architect cuts a plan [m]: through windows and doors, over tables and benches."""
+LAMP: Color = (214, 158, 0)
+LOW = blend(WALL, PAPER, 0.78)
+"""What ends below the cut."""
+SWING = 90.0
+"""How far the arc of a closed door goes [deg]."""
+
+
+def draw_patch(drawing: Drawing, patch: FloorPatch) -> None:
+    """Draw a piece of another floor as a pale tint with a fine border."""
+    outline, color = patch_outline(patch), parse_color(patch.color)
+    drawing.fill(outline, blend(color, PAPER, 0.72))
+    drawing.dashes(np.vstack([outline, outline[:1]]), blend(color, PAPER, 0.3), 0.15)
+
+
+def patch_outline(patch: FloorPatch) -> Array:
+    """Return the corners of a floor patch, world frame, shape (4, 2) [m]."""
+    corners = np.array(patch.size) / 2 * [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+    return Pose(patch.at[0], patch.at[1], math.radians(patch.heading_deg)).transform(corners)
+
+
+def draw_low_wall(drawing: Drawing, wall: Wall) -> None:
+    """Draw what of a wall ends below `CUT`, pale: low walls, and what is under windows."""
+    pieces = [piece.outline for piece in wall_pieces(wall) if piece.high <= CUT]
+    for outline in pieces:
+        drawing.line(outline, WALL, 0.35, closed=True)
+    for outline in pieces:
+        drawing.fill(outline, LOW)  # over the half of the lines that lies inside: no seams where pieces meet
+
+
+def draw_wall(drawing: Drawing, wall: Wall) -> None:
+    """Draw where a wall is cut at `CUT`, solid, and the panes of its windows."""
+    for piece in wall_pieces(wall):
+        if piece.low <= CUT < piece.high:
+            drawing.fill(piece.outline, WALL)
+            drawing.line(piece.outline, WALL, 0.1, closed=True)  # so that the thinnest wall is seen
+    for opening in wall.openings:
+        if opening.sill > 0.0:
+            start, along = opening_frame(wall, opening)
+            drawing.line([start, start + along * opening.width], TRUTH, 0.2)
+
+
+def draw_door(drawing: Drawing, wall: Wall, opening: Opening, *, opens_to: float) -> None:
+    """Draw a door's leaf where it stands and the arc that it sweeps.
+
+    Args:
+        drawing: Where to.
+        wall: The wall with the opening.
+        opening: The one with the door.
+        opens_to: How far it will swing [deg]; positive to the left side of the wall.
+    """
+    if opening.door is None:
+        return
+    way, stands = door_arc(wall, opening, opens_to), door_arc(wall, opening, opening.door.angle_deg)
+    hinge = door_frame(wall, opening)[0]
+    drawing.line(way, MUTED, 0.12)
+    drawing.line(np.stack([hinge, way[-1]]), MUTED, 0.12)
+    drawing.line(np.stack([hinge, stands[-1]]), blend(parse_color(opening.door.color), INK, 0.25), 0.5)
+
+
+def door_arc(wall: Wall, opening: Opening, angle_deg: float) -> Array:
+    """Return the way of a door's free edge from closed to an angle, world frame, shape (n, 2) [m]."""
+    hinge, closed, turn = door_frame(wall, opening)
+    begin = math.atan2(closed[1], closed[0])
+    return arc(hinge, opening.width, begin, begin + turn * math.radians(angle_deg))
+
+
+def opening_frame(wall: Wall, opening: Opening) -> tuple[Array, Array]:
+    """Return where an opening begins on the centreline [m], and the unit vector along its wall, world frame."""
+    first, last = (np.array(end) for end in wall.segments()[opening.segment])
+    along = (last - first) / np.hypot(*(last - first))
+    return first + along * opening.at, along
+
+
+def door_frame(wall: Wall, opening: Opening) -> tuple[Array, Array, float]:
+    """Return a door's hinge, the unit vector along the closed leaf, and 1 if it swings counter-clockwise, else -1.
+
+    Positive angles swing to the left side of the wall, whichever end the hinge is at.
+    """
+    start, along = opening_frame(wall, opening)
+    if opening.door is not None and opening.door.hinge == "right":
+        return start + along * opening.width, -along, -1.0
+    return start, along, 1.0
+
+
+def swing(world: World, opening: Opening) -> float:
+    """Return how far a door swings [deg]: as an event opens it, as it stands open, else by a right angle."""
+    opened = [event for event in world.run.events if isinstance(event, OpenEvent) and event.open == opening.name]
+    if opened:
+        return max((event.angle_deg for event in opened), key=abs)
+    standing = opening.door.angle_deg if opening.door is not None else 0.0
+    return standing if abs(standing) > SWING else math.copysign(SWING, standing)
+
+
+def draw_obstacle(drawing: Drawing, obstacle: Obstacle) -> None:
+    """Draw an obstacle in its colour, calmed: ramps and steps with an arrow up, what can move with a broken edge."""
+    outline, color = footprint(obstacle), parse_color(obstacle.color)
+    edge = blend(color, INK, 0.45)
+    if obstacle.elevation <= CUT:
+        drawing.fill(outline, blend(color, PAPER, 0.7 if top(obstacle) < CUT else 0.5))
+    ring = np.vstack([outline, outline[:1]])
+    if obstacle.movable or obstacle.path is not None or obstacle.elevation > CUT:
+        drawing.dashes(ring, edge, 0.3)
+    else:
+        drawing.line(ring, edge, 0.2)
+    if isinstance(obstacle, StepsObstacle):
+        _draw_treads(drawing, obstacle, edge)
+    if isinstance(obstacle, (RampObstacle, StepsObstacle)):
+        length = (obstacle.ramp if isinstance(obstacle, RampObstacle) else obstacle.steps)[0]
+        place = Pose(obstacle.at[0], obstacle.at[1], math.radians(obstacle.heading_deg))
+        drawing.arrow(place.transform([[-0.42 * length, 0.0], [0.42 * length, 0.0]]), edge)
+
+
+def _draw_treads(drawing: Drawing, steps: StepsObstacle, color: Color) -> None:
+    length, width, _ = steps.steps
+    place = Pose(steps.at[0], steps.at[1], math.radians(steps.heading_deg))
+    for number in range(1, steps.count):
+        x = length * (number / steps.count - 0.5)
+        drawing.line(place.transform([[x, -width / 2], [x, width / 2]]), color, 0.15)
+
+
+def draw_path(drawing: Drawing, obstacle: Obstacle) -> None:
+    """Draw the way of a thing that goes by itself: dots, and an arrow on each straight part."""
+    if obstacle.path is None:
+        return
+    points = np.array([obstacle.at, *obstacle.path.points, *([obstacle.at] if obstacle.path.closed else [])])
+    drawing.dashes(points, SEEN, 0.35, dash=0.7)
+    for start, end in itertools.pairwise(points):
+        length = np.hypot(*(end - start))
+        if length > drawing.metres(6.0):
+            middle, along = (start + end) / 2, (end - start) / length
+            reach = along * drawing.metres(0.8)
+            drawing.arrow(np.stack([middle - reach, middle + reach]), SEEN)
+
+
+def draw_beacon(drawing: Drawing, beacon: Beacon, place: Pose) -> None:
+    """Draw a beacon as wide as it is with a tick to where it faces: pictures, markers, reflectors differ."""
+    half = max(beacon.width / 2, drawing.metres(0.6))
+    ahead, off = drawing.metres(1.3), drawing.metres(0.35)
+    if beacon.image is None and beacon.marker is None:
+        drawing.disc((place.x, place.y), drawing.metres(0.7), PAPER)
+        drawing.disc((place.x, place.y), drawing.metres(0.7), TRUTH, thickness=0.3)
+        return
+    color = BEACON if beacon.image is not None else SEEN
+    drawing.line(place.transform([[off, 0.0], [ahead, 0.0]]), color, 0.35)
+    drawing.fill(place.transform([[0.0, -half], [2 * off, -half], [2 * off, half], [0.0, half]]), color)
+
+
+def draw_lamp(drawing: Drawing, lamp: Lamp) -> None:
+    """Draw a lamp as a small sun; one that is off is hollow."""
+    middle, radius = np.array(lamp.at), drawing.metres(0.8)
+    for angle in np.arange(8) * (np.pi / 4):
+        ray = np.array([math.cos(angle), math.sin(angle)])
+        drawing.line(np.stack([middle + 1.5 * radius * ray, middle + 2.2 * radius * ray]), LAMP, 0.2)
+    drawing.disc(middle, radius, LAMP if lamp.brightness > 0 else PAPER)
+    drawing.disc(middle, radius, LAMP, thickness=0.2)
+
+
+def draw_robot(drawing: Drawing, robot: Robot) -> None:
+    """Draw a robot where it starts, with an arrow where it looks."""
+    radius = max(robot.body.radius, drawing.metres(1.0))
+    place = Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg))
+    drawing.disc(robot.at, radius, blend(parse_color(robot.body.color), PAPER, 0.5))
+    drawing.disc(robot.at, radius, INK, thickness=0.3)
+    drawing.arrow(place.transform([[0.0, 0.0], [radius + drawing.metres(2.4), 0.0]]), INK, 0.4)
