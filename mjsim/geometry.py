@@ -43,7 +43,7 @@ class Pose:
 
     def as_array(self) -> Array:
         """Return (x, y, heading), shape (3,) [m, m, rad]."""
-        return np.array([self.x, self.y, self.heading])
+        return np.array([self.x, self.y, self.heading], dtype=float)
 
     def matrix(self) -> Array:
         """Return the homogeneous transform outer_from_inner, shape (3, 3)."""

@@ -1,0 +1,165 @@
+"""FastSLAM 2.0: many guesses of the way driven, each with a map of its own.
+
+Given the way, landmarks do not depend on one another; so each particle carries a pose and a small Gaussian for each
+landmark, and the cost of a sighting does not grow with the map. All particles are moved and corrected at once.
+"""
+
+from collections.abc import Hashable, Mapping
+
+import numpy as np
+from numpy.random import Generator
+
+from mjsim.geometry import Array, Pose, wrap_angles
+from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighting
+
+from .monte_carlo import systematic_resample_with
+
+GATE = 13.8
+"""Largest squared Mahalanobis distance of a sighting that counts: 99.9 % of good ones (chi-square, 2 degrees)."""
+NEWBORN = 1e-9
+"""Added to the covariance of the motion, so that a robot that stands still has one that can be inverted."""
+
+
+class FastSlam:
+    """Estimates the pose and a map of named beacons.
+
+    References:
+        Montemerlo, Thrun, Koller, Wegbreit, FastSLAM 2.0: An Improved Particle Filtering Algorithm for Simultaneous
+        Localization and Mapping that Provably Converges, IJCAI 2003. Thrun, Burgard, Fox, Probabilistic Robotics
+        (2005), table 13.3.
+    """
+
+    def __init__(self, *, particles: int = 100, odometry_scale: float = 1.0, sighting_scale: float = 1.0) -> None:
+        """Set the rules.
+
+        Args:
+            particles: How many guesses of the way.
+            odometry_scale: Factor on the standard deviation of odometry.
+            sighting_scale: Factor on the standard deviation of sightings.
+        """
+        if particles < 2:
+            raise ValueError(f"particles is {particles}; it must be at least 2")
+        self._number = particles
+        self._odometry_scale = odometry_scale
+        self._sighting_scale = sighting_scale
+
+    def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
+        """Draw the first poses from the prior; the maps are empty."""
+        self._rng = rng
+        spread = np.asarray(robot.prior_covariance, dtype=float)
+        self._poses = rng.multivariate_normal(robot.prior.as_array(), spread, self._number, method="svd")
+        self._weights = np.full(self._number, 1.0 / self._number)
+        self._index: dict[str, int] = {}
+        self._means = np.zeros((self._number, 16, 2))
+        self._covariances = np.zeros((self._number, 16, 2, 2))
+
+    def update(self, seen: Observation) -> Estimate:
+        """Return the belief after this tick's odometry and sightings."""
+        moved = seen.odometry
+        known = [sighting for sighting in seen.sightings if sighting.name in self._index]
+        self._move(np.array([moved.forward, moved.left, moved.turn]), moved.covariance * self._odometry_scale**2, known)
+        for sighting in seen.sightings:
+            if sighting.name is not None and sighting.name not in self._index:
+                self._add(sighting)
+        if 1.0 / np.sum(self._weights**2) < 0.5 * self._number:
+            self._resample()
+        return self._belief()
+
+    def _move(self, step: Array, covariance: Array, sightings: list[Sighting]) -> None:
+        """Draw each pose from what odometry and the sightings say together, and weigh it; then correct its map."""
+        expected = _compounded(self._poses, step)
+        c, s = np.cos(self._poses[:, 2]), np.sin(self._poses[:, 2])
+        G = np.zeros((self._number, 3, 3))
+        G[:, 0, 0], G[:, 0, 1], G[:, 1, 0], G[:, 1, 1], G[:, 2, 2] = c, -s, s, c, 1.0
+        P = G @ (covariance + NEWBORN * np.eye(3)) @ G.transpose(0, 2, 1)
+        mean, log_weights = expected.copy(), np.zeros(self._number)
+        for sighting in sightings:
+            i, R = self._index[sighting.name or ""], self._noise(sighting)
+            nu, H, H_landmark = _innovation(mean, self._means[:, i], sighting)
+            Q = R + H_landmark @ self._covariances[:, i] @ H_landmark.transpose(0, 2, 1)
+            S = Q + H @ P @ H.transpose(0, 2, 1)
+            solved = np.linalg.solve(S, nu[..., None])[..., 0]
+            distance = np.sum(nu * solved, axis=1)
+            good = distance < GATE
+            K = P @ H.transpose(0, 2, 1) @ np.linalg.inv(S)
+            mean += np.where(good[:, None], (K @ nu[..., None])[..., 0], 0.0)
+            P = np.where(good[:, None, None], P - K @ H @ P, P)
+            # A particle that cannot explain the sighting is weighed as if it lay at the gate.
+            log_weights -= 0.5 * (np.minimum(distance, GATE) + np.log(np.linalg.det(S)))
+        root = np.linalg.cholesky(0.5 * (P + P.transpose(0, 2, 1)) + 1e-15 * np.eye(3))
+        self._poses = mean + (root @ self._rng.standard_normal((self._number, 3, 1)))[..., 0]
+        self._poses[:, 2] = wrap_angles(self._poses[:, 2])
+        self._weights *= np.exp(log_weights - np.max(log_weights))
+        self._weights /= self._weights.sum()
+        for sighting in sightings:
+            self._correct(sighting)
+
+    def _correct(self, sighting: Sighting) -> None:
+        """Correct a landmark in each particle's map: a Kalman update of two states."""
+        i = self._index[sighting.name or ""]
+        nu, _, H = _innovation(self._poses, self._means[:, i], sighting)
+        P, R = self._covariances[:, i], self._noise(sighting)
+        S = R + H @ P @ H.transpose(0, 2, 1)
+        K = P @ H.transpose(0, 2, 1) @ np.linalg.inv(S)
+        good = np.einsum("ni,ni->n", nu, np.linalg.solve(S, nu[..., None])[..., 0]) < GATE
+        self._means[good, i] += (K @ nu[..., None])[good, :, 0]
+        self._covariances[good, i] = (P - K @ S @ K.transpose(0, 2, 1))[good]
+
+    def _add(self, sighting: Sighting) -> None:
+        """Put a landmark into each map, where its particle sees it."""
+        i = len(self._index)
+        self._index[sighting.name or ""] = i
+        if i == self._means.shape[1]:
+            self._means = np.concatenate([self._means, np.zeros_like(self._means)], axis=1)
+            self._covariances = np.concatenate([self._covariances, np.zeros_like(self._covariances)], axis=1)
+        direction = self._poses[:, 2] + sighting.bearing
+        c, s = np.cos(direction), np.sin(direction)
+        J = np.stack([np.stack([c, -sighting.range * s], -1), np.stack([s, sighting.range * c], -1)], axis=-2)
+        self._means[:, i] = self._poses[:, :2] + sighting.range * np.stack([c, s], axis=-1)
+        self._covariances[:, i] = J @ self._noise(sighting) @ J.transpose(0, 2, 1)
+
+    def _resample(self) -> None:
+        drawn = systematic_resample_with(self._weights, self._rng)
+        self._poses, self._means = self._poses[drawn], self._means[drawn]
+        self._covariances = self._covariances[drawn]
+        self._weights = np.full(self._number, 1.0 / self._number)
+
+    def _noise(self, sighting: Sighting) -> Array:
+        return np.asarray(sighting.covariance * self._sighting_scale**2)
+
+    def _belief(self) -> Estimate:
+        """Return mean and covariance over the particles, of the pose and of each landmark."""
+        w = self._weights
+        apart = self._poses - self._poses[np.argmax(w)]
+        apart[:, 2] = wrap_angles(apart[:, 2])
+        offset = w @ apart
+        centred = apart - offset
+        landmarks: dict[Hashable, tuple[Array, Array]] = {}
+        for name, i in self._index.items():
+            mean = w @ self._means[:, i]
+            off = self._means[:, i] - mean
+            spread = np.einsum("n,nij->ij", w, self._covariances[:, i]) + (off * w[:, None]).T @ off
+            landmarks[name] = (mean, spread)
+        pose = Pose.from_array(self._poses[np.argmax(w)] + offset)
+        return Estimate(pose, (centred * w[:, None]).T @ centred + 1e-12 * np.eye(3), landmarks)
+
+
+def _compounded(poses: Array, step: Array) -> Array:
+    """Return poses (n, 3) moved by one step (forward, left, turn)."""
+    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    forward, left, turn = step
+    return np.stack(
+        [poses[:, 0] + c * forward - s * left, poses[:, 1] + s * forward + c * left, poses[:, 2] + turn], axis=-1
+    )
+
+
+def _innovation(poses: Array, landmarks: Array, sighting: Sighting) -> tuple[Array, Array, Array]:
+    """Return nu (n, 2) and the derivatives of the measurement by pose (n, 2, 3) and landmark (n, 2, 2)."""
+    dx, dy = (landmarks - poses[:, :2]).T
+    squared = dx**2 + dy**2
+    distance = np.sqrt(squared)
+    H = np.zeros((len(poses), 2, 2))
+    H[:, 0, 0], H[:, 0, 1], H[:, 1, 0], H[:, 1, 1] = dx / distance, dy / distance, -dy / squared, dx / squared
+    turned = np.broadcast_to(np.array([[0.0], [-1.0]]), (len(poses), 2, 1))
+    bearing = wrap_angles(sighting.bearing - (np.arctan2(dy, dx) - poses[:, 2]))
+    return np.stack([sighting.range - distance, bearing], axis=-1), np.concatenate([-H, turned], axis=2), H

@@ -1,0 +1,122 @@
+"""Pose from bearings to beacons whose places are known: no map is made, no past is needed.
+
+`bearings_only` solves one moment, `Triangulation` brings it to a robot: each moment with three beacons in view gives
+a pose, and odometry carries it on to the next.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import ArrayLike
+from scipy.optimize import least_squares
+
+from mjsim.geometry import Array, Pose, wrap_angles
+from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo
+
+from .ekf_models import odometry_motion
+from .localization import known_places
+
+
+def bearings_only(places: ArrayLike, bearings: ArrayLike, deviations: ArrayLike) -> tuple[Pose, Array]:
+    """Return the pose from which beacons are seen under given bearings.
+
+    The lines of sight are linear in (cos, sin) of the heading and in the position turned by it, which gives a first
+    pose without a guess; from there, least squares on the bearings gives the most likely one.
+
+    Args:
+        places: Of the beacons, shape (n, 2) with n at least 3 [m].
+        bearings: To each, left positive, shape (n,) [rad].
+        deviations: Standard deviation of each bearing, or of all, shape (n,) or () [rad].
+
+    Returns:
+        The pose, and its covariance (3, 3) to first order.
+
+    Raises:
+        ValueError: There are fewer than three beacons, or they and the robot lie on one circle or line: then many
+            poses see them so.
+
+    References:
+        Shimshoni, On Mobile Robot Localization from Landmark Bearings, IEEE T-RA 18(6), 2002: the linear solution.
+    """
+    beacons, angles = np.asarray(places, dtype=float), np.asarray(bearings, dtype=float)
+    sigma = np.broadcast_to(np.asarray(deviations, dtype=float), angles.shape)
+    if len(beacons) < 3:
+        raise ValueError(f"{len(beacons)} beacons are in view; a pose needs three")
+
+    def misses(pose: Array) -> Array:
+        apart = beacons - pose[:2]
+        return np.asarray(wrap_angles(np.arctan2(apart[:, 1], apart[:, 0]) - pose[2] - angles) / sigma)
+
+    def slopes(pose: Array) -> Array:
+        dx, dy = (beacons - pose[:2]).T
+        squared = dx**2 + dy**2
+        return np.asarray(np.column_stack([dy / squared, -dx / squared, -np.ones(len(dx))]) / sigma[:, None])
+
+    found = least_squares(misses, _linear_solution(beacons, angles), jac=slopes, method="lm")
+    information = found.jac.T @ found.jac
+    if np.linalg.cond(information) > 1e10:
+        raise ValueError("beacons and robot lie on one circle or line; many poses see them so")
+    return Pose.from_array([*found.x[:2], wrap_angles(found.x[2])]), np.asarray(np.linalg.inv(information), dtype=float)
+
+
+def _linear_solution(beacons: Array, angles: Array) -> Array:
+    """Return the pose whose lines of sight pass the beacons best, shape (3,)."""
+    # About the beacons' middle and in units of their spread, so that the four unknowns are of one size.
+    middle = beacons.mean(axis=0)
+    size = float(np.abs(beacons - middle).max()) or 1.0
+    x, y = ((beacons - middle) / size).T
+    c, s = np.cos(angles), np.sin(angles)
+    # With h = (cos, sin) of the heading and q the position in the robot's axes: Im(e^{-i bearing} (R^T p - q)) = 0.
+    A = np.column_stack([c * y - s * x, -(c * x + s * y), s, -c])
+    cosine, sine, qx, qy = np.linalg.svd(A)[2][-1]
+    length = np.hypot(cosine, sine)
+    if length < 1e-9:
+        raise ValueError("beacons and robot lie on one circle or line; many poses see them so")
+    cosine, sine, qx, qy = (float(value / length) for value in (cosine, sine, qx, qy))
+    position = np.array([cosine * qx - sine * qy, sine * qx + cosine * qy])
+    ahead = (np.stack([x, y], axis=-1) - position) @ (cosine, sine)
+    left = (np.stack([x, y], axis=-1) - position) @ (-sine, cosine)
+    # The opposite heading has the same lines of sight, but all beacons behind.
+    turned = np.pi if np.sum(ahead * c + left * s) < 0.0 else 0.0
+    return np.array([*(middle + size * position), np.arctan2(sine, cosine) + turned])
+
+
+class Triangulation:
+    """Estimates the pose from bearings alone, and by odometry in between.
+
+    The world must say `map: known`. A moment that tells less than what odometry has carried on is left out.
+    """
+
+    def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
+        """Begin at the robot's prior.
+
+        Raises:
+            ValueError: The world does not say where its beacons hang.
+        """
+        self._places = known_places(catalogue)
+        self._pose = robot.prior.as_array()
+        self._covariance = np.array(robot.prior_covariance, dtype=float)
+        self._motion = odometry_motion()
+
+    def update(self, seen: Observation) -> Estimate:
+        """Return the pose of this tick."""
+        moved = seen.odometry
+        self._pose, F, G = self._motion(self._pose, np.array([moved.forward, moved.left, moved.turn]))
+        self._covariance = F @ self._covariance @ F.T + G @ moved.covariance @ G.T
+        looks = {sighting.name: sighting for sighting in seen.sightings if sighting.name in self._places}
+        if len(looks) >= 3:
+            self._fix(
+                np.array([self._places[name] for name in looks if name is not None]),
+                np.array([look.bearing for look in looks.values()]),
+                np.sqrt([look.covariance[1, 1] for look in looks.values()]),
+            )
+        return Estimate(Pose.from_array(self._pose), self._covariance)
+
+    def _fix(self, places: Array, bearings: Array, deviations: Array) -> None:
+        try:
+            pose, covariance = bearings_only(places, bearings, deviations)
+        except ValueError:
+            return  # They lie on one circle: this moment tells nothing.
+        if np.linalg.det(covariance) < np.linalg.det(self._covariance):
+            self._pose, self._covariance = pose.as_array(), covariance
