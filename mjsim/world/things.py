@@ -5,6 +5,7 @@ from typing import Annotated, Self
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from mjsim.world.base import AssetPath, Color, Degrees, Distance, Length, Model, ModelPath, Name, Point, fault
+from mjsim.world.markers import check_marker
 
 
 class ScriptedPath(Model):
@@ -102,10 +103,10 @@ class StepsObstacle(_Fixed):
 
 
 class ModelObstacle(_Obstacle):
-    """A thing from a file of MuJoCo (MJCF) or ROS (URDF)."""
+    """A thing from a file of MuJoCo (MJCF) or ROS (URDF); its origin comes to `at` and `elevation`."""
 
     model: ModelPath
-    """The file; meshes and pictures that it names lie beside it."""
+    """The file; meshes and pictures that it names lie beside it or below the world file."""
     scale: Annotated[float, Field(gt=0, le=1e4)] = 1.0
     """Metres to one unit of length of the file."""
 
@@ -150,6 +151,13 @@ class Marker(Model):
     """As OpenCV names it: '4x4_50' to '7x7_1000', 'original', 'apriltag_16h5' to 'apriltag_36h11'."""
     id: Annotated[int, Field(ge=0, le=100_000)]
     """Its number in the dictionary."""
+
+    @model_validator(mode="after")
+    def _there_is_one(self) -> Self:
+        wrong = check_marker(self.dictionary, self.id)
+        if wrong is not None:
+            raise fault(*wrong)
+        return self
 
 
 class Beacon(Model):

@@ -1,0 +1,101 @@
+"""Obstacles seen from above: what each stands on, how high it is, and what a level plane cuts of it."""
+
+import math
+
+import numpy as np
+
+from mjsim.geometry import Array, Pose
+from mjsim.world.things import (
+    BoxObstacle,
+    CylinderObstacle,
+    ModelObstacle,
+    Obstacle,
+    RampObstacle,
+    SphereObstacle,
+    StepsObstacle,
+)
+
+CIRCLE_SIDES = 32
+THINNEST = 1e-6
+"""What is thinner is not there [m]."""
+
+
+def world_from_obstacle(obstacle: Obstacle) -> Pose:
+    """Return where an obstacle stands at the start; its frame has x along its length."""
+    return Pose(obstacle.at[0], obstacle.at[1], math.radians(obstacle.heading_deg))
+
+
+def stays(obstacle: Obstacle) -> bool:
+    """Say whether an obstacle stands where it is, whatever happens around it."""
+    return not obstacle.movable and obstacle.path is None
+
+
+def footprint(obstacle: Obstacle) -> Array:
+    """Return the outline of an obstacle from above, world frame, counter-clockwise, shape (n, 2) [m]."""
+    match obstacle:
+        case BoxObstacle(box=(length, width, _)) | RampObstacle(ramp=(length, width, _)):
+            outline = _rectangle(-length / 2, length / 2, width)
+        case StepsObstacle(steps=(length, width, _)):
+            outline = _rectangle(-length / 2, length / 2, width)
+        case CylinderObstacle(cylinder=(radius, _)) | SphereObstacle(sphere=radius):
+            outline = _circle(radius)
+        case ModelObstacle(scale=scale):
+            outline = _rectangle(-scale / 2, scale / 2, scale)
+        case _:
+            raise AssertionError(obstacle)
+    return world_from_obstacle(obstacle).transform(outline)
+
+
+def bottom(obstacle: Obstacle) -> float:
+    """Return the height of an obstacle's lowest point above the floor [m]."""
+    return obstacle.elevation
+
+
+def top(obstacle: Obstacle) -> float:
+    """Return the height of an obstacle's highest point above the floor [m]."""
+    match obstacle:
+        case BoxObstacle(box=(_, _, height)) | RampObstacle(ramp=(_, _, height)) | StepsObstacle(steps=(_, _, height)):
+            return obstacle.elevation + height
+        case CylinderObstacle(cylinder=(_, height)):
+            return obstacle.elevation + height
+        case SphereObstacle(sphere=radius):
+            return obstacle.elevation + 2 * radius
+        case ModelObstacle(scale=scale):
+            return obstacle.elevation + scale
+        case _:
+            raise AssertionError(obstacle)
+
+
+def cut(obstacle: Obstacle, height: float) -> list[Array]:
+    """Return what a level plane cuts of an obstacle.
+
+    Args:
+        obstacle: At its place.
+        height: Of the plane above the floor [m].
+
+    Returns:
+        Convex outlines, world frame, counter-clockwise, shape (n, 2) each [m].
+    """
+    if not bottom(obstacle) <= height < top(obstacle):
+        return []
+    above, place = height - obstacle.elevation, world_from_obstacle(obstacle)
+    match obstacle:
+        case SphereObstacle(sphere=radius):
+            across = math.sqrt(max(radius**2 - (above - radius) ** 2, 0.0))
+            return [place.transform(_circle(across))] if across > THINNEST else []
+        case RampObstacle(ramp=(length, width, rise)):
+            return [place.transform(_rectangle(length * (above / rise - 0.5), length / 2, width))]
+        case StepsObstacle(steps=(length, width, rise), count=count):
+            lower = math.floor(above / rise * count)
+            return [place.transform(_rectangle(length * (lower / count - 0.5), length / 2, width))]
+    return [footprint(obstacle)]
+
+
+def _rectangle(back: float, front: float, width: float) -> Array:
+    half = width / 2
+    return np.array([[back, -half], [front, -half], [front, half], [back, half]])
+
+
+def _circle(radius: float) -> Array:
+    angles = np.arange(CIRCLE_SIDES) * (2 * np.pi / CIRCLE_SIDES)
+    return radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
