@@ -79,9 +79,12 @@ def compile(
 def show(
     world: WorldFile,
     output: Annotated[Path, typer.Option("-o", metavar="PNG", help="The picture to write.")],
-    camera: Annotated[str | None, typer.Option(help="ROBOT/CAMERA: what it sees at the start.")] = None,
+    camera: Annotated[
+        str | None,
+        typer.Option("--camera", "--view", help="Instead of the plan: ROBOT/CAMERA, ROBOT/chase or overview."),
+    ] = None,
 ) -> None:
-    """Draw the plan of a world, or what a camera sees at the start."""
+    """Draw the plan of a world to be printed, or what a camera sees at the start."""
     from mjsim.video import draw_world, take_picture
     from mjsim.world import load_checked
 

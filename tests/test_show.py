@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mjsim.errors import UsageError
-from mjsim.video import draw_world
+from mjsim.video import draw_world, take_picture
 from mjsim.video.ink import BEACON, INK, SEEN, TRUTH, WALL
 from mjsim.video.names import Tag, write_tags
 from mjsim.video.paper import DPI, arc, blank, px
@@ -146,3 +146,23 @@ def test_an_arc_keeps_its_distance_and_its_ends():
     points = arc((2.0, 1.0), 1.5, 0.0, -np.pi / 2)
     np.testing.assert_allclose(np.hypot(*(points - (2.0, 1.0)).T), 1.5)
     np.testing.assert_allclose(points[[0, -1]], [[3.5, 1.0], [2.0, -0.5]], atol=1e-12)
+
+
+def test_the_overview_shows_the_robot_from_outside_and_the_chase_view_shows_it_larger():
+    world = room()
+    red = []
+    for view in ("overview", "scout/chase"):
+        picture = take_picture(world, view).astype(int)
+        assert picture.shape == (720, 1280, 3)
+        red.append(np.count_nonzero((picture[..., 0] > 120) & (picture[..., 1] < 60) & (picture[..., 2] < 80)))
+    assert 100 < red[0] < red[1] / 2
+
+
+def test_a_camera_with_a_latency_has_a_first_picture_too():
+    camera = "{camera: front, at: [0.1, 0, 0.4], width: 160, height: 120, rate_hz: 12.5, latency: 2}"
+    prompt, late = (
+        parse_world(ROOM.replace("at: [2, 2]}", f"at: [2, 2], sensors: [{sensor}]}}"))
+        for sensor in (camera.replace(", latency: 2", ""), camera)
+    )
+    first, delayed = take_picture(prompt, "scout/front"), take_picture(late, "scout/front")
+    assert np.abs(first.astype(int) - delayed).mean() < 1.0

@@ -1,38 +1,60 @@
-"""One picture of a world: what an onboard camera sees before the robot moves."""
+"""One picture of a world before its robots move: what an onboard camera sees, or the whole from outside."""
 
 from pathlib import Path
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.interface import Picture
 from mjsim.sim import Simulation
+from mjsim.sim.playback import Playback
+from mjsim.sim.renderer import SEEN_FROM_OUTSIDE
 from mjsim.video.ink import write_picture
+from mjsim.video.layout import HEIGHT, WIDTH
 from mjsim.world import World
 from mjsim.world.sensors import Camera
+
+OVERVIEW, CHASE = "overview", "chase"
 
 
 def take_picture(world: World, camera: str, path: Path | None = None) -> Picture:
     """Return what a camera sees at the start, RGB, shape (height, width, 3), and write it if a path is given.
 
     Args:
-        world: Where its robot stands.
-        camera: 'ROBOT/CAMERA'.
+        world: Where its robots stand.
+        camera: 'ROBOT/CAMERA'; or from outside, 'ROBOT/chase' (behind a robot) or 'overview'.
         path: PNG or JPEG file to write as well.
 
     Raises:
         UsageError: There is no such camera, or the file cannot be written.
         OpenGLError: Nothing can be drawn on this machine.
     """
-    known = [
+    outside = [OVERVIEW, *(f"{robot.name}/{CHASE}" for robot in world.robots)]
+    onboard = [
         f"{robot.name}/{sensor.camera}"
         for robot in world.robots
         for sensor in robot.sensors
         if isinstance(sensor, Camera)
     ]
-    if camera not in known:
-        raise UsageError(f"no camera '{camera}' in this world{did_you_mean(camera, known)}")
-    robot, _, name = camera.partition("/")
-    with Simulation(world) as sim:
-        picture = sim.sense(robot).cameras[name].image.copy()
+    if camera not in outside + onboard:
+        raise UsageError(f"no camera '{camera}' in this world{did_you_mean(camera, onboard + outside)}")
+    picture = _seen_onboard(world, camera) if camera in onboard else _seen_from_outside(world, camera)
     if path is not None:
         write_picture(path, picture)
     return picture
+
+
+def _seen_onboard(world: World, camera: str) -> Picture:
+    robot, _, name = camera.partition("/")
+    with Simulation(world) as sim:
+        seen = sim.sense(robot)
+        while name not in seen.cameras:  # its first picture is on its way
+            sim.step()
+            seen = sim.sense(robot)
+        return seen.cameras[name].image.copy()
+
+
+def _seen_from_outside(world: World, camera: str) -> Picture:
+    # The state is that of robots which have come to rest on their wheels.
+    with Simulation(world) as sim:
+        qpos, _ = sim.state()
+    with Playback(world, width=WIDTH, height=HEIGHT, quality="high", groups=SEEN_FROM_OUTSIDE) as playback:
+        return playback.picture(qpos, camera).copy()
