@@ -5,6 +5,8 @@ Geom groups: 0 is what cameras see and rays hit (the body), 1 is for the eye alo
 neither seen nor hit by rays (wheels and casters), so that no sensor of a robot meets its own running gear.
 """
 
+from collections.abc import Sequence
+
 import mujoco
 
 SEEN, DECOR, FITTINGS, RUNNING_GEAR = 0, 1, 2, 4
@@ -14,7 +16,7 @@ MATERIAL = "matte"
 DARK, PALE = (0.13, 0.13, 0.14, 1.0), (0.97, 0.97, 0.94, 1.0)
 
 
-def make_decor(geom: mujoco.MjsGeom, rgba: tuple[float, float, float, float], *, group: int = DECOR) -> None:
+def make_decor(geom: mujoco.MjsGeom, rgba: Sequence[float], *, group: int = DECOR) -> None:
     """Make a geom one that is seen, and neither touches nor weighs anything."""
     geom.group, geom.contype, geom.conaffinity, geom.mass = group, 0, 0, 0.0
     geom.material, geom.rgba = MATERIAL, rgba

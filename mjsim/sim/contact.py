@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 
+from mjsim.compile.parts import RUNNING_GEAR
 from mjsim.world.robots import Robot
 
 UPRIGHT = 0.7
@@ -16,7 +17,8 @@ class Bumper:
         """Keep the state, which is read at each look, and which geoms are whose."""
         self._data = data
         self._base = model.body(f"{robot.name}/base").id
-        self._body = model.geom(f"{robot.name}/body").id
+        # All of the base that touches, but casters, which have a group of their own.
+        self._body = (model.geom_bodyid == self._base) & (model.geom_contype != 0) & (model.geom_group != RUNNING_GEAR)
         self._own = model.body_rootid[model.geom_bodyid] == self._base
         self._floor = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
 
@@ -29,7 +31,7 @@ class Bumper:
         if not touched.any():
             return ()
         # A wheel or a caster also stands on things; the body bumps whatever the angle.
-        touched &= (pairs == self._body).any(axis=1) | (np.abs(contact.frame[:, 2]) < UPRIGHT)
+        touched &= self._body[pairs].any(axis=1) | (np.abs(contact.frame[:, 2]) < UPRIGHT)
         offsets = contact.pos[touched] - self._data.xpos[self._base]
         x, y, _ = (offsets @ self._data.xmat[self._base].reshape(3, 3)).T
         return tuple(np.sort(np.arctan2(y, x)).tolist())

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from numpy.random import Generator
 
-from mjsim.compile.robots import RESPONSE
+from mjsim.compile.wheels import RESPONSE
 from mjsim.interface import Command, WheelCommand
 from mjsim.world import drives as models
 

@@ -6,7 +6,11 @@ from importlib import resources
 from typing import Any
 
 from mjsim.errors import did_you_mean
+from mjsim.world.bodies import SHAPES
 from mjsim.world.text import read_text
+
+_OTHER_SHAPES = ("box", "polygon", "model")
+"""Keys that tell that a body is no cylinder."""
 
 
 def over_preset(name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
@@ -17,8 +21,26 @@ def over_preset(name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
     """
     if name not in preset_names():
         raise ValueError(f"no preset '{name}'{did_you_mean(name, preset_names())}")
-    merged: dict[str, Any] = _merged(_preset(name), keys)
+    below = dict(_preset(name))
+    _check_drive(name, below.get("drive", {}), keys.get("drive"))
+    body = keys.get("body")
+    if isinstance(body, Mapping) and any(key in body for key in _OTHER_SHAPES):
+        # Another shape takes the place of the preset's with all its keys, the look of the old one among them.
+        of_shape = {key for shape in SHAPES.values() for key in shape}
+        below["body"] = {key: value for key, value in below["body"].items() if key not in {*of_shape, "look"}}
+    merged: dict[str, Any] = _merged(below, keys)
     return merged
+
+
+def _check_drive(name: str, below: Mapping[str, Any], above: Any) -> None:
+    """Raise ValueError when a user's keys describe another kind of drive than the preset has."""
+    if not isinstance(above, Mapping):
+        return
+    kind, wanted = below.get("type", "differential"), above.get("type")
+    if "use" in above:
+        raise ValueError(f"preset '{name}' has a drive of its own, {kind}; leave out the preset to use yours")
+    if wanted is not None and wanted != kind:
+        raise ValueError(f"preset '{name}' has the drive {kind}, not {wanted}; leave out 'type' or the preset")
 
 
 @cache

@@ -5,8 +5,8 @@ from typing import Annotated, Any
 from pydantic import Field, model_validator
 
 from mjsim.world.base import Degrees, Length, Model, Name, Point, fault
-from mjsim.world.bodies import Body
-from mjsim.world.drives import DifferentialDrive, WheelOdometry
+from mjsim.world.bodies import Body, CylinderBody
+from mjsim.world.drives import DifferentialDrive, Drive, WheelOdometry
 from mjsim.world.presets import over_preset
 from mjsim.world.sensors import Sensor
 
@@ -22,9 +22,9 @@ class Robot(Model):
     """Where it looks at the start, counter-clockwise from x."""
     preset: Name | None = None
     """A robot of `assets/robots`; keys beside this one override it."""
-    drive: DifferentialDrive = DifferentialDrive()
+    drive: Drive = DifferentialDrive()
     """How it moves."""
-    body: Body = Body()
+    body: Body = CylinderBody()
     """The shape that bumps."""
     odometry: WheelOdometry = WheelOdometry()
     """What the wheels tell."""

@@ -1,0 +1,222 @@
+"""Wheels of all kinds: plain ones that touch at one point, wheels with rollers, casters, and what turns them."""
+
+import math
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from mjsim.compile.parts import DARK, RUNNING_GEAR, make_decor
+
+RESPONSE = 0.1
+"""Time constant of the wheels' velocity servos with the robot's mass on them, of a differential drive [s]."""
+LAG = 0.05
+"""Time constant with which the servos of all other drives follow what they are told, whatever the load [s]."""
+STIFFNESS = 0.004
+"""Time constant with which those servos bring the robot's mass to the speed that they have come to [s]."""
+STEERING_RATE = 40.0
+"""Natural frequency of a steering servo [rad/s]."""
+SAG = 3.47e-4
+"""How deep MuJoCo's contacts let wheels into the floor at rest [m]; nearly the same for all masses and sizes."""
+WHEEL_SHARE, GEAR_SHARE = 0.05, 0.02
+"""Mass of one wheel, of the robot's; and inertia of its motor and gear, of the robot's mass at the wheel's rim."""
+ROLLER_SHARE = 0.25
+"""Radius of a roller at its middle, of the wheel's over the rollers."""
+HUB, HUB_COLOR = 0.55, (0.42, 0.43, 0.45, 1.0)
+"""Radius of what is seen of a rim, of the wheel's."""
+ACROSS = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
+"""Turns what stands upright about z so that it lies along y."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WheelSpec:
+    """What there is to say of a wheel."""
+
+    name: str
+    """Of its body, its hinge and its servo: `ROBOT/wheel_left`."""
+    at: tuple[float, float]
+    """Of its middle, in the frame of what carries it [m]."""
+    radius: float
+    """[m]"""
+    half_width: float
+    """[m]"""
+    mass: float
+    """[kg]"""
+    gear: float
+    """Inertia of its motor and gear about the axle [kg m^2]."""
+
+
+def add_plain_wheel(
+    carrier: mujoco.MjsBody, wheel: WheelSpec, *, lift: float = 0.0, hub: bool = True
+) -> mujoco.MjsBody:
+    """Add a wheel with its hinge.
+
+    Args:
+        carrier: The robot's base, or what steers.
+        wheel: Its sizes.
+        lift: Of the carrier's origin above the floor [m].
+        hub: Whether its rim is seen.
+    """
+    # It rolls on a circle that ends half-way into the contact.
+    body = carrier.add_body(name=wheel.name, pos=[*wheel.at, wheel.radius - SAG / 2 - lift])
+    body.add_joint(name=wheel.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0], armature=wheel.gear)
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+        # An ellipsoid touches at one point right under the axle: it spins on the spot without scrubbing.
+        size=[wheel.radius + SAG / 2, wheel.half_width, wheel.radius + SAG / 2],
+        group=RUNNING_GEAR,
+        mass=wheel.mass,
+        # Less than any floor, whose friction therefore counts.
+        friction=[0.001, 0.0, 0.0],
+        rgba=DARK,
+    )
+    _add_tyre(body, wheel.radius * 0.995, wheel.half_width, hub=hub)
+    return body
+
+
+def _add_tyre(body: mujoco.MjsBody, radius: float, half_width: float, *, hub: bool) -> None:
+    """Add what is seen of a wheel."""
+    tyre = body.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[radius, half_width, 0.0], quat=ACROSS)
+    make_decor(tyre, DARK)
+    if not hub:
+        return
+    rim = body.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[HUB * radius, half_width * 1.02, 0.0], quat=ACROSS)
+    make_decor(rim, HUB_COLOR)
+    for angle in (0.0, math.pi / 2):  # so that one sees it turn
+        spoke = body.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=[HUB * radius, half_width * 1.03, 0.07 * radius],
+            quat=[math.cos(angle / 2), 0.0, math.sin(angle / 2), 0.0],
+        )
+        make_decor(spoke, DARK)
+
+
+def add_roller_wheel(
+    spec: mujoco.MjSpec, base: mujoco.MjsBody, wheel: WheelSpec, *, heading: float, angle: float, count: int
+) -> None:
+    """Add a wheel whose rim is rollers that turn freely.
+
+    A roller is an ellipsoid. Along a line at the roller's angle on a cylinder of radius R, the height of the
+    cylinder falls by s^2 sin(angle)^2 / (2 (R - r)) as seen from the roller's axis at R - r; an ellipsoid of radius r
+    falls by r s^2 / (2 L^2). With L = sqrt(r (R - r)) / sin(angle) both agree, and the wheel runs round.
+
+    Args:
+        spec: For what must not touch: the rollers and their own robot.
+        base: What carries it.
+        wheel: Its sizes; the mass is that of all of it.
+        heading: Direction in which the wheel rolls, robot frame [rad].
+        angle: From the wheel's axle to the axis of the lowest roller, about the vertical, left positive [rad].
+        count: Of rollers.
+    """
+    big, small = wheel.radius, ROLLER_SHARE * wheel.radius
+    body = base.add_body(
+        name=wheel.name,
+        pos=[*wheel.at, big - SAG / 2],
+        quat=[math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)],
+    )
+    body.add_joint(name=wheel.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0], armature=wheel.gear)
+    body.explicitinertial = True
+    body.mass = core = 0.7 * wheel.mass
+    body.inertia = [core * big**2 / 4, core * big**2 / 2, core * big**2 / 4]
+    _add_tyre(body, big - 1.6 * small, wheel.half_width, hub=True)
+    length = math.sqrt(small * (big - small)) / abs(math.sin(angle))
+    for number in range(count):
+        name = f"{wheel.name}/roller{number + 1}"
+        roller = _add_roller(body, name, number * 2 * math.pi / count, angle, (big - small, small, length))
+        roller.explicitinertial = True
+        roller.mass = mass = 0.3 * wheel.mass / count
+        roller.inertia = [mass * small**2 / 2] * 3
+        spec.add_exclude(bodyname1=base.name, bodyname2=name)
+
+
+def _add_roller(
+    wheel: mujoco.MjsBody, name: str, place: float, angle: float, sizes: tuple[float, float, float]
+) -> mujoco.MjsBody:
+    """Add a roller to a wheel at an angle from its lowest point; sizes are its distance, radius and half length [m]."""
+    distance, radius, length = sizes
+    # Of the lowest roller: the axle is y, the axis lies level at the roller's angle from it.
+    axis, down = np.array([-math.sin(angle), math.cos(angle), 0.0]), np.array([0.0, 0.0, -1.0])
+    c, s = math.cos(place), math.sin(place)
+    turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    roller = wheel.add_body(name=name, pos=turn @ down * distance)
+    rotation = np.zeros(4)
+    mujoco.mju_quatZ2Vec(rotation, turn @ axis)
+    roller.quat = rotation
+    roller.add_joint(
+        name=name,
+        type=mujoco.mjtJoint.mjJNT_HINGE,
+        axis=[0.0, 0.0, 1.0],
+        # A roller of no weight would take up the speed of the floor with a jerk.
+        armature=2e-3 * radius**2,
+    )
+    roller.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+        size=[radius + SAG / 2, radius + SAG / 2, length],
+        group=RUNNING_GEAR,
+        # It touches what is touched by all; two rollers of one wheel overlap and must not push each other.
+        contype=0,
+        conaffinity=1,
+        friction=[0.001, 0.0, 0.0],
+        rgba=DARK,
+    )
+    seen = roller.add_geom(type=mujoco.mjtGeom.mjGEOM_ELLIPSOID, size=[radius * 0.98, radius * 0.98, 0.62 * length])
+    make_decor(seen, HUB_COLOR)
+    return roller
+
+
+def add_caster(base: mujoco.MjsBody, *, x: float, radius: float) -> None:
+    """Add a caster that slides, and is soft so that most weight stays on the wheels."""
+    base.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        pos=[x, 0.0, radius - SAG],
+        size=[radius, 0.0, 0.0],
+        group=RUNNING_GEAR,
+        # Friction is the larger of the two surfaces' unless one has priority.
+        priority=1,
+        condim=1,
+        friction=[0.0, 0.0, 0.0],
+        # As on springs: at the foot of a ramp both casters bear the robot, and its wheels must not hang in the air.
+        solref=[0.06, 1.0],
+        solimp=[0.5, 0.5, 0.001, 0.5, 2.0],
+        rgba=DARK,
+    )
+
+
+def add_soft_servo(spec: mujoco.MjSpec, name: str, *, inertia: float, torque: float) -> None:
+    """Add the velocity servo of a differential drive's wheel, which follows with a lag that the load gives it."""
+    _actuator(spec, name, torque).set_to_velocity(kv=inertia / RESPONSE)
+
+
+def add_servo(spec: mujoco.MjSpec, name: str, *, inertia: float, torque: float) -> None:
+    """Add a velocity servo that follows with the same lag whatever the load, as far as its torque goes."""
+    servo = _actuator(spec, name, torque)
+    servo.set_to_velocity(kv=inertia / STIFFNESS)
+    _follow(servo, LAG)
+
+
+def add_steering(base: mujoco.MjsBody, spec: mujoco.MjSpec, name: str, wheel: WheelSpec) -> mujoco.MjsBody:
+    """Add what steers a wheel, right above it: a hinge with a position servo; return what carries the wheel."""
+    knuckle = base.add_body(name=name, pos=[*wheel.at, 2 * wheel.radius])
+    knuckle.explicitinertial = True
+    knuckle.mass = 0.1 * wheel.mass
+    knuckle.inertia = [0.1 * wheel.mass * wheel.radius**2] * 3
+    inertia = wheel.mass * wheel.radius**2
+    knuckle.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0], armature=inertia)
+    servo = _actuator(spec, name, torque=None)
+    whole = 1.5 * inertia
+    servo.set_to_position(kp=whole * STEERING_RATE**2, kv=2 * whole * STEERING_RATE)
+    _follow(servo, LAG)
+    return knuckle
+
+
+def _actuator(spec: mujoco.MjSpec, name: str, torque: float | None) -> mujoco.MjsActuator:
+    servo = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=name)
+    if torque is not None:
+        servo.forcelimited, servo.forcerange = True, [-torque, torque]
+    return servo
+
+
+def _follow(servo: mujoco.MjsActuator, lag: float) -> None:
+    """Let a servo follow what it is told with a time constant [s]."""
+    servo.dyntype = mujoco.mjtDyn.mjDYN_FILTEREXACT
+    servo.dynprm[0] = lag
