@@ -1,4 +1,4 @@
-"""Draws the floor textures of assets/floors; they repeat without a seam.
+"""Draws the textures of assets/floors and assets/walls; they repeat without a seam.
 
     python scripts/make_floors.py
 
@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 
 SIZE = 1024
 """Side of a texture [px]; 2 m of floor."""
+SMALL = 512
+"""Side of the other textures [px]."""
 BOARDS = 10
 """Rows of boards in one tile: 20 cm wide each."""
 
@@ -53,12 +55,89 @@ def draw_oak(rng: Generator) -> NDArray[np.uint8]:
     return np.clip(picture, 0, 255).astype(np.uint8)
 
 
+def draw_slabs(
+    rng: Generator,
+    *,
+    base: tuple[float, float, float],
+    rows: int,
+    columns: int,
+    stagger: bool,
+    joint: float,
+    spread: float,
+    grain: float,
+) -> NDArray[np.uint8]:
+    """Return slabs laid in rows: flagstones, tiles or bricks, RGB (SMALL, SMALL, 3).
+
+    Args:
+        rng: Of the shades of the slabs and of their grain.
+        base: RGB of the middle slab.
+        rows: Of slabs in one tile of the texture.
+        columns: Of slabs in a row.
+        stagger: Whether every other row is moved by half a slab.
+        joint: How much darker the joints are than the slabs.
+        spread: Deviation of the slabs' shades.
+        grain: Deviation inside a slab.
+    """
+    y, x = np.mgrid[0:SMALL, 0:SMALL] / SMALL
+    row = np.floor(y * rows).astype(int)
+    along = x * columns + (0.5 * (row % 2) if stagger else 0.0)
+    column = np.floor(along).astype(int) % columns
+    shade = rng.normal(0.0, spread, (rows, columns))[row, column]
+    warmth = rng.normal(0.0, spread / 3, (rows, columns))[row, column]
+    # How far a pixel is from the nearest joint [px].
+    across = np.minimum(along % 1.0, 1.0 - along % 1.0) * SMALL / columns
+    depth = np.minimum(np.minimum(y * rows % 1.0, 1.0 - y * rows % 1.0) * SMALL / rows, across)
+    shade -= joint * np.exp(-((depth / 2.0) ** 2))
+    shade += grain * smooth_noise(rng, (SMALL, SMALL), (2.0, 2.0)) + grain * smooth_noise(
+        rng, (SMALL, SMALL), (12.0, 12.0)
+    )
+    return finished(base, shade, warmth)
+
+
+def draw_cloth(rng: Generator) -> NDArray[np.uint8]:
+    """Return a carpet of short loops, RGB (SMALL, SMALL, 3)."""
+    y, x = np.mgrid[0:SMALL, 0:SMALL]
+    loops = 4.0 * np.sin(x * (np.pi / 4)) * np.sin(y * (np.pi / 4))
+    shade = (
+        loops
+        + 5.0 * smooth_noise(rng, (SMALL, SMALL), (1.0, 1.0))
+        + 3.0 * smooth_noise(rng, (SMALL, SMALL), (20.0, 20.0))
+    )
+    return finished((104.0, 118.0, 134.0), shade, 0.0 * shade)
+
+
+def draw_screed(rng: Generator) -> NDArray[np.uint8]:
+    """Return polished concrete with clouds and a few specks, RGB (SMALL, SMALL, 3)."""
+    shape = (SMALL, SMALL)
+    clouds = 5.0 * smooth_noise(rng, shape, (60.0, 60.0)) + 2.5 * smooth_noise(rng, shape, (9.0, 9.0))
+    specks = -9.0 * (smooth_noise(rng, shape, (1.2, 1.2)) > 2.4)
+    return finished((168.0, 168.0, 164.0), clouds + specks + rng.normal(0.0, 1.5, shape), 0.0 * clouds)
+
+
+def finished(base: tuple[float, float, float], shade: Array, warmth: Array) -> NDArray[np.uint8]:
+    """Return the picture of a base colour with shades and warmths, each (rows, columns)."""
+    picture = np.array(base) + shade[..., None] * (1.0, 0.98, 0.95) + warmth[..., None] * (1.0, 0.0, -1.0)
+    return np.clip(picture, 0, 255).astype(np.uint8)
+
+
+def write(path: str, picture: NDArray[np.uint8], quality: int) -> None:
+    """Write an RGB picture as JPEG below assets."""
+    place = Path(__file__).parents[1] / "assets" / path
+    place.parent.mkdir(parents=True, exist_ok=True)
+    cv2.imwrite(str(place), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality])
+
+
 def main() -> None:
-    """Write all floors."""
-    folder = Path(__file__).parents[1] / "assets" / "floors"
-    folder.mkdir(parents=True, exist_ok=True)
-    picture = cv2.cvtColor(draw_oak(np.random.default_rng(7)), cv2.COLOR_RGB2BGR)
-    cv2.imwrite(str(folder / "oak.jpg"), picture, [cv2.IMWRITE_JPEG_QUALITY, 88])
+    """Write all textures."""
+    write("floors/oak.jpg", draw_oak(np.random.default_rng(7)), 88)
+    stone = {"base": (176.0, 166.0, 150.0), "rows": 4, "columns": 3, "stagger": True}
+    write("floors/stone.jpg", draw_slabs(np.random.default_rng(1), **stone, joint=42, spread=9, grain=3.5), 85)
+    tiles = {"base": (206.0, 206.0, 200.0), "rows": 4, "columns": 4, "stagger": False}
+    write("floors/tiles.jpg", draw_slabs(np.random.default_rng(2), **tiles, joint=30, spread=3, grain=1.5), 85)
+    brick = {"base": (160.0, 110.0, 92.0), "rows": 12, "columns": 4, "stagger": True}
+    write("walls/brick.jpg", draw_slabs(np.random.default_rng(3), **brick, joint=-45, spread=10, grain=3.0), 85)
+    write("floors/carpet.jpg", draw_cloth(np.random.default_rng(4)), 80)
+    write("floors/concrete.jpg", draw_screed(np.random.default_rng(5)), 85)
 
 
 if __name__ == "__main__":
