@@ -1,0 +1,145 @@
+"""Graph SLAM: all poses and all sightings are kept, and the whole way is bent until they agree best.
+
+gtsam's iSAM2 solves the graph a little further at each new pose. It is not among what mjsim needs:
+`pip install mjsim[graph]`.
+"""
+
+from collections.abc import Hashable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+
+from mjsim.geometry import Array, Pose
+from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighting
+
+from .ekf_models import landmark_from, odometry_motion
+
+HUBER = 1.345
+"""Beyond so many standard deviations an error counts less than its square: 95 % efficient on clean data (Huber)."""
+
+
+class GraphSlam:
+    """Estimates the pose and a map of named beacons by incremental smoothing.
+
+    A pose enters the graph when something is seen and the robot has moved far enough since the last one. Sightings
+    have a robust loss, so that a wrong one pulls with a bounded force.
+
+    References:
+        Kaess et al., iSAM2: Incremental Smoothing and Mapping Using the Bayes Tree, IJRR 31(2), 2012. Grisetti et
+        al., A Tutorial on Graph-Based SLAM, IEEE ITS Magazine 2(4), 2010.
+    """
+
+    def __init__(self, *, distance: float = 0.15, turn_deg: float = 8.0, sighting_scale: float = 1.0) -> None:
+        """Set the rules.
+
+        Args:
+            distance: How far the robot drives between two poses of the graph [m].
+            turn_deg: Or how far it turns.
+            sighting_scale: Factor on the standard deviation of sightings.
+
+        Raises:
+            ImportError: gtsam is not installed.
+        """
+        try:
+            import gtsam
+        except ImportError:
+            raise ImportError(
+                "GraphSlam needs gtsam, which is not here; install it: pip install 'mjsim[graph]'"
+            ) from None
+        self._gtsam: Any = gtsam
+        self._distance, self._turn = distance, np.radians(turn_deg)
+        self._scale = sighting_scale
+        self._step: Array = np.zeros(3)
+        self._step_covariance: Array = np.zeros((3, 3))
+
+    def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
+        """Begin the graph with the robot's prior."""
+        gtsam = self._gtsam
+        self._solver = gtsam.ISAM2(gtsam.ISAM2Params())
+        self._motion = odometry_motion()
+        self._names: dict[str, int] = {}
+        self._number = 0
+        self._pose = robot.prior.as_array()
+        # A pose known exactly has no square root of its information.
+        spread = np.asarray(robot.prior_covariance, dtype=float) + 1e-10 * np.eye(3)
+        graph, first = gtsam.NonlinearFactorGraph(), gtsam.Values()
+        noise = gtsam.noiseModel.Gaussian.Covariance(_turned(spread, -self._pose[2]))
+        graph.add(gtsam.PriorFactorPose2(self._key(), gtsam.Pose2(*self._pose), noise))
+        first.insert(self._key(), gtsam.Pose2(*self._pose))
+        self._solver.update(graph, first)
+        self._covariance = spread
+        self._map: dict[Hashable, tuple[Array, Array]] = {}
+        self._forget_step()
+
+    def update(self, seen: Observation) -> Estimate:
+        """Return the belief after this tick's odometry and sightings."""
+        moved = np.array([seen.odometry.forward, seen.odometry.left, seen.odometry.turn])
+        self._step, F, G = self._motion(self._step, moved)
+        self._step_covariance = F @ self._step_covariance @ F.T + G @ seen.odometry.covariance @ G.T
+        far = np.hypot(*self._step[:2]) > self._distance or abs(self._step[2]) > self._turn
+        named = [sighting for sighting in seen.sightings if sighting.name is not None]
+        if named and (far or not self._names):
+            self._extend(named)
+        return self._belief()
+
+    def _extend(self, sightings: list[Sighting]) -> None:
+        """Add a pose and what is seen from it, and solve."""
+        gtsam = self._gtsam
+        graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
+        before = self._key()
+        self._number += 1
+        noise = gtsam.noiseModel.Gaussian.Covariance(_turned(self._step_covariance, -self._step[2]) + 1e-12 * np.eye(3))
+        graph.add(gtsam.BetweenFactorPose2(before, self._key(), gtsam.Pose2(*self._step), noise))
+        pose, _, _ = self._motion(self._pose, self._step)
+        values.insert(self._key(), gtsam.Pose2(*pose))
+        for sighting in sightings:
+            name = sighting.name or ""
+            if name not in self._names:
+                self._names[name] = gtsam.symbol("l", len(self._names))
+                values.insert(self._names[name], landmark_from(pose, np.array([sighting.range, sighting.bearing]))[0])
+            graph.add(self._factor(sighting))
+        self._solver.update(graph, values)
+        self._read()
+        self._forget_step()
+
+    def _factor(self, sighting: Sighting) -> Any:
+        """Return the factor of one sighting; gtsam has the bearing before the range."""
+        gtsam = self._gtsam
+        covariance = np.asarray(sighting.covariance)[::-1, ::-1] * self._scale**2
+        robust = gtsam.noiseModel.Robust.Create(
+            gtsam.noiseModel.mEstimator.Huber.Create(HUBER), gtsam.noiseModel.Gaussian.Covariance(covariance)
+        )
+        key, bearing = self._names[sighting.name or ""], gtsam.Rot2(sighting.bearing)
+        return gtsam.BearingRangeFactor2D(self._key(), key, bearing, sighting.range, robust)
+
+    def _read(self) -> None:
+        """Take pose and map out of the solver."""
+        values = self._solver.calculateEstimate()
+        pose = values.atPose2(self._key())
+        self._pose = np.array([pose.x(), pose.y(), pose.theta()])
+        # The covariance of a pose is given in the pose's own axes.
+        self._covariance = _turned(self._solver.marginalCovariance(self._key()), self._pose[2])
+        self._map = {
+            name: (np.asarray(values.atPoint2(key)), np.asarray(self._solver.marginalCovariance(key)))
+            for name, key in self._names.items()
+        }
+
+    def _belief(self) -> Estimate:
+        """Return the last pose of the graph carried on by odometry, and the map."""
+        pose, F, G = self._motion(self._pose, self._step)
+        covariance = F @ self._covariance @ F.T + G @ self._step_covariance @ G.T
+        return Estimate(Pose.from_array(pose), covariance, dict(self._map))
+
+    def _forget_step(self) -> None:
+        self._step, self._step_covariance = np.zeros(3), np.zeros((3, 3))
+
+    def _key(self) -> int:
+        return int(self._gtsam.symbol("x", self._number))
+
+
+def _turned(covariance: Array, angle: float) -> Array:
+    """Return a covariance of (x, y, heading) in axes turned back by an angle [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(R @ covariance @ R.T)
