@@ -1,6 +1,6 @@
 """YAML 1.2 text to plain values that remember where they were written.
 
-Events of ruamel.yaml are composed here, so that every key and value keeps its line and column, so that only the
+The events of a text are composed here, so that every key and value keeps its line and column, so that only the
 core schema of YAML 1.2 is known (`no` and `12:30` stay text), and so that a hostile text costs little.
 """
 
@@ -9,19 +9,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.events import (
-    AliasEvent,
-    DocumentStartEvent,
-    Event,
-    MappingEndEvent,
-    MappingStartEvent,
-    ScalarEvent,
-    SequenceEndEvent,
-)
 
 from mjsim.errors import Problem
+from mjsim.world.scan import ALIAS, DOCUMENT, END, MAP, SCALAR, Event, UnsureError, exact_events, fast_events
 
 MOST_BYTES = 5_000_000
 MOST_NODES = 250_000
@@ -38,6 +29,20 @@ _TAG = "tag:yaml.org,2002:"
 _MOST_DIGITS = 30
 
 
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where a value comes from that does not stand in the text itself, or not once."""
+
+    file: str | None = None
+    """The included file, as errors name it."""
+    how: str = ""
+    """How that was reached: 'included by room.yaml:3:5'."""
+    repetition: str = ""
+    """Which one it is, counted from 1: '3', or '2, 4' in a grid."""
+    copies: int = 1
+    """How many repetitions there are."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Node:
     """A value of a text and where it begins; lines and columns are counted from 1."""
@@ -52,6 +57,8 @@ class Node:
     """Line and column of each key of a mapping."""
     size: int = 1
     """Nodes in it, aliases counted each time they are used."""
+    origin: Origin | None = None
+    """None where it is that of the value around it."""
 
 
 class _BrokenTextError(Exception):
@@ -71,7 +78,22 @@ def read_text(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
         return None, [Problem(file, line, column, f"character {code} is not text; write the file as UTF-8 text")]
     if len(text) > MOST_BYTES:
         return None, [Problem(file, 1, 1, too_large(len(text)))]
-    composer = _Composer(file, YAML(typ="safe", pure=True).parse(text))
+    node = _read_fast(text, file=file)
+    return (node, []) if node is not None else _read_exactly(text, file=file)
+
+
+def _read_fast(text: str, *, file: str) -> Node | None:
+    """Return the value of a text without a fault; None when it has one, or when only the exact parser can tell."""
+    composer = _Composer(file, fast_events(text))
+    try:
+        node = composer.document()
+    except (UnsureError, _BrokenTextError):
+        return None
+    return None if composer.problems else node
+
+
+def _read_exactly(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
+    composer = _Composer(file, exact_events(text))
     try:
         node = composer.document()
     except _BrokenTextError as broken:
@@ -136,38 +158,38 @@ class _Composer:
         """Return the only document of the text."""
         self._next()
         event = self._next()
-        if not isinstance(event, DocumentStartEvent):
+        if event.kind != DOCUMENT:
             raise _BrokenTextError(1, 1, "the file is empty; a world begins with 'mjsim: 1'")
         node = self._node(self._next())
         self._next()
-        if isinstance(self._next(), DocumentStartEvent):
+        if self._next().kind == DOCUMENT:
             raise _BrokenTextError(*self.place, "a second document begins here; a world file holds one")
         return node
 
     def _next(self) -> Event:
         event = next(self._events)
-        self.place = (event.start_mark.line + 1, event.start_mark.column + 1)
+        self.place = (event.line, event.column)
         return event
 
-    def _node(self, event: Any) -> Node:
+    def _node(self, event: Event) -> Node:
         place = self.place
-        if isinstance(event, AliasEvent):
-            if event.anchor not in self._anchors:
+        if event.kind == ALIAS:
+            if event.anchor is None or event.anchor not in self._anchors:
                 raise _BrokenTextError(*place, f"alias '*{event.anchor}' has no anchor '&{event.anchor}' before it")
             node = self._anchors[event.anchor]
             self._grow(node.size)
             return node
         self._grow(1)
-        if isinstance(event, ScalarEvent):
+        if event.kind == SCALAR:
             node = Node(self._scalar(event), *place)
         else:
             self._depth += 1
             if self._depth > DEEPEST:
                 raise _BrokenTextError(*place, f"values are nested more than {DEEPEST} deep; write them flatter")
-            if event.flow_style:
+            if event.flow:
                 self.brackets.append(place)
-            node = self._mapping(event) if isinstance(event, MappingStartEvent) else self._list(event)
-            if event.flow_style:
+            node = self._mapping(event) if event.kind == MAP else self._list(event)
+            if event.flow:
                 self.brackets.pop()
             self._depth -= 1
         if event.anchor is not None:
@@ -182,7 +204,7 @@ class _Composer:
     def _list(self, start: Event) -> Node:
         self._check_tag(start, "seq")
         place, items = self.place, []
-        while not isinstance(event := self._next(), SequenceEndEvent):
+        while (event := self._next()).kind != END:
             items.append(self._node(event))
         size = 1 + sum(item.size for item in items)
         return Node([item.value for item in items], *place, dict(enumerate(items)), size=size)
@@ -192,12 +214,12 @@ class _Composer:
         place = self.place
         items: dict[str | int, Node] = {}
         keys: dict[str, tuple[int, int]] = {}
-        while not isinstance(event := self._next(), MappingEndEvent):
+        while (event := self._next()).kind != END:
             key_place = self.place
             key = self._node(event).value
             value_event = self._next()
             value = self._node(value_event)
-            if isinstance(value_event, ScalarEvent) and not value_event.value and value_event.implicit[0]:
+            if value_event.kind == SCALAR and not value_event.value and value_event.plain:
                 value = Node(None, *key_place)  # nothing is written; its mark is where the next thing begins
             if not isinstance(key, str):
                 self._report(key_place, f"key {key!r:.40} is not text; put it in quotes or write a name")
@@ -208,15 +230,15 @@ class _Composer:
         size = 1 + len(keys) + sum(item.size for item in items.values())
         return Node({key: item.value for key, item in items.items()}, *place, items, keys, size)
 
-    def _scalar(self, event: ScalarEvent) -> Any:
+    def _scalar(self, event: Event) -> Any:
         text = event.value
         if _CONTROL.search(text):
             self._report(self.place, f"{text!r:.40} holds a character that is not text; leave it out")
             return ""
-        if event.ctag is not None and str(event.ctag) not in ("", "!"):
+        if event.tag not in ("", "!"):
             self._check_tag(event, "str", "int", "float", "bool", "null")
-            return text if str(event.ctag) == f"{_TAG}str" else plain_value(text)
-        if not event.implicit[0]:
+            return text if event.tag == f"{_TAG}str" else plain_value(text)
+        if not event.plain:
             return text
         try:
             return plain_value(text)
@@ -224,10 +246,9 @@ class _Composer:
             self._report(self.place, str(error))
             return 0
 
-    def _check_tag(self, event: Any, *known: str) -> None:
-        tag = "" if event.ctag is None else str(event.ctag)
-        if tag not in ("", "!", *(_TAG + name for name in known)):
-            self._report(self.place, f"tag '{tag.replace(_TAG, '!!'):.60}' is not allowed; write a plain value")
+    def _check_tag(self, event: Event, *known: str) -> None:
+        if event.tag not in ("", "!", *(_TAG + name for name in known)):
+            self._report(self.place, f"tag '{event.tag.replace(_TAG, '!!'):.60}' is not allowed; write a plain value")
 
     def _report(self, place: tuple[int, int], message: str) -> None:
         self.problems.append(Problem(self._file, *place, message))
