@@ -199,21 +199,34 @@ class Estimate:
     """Of the pose, then each landmark in the order of `landmarks`, shape (3 + 2 n, 3 + 2 n); optional."""
 
 
+@dataclass(frozen=True, slots=True)
+class MarkerInfo:
+    """A square marker that computers read."""
+
+    dictionary: str
+    """As the world file names it: '4x4_50', 'apriltag_36h11' and so on."""
+    id: int
+    """Its number in the dictionary."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class BeaconInfo:
-    """What the catalogue tells of a beacon: the picture and its printed size, not where it hangs."""
+    """What the catalogue tells of a beacon: picture or marker and its printed size, not where it hangs."""
 
     name: str
     picture: Picture | None
-    """RGB; None for a reflector."""
+    """RGB; None for a marker or a reflector."""
     width: float
-    """[m]"""
+    """Of the picture, or of the marker's black square without the white border around it [m]."""
     height: float
-    """[m]"""
+    """The same [m]."""
     pose: Pose | None = None
-    """World frame, facing along its heading; only when the world says `map: known`."""
+    """World frame, facing along its heading; only when the world says `map: known`, and it hangs on nothing that
+    moves."""
     center: float | None = None
-    """Height of its middle above the floor [m]; only when the world says `map: known`."""
+    """Height of its middle above the floor [m]; only where there is a pose."""
+    marker: MarkerInfo | None = None
+    """None for a picture or a reflector."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,19 +1,28 @@
-"""Beacons: thin planes with pictures."""
+"""Beacons: thin planes with pictures or markers.
+
+One that hangs in the room, or on a thing that stays, is a plane `beacon/NAME` of the world. One on a thing that
+moves or on a robot is a box as thin as paper, fixed to that body, as MuJoCo lets no plane move. Both have their x to
+the viewer's right, y up and z towards the viewer.
+"""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 
 import mujoco
 import numpy as np
 
-from mjsim.compile.pictures import LONGEST_BEACON_SIDE, add_material, bounded, color_of, read_picture
+from mjsim.compile.pictures import LONGEST_BEACON_SIDE, add_material, bounded, color_of, marker_picture, read_picture
 from mjsim.compile.solids import Face
 from mjsim.compile.walls import UNDIVIDED, VISUAL, WallBox, add_mesh_geom
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Picture
+from mjsim.world.hung import Hung, hung
+from mjsim.world.markers import printed_share
 from mjsim.world.model import World
-from mjsim.world.things import Beacon
+from mjsim.world.robots import Robot
+from mjsim.world.things import Beacon, Marker
 
 GIVEN_BACK = 0.25
 """Share of the lamps' light that a picture gives back; it shines by itself, so that its colours are its own at
@@ -24,45 +33,118 @@ BACK_GAP = 0.001
 """From a picture to the back that hides it from behind [m]."""
 FLUSH_GAP = 0.0005
 """By which a picture that lies exactly in the face of a wall stands out, lest both flicker [m]."""
+PAPER = 0.0002
+"""Half the thickness of a beacon that moves [m]."""
+BACK = "#8d867b"
+"""Colour from behind."""
 REFLECTOR_PIXELS = 48
 
+Look = tuple[str, Array]
+"""Name of a material, and the size of what it shows for a beacon of width 1, (width, height)."""
 
-def add_beacons(spec: mujoco.MjSpec, world: World, walls: Sequence[WallBox]) -> None:
-    """Add the beacons: flat pictures that are seen from their front, each with a plain back."""
-    materials: dict[str | None, tuple[str, float]] = {}
+
+def beacon_looks(spec: mujoco.MjSpec, world: World) -> Callable[[Beacon], Look]:
+    """Return what gives the look of a beacon; beacons that show the same share one.
+
+    Raises:
+        UsageError: There are more pictures than MuJoCo can hold.
+    """
+    numbers = {face: number for number, face in enumerate(dict.fromkeys(map(_face, world.beacons)), start=1)}
+
+    @cache
+    def look(face: str | Marker | None) -> Look:
+        return _add_look(spec, world, face, numbers[face])
+
+    return lambda beacon: look(_face(beacon))
+
+
+def add_hung_beacons(
+    spec: mujoco.MjSpec, world: World, walls: Sequence[WallBox], look_of: Callable[[Beacon], Look]
+) -> None:
+    """Add the beacons that stay where they are: seen from their front, each with a plain back."""
+    removed = {getattr(event, "remove", None) for event in world.run.events}
     backs, solid = [], _Solid(walls)
-    for beacon in world.beacons:
-        if beacon.image not in materials:
-            materials[beacon.image] = _add_picture(spec, world, beacon.image, len(materials) + 1)
-        material, shape = materials[beacon.image]
-        half = np.array([beacon.width, beacon.width * shape]) / 2
-        at = _before_the_wall(beacon, solid)
+    for item in hung(world):
+        if not item.fixed:
+            continue
+        beacon, (material, size) = item.beacon, look_of(item.beacon)
+        half = size * beacon.width / 2
+        world_from_plane = _facing(item.place.heading, math.radians(beacon.tilt_deg))
+        at = _before_the_wall(item, world_from_plane, solid)
         spec.worldbody.add_geom(
             name=f"beacon/{beacon.name}",
             type=mujoco.mjtGeom.mjGEOM_PLANE,
             size=[*half, UNDIVIDED],
-            pos=[*at, beacon.center],
-            quat=_upright(beacon.heading_deg),
+            pos=at,
+            quat=_quaternion(world_from_plane),
             material=material,
             group=VISUAL,
             contype=0,
             conaffinity=0,
         )
-        backs.append(_back(beacon, at, half))
+        back = _back(at, world_from_plane, half)
+        if beacon.name in removed:
+            _add_backs(spec, f"beacon/{beacon.name}:back", [back])
+        else:
+            backs.append(back)
     if backs:
-        geom = add_mesh_geom(spec, "beacon:backs", backs, tile=1.0)
-        geom.material, geom.rgba = "matte", color_of("#8d867b")
+        _add_backs(spec, "beacon:backs", backs)
 
 
-def _add_picture(spec: mujoco.MjSpec, world: World, image: str | None, number: int) -> tuple[str, float]:
-    """Add the material of a picture; return its name and the picture's height as a share of its width."""
+def add_carried_beacons(spec: mujoco.MjSpec, world: World, look_of: Callable[[Beacon], Look]) -> None:
+    """Add the beacons on robots and on things that move to the bodies of these, which must be there already."""
+    for item in hung(world):
+        if item.fixed or item.carrier is None:
+            continue
+        beacon, (material, size) = item.beacon, look_of(item.beacon)
+        name = f"{beacon.on}/base" if isinstance(item.carrier, Robot) else f"obstacle/{beacon.on}"
+        carrier_from_plane = _facing(math.radians(beacon.heading_deg), math.radians(beacon.tilt_deg))
+        at, half = np.array([*beacon.at, beacon.center]), size * beacon.width / 2
+        common = {
+            "type": mujoco.mjtGeom.mjGEOM_BOX,
+            "quat": _quaternion(carrier_from_plane),
+            "group": VISUAL,
+            "contype": 0,
+            "conaffinity": 0,
+            "mass": 0.0,
+        }
+        body, out = spec.body(name), carrier_from_plane[:, 2]
+        body.add_geom(
+            name=f"beacon/{beacon.name}",
+            size=[*half, PAPER],
+            pos=at + out * (FLUSH_GAP - PAPER),
+            material=material,
+            **common,
+        )
+        body.add_geom(
+            name=f"beacon/{beacon.name}:back",
+            size=[*half, BACK_GAP / 2],
+            pos=at + out * (FLUSH_GAP - 2 * PAPER - BACK_GAP),
+            material="matte",
+            rgba=color_of(BACK),
+            **common,
+        )
+
+
+def _face(beacon: Beacon) -> str | Marker | None:
+    """Return what a beacon shows: a picture, a marker, or nothing."""
+    return beacon.image if beacon.image is not None else beacon.marker
+
+
+def _add_look(spec: mujoco.MjSpec, world: World, face: str | Marker | None, number: int) -> Look:
     if number > MOST_PICTURES:
         raise UsageError(f"more than {MOST_PICTURES} different pictures hang in this world; let some beacons share one")
-    picture = _reflector() if image is None else read_picture(world.read_asset(image))
+    size = 1.0
+    if face is None:
+        picture = _reflector()
+    elif isinstance(face, Marker):
+        picture, size = marker_picture(face.dictionary, face.id), printed_share(face.dictionary)
+    else:
+        picture = read_picture(world.read_asset(face))
     name = f"beacon/picture{number}"
     shown = bounded(picture, LONGEST_BEACON_SIDE)
     add_material(spec, name, shown, emission=1.0 / GIVEN_BACK, gray=GIVEN_BACK)
-    return name, picture.shape[0] / picture.shape[1]
+    return name, size * np.array([1.0, picture.shape[0] / picture.shape[1]])
 
 
 def _reflector() -> Picture:
@@ -74,17 +156,18 @@ def _reflector() -> Picture:
     return picture
 
 
-def _upright(heading_deg: float) -> Array:
-    """Return the quaternion of a plane that faces a heading: its x to the viewer's right, its y up, its z outwards."""
-    c, s = math.cos(math.radians(heading_deg)), math.sin(math.radians(heading_deg))
-    world_from_plane = np.array([[-s, 0.0, c], [c, 0.0, s], [0.0, 1.0, 0.0]])
+def _facing(heading: float, tilt: float) -> Array:
+    """Return the axes of a plane that faces a heading and looks up by a tilt [rad], as columns, shape (3, 3)."""
+    c, s, cos_tilt, sin_tilt = math.cos(heading), math.sin(heading), math.cos(tilt), math.sin(tilt)
+    return np.array(
+        [[-s, -c * sin_tilt, c * cos_tilt], [c, -s * sin_tilt, s * cos_tilt], [0.0, cos_tilt, sin_tilt]], dtype=float
+    )
+
+
+def _quaternion(rotation: Array) -> Array:
     quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, world_from_plane.ravel())
+    mujoco.mju_mat2Quat(quaternion, rotation.ravel())
     return quaternion
-
-
-def _facing(beacon: Beacon) -> Array:
-    return np.array([math.cos(math.radians(beacon.heading_deg)), math.sin(math.radians(beacon.heading_deg))])
 
 
 class _Solid:
@@ -104,16 +187,22 @@ class _Solid:
         return bool((np.abs(p_walls) < self._half).all(axis=1).any())
 
 
-def _before_the_wall(beacon: Beacon, solid: _Solid) -> Array:
-    """Return where a picture hangs, moved out by half a millimetre when it lies in the face of a wall."""
-    at, facing = np.array(beacon.at), _facing(beacon)
-    behind, before = (np.append(at + facing * gap, beacon.center) for gap in (-FLUSH_GAP, FLUSH_GAP))
-    return at + facing * FLUSH_GAP if solid.holds(behind) and not solid.holds(before) else at
+def _before_the_wall(item: Hung, world_from_plane: Array, solid: _Solid) -> Array:
+    """Return where a picture hangs, moved out by half a millimetre when it lies in the face of a wall or of a thing."""
+    at, out = np.array([item.place.x, item.place.y, item.center]), world_from_plane[:, 2] * FLUSH_GAP
+    if item.carrier is not None or (solid.holds(at - out) and not solid.holds(at + out)):
+        return np.asarray(at + out, dtype=float)
+    return at
 
 
-def _back(beacon: Beacon, at: Array, half: Array) -> Face:
-    facing = _facing(beacon)
-    left = np.array([-facing[1], facing[0]])
-    x, y = at - facing * BACK_GAP + np.outer([1, -1], left) * half[0], beacon.center + half[1] * np.array([-1, 1])
-    corners = [(*x[0], y[0]), (*x[1], y[0]), (*x[1], y[1]), (*x[0], y[1])]
-    return Face(np.array(corners), np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32), np.array([*-facing, 0.0]), 0)
+def _back(at: Array, world_from_plane: Array, half: Array) -> Face:
+    right, up, out = world_from_plane.T
+    corners = [
+        at - out * BACK_GAP + right * x * half[0] + up * y * half[1] for x, y in ((1, -1), (-1, -1), (-1, 1), (1, 1))
+    ]
+    return Face(np.array(corners), np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32), -out, 0)
+
+
+def _add_backs(spec: mujoco.MjSpec, name: str, backs: Sequence[Face]) -> None:
+    geom = add_mesh_geom(spec, name, backs, tile=1.0)
+    geom.material, geom.rgba = "matte", color_of(BACK)

@@ -5,11 +5,14 @@ import mujoco
 import numpy as np
 
 from mjsim.interface import Picture
+from mjsim.world.markers import QUIET, modules_across
 
 LONGEST_BEACON_SIDE = 640
 """Of a beacon's texture [px]: more cannot be seen at 640 x 480, and finding pictures gets no better."""
 LONGEST_TILE_SIDE = 1024
 """Of a floor or wall texture [px]."""
+MARKER_SIDE = 384
+"""Of a marker's texture with its border, about [px]; more is lost in any picture, and less is blurred near by."""
 WHITE = 255
 
 
@@ -36,6 +39,23 @@ def bounded(picture: Picture, longest: int) -> Picture:
         return picture
     size = max(1, round(width * factor)), max(1, round(height * factor))
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+
+def marker_picture(dictionary: str, number: int) -> Picture:
+    """Return a marker with its white border, each module a whole number of pixels wide."""
+    modules = modules_across(dictionary)
+    module = max(MARKER_SIDE // (modules + 2 * QUIET), 1)
+    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{_opencv_name(dictionary)}"))
+    gray = cv2.aruco.generateImageMarker(known, number, modules * module)
+    framed = np.pad(gray, QUIET * module, constant_values=WHITE)
+    return np.repeat(framed[..., None], 3, axis=2).astype(np.uint8)
+
+
+def _opencv_name(dictionary: str) -> str:
+    """Return what OpenCV calls a dictionary: '4X4_50', 'ARUCO_ORIGINAL', 'APRILTAG_36h11'."""
+    if dictionary.startswith("apriltag_"):
+        return dictionary.replace("apriltag", "APRILTAG")
+    return {"original": "ARUCO_ORIGINAL", "mip_36h12": "ARUCO_MIP_36h12"}.get(dictionary, dictionary.upper())
 
 
 def add_material(spec: mujoco.MjSpec, name: str, picture: Picture, *, emission: float = 0.0, gray: float = 1.0) -> None:

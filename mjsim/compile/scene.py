@@ -5,7 +5,7 @@ import math
 import mujoco
 import numpy as np
 
-from mjsim.compile.beacons import add_beacons
+from mjsim.compile.beacons import add_carried_beacons, add_hung_beacons, beacon_looks
 from mjsim.compile.ceiling import add_ceiling
 from mjsim.compile.floor import add_floor, add_patches, corners
 from mjsim.compile.light import add_general_light, add_lamps, divide_faces, light_pictures
@@ -15,6 +15,7 @@ from mjsim.compile.robots import add_robot
 from mjsim.compile.walls import WallBox, add_walls, wall_boxes
 from mjsim.geometry import Array
 from mjsim.world.base import PHYSICS_STEP
+from mjsim.world.hung import hung
 from mjsim.world.model import World
 from mjsim.world.plan import footprint, top
 from mjsim.world.robots import Robot
@@ -52,7 +53,8 @@ def compile_world(world: World) -> mujoco.MjSpec:
     add_lamps(spec, world)
     add_matte(spec, "matte")
     # Cameras draw geoms in this order; what is likely in front comes first, so that less is painted over.
-    add_beacons(spec, world, boxes)
+    look_of = beacon_looks(spec, world)
+    add_hung_beacons(spec, world, boxes, look_of)
     add_obstacles(spec, world.obstacles)
     add_walls(spec, world, boxes)
     add_ceiling(spec, world, boxes, lower, upper)
@@ -62,6 +64,7 @@ def compile_world(world: World) -> mujoco.MjSpec:
     for robot in world.robots:
         add_robot(spec, robot)
         _add_chase(spec, robot)
+    add_carried_beacons(spec, world, look_of)
     light_pictures(spec, world)
     if world.lamps:
         divide_faces(spec)
@@ -71,7 +74,7 @@ def compile_world(world: World) -> mujoco.MjSpec:
 def _bounds(world: World, boxes: list[WallBox]) -> tuple[Array, Array]:
     """Return the lowest and the highest corner of all that stands on the floor, shape (3,) each [m]."""
     points = [np.array([[*robot.at, 0.0], [*robot.at, robot.body.height]]) for robot in world.robots]
-    points += [np.array([[*beacon.at, beacon.center + beacon.width / 2]]) for beacon in world.beacons]
+    points += [np.array([[item.place.x, item.place.y, item.center + item.beacon.width / 2]]) for item in hung(world)]
     for box in boxes:
         points.append(np.column_stack([box.outline(), np.full(4, box.center[2] + box.half[2])]))
     for item in world.obstacles:

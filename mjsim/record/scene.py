@@ -29,6 +29,7 @@ from mjsim.geometry import Array, Pose
 from mjsim.interface import CameraFrame, Intrinsics
 from mjsim.record.messages import nanoseconds
 from mjsim.world import World
+from mjsim.world.hung import Hung, hung
 from mjsim.world.plan import footprint, top, wall_pieces
 from mjsim.world.things import Beacon
 
@@ -139,7 +140,12 @@ def quaternion(rotation: Array) -> Array:
 
 
 def map_update(world: World, files: Mapping[str, bytes]) -> SceneUpdate:
-    """Return walls, obstacles and beacons as a scene; `files` holds the pictures that the world names."""
+    """Return walls, obstacles and the beacons that stay as a scene at the start.
+
+    Args:
+        world: Of the recording.
+        files: The pictures that it names.
+    """
     walls = [
         _prism(piece.outline, piece.low, piece.high, wall.color) for wall in world.walls for piece in wall_pieces(wall)
     ]
@@ -154,22 +160,24 @@ def map_update(world: World, files: Mapping[str, bytes]) -> SceneUpdate:
                 id="beacons",
                 cubes=[
                     CubePrimitive(
-                        pose=_pose_of(beacon),
-                        size=Vector3(x=_BEACON_THICKNESS, y=beacon.width, z=_height(beacon, files)),
+                        pose=_pose_of(item),
+                        size=Vector3(x=_BEACON_THICKNESS, y=item.beacon.width, z=_height(item.beacon, files)),
                         color=_color(_BEACON_COLOR),
                     )
-                    for beacon in world.beacons
+                    for item in hung(world)
+                    if item.fixed
                 ],
                 texts=[
                     TextPrimitive(
-                        pose=_pose_of(beacon),
+                        pose=_pose_of(item),
                         billboard=True,
                         font_size=12.0,
                         scale_invariant=True,
                         color=_color("#000000"),
-                        text=beacon.name,
+                        text=item.beacon.name,
                     )
-                    for beacon in world.beacons
+                    for item in hung(world)
+                    if item.fixed
                 ],
             ),
         ]
@@ -183,9 +191,14 @@ def _height(beacon: Beacon, files: Mapping[str, bytes]) -> float:
     return beacon.width if small is None else float(beacon.width * small.shape[0] / small.shape[1])
 
 
-def _pose_of(beacon: Beacon) -> Pose3:
-    x, y = beacon.at
-    return Pose3(position=Vector3(x=x, y=y, z=beacon.center), orientation=_turned(math.radians(beacon.heading_deg)))
+def _pose_of(item: Hung) -> Pose3:
+    """Return where a beacon hangs: x to where it faces, z up."""
+    turn, tilt = item.place.heading / 2, -math.radians(item.beacon.tilt_deg) / 2
+    c, s, cos_tilt, sin_tilt = math.cos(turn), math.sin(turn), math.cos(tilt), math.sin(tilt)
+    return Pose3(
+        position=Vector3(x=float(item.place.x), y=float(item.place.y), z=item.center),
+        orientation=Quaternion(x=-s * sin_tilt, y=c * sin_tilt, z=s * cos_tilt, w=c * cos_tilt),
+    )
 
 
 def _prism(outline: Array, low: float, high: float, color: str) -> TriangleListPrimitive:

@@ -9,6 +9,7 @@ from mjsim.record import Recording, Track
 from mjsim.report import metrics
 from mjsim.report.coverage import coverage
 from mjsim.world import World
+from mjsim.world.hung import hung
 
 ESTIMATE_FIGURES = (
     "position_error_m",
@@ -88,10 +89,16 @@ def nees_figures(nees: Array) -> dict[str, Any]:
 
 
 def landmark_figures(world: World, track: Track) -> dict[str, Any]:
-    """Return errors of the last map against where the beacons hang; `false` counts names that hang nowhere."""
-    places = {beacon.name: beacon.at for beacon in world.beacons}
+    """Return errors of the last map against where the beacons hang; `false` counts names that hang nowhere.
+
+    Beacons on robots and on what moves have no place that a map could hold, and are left out.
+    """
+    places = {item.beacon.name: (item.place.x, item.place.y) for item in hung(world) if item.fixed}
+    moving = {item.beacon.name for item in hung(world) if not item.fixed}
     last = track.landmarks.mean[-1]
-    mapped = [(n, last[k]) for k, n in enumerate(track.landmarks.names) if np.isfinite(last[k]).all()]
+    mapped = [
+        (n, last[k]) for k, n in enumerate(track.landmarks.names) if n not in moving and np.isfinite(last[k]).all()
+    ]
     known = [(str(n), mean) for n, mean in mapped if n in places]
     figures: dict[str, Any] = {
         "rms": None,

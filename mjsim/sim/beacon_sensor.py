@@ -59,6 +59,8 @@ class BeaconSensor:
         self._names = [beacon.name for beacon in beacons]
         self._geoms = np.array([model.geom(f"beacon/{name}").id for name in self._names], dtype=int)
         self._all_round = np.array([beacon.image is None and beacon.marker is None for beacon in beacons], dtype=bool)
+        # Where its own beacon is, a robot knows without looking.
+        self._of_others = np.array([beacon.on != robot for beacon in beacons], dtype=bool)
         self._robot_from_sensor = robot_from_sensor(sensor.at, yaw_deg=sensor.yaw_deg)
         self._place, self._axes = self._robot_from_sensor[:3, 3], self._robot_from_sensor[:3, :3]
         self._nearest, self._farthest = sensor.range
@@ -117,7 +119,7 @@ class BeaconSensor:
         normals = self._data.geom_xmat[self._geoms, 2::3]
         facing = self._all_round | (np.einsum("ij,ij->i", normals, offsets) < 0.0)
         inside = (polar[:, 0] >= self._nearest) & (polar[:, 0] <= self._farthest)
-        in_sight = facing & inside & (np.abs(polar[:, 1]) <= self._half_fov)
+        in_sight = self._of_others & facing & inside & (np.abs(polar[:, 1]) <= self._half_fov)
         looked_at = np.flatnonzero(in_sight)
         if looked_at.size:
             ways = offsets[looked_at]

@@ -1,6 +1,5 @@
 """The simulation: a world in MuJoCo, its robots, and time."""
 
-import math
 from collections.abc import Mapping
 from types import MappingProxyType, TracebackType
 from typing import Self
@@ -12,9 +11,10 @@ from mjsim.compile import compile_world
 from mjsim.compile.pictures import read_picture
 from mjsim.errors import PhysicsFault, UsageError, did_you_mean
 from mjsim.geometry import Array, Pose
-from mjsim.interface import BeaconInfo, Command, Observation, Picture, RobotInfo, WheelCommand, WorldMap
+from mjsim.interface import BeaconInfo, Command, MarkerInfo, Observation, Picture, RobotInfo, WheelCommand, WorldMap
 from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.robot import SimulatedRobot
+from mjsim.world.hung import hung
 from mjsim.world.model import World
 from mjsim.world.plan import segments
 
@@ -176,8 +176,8 @@ def _catalogue(world: World) -> dict[str, BeaconInfo]:
     pictures: dict[str, Picture] = {}
     known = world.run.map == "known"
     catalogue = {}
-    for beacon in world.beacons:
-        picture = None
+    for item in hung(world):
+        beacon, marker, picture = item.beacon, item.beacon.marker, None
         if beacon.image is not None:
             if beacon.image not in pictures:
                 pictures[beacon.image] = read_picture(world.read_asset(beacon.image))
@@ -188,16 +188,13 @@ def _catalogue(world: World) -> dict[str, BeaconInfo]:
             picture=picture,
             width=beacon.width,
             height=beacon.width * rows / columns,
-            pose=Pose(beacon.at[0], beacon.at[1], math.radians(beacon.heading_deg)) if known else None,
-            center=beacon.center if known else None,
+            pose=item.place if known and item.fixed else None,
+            center=item.center if known and item.fixed else None,
+            marker=MarkerInfo(marker.dictionary, marker.id) if marker is not None else None,
         )
     return catalogue
 
 
 def _map(world: World) -> WorldMap:
-    return WorldMap(
-        segments=segments(world),
-        beacons={
-            beacon.name: Pose(beacon.at[0], beacon.at[1], math.radians(beacon.heading_deg)) for beacon in world.beacons
-        },
-    )
+    beacons = {item.beacon.name: item.place for item in hung(world) if item.fixed}
+    return WorldMap(segments=segments(world), beacons=beacons)

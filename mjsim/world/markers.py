@@ -14,9 +14,18 @@ DICTIONARIES: dict[str, tuple[int, int]] = {
 """By name: modules across without the black border, and markers from 0."""
 
 
+QUIET = 1
+"""Width of the white border around the black square, in modules."""
+
+
 def modules_across(dictionary: str) -> int:
     """Return how many modules the black square of a marker is wide, its border of one module included."""
     return DICTIONARIES[dictionary][0] + 2
+
+
+def printed_share(dictionary: str) -> float:
+    """Return how wide a marker is with its white border, as a multiple of the black square."""
+    return 1.0 + 2 * QUIET / modules_across(dictionary)
 
 
 def check_marker(dictionary: str, number: int) -> tuple[str, str] | None:
