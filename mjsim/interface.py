@@ -128,6 +128,20 @@ class Scan:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class ImuReading:
+    """What an inertial sensor felt, as the mean since its last reading, in its own frame."""
+
+    stamp: float
+    """When its period ended [s]."""
+    acceleration: Array
+    """Specific force: what it is pushed by, (0, 0, 9.81) at rest, shape (3,) [m/s^2]."""
+    turn: Array
+    """Angular velocity about x, y and z, shape (3,) [rad/s]."""
+    name: str = "imu"
+    """Of the sensor."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Sighting:
     """A beacon seen from the robot."""
 
@@ -173,8 +187,8 @@ class Observation:
     """By camera name, only those due at this tick."""
     scans: Mapping[str, Scan] = field(default_factory=dict)
     """By lidar name, only those due at this tick."""
-    imu: tuple[Any, ...] = ()
-    """Readings since the last tick."""
+    imu: tuple[ImuReading, ...] = ()
+    """Readings since the last tick, one sensor after the other."""
     proximity: Array = field(default_factory=lambda: np.full(16, np.inf))
     """Ring of 16 ranges from the robot's rim, first ahead, then counter-clockwise [m]; +inf for nothing near."""
     bump: tuple[float, ...] = ()

@@ -17,6 +17,7 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Sighting
 from mjsim.record.recording import Recording, Track
+from mjsim.record.sensor_tables import sensor_arrays, sensor_tables
 
 _SUFFIXES = {"jpeg": "jpg"}
 """Formats of pictures whose files are called otherwise."""
@@ -54,6 +55,8 @@ def _tum_row(time: float, x: float, y: float, heading: float) -> str:
 def export_csv(recording: Recording, folder: str | Path) -> list[Path]:
     """Write `R_track.csv`, `R_landmarks.csv`, `R_sightings.csv`, `R_innovations.csv`, `R_events.csv` for each robot R.
 
+    Beside them come `R_scan_LIDAR.csv` and `R_imu_NAME.csv` for each lidar and each inertial sensor.
+
     A number is written so that it reads back exactly; what is not there is an empty field. The table of landmarks
     has a row for each landmark at each tick at which its mean or covariance changed.
 
@@ -72,6 +75,7 @@ def export_csv(recording: Recording, folder: str | Path) -> list[Path]:
             ("sightings", _SIGHTINGS_HEADER, _sighting_rows(track)),
             ("innovations", _INNOVATIONS_HEADER, _innovation_rows(track)),
             ("events", _EVENTS_HEADER, ((e.time, e.kind, e.text, e.bearing) for e in track.events)),
+            *sensor_tables(recording, name),
         ):
             text = io.StringIO()
             table = csv.writer(text, lineterminator="\n")
@@ -161,7 +165,8 @@ def export_npz(recording: Recording, file: str | Path) -> Path:
     """
     arrays = _arrays_of(recording)
     for name, track in recording.robots.items():
-        arrays |= {f"{name}/{key}": value for key, value in _arrays_of_track(track).items()}
+        found = _arrays_of_track(track) | sensor_arrays(recording, name)
+        arrays |= {f"{name}/{key}": value for key, value in found.items()}
     return _write_with(Path(file), lambda stream: np.savez_compressed(stream, **arrays))
 
 
@@ -182,9 +187,9 @@ def export_mat(recording: Recording, file: str | Path) -> Path:
     robots: dict[str, Any] = {}
     for name, track in recording.robots.items():
         fields: dict[str, Any] = {"name": name}
-        for key, value in _arrays_of_track(track).items():
+        for key, value in (_arrays_of_track(track) | sensor_arrays(recording, name)).items():
             group, _, field = key.rpartition("/")
-            (fields.setdefault(group, {}) if group else fields)[field] = value
+            (fields.setdefault(_plain_name(group), {}) if group else fields)[field] = value
         robots[_field_name(name, robots)] = fields
     content = _arrays_of(recording) | {"robots": robots}
     return _write_with(
@@ -193,9 +198,14 @@ def export_mat(recording: Recording, file: str | Path) -> Path:
     )
 
 
+def _plain_name(name: str) -> str:
+    """Return a name without what MATLAB does not allow."""
+    return re.sub(r"\W", "_", name, flags=re.ASCII)
+
+
 def _field_name(name: str, taken: Iterable[str]) -> str:
     """Return a name that MATLAB allows and that is not taken."""
-    plain = re.sub(r"\W", "_", name, flags=re.ASCII)[: _LONGEST_FIELD - 8]
+    plain = _plain_name(name)[: _LONGEST_FIELD - 8]
     if not plain[0].isalpha():
         plain = f"r{plain}"
     number, field = 1, plain

@@ -4,7 +4,6 @@ What makes a message copies every number out of its arrays, so that a module tha
 change what was recorded.
 """
 
-import base64
 import json
 import math
 from collections.abc import Hashable, Mapping, Sequence
@@ -15,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Command, Estimate, Observation, Odometry, Sighting, WheelCommand
+from mjsim.record.readings import imu_messages, imu_of, packed, scan_messages, scans_of, unpacked
 from mjsim.record.tick import Event, Order, Tick
 
 Message = dict[str, Any]
@@ -145,6 +145,8 @@ def observation_message(seen: Observation) -> Message:
         "proximity": [None if distance == math.inf else distance for distance in _flat(seen.proximity)],
         "bump": _flat(seen.bump),
         "cameras": [{"name": name, "stamp": float(frame.stamp)} for name, frame in seen.cameras.items()],
+        "scans": scan_messages(seen.scans),
+        "imu": imu_messages(seen.imu),
     }
 
 
@@ -160,6 +162,8 @@ def observation_of(message: Message) -> Observation:
         sightings=sightings_of(message),
         proximity=numbers(message["proximity"]),
         bump=tuple(message["bump"]),
+        scans=scans_of(message.get("scans", ())),
+        imu=imu_of(message.get("imu", ())),
     )
 
 
@@ -229,12 +233,11 @@ def innovations_of(message: Message) -> tuple[tuple[Hashable, Array, Array], ...
 
 def covariance_message(time: float, estimate: Estimate, joint: Array) -> Message:
     """Return the joint covariance of an estimate, of which half is enough."""
-    lower = joint[np.tril_indices(len(joint))].astype("<f8").tobytes()
     return {
         "time": time,
         **_labels(list(estimate.landmarks)),
         "size": len(joint),
-        "lower": base64.b64encode(lower).decode(),
+        "lower": packed(joint[np.tril_indices(len(joint))]),
     }
 
 
@@ -242,7 +245,7 @@ def covariance_of(message: Message) -> Array:
     """Return the joint covariance of a message, shape (3 + 2 n, 3 + 2 n)."""
     size = message["size"]
     P = np.zeros((size, size))
-    P[np.tril_indices(size)] = np.frombuffer(base64.b64decode(message["lower"]), dtype="<f8")
+    P[np.tril_indices(size)] = unpacked(message["lower"])
     return P + np.tril(P, -1).T
 
 

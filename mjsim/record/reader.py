@@ -21,6 +21,7 @@ from mjsim.record.messages import (
     pose_row,
     sightings_of,
 )
+from mjsim.record.readings import identities_of
 from mjsim.record.recording import Landmarks, Recording, Track
 from mjsim.record.tick import Event
 from mjsim.world import World, parse_world
@@ -136,7 +137,9 @@ class _Run:
         return costs
 
 
-_READ = frozenset({"truth", "odometry", "estimate", "command", "landmarks", "sightings", "innovations", "events"})
+_READ = frozenset(
+    {"truth", "odometry", "estimate", "command", "landmarks", "sightings", "identities", "innovations", "events"}
+)
 """Topics of a robot that make its track."""
 
 
@@ -151,6 +154,7 @@ class _Robot:
         self._command = _Rows(3)
         self._maps: list[tuple[int, tuple[Hashable, ...], Array, Array]] = []
         self._sightings: list[tuple[Sighting, ...]] = []
+        self._identities: list[tuple[str | None, ...]] = []
         self._innovations: list[tuple[tuple[Hashable, Array, Array], ...]] = []
         self._events: list[Event] = []
 
@@ -172,6 +176,7 @@ class _Robot:
         if "landmarks" in tick:
             self._maps.append((self._count, *landmarks_of(tick["landmarks"])))
         self._sightings.append(sightings_of(tick["sightings"]) if "sightings" in tick else ())
+        self._identities.append(identities_of(tick["identities"]) if "identities" in tick else ())
         self._innovations.append(innovations_of(tick["innovations"]) if "innovations" in tick else ())
         self._count += 1
 
@@ -187,6 +192,7 @@ class _Robot:
             command=self._command.array(),
             landmarks=self._landmarks(),
             sightings=tuple(self._sightings),
+            identities=tuple(self._identities),
             innovations=tuple(self._innovations),
             events=tuple(self._events),
         )

@@ -26,6 +26,7 @@ from mjsim.record.messages import (
     state_message,
     timing_message,
 )
+from mjsim.record.readings import identities_message, imu_topic_message
 from mjsim.record.tick import Event, Order, Tick
 from mjsim.record.writer import Job, Writer
 from mjsim.world import World
@@ -80,6 +81,11 @@ class Recorder:
             frames[f"{robot}/base"] = pose
         for robot, seen in tick.seen.items():
             messages.append((f"/{robot}/observation", observation_message(seen)))
+            if seen.imu:
+                messages.append((f"/{robot}/imu", imu_topic_message(tick.time, seen.imu)))
+        for robot, identities in tick.identities.items():
+            if identities:
+                messages.append((f"/{robot}/identities", identities_message(tick.time, identities)))
         for robot, order in tick.orders.items():
             messages += self._order_messages(tick.time, robot, order)
             frames[f"{robot}/estimate"] = order.estimate.pose
@@ -94,6 +100,7 @@ class Recorder:
                     if order.estimate.joint_covariance is not None
                 ],
                 pictures=_pictures(tick.seen),
+                scans=[(robot, name, scan) for robot, seen in tick.seen.items() for name, scan in seen.scans.items()],
                 frames=frames,
                 closing=[
                     ("/timing", timing_message(tick, time.perf_counter() - self._began)),

@@ -55,6 +55,9 @@ class Track:
     landmarks: Landmarks
     sightings: tuple[tuple[Sighting, ...], ...]
     """One tuple a tick."""
+    identities: tuple[tuple[str | None, ...], ...] = ()
+    """One tuple a tick: which beacon each of its first sightings, those of the beacon sensors, is of; None for one of
+    nothing."""
     innovations: tuple[tuple[tuple[Hashable, Array, Array], ...], ...]
     """One tuple a tick: name, nu (2,), S (2, 2)."""
     events: tuple[Event, ...]

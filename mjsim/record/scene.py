@@ -13,6 +13,7 @@ from foxglove.messages import (
     CubePrimitive,
     FrameTransform,
     FrameTransforms,
+    LaserScan,
     Point3,
     Quaternion,
     SceneEntity,
@@ -26,7 +27,7 @@ from foxglove.messages import Pose as Pose3
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose
-from mjsim.interface import CameraFrame, Intrinsics
+from mjsim.interface import CameraFrame, Intrinsics, Scan
 from mjsim.record.messages import nanoseconds
 from mjsim.world import World
 from mjsim.world.hung import Hung, hung
@@ -59,6 +60,19 @@ def picture_message(frame: CameraFrame, frame_id: str) -> CompressedImage:
         ".jpg", cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
     )
     return CompressedImage(timestamp=stamp(frame.stamp), frame_id=frame_id, data=data.tobytes(), format="jpeg")
+
+
+def laser_message(scan: Scan, frame_id: str) -> LaserScan:
+    """Return a lidar's scan; its frame has x ahead and y to the left."""
+    return LaserScan(
+        timestamp=stamp(scan.stamp),
+        frame_id=frame_id,
+        pose=Pose3(position=Vector3(), orientation=Quaternion(w=1.0)),
+        start_angle=scan.angle_min,
+        end_angle=scan.angle_min + scan.angle_increment * (len(scan.ranges) - 1),
+        ranges=scan.ranges.tolist(),
+        intensities=None if scan.intensities is None else scan.intensities.tolist(),
+    )
 
 
 def calibration_message(intrinsics: Intrinsics, frame_id: str) -> CameraCalibration:

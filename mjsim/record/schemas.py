@@ -24,6 +24,11 @@ def _text(description: str) -> Schema:
     return {"type": "string", "description": description}
 
 
+def _packed(rows: str) -> Schema:
+    description = f"Little-endian doubles, row by row: {rows}"
+    return {"type": "string", "contentEncoding": "base64", "description": description}
+
+
 def _object(properties: Schema, description: str = "") -> Schema:
     return {"type": "object", "description": description, "properties": properties}
 
@@ -50,6 +55,18 @@ _SIGHTING = _object(
         "bearing": _number("From the robot's x axis, left positive [rad]"),
         "covariance": _numbers("Of (range, bearing), 2 x 2"),
         "corners": _numbers("u, v of 4 corners from the picture's own top left clockwise [px]; left out without"),
+    }
+)
+_SCAN = _object(
+    {
+        "name": _text("Of the lidar"),
+        "stamp": _number("[s]"),
+        "angle_min": _number("Of the first beam, left positive [rad]"),
+        "angle_increment": _number("From beam to beam [rad]"),
+        "range_min": _number("[m]"),
+        "range_max": _number("[m]"),
+        "ranges": _packed("one a beam [m]; infinite as ROS REP 117 has it"),
+        "intensities": _packed("one a beam; left out unless the lidar tells"),
     }
 )
 _SIGHTINGS = _list(_SIGHTING, "Beacons seen")
@@ -101,7 +118,34 @@ OBSERVATION = _topic(
         "proximity": _numbers("Ring of ranges, first ahead, then counter-clockwise [m]"),
         "bump": _numbers("Bearings of contacts, left positive [rad]"),
         "cameras": _list(_object({"name": _text("Of the camera"), "stamp": _number("[s]")}), "Pictures given"),
+        "scans": _list(_SCAN, "Of lidars, where due"),
+        "imu": _list(
+            _object({"name": _text("Of the sensor"), "readings": _packed("stamp, acceleration x y z, turn x y z")}),
+            "Since the last tick",
+        ),
     },
+)
+IMU = _topic(
+    "mjsim.Imu",
+    "Readings of inertial sensors since the last tick.",
+    {
+        "readings": _list(
+            _object(
+                {
+                    "name": _text("Of the sensor"),
+                    "stamp": _number("[s]"),
+                    "acceleration": _object(_XYZ, "Specific force in the sensor's frame [m/s^2]"),
+                    "turn": _object(_XYZ, "Angular velocity in the sensor's frame [rad/s]"),
+                }
+            ),
+            "In time, one sensor after the other",
+        )
+    },
+)
+IDENTITIES = _topic(
+    "mjsim.Identities",
+    "Which beacons the sensors truly saw; no module is told.",
+    {"names": _list({"type": "string"}, "Of each of the first sightings of the tick; empty for one of nothing")},
 )
 SIGHTINGS = _topic("mjsim.Sightings", "All sightings of a tick, of sensors and observer.", {"sightings": _SIGHTINGS})
 INNOVATIONS = _topic(
@@ -128,11 +172,7 @@ COVARIANCE = _topic(
         "names": _list({"type": "string"}, "Of each landmark"),
         "numbered": _list({"type": "boolean"}, "Whether a name is a whole number"),
         "size": {"type": "integer", "description": "Rows of the matrix"},
-        "lower": {
-            "type": "string",
-            "contentEncoding": "base64",
-            "description": "Lower triangle row by row, little-endian doubles",
-        },
+        "lower": _packed("the lower triangle"),
     },
 )
 COMMAND = _topic(
@@ -180,4 +220,6 @@ ROBOT_TOPICS = {
     "command": COMMAND,
     "events": EVENT,
 }
-"""Topics of robot R are '/R/' and one of these names; its pictures are '/R/CAMERA/image'."""
+"""Topics of robot R are '/R/' and one of these names; its pictures are '/R/CAMERA/image', its scans '/R/scan'."""
+SENSOR_TOPICS = {"beacons": ("identities", IDENTITIES), "imu": ("imu", IMU)}
+"""Topics that only a robot with a sensor of a kind has."""

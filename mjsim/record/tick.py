@@ -56,3 +56,6 @@ class Tick:
     qvel: Array
     timing: Mapping[str, float] = field(default_factory=dict)
     """Wall-clock time of sensing and physics [s]."""
+    identities: Mapping[str, tuple[str | None, ...]] = field(default_factory=dict)
+    """Which beacon each of a robot's sensors' sightings is of, None for one of nothing; they come before those of the
+    observer."""

@@ -12,17 +12,18 @@ from foxglove.channels import (
     CameraCalibrationChannel,
     CompressedImageChannel,
     FrameTransformsChannel,
+    LaserScanChannel,
     SceneUpdateChannel,
 )
 from foxglove.mcap import MCAPWriteOptions
 
 from mjsim.errors import RecordingError, WorldError
 from mjsim.geometry import Array, Pose
-from mjsim.interface import CameraFrame, Estimate, RobotInfo, SensorInfo
+from mjsim.interface import CameraFrame, Estimate, RobotInfo, Scan, SensorInfo
 from mjsim.record.file import FILES, METADATA_NAME, WORLD_NAME
 from mjsim.record.messages import Message, covariance_message, encode, nanoseconds
-from mjsim.record.scene import calibration_message, frames_message, map_update, mount, picture_message
-from mjsim.record.schemas import ROBOT_TOPICS, STATE, TIMING
+from mjsim.record.scene import calibration_message, frames_message, laser_message, map_update, mount, picture_message
+from mjsim.record.schemas import ROBOT_TOPICS, SENSOR_TOPICS, STATE, TIMING
 from mjsim.world import World, parse_world
 from mjsim.world.source import Source
 
@@ -42,6 +43,8 @@ class Job:
     """Topic, estimate, joint covariance."""
     pictures: Sequence[tuple[str, CameraFrame]] = ()
     """'ROBOT/CAMERA' and what it gave."""
+    scans: Sequence[tuple[str, str, Scan]] = ()
+    """Robot, lidar and what it gave."""
     frames: Mapping[str, Pose] = field(default_factory=dict)
     """Frame -> pose in the world."""
     closing: Sequence[tuple[str, Message]] = ()
@@ -77,14 +80,20 @@ class Writer:
                 self._attach(FILES + name, "application/octet-stream", data)
             undo.pop_all()
         schemas = {f"/{robot}/{kind}": schema for robot in robots for kind, schema in ROBOT_TOPICS.items()}
+        for robot, info in robots.items():
+            topics = [SENSOR_TOPICS[each.kind] for each in info.sensors.values() if each.kind in SENSOR_TOPICS]
+            schemas |= {f"/{robot}/{topic}": schema for topic, schema in topics}
         self._json = {
             topic: Channel(topic, schema=schema, context=context)
             for topic, schema in (schemas | {"/state": STATE, "/timing": TIMING}).items()
         }
-        cameras = cameras_of(robots)
+        cameras, lidars = sensors_of(robots, "camera"), sensors_of(robots, "lidar")
         self._mounts = [
-            mount(f"{name.rpartition('/')[0]}/base", name, sensor.robot_from_sensor) for name, sensor in cameras.items()
+            mount(f"{name.rpartition('/')[0]}/base", name, sensor.robot_from_sensor)
+            for name, sensor in (cameras | lidars).items()
         ]
+        scanning = sorted({name.rpartition("/")[0] for name in lidars})
+        self._scans = {robot: LaserScanChannel(f"/{robot}/scan", context=context) for robot in scanning}
         self._pictures = {name: CompressedImageChannel(f"/{name}/image", context=context) for name in cameras}
         self._frames = FrameTransformsChannel("/tf", context=context)
         SceneUpdateChannel("/map", context=context).log(map_update(world, files), log_time=0)
@@ -105,6 +114,8 @@ class Writer:
             self._log(topic, covariance_message(job.time, estimate, joint), log_time)
         for name, frame in job.pictures:
             self._pictures[name].log(picture_message(frame, name), log_time=log_time)
+        for robot, name, scan in job.scans:
+            self._scans[robot].log(laser_message(scan, f"{robot}/{name}"), log_time=log_time)
         if job.frames:
             self._frames.log(frames_message(job.time, job.frames, self._mounts), log_time=log_time)
         for topic, message in job.closing:
@@ -175,13 +186,13 @@ class _File:
         self.close()
 
 
-def cameras_of(robots: Mapping[str, RobotInfo]) -> dict[str, SensorInfo]:
-    """Return 'ROBOT/CAMERA' -> its data sheet."""
+def sensors_of(robots: Mapping[str, RobotInfo], kind: str) -> dict[str, SensorInfo]:
+    """Return 'ROBOT/SENSOR' -> its data sheet, of all sensors of a kind."""
     return {
         f"{robot}/{name}": sensor
         for robot, info in robots.items()
         for name, sensor in info.sensors.items()
-        if sensor.kind == "camera"
+        if sensor.kind == kind
     }
 
 

@@ -52,6 +52,7 @@ def ticks(sim: "Simulation", drivers: Mapping[str, Driver]) -> Iterator[Tick]:
             qpos=qpos,
             qvel=qvel,
             timing={"sense": sensing, "step": physics},
+            identities={name: sim.identities(name) for name in pilots},
         )
         began = time.perf_counter()
         for name, order in orders.items():

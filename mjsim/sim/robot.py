@@ -95,6 +95,15 @@ class SimulatedRobot:
             self._sensors.unasked(tick, tick * self._dt)
         self._data.ctrl[self._servos] = self._drive.advance()
 
+    @property
+    def feels(self) -> bool:
+        """Whether each step of the physics is to be told to `feel_step`."""
+        return self._sensors.feels
+
+    def feel_step(self) -> None:
+        """Note what inertial sensors feel, after a step of the physics."""
+        self._sensors.feel_step()
+
     def after_step(self) -> None:
         """Read the wheels, so that nothing depends on who looks when."""
         rotations = self._data.qpos[self._hinges]
@@ -116,6 +125,7 @@ class SimulatedRobot:
                 sightings=sensed.sightings,
                 cameras=sensed.cameras,
                 scans=sensed.scans,
+                imu=sensed.imu,
                 proximity=self._ring.ranges(),
                 bump=self._bumper.bearings(),
             )

@@ -7,11 +7,13 @@ from functools import partial
 from typing import Any, Generic, TypeVar
 
 import mujoco
+import numpy as np
 
-from mjsim.interface import CameraFrame, Scan, SensorInfo, Sighting
+from mjsim.interface import CameraFrame, ImuReading, Scan, SensorInfo, Sighting
 from mjsim.sim.beacon_sensor import BeaconSensor, Look
 from mjsim.sim.camera import OnboardCamera, ticks_between
 from mjsim.sim.canvas import Canvas, Quality
+from mjsim.sim.imu import ROW, Imu
 from mjsim.sim.lidar import Lidar
 from mjsim.sim.streams import streams_of
 from mjsim.world import sensors as models
@@ -25,7 +27,7 @@ class Timed(Generic[R]):
     """One sensor in time; to be asked, or passed over, once at each tick."""
 
     def __init__(
-        self, take: Callable[[float], R], pass_over: Callable[[], None], *, period: int = 1, latency: int = 0
+        self, take: Callable[[float], R], pass_over: Callable[[], object], *, period: int = 1, latency: int = 0
     ) -> None:
         """Get ready.
 
@@ -67,6 +69,7 @@ class Sensed:
     sightings: tuple[Sighting, ...]
     identities: tuple[str | None, ...]
     """Which beacon each sighting is of; never for modules."""
+    imu: tuple[ImuReading, ...]
 
 
 class Sensors:
@@ -102,9 +105,22 @@ class Sensors:
         self._cameras: dict[str, Timed[CameraFrame]] = {}
         self._scans: dict[str, Timed[Scan]] = {}
         self._looks: list[Timed[Look]] = []
+        self._imus: list[Timed[tuple[ImuReading, ...]]] = []
+        free = model.joint(f"{robot.name}/free")
+        self._turned, self._moved = int(free.qposadr[0]) + 3, int(free.dofadr[0])
+        self._data = data
+        self._steps = [self._step()]
+        self._felt = np.zeros((1, ROW))
         for sensor in robot.sensors:
             name = models.name_of(sensor)
             streams = streams_of(seed, robot.name, name)
+            if isinstance(sensor, models.Imu):
+                imu = Imu(sensor, streams, gravity=model.opt.gravity.copy())
+                self._imus.append(
+                    Timed(partial(self._feel, imu), partial(self._feel, imu, 0.0), latency=sensor.latency)
+                )
+                self.info[name] = imu.info()
+                continue
             period = ticks_between(rate_hz, sensor.rate_hz)
             if isinstance(sensor, models.Camera):
                 camera = OnboardCamera(model, robot, sensor, rate_hz=rate_hz, seed=seed, canvas=canvas(sensor.quality))
@@ -120,8 +136,18 @@ class Sensors:
                 self._looks.append(Timed(ring.take, ring.pass_over, period=period, latency=sensor.latency))
                 self.info[name] = ring.info()
 
+    @property
+    def feels(self) -> bool:
+        """Whether each step of the physics is to be told to `feel_step`."""
+        return bool(self._imus)
+
+    def feel_step(self) -> None:
+        """Note what inertial sensors feel, after a step of the physics."""
+        self._steps.append(self._step())
+
     def at(self, tick: int, stamp: float) -> Sensed:
         """Look with what is due; return what is told at this tick."""
+        self._end_tick()
         cameras = {name: camera.at(tick, stamp) for name, camera in self._cameras.items()}
         scans = {name: lidar.at(tick, stamp) for name, lidar in self._scans.items()}
         looks = [look for ring in self._looks if (look := ring.at(tick, stamp)) is not None]
@@ -130,10 +156,24 @@ class Sensors:
             scans={name: scan for name, scan in scans.items() if scan is not None},
             sightings=tuple(sighting for look in looks for sighting in look.sightings),
             identities=tuple(identity for look in looks for identity in look.identities),
+            imu=tuple(reading for imu in self._imus for reading in imu.at(tick, stamp) or ()),
         )
 
     def unasked(self, tick: int, stamp: float) -> None:
         """Let a tick pass at which nobody asks."""
-        timed: list[Timed[Any]] = [*self._cameras.values(), *self._scans.values(), *self._looks]
+        self._end_tick()
+        timed: list[Timed[Any]] = [*self._cameras.values(), *self._scans.values(), *self._looks, *self._imus]
         for sensor in timed:
             sensor.unasked(tick, stamp)
+
+    def _end_tick(self) -> None:
+        """Put aside what was felt since the last tick."""
+        self._felt, self._steps = np.array(self._steps), self._steps[-1:]
+
+    def _feel(self, imu: Imu, stamp: float) -> tuple[ImuReading, ...]:
+        return imu.take(self._felt, stamp)
+
+    def _step(self) -> list[float]:
+        """Return orientation and velocities of now as an IMU takes them, ROW numbers."""
+        quaternion = self._data.qpos[self._turned : self._turned + 4].tolist()
+        return [*quaternion, *self._data.qvel[self._moved : self._moved + 6].tolist()]

@@ -156,7 +156,13 @@ class Simulation:
         before = mujoco.get_mju_user_warning()
         mujoco.set_mju_user_warning(said.append)
         try:
-            mujoco.mj_step(self.model, self.data, self.world.run.steps_per_tick)
+            feeling = [robot for robot in self._robots.values() if robot.feels]
+            # One call for all steps is quicker than one each.
+            calls, steps = (self.world.run.steps_per_tick, 1) if feeling else (1, self.world.run.steps_per_tick)
+            for _ in range(calls):
+                mujoco.mj_step(self.model, self.data, steps)
+                for robot in feeling:
+                    robot.feel_step()
         finally:
             mujoco.set_mju_user_warning(before)
         return said

@@ -103,7 +103,8 @@ def _rates_between_ticks(run: Mapping[str, Any], keys: Mapping[str, Any]) -> Ite
     for index, robot in _items(keys, "robots"):
         for number, kind, sensor in _sensors(robot):
             rate = sensor.get("rate_hz", KINDS[kind].model_fields["rate_hz"].default)
-            if not _is_rate(rate) or abs(tick / rate - round(tick / rate)) < 1e-9:
+            # That of an IMU divides the rate of the physics, which its model checks.
+            if kind == "imu" or not _is_rate(rate) or abs(tick / rate - round(tick / rate)) < 1e-9:
                 continue
             nearest = nearest_divisor(tick, rate)
             yield (

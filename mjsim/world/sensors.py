@@ -1,10 +1,11 @@
 """Sensors as a world file describes them: what a robot senses with besides its wheels."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Discriminator, Field, Tag
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from mjsim.world.base import Degrees, Deviation, Distance, Model, Name, Point3, Rate
+from mjsim.world.base import PHYSICS_STEP, Degrees, Deviation, Distance, Length, Model, Name, Point3, Rate, fault
+from mjsim.world.running import nearest_divisor, whole_steps
 
 
 def _ascending(bounds: tuple[float, ...]) -> tuple[float, ...]:
@@ -129,8 +130,63 @@ class BeaconSensor(Model):
     """Degrees of freedom of Student's t that the errors follow, at the same standard deviation; normal without."""
 
 
-AnySensor = Camera | Lidar | BeaconSensor
-KINDS: dict[str, type[AnySensor]] = {"camera": Camera, "lidar": Lidar, "beacons": BeaconSensor}
+class ImuError(Model):
+    """A standard deviation for each of the three axes of both parts."""
+
+    acceleration: Deviation = 0.0
+    """[m/s^2], and over a root of a second for a walk."""
+    turn: Deviation = 0.0
+    """[rad/s], and over a root of a second for a walk."""
+
+
+class ImuRange(Model):
+    """The most that is measured, either way."""
+
+    acceleration: Length = 157.0
+    """[m/s^2]; 16 times gravity unless given."""
+    turn: Length = 34.9
+    """[rad/s]; 2000 degrees a second unless given."""
+
+
+class Imu(Model):
+    """An inertial sensor: an accelerometer, which feels gravity too, and a gyroscope."""
+
+    imu: Name
+    """Its name."""
+    at: Point3 = (0.0, 0.0, 0.1)
+    """[x, y, z] in the robot's frame [m]."""
+    yaw_deg: Degrees = 0.0
+    """Where its x axis points, to the left."""
+    pitch_deg: Pitch = 0.0
+    """Up."""
+    rate_hz: Annotated[float, Field(gt=0, le=250)] = 125.0
+    """Readings a second, each the mean over a whole number of 4 ms physics steps; all since the last tick come at
+    once."""
+    latency: Latency = 0
+    """How many ticks readings come late."""
+    range: ImuRange = ImuRange()
+    """What is beyond reads as the end of the range."""
+    noise: ImuError = ImuError()
+    """White noise of each reading."""
+    bias: ImuError = ImuError()
+    """Of the constant error, drawn once a run."""
+    walk: ImuError = ImuError()
+    """How fast the error wanders, as a random walk."""
+
+    @model_validator(mode="after")
+    def _period_is_whole(self) -> Self:
+        if not whole_steps(self.rate_hz):
+            nearest = nearest_divisor(1.0 / PHYSICS_STEP, self.rate_hz)
+            raise fault(
+                f"rate_hz is {self.rate_hz:g} Hz; a period must be a whole number of {PHYSICS_STEP * 1e3:g} ms steps,"
+                f" the nearest rate is {nearest:g} Hz",
+                "rate_hz",
+            )
+        return self
+
+
+AnySensor = Camera | Lidar | BeaconSensor | Imu
+KINDS: dict[str, type[AnySensor]] = {"camera": Camera, "lidar": Lidar, "beacons": BeaconSensor, "imu": Imu}
 """Sensors by the key that names them."""
 
 
@@ -151,10 +207,13 @@ def _tag(item: object) -> str | None:
 
 
 Sensor = Annotated[
-    Annotated[Camera, Tag("<camera>")] | Annotated[Lidar, Tag("<lidar>")] | Annotated[BeaconSensor, Tag("<beacons>")],
+    Annotated[Camera, Tag("<camera>")]
+    | Annotated[Lidar, Tag("<lidar>")]
+    | Annotated[BeaconSensor, Tag("<beacons>")]
+    | Annotated[Imu, Tag("<imu>")],
     Discriminator(
         _tag,
         custom_error_type="kind",
-        custom_error_message="a sensor needs its kind; write camera: NAME, lidar: NAME or beacons: NAME",
+        custom_error_message="a sensor needs its kind; write camera: NAME, lidar: NAME, beacons: NAME or imu: NAME",
     ),
 ]
