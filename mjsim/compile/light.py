@@ -19,6 +19,8 @@ EVEN, TOWARDS_VIEWER = (0.71, 0.71, 0.72), 0.08
 DIRECTED = (("light/key", (0.80, 0.10, 0.50), 0.18), ("light/fill", (-0.45, 0.75, 0.50), 0.26))
 """Name, where it shines from, and strength: walls that face east, north, west and south get 0.86, 0.92, 0.83
 and 0.71 of full light, the floor 0.93; what one looks at squarely gets 0.08 more."""
+PICTURES = "beacon/"
+"""How the names of materials begin that show pictures."""
 LEVEL = "light"
 """Name of the number in the scene that holds the general light."""
 GIVEN_BACK = 0.25
@@ -134,9 +136,31 @@ def light_pictures(spec: mujoco.MjSpec, world: World) -> None:
     """Let the pictures on beacons glow as the general light has it."""
     share = given_back(world)
     for material in spec.materials:
-        if material.name.startswith("beacon/"):
+        if material.name.startswith(PICTURES):
             material.emission = picture_glow(world.light, share)
             material.rgba = [share, share, share, 1.0]
+
+
+def dim_light(model: mujoco.MjModel, level: float) -> None:
+    """Change the general light of a compiled scene; pictures on beacons glow as it has it."""
+    index = model.numeric(LEVEL).id
+    model.numeric_data[model.numeric_adr[index]] = level
+    model.vis.headlight.ambient[:] = [level * value for value in EVEN]
+    model.vis.headlight.diffuse[:] = level * TOWARDS_VIEWER
+    for name, _, strength in DIRECTED:
+        light = model.light(name).id
+        model.light_diffuse[light] = level * strength
+        model.light_active[light] = level > 0.0
+    for material in range(model.nmat):
+        if model.mat(material).name.startswith(PICTURES):
+            model.mat_emission[material] = picture_glow(level, float(model.mat_rgba[material, 0]))
+
+
+def dim_lamp(model: mujoco.MjModel, name: str, lamp: Lamp, brightness: float) -> None:
+    """Change the brightness of a lamp of a compiled scene, `lamp/NAME`."""
+    light = model.light(name).id
+    model.light_diffuse[light], model.light_ambient[light] = lamp_light(lamp, brightness)
+    model.light_active[light] = brightness > 0.0
 
 
 def divide_faces(spec: mujoco.MjSpec) -> None:

@@ -1,8 +1,9 @@
 """Obstacles: as solid as they look, standing still or free to be pushed.
 
 The frame of an obstacle has its origin in the middle of its underside, x along its length. One that stands still
-is part of the world; a movable one is a body `obstacle/NAME` with a free joint of the same name. Geoms carry the
-name too, numbered where there are several: `obstacle/NAME/1`.
+is part of the world; a movable one is a body `obstacle/NAME` with a free joint of the same name, and one that goes
+its own path a body of that name on slides. Geoms carry the name too, numbered where there are several:
+`obstacle/NAME/1`.
 """
 
 import math
@@ -13,6 +14,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from mjsim.compile.movers import add_slides
 from mjsim.compile.names import item_names
 from mjsim.compile.pictures import color_of
 from mjsim.geometry import Array
@@ -56,6 +58,10 @@ def add_obstacles(spec: mujoco.MjSpec, obstacles: Sequence[Obstacle]) -> None:
 def _stand(spec: mujoco.MjSpec, obstacle: Obstacle, name: str) -> Stand:
     turn = math.radians(obstacle.heading_deg) / 2
     place = {"pos": [*obstacle.at, obstacle.elevation], "quat": [math.cos(turn), 0.0, 0.0, math.sin(turn)]}
+    if obstacle.path is not None:
+        body = spec.worldbody.add_body(name=name, **place)
+        add_slides(body, name, heading=2 * turn)
+        return Stand(body, None, {})
     if not obstacle.movable:
         return Stand(spec.worldbody, spec.worldbody.add_frame(**place), {})
     body = spec.worldbody.add_body(name=name, **place)

@@ -1,11 +1,13 @@
 """The simulation: a world in MuJoCo, its robots, and time."""
 
+import math
 from collections.abc import Mapping
 from types import MappingProxyType, TracebackType
 from typing import Self
 
 import mujoco
 import numpy as np
+from pydantic import ValidationError
 
 from mjsim.compile import compile_world
 from mjsim.compile.pictures import read_picture
@@ -14,9 +16,12 @@ from mjsim.geometry import Array, Pose
 from mjsim.interface import BeaconInfo, Command, MarkerInfo, Observation, Picture, RobotInfo, WheelCommand, WorldMap
 from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.robot import SimulatedRobot
+from mjsim.sim.stage import Stage
+from mjsim.world.events import CloseEvent, Event, LampEvent, LightEvent, MoveEvent, OpenEvent, RemoveEvent
 from mjsim.world.hung import hung
 from mjsim.world.model import World
 from mjsim.world.plan import segments
+from mjsim.world.words import path_of, sentence
 
 FASTEST = 100.0
 """No robot of ours is as fast unless the physics failed [m/s]."""
@@ -50,6 +55,7 @@ class Simulation:
         """Period of the loop [s]."""
         self.tick = 0
         """Ticks since the start."""
+        self._stage = Stage(self.model, self.data, world)
         self._canvases: dict[Quality, Canvas] = {}
         self._robots = {
             robot.name: SimulatedRobot(self.model, self.data, robot, world=world, seed=self.seed, canvas=self._canvas)
@@ -64,6 +70,7 @@ class Simulation:
         """What modules are told of each beacon, by name."""
         self.map: WorldMap | None = _map(world) if world.run.map == "known" else None
         """What modules are told of the room; None when the world says `map: unknown`."""
+        self._stage.let_happen(0.0)
         self._look()
 
     @property
@@ -93,6 +100,7 @@ class Simulation:
             robot.before_step(self.tick)
         said = self._run_physics()
         self.tick += 1
+        self._stage.let_happen(self.time)
         self._look()
         self._check(said)
         for robot in self._robots.values():
@@ -112,6 +120,74 @@ class Simulation:
         For recordings and statistics; modules are told what `sense` gives alone.
         """
         return self._robot(robot).identities(self.tick)
+
+    def move(self, name: str, pose: Pose) -> None:
+        """Lift a robot or a movable obstacle and put it down at a pose, at rest; a robot's odometry does not notice.
+
+        Raises:
+            UsageError: There is none of that name, or the pose is out of bounds.
+        """
+        x, y, heading = pose.x, pose.y, math.degrees(pose.heading)
+        self._happen(MoveEvent, move=name, to=(x, y), heading_deg=heading)
+
+    def open_door(self, name: str, angle: float = math.pi / 2) -> None:
+        """Begin to swing a door open, to an angle that is positive to the left side of its wall [rad].
+
+        Raises:
+            UsageError: There is no such door, or it does not swing so far.
+        """
+        self._happen(OpenEvent, open=name, angle_deg=math.degrees(angle))
+
+    def close_door(self, name: str) -> None:
+        """Begin to swing a door shut.
+
+        Raises:
+            UsageError: There is no such door.
+        """
+        self._happen(CloseEvent, close=name)
+
+    def door_angle(self, name: str) -> float:
+        """Return how far a door stands open, positive to the left side of its wall [rad].
+
+        Raises:
+            UsageError: There is no such door.
+        """
+        return self._stage.door(name)
+
+    def set_light(self, level: float) -> None:
+        """Change the general light.
+
+        Raises:
+            UsageError: It is out of bounds.
+        """
+        self._happen(LightEvent, light=level)
+
+    def set_lamp(self, name: str, brightness: float) -> None:
+        """Switch or dim a lamp; 0 is off.
+
+        Raises:
+            UsageError: There is no such lamp, or the brightness is out of bounds.
+        """
+        self._happen(LampEvent, lamp=name, brightness=brightness)
+
+    def remove(self, name: str) -> None:
+        """Take a beacon or an obstacle away, with what it carries.
+
+        Raises:
+            UsageError: There is none of that name.
+        """
+        self._happen(RemoveEvent, remove=name)
+
+    def happened(self) -> tuple[Event, ...]:
+        """Return what has happened to the world since the last call, each at the time when it did."""
+        return self._stage.happened()
+
+    def things(self) -> dict[str, Pose]:
+        """Return where everything is that can move but robots, world frame: `obstacle/NAME`, and `door/NAME`.
+
+        A door's place is its hinge, its heading that of its leaf. What was taken away is left out.
+        """
+        return self._stage.things()
 
     def state(self) -> tuple[Array, Array]:
         """Return copies of MuJoCo's positions and velocities, shapes (nq,) and (nv,)."""
@@ -137,6 +213,16 @@ class Simulation:
             raise UsageError(f"no robot '{name}' in this world{did_you_mean(name, self._robots)}")
         return self._robots[name]
 
+    def _happen(self, kind: type[Event], **keys: object) -> None:
+        """Let an event happen now, and bring everything up to it."""
+        try:
+            event = kind.model_validate({"time": self.time, **keys})
+        except ValidationError as error:
+            first = error.errors()[0]
+            raise UsageError(sentence(first, path_of(first), kind)) from None
+        self._stage.happen(event, self.time)
+        self._look()
+
     def _canvas(self, quality: Quality) -> Canvas:
         """Return what all cameras of a quality draw on; nothing of OpenGL is touched until the first picture."""
         if quality not in self._canvases:
@@ -156,13 +242,9 @@ class Simulation:
         before = mujoco.get_mju_user_warning()
         mujoco.set_mju_user_warning(said.append)
         try:
-            feeling = [robot for robot in self._robots.values() if robot.feels]
-            # One call for all steps is quicker than one each.
-            calls, steps = (self.world.run.steps_per_tick, 1) if feeling else (1, self.world.run.steps_per_tick)
-            for _ in range(calls):
-                mujoco.mj_step(self.model, self.data, steps)
-                for robot in feeling:
-                    robot.feel_step()
+            steps = self.world.run.steps_per_tick
+            feelers = [robot.feel_step for robot in self._robots.values() if robot.feels]
+            self._stage.run(steps, self.tick * steps, after_each=feelers)
         finally:
             mujoco.set_mju_user_warning(before)
         return said

@@ -5,11 +5,15 @@ from typing import Any
 
 from mjsim.errors import did_you_mean
 from mjsim.world.base import KEY
+from mjsim.world.events import OpenEvent
 from mjsim.world.running import Run, nearest_divisor, whole_steps
 from mjsim.world.sensors import KINDS
+from mjsim.world.structure import Door
 
 NAMED = ("walls", "obstacles", "beacons", "lamps", "robots")
 """Lists of items that may carry a name."""
+FARTHEST = 170
+"""No door swings farther, whatever it says [deg]."""
 Misfit = tuple[str, tuple[str | int, ...]]
 """A sentence, and where the value stands."""
 
@@ -127,13 +131,33 @@ def _events_without_target(run: Mapping[str, Any], keys: Mapping[str, Any]) -> I
             name = event.get(key)
             if isinstance(name, str) and name not in names:
                 yield f"no {what} '{name}' in this world{did_you_mean(name, names)}", ("run", "events", index, key)
+    yield from _opened_too_far(events, keys)
+
+
+def _opened_too_far(events: list[tuple[int, dict[str, Any]]], keys: Mapping[str, Any]) -> Iterator[Misfit]:
+    limits = {item["name"]: _limit(item["door"]) for _, _, item in _named_items(keys) if _has_door(item)}
+    for index, event in events:
+        name, angle = event.get("open"), event.get("angle_deg", OpenEvent.model_fields["angle_deg"].default)
+        limit = limits.get(name) if isinstance(name, str) else None
+        if limit is not None and isinstance(angle, (int, float)) and limit < abs(angle) <= FARTHEST:
+            message = f"angle_deg is {angle:g}; door '{name}' swings to {limit:g} at most"
+            yield message, ("run", "events", index, "angle_deg" if "angle_deg" in event else "open")
+
+
+def _has_door(item: Mapping[str, Any]) -> bool:
+    return item.get("door") is not None and isinstance(item.get("name"), str)
+
+
+def _limit(door: object) -> float | None:
+    limit = door.get("limit_deg", Door.model_fields["limit_deg"].default) if isinstance(door, dict) else None
+    return limit if isinstance(limit, (int, float)) and 0 < limit <= FARTHEST else None
 
 
 def _event_targets(keys: Mapping[str, Any]) -> dict[str, tuple[str, list[str]]]:
     """Return by the key of an event what it may name: a word for it, and the names there are."""
     obstacles = list(_items(keys, "obstacles"))
     movable = [(index, item) for index, item in obstacles if item.get("movable") is True]
-    doors = [item["name"] for _, _, item in _named_items(keys) if item.get("door") is not None and item.get("name")]
+    doors = [item["name"] for _, _, item in _named_items(keys) if _has_door(item)]
     return {
         "move": ("robot or movable obstacle", _names(_items(keys, "robots")) + _names(movable)),
         "open": ("opening with a door", doors),

@@ -14,12 +14,22 @@ class Door(Model):
     """Which end of the opening it hangs from, for one who looks along the wall's left side: left is where it begins."""
     angle_deg: Annotated[float, Field(ge=-170, le=170)] = 0.0
     """How far it stands open at the start; positive swings to the left side of the wall, 0 is closed."""
-    free: bool = False
-    """Whether a robot can push it; else it stays where events put it."""
+    limit_deg: Annotated[float, Field(gt=0, le=170)] = 110.0
+    """How far it swings to either side."""
+    locked: bool = False
+    """Whether it stays where events put it, whoever pushes; else a robot can push it open."""
+    spring: Annotated[float, Field(ge=0, le=1e3)] = 0.0
+    """Stiffness of a closer that swings it shut [N m/rad]; 0 for none."""
     mass: Annotated[float, Field(gt=0, le=1000)] = 20.0
     """[kg]"""
     color: Color = "#9c7a52"
     """'#rrggbb'."""
+
+    @model_validator(mode="after")
+    def _within_its_limit(self) -> Self:
+        if abs(self.angle_deg) > self.limit_deg:
+            raise fault(f"angle_deg is {self.angle_deg:g}; this door swings to {self.limit_deg:g} at most", "angle_deg")
+        return self
 
 
 class Opening(Model):

@@ -1,0 +1,78 @@
+"""The looks of a compiled world as events leave them: light, lamps, and what is no longer there."""
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.compile.contacts import GHOST
+from mjsim.compile.light import dim_lamp, dim_light, lamp_names
+from mjsim.sim.renderer import UNSEEN
+from mjsim.world.looks import Looks, first_looks
+from mjsim.world.model import World
+from mjsim.world.names import item_names
+
+FREE = 6
+"""Degrees of freedom of what can fall."""
+
+
+class Scenery:
+    """Brings a model to the looks of an instant, forwards or backwards in time; the model is changed in place."""
+
+    def __init__(self, model: mujoco.MjModel, world: World) -> None:
+        """Keep the model as it was compiled, so that what was taken away can come back."""
+        self._model, self._world = model, world
+        self._looks = first_looks(world)
+        self._lamps = dict(zip(item_names(world.lamps), zip(world.lamps, lamp_names(world), strict=True), strict=True))
+        self._groups = model.geom_group.copy()
+        self._contacts = np.stack([model.geom_contype, model.geom_conaffinity])
+
+    @property
+    def looks(self) -> Looks:
+        """What is shown."""
+        return self._looks
+
+    def show(self, looks: Looks) -> None:
+        """Bring the model to looks."""
+        before, self._looks = self._looks, looks
+        if looks.light != before.light:
+            dim_light(self._model, looks.light)
+        for name, brightness in looks.lamps.items():
+            if brightness != before.lamps[name]:
+                lamp, light = self._lamps[name]
+                dim_lamp(self._model, light, lamp, brightness)
+        for name in sorted(looks.removed - before.removed):
+            self._take_away(name)
+        for name in sorted(before.removed - looks.removed):
+            self._bring_back(name)
+
+    def _take_away(self, name: str) -> None:
+        """Let what is called so be neither seen nor met nor touched; what can fall goes on lying on the floor."""
+        model, geoms = self._model, self.geoms(name)
+        model.geom_group[geoms] = UNSEEN
+        solid = geoms[(model.geom_contype[geoms] | model.geom_conaffinity[geoms]) != 0]
+        model.geom_contype[solid] = model.geom_conaffinity[solid] = 0
+        bodies = model.geom_bodyid[solid]
+        falls = model.body_dofnum[model.body_rootid[bodies]] == FREE
+        model.geom_contype[solid[falls]] = GHOST
+        # MuJoCo also asks whole bodies whether they may touch.
+        model.body_contype[bodies[falls]] |= GHOST
+        model.geom_conaffinity[model.geom("floor").id] |= GHOST
+        model.body_conaffinity[0] |= GHOST
+
+    def _bring_back(self, name: str) -> None:
+        geoms = self.geoms(name)
+        self._model.geom_group[geoms] = self._groups[geoms]
+        self._model.geom_contype[geoms], self._model.geom_conaffinity[geoms] = self._contacts[:, geoms]
+
+    def geoms(self, name: str) -> NDArray[np.intp]:
+        """Return the geoms of an obstacle or a beacon in the compiled world, and those of what it carries."""
+        model = self._model
+        names = [model.geom(index).name for index in range(model.ngeom)]
+        own = (f"obstacle/{name}", f"beacon/{name}")
+        parts = tuple(f"{each}{mark}" for each in own for mark in "/:")
+        mine = np.array([each in own or each.startswith(parts) for each in names])
+        for kind in own:
+            index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, kind)
+            if index > 0:
+                mine |= model.body_rootid[model.geom_bodyid] == index
+        return np.flatnonzero(mine)

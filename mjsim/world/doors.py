@@ -1,0 +1,72 @@
+"""Doors: where their leaves hang, and how far they swing."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.geometry import Array, Pose
+from mjsim.world.model import World
+from mjsim.world.names import item_names
+from mjsim.world.pieces import SLIVER
+from mjsim.world.structure import Door, Opening, Wall
+
+
+@dataclass(frozen=True, slots=True)
+class Leaf:
+    """The leaf of a door; its frame has the hinge at its origin, on the floor, and x along the leaf."""
+
+    name: str
+    """That of its opening, or its place among all doors counted from 1."""
+    door: Door
+    hinge: tuple[float, float]
+    """World frame [m]."""
+    closed: float
+    """Where the closed leaf points from the hinge, counter-clockwise from x [rad]."""
+    turn: float
+    """1 when a positive angle swings it counter-clockwise, -1 when clockwise."""
+    width: float
+    """[m]"""
+    low: float
+    """Height of its lower edge [m]."""
+    high: float
+    """Of its upper edge [m]."""
+
+    def pose(self, angle: float) -> Pose:
+        """Return world_from_leaf when it stands open by an angle, positive to the left side of its wall [rad]."""
+        return Pose(*self.hinge, self.closed + self.turn * angle)
+
+    def outline(self, angle: float, thickness: float) -> Array:
+        """Return its corners from above, world frame, counter-clockwise, shape (4, 2) [m]."""
+        half = thickness / 2
+        return self.pose(angle).transform([[0.0, -half], [self.width, -half], [self.width, half], [0.0, half]])
+
+
+def leaves(world: World) -> list[Leaf]:
+    """Return the leaves of all doors, wall by wall; an opening that lies outside its wall has none."""
+    openings = [(wall, opening) for wall in world.walls for opening in wall.openings if opening.door is not None]
+    names = item_names([opening for _, opening in openings])
+    found = (_leaf(wall, opening, name) for (wall, opening), name in zip(openings, names, strict=True))
+    return [leaf for leaf in found if leaf is not None]
+
+
+def _leaf(wall: Wall, opening: Opening, name: str) -> Leaf | None:
+    first, last = (np.array(end) for end in wall.segments()[opening.segment])
+    length = float(np.hypot(*(last - first)))
+    along = (last - first) / length
+    begin, end = min(opening.at, length), min(opening.at + opening.width, length)
+    high = min(opening.head, wall.height)
+    if opening.door is None or end - begin < SLIVER or high - opening.sill < SLIVER:
+        return None
+    heading, right = math.atan2(along[1], along[0]), opening.door.hinge == "right"
+    x, y = (first + along * (end if right else begin)).tolist()
+    return Leaf(
+        name=name,
+        door=opening.door,
+        hinge=(x, y),
+        closed=heading + math.pi if right else heading,
+        turn=-1.0 if right else 1.0,
+        width=end - begin,
+        low=opening.sill,
+        high=high,
+    )
