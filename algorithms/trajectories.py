@@ -113,15 +113,19 @@ def fastest_profile(
         turn_acceleration: Largest change of the turn rate [rad/s^2].
 
     Raises:
-        ImportError: toppra is not installed (`pip install mjsim[planning]`).
+        ImportError: toppra is not installed.
+        ValueError: The curve is too sharp for the limits.
 
     References:
         Pham, Pham, A New Approach to Time-Optimal Path Parameterization Based on Reachability Analysis, IEEE T-RO
         34(3), 2018; toppra is its authors' program. The robot's two coordinates are distance and heading.
     """
-    from toppra import SplineInterpolator
-    from toppra.algorithm import TOPPRA
-    from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint
+    try:
+        from toppra import SplineInterpolator
+        from toppra.algorithm import TOPPRA
+        from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint
+    except ImportError:
+        raise ImportError("the fastest speeds need toppra; install it: pip install 'mjsim[planning]'") from None
 
     along = np.linspace(0.0, path.length, max(20, int(path.length * SAMPLES_PER_METRE)) + 1)
     heading = np.unwrap(path.heading(along))

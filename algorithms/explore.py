@@ -1,0 +1,108 @@
+"""Drives wherever something is still unknown, until all that can be reached has been seen."""
+
+from dataclasses import replace
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array
+from mjsim.interface import Command, Estimate, Observation, RobotInfo, WorldMap
+
+from .grid_search import a_star, length, straightened
+from .occupancy import OccupancyGrid, lidar_of
+from .waypoints import Waypoints
+
+REPLAN = 4.0
+"""How long a way is followed before the map is looked at anew [s]."""
+
+
+class Explore:
+    """Builds an occupancy grid from a lidar and drives to the frontier that gains most for its way.
+
+    References:
+        Yamauchi, A Frontier-Based Approach for Autonomous Exploration, CIRA 1997.
+    """
+
+    def __init__(
+        self,
+        *,
+        lidar: str | None = None,
+        speed: float = 0.5,
+        clearance: float = 0.1,
+        smallest: float = 0.5,
+        **grid: Any,
+    ) -> None:
+        """Set the rules.
+
+        Args:
+            lidar: Name of the lidar; None for the first.
+            speed: On straight lines, if the robot can [m/s].
+            clearance: What the way keeps between the robot's rim and walls [m].
+            smallest: Frontiers shorter than this are left alone [m].
+            grid: Keys of `OccupancyGrid`.
+        """
+        self._lidar, self._speed, self._clearance, self._smallest = lidar, speed, clearance, smallest
+        self.grid = OccupancyGrid(**({"cell": 0.1} | grid))
+
+    def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
+        """Begin with an empty grid; the map, if there is one, is not looked at.
+
+        Raises:
+            ValueError: The robot has no such lidar.
+        """
+        self._robot, self._rng = robot, rng
+        self._name, self._robot_from_lidar = lidar_of(robot, self._lidar)
+        self.grid = OccupancyGrid(cell=self.grid.cell, farthest=self.grid.farthest)
+        self._follow: Waypoints | None = None
+        self._planned = -np.inf
+        self.done = False
+
+    def command(self, seen: Observation, belief: Estimate) -> Command:
+        """Return the twist that leads to the next frontier; zero when none is left."""
+        if self._name in seen.scans:
+            self.grid.add(belief.pose @ self._robot_from_lidar, seen.scans[self._name])
+        if self.grid.log_odds.size and seen.time >= self._planned + REPLAN:
+            self._planned = seen.time
+            self._plan(belief)
+        return Command() if self._follow is None else self._follow.command(seen, belief)
+
+    def frontiers(self) -> list[NDArray[np.intp]]:
+        """Return the frontiers: connected cells that are free and border on unknown ones, (row, column) (n, 2) each."""
+        known = self.grid.log_odds
+        unknown = cv2.dilate((known == 0.0).astype(np.uint8), np.ones((3, 3), np.uint8))
+        edge = ((known < 0.0) & (unknown == 1)).astype(np.uint8)
+        number, region, sizes, _ = cv2.connectedComponentsWithStats(edge, connectivity=8)
+        enough = [i for i in range(1, number) if sizes[i, cv2.CC_STAT_AREA] * self.grid.cell >= self._smallest]
+        return [np.argwhere(region == i) for i in enough]
+
+    def _plan(self, belief: Estimate) -> None:
+        """Choose a frontier by its size and its way, and plan to it."""
+        distances = self.grid.distances()
+        place, clearance = np.array([belief.pose.x, belief.pose.y]), self._robot.radius + self._clearance
+        # Where the robot stands is free, whatever a scan at an angle has said.
+        best: tuple[float, Array] | None = None
+        frontiers = sorted(self.frontiers(), key=len, reverse=True)[:6]
+        for frontier in frontiers:
+            goal = self._goal(distances.centres(frontier), place, distances.at, clearance)
+            way = None if goal is None else a_star(distances, place, goal, clearance=clearance, shyness=0.5)
+            if way is None:
+                continue
+            gain = len(frontier) * self.grid.cell - 0.3 * length(way)
+            if best is None or gain > best[0]:
+                best = gain, way
+        self.done = best is None
+        self._follow = None
+        if best is not None and len(best[1]) > 1:
+            way = straightened(distances, best[1], clearance=clearance)
+            self._follow = Waypoints(way[1:].tolist(), speed=self._speed, lookahead=0.4)
+            self._follow.start(replace(self._robot, prior=belief.pose), None, self._rng)
+
+    def _goal(self, cells: Array, place: Array, distance: Any, clearance: float) -> Array | None:
+        """Return the place of a frontier that is clear of walls and nearest to its middle; None when none is clear."""
+        clear = cells[distance(cells) > clearance]
+        if not len(clear):
+            return None
+        return np.asarray(clear[np.argmin(np.hypot(*(clear - cells.mean(axis=0)).T))])

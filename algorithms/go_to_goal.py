@@ -1,0 +1,142 @@
+"""Goes to a place, or to one after the other: plans on the map, and plans anew when something stands in the way."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.random import Generator
+
+from mjsim.geometry import Array
+from mjsim.interface import Command, Estimate, Observation, RobotInfo, WorldMap
+
+from .distance_grid import DistanceGrid
+from .grid_search import a_star, straightened
+from .waypoints import Waypoints
+
+RING = np.arange(16) * (2.0 * np.pi / 16)
+FORGET = 20.0
+"""How long something that the map lacks is remembered [s]; people walk on."""
+PATIENCE = 2.0
+"""Time between two tries when there is no way [s]."""
+NEW_THING = 0.15
+"""How far from all walls of the map a hit lies that the map does not explain [m]."""
+
+
+class GoToGoal:
+    """Drives to goals by the shortest way that keeps clear of walls, and stops at the last.
+
+    Without a map (`map: unknown`) it takes all for free that it has not seen otherwise. What the lidars and the ring
+    of proximity rays hit beyond the map's walls is held for an obstacle for a while; when one comes to lie on the way
+    ahead, a new way is planned; when there is none, the robot waits.
+
+    References:
+        Latombe, Robot Motion Planning (1991), chapter 4, cell decomposition; A* in `grid_search`.
+    """
+
+    def __init__(
+        self,
+        goals: Sequence[Sequence[float]],
+        *,
+        speed: float = 0.5,
+        clearance: float = 0.1,
+        tolerance: float = 0.1,
+        cell: float = 0.1,
+    ) -> None:
+        """Set the goals.
+
+        Args:
+            goals: Each (x, y) [m], in the frame of the estimate; one pair alone is one goal.
+            speed: On straight lines, if the robot can [m/s].
+            clearance: What the way keeps between the robot's rim and walls [m].
+            tolerance: How near a goal counts as reached [m].
+            cell: Side of a cell of the planning grid [m].
+        """
+        self._goals = np.atleast_2d(np.asarray(goals, dtype=float))
+        if self._goals.ndim != 2 or self._goals.shape[1:] != (2,):
+            raise ValueError(f"goals has shape {self._goals.shape}; give at least one [x, y]")
+        self._speed, self._clearance, self._tolerance, self._cell = speed, clearance, tolerance, cell
+
+    def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
+        """Take the map; nothing is planned yet."""
+        self._robot, self._rng = robot, rng
+        ends = np.concatenate([self._goals, [[robot.prior.x, robot.prior.y]]])
+        corners = np.concatenate([ends, map.segments.reshape(-1, 2) if map else ends])
+        # A margin in which one may drive around what stands outside.
+        low, high = corners.min(axis=0) - 3.0, corners.max(axis=0) + 3.0
+        frame = np.array([low, (high[0], low[1]), high, (low[0], high[1])])
+        walls = map.segments if map is not None else np.zeros((0, 2, 2))
+        self._walls = DistanceGrid.from_segments(
+            np.concatenate([walls, np.stack([frame, np.roll(frame, -1, axis=0)], axis=1)]), cell=self._cell, margin=0.5
+        )
+        self._left = [goal for goal in self._goals]
+        self._strange, self._since = np.zeros((0, 2)), np.zeros(0)
+        self._grid, self._way = self._walls, np.zeros((0, 2))
+        self._follow: Waypoints | None = None
+        self._tried = -np.inf
+
+    def command(self, seen: Observation, belief: Estimate) -> Command:
+        """Return the twist that leads on; zero at the last goal, and where there is no way."""
+        place = np.array([belief.pose.x, belief.pose.y])
+        while self._left and np.hypot(*(self._left[0] - place)) < self._tolerance:
+            self._left, self._follow = self._left[1:], None
+        if not self._left:
+            return Command()
+        self._remember(seen, belief)
+        if self._follow is not None and self._is_blocked(place):
+            self._follow = None
+        if self._follow is None and seen.time >= self._tried + PATIENCE:
+            self._plan(seen.time, belief)
+        return Command() if self._follow is None else self._follow.command(seen, belief)
+
+    def _remember(self, seen: Observation, belief: Estimate) -> None:
+        """Keep what is hit where the map has no wall."""
+        near = np.isfinite(seen.proximity)
+        reach = seen.proximity[near] + self._robot.radius
+        hits = [np.stack([reach * np.cos(RING[near]), reach * np.sin(RING[near])], axis=-1)]
+        for name, scan in seen.scans.items():
+            frame = self._robot.sensors[name].robot_from_sensor
+            hits.append(scan.points() @ frame[:2, :2].T + frame[:2, 3])
+        points = belief.pose.transform(np.concatenate(hits))
+        points = points[self._walls.at(points) > NEW_THING]
+        cells, first = np.unique(np.floor(points / self._cell).astype(int), axis=0, return_index=True)
+        kept = self._since > seen.time - FORGET
+        if len(cells):
+            # One point a cell: those seen again are taken anew.
+            again = np.isin(_keys(np.floor(self._strange / self._cell).astype(int)), _keys(cells))
+            kept &= ~again
+        self._strange = np.concatenate([self._strange[kept], points[first]])
+        self._since = np.concatenate([self._since[kept], np.full(len(first), seen.time)])
+
+    def _is_blocked(self, place: Array) -> bool:
+        """Return whether something strange lies on the way ahead, within 3 m."""
+        if not len(self._strange):
+            return False
+        near = self._strange[np.hypot(*(self._strange - place).T) < 3.0]
+        steps = np.diff(self._way, axis=0)
+        lengths = np.maximum(np.sum(steps**2, axis=1), 1e-12)
+        share = np.clip(np.sum((near[:, None] - self._way[:-1]) * steps, axis=2) / lengths, 0.0, 1.0)
+        apart = np.hypot(*np.moveaxis(near[:, None] - self._way[:-1] - share[..., None] * steps, -1, 0))
+        # Only pieces that are still ahead: from the one nearest to the robot on.
+        own = np.clip(np.sum((place - self._way[:-1]) * steps, axis=1) / lengths, 0.0, 1.0)
+        here = int(np.argmin(np.hypot(*(place - self._way[:-1] - own[:, None] * steps).T)))
+        return bool((apart[:, here:] < self._robot.radius + 0.5 * self._clearance).any())
+
+    def _plan(self, time: float, belief: Estimate) -> None:
+        """Plan a way to the next goal among walls and what has been seen."""
+        self._tried = time
+        occupied = self._walls.distance < 0.5 * self._cell
+        rows, columns = np.moveaxis(self._walls.cells(self._strange), -1, 0)
+        occupied[rows, columns] = True
+        grid = DistanceGrid(occupied, lower=self._walls.lower, cell=self._cell)
+        place, clearance = np.array([belief.pose.x, belief.pose.y]), self._robot.radius + self._clearance
+        way = a_star(grid, place, self._left[0], clearance=clearance, shyness=1.0)
+        if way is None or len(way) < 2:
+            return
+        self._way = straightened(grid, way, clearance=clearance)
+        self._follow = Waypoints(self._way[1:].tolist(), speed=self._speed, tolerance=self._tolerance, lookahead=0.4)
+        self._follow.start(replace(self._robot, prior=belief.pose), None, self._rng)
+
+
+def _keys(cells: Array) -> Array:
+    """Return one number for each pair of whole numbers (n, 2)."""
+    return np.asarray(cells[:, 0].astype(np.int64) * 2**24 + cells[:, 1])

@@ -1,0 +1,142 @@
+"""What is free and what is not: a grid of log-odds, filled from lidar scans."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array, Pose
+from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Scan
+
+from .distance_grid import DistanceGrid
+from .ekf_models import odometry_motion
+
+FREE, HIT = -0.4, 1.7
+"""What a beam that passes, and one that ends, adds to a cell's log-odds: it is occupied with 40 %, with 85 %."""
+SURE = 8.0
+"""Log-odds stay within this, so that a door that opens is believed after some scans."""
+
+
+class OccupancyGrid:
+    """Log-odds that a cell is occupied; the grid grows where the robot looks.
+
+    The cell of row r and column c has its centre at `lower + cell * (c + 1/2, r + 1/2)`.
+
+    References:
+        Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 9.1.
+    """
+
+    def __init__(self, *, cell: float = 0.05, farthest: float = 8.0) -> None:
+        """Start with nothing known.
+
+        Args:
+            cell: Side of a cell [m].
+            farthest: How far along a beam cells are held for free, whatever the lidar's range [m].
+        """
+        self.cell, self.farthest = cell, farthest
+        self.lower: Array = np.zeros(2)
+        self.log_odds: Array = np.zeros((0, 0))
+        """Shape (rows, columns); 0 for unknown."""
+
+    def add(self, world_from_lidar: Pose, scan: Scan) -> None:
+        """Add a scan that was taken from a pose."""
+        angles, ranges = scan.angles() + world_from_lidar.heading, scan.ranges
+        told = ~np.isneginf(ranges) & ~np.isnan(ranges)
+        angles, ranges = angles[told], ranges[told]
+        origin = np.array([world_from_lidar.x, world_from_lidar.y])
+        directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        reach = np.minimum(np.where(np.isinf(ranges), scan.range_max, ranges), self.farthest)
+        self._grow(origin, float(np.max(reach, initial=0.0)) + self.cell)
+        hits = ranges <= self.farthest
+        ends = self._index(origin + ranges[hits, None] * directions[hits])
+        # Samples a cell apart along each beam; a cell counts once a scan, and where a beam ends it is not free.
+        steps = np.arange(0.0, float(np.max(reach, initial=0.0)), self.cell)
+        along, beam = np.meshgrid(steps, np.arange(len(reach)))
+        passed = along < reach[beam] - 0.5 * self.cell
+        free = self._index(origin + along[passed][:, None] * directions[beam[passed]])
+        flat = self.log_odds.ravel()
+        ended = np.unique(ends)
+        flat[np.setdiff1d(free, ended)] += FREE
+        flat[ended] += HIT
+        np.clip(flat, -SURE, SURE, out=flat)
+
+    def distances(self, *, unknown_is_wall: bool = False) -> DistanceGrid:
+        """Return how far each cell is from what is occupied, and from what is unknown if that counts as wall."""
+        occupied = self.log_odds > 0.0
+        return DistanceGrid(
+            occupied | (self.log_odds == 0.0) if unknown_is_wall else occupied, lower=self.lower, cell=self.cell
+        )
+
+    def _index(self, points: Array) -> NDArray[np.intp]:
+        """Return the places in the flattened grid of the cells that hold points (n, 2) [m]."""
+        columns, rows = np.floor((points - self.lower) / self.cell).astype(np.intp).T
+        return np.asarray(rows * self.log_odds.shape[1] + columns)
+
+    def _grow(self, origin: Array, reach: float) -> None:
+        """Make room for all within reach of a place, in steps of 4 m so that it happens seldom."""
+        block = round(4.0 / self.cell)
+        low = np.floor((origin - reach) / self.cell).astype(int) // block * block
+        high = -(-np.ceil((origin + reach) / self.cell).astype(int) // block) * block
+        if self.log_odds.size:
+            have = np.round(self.lower / self.cell).astype(int)
+            low, high = np.minimum(low, have), np.maximum(high, have + self.log_odds.shape[::-1])
+            if (low == have).all() and (high - low == self.log_odds.shape[::-1]).all():
+                return
+        grown = np.zeros((high - low)[::-1])
+        if self.log_odds.size:
+            column, row = have - low
+            grown[row : row + self.log_odds.shape[0], column : column + self.log_odds.shape[1]] = self.log_odds
+        self.lower, self.log_odds = low * self.cell, grown
+
+
+def lidar_of(robot: RobotInfo, name: str | None) -> tuple[str, Pose]:
+    """Return the name of a robot's lidar and robot_from_lidar in the plane.
+
+    Args:
+        robot: What is told of the robot.
+        name: Of the lidar; None for its first.
+
+    Raises:
+        ValueError: It has no such lidar.
+    """
+    lidars = [key for key, sensor in robot.sensors.items() if sensor.kind == "lidar"]
+    if not lidars or name not in (None, *lidars):
+        raise ValueError(f"robot '{robot.name}' has no lidar{f' {name!r}' if name else ''}; it has {lidars or 'none'}")
+    matrix = robot.sensors[name or lidars[0]].robot_from_sensor
+    return name or lidars[0], Pose(matrix[0, 3], matrix[1, 3], float(np.arctan2(matrix[1, 0], matrix[0, 0])))
+
+
+class OccupancyMapping:
+    """Believes the wheels, and draws what the lidar sees into `grid`: the plainest map maker there is."""
+
+    def __init__(self, *, lidar: str | None = None, **grid: Any) -> None:
+        """Set the rules.
+
+        Args:
+            lidar: Name of the lidar; None for the first.
+            grid: Keys of `OccupancyGrid`.
+        """
+        self._lidar = lidar
+        self.grid = OccupancyGrid(**grid)
+
+    def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
+        """Begin at the robot's prior with an empty grid.
+
+        Raises:
+            ValueError: The robot has no such lidar.
+        """
+        self._name, self._robot_from_lidar = lidar_of(robot, self._lidar)
+        self.grid = OccupancyGrid(cell=self.grid.cell, farthest=self.grid.farthest)
+        self._pose, self._covariance = robot.prior.as_array(), np.array(robot.prior_covariance, dtype=float)
+        self._motion = odometry_motion()
+
+    def update(self, seen: Observation) -> Estimate:
+        """Return the pose of odometry; draw the scan if one has come."""
+        moved = seen.odometry
+        self._pose, F, G = self._motion(self._pose, np.array([moved.forward, moved.left, moved.turn]))
+        self._covariance = F @ self._covariance @ F.T + G @ moved.covariance @ G.T
+        if self._name in seen.scans:
+            self.grid.add(Pose.from_array(self._pose) @ self._robot_from_lidar, seen.scans[self._name])
+        return Estimate(Pose.from_array(self._pose), self._covariance)

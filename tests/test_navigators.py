@@ -1,0 +1,183 @@
+"""Navigators that drive a robot through real physics, by what it senses."""
+
+import math
+import os
+import pty
+import sys
+import termios
+
+import numpy as np
+import pytest
+import shapely
+
+import mjsim
+from mjsim.algorithms.explore import Explore
+from mjsim.algorithms.go_to_goal import GoToGoal
+from mjsim.algorithms.occupancy import OccupancyGrid, OccupancyMapping
+from mjsim.algorithms.path_tracking import PathTracking
+from mjsim.algorithms.teleop import Teleop
+from mjsim.algorithms.trajectories import SplinePath
+from mjsim.algorithms.wall_follow import WallFollow
+from mjsim.algorithms.wander import Wander
+
+ROOMS = """
+mjsim: 1
+name: rooms
+walls:
+  - {points: [[0, 0], [8, 0], [8, 5], [0, 5]], closed: true}
+  - {points: [[4, 0], [4, 5]], openings: [{segment: 0, at: 3.2, width: 1.2}]}
+obstacles: [{box: [0.8, 0.8, 1.0], at: [2, 3.6]}]
+robots:
+  - name: scout
+    preset: pioneer3dx
+    at: [1, 1]
+    sensors: [{lidar: scan, at: [0.1, 0, 0.3], beams: 180, fov_deg: 360, range: [0.05, 10], rate_hz: 5}]
+run: {map: known}
+"""
+
+
+def drive(navigator, seconds, *, text=ROOMS, estimator=None, avoidance=False):
+    """Drive; return true poses (n, 3), the bumps and the navigator."""
+    with mjsim.Simulation(mjsim.parse_world(text), seed=1) as sim:
+        driver = mjsim.Driver(navigator=navigator, estimator=estimator, avoidance=avoidance)
+        poses, bumps = [], 0
+        for tick in mjsim.ticks(sim, {"scout": driver}):
+            if tick.time > seconds:
+                break
+            poses.append(tick.truth["scout"].as_array())
+            bumps += sum(event.kind == "bump" for event in tick.orders["scout"].events)
+    return np.array(poses), bumps
+
+
+def test_it_goes_to_a_goal_in_the_other_room_and_stops_there():
+    poses, bumps = drive(GoToGoal([7, 1]), 40.0)
+    assert np.hypot(*(poses[-1, :2] - (7, 1))) < 0.25
+    assert np.hypot(*(poses[-1] - poses[-25])[:2]) < 0.01
+    assert bumps == 0
+
+
+def test_where_a_box_stands_that_the_map_lacks_it_goes_around():
+    class Forgetful(GoToGoal):
+        """Knows the map as it was before somebody put a cupboard into the doorway of the way."""
+
+        def start(self, robot, map, rng):
+            super().start(robot, mjsim.WorldMap(map.segments[:0], {}), rng)
+
+    poses, bumps = drive(Forgetful([7, 1]), 60.0)
+    assert np.hypot(*(poses[-1, :2] - (7, 1))) < 0.25
+    assert bumps == 0
+
+
+def test_where_there_is_no_way_it_waits():
+    shut = ROOMS.replace(", openings: [{segment: 0, at: 3.2, width: 1.2}]", "")
+    poses, bumps = drive(GoToGoal([7, 1]), 8.0, text=shut)
+    assert np.hypot(*(poses[-1] - poses[0])[:2]) < 0.01
+    assert bumps == 0
+
+
+@pytest.mark.slow
+def test_wandering_visits_much_and_bumps_seldom():
+    poses, bumps = drive(Wander(), 120.0, avoidance=True)
+    assert len(np.unique(np.floor(poses[:, :2]), axis=0)) > 10
+    assert bumps == 0
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_it_follows_the_wall_at_its_distance_all_around(side):
+    room = ROOMS.split("  - {points: [[4")[0] + "robots" + ROOMS.split("robots")[1]
+    poses, bumps = drive(WallFollow(side=side, distance=0.4), 100.0, text=room)
+    inner = shapely.box(0.06, 0.06, 7.94, 4.94).exterior
+    settled = poses[400:]
+    apart = shapely.distance(shapely.points(settled[:, :2]), inner) - 0.22
+    assert bumps == 0
+    assert abs(np.median(apart) - 0.4) < 0.05
+    # It turned around the room: with the wall at the right counter-clockwise.
+    around = np.unwrap(np.arctan2(settled[:, 1] - 2.5, settled[:, 0] - 4.0))
+    assert (around[-1] - around[0]) * (1 if side == "right" else -1) > 2 * math.pi
+
+
+def test_exploring_sees_both_rooms_and_knows_when_it_is_done():
+    navigator = Explore()
+    _, bumps = drive(navigator, 90.0)
+    assert bumps == 0
+    assert navigator.done
+    distances = navigator.grid.distances()
+    free = shapely.box(0.2, 0.2, 7.8, 4.8).difference(
+        shapely.union_all([shapely.box(3.8, 0, 4.2, 5), shapely.box(1.5, 3.1, 2.5, 4.1)])
+    )
+    known = navigator.grid.log_odds[tuple(distances.cells(points_in(free)).T)]
+    assert np.mean(known < 0) > 0.97
+
+
+def points_in(shape, number=400):
+    points = np.random.default_rng(0).uniform(*np.array(shape.bounds).reshape(2, 2), (3 * number, 2))
+    return points[shapely.contains_xy(shape, *points.T)][:number]
+
+
+def test_the_grid_of_odds_holds_the_walls_where_they_are():
+    mapper = OccupancyMapping(cell=0.05)
+    drive(Wander(), 60.0, estimator=mapper, avoidance=True)
+    walls = shapely.union_all(
+        [
+            shapely.box(-0.06, -0.06, 8.06, 5.06) - shapely.box(0.06, 0.06, 7.94, 4.94),
+            shapely.box(1.6, 3.2, 2.4, 4.0),
+            shapely.box(3.94, 0, 4.06, 3.2),
+            shapely.box(3.94, 4.4, 4.06, 5),
+        ]
+    )
+    occupied = np.argwhere(mapper.grid.log_odds > 2.0)
+    centres = mapper.grid.distances().centres(occupied)
+    assert len(centres) > 300
+    assert np.quantile(shapely.distance(shapely.points(centres), walls), 0.95) < 0.1
+
+
+def test_a_beam_that_ends_is_not_free_and_one_that_returns_nothing_is_free_to_its_end():
+    grid = OccupancyGrid(cell=0.1, farthest=3.0)
+    scan = mjsim.Scan(0.0, np.array([1.0, np.inf, -np.inf]), 0.0, math.pi / 2, 0.1, 2.0)
+    grid.add(mjsim.Pose(0.05, 0.05, 0.0), scan)
+    cells = grid.distances().cells(np.array([(0.55, 0.05), (1.05, 0.05), (1.55, 0.05), (0.05, 1.75), (-0.55, 0.05)]))
+    np.testing.assert_array_equal(np.sign(grid.log_odds[tuple(cells.T)]), [-1, 1, 0, -1, 0])
+
+
+@pytest.mark.parametrize("controller", ["lqr", "linearisation"])
+def test_a_curve_is_followed_within_centimetres(controller):
+    points = [(2, 1), (3, 2.5), (3.2, 4), (2.5, 4.4)]
+    poses, bumps = drive(PathTracking(points, controller=controller), 40.0)
+    path = SplinePath([(1, 1), *points])
+    curve = path.at(np.linspace(0, path.length, 2000))
+    apart = np.hypot(*np.moveaxis(poses[:, None, :2] - curve, -1, 0)).min(axis=1)
+    assert apart.max() < 0.05
+    assert np.hypot(*(poses[-1, :2] - points[-1])) < 0.06
+    assert bumps == 0
+
+
+def test_keys_drive_and_the_terminal_is_put_back(monkeypatch):
+    ours, theirs = pty.openpty()
+
+    class Typed(Teleop):
+        """Somebody types as soon as it listens."""
+
+        def start(self, robot, map, rng):
+            super().start(robot, map, rng)
+            os.write(ours, b"ww\x1b[Aa")
+
+    with os.fdopen(theirs) as stream:
+        monkeypatch.setattr(sys, "stdin", stream)
+        before = termios.tcgetattr(theirs)
+        navigator = Typed(speed=0.5, turn_deg=50)
+        poses, _ = drive(navigator, 2.0)
+        # Three steps of five ahead, one of five to the left.
+        assert np.sum(np.hypot(*np.diff(poses[:, :2], axis=0).T)) == pytest.approx(0.3 * 2.0, abs=0.12)
+        assert poses[-1, 2] == pytest.approx(math.radians(10) * 2.0, abs=0.06)
+        assert termios.tcgetattr(theirs) != before
+        del navigator
+        assert termios.tcgetattr(theirs) == before
+    os.close(ours)
+
+
+def test_without_a_terminal_the_keyboard_is_told_to_be_missing(monkeypatch, tmp_path):
+    (tmp_path / "nothing").touch()
+    with (tmp_path / "nothing").open() as stream:
+        monkeypatch.setattr(sys, "stdin", stream)
+        with pytest.raises(mjsim.ModuleFault, match="not a terminal"):
+            drive(Teleop(), 1.0)
