@@ -96,6 +96,7 @@ def test_it_follows_the_wall_at_its_distance_all_around(side):
     assert (around[-1] - around[0]) * (1 if side == "right" else -1) > 2 * math.pi
 
 
+@pytest.mark.slow
 def test_exploring_sees_both_rooms_and_knows_when_it_is_done():
     navigator = Explore()
     _, bumps = drive(navigator, 90.0)
@@ -114,6 +115,7 @@ def points_in(shape, number=400):
     return points[shapely.contains_xy(shape, *points.T)][:number]
 
 
+@pytest.mark.slow
 def test_the_grid_of_odds_holds_the_walls_where_they_are():
     mapper = OccupancyMapping(cell=0.05)
     drive(Wander(), 60.0, estimator=mapper, avoidance=True)
@@ -139,6 +141,7 @@ def test_a_beam_that_ends_is_not_free_and_one_that_returns_nothing_is_free_to_it
     np.testing.assert_array_equal(np.sign(grid.log_odds[tuple(cells.T)]), [-1, 1, 0, -1, 0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("controller", ["lqr", "linearisation"])
 def test_a_curve_is_followed_within_centimetres(controller):
     points = [(2, 1), (3, 2.5), (3.2, 4), (2.5, 4.4)]
