@@ -3,13 +3,14 @@
 import itertools
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 from mjsim.errors import Problem
 from mjsim.world.find import missing_class
 from mjsim.world.model import World
 from mjsim.world.pieces import wall_pieces
-from mjsim.world.places import place_of
+from mjsim.world.places import problems_at
 from mjsim.world.plan import footprint, top
 from mjsim.world.running import Use
 from mjsim.world.structure import Wall
@@ -31,7 +32,8 @@ def check_world(world: World) -> list[Problem]:
     """Return what cannot be meant in a valid world, sorted by place; nothing of the user's is run."""
     doubts = itertools.chain(_openings(world), _crowded(world), _uses(world))
     source = world.source
-    return sorted(Problem(source.file, *place_of(source.written, path), message) for message, path in doubts)
+    faults = ((path, partial(str, message)) for message, path in doubts)
+    return sorted(problems_at(source.written, source.file, faults))
 
 
 def _openings(world: World) -> Iterator[Doubt]:

@@ -3,29 +3,43 @@
 import dataclasses
 import os
 import stat
-from collections.abc import Iterable, Iterator
-from pathlib import Path
+from collections.abc import Iterator, Mapping
+from functools import cache, partial
+from itertools import islice
+from pathlib import Path as FilePath
 
 from pydantic import ValidationError
 
 from mjsim.errors import Problem, UsageError, WorldError
+from mjsim.world.arithmetic import Value
 from mjsim.world.base import KEY
 from mjsim.world.check import check_world
+from mjsim.world.expand import expand, needs_expansion
 from mjsim.world.fit import misfits
 from mjsim.world.model import World
-from mjsim.world.places import place_of
+from mjsim.world.places import Fault, problems_at
 from mjsim.world.source import Source
-from mjsim.world.text import MOST_BYTES, Node, line_and_column, read_text, too_large
-from mjsim.world.words import meant_key, misspelt_kind, path_of, sentence
+from mjsim.world.text import MOST_BYTES, line_and_column, read_text, too_large
+from mjsim.world.words import Path, meant_key, misspelt_kind, path_of, sentence
+
+MOST = 200
+"""Names that fit nothing, and the like, are told so often; each is looked for among all others."""
 
 
-def parse_world(text: str, *, file: str = "world.yaml", source: Source | None = None) -> World:
+def parse_world(
+    text: str,
+    *,
+    file: str = "world.yaml",
+    source: Source | None = None,
+    variables: Mapping[str, Value] | None = None,
+) -> World:
     """Return the world that a text describes.
 
     Args:
         text: YAML 1.2.
         file: How errors name it.
         source: Where it comes from, and so where the pictures are that it names; instead of `file`.
+        variables: Values that go before those that the text gives its variables.
 
     Raises:
         WorldError: Something in it is wrong; every fault is told.
@@ -38,31 +52,41 @@ def parse_world(text: str, *, file: str = "world.yaml", source: Source | None = 
         found = "a list" if isinstance(node.value, list) else "one value"
         line = Problem(source.file, node.line, node.column, f"the file holds {found}; a world begins with 'mjsim: 1'")
         raise WorldError([*problems, line])
-    source = dataclasses.replace(source, text=text, written=node)
+    included: Mapping[str, bytes] = {}
+    amiss = False
+    if variables or needs_expansion(text):
+        expansion = expand(node, source, variables=variables)
+        node, included, amiss = expansion.node, expansion.included, bool(expansion.problems)
+        problems += expansion.problems
+    source = dataclasses.replace(source, text=text, included=included, written=node)
     try:
         world = World.model_validate(node.value, context={"source": source})
     except ValidationError as error:
-        told = {(problem.line, problem.column) for problem in problems}
-        more = {*_faults(error, node, source.file), *_misfits(node, source.file)}
-        raise WorldError([*problems, *(fault for fault in more if (fault.line, fault.column) not in told)]) from None
+        faults = list(_faults(error, whole=not amiss))
+        if not amiss:  # what does not fit may do so once the rest is right
+            faults += [(path, partial(str, message)) for message, path in islice(misfits(node.value), MOST)]
+        told = {(problem.file, problem.line, problem.column) for problem in problems}
+        more = set(problems_at(node, source.file, faults))
+        problems += [problem for problem in more if (problem.file, problem.line, problem.column) not in told]
+        raise WorldError(problems) from None
     if problems:
         raise WorldError(problems)
     world._source = source
     return world
 
 
-def load_world(path: str | Path) -> World:
+def load_world(path: str | FilePath) -> World:
     """Return the world of a file; pictures and modules are looked for beside it.
 
     Raises:
         UsageError: There is no such file.
         WorldError: Something in it is wrong; every fault is told.
     """
-    path = Path(path)
+    path = FilePath(path)
     return parse_world(_read_file(path), source=Source(file=str(path), folder=path.parent))
 
 
-def load_checked(path: str | Path) -> World:
+def load_checked(path: str | FilePath) -> World:
     """Return the world of a file that is well written and can be meant, as `check_world` sees it.
 
     Raises:
@@ -75,7 +99,7 @@ def load_checked(path: str | Path) -> World:
     return world
 
 
-def _read_file(path: Path) -> str:
+def _read_file(path: FilePath) -> str:
     try:
         # A pipe that nobody writes to must not keep us waiting.
         with os.fdopen(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb") as file:
@@ -102,27 +126,31 @@ def _read_file(path: Path) -> str:
         raise WorldError([Problem(str(path), line, column, message)]) from None
 
 
-def _refused(path: Path, message: str) -> WorldError:
+def _refused(path: FilePath, message: str) -> WorldError:
     return WorldError([Problem(str(path), 1, 1, message)])
 
 
-def _faults(error: ValidationError, node: Node, file: str) -> Iterator[Problem]:
+def _faults(error: ValidationError, *, whole: bool) -> Iterator[Fault]:
+    """Yield what the models found; `whole` tells whether the world is all there, so that its parts should fit."""
     faults = [(path_of(details), details) for details in error.errors(include_url=False)]
-    unknown = [path for path, details in faults if details["type"] == "extra_forbidden"]
-    meant = {(*path[:-1], meant_key(path, World)) for path in unknown}
+    unknown = {path for path, details in faults if details["type"] == "extra_forbidden"}
+    # Looking for a near word takes long, and the items of a list have the same keys.
+    near = cache(lambda keys: meant_key(keys, World))
+    meant = {(*path[:-1], near(_keys_in(path))) for path in unknown}
+    near_kind = cache(lambda keys, given: misspelt_kind(given, keys, World))
     for path, details in faults:
+        if not (whole or details["loc"]):
+            continue
         if details["type"] == "missing" and path in meant:
             continue  # it is there, misspelt
         if details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]:
             continue  # pydantic counts good items only; the bad one is told
-        misspelt = misspelt_kind(details, path, World)
-        if misspelt:
-            path, message = misspelt
+        given = tuple(details["input"]) if details["type"] == "kind" and isinstance(details["input"], Mapping) else ()
+        if misspelt := near_kind(_keys_in(path), given):
+            yield (*path, misspelt[0], KEY), partial(str, misspelt[1])
         else:
-            message = sentence(details, path, World)
-        place = place_of(node, (*path, KEY) if path in unknown or misspelt else path)
-        yield Problem(file, *place, message)
+            yield (*path, KEY) if path in unknown else path, partial(sentence, details, path, World)
 
 
-def _misfits(node: Node, file: str) -> Iterable[Problem]:
-    return (Problem(file, *place_of(node, path), message) for message, path in misfits(node.value))
+def _keys_in(path: Path) -> Path:
+    return tuple(step for step in path if isinstance(step, str))

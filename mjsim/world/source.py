@@ -26,12 +26,25 @@ class Source:
     """Where files that it names are looked for first."""
     attached: Mapping[str, bytes] = field(default_factory=dict, compare=False)
     """Files that came with it, as in a recording; they go before the folder."""
+    included: Mapping[str, bytes] = field(default_factory=dict, compare=False)
+    """World files that its text includes, by their paths from its folder."""
     written: Any = field(default=None, compare=False, repr=False)
     """Where each value stands in the text, for the reader's own use."""
 
 
 BUILT = Source()
 """A world that was built in Python."""
+
+
+def has_asset(name: str, source: Source) -> bool:
+    """Return whether `read_asset` would find a file."""
+    if name in source.attached:
+        return True
+    path = PurePosixPath(name)
+    if _leaves(path, name):
+        return False
+    beside = None if source.folder is None else _resolved(source.folder.resolve() / path)
+    return (beside is not None and beside.is_file()) or resources.files("mjsim.assets").joinpath(name).is_file()
 
 
 def read_asset(name: str, source: Source) -> bytes:
@@ -43,7 +56,7 @@ def read_asset(name: str, source: Source) -> bytes:
     if name in source.attached:
         return source.attached[name]
     path = PurePosixPath(name)
-    if path.is_absolute() or ".." in path.parts or "\\" in name or not name.isprintable():
+    if _leaves(path, name):
         raise ValueError(_LEAVES.format(name=name))
     if source.folder is not None:
         base = source.folder.resolve()
@@ -69,6 +82,10 @@ def check_picture(name: str, source: Source) -> None:
             picture_size(data)
         except ValueError as error:
             raise ValueError(f"'{name}' {error}") from None
+
+
+def _leaves(path: PurePosixPath, name: str) -> bool:
+    return path.is_absolute() or ".." in path.parts or "\\" in name or not name.isprintable()
 
 
 def _resolved(path: Path) -> Path | None:

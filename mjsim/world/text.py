@@ -37,8 +37,8 @@ class Origin:
     """The included file, as errors name it."""
     how: str = ""
     """How that was reached: 'included by room.yaml:3:5'."""
-    repetition: str = ""
-    """Which one it is, counted from 1: '3', or '2, 4' in a grid."""
+    repetition: tuple[int, ...] = ()
+    """Which one it is, of each repeat counted from 0."""
     copies: int = 1
     """How many repetitions there are."""
 
@@ -99,7 +99,7 @@ def _read_exactly(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
     except _BrokenTextError as broken:
         return None, [*composer.problems, Problem(file, broken.line, broken.column, broken.message)]
     except MarkedYAMLError as error:
-        return None, [*composer.problems, _syntax(error, file, composer.brackets)]
+        return None, [*composer.problems, _syntax(error, file, composer.brackets, text)]
     except YAMLError as error:
         reason = str(error).partition("\n")[0]
         return None, [*composer.problems, Problem(file, *composer.place, f"this is not YAML: {reason}")]
@@ -254,11 +254,13 @@ class _Composer:
         self.problems.append(Problem(self._file, *place, message))
 
 
-def _syntax(error: MarkedYAMLError, file: str, brackets: list[tuple[int, int]]) -> Problem:
+def _syntax(error: MarkedYAMLError, file: str, brackets: list[tuple[int, int]], text: str) -> Problem:
     mark = error.problem_mark or error.context_mark
     reason = str(error.problem or error.context)
     if "'\\t'" in reason:
         reason = "a tab stands where YAML wants spaces; indent with spaces"
+    elif brackets and text[mark.index - 1 : mark.index + 1] == "${":
+        reason = 'an expression inside brackets has no quotes; write "${...}"'
     elif brackets:
         reason = f"{reason}; is the bracket opened at {brackets[-1][0]}:{brackets[-1][1]} closed?"
     return Problem(file, mark.line + 1, mark.column + 1, f"this is not YAML: {reason}")

@@ -3,7 +3,7 @@
 import difflib
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
@@ -112,14 +112,12 @@ def meant_key(path: Path, model: type[BaseModel]) -> str | None:
     return next(iter(difflib.get_close_matches(str(path[-1]), keys_at(model, path[:-1]), n=1)), None)
 
 
-def misspelt_kind(error: ErrorDetails, path: Path, model: type[BaseModel]) -> tuple[Path, str] | None:
-    """Return path and sentence for the misspelt key that should have told which kind of item this is."""
-    if error["type"] != "kind" or not isinstance(error["input"], Mapping):
-        return None
-    for key in error["input"]:
+def misspelt_kind(given: Iterable[str], path: Path, model: type[BaseModel]) -> tuple[str, str] | None:
+    """Return which of the keys given is the misspelt one that should have told the kind of item, and a sentence."""
+    for key in given:
         meant = meant_key((*path, key), model)
         if meant is not None and meant != key:
-            return (*path, key), f"unknown key '{key}'; did you mean '{meant}'?"
+            return key, f"unknown key '{key}'; did you mean '{meant}'?"
     return None
 
 

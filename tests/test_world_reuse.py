@@ -1,0 +1,363 @@
+"""`include`, `variables` and `repeat`: what a text stands for, what is refused, and where it is said."""
+
+import math
+import time
+
+import pytest
+
+from mjsim.errors import WorldError
+from mjsim.world import load_checked, load_world, parse_world
+from mjsim.world.expand import expand, needs_expansion
+from mjsim.world.settings import with_settings
+from mjsim.world.source import Source, read_asset
+from mjsim.world.text import read_text
+
+
+def world_of(tmp_path, files):
+    """Write files and return the world of the first of them."""
+    for name, text in files.items():
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(text if isinstance(text, bytes) else ("mjsim: 1\n" + text).encode())
+    return load_world(tmp_path / next(iter(files)))
+
+
+def faults(text, **options):
+    with pytest.raises(WorldError) as caught:
+        parse_world("mjsim: 1\n" + text, file="room.yaml", **options)
+    return str(caught.value).splitlines()
+
+
+def faults_of(tmp_path, files):
+    with pytest.raises(WorldError) as caught:
+        world_of(tmp_path, files)
+    return str(caught.value).replace(f"{tmp_path}/", "").splitlines()
+
+
+def value_of(expression, variables="{}"):
+    world = parse_world(f'mjsim: 1\nvariables: {variables}\nlamps: [{{at: ["${{{expression}}}", 0]}}]\n')
+    return world.lamps[0].at[0]
+
+
+@pytest.mark.parametrize(
+    ("expression", "value"),
+    [
+        ("1 + 2 * 3", 1 + 2 * 3),
+        ("(1 + 2) * 3 - 4 / 8", (1 + 2) * 3 - 4 / 8),
+        ("-2 ** 2 + 2 ** -1", -(2**2) + 2**-1),
+        ("2 ** 3 ** 2", 2**3**2),
+        ("7 // 2 + 7 % 4 + -7 // 2", 7 // 2 + 7 % 4 + -7 // 2),
+        ("min(3, 1, 2) + max(1.5, 2) + abs(-4)", 7),
+        ("sqrt(9) + floor(2.7) + ceil(2.1) + round(2.567, 2)", 3 + 2 + 3 + 2.57),
+        ("cos(60) + sin(90) + tan(45)", 2.5),
+        ("cos(90)", 0),
+        ("atan2(1, 1) + pi", 45 + math.pi),
+        ("1e2 + .5 + 3.", 103.5),
+    ],
+)
+def test_an_expression_comes_to_what_arithmetic_says(expression, value):
+    assert value_of(expression) == pytest.approx(value, abs=1e-12)
+
+
+def test_variables_use_earlier_ones_and_may_be_texts_and_switches():
+    world = parse_world(
+        "mjsim: 1\n"
+        'variables: {w: 12, half: "${w / 2}", paint: "#ff0000", push: true, name: "hall-${half}"}\n'
+        "name: ${name}\n"
+        'obstacles: [{box: [1, "${half}", 1], at: [0, 0], color: "${paint}", movable: "${push}"}]\n'
+    )
+    (box,) = world.obstacles
+    assert (world.name, box.box, box.color, box.movable) == ("hall-6", (1, 6, 1), "#ff0000", True)
+
+
+def test_a_whole_result_is_a_whole_number_and_a_doubled_dollar_sign_is_no_expression():
+    text = 'mjsim: 1\nrun: {seed: "${6 / 2}", drivers: {a: {navigator: {use: "a:B", text: "$${w}", n: "${2 * 2}"}}}}\n'
+    world = parse_world(text + "robots: [{name: a, at: [0, 0]}]\n")
+    assert world.run.seed == 3
+    assert world.run.drivers["a"].navigator.arguments() == {"text": "${w}", "n": 4}
+
+
+@pytest.mark.parametrize(
+    ("expression", "message"),
+    [
+        ("1 / 0", "1 / 0 divides by zero"),
+        ("9**9**9", "9 ** 387420489 is too large; results are at most 1e+15"),
+        ("(0 - 8) ** 0.5", "-8 ** 0.5 is no number"),
+        ("sqrt(0 - 1)", "sqrt(-1) is no number"),
+        ("w + 1", "no variable 'w' before this; there are none"),
+        ("sine(3)", "no function 'sine'; did you mean 'sin'?"),
+        ("sin(3, 4)", "sin() is given 2 values; it takes 1"),
+        ("1 +", "'1 +' is no expression: it ends where it cannot; write such as 'w / 2 + 1'"),
+        ("2 w", "'2 w' is no expression: 'w' stands where it cannot; write such as 'w / 2 + 1'"),
+        ("__import__('os')", "'__import__('os')' is no expression: ''' means nothing; use numbers, names, + - * /"),
+        ("", "'${}' holds no expression; write a number, a name or arithmetic between the braces"),
+        ("i", "'i' has no meaning here; it counts the repetitions of an item with 'repeat'"),
+        ("(" * 40 + "1" + ")" * 40, "the expression is nested more than 30 deep; use a variable for a part of it"),
+        ("1" + "+1" * 300, "an expression of 601 characters; write at most 400"),
+    ],
+)
+def test_an_expression_that_cannot_be_computed_is_told_at_its_place(expression, message):
+    assert faults(f'light: "${{{expression}}}"\n') == [f"room.yaml:2:8: {message}"]
+
+
+def test_faults_of_variables_and_of_values_that_came_out_of_expressions_have_their_places():
+    assert faults(
+        "variables: {w: -3, sin: 1, t: [1], 2x: 3}\nlamps:\n"
+        '  - {at: [0, 0], height: "${w * 2}"}\n  - {at: [0, 0], color: "x${w}"}\n'
+    ) == [
+        "room.yaml:2:20: 'sin' has a meaning of its own in expressions; call the variable otherwise",
+        "room.yaml:2:31: variable 't' is no single value; give a number, a text, true or false",
+        "room.yaml:2:36: '2x' is no name of a variable; write letters, digits and '_', a letter first",
+        "room.yaml:4:26: height is -6 m; it must be above 0",
+        "room.yaml:5:25: color is 'x-3'; it must be a colour such as \"#e8e4da\", in quotes",
+    ]
+    assert faults("lamps: [{at: [${w}, 0]}]\n") == [
+        'room.yaml:2:16: this is not YAML: an expression inside brackets has no quotes; write "${...}"'
+    ]
+    assert faults('light: "${w"\n') == [
+        "room.yaml:2:8: '${w' has a '${' without its '}'; close it, or write '$${' for the signs alone"
+    ]
+
+
+def test_repeated_items_stand_one_offset_apart_and_are_numbered():
+    world = parse_world(
+        "mjsim: 1\nobstacles:\n"
+        "  - {name: rack, box: [1, 1, 1], at: [0.1, 0], repeat: {times: 3, offset: [0.1, 2]}}\n"
+        "  - {sphere: 1, at: [0, 9], path: {points: [[1, 9]]}, repeat: {times: 2, offset: [0, 1]}}\n"
+        "walls:\n  - {points: [[0, 0], [1, 0]], repeat: {times: 2, offset: [0, 5]},"
+        " openings: [{at: 0.1, width: 0.2, name: 'gap-${j}.${i}', repeat: {times: 2, offset: 0.4}}], name: w}\n"
+    )
+    assert [(item.name, item.at) for item in world.obstacles] == [
+        ("rack-1", (0.1, 0)),
+        ("rack-2", (0.2, 2)),
+        ("rack-3", (0.3, 4)),
+        (None, (0, 9)),
+        (None, (0, 10)),
+    ]
+    assert world.obstacles[4].path.points == ((1, 10),)
+    assert [wall.name for wall in world.walls] == ["w-1", "w-2"]
+    assert world.walls[1].points == ((0, 5), (1, 5))
+    gaps = [(opening.name, opening.at) for wall in world.walls for opening in wall.openings]
+    assert gaps == [("gap-0.0", 0.1), ("gap-1.0", 0.5), ("gap-0.1", 0.1), ("gap-1.1", 0.5)]
+
+
+def test_repeats_within_each_other_make_grids_and_number_what_is_inside():
+    world = parse_world(
+        "mjsim: 1\n"
+        "beacons: [{name: b, at: [0, 0], center: '${1 + i + j / 10}',"
+        " repeat: [{times: 2, offset: [0, 3]}, {times: 3, offset: [1, 0]}]}]\n"
+        "walls:\n  - points: [[0, 9], [4, 9]]\n    repeat: {times: 2, offset: [0, 1]}\n    openings:\n"
+        "      - {name: door, at: 0.1, width: 0.2}\n"
+        "      - {name: window, at: 0.5, width: 0.2, sill: 1, repeat: {times: 2, offset: 1}}\n"
+        "robots: [{name: r, at: [1, 1], sensors: [{lidar: scan, repeat: {times: 2}}],"
+        " repeat: {times: 2, offset: [1, 0]}}]\n"
+    )
+    assert [(beacon.name, beacon.at, beacon.center) for beacon in world.beacons] == [
+        (f"b-{row + 1}-{column + 1}", (column, 3 * row), 1 + row + column / 10)
+        for row in range(2)
+        for column in range(3)
+    ]
+    names = [opening.name for wall in world.walls for opening in wall.openings]
+    assert names == ["door-1", "window-1-1", "window-1-2", "door-2", "window-2-1", "window-2-2"]
+    assert [[sensor.lidar for sensor in robot.sensors] for robot in world.robots] == [["scan-1", "scan-2"]] * 2
+
+
+def test_a_ring_turns_items_about_its_middle():
+    world = parse_world(
+        "mjsim: 1\nobstacles:\n"
+        "  - {name: column, box: [1, 1, 2], at: [13, 5], heading_deg: 90,"
+        " repeat: {times: 8, turn_deg: 45, about: [8, 5]}}\n"
+        "walls: [{points: [[13, 5], [14, 5]], repeat: {times: 4, turn_deg: 90, about: [8, 5]}}]\n"
+    )
+    for index, item in enumerate(world.obstacles):
+        angle = math.radians(45 * index)
+        assert item.at == pytest.approx((8 + 5 * math.cos(angle), 5 + 5 * math.sin(angle)), abs=1e-9)
+        assert math.cos(math.radians(item.heading_deg) - angle) == pytest.approx(0, abs=1e-9)
+    assert world.walls[1].points == ((8, 10), (8, 11))
+
+
+@pytest.mark.parametrize(
+    ("item", "fault"),
+    [
+        ("{times: -1}", "34: times is -1; it must be at least 0"),
+        ("{times: 2, ofset: [1, 0]}", "37: unknown key 'ofset'; did you mean 'offset'?"),
+        ("{times: 2, offset: 1}", "26: offset is 1; it must be [x, y] as 'at' has"),
+        ("{times: 2, turn_deg: 9}", "47: turn_deg needs the middle of the ring; add about: [x, y]"),
+        ("7", "26: repeat is 7; it must be keys with values"),
+        ("[]", "26: repeat is a list of 0; it must be one repeat or 2 to 3"),
+        ("{times: '${n}'}", "34: no variable 'n' before this; there are none"),
+        ("{offset: [1, 0]}", "26: key 'times' is missing; add it: how many there are, the first one counted"),
+        ("{times: 100001}", "34: times is 100001; it must be at most 100000"),
+        ("[{times: 400}, {times: 400}]", "5: repeating comes to more than 100000 items; repeat less"),
+    ],
+)
+def test_a_repeat_that_cannot_be_is_told_at_its_place(item, fault):
+    column, _, message = fault.partition(": ")
+    assert faults("lamps:\n" + f"  - {{at: [1, 1], repeat: {item}}}\n") == [f"room.yaml:3:{column}: {message}"]
+
+
+def test_what_is_wrong_with_some_repetitions_is_told_once_and_with_which():
+    assert faults(
+        "lamps:\n  - {at: [0, 0], hight: 2, repeat: {times: 50, offset: [0, 1]}}\n"
+        '  - {at: [0, 0], height: "${3 - i}", repeat: {times: 9, offset: [0, 1]}}\n'
+        "  - {name: a-2, at: [0, 0]}\n  - {name: a, at: [5, 0], repeat: {times: 3, offset: [0, 1]}}\n"
+        "  - {at: [9000, 0], repeat: [{times: 2, offset: [0, 1]}, {times: 2, offset: [2000, 0]}]}\n"
+    ) == [
+        "room.yaml:3:18: unknown key 'hight'; did you mean 'height'?",
+        "room.yaml:4:26: height is 0 m; it must be above 0 (in repetition 4)",
+        "room.yaml:6:12: name 'a-2' is taken by lamps[59]; give each item its own (in repetition 2)",
+        "room.yaml:7:11: at[0] is 11000.0 m; it must be at most 10000 (in repetition 1, 2)",
+    ]
+
+
+def test_a_hundred_thousand_faults_of_one_repeat_are_one_line_and_found_soon():
+    text = "beacons: [{name: b, at: [0, 0], on: nobody, widht: 3, repeat: {times: 20000}}]\n"
+    start = time.process_time()
+    assert faults(text)[-1].startswith("room.yaml:2:45: unknown key 'widht'; did you mean 'width'?")
+    assert time.process_time() - start < 10
+
+
+HALL = """\
+variables: {width: 4, depth: "${width / 2}"}
+name: hall
+walls: [{points: [[0, 0], ["${width}", 0]], height: "${depth}"}]
+floor: {color: "#111111", friction: 0.5, patches: [{at: [1, 1], size: [1, 1]}]}
+run: {seconds: 9, rate_hz: 50, drivers: {a: {avoidance: true}, b: {avoidance: true}}}
+robots: [{name: a, at: [1, 1]}, {name: b, at: [2, 1]}]
+"""
+
+
+def test_an_included_file_is_merged_and_the_including_one_is_right(tmp_path):
+    world = world_of(
+        tmp_path,
+        {
+            "main.yaml": "include: [parts/hall.yaml]\nvariables: {width: 6}\nwalls: [{points: [[0, 9], [1, 9]]}]\n"
+            "floor: {friction: 0.7, patches: [{at: [3, 3], size: ['${depth}', 1]}]}\n"
+            "run: {seconds: 5, drivers: {b: {avoidance: false}}}\n",
+            "parts/hall.yaml": HALL,
+        },
+    )
+    assert world.name == "hall"
+    # The hall is as wide as the including file says, and what it computes from that is known outside.
+    assert [wall.points for wall in world.walls] == [((0, 0), (6, 0)), ((0, 9), (1, 9))]
+    assert world.walls[0].height == 3
+    assert (world.floor.color, world.floor.friction) == ("#111111", 0.7)
+    assert [patch.size for patch in world.floor.patches] == [(1, 1), (3, 1)]
+    assert (world.run.seconds, world.run.rate_hz) == (5, 50)
+    assert {name: driver.avoidance for name, driver in world.run.drivers.items()} == {"a": True, "b": False}
+
+
+def test_faults_in_included_files_name_that_file_and_the_way_to_it(tmp_path):
+    assert faults_of(
+        tmp_path,
+        {
+            "main.yaml": "include:\n  - parts/a.yaml\nlamps: [{at: 3}]\n",
+            "parts/a.yaml": "include: [deep/b.yaml]\nwals: []\n",
+            "parts/deep/b.yaml": "walls:\n  - {points: [[0, 0], [0, 0]]}\n",
+        },
+    ) == [
+        "main.yaml:4:14: at is 3 m; it must be [x, y]",
+        "parts/a.yaml:3:1: unknown key 'wals'; did you mean 'walls'? (included by main.yaml:3:5)",
+        "parts/deep/b.yaml:3:14: points[0] and points[1] are both [0, 0]; make them differ"
+        " (included by parts/a.yaml:2:11, included by main.yaml:3:5)",
+    ]
+
+
+def test_an_included_file_that_is_not_there_or_no_world_is_told(tmp_path):
+    (tmp_path / "up.yaml").write_text("mjsim: 1\n")
+    found = faults_of(
+        tmp_path,
+        {
+            "w/main.yaml": "include: [hal.yaml, ../up.yaml, /etc/passwd, list.yaml, broken.yaml, 3, bytes.yaml]\n",
+            "w/hall.yaml": "",
+            "w/list.yaml": b"[1]",
+            "w/broken.yaml": "walls: [",
+            "w/bytes.yaml": b"\xff\xfe",
+        },
+    )
+    assert [line.replace("w/", "") for line in found] == [
+        "broken.yaml:2:9: this is not YAML: expected the node content, but found '<stream end>';"
+        " is the bracket opened at 2:8 closed? (included by main.yaml:2:57)",
+        "bytes.yaml:1:1: character U+DCFF is not text; write the file as UTF-8 text (included by main.yaml:2:73)",
+        "list.yaml:1:1: this is no world file; one begins with 'mjsim: 1' (included by main.yaml:2:46)",
+        "main.yaml:2:11: no file 'hal.yaml' beside the world file or in assets; did you mean 'hall.yaml'?",
+        "main.yaml:2:21: path '../up.yaml' leaves its folder; name a file beside the world file or in assets",
+        "main.yaml:2:33: path '/etc/passwd' leaves its folder; name a file beside the world file or in assets",
+        "main.yaml:2:70: include names world files, such as include: [hall.yaml]",
+    ]
+
+
+def test_a_link_out_of_the_folder_is_not_followed(tmp_path):
+    (tmp_path / "secret.yaml").write_text("mjsim: 1\n")
+    (tmp_path / "w").mkdir()
+    (tmp_path / "w" / "link.yaml").symlink_to(tmp_path / "secret.yaml")
+    (line,) = faults_of(tmp_path, {"w/main.yaml": "include: [link.yaml]\n"})
+    assert "path 'link.yaml' leaves its folder" in line
+
+
+def test_loops_and_towers_of_includes_are_refused(tmp_path):
+    assert faults_of(tmp_path, {"a.yaml": "include: [b.yaml]\n", "b.yaml": "include: [a.yaml]\n"}) == [
+        "b.yaml:2:11: this includes itself: a.yaml > b.yaml > a.yaml; leave one of them out (included by a.yaml:2:11)"
+    ]
+    tower = {f"{index}.yaml": f"include: [{index + 1}.yaml]\n" for index in range(16)} | {"16.yaml": ""}
+    assert world_of(tmp_path, tower).name == "world"
+    (line,) = faults_of(tmp_path, {**tower, "16.yaml": "include: [17.yaml]\n", "17.yaml": ""})
+    assert line.startswith("16.yaml:2:11: includes are nested more than 16 deep; include fewer files (included by 15")
+    wide = {f"{index}.yaml": f"include: [{index + 1}.yaml, {index + 1}.yaml]\n" for index in range(16)}
+    lines = faults_of(tmp_path, {**wide, "16.yaml": ""})
+    assert "files are included more than 1000 times; include fewer" in lines[0]
+
+
+def test_pictures_named_in_an_included_file_are_looked_for_beside_it_first(tmp_path):
+    picture = read_asset("posters/lion.jpg", Source())
+    beacon = "beacons: [{{name: {0}, image: {1}, at: [0, 0]}}]\n"
+    world = world_of(
+        tmp_path,
+        {
+            "main.yaml": "include: [parts/a.yaml, parts/b.yaml, parts/c.yaml, parts/d.yaml]\n",
+            "parts/a.yaml": beacon.format("a", "mine.jpg"),
+            "parts/b.yaml": beacon.format("b", "top.jpg"),
+            "parts/c.yaml": beacon.format("c", "posters/lion.jpg"),
+            "parts/d.yaml": beacon.format("d", "../other/mine.jpg"),
+            "parts/mine.jpg": picture,
+            "top.jpg": picture,
+            "other/mine.jpg": picture,
+        },
+    )
+    assert [beacon.image for beacon in world.beacons] == [
+        "parts/mine.jpg",
+        "top.jpg",
+        "posters/lion.jpg",
+        "other/mine.jpg",
+    ]
+
+
+def test_checks_and_settings_work_on_what_was_expanded(tmp_path):
+    files = {
+        "main.yaml": "include: [a.yaml]\nrobots: [{name: r, at: [1, 1], repeat: {times: 2, offset: [4, 0]}}]\n",
+        "a.yaml": "variables: {w: 3}\nobstacles: [{name: box, box: [1, 1, 1], at: ['${w}', 3]}]\n",
+    }
+    world = world_of(tmp_path, files)
+    assert with_settings(world, ["robots.r-2.at=[5, 5]"]).robots[1].at == (5, 5)
+    world_of(tmp_path, {**files, "a.yaml": files["a.yaml"].replace("${w}", "${w + 2}").replace("3]", "1]")})
+    with pytest.raises(WorldError) as caught:
+        load_checked(tmp_path / "main.yaml")
+    assert "main.yaml:3:24: robot 'r-2' at [5, 1] starts inside obstacle 'box'" in str(caught.value)
+    assert str(caught.value).endswith("(in repetition 2)")
+
+
+def test_a_text_that_uses_none_of_the_three_is_not_expanded():
+    assert not needs_expansion("mjsim: 1\nwalls:\n  - {points: [[0, 0], [4, 0]]}   # $ and { alone\n")
+    assert needs_expansion('light: "\\x24{1}"\n')
+    assert parse_world('mjsim: 1\nlight: "\\x24{1 + 1}"\n').light == 2
+
+
+def test_expansion_takes_time_in_proportion():
+    taken = []
+    for times in (2000, 8000):
+        text = f"mjsim: 1\nlamps: [{{at: [0, '${{i / 10}}'], repeat: {{times: {times}}}}}]\n"
+        node, _ = read_text(text, file="x.yaml")
+        start = time.process_time()
+        assert len(expand(node, Source()).node.value["lamps"]) == times
+        taken.append(time.process_time() - start)
+    assert taken[1] < 12 * taken[0]  # 4 times, and room for a busy machine
