@@ -1,6 +1,7 @@
 """The worlds that come with mjsim: sound as written, wide enough for their tours, and what their names promise."""
 
 import math
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -9,10 +10,11 @@ import pytest
 import shapely
 
 import mjsim
-from mjsim.algorithms.waypoints import Waypoints
 from mjsim.geometry import Array
+from mjsim.run import drivers_of
 from mjsim.world import load_checked
 from mjsim.world.plan import footprint, solid, wall_polygons
+from mjsim.world.sensors import Camera
 
 FOLDER = Path(__file__).parents[1] / "worlds"
 NAMES = sorted(path.stem for path in FOLDER.glob("*.yaml"))
@@ -85,6 +87,29 @@ def test_the_corridor_is_ten_times_as_long_as_it_is_wide_with_its_doors_closed()
     assert all(opening.door.angle_deg == 0 for wall in world.walls for opening in wall.openings if opening.sill == 0)
 
 
+def test_the_maze_has_one_way_and_its_end_is_far_from_its_start():
+    masonry = solid(shipped("maze"))
+    outside = shapely.get_parts(masonry)
+    assert len(outside) == 1  # nothing stands alone, so there is no ring to go round
+    free = shapely.Polygon(outside[0].interiors[0])
+    (line,) = tours(shipped("maze")).values()
+    assert len(outside[0].interiors) == 1
+    assert free.contains(line)
+    assert line.length > 2 * shapely.Point(line.coords[0]).distance(shapely.Point(line.coords[-1]))
+
+
+def test_the_dark_room_has_next_to_no_light_but_its_lamps():
+    world = shipped("dark")
+    assert world.light < 0.05
+    assert sum(lamp.brightness > 0 for lamp in world.lamps) >= 2
+
+
+def test_the_cluttered_room_has_things_of_all_weights_that_can_be_pushed():
+    masses = [thing.mass for thing in shipped("clutter").obstacles if thing.movable]
+    assert len(masses) >= 6
+    assert min(masses) < 1 < 50 < max(masses)
+
+
 def test_the_museum_shows_forty_pictures_and_each_is_seen_from_2_m():
     world = shipped("museum")
     assert len({beacon.image for beacon in world.beacons}) == 40
@@ -131,23 +156,38 @@ class Informed:
         return mjsim.Estimate(self._sim.truth(self._robot), np.eye(3) * 1e-6)
 
 
+def goals(world: mjsim.World) -> dict[str, tuple[float, float]]:
+    """Return where each robot is to be in the end."""
+    ends = {}
+    for robot, modules in world.run.drivers.items():
+        asked = modules.navigator.arguments() if modules.navigator is not None else {}
+        points = asked.get("points") or asked.get("goals")
+        if points:
+            ends[robot] = points[-1]
+    return ends
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name in NAMES if name != "gallery" and tours(shipped(name))])
-def test_who_knows_where_he_is_drives_its_tours_without_a_bump(name):
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "gallery" and goals(shipped(name))])
+def test_who_knows_where_it_is_reaches_its_goal_in_time_without_a_bump(name):
     world = shipped(name)
-    blind = tuple(robot.model_copy(update={"sensors": ()}) for robot in world.robots)
-    with mjsim.Simulation(world.model_copy(update={"robots": blind})) as sim:
-        drivers = {}
-        for robot in tours(world):
-            plan = world.run.drivers[robot].navigator.arguments()
-            drivers[robot] = mjsim.Driver(estimator=Informed(sim, robot), navigator=Waypoints(**plan))
+    robots = [
+        robot.model_copy(update={"sensors": tuple(item for item in robot.sensors if not isinstance(item, Camera))})
+        for robot in world.robots
+    ]
+    with mjsim.Simulation(world.model_copy(update={"robots": tuple(robots)})) as sim:
+        drivers = {
+            robot: replace(driver, observer=None, estimator=Informed(sim, robot))
+            for robot, driver in drivers_of(world).items()
+        }
         recording = mjsim.run(sim, drivers=drivers)
-    for robot, line in tours(world).items():
+    for robot, end in goals(world).items():
         track = recording.robots[robot]
         assert not [event for event in track.events if event.kind == "bump"], robot
-        np.testing.assert_array_equal(track.command[-1], 0.0, err_msg=robot)  # it has arrived
+        np.testing.assert_array_equal(track.command[-1], 0.0, err_msg=robot)
+        # Noise of the drive shakes a robot that stands, so where it is now is not where it arrived.
         arrival = np.flatnonzero(np.any(track.command != 0.0, axis=1))[-1]
-        np.testing.assert_allclose(track.truth[arrival, :2], line.coords[-1], atol=0.1, err_msg=robot)
+        np.testing.assert_allclose(track.truth[arrival, :2], end, atol=0.15, err_msg=robot)
 
 
 @pytest.mark.slow

@@ -7,7 +7,9 @@ import numpy as np
 from mjsim.geometry import Array, Pose
 from mjsim.video.ink import BEACON, INK, MUTED, SEEN, TRUTH, WALL, Color
 from mjsim.video.paper import Drawing, px
+from mjsim.video.symbols import draw_lamp
 from mjsim.world import World
+from mjsim.world.light import Lamp
 from mjsim.world.things import RampObstacle, StepsObstacle
 
 Sign = Callable[[Drawing, Pose], None]
@@ -39,6 +41,8 @@ def _signs(world: World) -> Iterator[tuple[str, Sign]]:
         yield "reflector", lambda sheet, place: sheet.disc((place.x, place.y), sheet.metres(0.7), TRUTH, thickness=0.3)
     if any(opening.sill > 0 for wall in world.walls for opening in wall.openings):
         yield "window", _window_sign
+    if world.lamps:
+        yield "lamp, hollow when off", lambda sheet, place: draw_lamp(sheet, Lamp(at=(place.x, place.y)))
     if any(item.movable for item in world.obstacles):
         yield "can be pushed", _movable_sign
     if any(item.path is not None for item in world.obstacles):

@@ -14,6 +14,7 @@ from mjsim.video.names import Tag, write_tags
 from mjsim.video.paper import Drawing, blank, px, write_sheet
 from mjsim.video.plan import MOST_NAMES, world_bounds, world_from_beacon
 from mjsim.video.symbols import (
+    LEAST_ROBOT,
     door_arc,
     door_frame,
     draw_beacon,
@@ -142,7 +143,7 @@ def _tags(plan: Drawing, world: World) -> list[Tag]:
     """Return the names of everything, the most important first."""
     below, tags = np.array([0.0, -1.0]), []
     for robot in world.robots:
-        reach = (max(robot.body.radius, plan.metres(1.0)),) * 2
+        reach = (max(robot.body.radius, plan.metres(LEAST_ROBOT)),) * 2
         tags.append(Tag(text=robot.name, at=np.array(robot.at), side=below, reach=reach, color=INK, size=2.8))
     for beacon in world.beacons:
         place = _world_from_beacon(world, beacon)
@@ -250,5 +251,5 @@ def _draw_scale(sheet: Drawing, right: float, y: float) -> None:
         sheet.fill(box, PAPER if number % 2 else INK)
         sheet.line(box, INK, 0.15, closed=True)
     for number in (0, 2, 4):
-        text = format_metres(number * part, part) + (" m" if number == 4 else "")
+        text = f"{number * part:g}" + (" m" if number == 4 else "")
         sheet.letters.write(sheet.image, text, (left + number * width, y - px(1.0)), round(px(2.3)), MUTED, align=0.5)

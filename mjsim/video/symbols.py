@@ -22,6 +22,8 @@ CUT = 1.0
 LAMP: Color = (214, 158, 0)
 LOW = blend(WALL, PAPER, 0.78)
 """What ends below the cut."""
+LEAST_ROBOT = 1.0
+"""A robot is drawn with at least this radius [mm]."""
 SWING = 90.0
 """How far the arc of a closed door goes [deg]."""
 
@@ -178,8 +180,9 @@ def draw_lamp(drawing: Drawing, lamp: Lamp) -> None:
 
 def draw_robot(drawing: Drawing, robot: Robot) -> None:
     """Draw a robot where it starts, with an arrow where it looks."""
-    radius = max(robot.body.radius, drawing.metres(1.0))
+    least, color = drawing.metres(LEAST_ROBOT), blend(parse_color(robot.body.color), PAPER, 0.5)
     place = Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg))
-    drawing.disc(robot.at, radius, blend(parse_color(robot.body.color), PAPER, 0.5))
-    drawing.disc(robot.at, radius, INK, thickness=0.3)
-    drawing.arrow(place.transform([[0.0, 0.0], [radius + drawing.metres(2.4), 0.0]]), INK, 0.4)
+    outline = robot.body.outline() * max(1.0, least / robot.body.radius)
+    drawing.fill(place.transform(outline), color)
+    drawing.line(place.transform(outline), INK, 0.3, closed=True)
+    drawing.arrow(place.transform([[0.0, 0.0], [np.max(outline[:, 0]) + drawing.metres(2.4), 0.0]]), INK, 0.4)
