@@ -17,6 +17,9 @@ from typing import ClassVar
 LONGEST_MESSAGE = 400
 """Characters; a key or a list of names may be longer, a line for people is not."""
 
+MOST_WORDS = 1000
+"""Names that a misspelt one is compared with."""
+
 
 class MjsimError(Exception):
     """Base of all errors that are not a bug of mjsim."""
@@ -92,8 +95,11 @@ def _printable(character: str) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return '; did you mean ...?' when a known word is near, else a list of those there are."""
-    words = sorted(known)
+    """Return '; did you mean ...?' when a known word is near, else a list of those there are.
+
+    Of very many words only the first are looked at.
+    """
+    words = sorted(known)[:MOST_WORDS]
     near = difflib.get_close_matches(word, words, n=1)
     if near:
         return f"; did you mean '{near[0]}'?"

@@ -39,8 +39,8 @@ def _items(keys: Mapping[str, Any], kind: str) -> Iterator[tuple[int, dict[str, 
         yield from ((index, item) for index, item in enumerate(items) if isinstance(item, dict))
 
 
-def _names(items: Iterable[tuple[int, dict[str, Any]]]) -> list[str]:
-    return [item["name"] for _, item in items if isinstance(item.get("name"), str)]
+def _names(items: Iterable[tuple[int, dict[str, Any]]]) -> set[str]:
+    return {item["name"] for _, item in items if isinstance(item.get("name"), str)}
 
 
 def _named_items(keys: Mapping[str, Any]) -> Iterator[tuple[str, tuple[str | int, ...], dict[str, Any]]]:
@@ -86,7 +86,7 @@ def _sensors_taken(keys: Mapping[str, Any]) -> Iterator[Misfit]:
 
 def _carried_by_nothing(keys: Mapping[str, Any]) -> Iterator[Misfit]:
     carried = [(index, item["on"]) for index, item in _items(keys, "beacons") if isinstance(item.get("on"), str)]
-    carriers = _names(_items(keys, "obstacles")) + _names(_items(keys, "robots")) if carried else []
+    carriers = _names(_items(keys, "obstacles")) | _names(_items(keys, "robots")) if carried else set()
     for index, name in carried:
         if name not in carriers:
             yield f"no obstacle or robot '{name}' in this world{did_you_mean(name, carriers)}", ("beacons", index, "on")
@@ -153,15 +153,15 @@ def _limit(door: object) -> float | None:
     return limit if isinstance(limit, (int, float)) and 0 < limit <= FARTHEST else None
 
 
-def _event_targets(keys: Mapping[str, Any]) -> dict[str, tuple[str, list[str]]]:
+def _event_targets(keys: Mapping[str, Any]) -> dict[str, tuple[str, set[str]]]:
     """Return by the key of an event what it may name: a word for it, and the names there are."""
     obstacles = list(_items(keys, "obstacles"))
     movable = [(index, item) for index, item in obstacles if item.get("movable") is True]
-    doors = [item["name"] for _, _, item in _named_items(keys) if _has_door(item)]
+    doors = {item["name"] for _, _, item in _named_items(keys) if _has_door(item)}
     return {
-        "move": ("robot or movable obstacle", _names(_items(keys, "robots")) + _names(movable)),
+        "move": ("robot or movable obstacle", _names(_items(keys, "robots")) | _names(movable)),
         "open": ("opening with a door", doors),
         "close": ("opening with a door", doors),
         "lamp": ("lamp", _names(_items(keys, "lamps"))),
-        "remove": ("beacon or obstacle", _names(_items(keys, "beacons")) + _names(obstacles)),
+        "remove": ("beacon or obstacle", _names(_items(keys, "beacons")) | _names(obstacles)),
     }

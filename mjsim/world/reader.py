@@ -22,7 +22,7 @@ from mjsim.world.source import Source
 from mjsim.world.text import MOST_BYTES, line_and_column, read_text, too_large
 from mjsim.world.words import Path, meant_key, misspelt_kind, path_of, sentence
 
-MOST = 200
+MOST = 100
 """Names that fit nothing, and the like, are told so often; each is looked for among all others."""
 
 
