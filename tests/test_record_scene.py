@@ -5,7 +5,8 @@ from record_ticks import CAMERA, hand_made_ticks, record
 from scipy.spatial.transform import Rotation
 
 from mjsim.record import Recording, read_recording
-from mjsim.record.scene import prism, quaternion
+from mjsim.record.map import prism
+from mjsim.record.scene import quaternion
 
 
 def test_a_quaternion_turns_as_its_matrix_does():

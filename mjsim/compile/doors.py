@@ -10,11 +10,11 @@ import mujoco
 
 from mjsim.compile.parts import DARK, SEEN, make_decor
 from mjsim.compile.pictures import color_of
-from mjsim.world.doors import Leaf, leaves
+from mjsim.world.doors import THICKNESS, Leaf, leaves
 from mjsim.world.model import World
 
-THICKNESS, GAP = 0.04, 0.006
-"""Of a leaf, and around it [m]."""
+GAP = 0.006
+"""Around a leaf [m]."""
 DAMPING = 0.6
 """Of the hinge, as a share of the leaf's inertia: a push dies away within some seconds [1/s]."""
 PUSH = 40.0

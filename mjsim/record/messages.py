@@ -11,13 +11,18 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import TypeAdapter
 
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Command, Estimate, Observation, Odometry, Sighting, WheelCommand
 from mjsim.record.readings import imu_messages, imu_of, packed, scan_messages, scans_of, unpacked
 from mjsim.record.tick import Event, Order, Tick
+from mjsim.world.events import Event as WorldEvent
+from mjsim.world.events import said_of
 
 Message = dict[str, Any]
+
+_WORLD_EVENT: TypeAdapter[WorldEvent] = TypeAdapter(WorldEvent)
 
 _ENCODER = json.JSONEncoder(separators=(",", ":"), allow_nan=False, check_circular=False)
 _LEVELS = {"blocked": 2, "bump": 3, "fault": 4}
@@ -286,6 +291,40 @@ def event_message(robot: str, event: Event) -> Message:
 def event_of(message: Message) -> Event:
     """Return the event of a message."""
     return Event(message["time"], message["kind"], message["message"], message.get("bearing"))
+
+
+def world_event_message(time: float, event: WorldEvent) -> Message:
+    """Return what happened to the world as a line of a log, and exactly."""
+    return {
+        "timestamp": _stamp(time),
+        "level": 2,
+        "message": said_of(event),
+        "name": "world",
+        "file": "",
+        "line": 0,
+        "time": float(time),
+        "event": event.model_dump(mode="json", exclude_none=True) | {"time": float(time)},
+    }
+
+
+def world_event_of(message: Message) -> WorldEvent:
+    """Return the event of a message."""
+    event: WorldEvent = _WORLD_EVENT.validate_python(message["event"])
+    return event
+
+
+def things_message(time: float, things: Mapping[str, Pose]) -> Message:
+    """Return where everything is that can move but robots."""
+    places = [
+        {"name": name, "x": float(pose.x), "y": float(pose.y), "heading": float(pose.heading)}
+        for name, pose in things.items()
+    ]
+    return {"time": float(time), "things": places}
+
+
+def things_rows(message: Message) -> dict[str, tuple[float, float, float]]:
+    """Return name -> (x, y, heading) of a message."""
+    return {item["name"]: (item["x"], item["y"], item["heading"]) for item in message["things"]}
 
 
 def state_message(tick: Tick) -> Message:

@@ -20,11 +20,14 @@ from mjsim.record.messages import (
     landmarks_of,
     pose_row,
     sightings_of,
+    things_rows,
+    world_event_of,
 )
 from mjsim.record.readings import identities_of
 from mjsim.record.recording import Landmarks, Recording, Track
 from mjsim.record.tick import Event
 from mjsim.world import World, parse_world
+from mjsim.world.events import Event as WorldEvent
 from mjsim.world.source import Source
 
 
@@ -53,6 +56,8 @@ def read_recording(path: str | Path) -> Recording:
         time=np.array(run.time),
         qpos=run.qpos.array(),
         qvel=run.qvel.array(),
+        events=tuple(run.events),
+        things=run.things(),
         robots={name: robot.track(np.array(run.time)) for name, robot in run.robots.items()},
         wall_seconds=run.clock[-1] - run.clock[0],
         module_seconds=run.module_seconds(),
@@ -104,6 +109,9 @@ class _Run:
         self.time: list[float] = []
         self.clock: list[float] = []
         self.qpos, self.qvel = _Rows(), _Rows()
+        self.events: list[WorldEvent] = []
+        self._places: list[dict[str, tuple[float, float, float]]] = []
+        self._now: dict[str, tuple[float, float, float]] = {}
         self._timing: dict[str, Any] = {"clock": 0.0, "parts": []}
         self._seconds: dict[str, list[tuple[int, float]]] = {}
 
@@ -112,6 +120,10 @@ class _Run:
         _, first, *rest = raw.topic.split("/")
         if raw.topic == "/timing":
             self._timing = json.loads(raw.data)
+        elif raw.topic == "/events":
+            self.events.append(world_event_of(json.loads(raw.data)))
+        elif raw.topic == "/things":
+            self._now = things_rows(json.loads(raw.data))
         elif raw.topic == "/state":
             self._end_tick(json.loads(raw.data))
         elif len(rest) == 1 and rest[0] in _READ and first in self.robots:
@@ -124,8 +136,16 @@ class _Run:
         self.time.append(state["time"])
         self.qpos.add(state["qpos"])
         self.qvel.add(state["qvel"])
+        self._places.append(self._now)
+        self._now = {}
         for robot in self.robots.values():
             robot.end_tick()
+
+    def things(self) -> dict[str, Array]:
+        """Return (x, y, heading) of each thing at each tick, NaN where it is not there, shape (N, 3)."""
+        nowhere = (math.nan,) * 3
+        names = dict.fromkeys(name for places in self._places for name in places)
+        return {name: np.array([places.get(name, nowhere) for places in self._places]) for name in names}
 
     def module_seconds(self) -> dict[str, Array]:
         """Return the cost of each part, NaN where it did not run, shape (N,) [s]."""

@@ -24,7 +24,9 @@ from mjsim.record.messages import (
     pose_message,
     sightings_message,
     state_message,
+    things_message,
     timing_message,
+    world_event_message,
 )
 from mjsim.record.readings import identities_message, imu_topic_message
 from mjsim.record.tick import Event, Order, Tick
@@ -90,6 +92,10 @@ class Recorder:
             messages += self._order_messages(tick.time, robot, order)
             frames[f"{robot}/estimate"] = order.estimate.pose
             frames[f"{robot}/odometry"] = order.dead_reckoning
+        messages += [("/events", world_event_message(tick.time, event)) for event in tick.events]
+        if tick.things:
+            messages.append(("/things", things_message(tick.time, tick.things)))
+            frames |= tick.things
         self._put(
             Job(
                 time=tick.time,
@@ -102,6 +108,7 @@ class Recorder:
                 pictures=_pictures(tick.seen),
                 scans=[(robot, name, scan) for robot, seen in tick.seen.items() for name, scan in seen.scans.items()],
                 frames=frames,
+                looks=tick.looks if tick.events else None,
                 closing=[
                     ("/timing", timing_message(tick, time.perf_counter() - self._began)),
                     ("/state", state_message(tick)),

@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Hashable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import cv2
@@ -16,6 +16,8 @@ from mjsim.record.file import picture_of, raw_messages
 from mjsim.record.messages import covariance_of, names_of, observation_of
 from mjsim.record.tick import Event
 from mjsim.world import World
+from mjsim.world.events import Event as WorldEvent
+from mjsim.world.looks import Looks, looks_after
 from mjsim.world.sensors import Camera
 
 
@@ -79,6 +81,11 @@ class Recording:
     qvel: Array
     """Shape (N, nv)."""
     robots: Mapping[str, Track]
+    events: tuple[WorldEvent, ...] = ()
+    """What happened to the world, each with the time of the first tick that shows it."""
+    things: Mapping[str, Array] = field(default_factory=dict)
+    """Where each thing was that can move but robots, (x, y, heading), shape (N, 3) [m, m, rad], by its name in the
+    scene; NaN once it was taken away. Of a door the hinge, and the heading of its leaf."""
     wall_seconds: float
     """Time on the clock from the first tick to the last."""
     module_seconds: Mapping[str, Array]
@@ -94,6 +101,10 @@ class Recording:
             for sensor in robot.sensors
             if isinstance(sensor, Camera)
         )
+
+    def looks(self, row: int) -> Looks:
+        """Return how the world looks at a row: its light, and what is no longer there."""
+        return looks_after(self.world, (event for event in self.events if event.time <= self.time[row]))
 
     def messages(self, topic: str) -> Iterator[bytes]:
         """Yield the messages of a topic as they stand in the file; none for a topic that is not there."""

@@ -1,4 +1,4 @@
-"""What Foxglove draws: the map, the frames, and the pictures, as its own messages."""
+"""What Foxglove draws as its own messages: the frames, pictures and scans; the map stands in `map`."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,36 +8,21 @@ import cv2
 import numpy as np
 from foxglove.messages import (
     CameraCalibration,
-    Color,
     CompressedImage,
-    CubePrimitive,
     FrameTransform,
     FrameTransforms,
     LaserScan,
-    Point3,
     Quaternion,
-    SceneEntity,
-    SceneUpdate,
-    TextPrimitive,
     Timestamp,
-    TriangleListPrimitive,
     Vector3,
 )
 from foxglove.messages import Pose as Pose3
-from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose
 from mjsim.interface import CameraFrame, Intrinsics, Scan
 from mjsim.record.messages import nanoseconds
-from mjsim.world import World
-from mjsim.world.hung import Hung, hung
-from mjsim.world.plan import footprint, top, wall_pieces
-from mjsim.world.things import Beacon
 
 JPEG_QUALITY = 90
-_BEACON_THICKNESS = 0.02
-"""As drawn in the map [m]."""
-_BEACON_COLOR = "#2f6fd0"
 
 
 def stamp(time: float) -> Timestamp:
@@ -45,12 +30,8 @@ def stamp(time: float) -> Timestamp:
     return Timestamp(*divmod(nanoseconds(time), 1_000_000_000))
 
 
-def _color(text: str) -> Color:
-    r, g, b = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    return Color(r=r, g=g, b=b, a=1.0)
-
-
-def _turned(heading: float) -> Quaternion:
+def turned(heading: float) -> Quaternion:
+    """Return the rotation of a heading [rad]."""
     return Quaternion(z=math.sin(heading / 2), w=math.cos(heading / 2))
 
 
@@ -118,7 +99,7 @@ def frames_message(time: float, poses: Mapping[str, Pose], mounts: Sequence[Moun
             parent_frame_id="world",
             child_frame_id=name,
             translation=Vector3(x=float(pose.x), y=float(pose.y)),
-            rotation=_turned(pose.heading),
+            rotation=turned(pose.heading),
         )
         for name, pose in poses.items()
     ]
@@ -151,97 +132,3 @@ def quaternion(rotation: Array) -> Array:
         ]
     )
     return np.asarray(np.linalg.eigh(K)[1][:, -1])
-
-
-def map_update(world: World, files: Mapping[str, bytes]) -> SceneUpdate:
-    """Return walls, obstacles and the beacons that stay as a scene at the start.
-
-    Args:
-        world: Of the recording.
-        files: The pictures that it names.
-    """
-    walls = [
-        _prism(piece.outline, piece.low, piece.high, wall.color) for wall in world.walls for piece in wall_pieces(wall)
-    ]
-    obstacles = [_prism(footprint(item), item.elevation, top(item), item.color) for item in world.obstacles]
-    return SceneUpdate(
-        entities=[
-            SceneEntity(timestamp=stamp(0.0), frame_id="world", id="walls", triangles=walls),
-            SceneEntity(timestamp=stamp(0.0), frame_id="world", id="obstacles", triangles=obstacles),
-            SceneEntity(
-                timestamp=stamp(0.0),
-                frame_id="world",
-                id="beacons",
-                cubes=[
-                    CubePrimitive(
-                        pose=_pose_of(item),
-                        size=Vector3(x=_BEACON_THICKNESS, y=item.beacon.width, z=_height(item.beacon, files)),
-                        color=_color(_BEACON_COLOR),
-                    )
-                    for item in hung(world)
-                    if item.fixed
-                ],
-                texts=[
-                    TextPrimitive(
-                        pose=_pose_of(item),
-                        billboard=True,
-                        font_size=12.0,
-                        scale_invariant=True,
-                        color=_color("#000000"),
-                        text=item.beacon.name,
-                    )
-                    for item in hung(world)
-                    if item.fixed
-                ],
-            ),
-        ]
-    )
-
-
-def _height(beacon: Beacon, files: Mapping[str, bytes]) -> float:
-    """Return the height of a beacon as drawn in the map [m], of its picture read at an eighth of its size."""
-    data = files.get(beacon.image) if beacon.image is not None else None
-    small = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_REDUCED_GRAYSCALE_8) if data else None
-    return beacon.width if small is None else float(beacon.width * small.shape[0] / small.shape[1])
-
-
-def _pose_of(item: Hung) -> Pose3:
-    """Return where a beacon hangs: x to where it faces, z up."""
-    turn, tilt = item.place.heading / 2, -math.radians(item.beacon.tilt_deg) / 2
-    c, s, cos_tilt, sin_tilt = math.cos(turn), math.sin(turn), math.cos(tilt), math.sin(tilt)
-    return Pose3(
-        position=Vector3(x=float(item.place.x), y=float(item.place.y), z=item.center),
-        orientation=Quaternion(x=-s * sin_tilt, y=c * sin_tilt, z=s * cos_tilt, w=c * cos_tilt),
-    )
-
-
-def _prism(outline: Array, low: float, high: float, color: str) -> TriangleListPrimitive:
-    corners, triangles = prism(outline, low, high)
-    return TriangleListPrimitive(
-        points=[Point3(x=x, y=y, z=z) for x, y, z in corners.tolist()],
-        color=_color(color),
-        indices=triangles.ravel().tolist(),
-    )
-
-
-def prism(outline: Array, low: float, high: float) -> tuple[Array, NDArray[np.int64]]:
-    """Return the mesh of an upright prism.
-
-    Args:
-        outline: Convex, counter-clockwise, shape (n, 2) [m].
-        low: Height of its lower face [m].
-        high: Of its upper face [m].
-
-    Returns:
-        corners: Shape (2 n, 3) [m], the lower ones first.
-        triangles: Indices of corners, counter-clockwise from outside, shape (4 n - 4, 3).
-    """
-    n = len(outline)
-    corners = np.vstack([np.column_stack([outline, np.full(n, z)]) for z in (low, high)])
-    faces = []
-    for i in range(n):
-        j = (i + 1) % n
-        faces += [(i, j, n + j), (i, n + j, n + i)]
-    for i in range(1, n - 1):
-        faces += [(n, n + i, n + i + 1), (0, i + 1, i)]
-    return corners, np.array(faces)

@@ -192,6 +192,50 @@ EVENT = _topic(
         "bearing": _number("Where it was touched, left positive [rad]; left out otherwise"),
     },
 )
+WORLD_EVENT = _topic(
+    "foxglove.Log",
+    "Something that happened to the world.",
+    {
+        "timestamp": _STAMP,
+        "level": {"type": "integer", "description": "2, information"},
+        "message": _text("For people"),
+        "name": _text("world"),
+        "file": _text("Empty"),
+        "line": {"type": "integer", "description": "0"},
+        "event": _object(
+            {
+                "move": _text("What was put down elsewhere"),
+                "to": _numbers("x, y [m]"),
+                "heading_deg": _number("Left out when it stayed as it was"),
+                "open": _text("Door"),
+                "angle_deg": _number("Positive to the left side of the wall"),
+                "close": _text("Door"),
+                "light": _number("General light"),
+                "lamp": _text("Name"),
+                "brightness": _number("Of the lamp"),
+                "remove": _text("What was taken away"),
+            },
+            "With the keys of `run: events:` in a world file",
+        ),
+    },
+)
+THINGS = _topic(
+    "mjsim.Things",
+    "Where everything is that can move but robots; of a door its hinge, and the heading of its leaf.",
+    {
+        "things": _list(
+            _object(
+                {
+                    "name": _text("'obstacle/NAME' or 'door/NAME'"),
+                    "x": _number("World frame [m]"),
+                    "y": _number("World frame [m]"),
+                    "heading": _number("Counter-clockwise from x [rad]"),
+                }
+            ),
+            "Without what was taken away",
+        )
+    },
+)
 STATE = _topic(
     "mjsim.State",
     "State of MuJoCo; the last message of each tick.",
@@ -223,3 +267,6 @@ ROBOT_TOPICS = {
 """Topics of robot R are '/R/' and one of these names; its pictures are '/R/CAMERA/image', its scans '/R/scan'."""
 SENSOR_TOPICS = {"beacons": ("identities", IDENTITIES), "imu": ("imu", IMU)}
 """Topics that only a robot with a sensor of a kind has."""
+
+WORLD_TOPICS = {"/events": WORLD_EVENT, "/things": THINGS, "/state": STATE, "/timing": TIMING}
+"""Topics of the world, and of the run."""

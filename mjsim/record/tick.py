@@ -6,6 +6,8 @@ from typing import Literal
 
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Command, Estimate, Observation, Sighting, WheelCommand
+from mjsim.world.events import Event as WorldEvent
+from mjsim.world.looks import Looks
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +58,12 @@ class Tick:
     qvel: Array
     timing: Mapping[str, float] = field(default_factory=dict)
     """Wall-clock time of sensing and physics [s]."""
+    events: tuple[WorldEvent, ...] = ()
+    """What has happened to the world since the tick before."""
+    things: Mapping[str, Pose] = field(default_factory=dict)
+    """Where everything is that can move but robots, by its name in the scene: `obstacle/NAME`, `door/NAME`."""
+    looks: Looks | None = None
+    """Light, and what is no longer there; None in a world that knows no such thing."""
     identities: Mapping[str, tuple[str | None, ...]] = field(default_factory=dict)
     """Which beacon each of a robot's sensors' sightings is of, None for one of nothing; they come before those of the
     observer."""

@@ -21,10 +21,12 @@ from mjsim.errors import RecordingError, WorldError
 from mjsim.geometry import Array, Pose
 from mjsim.interface import CameraFrame, Estimate, RobotInfo, Scan, SensorInfo
 from mjsim.record.file import FILES, METADATA_NAME, WORLD_NAME
+from mjsim.record.map import looks_update, map_update
 from mjsim.record.messages import Message, covariance_message, encode, nanoseconds
-from mjsim.record.scene import calibration_message, frames_message, laser_message, map_update, mount, picture_message
-from mjsim.record.schemas import ROBOT_TOPICS, SENSOR_TOPICS, STATE, TIMING
+from mjsim.record.scene import calibration_message, frames_message, laser_message, mount, picture_message
+from mjsim.record.schemas import ROBOT_TOPICS, SENSOR_TOPICS, WORLD_TOPICS
 from mjsim.world import World, parse_world
+from mjsim.world.looks import Looks
 from mjsim.world.source import Source
 
 VERSIONED = ("mjsim", "mujoco", "numpy", "opencv-python-headless", "foxglove-sdk")
@@ -47,6 +49,8 @@ class Job:
     """Robot, lidar and what it gave."""
     frames: Mapping[str, Pose] = field(default_factory=dict)
     """Frame -> pose in the world."""
+    looks: Looks | None = None
+    """How the world looks now, when that has changed."""
     closing: Sequence[tuple[str, Message]] = ()
     """As `messages`, but after everything else: a tick that has them is whole."""
 
@@ -84,8 +88,7 @@ class Writer:
             topics = [SENSOR_TOPICS[each.kind] for each in info.sensors.values() if each.kind in SENSOR_TOPICS]
             schemas |= {f"/{robot}/{topic}": schema for topic, schema in topics}
         self._json = {
-            topic: Channel(topic, schema=schema, context=context)
-            for topic, schema in (schemas | {"/state": STATE, "/timing": TIMING}).items()
+            topic: Channel(topic, schema=schema, context=context) for topic, schema in (schemas | WORLD_TOPICS).items()
         }
         cameras, lidars = sensors_of(robots, "camera"), sensors_of(robots, "lidar")
         self._mounts = [
@@ -96,7 +99,9 @@ class Writer:
         self._scans = {robot: LaserScanChannel(f"/{robot}/scan", context=context) for robot in scanning}
         self._pictures = {name: CompressedImageChannel(f"/{name}/image", context=context) for name in cameras}
         self._frames = FrameTransformsChannel("/tf", context=context)
-        SceneUpdateChannel("/map", context=context).log(map_update(world, files), log_time=0)
+        self._world, self._files = world, files
+        self._map = SceneUpdateChannel("/map", context=context)
+        self._map.log(map_update(world, files), log_time=0)
         for name, sensor in cameras.items():
             if sensor.intrinsics is not None:
                 channel = CameraCalibrationChannel(f"/{name}/calibration", context=context)
@@ -116,6 +121,8 @@ class Writer:
             self._pictures[name].log(picture_message(frame, name), log_time=log_time)
         for robot, name, scan in job.scans:
             self._scans[robot].log(laser_message(scan, f"{robot}/{name}"), log_time=log_time)
+        if job.looks is not None:
+            self._map.log(looks_update(self._world, self._files, job.looks, time=job.time), log_time=log_time)
         if job.frames:
             self._frames.log(frames_message(job.time, job.frames, self._mounts), log_time=log_time)
         for topic, message in job.closing:
@@ -199,6 +206,8 @@ def sensors_of(robots: Mapping[str, RobotInfo], kind: str) -> dict[str, SensorIn
 def named_files(world: World) -> list[str]:
     """Return the files that a world names, each once."""
     names = [world.floor.texture, *(wall.texture for wall in world.walls), *(beacon.image for beacon in world.beacons)]
+    names += [patch.texture for patch in world.floor.patches]
+    names += [world.ceiling.texture] if world.ceiling is not None else []
     return list(dict.fromkeys(name for name in names if name is not None))
 
 

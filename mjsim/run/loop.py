@@ -52,6 +52,9 @@ def ticks(sim: "Simulation", drivers: Mapping[str, Driver]) -> Iterator[Tick]:
             qpos=qpos,
             qvel=qvel,
             timing={"sense": sensing, "step": physics},
+            events=sim.happened(),
+            things=sim.things(),
+            looks=sim.looks,
             identities={name: sim.identities(name) for name in pilots},
         )
         began = time.perf_counter()

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mjsim.compile.sensors import robot_from_sensor
 from mjsim.geometry import Array, wrap_angle
 from mjsim.interface import SensorInfo, Sighting
-from mjsim.sim.rays import Rays
+from mjsim.sim.rays import HIDDEN, Rays
 from mjsim.sim.streams import Streams
 from mjsim.world import sensors as models
 from mjsim.world.things import Beacon
@@ -55,7 +55,7 @@ class BeaconSensor:
             beacons: All of the world.
             streams: Sources of chance of this sensor; each option draws from one of its own.
         """
-        self._sensor, self._data = sensor, data
+        self._sensor, self._model, self._data = sensor, model, data
         self._names = [beacon.name for beacon in beacons]
         self._geoms = np.array([model.geom(f"beacon/{name}").id for name in self._names], dtype=int)
         self._all_round = np.array([beacon.image is None and beacon.marker is None for beacon in beacons], dtype=bool)
@@ -119,7 +119,9 @@ class BeaconSensor:
         normals = self._data.geom_xmat[self._geoms, 2::3]
         facing = self._all_round | (np.einsum("ij,ij->i", normals, offsets) < 0.0)
         inside = (polar[:, 0] >= self._nearest) & (polar[:, 0] <= self._farthest)
-        in_sight = self._of_others & facing & inside & (np.abs(polar[:, 1]) <= self._half_fov)
+        # What was taken away keeps its place, but is in no group that is seen.
+        there = self._of_others & (self._model.geom_group[self._geoms] != HIDDEN)
+        in_sight = there & facing & inside & (np.abs(polar[:, 1]) <= self._half_fov)
         looked_at = np.flatnonzero(in_sight)
         if looked_at.size:
             ways = offsets[looked_at]

@@ -1,5 +1,7 @@
 """Pictures of recorded states: the same scene drawn again, from any camera of it."""
 
+from bisect import bisect_right
+from collections.abc import Iterable
 from types import TracebackType
 from typing import Self
 
@@ -11,7 +13,10 @@ from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.sim.canvas import Quality
 from mjsim.sim.renderer import SEEN, Renderer
+from mjsim.sim.scenery import Scenery
 from mjsim.world import World
+from mjsim.world.events import Event
+from mjsim.world.looks import looks_after
 
 ABOVE = 0.5
 """Height over the floor to which a camera's way must be free [m]."""
@@ -25,24 +30,47 @@ class Playback:
     """A world whose state is given, not simulated. Use from one thread, and close when done."""
 
     def __init__(
-        self, world: World, *, width: int, height: int, quality: Quality = "normal", groups: tuple[int, ...] = SEEN
+        self,
+        world: World,
+        *,
+        width: int,
+        height: int,
+        quality: Quality = "normal",
+        groups: tuple[int, ...] = SEEN,
+        events: Iterable[Event] = (),
     ) -> None:
-        """Compile the world; pictures are width x height [px], of the geom groups that are seen."""
+        """Compile the world.
+
+        Args:
+            world: What is drawn.
+            width: Of the pictures [px].
+            height: Of the pictures [px].
+            quality: As a camera has it.
+            groups: Geom groups that are seen.
+            events: What happened to the world, in the order of time.
+        """
+        self._world, self._events = world, tuple(events)
+        self._times = [event.time for event in self._events]
         self._model = compile_world(world).compile()
+        self._scenery = Scenery(self._model, world)
         self._data = mujoco.MjData(self._model)
         self._renderer = Renderer(self._model, width=width, height=height, quality=quality, groups=groups)
 
-    def picture(self, qpos: Array, camera: str, out: Picture | None = None) -> Picture:
+    def picture(self, qpos: Array, camera: str, out: Picture | None = None, *, time: float | None = None) -> Picture:
         """Return what a camera sees in a state, RGB, shape (height, width, 3).
 
         Args:
             qpos: MuJoCo's positions, shape (nq,), as a recording holds them.
             camera: 'ROBOT/CAMERA', 'ROBOT/chase' or 'overview'.
             out: Written and returned when given.
+            time: When that was [s]: light is as events had left it by then, and what they took away is not there;
+                before all events unless given.
 
         Raises:
             UsageError: There is no such camera.
         """
+        past = 0 if time is None else bisect_right(self._times, time)
+        self._scenery.show(looks_after(self._world, self._events[:past]))
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_camlight(self._model, self._data)

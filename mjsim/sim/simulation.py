@@ -19,6 +19,7 @@ from mjsim.sim.robot import SimulatedRobot
 from mjsim.sim.stage import Stage
 from mjsim.world.events import CloseEvent, Event, LampEvent, LightEvent, MoveEvent, OpenEvent, RemoveEvent
 from mjsim.world.hung import hung
+from mjsim.world.looks import Looks
 from mjsim.world.model import World
 from mjsim.world.plan import segments
 from mjsim.world.words import path_of, sentence
@@ -181,6 +182,11 @@ class Simulation:
     def happened(self) -> tuple[Event, ...]:
         """Return what has happened to the world since the last call, each at the time when it did."""
         return self._stage.happened()
+
+    @property
+    def looks(self) -> Looks:
+        """Light, and what was taken away."""
+        return self._stage.looks
 
     def things(self) -> dict[str, Pose]:
         """Return where everything is that can move but robots, world frame: `obstacle/NAME`, and `door/NAME`.

@@ -13,6 +13,7 @@ from mjsim.sim.movers import Movers
 from mjsim.sim.scenery import Scenery
 from mjsim.world.doors import leaves
 from mjsim.world.events import CloseEvent, Event, LampEvent, MoveEvent, OpenEvent, RemoveEvent
+from mjsim.world.looks import Looks
 from mjsim.world.model import World
 from mjsim.world.names import item_names
 
@@ -66,6 +67,11 @@ class Stage:
                 _require(event.remove, "beacon or obstacle", things)
         self._scenery.show(self._scenery.looks.after(event, self._world))
         self._happened.append(event.model_copy(update={"time": time}))
+
+    @property
+    def looks(self) -> Looks:
+        """Light, and what was taken away."""
+        return self._scenery.looks
 
     def happened(self) -> tuple[Event, ...]:
         """Return what has happened since the last call, each at the time when it did."""

@@ -51,13 +51,21 @@ def scene_pictures(recording: Recording, rows: Sequence[int], view: str) -> Iter
     camera = f"{_first_robot(recording)}/chase" if view == "chase" else view
     sensor = _sensor(recording, view)
     if sensor is None:
-        playback = Playback(recording.world, width=WIDTH, height=HEIGHT, groups=SEEN_FROM_OUTSIDE)
+        playback = Playback(
+            recording.world, width=WIDTH, height=HEIGHT, groups=SEEN_FROM_OUTSIDE, events=recording.events
+        )
     else:
-        playback = Playback(recording.world, width=sensor.width, height=sensor.height, quality=sensor.quality)
+        playback = Playback(
+            recording.world,
+            width=sensor.width,
+            height=sensor.height,
+            quality=sensor.quality,
+            events=recording.events,
+        )
     with playback:
         picture: Picture | None = None
         for row in rows:
-            picture = playback.picture(recording.qpos[row], camera, picture)
+            picture = playback.picture(recording.qpos[row], camera, picture, time=recording.time[row])
             yield picture
 
 

@@ -11,6 +11,9 @@ from mjsim.world.names import item_names
 from mjsim.world.pieces import SLIVER
 from mjsim.world.structure import Door, Opening, Wall
 
+THICKNESS = 0.04
+"""Of a leaf [m]."""
+
 
 @dataclass(frozen=True, slots=True)
 class Leaf:
@@ -36,10 +39,10 @@ class Leaf:
         """Return world_from_leaf when it stands open by an angle, positive to the left side of its wall [rad]."""
         return Pose(*self.hinge, self.closed + self.turn * angle)
 
-    def outline(self, angle: float, thickness: float) -> Array:
-        """Return its corners from above, world frame, counter-clockwise, shape (4, 2) [m]."""
-        half = thickness / 2
-        return self.pose(angle).transform([[0.0, -half], [self.width, -half], [self.width, half], [0.0, half]])
+    def outline(self) -> Array:
+        """Return its corners from above, in its own frame, counter-clockwise, shape (4, 2) [m]."""
+        half = THICKNESS / 2
+        return np.array([[0.0, -half], [self.width, -half], [self.width, half], [0.0, half]])
 
 
 def leaves(world: World) -> list[Leaf]:

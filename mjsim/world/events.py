@@ -94,3 +94,21 @@ Event = Annotated[
         " lamp: NAME or remove: NAME",
     ),
 ]
+
+
+def said_of(event: Event) -> str:
+    """Return what an event does, in a sentence."""
+    match event:
+        case MoveEvent():
+            heading = "" if event.heading_deg is None else f", heading {event.heading_deg:g} deg"
+            return f"{event.move} is put down at [{event.to[0]:g}, {event.to[1]:g}]{heading}"
+        case OpenEvent():
+            return f"door {event.open} swings open to {event.angle_deg:g} deg"
+        case CloseEvent():
+            return f"door {event.close} swings shut"
+        case LightEvent():
+            return f"the general light becomes {event.light:g}"
+        case LampEvent():
+            return f"lamp {event.lamp} becomes {event.brightness:g}"
+        case RemoveEvent():
+            return f"{event.remove} is taken away"

@@ -1,0 +1,226 @@
+"""The map as Foxglove draws it: walls, and what stands, hangs, swings and goes about between them."""
+
+import math
+from collections.abc import Iterator, Mapping
+
+import cv2
+import numpy as np
+from foxglove.messages import (
+    Color,
+    CubePrimitive,
+    Point3,
+    Quaternion,
+    SceneEntity,
+    SceneEntityDeletion,
+    SceneEntityDeletionType,
+    SceneUpdate,
+    SpherePrimitive,
+    TextPrimitive,
+    TriangleListPrimitive,
+    Vector3,
+)
+from foxglove.messages import Pose as Pose3
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array, Pose
+from mjsim.record.scene import stamp
+from mjsim.world import World
+from mjsim.world.doors import leaves
+from mjsim.world.hung import Hung, hung
+from mjsim.world.looks import Looks, first_looks
+from mjsim.world.names import item_names
+from mjsim.world.outlines import stays, world_from_obstacle
+from mjsim.world.plan import footprint, top, wall_pieces
+from mjsim.world.robots import Robot
+from mjsim.world.things import Beacon, Obstacle
+
+BEACON_THICKNESS = 0.02
+"""As drawn [m]."""
+BEACON_COLOR = "#2f6fd0"
+LAMP_SIZE = 0.15
+"""Across [m]."""
+
+
+def map_update(world: World, files: Mapping[str, bytes]) -> SceneUpdate:
+    """Return all of a world at the start.
+
+    What moves is drawn in a frame of its own: `obstacle/NAME` and `door/NAME`.
+
+    Args:
+        world: Of the recording.
+        files: The pictures that it names.
+    """
+    walls = [
+        _prism(piece.outline, piece.low, piece.high, wall.color) for wall in world.walls for piece in wall_pieces(wall)
+    ]
+    doors = [
+        SceneEntity(
+            timestamp=stamp(0.0),
+            frame_id=f"door/{leaf.name}",
+            id=f"door/{leaf.name}",
+            frame_locked=True,
+            triangles=[_prism(leaf.outline(), leaf.low, leaf.high, leaf.door.color)],
+        )
+        for leaf in leaves(world)
+    ]
+    looks = first_looks(world)
+    return SceneUpdate(entities=[_entity("walls", triangles=walls), *doors, *_looked(world, files, looks)])
+
+
+def looks_update(world: World, files: Mapping[str, bytes], looks: Looks, *, time: float) -> SceneUpdate:
+    """Return what events have changed: lamps as bright as they are [s], and nothing of what was taken away."""
+    carried = [f"beacon/{item.beacon.name}" for item in hung(world) if not item.fixed]
+    moving = [f"obstacle/{name}" for item, name in _obstacles(world) if not stays(item)]
+    gone = [
+        SceneEntityDeletion(timestamp=stamp(time), type=SceneEntityDeletionType.MatchingId, id=name)
+        for name in (*moving, *carried)
+        if name.partition("/")[2] in looks.removed
+    ]
+    return SceneUpdate(deletions=gone, entities=_looked(world, files, looks, time=time))
+
+
+def _looked(world: World, files: Mapping[str, bytes], looks: Looks, *, time: float = 0.0) -> list[SceneEntity]:
+    """Return the entities that events may change."""
+    there = [(item, name) for item, name in _obstacles(world) if name not in looks.removed]
+    beacons = [item for item in hung(world) if item.beacon.name not in looks.removed]
+    standing = [_prism(footprint(item), item.elevation, top(item), item.color) for item, _ in there if stays(item)]
+    return [
+        _entity("obstacles", time=time, triangles=standing),
+        *(_moving(item, name, time) for item, name in there if not stays(item)),
+        _beacons("beacons", [item for item in beacons if item.fixed], files, time=time),
+        *(_carried(item, files, time) for item in beacons if not item.fixed),
+        _entity("lamps", time=time, spheres=list(_lamps(world, looks))),
+    ]
+
+
+def _entity(
+    name: str,
+    *,
+    time: float = 0.0,
+    triangles: list[TriangleListPrimitive] | None = None,
+    spheres: list[SpherePrimitive] | None = None,
+) -> SceneEntity:
+    return SceneEntity(
+        timestamp=stamp(time), frame_id="world", id=name, triangles=triangles or [], spheres=spheres or []
+    )
+
+
+def _obstacles(world: World) -> Iterator[tuple[Obstacle, str]]:
+    return zip(world.obstacles, item_names(world.obstacles), strict=True)
+
+
+def _moving(item: Obstacle, name: str, time: float) -> SceneEntity:
+    outline = world_from_obstacle(item).inverse().transform(footprint(item))
+    return SceneEntity(
+        timestamp=stamp(time),
+        frame_id=f"obstacle/{name}",
+        id=f"obstacle/{name}",
+        frame_locked=True,
+        triangles=[_prism(outline, item.elevation, top(item), item.color)],
+    )
+
+
+def _beacons(name: str, items: list[Hung], files: Mapping[str, bytes], *, time: float) -> SceneEntity:
+    return SceneEntity(
+        timestamp=stamp(time),
+        frame_id="world",
+        id=name,
+        cubes=[_plate(item, item.place, files) for item in items],
+        texts=[_label(item, item.place) for item in items],
+    )
+
+
+def _carried(item: Hung, files: Mapping[str, bytes], time: float) -> SceneEntity:
+    """Return a beacon in the frame of what it hangs on."""
+    carrier = item.carrier
+    assert carrier is not None
+    place = Pose(carrier.at[0], carrier.at[1], math.radians(carrier.heading_deg)).inverse() @ item.place
+    return SceneEntity(
+        timestamp=stamp(time),
+        frame_id=f"{carrier.name}/base" if isinstance(carrier, Robot) else f"obstacle/{carrier.name}",
+        id=f"beacon/{item.beacon.name}",
+        frame_locked=True,
+        cubes=[_plate(item, place, files)],
+        texts=[_label(item, place)],
+    )
+
+
+def _plate(item: Hung, place: Pose, files: Mapping[str, bytes]) -> CubePrimitive:
+    size = Vector3(x=BEACON_THICKNESS, y=item.beacon.width, z=_height(item.beacon, files))
+    return CubePrimitive(pose=_pose_of(item, place), size=size, color=_color(BEACON_COLOR))
+
+
+def _label(item: Hung, place: Pose) -> TextPrimitive:
+    return TextPrimitive(
+        pose=_pose_of(item, place),
+        billboard=True,
+        font_size=12.0,
+        scale_invariant=True,
+        color=_color("#000000"),
+        text=item.beacon.name,
+    )
+
+
+def _lamps(world: World, looks: Looks) -> Iterator[SpherePrimitive]:
+    for lamp, name in zip(world.lamps, item_names(world.lamps), strict=True):
+        x, y = lamp.at
+        yield SpherePrimitive(
+            pose=Pose3(position=Vector3(x=x, y=y, z=lamp.height), orientation=Quaternion(w=1.0)),
+            size=Vector3(x=LAMP_SIZE, y=LAMP_SIZE, z=LAMP_SIZE),
+            color=_color(lamp.color, share=min(looks.lamps[name], 1.0)),
+        )
+
+
+def _color(text: str, *, share: float = 1.0) -> Color:
+    """Return a colour '#rrggbb', darker by a share."""
+    r, g, b = (share * int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return Color(r=r, g=g, b=b, a=1.0)
+
+
+def _height(beacon: Beacon, files: Mapping[str, bytes]) -> float:
+    """Return the height of a beacon as drawn in the map [m], of its picture read at an eighth of its size."""
+    data = files.get(beacon.image) if beacon.image is not None else None
+    small = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_REDUCED_GRAYSCALE_8) if data else None
+    return beacon.width if small is None else float(beacon.width * small.shape[0] / small.shape[1])
+
+
+def _pose_of(item: Hung, place: Pose) -> Pose3:
+    """Return where a beacon hangs: x to where it faces, z up; its place is in the frame in which it is drawn."""
+    turn, tilt = place.heading / 2, -math.radians(item.beacon.tilt_deg) / 2
+    c, s, cos_tilt, sin_tilt = math.cos(turn), math.sin(turn), math.cos(tilt), math.sin(tilt)
+    return Pose3(
+        position=Vector3(x=float(place.x), y=float(place.y), z=item.center),
+        orientation=Quaternion(x=-s * sin_tilt, y=c * sin_tilt, z=s * cos_tilt, w=c * cos_tilt),
+    )
+
+
+def _prism(outline: Array, low: float, high: float, color: str) -> TriangleListPrimitive:
+    corners, triangles = prism(outline, low, high)
+    return TriangleListPrimitive(
+        points=[Point3(x=x, y=y, z=z) for x, y, z in corners.tolist()],
+        color=_color(color),
+        indices=triangles.ravel().tolist(),
+    )
+
+
+def prism(outline: Array, low: float, high: float) -> tuple[Array, NDArray[np.int64]]:
+    """Return the mesh of an upright prism.
+
+    Args:
+        outline: Convex, counter-clockwise, shape (n, 2) [m].
+        low: Height of its lower face [m].
+        high: Of its upper face [m].
+
+    Returns:
+        corners: Shape (2 n, 3) [m], the lower ones first.
+        triangles: Indices of corners, counter-clockwise from outside, shape (4 n - 4, 3).
+    """
+    n = len(outline)
+    corners = np.vstack([np.column_stack([outline, np.full(n, z)]) for z in (low, high)])
+    faces = []
+    for i in range(n):
+        j = (i + 1) % n
+        faces += [(i, j, n + j), (i, n + j, n + i)]
+    for i in range(1, n - 1):
+        faces += [(n, n + i, n + i + 1), (0, i + 1, i)]
+    return corners, np.array(faces)
