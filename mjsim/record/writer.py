@@ -66,7 +66,8 @@ class Writer:
         self, path: Path, *, world: World, seed: int, robots: Mapping[str, RobotInfo], metadata: Mapping[str, str]
     ) -> None:
         self._path = path
-        files = {name: world.read_asset(name) for name in named_files(world)}
+        included = world.source.included
+        files = {name: included.get(name) or world.read_asset(name) for name in named_files(world)}
         text = text_of(world, files)
         self._file: _File | None = None
         # Its channels close when it goes.
@@ -204,11 +205,11 @@ def sensors_of(robots: Mapping[str, RobotInfo], kind: str) -> dict[str, SensorIn
 
 
 def named_files(world: World) -> list[str]:
-    """Return the files that a world names, each once."""
-    names = [world.floor.texture, *(wall.texture for wall in world.walls), *(beacon.image for beacon in world.beacons)]
-    names += [patch.texture for patch in world.floor.patches]
-    names += [world.ceiling.texture] if world.ceiling is not None else []
-    return list(dict.fromkeys(name for name in names if name is not None))
+    """Return the files that a world names, and those that its text includes, each once."""
+    patches = [patch.texture for patch in world.floor.patches]
+    covers = [world.floor.texture, world.ceiling.texture if world.ceiling is not None else None, *patches]
+    named = [*covers, *(wall.texture for wall in world.walls), *(beacon.image for beacon in world.beacons)]
+    return list(dict.fromkeys([*(name for name in named if name is not None), *world.source.included]))
 
 
 def text_of(world: World, files: Mapping[str, bytes]) -> str:
