@@ -56,7 +56,7 @@ class Odometry:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Intrinsics:
-    """A pinhole camera without distortion: u = fx x/z + cx, v = fy y/z + cy, pixel centres at whole numbers."""
+    """A pinhole camera: u = fx x/z + cx, v = fy y/z + cy, pixel centres at whole numbers; a lens bends x/z and y/z."""
 
     width: int
     """[px]"""
@@ -70,6 +70,10 @@ class Intrinsics:
     """[px]"""
     cy: float
     """[px]"""
+    lens: str = "pinhole"
+    """'pinhole', 'brown' or 'fisheye'."""
+    distortion: tuple[float, ...] = ()
+    """As OpenCV orders them: k1, k2, p1, p2, k3 of Brown's model, k1 to k4 of a fisheye; none for a pinhole."""
 
     def matrix(self) -> Array:
         """Return the calibration matrix, shape (3, 3) [px]."""
@@ -86,9 +90,12 @@ class CameraFrame:
     """RGB, shape (height, width, 3)."""
     intrinsics: Intrinsics
     depth: Array | None = None
-    """Distance along the optical axis, shape (height, width) [m]; None unless the camera gives it."""
+    """Distance along the optical axis, shape (height, width) [m]: +inf for none, -inf for too near, as in a `Scan`;
+    None unless the camera gives it."""
     segmentation: NDArray[np.int32] | None = None
-    """Instance of each pixel, shape (height, width); None unless the camera gives it."""
+    """Instance of each pixel, -1 for none, shape (height, width); None unless the camera gives it."""
+    instances: tuple[str, ...] = ()
+    """Name of each instance: 'beacon/NAME', 'obstacle/NAME', the name of a robot, 'wall', 'floor' and so on."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,8 +18,8 @@ from mjsim.algorithms.planar_pose import fit_pose, picture_corners, project, rot
 from mjsim.compile import compile_world
 from mjsim.geometry import Array, Pose
 from mjsim.interface import BeaconInfo, CameraFrame, Detection, Observation, Odometry, Picture, RobotInfo, SensorInfo
-from mjsim.sim.camera import intrinsics_of
 from mjsim.sim.canvas import Canvas
+from mjsim.sim.lens import intrinsics_of
 from mjsim.sim.renderer import Renderer
 from mjsim.world import World, parse_world
 from mjsim.world.sensors import Camera

@@ -12,7 +12,8 @@ from rooms import GALLERY, beacon_corners, cast, forwarded, look_from, place, pn
 
 from mjsim.compile import compile_world
 from mjsim.interface import Intrinsics
-from mjsim.sim.camera import intrinsics_of, robot_from_camera
+from mjsim.sim.camera import robot_from_camera
+from mjsim.sim.lens import intrinsics_of
 from mjsim.sim.renderer import Renderer
 from mjsim.world import World, load_world, parse_world
 from mjsim.world.source import Source

@@ -10,8 +10,9 @@ from rooms import GALLERY, cast, forwarded, look_from, place
 
 from mjsim.compile import compile_world
 from mjsim.errors import UsageError
-from mjsim.sim.camera import OnboardCamera, intrinsics_of, robot_from_camera, ticks_between
+from mjsim.sim.camera import OnboardCamera, robot_from_camera, ticks_between
 from mjsim.sim.canvas import Canvas
+from mjsim.sim.lens import intrinsics_of
 from mjsim.sim.renderer import Renderer
 from mjsim.world import World, parse_world
 from mjsim.world.sensors import Camera

@@ -1,6 +1,8 @@
 """Onboard cameras: when they look, what they see, and how far their pixels err."""
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import cv2
 import mujoco
@@ -11,30 +13,18 @@ from numpy.typing import NDArray
 from mjsim.compile.sensors import robot_from_view
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
-from mjsim.interface import CameraFrame, Intrinsics, Picture, SensorInfo
+from mjsim.interface import CameraFrame, Picture, SensorInfo
 from mjsim.sim.canvas import Canvas
+from mjsim.sim.instances import instances_of
+from mjsim.sim.lens import BentView, intrinsics_of
 from mjsim.sim.renderer import Renderer
-from mjsim.sim.streams import stream
+from mjsim.sim.shutter import Shutter
+from mjsim.sim.streams import streams_of
 from mjsim.world.robots import Robot
-from mjsim.world.sensors import Camera
+from mjsim.world.sensors import Camera, Depth
 
-
-def intrinsics_of(camera: Camera) -> Intrinsics:
-    """Return the calibration of a camera with square pixels, its middle in the middle of the picture.
-
-    References:
-        The pinhole camera, f = (width / 2) / tan(fov / 2); pixel centres at whole numbers put the middle at
-        (width - 1) / 2.
-    """
-    focal = camera.width / 2 / math.tan(math.radians(camera.fov_deg) / 2)
-    return Intrinsics(
-        width=camera.width,
-        height=camera.height,
-        fx=focal,
-        fy=focal,
-        cx=(camera.width - 1) / 2,
-        cy=(camera.height - 1) / 2,
-    )
+MIDDLE_GREY, MOST_GAIN = 118.0, 8.0
+"""What automatic exposure brings the mean of a picture to, of 255, and by how much at most."""
 
 
 def robot_from_camera(camera: Camera) -> Array:
@@ -65,15 +55,23 @@ class OnboardCamera:
             UsageError: The camera's rate does not divide the loop's.
         """
         self.name = camera.camera
-        self._camera = camera
+        self._model, self._camera = model, camera
+        self._index = model.camera(f"{robot.name}/{camera.camera}").id
         self.intrinsics = intrinsics_of(camera)
         self.robot_from_camera = robot_from_camera(camera)
         self._view = f"{robot.name}/{camera.camera}"
         self._ticks = ticks_between(rate_hz, camera.rate_hz)
-        self._renderer = Renderer(model, width=camera.width, height=camera.height, canvas=canvas)
-        self._noise = (
-            PixelNoise(camera.noise, stream(seed, robot.name, f"{self.name}/pixels")) if camera.noise else None
-        )
+        self._bent = BentView(self.intrinsics, camera.lens) if camera.lens is not None else None
+        width, height = (self._bent.width, self._bent.height) if self._bent else (camera.width, camera.height)
+        self._renderer = Renderer(model, width=width, height=height, canvas=canvas)
+        streams = streams_of(seed, robot.name, self.name)
+        self._noise = PixelNoise(camera.noise, streams("pixels")) if camera.noise else None
+        self._depth = depth_of(camera)
+        self._far = streams("depth") if self._depth is not None and self._depth.noise else None
+        self._shutter = Shutter(model, robot.name, camera, focal=self.intrinsics.fx)
+        self._names: tuple[str, ...] = ()
+        if camera.segmentation:
+            self._instances, self._names = instances_of(model)
 
     def due(self, tick: int) -> bool:
         """Say whether the camera takes a picture at a tick, counted from 0."""
@@ -86,27 +84,99 @@ class OnboardCamera:
             data: Where everything is.
             stamp: The simulated time [s].
         """
-        image = self._renderer.render(data, self._view)
+        shutter, depth, segmentation = self._shutter, None, None
+        image = shutter.picture(data, lambda: self._draw(data))
+        develop(image, self._camera)
         if self._noise is not None:
             self._noise.add_to(image)
-        return CameraFrame(stamp=stamp, image=image, intrinsics=self.intrinsics)
+        if self._depth is not None:
+            depth = self._measured(shutter.nearest(data, lambda: self._draw_depth(data)), self._depth)
+        if self._camera.segmentation:
+            segmentation = shutter.nearest(data, lambda: self._draw_instances(data))
+        return CameraFrame(
+            stamp=stamp,
+            image=image,
+            intrinsics=self.intrinsics,
+            depth=depth,
+            segmentation=segmentation,
+            instances=self._names,
+        )
 
     def pass_over(self) -> None:
         """Draw the chance of a picture that nobody asked for."""
+        shape = self._camera.height, self._camera.width
         if self._noise is not None:
-            self._noise.draw((self.intrinsics.height, self.intrinsics.width, 3))
+            self._noise.draw((*shape, 3))
+        if self._far is not None:
+            self._far.standard_normal(shape, dtype=np.float32)
 
     def info(self) -> SensorInfo:
         """Return its data sheet."""
+        camera = self._camera
+        noise = {"noise": camera.noise} | ({"depth": self._depth.noise} if self._depth is not None else {})
         return SensorInfo(
             kind="camera",
             robot_from_sensor=self.robot_from_camera,
-            rate_hz=self._camera.rate_hz,
-            noise={"noise": self._camera.noise},
+            rate_hz=camera.rate_hz,
+            noise=noise,
             intrinsics=self.intrinsics,
-            latency=self._camera.latency,
-            fov=math.radians(self._camera.fov_deg),
+            latency=camera.latency,
+            range=(self._depth.range[0], self._depth.range[1]) if self._depth is not None else None,
+            fov=math.radians(camera.fov_deg),
         )
+
+    def _draw(self, data: mujoco.MjData) -> Picture:
+        with self._straight_view():
+            picture = self._renderer.render(data, self._view)
+        return picture if self._bent is None else self._bent.bend(picture)
+
+    def _draw_depth(self, data: mujoco.MjData) -> Array:
+        with self._straight_view():
+            depth = self._renderer.depth(data, self._view)
+        return depth if self._bent is None else self._bent.bend_depth(depth)
+
+    def _draw_instances(self, data: mujoco.MjData) -> NDArray[np.int32]:
+        with self._straight_view():
+            geoms = self._renderer.segment(data, self._view)
+        instances = np.where(geoms >= 0, self._instances[geoms], np.int32(-1))
+        return instances if self._bent is None else self._bent.bend_instances(instances)
+
+    @contextmanager
+    def _straight_view(self) -> Iterator[None]:
+        """Widen the camera of the model to the straight picture that the lens bends."""
+        if self._bent is None:
+            yield
+            return
+        before = self._model.cam_fovy[self._index]
+        self._model.cam_fovy[self._index] = self._bent.fov_y_deg
+        try:
+            yield
+        finally:
+            self._model.cam_fovy[self._index] = before
+
+    def _measured(self, depth: Array, how: Depth) -> Array:
+        """Return a depth as it is measured."""
+        if self._far is not None:
+            chance = self._far.standard_normal(depth.shape, dtype=np.float32)
+            near = np.isfinite(depth)
+            depth = depth + how.noise * np.square(depth, where=near, out=np.zeros_like(depth)) * chance
+        nearest, farthest = how.range
+        return np.where(depth > farthest, np.inf, np.where(depth < nearest, -np.inf, depth))
+
+
+def depth_of(camera: Camera) -> Depth | None:
+    """Return how a camera measures distances, None when it does not."""
+    return camera.depth if isinstance(camera.depth, Depth) else Depth() if camera.depth else None
+
+
+def develop(image: Picture, camera: Camera) -> None:
+    """Smear and brighten a picture in place, as the camera's lens and its exposure do."""
+    if camera.blur:
+        cv2.GaussianBlur(image, (0, 0), camera.blur, dst=image)
+    wanted = MIDDLE_GREY / max(float(image.mean()), 1.0) if camera.exposure == "auto" else camera.exposure
+    gain = min(max(wanted, 1.0 / MOST_GAIN), MOST_GAIN) if camera.exposure == "auto" else wanted
+    if gain != 1.0:
+        cv2.convertScaleAbs(image, dst=image, alpha=gain)
 
 
 def ticks_between(loop_hz: float, sensor_hz: float) -> int:

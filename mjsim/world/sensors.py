@@ -1,10 +1,13 @@
 """Sensors as a world file describes them: what a robot senses with besides its wheels."""
 
+import math
 from typing import Annotated, Literal, Self
 
+import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from mjsim.world.base import PHYSICS_STEP, Degrees, Deviation, Distance, Length, Model, Name, Point3, Rate, fault
+from mjsim.world.lenses import Lens
 from mjsim.world.running import nearest_divisor, whole_steps
 
 
@@ -21,6 +24,15 @@ Chance = Annotated[float, Field(ge=0, le=1)]
 Bounds = Annotated[tuple[Distance, ...], Field(strict=False, min_length=2, max_length=2), AfterValidator(_ascending)]
 """[nearest, farthest] [m]."""
 Pitch = Annotated[float, Field(ge=-89, le=89)]
+
+
+class Depth(Model):
+    """How a camera measures distances."""
+
+    range: Bounds = (0.0, 100.0)
+    """[nearest, farthest] that is measured [m]."""
+    noise: Deviation = 0.0
+    """Standard deviation at 1 m [m]; it grows with the square of the distance, as that of stereo does."""
 
 
 class Camera(Model):
@@ -48,6 +60,29 @@ class Camera(Model):
     """Standard deviation of each pixel's value, of 255."""
     latency: Latency = 0
     """How many ticks a picture comes late."""
+    lens: Lens | None = None
+    """How the lens bends the picture; straight without. The field of view is that behind the lens."""
+    depth: bool | Depth = False
+    """Whether it gives the distance of each pixel too: true, or how it is measured."""
+    segmentation: bool = False
+    """Whether it gives what each pixel shows too."""
+    exposure: Annotated[float, Field(gt=0, le=100)] | Literal["auto"] = 1.0
+    """Brightness of pictures, of what the lamps give; auto brings the mean of each picture to a middle grey."""
+    blur: Annotated[float, Field(ge=0, le=20)] = 0.0
+    """Standard deviation of what the lens smears [px]."""
+    shutter: Annotated[float, Field(ge=0, le=1)] = 0.0
+    """How long the shutter is open [s]; a robot that moves blurs the picture."""
+    rolling_shutter: Annotated[float, Field(ge=0, le=1)] = 0.0
+    """From the first row to the last [s]; the stamp is that of the middle row."""
+
+    @model_validator(mode="after")
+    def _lens_reaches_its_edge(self) -> Self:
+        if self.lens is not None:
+            edge = np.array([[math.tan(math.radians(self.fov_deg) / 2), 0.0]])
+            if not np.allclose(self.lens.straighten(self.lens.bend(edge)), edge, atol=1e-6):
+                message = f"fov_deg is {self.fov_deg:g}; the lens folds the picture before it, make one of them smaller"
+                raise fault(message, "lens")
+        return self
 
 
 class LidarNoise(Model):

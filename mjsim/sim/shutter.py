@@ -1,0 +1,114 @@
+"""Pictures that take time: what a camera in motion sees from its first row to its last."""
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TypeVar
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array
+from mjsim.interface import Picture
+from mjsim.world.sensors import Camera
+
+MOST = 24
+"""Pictures that one picture is made of, at most."""
+NEAR = 1.0
+"""Things are no nearer than this when it is reckoned how far they move in the picture [m]."""
+
+V = TypeVar("V", bound=np.generic)
+
+
+class Shutter:
+    """The instants at which the rows of a camera are exposed, seen from the camera as it moves.
+
+    Row after row is read out, the middle one at the stamp of the picture, and each is the mean over the time that the
+    shutter was open. The camera goes on as the robot does at the stamp; all else is taken to rest meanwhile.
+    """
+
+    def __init__(self, model: mujoco.MjModel, robot: str, camera: Camera, *, focal: float) -> None:
+        """Get ready.
+
+        Args:
+            model: The compiled world.
+            robot: Name of the robot.
+            camera: As the world file has it.
+            focal: Its focal length [px].
+        """
+        self._camera, self._focal = camera, focal
+        self._index = model.camera(f"{robot}/{camera.camera}").id
+        self._base = model.body(f"{robot}/base").id
+        start = int(model.joint(f"{robot}/free").dofadr[0])
+        self._moved = slice(start, start + 6)
+        middles = (np.arange(camera.height) + 0.5) / camera.height - 0.5
+        self._rows = camera.rolling_shutter * middles
+        self._window = camera.rolling_shutter + camera.shutter
+
+    def picture(self, data: mujoco.MjData, draw: Callable[[], Picture]) -> Picture:
+        """Return the picture that is made of all instants; the camera in `data` is moved for each, and put back."""
+        instants = self._instants(data)
+        if len(instants) == 1:
+            return draw()
+        weights = self._weights(instants)
+        total = np.zeros((self._camera.height, self._camera.width, 3), dtype=np.float32)
+        for instant, weight in zip(instants, weights.T, strict=True):
+            rows = np.flatnonzero(weight)
+            with self._moved_on(data, instant):
+                picture = draw()
+            total[rows] += weight[rows, None, None].astype(np.float32) * picture[rows]
+        return np.asarray(np.rint(total), dtype=np.uint8)
+
+    def nearest(self, data: mujoco.MjData, draw: Callable[[], NDArray[V]]) -> NDArray[V]:
+        """Return what takes no mean, such as depth: each row as it is at the instant nearest to its own."""
+        instants = self._instants(data)
+        if len(instants) == 1:
+            return draw()
+        closest = np.abs(self._rows[:, None] - instants).argmin(axis=1)
+        whole: list[NDArray[V]] = []
+        for instant in instants:
+            with self._moved_on(data, instant):
+                whole.append(draw())
+        return np.concatenate([whole[number][row : row + 1] for row, number in enumerate(closest)])
+
+    def _instants(self, data: mujoco.MjData) -> Array:
+        """Return as many instants about the stamp as the picture moves by pixels meanwhile, shape (n,) [s]."""
+        velocity, turn = self._velocities(data)
+        pixels = self._focal * self._window * (float(np.linalg.norm(turn)) + float(np.linalg.norm(velocity)) / NEAR)
+        count = min(max(math.ceil(pixels), 1), MOST)
+        return np.asarray(self._window * ((np.arange(count) + 0.5) / count - 0.5), dtype=float)
+
+    def _weights(self, instants: Array) -> Array:
+        """Return what share each instant has in each row, shape (rows, instants)."""
+        step = float(instants[1] - instants[0])
+        # An instant stands for the time about it, and a row takes at least that long: one picture goes over into the
+        # next without a seam.
+        half_row, half = max(self._camera.shutter, step) / 2, step / 2
+        rows = self._rows[:, None]
+        shared = np.minimum(rows + half_row, instants + half) - np.maximum(rows - half_row, instants - half)
+        shares = np.maximum(shared, 0.0)
+        return np.asarray(shares / shares.sum(axis=1, keepdims=True), dtype=float)
+
+    def _velocities(self, data: mujoco.MjData) -> tuple[Array, Array]:
+        """Return velocity [m/s] and turn [rad/s] of the base, world frame, shapes (3,)."""
+        moved = data.qvel[self._moved]
+        return moved[:3].copy(), data.xmat[self._base].reshape(3, 3) @ moved[3:]
+
+    @contextmanager
+    def _moved_on(self, data: mujoco.MjData, instant: float) -> Iterator[None]:
+        """Move the camera to where it is at an instant about the stamp, and back."""
+        index = self._index
+        place, axes = data.cam_xpos[index].copy(), data.cam_xmat[index].copy()
+        velocity, turn = self._velocities(data)
+        quaternion, turned = np.empty(4), np.empty(9)
+        angle = float(np.linalg.norm(turn)) * instant
+        mujoco.mju_axisAngle2Quat(quaternion, turn / max(float(np.linalg.norm(turn)), 1e-12), angle)
+        mujoco.mju_quat2Mat(turned, quaternion)
+        rotation, base = turned.reshape(3, 3), data.xpos[self._base]
+        data.cam_xpos[index] = base + velocity * instant + rotation @ (place - base)
+        data.cam_xmat[index] = (rotation @ axes.reshape(3, 3)).ravel()
+        try:
+            yield
+        finally:
+            data.cam_xpos[index], data.cam_xmat[index] = place, axes
