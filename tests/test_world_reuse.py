@@ -7,7 +7,7 @@ import time
 import pytest
 from record_ticks import hand_made_ticks, infos
 
-from mjsim.errors import WorldError
+from mjsim.errors import UsageError, WorldError
 from mjsim.record import Recorder, read_recording
 from mjsim.world import load_checked, load_world, parse_world
 from mjsim.world.expand import expand, needs_expansion
@@ -342,6 +342,9 @@ def test_checks_and_settings_work_on_what_was_expanded(tmp_path):
     }
     world = world_of(tmp_path, files)
     assert with_settings(world, ["robots.r-2.at=[5, 5]"]).robots[1].at == (5, 5)
+    assert with_settings(world, ["variables.w=6", "run.seconds=3"]).obstacles[0].at == (6, 3)
+    with pytest.raises(UsageError, match=r"--set variables\.v=6: no variable 'v'; there are w"):
+        with_settings(world, ["variables.v=6"])
     world_of(tmp_path, {**files, "a.yaml": files["a.yaml"].replace("${w}", "${w + 2}").replace("3]", "1]")})
     with pytest.raises(WorldError) as caught:
         load_checked(tmp_path / "main.yaml")

@@ -33,6 +33,8 @@ class Expansion:
     problems: list[Problem]
     included: Mapping[str, bytes]
     """The files that it includes, by their paths from its folder."""
+    variables: Mapping[str, Value]
+    """Those of the text and of the files that it includes."""
 
 
 def needs_expansion(text: str) -> bool:
@@ -50,12 +52,13 @@ def expand(node: Node, source: Source, *, variables: Mapping[str, Value] | None 
     """
     work = _Expander(source)
     top = _File(name="", folder="", shown=source.file, how="", chain=(_own_name(source),))
+    names = dict(variables or {})
     try:
-        whole = work.file(node, top, dict(variables or {}))
+        whole = work.file(node, top, names)
     except TooMuchError as error:
         whole = Node({}, node.line, node.column)
         work.budget.report(source.file, error.node.line, error.node.column, str(error))
-    return Expansion(whole, list(work.budget.problems.values()), work.included)
+    return Expansion(whole, list(work.budget.problems.values()), work.included, names)
 
 
 @dataclass(frozen=True, slots=True)

@@ -52,13 +52,13 @@ def parse_world(
         found = "a list" if isinstance(node.value, list) else "one value"
         line = Problem(source.file, node.line, node.column, f"the file holds {found}; a world begins with 'mjsim: 1'")
         raise WorldError([*problems, line])
-    included: Mapping[str, bytes] = {}
-    amiss = False
+    source, amiss = dataclasses.replace(source, text=text, included={}, variables={}), False
     if variables or needs_expansion(text):
         expansion = expand(node, source, variables=variables)
-        node, included, amiss = expansion.node, expansion.included, bool(expansion.problems)
+        source = dataclasses.replace(source, included=expansion.included, variables=expansion.variables)
+        node, amiss = expansion.node, bool(expansion.problems)
         problems += expansion.problems
-    source = dataclasses.replace(source, text=text, included=included, written=node)
+    source = dataclasses.replace(source, written=node)
     try:
         world = World.model_validate(node.value, context={"source": source})
     except ValidationError as error:

@@ -1,6 +1,6 @@
 """Change single values of a world by their path, as `--set KEY=VALUE` does."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from pydantic import ValidationError
@@ -10,7 +10,10 @@ from ruamel.yaml.error import YAMLError
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.world.check import check_world
 from mjsim.world.model import World
+from mjsim.world.reader import parse_world
 from mjsim.world.words import path_of, sentence
+
+_VARIABLES = "variables"
 
 
 def with_settings(world: World, settings: Iterable[str]) -> World:
@@ -19,22 +22,20 @@ def with_settings(world: World, settings: Iterable[str]) -> World:
     Args:
         world: Stays as it is.
         settings: 'robots.scout.odometry.noise.turn=0.02' and the like: keys by their names, items of a list by
-            their `name` or their number from 0; the value is YAML.
+            their `name` or their number from 0; the value is YAML. 'variables.width=4' changes a variable of the
+            text, and all that is computed from it.
 
     Raises:
+        WorldError: With other variables the text describes no world.
         UsageError: There is no such key, the value does not fit it, or it cannot be meant, such as a place in a wall.
     """
+    given = [_parts(setting) for setting in settings]
+    world = _with_variables(world, [part for part in given if part[0][0] == _VARIABLES])
     tree = world.model_dump(exclude_unset=True)
     full = world.model_dump()
-    for setting in settings:
-        key, equals, text = setting.partition("=")
-        if not equals or not key:
-            raise UsageError(f"--set {setting}: write it as KEY=VALUE, such as run.seconds=20")
-        try:
-            value = YAML(typ="safe", pure=True).load(text)
-        except YAMLError:
-            raise UsageError(f"--set {setting}: '{text}' is not a YAML value") from None
-        _put(tree, full, key.split("."), value, setting)
+    for path, value, setting in given:
+        if path[0] != _VARIABLES:
+            _put(tree, full, path, value, setting)
     try:
         changed = World.model_validate(tree)
     except ValidationError as error:
@@ -46,6 +47,33 @@ def with_settings(world: World, settings: Iterable[str]) -> World:
         if problem.message not in known:
             raise UsageError(f"--set {', '.join(settings)}: {problem.message}")
     return changed
+
+
+def _parts(setting: str) -> tuple[list[str], Any, str]:
+    """Return the path of a setting, its value, and itself."""
+    key, equals, text = setting.partition("=")
+    if not equals or not key:
+        raise UsageError(f"--set {setting}: write it as KEY=VALUE, such as run.seconds=20")
+    try:
+        return key.split("."), YAML(typ="safe", pure=True).load(text), setting
+    except YAMLError:
+        raise UsageError(f"--set {setting}: '{text}' is not a YAML value") from None
+
+
+def _with_variables(world: World, given: Sequence[tuple[list[str], Any, str]]) -> World:
+    """Return the world that its text describes with other values of its variables."""
+    known, source = world.source.variables, world.source
+    for path, value, setting in given:
+        name = ".".join(path[1:])
+        if name not in known:
+            raise UsageError(f"--set {setting}: no variable '{name}'{did_you_mean(name, known)}")
+        if not isinstance(value, (bool, int, float, str)):
+            raise UsageError(f"--set {setting}: variable '{name}' needs a single value, such as {known[name]}")
+    if not given or source.text is None:
+        return world
+    if parse_world(source.text, source=source) != world:
+        raise UsageError(f"--set {given[0][2]}: this world is no longer what its text says; set its values themselves")
+    return parse_world(source.text, source=source, variables={path[1]: value for path, value, _ in given})
 
 
 def _put(tree: Any, full: Any, path: list[str], value: Any, setting: str) -> None:

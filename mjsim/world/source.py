@@ -28,6 +28,8 @@ class Source:
     """Files that came with it, as in a recording; they go before the folder."""
     included: Mapping[str, bytes] = field(default_factory=dict, compare=False)
     """World files that its text includes, by their paths from its folder."""
+    variables: Mapping[str, bool | int | float | str] = field(default_factory=dict, compare=False)
+    """Those of its text and of what that includes, with their values."""
     written: Any = field(default=None, compare=False, repr=False)
     """Where each value stands in the text, for the reader's own use."""
 

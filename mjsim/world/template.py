@@ -59,12 +59,15 @@ class Budget:
         if time.process_time() > self._end:
             raise TooMuchError(f"expanding takes more than {LONGEST_TIME:g} s; repeat or include less", node)
 
+    def check_items(self, node: Node, copies: int) -> None:
+        """Raise TooMuchError when so many more items are too many."""
+        if self._items + copies > MOST_ITEMS:
+            raise TooMuchError(f"repeating comes to more than {MOST_ITEMS} items; repeat less", node)
+
     def take(self, node: Node, size: int) -> None:
         """Count one more item of so many values."""
         self._items += 1
         self._values += size
-        if self._items > MOST_ITEMS:
-            raise TooMuchError(f"repeating comes to more than {MOST_ITEMS} items; repeat less", node)
         if self._values > MOST_VALUES:
             raise TooMuchError(f"repeating comes to more than {MOST_VALUES} values; repeat less", node)
         if self._items % 256 == 0:
@@ -214,6 +217,7 @@ class Template:
             if not letters or len(steps) != len(letters):
                 return Node([item.value], node.line, node.column, {0: item})
             copies, faults = math.prod(step.times for step in steps), len(self._budget.problems)
+            self._budget.check_items(node, copies)
             nodes: list[Node] = []
             inner = dict(names)
             place = None
