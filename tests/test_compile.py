@@ -56,7 +56,7 @@ def test_items_without_a_name_are_numbered_past_those_that_have_one():
 
 def test_physics_is_set_for_wheels_and_never_resets_itself(model: mujoco.MjModel):
     assert model.opt.timestep == PHYSICS_STEP
-    assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
     assert model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET
 
 
