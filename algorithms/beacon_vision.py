@@ -1,4 +1,4 @@
-"""The observer that recognises the catalogue's pictures in a robot's camera and tells where they are.
+"""The observer that recognises the catalogue's pictures and markers in a robot's camera and tells where they are.
 
 A picture that was found is followed: odometry predicts where it is in the next image, and a direct comparison
 measures it there. A search of the whole image, which costs several times more, is made when enough is new.
@@ -13,13 +13,14 @@ from numpy.random import Generator
 from mjsim.geometry import Array, Pose
 from mjsim.interface import BeaconInfo, CameraFrame, Observation, RobotInfo, Sighting, sightings_from
 
+from .marker_beacons import MarkerBeacons
 from .picture_beacons import FoundPicture, PictureBeacons, View
 
-__all__ = ["BeaconVision", "PictureBeacons"]
+__all__ = ["BeaconVision", "MarkerBeacons", "PictureBeacons"]
 
 
 class BeaconVision:
-    """Sightings of picture beacons from one camera."""
+    """Sightings of picture and marker beacons from one camera."""
 
     def __init__(
         self,
@@ -43,15 +44,14 @@ class BeaconVision:
         self._search_frames = search_frames
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
-        """Prepare to look for the pictures of the catalogue."""
+        """Prepare to look for the pictures and markers of the catalogue."""
         sensor = robot.sensors.get(self._camera)
         if sensor is None or sensor.intrinsics is None:
             cameras = [name for name, info in robot.sensors.items() if info.intrinsics is not None]
             raise ValueError(f"no camera '{self._camera}' on this robot; it has {', '.join(cameras) or 'none'}")
         self._robot_from_camera = sensor.robot_from_sensor
-        self._beacons = PictureBeacons(
-            {name: (info.picture, info.width) for name, info in catalogue.items() if info.picture is not None}
-        )
+        self._finders = _finders(catalogue)
+        self._finder_of: dict[str, PictureBeacons | MarkerBeacons] = {}
         self._moved = Pose(0.0, 0.0, 0.0)
         self._newness = 1.0
         self._followed: dict[str, FoundPicture] = {}
@@ -79,7 +79,10 @@ class BeaconVision:
         )
         if self._newness >= 1.0:
             self._newness = 0.0
-            found += self._beacons.search(view, known=found)
+            for finder in self._finders:
+                fresh = finder.search(view, known=found)
+                self._finder_of |= {picture.detection.name: finder for picture in fresh}
+                found += fresh
         return found
 
     def _follow(self, view: View) -> list[FoundPicture]:
@@ -89,7 +92,7 @@ class BeaconVision:
         for name, before in self._followed.items():
             rotation = now_from_before[:3, :3] @ before.pose.rotation
             position = now_from_before[:3, :3] @ before.pose.position + now_from_before[:3, 3]
-            picture = self._beacons.track(name, rotation, position, view)
+            picture = self._finder_of[name].track(name, rotation, position, view)
             if picture is not None:
                 found.append(picture)
         return found
@@ -100,3 +103,16 @@ class BeaconVision:
         now_from_before = np.eye(4)
         now_from_before[:2, :2], now_from_before[:2, 3] = back.matrix()[:2, :2], back.matrix()[:2, 2]
         return np.linalg.inv(self._robot_from_camera) @ now_from_before @ self._robot_from_camera
+
+
+def _finders(catalogue: Mapping[str, BeaconInfo]) -> list[PictureBeacons | MarkerBeacons]:
+    """Return what finds the beacons of a catalogue: one for all pictures, one for markers of one kind and size."""
+    finders: list[PictureBeacons | MarkerBeacons] = []
+    pictures = {name: (info.picture, info.width) for name, info in catalogue.items() if info.picture is not None}
+    if pictures:
+        finders.append(PictureBeacons(pictures))
+    kinds: dict[tuple[str, float], dict[int, str]] = {}
+    for name, info in catalogue.items():
+        if info.marker is not None:
+            kinds.setdefault((info.marker.dictionary, info.width), {})[info.marker.id] = name
+    return finders + [MarkerBeacons(dictionary, width, names=names) for (dictionary, width), names in kinds.items()]

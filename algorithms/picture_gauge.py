@@ -1,0 +1,115 @@
+"""Measuring where one known flat picture hangs, once it is roughly known where it is in the image."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.interface import Detection, Intrinsics, Picture
+
+from .picture_alignment import align, search_near
+from .picture_templates import Gray, ImagePyramid, apply_homography, make_templates, quadrilateral_area
+from .planar_pose import PlanarPose, fit_pose, image_from_plane
+
+MOST_TILT_DEG = 68.0
+"""Between the line of sight and the picture's normal."""
+LEAST_SIDE = 20.0
+"""Of a picture in the image, the root of its area [px]."""
+CORNER_FLOOR = 0.006
+"""What no number of pixels averages away of a picture, standard deviation of each coordinate of a corner
+[pixels compared]; measured by scripts/measure_vision.py."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FoundPicture:
+    """A picture that was found, with its whole pose."""
+
+    detection: Detection
+    pose: PlanarPose
+    correlation: float
+    """With its image, at most 1."""
+
+
+class View:
+    """A camera's image, with what is made of it only once."""
+
+    def __init__(self, image: Picture, intrinsics: Intrinsics) -> None:
+        """Take an RGB image, shape (height, width, 3)."""
+        self.intrinsics = intrinsics
+        self.gray = gray_of(image)
+        self.pyramid: ImagePyramid = ImagePyramid(self.gray)
+
+
+class PictureGauge:
+    """Compares one picture with an image and tells where it hangs."""
+
+    def __init__(self, name: str, gray: Gray, width: float, *, floor: float = CORNER_FLOOR) -> None:
+        """Make templates of a picture.
+
+        Args:
+            name: What its detections are called.
+            gray: Shape (height, width).
+            width: Of the printed picture [m].
+            floor: What no number of pixels averages away, standard deviation of a corner [pixels compared].
+        """
+        self.name = name
+        self._floor = floor
+        self._size = width, width * gray.shape[0] / gray.shape[1]
+        self._templates = make_templates(gray, width)
+
+    def near(self, rotation: Array, position: Array, view: View) -> FoundPicture | None:
+        """Return the picture when it is near a pose in the camera's frame, else None.
+
+        Args:
+            rotation: camera_from_picture as predicted, shape (3, 3).
+            position: Its middle as predicted, shape (3,) [m].
+            view: Where to look.
+        """
+        homography = image_from_plane(rotation, position, view.intrinsics)
+        if not self._plausible(homography, view.intrinsics):
+            return None
+        near = search_near(self._templates, view.pyramid, homography)
+        return self.at(near, view, guess=(rotation, position))
+
+    def at(self, homography: Array, view: View, *, guess: tuple[Array, Array] | None = None) -> FoundPicture | None:
+        """Return the picture with its pose when it lies in the image near a homography, else None.
+
+        Args:
+            homography: From the picture's plane [m] to the image [px], shape (3, 3).
+            view: Where to look.
+            guess: Rotation (3, 3) and position (3,) [m] near the pose.
+        """
+        if not self._plausible(homography, view.intrinsics):
+            return None
+        alignment = align(self._templates, view.pyramid, homography)
+        if alignment is None or not self._plausible(alignment.homography, view.intrinsics):
+            return None
+        outline = self._templates[0].corners
+        covariance = alignment.covariance + (self._floor * alignment.pixel) ** 2 * np.eye(8)
+        corners = apply_homography(alignment.homography, outline)
+        pose = fit_pose(corners, covariance, self._size, view.intrinsics, guess=guess)
+        sight = pose.position / np.linalg.norm(pose.position)
+        if pose.position[2] <= 0.0 or pose.rotation[:, 2] @ sight < np.cos(np.radians(MOST_TILT_DEG)):
+            return None
+        fitted = apply_homography(image_from_plane(pose.rotation, pose.position, view.intrinsics), outline)
+        detection = Detection(self.name, pose.position, pose.covariance[:3, :3], fitted)
+        return FoundPicture(detection, pose, alignment.correlation)
+
+    def _plausible(self, homography: Array, intrinsics: Intrinsics) -> bool:
+        """Tell whether a homography shows the picture's front, not too small, and enough of it in the image."""
+        corners = self._templates[0].corners
+        depth = corners @ homography[2, :2] + homography[2, 2]
+        if depth.max() * depth.min() <= 0.0:
+            return False
+        seen = apply_homography(homography, corners)
+        area = quadrilateral_area(seen)
+        if area < LEAST_SIDE**2:
+            return False
+        inside = np.clip(seen, 0.0, (intrinsics.width - 1.0, intrinsics.height - 1.0))
+        return quadrilateral_area(inside) > 0.5 * area
+
+
+def gray_of(picture: Picture) -> Gray:
+    """Return an RGB picture in gray, shape (height, width)."""
+    return np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
