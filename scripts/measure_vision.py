@@ -34,13 +34,13 @@ def main() -> None:
         )
         finder = MarkerBeacons(given.markers, given.width, names={number: name for name, number in MARKERS.items()})
     else:
-        studio, names, farthest = Studio(), dict.fromkeys(KNOWN), 4.0
+        studio, names, farthest = Studio(), list(KNOWN), 4.0
         finder = PictureBeacons({name: (PICTURES[name], WIDTH) for name in KNOWN})
     rng, tally, seconds = np.random.default_rng(given.seed), Tally(), []
     edges = np.linspace(1.0, farthest, 5)
     by_distance: list[list[float]] = [[] for _ in edges[1:]]
     for k in range(given.views):
-        name, yaw = list(names)[k % len(names)], float(rng.uniform(-45.0, 45.0))
+        name, yaw = names[k % len(names)], float(rng.uniform(-45.0, 45.0))
         distance = float(rng.uniform(1.0, farthest))
         shot = studio.before(name, distance, yaw, aside_deg=float(rng.uniform(-12, 12)), rng=rng)
         began = time.process_time()
@@ -50,20 +50,17 @@ def main() -> None:
         tally.add(name, yaw, shot, found)
         by_distance[int(np.searchsorted(edges, distance) - 1)] += tally.distances[before:]
     studio.canvas.close()
-    errors = np.array(tally.errors)
+    ranges, bearings = 100.0 * np.array(tally.errors).T * [[1.0], [0.01]]
+    cost = 1e3 * np.array(seconds)
     for yaw, (count, total) in tally.found.items():
         print(f"found, yaw up to {yaw} deg    {count} of {total} ({100 * count / total:.1f} %)")
-    print(f"gross or wrong           {tally.gross} in {given.views} views ({len(errors)} detections)")
-    print(
-        f"range error              median {100 * np.median(errors[:, 0]):.3f} %, worst {100 * errors[:, 0].max():.2f} %"
-    )
-    print(f"bearing error            median {np.median(errors[:, 1]):.4f} deg, worst {errors[:, 1].max():.3f} deg")
+    print(f"gross or wrong           {tally.gross} in {given.views} views ({len(ranges)} detections)")
+    print(f"range error              median {np.median(ranges):.3f} %, worst {ranges.max():.2f} %")
+    print(f"bearing error            median {np.median(bearings):.4f} deg, worst {bearings.max():.3f} deg")
     print(f"NEES of the position     mean {np.mean(tally.distances):.2f}, median {np.median(tally.distances):.2f}")
     for low, high, part in zip(edges, edges[1:], by_distance, strict=False):
         print(f"    {low:.1f} to {high:.1f} m         mean {np.mean(part):.2f}")
-    print(
-        f"processor time a picture mean {1e3 * np.mean(seconds):.1f} ms, 99 % {1e3 * np.quantile(seconds, 0.99):.1f} ms"
-    )
+    print(f"processor time a picture mean {cost.mean():.1f} ms, 99 % {np.quantile(cost, 0.99):.1f} ms")
 
 
 if __name__ == "__main__":
