@@ -26,6 +26,7 @@ from mjsim.record.messages import Message, covariance_message, encode, nanosecon
 from mjsim.record.scene import calibration_message, frames_message, laser_message, mount, picture_message
 from mjsim.record.schemas import ROBOT_TOPICS, SENSOR_TOPICS, WORLD_TOPICS
 from mjsim.world import World, parse_world
+from mjsim.world.layout import escaped
 from mjsim.world.looks import Looks
 from mjsim.world.source import Source
 
@@ -221,4 +222,4 @@ def text_of(world: World, files: Mapping[str, bytes]) -> str:
                 return text
         except WorldError:
             pass
-    return world.model_dump_json(exclude_unset=True, indent=1)
+    return escaped(world.model_dump_json(exclude_unset=True, indent=1))
