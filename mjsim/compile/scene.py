@@ -79,8 +79,9 @@ def _bounds(world: World, boxes: list[WallBox]) -> tuple[Array, Array]:
     """Return the lowest and the highest corner of all that stands on the floor, shape (3,) each [m]."""
     points = [np.array([[*robot.at, 0.0], [*robot.at, robot.body.height]]) for robot in world.robots]
     points += [np.array([[item.place.x, item.place.y, item.center + item.beacon.width / 2]]) for item in hung(world)]
-    for box in boxes:
-        points.append(np.column_stack([box.outline(), np.full(4, box.center[2] + box.half[2])]))
+    if boxes:
+        outlines, tops = np.array([box.outline for box in boxes]), [box.center[2] + box.half[2] for box in boxes]
+        points.append(np.column_stack([outlines.reshape(-1, 2), np.repeat(tops, 4)]))
     for item in world.obstacles:
         outline = footprint(item)
         points.append(np.column_stack([outline, np.full(len(outline), top(item))]))

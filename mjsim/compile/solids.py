@@ -1,15 +1,16 @@
 """Upright prisms -> the faces that can be seen of their union: no overlaps, no inner faces, no cracks.
 
-The prisms' outlines cut the plane into cells; each cell is solid over some spans of height. A side face stands
-wherever a cell is solid and its neighbour is not, a level face wherever a span ends. All faces take their
-corners from one set of nodes, so that neighbouring faces share their edges exactly. The mathematics knows nothing
+The prisms' outlines cut the plane into cells; each cell is solid over some spans of height, its column. A side face
+stands wherever a cell is solid and its neighbour is not, a level face wherever a span ends. All faces take their
+corners from one set of nodes, so that neighbouring faces share their edges exactly. Columns are few and cells many:
+what depends on columns is worked out once for each, what depends on cells in arrays. The mathematics knows nothing
 of MuJoCo.
 """
 
 import itertools
-from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import shapely
@@ -20,23 +21,25 @@ from mjsim.geometry import Array
 GRID = 1e-6
 """Points nearer than this are one [m]."""
 
-Node = tuple[float, float]
+Whole = NDArray[np.int64]
 Span = tuple[float, float, int]
 """Lower and upper height [m] of what is solid, and its look."""
+Column = tuple[Span, ...]
+"""What is solid over a cell, from below."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Prism:
-    """An upright solid on a convex outline."""
+class Prisms:
+    """Upright solids on convex outlines."""
 
-    outline: Array
-    """Counter-clockwise, world frame, shape (n, 2) [m]."""
-    low: float
-    """[m]"""
-    high: float
-    """[m]"""
-    look: int = 0
-    """Index of its colour or texture; where prisms overlap, the lowest index is seen."""
+    outlines: Array
+    """Counter-clockwise, world frame, shape (n, corners, 2) [m]."""
+    low: Array
+    """Shape (n,) [m]."""
+    high: Array
+    """Shape (n,) [m]."""
+    look: Whole
+    """Index of the colour or texture of each, shape (n,); where prisms overlap, the lowest index is seen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,63 +55,137 @@ class Face:
     look: int
 
 
-def visible_faces(prisms: Sequence[Prism], *, floor: float = 0.0) -> list[Face]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Faces:
+    """Many flat faces; each has corners of its own."""
+
+    points: Array
+    """Corners, world frame, shape (n, 3) [m]."""
+    normals: Array
+    """Of the face of each corner, outwards, shape (n, 3)."""
+    triangles: NDArray[np.int32]
+    """Indices of corners, counter-clockwise seen from outside, shape (m, 3)."""
+    look: Whole
+    """Of each triangle, shape (m,)."""
+
+    @classmethod
+    def joined(cls, parts: Sequence["Faces"]) -> Self:
+        """Return the faces of all parts together."""
+        first = np.cumsum([0, *(len(part.points) for part in parts)])
+        return cls(
+            np.concatenate([np.zeros((0, 3)), *(part.points for part in parts)]),
+            np.concatenate([np.zeros((0, 3)), *(part.normals for part in parts)]),
+            np.concatenate(
+                [np.zeros((0, 3), np.int32), *(p.triangles + np.int32(f) for p, f in zip(parts, first, strict=False))]
+            ),
+            np.concatenate([np.zeros(0, np.int64), *(part.look for part in parts)]),
+        )
+
+    @classmethod
+    def of(cls, faces: Sequence[Face]) -> Self:
+        """Return faces that stand one by one."""
+        return cls.joined(
+            [
+                Faces(
+                    face.points,
+                    np.tile(face.normal, (len(face.points), 1)),
+                    face.triangles,
+                    np.full(len(face.triangles), face.look),
+                )
+                for face in faces
+            ]
+        )
+
+    def some(self, chosen: NDArray[np.bool_] | Whole) -> "Faces":
+        """Return some of the triangles, with no corner that they do not use."""
+        corners, triangles = np.unique(self.triangles[chosen], return_inverse=True)
+        return Faces(
+            self.points[corners],
+            self.normals[corners],
+            triangles.reshape(-1, 3).astype(np.int32),
+            self.look[chosen],
+        )
+
+
+def visible_faces(prisms: Prisms, *, floor: float = 0.0) -> Faces:
     """Return the faces of the union of prisms; those that lie on the floor or below are left out."""
-    if not prisms:
-        return []
-    cells, spans = _cells(prisms)
-    sides = list(_sides(cells, spans))
-    heights: dict[Node, set[float]] = defaultdict(set)
-    for (start, end), (low, high, _) in sides:
-        heights[start] |= {low, high}
-        heights[end] |= {low, high}
-    faces = [_side(start, end, span, heights) for (start, end), span in sides]
-    return faces + list(_levels(cells, spans, floor))
+    if not len(prisms.low):
+        return Faces.joined([])
+    cells, columns, column_of = _cells(prisms)
+    return Faces.joined([_sides(cells, columns, column_of), _levels(cells, columns, column_of, floor)])
 
 
-def _cells(prisms: Sequence[Prism]) -> tuple[list[shapely.Polygon], list[list[Span]]]:
-    """Return the solid cells that the outlines cut out of the plane, and the solid spans of each."""
-    outlines = shapely.polygons([np.round(prism.outline / GRID) * GRID for prism in prisms])
-    lines = shapely.union_all(shapely.boundary(outlines), grid_size=GRID)
+def _cells(prisms: Prisms) -> tuple[NDArray[np.object_], list[Column], Whole]:
+    """Return the solid cells that the outlines cut out of the plane, the columns there are, and which each cell has."""
+    corners = np.round(prisms.outlines / GRID)
+    outlines = shapely.polygons(corners * GRID)
+    # A window leaves two prisms on one outline.
+    _, once, _ = _unique_rows(corners.reshape(len(corners), -1).astype(np.int64))
+    lines = shapely.union_all(shapely.boundary(outlines[once]), grid_size=GRID)
     cells = shapely.orient_polygons(shapely.get_parts(shapely.polygonize(shapely.get_parts(lines))))
-    inner_points = shapely.point_on_surface(cells)
-    owners: dict[int, list[Prism]] = defaultdict(list)
-    for cell, owner in shapely.STRtree(outlines).query(inner_points, predicate="within").T.tolist():
-        owners[cell].append(prisms[owner])
-    found = sorted(owners)
-    return [cells[cell] for cell in found], [_spans(owners[cell]) for cell in found]
+    cell, owner = shapely.STRtree(outlines).query(shapely.point_on_surface(cells), predicate="within")
+    spans = np.column_stack([prisms.low.round(6), prisms.high.round(6), prisms.look])
+    kinds, kind_of = np.unique(spans, axis=0, return_inverse=True)
+    pairs = np.unique(np.column_stack([cell, kind_of.ravel()[owner]]), axis=0)
+    solid, first = np.unique(pairs[:, 0], return_index=True)
+    owners, ends = pairs[:, 1].tolist(), [*first.tolist()[1:], len(pairs)]
+    numbers: dict[tuple[int, ...], int] = {}
+    column_of = [
+        numbers.setdefault(tuple(owners[a:b]), len(numbers)) for a, b in zip(first.tolist(), ends, strict=True)
+    ]
+    spans_of = [(low, high, int(look)) for low, high, look in kinds.tolist()]
+    columns = [_column([spans_of[kind] for kind in key]) for key in numbers]
+    return cells[solid], columns, np.array(column_of, dtype=np.int64)
 
 
-def _spans(prisms: Sequence[Prism]) -> list[Span]:
+def _column(prisms: Sequence[Span]) -> Column:
     """Return what is solid where prisms lie over each other, from below, neighbours of one look as one."""
-    heights = sorted({round(height, 6) for prism in prisms for height in (prism.low, prism.high)})
+    heights = sorted({height for low, high, _ in prisms for height in (low, high)})
     spans: list[Span] = []
     for low, high in itertools.pairwise(heights):
         middle = (low + high) / 2
-        look = min((prism.look for prism in prisms if prism.low < middle < prism.high), default=None)
+        look = min((look for bottom, top, look in prisms if bottom < middle < top), default=None)
         if look is None:
             continue
         if spans and spans[-1][1:] == (low, look):
             low = spans.pop()[0]
         spans.append((low, high, look))
-    return spans
+    return tuple(spans)
 
 
-def _sides(cells: Sequence[shapely.Polygon], spans: Sequence[list[Span]]) -> Iterator[tuple[tuple[Node, Node], Span]]:
-    """Yield each upright face: the edge on which it stands, solid to the left, and its span."""
-    edges = {
-        (tuple(start), tuple(end)): cell
-        for cell, polygon in enumerate(cells)
-        for ring in (polygon.exterior, *polygon.interiors)
-        for start, end in itertools.pairwise(np.round(shapely.get_coordinates(ring), 6).tolist())
-    }
-    for (start, end), cell in edges.items():
-        neighbour = edges.get((end, start))
-        for span in _without(spans[cell], spans[neighbour] if neighbour is not None else []):
-            yield (start, end), span
+def _sides(cells: NDArray[np.object_], columns: Sequence[Column], column_of: Whole) -> Faces:
+    """Return the upright faces: those parts of the spans of each cell that its neighbour's spans leave free."""
+    places, start, end, cell, neighbour = _edges(cells)
+    count = len(columns)
+    other = np.where(neighbour < 0, count, column_of[neighbour])
+    pairs, pair_of = np.unique(column_of[cell] * (count + 1) + other, return_inverse=True)
+    known = [*columns, ()]
+    free = [list(_without(known[pair // (count + 1)], known[pair % (count + 1)])) for pair in pairs.tolist()]
+    edge, span = _expanded([len(spans) for spans in free], pair_of.ravel())
+    if not len(edge):
+        return Faces.joined([])
+    low, high, look = np.array([span for spans in free for span in spans]).reshape(-1, 3)[span].T
+    return _upright(places, start[edge], end[edge], low, high, look.astype(np.int64))
 
 
-def _without(spans: Sequence[Span], others: Sequence[Span]) -> Iterator[Span]:
+def _edges(cells: NDArray[np.object_]) -> tuple[Array, Whole, Whole, Whole, Whole]:
+    """Return the nodes, and of each edge of a cell both nodes, solid to the left, its cell and the cell beyond or -1.
+
+    Nodes have shape (n, 2) [m], all else (edges,).
+    """
+    rings, cell_of_ring = shapely.get_rings(cells, return_index=True)
+    points, ring = shapely.get_coordinates(rings, return_index=True)
+    nodes, _, node_of = _unique_rows(np.round(points / GRID).astype(np.int64))
+    goes_on = ring[:-1] == ring[1:]
+    start, end, cell = node_of[:-1][goes_on], node_of[1:][goes_on], cell_of_ring[ring[:-1][goes_on]]
+    codes, back = start * len(nodes) + end, end * len(nodes) + start
+    order = np.argsort(codes)
+    found = order[np.searchsorted(codes[order], back).clip(max=len(codes) - 1)]
+    neighbour = np.where(codes[found] == back, cell[found], -1)
+    return np.asarray(nodes * GRID, dtype=float), start, end, cell, neighbour
+
+
+def _without(spans: Column, others: Column) -> Iterator[Span]:
     """Yield the parts of spans that no other span covers."""
     for low, high, look in spans:
         free = low
@@ -122,39 +199,81 @@ def _without(spans: Sequence[Span], others: Sequence[Span]) -> Iterator[Span]:
             yield free, high, look
 
 
-def _side(start: Node, end: Node, span: Span, heights: Mapping[Node, set[float]]) -> Face:
-    """Return an upright face with a corner wherever a neighbour has one, lest a crack of a pixel be seen."""
-    low, high, look = span
-    near = [(*start, z) for z in sorted(heights[start]) if low <= z <= high]
-    far = [(*end, z) for z in sorted(heights[end]) if low <= z <= high]
-    triangles, i, j = [], 0, 0
-    while i + 1 < len(near) or j + 1 < len(far):
-        a, b = i, len(near) + j
-        if j + 1 < len(far) and (i + 1 == len(near) or far[j + 1][2] <= near[i + 1][2]):
-            j += 1
-            triangles.append((a, b, b + 1))
-        else:
-            i += 1
-            triangles.append((a, b, a + 1))
-    along = np.subtract(end, start)
-    along /= np.hypot(*along)
-    return Face(np.array(near + far), np.array(triangles, dtype=np.int32), np.array([along[1], -along[0], 0.0]), look)
+def _upright(places: Array, start: Whole, end: Whole, low: Array, high: Array, look: Whole) -> Faces:
+    """Return upright faces with a corner wherever a neighbour has one, lest a crack of a pixel be seen."""
+    heights, level = np.unique(np.concatenate([low, high]), return_inverse=True)
+    bottom, top = level.ravel().reshape(2, -1)
+    # Every place and height where a face has a corner, in order.
+    known = np.unique(np.concatenate([node * len(heights) + z for node in (start, end) for z in (bottom, top)]))
+    ends = np.stack([start, end], axis=1) * len(heights)
+    first = np.searchsorted(known, ends + bottom[:, None])
+    counts = np.searchsorted(known, ends + top[:, None]) - first + 1
+    # The corners of a face: upwards along its first edge, then upwards along its last.
+    edge, step = _fan(counts.ravel())
+    corner = known[first.ravel()[edge] + step]
+    points = np.column_stack([places[corner // len(heights)], heights[corner % len(heights)]])
+    along = places[end] - places[start]
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    normals = np.column_stack([along[:, 1], -along[:, 0], np.zeros(len(along))])
+    near, far = (np.cumsum(counts) - counts.ravel()).reshape(-1, 2).T
+    # Fans: from the foot of the last edge to all of the first, then from the top of the first to all of the last.
+    left, i = _fan(counts[:, 0] - 1)
+    right, j = _fan(counts[:, 1] - 1)
+    triangles = np.concatenate(
+        [
+            np.column_stack([near[left] + i, far[left], near[left] + i + 1]),
+            np.column_stack([far[right] - 1, far[right] + j, far[right] + j + 1]),
+        ]
+    )
+    return Faces(points, normals[edge // 2], triangles.astype(np.int32), look[np.concatenate([left, right])])
 
 
-def _levels(cells: Sequence[shapely.Polygon], spans: Sequence[list[Span]], floor: float) -> Iterator[Face]:
-    """Yield the level faces, tops and undersides, where a span ends and none of another look goes on."""
-    triangulated = shapely.constrained_delaunay_triangles(np.array(cells, dtype=object))
-    for polygon, column in zip(triangulated, spans, strict=True):
-        corners = shapely.get_coordinates(shapely.orient_polygons(shapely.get_parts(polygon))).reshape(-1, 4, 2)
-        corners = corners[:, :3].reshape(-1, 2)
-        upwards = np.arange(len(corners), dtype=np.int32).reshape(-1, 3)
-        lows, highs = {low for low, _, _ in column}, {high for _, high, _ in column}
-        for low, high, look in column:
-            if high not in lows:
-                yield Face(_at_height(corners, high), upwards, np.array([0.0, 0.0, 1.0]), look)
-            if low > floor and low not in highs:
-                yield Face(_at_height(corners, low), upwards[:, ::-1].copy(), np.array([0.0, 0.0, -1.0]), look)
+def _levels(cells: NDArray[np.object_], columns: Sequence[Column], column_of: Whole, floor: float) -> Faces:
+    """Return the level faces, tops and undersides, where a span ends and none of another look goes on."""
+    parts, cell = shapely.get_parts(shapely.constrained_delaunay_triangles(cells), return_index=True)
+    corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
+    (ax, ay), (bx, by) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
+    corners = np.where((ax * by - ay * bx < 0.0)[:, None, None], corners[:, ::-1], corners)
+    ends = [list(_ends(column, floor)) for column in columns]
+    triangle, found = _expanded([len(faces) for faces in ends], column_of[cell])
+    height, up, look = np.array([face for faces in ends for face in faces]).reshape(-1, 3)[found].T
+    corners = corners[triangle]
+    corners = np.where((up < 0.0)[:, None, None], corners[:, ::-1], corners)
+    points = np.concatenate([corners, np.broadcast_to(height[:, None, None], (len(height), 3, 1))], axis=2)
+    normals = np.column_stack([np.zeros((len(up), 2)), up]).repeat(3, axis=0)
+    triangles = np.arange(3 * len(height), dtype=np.int32).reshape(-1, 3)
+    return Faces(points.reshape(-1, 3), normals, triangles, look.astype(np.int64))
 
 
-def _at_height(points: Array, height: float) -> Array:
-    return np.column_stack([points, np.full(len(points), height)])
+def _ends(column: Column, floor: float) -> Iterator[tuple[float, float, int]]:
+    """Yield the height of each level face of a column [m], 1 when it looks up and -1 when down, and its look."""
+    lows, highs = {low for low, _, _ in column}, {high for _, high, _ in column}
+    for low, high, look in column:
+        if high not in lows:
+            yield high, 1.0, look
+        if low > floor and low not in highs:
+            yield low, -1.0, look
+
+
+def _expanded(counts: Sequence[int] | Whole, kinds: Whole) -> tuple[Whole, Whole]:
+    """Return, where each item stands for as many as its kind has, the item of each and its place among all kinds'."""
+    many = np.asarray(counts, dtype=np.int64)
+    first = np.cumsum(many) - many
+    item, step = _fan(many[kinds])
+    return item, first[kinds][item] + step
+
+
+def _fan(counts: Whole) -> tuple[Whole, Whole]:
+    """Return each index as often as its count, and beside it 0, 1, 2 and so on."""
+    item = np.repeat(np.arange(len(counts)), counts)
+    return item, np.arange(len(item)) - (np.cumsum(counts) - counts)[item]
+
+
+def _unique_rows(rows: Whole) -> tuple[Whole, Whole, Whole]:
+    """Return the rows that differ, where each is first, and which of them each row is; faster than numpy's own."""
+    order = np.lexsort(rows.T)
+    new = np.ones(len(rows), dtype=bool)
+    new[1:] = (rows[order][1:] != rows[order][:-1]).any(axis=1)
+    which = np.empty(len(rows), dtype=np.int64)
+    which[order] = np.cumsum(new) - 1
+    return rows[order][new], order[new], which

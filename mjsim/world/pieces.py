@@ -14,10 +14,13 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.world.structure import Opening, Wall
 
-SHARPEST_MITRE = 3.0
-"""Largest mitre, as a multiple of half the thickness (a turn of 143 degrees); sharper corners overlap instead."""
+MITRE_LIMIT = math.sqrt(2.0)
+"""How far the tip of a corner stands out from it at most, in half thicknesses: as far as that of a right angle.
+Sharper corners are cut off there."""
 SLIVER = 1e-6
 """Shorter or lower pieces are left out [m]."""
+
+Pair = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,26 +56,82 @@ class _Segment:
         return x + along * c - left * s, y + along * s + left * c
 
 
+def solid_pieces(walls: Sequence[Wall]) -> list[list[Piece]]:
+    """Return the solid pieces of each wall."""
+    return [wall_pieces(wall) for wall in walls]
+
+
 def wall_pieces(wall: Wall) -> list[Piece]:
     """Return the solid pieces of a wall, segment by segment, from its first corner to its last.
 
-    Consecutive pieces share their edge exactly, at corners along the mitre; a corner too sharp for a mitre,
-    or of segments too short for it, is filled by letting both ends overlap. The prisms of a wall leave no gap.
+    Consecutive pieces share their edge exactly, at corners along the mitre. At a corner that turns by more than a
+    right angle the pieces end square, and bars make its tip; at one of segments too short for a mitre, or beside an
+    opening, square ends overlap. The prisms of a wall leave no gap.
     """
     segments = [_segment(start, end) for start, end in wall.segments()]
-    half = wall.thickness / 2
-    joints = [_joint(a, b, half) for a, b in zip(segments, segments[1:] + segments[:1], strict=True)]
-    if not wall.closed:
-        joints[-1] = _Joint(0.0, 0.0)
+    parts = [
+        list(solid_parts(segment.length, wall.height, [o for o in wall.openings if o.segment == index]))
+        for index, segment in enumerate(segments)
+    ]
+    half, whole = wall.thickness / 2, [(0.0, wall.height)]
+    joints = [_FREE] * (len(segments) + 1)
     pieces: list[Piece] = []
+    for index in range(0 if wall.closed else 1, len(segments)):
+        before, after = segments[index - 1], segments[index]
+        ends = [part[2:] for part in parts[index - 1] if part[1] >= before.length]
+        starts = [part[2:] for part in parts[index] if part[0] <= 0.0]
+        joints[index] = _joint(before, after, half, even=ends == starts == whole)
+        if joints[index].sharp:
+            pieces += sharp_tip(index, (after.start, before.along, after.along), half, ends, starts)
+    joints[-1] = joints[0]
     for index, segment in enumerate(segments):
-        ends = (joints[index - 1] if index or wall.closed else _Joint(0.0, 0.0)), joints[index]
-        openings = [opening for opening in wall.openings if opening.segment == index]
-        for first, last, low, high in solid_parts(segment.length, wall.height, openings):
-            outline = _outline(segment, half, ends, (first, last))
+        for first, last, low, high in parts[index]:
+            outline = _outline(segment, half, (joints[index], joints[index + 1]), (first, last))
             start, end = np.array(segment.point(first, 0.0)), np.array(segment.point(last, 0.0))
             pieces.append(Piece(index, start, end, low, high, outline))
-    return pieces
+    return sorted(pieces, key=lambda piece: piece.segment)
+
+
+def sharp_tip(
+    segment: int,
+    corner: tuple[Pair, Pair, Pair],
+    half: float,
+    ends: Sequence[Pair],
+    starts: Sequence[Pair],
+) -> Iterator[Piece]:
+    """Yield the bars that make the tip of a corner that turns by more than a right angle.
+
+    One goes on along each of both segments, as far as the cut and no deeper than the other's face; one goes from
+    the corner straight to the cut.
+
+    Args:
+        segment: What the pieces are said to be part of.
+        corner: Where it is [m], the direction in which a segment comes to it, and in which the next one leaves.
+        half: Half the thickness [m].
+        ends: From where to where the first segment is solid at the corner, upwards [m].
+        starts: The same of the next one.
+    """
+    (x, y), (ax, ay), (bx, by) = corner
+    cosine, side = ax * bx + ay * by, -1.0 if ax * by - ay * bx > 0.0 else 1.0
+    c, s = math.sqrt(max(1.0 + cosine, 0.0) / 2), math.sqrt((1.0 - cosine) / 2)
+    far = half * (MITRE_LIMIT - c) / s
+    deep = (half - far * 2.0 * s * c) / -cosine
+    across = side * (half - deep) / 2
+    cut = half * MITRE_LIMIT / math.hypot(ax - bx, ay - by)
+    for (ux, uy), (nx, ny), heights in (((ax, ay), (-ay, ax), ends), ((-bx, -by), (-by, bx), starts)):
+        back = x + nx * across - ux * half, y + ny * across - uy * half
+        ahead = x + nx * across + ux * far, y + ny * across + uy * far
+        for low, high in heights:
+            yield bar(segment, back, ahead, (half + deep) / 2, (low, high))
+    for low, high in ends:
+        yield bar(segment, (x, y), (x + (ax - bx) * cut, y + (ay - by) * cut), half * s - far * c, (low, high))
+
+
+def bar(segment: int, start: Pair, end: Pair, half: float, heights: Pair) -> Piece:
+    """Return a piece on a rectangle, from both ends of its middle line and half its width [m]."""
+    line = _segment(start, end)
+    outline = [line.point(x, y) for x, y in ((0.0, -half), (line.length, -half), (line.length, half), (0.0, half))]
+    return Piece(segment, np.array(start), np.array(end), *heights, np.array(outline))
 
 
 def solid_parts(
@@ -105,6 +164,11 @@ class _Joint:
     left: float
     """On the left side; the right side reaches as far the other way when mitred."""
     right: float
+    sharp: bool = False
+    """Whether a tip is to be made."""
+
+
+_FREE = _Joint(0.0, 0.0)
 
 
 def _segment(start: Sequence[float], end: Sequence[float]) -> _Segment:
@@ -113,23 +177,32 @@ def _segment(start: Sequence[float], end: Sequence[float]) -> _Segment:
     return _Segment((start[0], start[1]), (dx / length, dy / length), length)
 
 
-def _joint(a: _Segment, b: _Segment, half: float) -> _Joint:
-    """Return the mitre of two consecutive segments: half the thickness times the tangent of half their turn."""
+def _joint(a: _Segment, b: _Segment, half: float, *, even: bool) -> _Joint:
+    """Return how two segments are joined: by a mitre, half the thickness times the tangent of half their turn.
+
+    Args:
+        a: A segment.
+        b: The next one.
+        half: Half their thickness [m].
+        even: Whether both are whole at their corner, with no opening there.
+    """
     cross = a.along[0] * b.along[1] - a.along[1] * b.along[0]
     cosine = a.along[0] * b.along[0] + a.along[1] * b.along[1]
+    shortest = min(a.length, b.length)
+    if cosine < -1e-9 and shortest >= half:
+        return _Joint(0.0, 0.0, sharp=True)
     tangent = cross / (1.0 + cosine) if cosine > -0.999999 else math.inf
-    reach = half * abs(tangent)
-    if abs(tangent) > SHARPEST_MITRE or reach > min(a.length, b.length) / 2:
-        square = min(reach, half)
-        return _Joint(square, square)
+    reach = half * min(abs(tangent), 1.0)
+    if not even or reach > shortest / 2 or abs(tangent) > 1.000001:
+        return _Joint(reach, reach)
     return _Joint(-half * tangent, half * tangent)
 
 
 def _outline(segment: _Segment, half: float, ends: tuple[_Joint, _Joint], span: tuple[float, float]) -> Array:
     first, last = span
-    before = ends[0] if first <= 0.0 else _Joint(0.0, 0.0)
-    after = ends[1] if last >= segment.length else _Joint(0.0, 0.0)
-    # An opening inside a mitre would turn the outline inside out: the piece then ends in the neighbour's solid.
+    before = ends[0] if first <= 0.0 else _FREE
+    after = ends[1] if last >= segment.length else _FREE
+    # Openings near both ends would turn the outline inside out: the piece then ends in the neighbour's solid.
     thin = (last - first) / 4
     right = min(first - before.right, last - thin), max(last + after.right, first + thin)
     left = min(first - before.left, last - thin), max(last + after.left, first + thin)
