@@ -12,7 +12,7 @@ from mjsim.interface import Command
 from mjsim.record import read_recording
 from mjsim.record.file import same_run
 from mjsim.report import statistics
-from mjsim.run import run, ticks
+from mjsim.run import Driver, run, ticks
 from mjsim.sim import Simulation
 from mjsim.sim.playback import Playback
 from mjsim.world import parse_world
@@ -210,9 +210,10 @@ def test_a_run_with_events_is_the_same_again(recorded, tmp_path: Path):
 
 
 def test_the_error_of_a_kidnapped_robot_goes_on_being_counted(recorded):
-    found = statistics(read_recording(recorded[0]))["r"]["position_error_m"]
-    # Dead reckoning believes that it still stands where it was, 2 m away.
-    assert found["final"] == pytest.approx(2.0, abs=0.05)
+    found = statistics(read_recording(recorded[0]))["r"]
+    # Dead reckoning believes that it still stands where it was, 2 m away; and it drove none of them.
+    assert found["position_error_m"]["final"] == pytest.approx(2.0, abs=0.05)
+    assert found["distance_m"] < 0.05
 
 
 def test_what_python_does_between_ticks_is_in_the_next_one():
@@ -225,3 +226,26 @@ def test_what_python_does_between_ticks_is_in_the_next_one():
         assert second.looks is not None
         assert second.looks.removed == {"rack", "plate"}
         assert next(loop).events == ()
+
+
+class Ahead:
+    """Drives straight on."""
+
+    def start(self, *given: object) -> None:
+        """Need nothing."""
+
+    def command(self, *given: object) -> Command:
+        """Return half a metre a second."""
+        return Command(0.5)
+
+
+@pytest.mark.parametrize("push", [False, True])
+def test_a_driver_that_may_push_goes_on_where_a_bump_stops_others(push, tmp_path: Path):
+    text = """
+mjsim: 1
+obstacles: [{cylinder: [0.2, 0.5], at: [1, 0], movable: true, mass: 4, name: bin}]
+robots: [{name: r, at: [0, 0]}]
+"""
+    with Simulation(parse_world(text)) as sim:
+        run(sim, drivers={"r": Driver(navigator=Ahead(), push=push)}, seconds=5, record=tmp_path / "run.mcap")
+        assert (sim.things()["obstacle/bin"].x > 1.5) == push

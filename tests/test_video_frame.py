@@ -14,6 +14,7 @@ from mjsim.video.moment import Moment
 from mjsim.video.plan import world_bounds
 from mjsim.video.view import View
 from mjsim.world import parse_world
+from mjsim.world.looks import Looks
 from mjsim.world.running import View as Look
 
 TEXT = """
@@ -173,3 +174,66 @@ def test_a_robot_without_driver_and_camera_is_drawn_where_it_truly_is(follow):
 def test_a_robot_that_is_not_there_is_named():
     with pytest.raises(UsageError, match="no robot 'scut' to show in this world; did you mean 'scout'"):
         Frame(HALL, "scut")
+
+
+MOVING = parse_world(
+    """
+mjsim: 1
+walls:
+  - points: [[0, 0], [8, 0], [8, 5], [0, 5]]
+    closed: true
+    openings: [{name: gate, segment: 0, at: 3, width: 1, door: {color: "#ff00ff"}}]
+obstacles:
+  - {box: [1, 1, 1], at: [2, 3], color: "#ff0000", name: cart, path: {points: [[6, 3]]}}
+  - {box: [1, 1, 1], at: [4, 4], color: "#0000ff", name: rack}
+lamps: [{name: spot, at: [1, 1]}]
+robots: [{name: scout, at: [1, 2]}, {name: other, at: [7, 4]}]
+"""
+)
+
+
+def test_movers_doors_and_lamps_stand_where_they_are_now_and_what_was_taken_away_does_not():
+    view = View.fit(world_bounds(MOVING), WIDTH, HEIGHT, margin=MARGIN)
+    frame = PlanFrame(MOVING, "scout", look=Look())
+
+    def color(image, place):
+        column, row = np.rint(view.pixels(np.array(place))).astype(int)
+        return image[row, column].astype(int)
+
+    first = frame.draw(replace(NOW, sightings=())).copy()
+    looks = Looks(1.0, {"spot": 0.0}, frozenset({"rack"}))
+    things = {"obstacle/cart": np.array([5.0, 1.5, 0.0]), "door/gate": np.array([3.0, 0.0, np.pi / 2])}
+    later = frame.draw(replace(NOW, sightings=(), things=things, looks=looks)).copy()
+    floor = color(first, (7.3, 1.3))
+    for image, place, there in [
+        (first, (2.2, 3.2), True),
+        (later, (2.2, 3.2), False),
+        (first, (5.2, 1.2), False),
+        (later, (5.2, 1.2), True),
+        (first, (4.2, 4.2), True),
+        (later, (4.2, 4.2), False),
+        (first, (3.5, 0.0), True),
+        (first, (3.0, 0.5), False),
+        (later, (3.0, 0.5), True),
+        (first, (1.0, 1.0), True),
+    ]:
+        assert (np.abs(color(image, place) - floor).max() > 20) == there, place
+    # The lamp that is off is pale.
+    assert color(later, (1.0, 1.0)).min() > 240
+
+
+def test_a_robot_that_is_lifted_leaves_no_trail():
+    frame = PlanFrame(HALL, "scout", look=Look(sightings=False, ellipses=False))
+    for x, y in ((2.0, 2.0), (2.0, 2.5), (6.0, 1.0), (6.0, 1.5)):
+        frame.add(replace(NOW, truth=np.array([x, y, 0.0]), odometry=np.full(3, np.nan), estimate=np.full(3, np.nan)))
+    image = frame.draw(replace(NOW, truth=np.array([1.0, 4.0, 0.0]), means=np.zeros((0, 2)), names=()))
+    plain = PlanFrame(HALL, "scout", look=Look(sightings=False, ellipses=False)).draw(
+        replace(NOW, truth=np.array([1.0, 4.0, 0.0]), means=np.zeros((0, 2)), names=())
+    )
+    changed = np.nonzero((image != plain).any(axis=-1))
+    places = VIEW.world(np.stack(changed[::-1], axis=-1))
+    # On both stretches, and nowhere on the way between.
+    assert (
+        (np.abs(places - (2.0, 2.25)) < (0.1, 0.4)).all(axis=1) | (np.abs(places - (6.0, 1.25)) < 0.4).all(axis=1)
+    ).all()
+    assert len(places) > 100

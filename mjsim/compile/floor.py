@@ -79,20 +79,12 @@ def layers(patches: tuple[FloorPatch, ...]) -> list[int]:
     """Return on which layer each patch lies, counted from 1: above those before that it covers in part."""
     import shapely
 
-    outlines = [shapely.Polygon(corners(patch)) for patch in patches]
+    outlines = [shapely.Polygon(patch.outline()) for patch in patches]
     found: list[int] = []
     for place, outline in enumerate(outlines):
         below = [found[other] for other in range(place) if outline.intersects(outlines[other])]
         found.append(max(below, default=0) + 1)
     return found
-
-
-def corners(patch: FloorPatch) -> Array:
-    """Return the corners of a patch, counter-clockwise, world frame, shape (4, 2) [m]."""
-    heading = math.radians(patch.heading_deg)
-    c, s = math.cos(heading), math.sin(heading)
-    half = np.array(patch.size) / 2 * [[-1, -1], [1, -1], [1, 1], [-1, 1]]
-    return np.asarray(half @ np.array([[c, s], [-s, c]]) + patch.at)
 
 
 def _add_tiles(spec: mujoco.MjSpec, world: World, name: str, texture: str, tile: float) -> None:

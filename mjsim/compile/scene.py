@@ -9,7 +9,7 @@ from mjsim.compile.beacons import add_carried_beacons, add_hung_beacons, beacon_
 from mjsim.compile.ceiling import add_ceiling
 from mjsim.compile.contacts import sort_contacts
 from mjsim.compile.doors import add_doors
-from mjsim.compile.floor import add_floor, add_patches, corners
+from mjsim.compile.floor import add_floor, add_patches
 from mjsim.compile.light import add_general_light, add_lamps, divide_faces, light_pictures
 from mjsim.compile.obstacles import add_obstacles
 from mjsim.compile.pictures import add_matte
@@ -85,7 +85,7 @@ def _bounds(world: World, boxes: list[WallBox]) -> tuple[Array, Array]:
     for item in world.obstacles:
         outline = footprint(item)
         points.append(np.column_stack([outline, np.full(len(outline), top(item))]))
-    points += [np.column_stack([corners(patch), np.zeros(4)]) for patch in world.floor.patches]
+    points += [np.column_stack([patch.outline(), np.zeros(4)]) for patch in world.floor.patches]
     found = np.concatenate([*points, np.zeros((0 if points else 1, 3))])
     lower, upper = found.min(axis=0), found.max(axis=0)
     lower[2] = 0.0

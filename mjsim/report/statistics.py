@@ -1,5 +1,6 @@
 """A recording -> the figures of `statistics.json`."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from mjsim.record import Recording, Track
 from mjsim.report import metrics
 from mjsim.report.coverage import coverage
 from mjsim.world import World
+from mjsim.world.events import MoveEvent
 from mjsim.world.hung import hung
 
 ESTIMATE_FIGURES = (
@@ -45,13 +47,24 @@ def statistics_file(recording: Recording) -> dict[str, Any]:
             "real_time_factor": seconds / recording.wall_seconds if recording.wall_seconds > 0.0 else None,
             "milliseconds": _module_times(recording),
         },
-        "robots": {name: robot_statistics(recording.world, name, track) for name, track in recording.robots.items()},
+        "robots": {
+            name: robot_statistics(recording.world, name, track, lifted=_lifted(recording, name))
+            for name, track in recording.robots.items()
+        },
     }
 
 
-def robot_statistics(world: World, name: str, track: Track) -> dict[str, Any]:
-    """Return the figures of one robot; those of an estimate are None for a robot that nothing drove."""
+def robot_statistics(world: World, name: str, track: Track, *, lifted: Sequence[float] = ()) -> dict[str, Any]:
+    """Return the figures of one robot; those of an estimate are None for a robot that nothing drove.
+
+    Args:
+        world: Where it was.
+        name: Of the robot.
+        track: What was recorded of it.
+        lifted: When it was put down elsewhere [s]: it did not drive there, but its error goes on being counted.
+    """
     steps = np.linalg.norm(np.diff(track.truth[:, :2], axis=0), axis=1)
+    steps[np.isin(track.time[1:], lifted)] = 0.0
     radius = next(robot.body.radius for robot in world.robots if robot.name == name)
     believed = np.isfinite(track.estimate).all()
     return {
@@ -60,6 +73,10 @@ def robot_statistics(world: World, name: str, track: Track) -> dict[str, Any]:
         "coverage": coverage(world, track.truth[:, :2], radius=radius),
         "bumps": sum(event.kind == "bump" for event in track.events),
     }
+
+
+def _lifted(recording: Recording, name: str) -> list[float]:
+    return [event.time for event in recording.events if isinstance(event, MoveEvent) and event.move == name]
 
 
 def _estimate_figures(world: World, track: Track) -> dict[str, Any]:

@@ -86,6 +86,7 @@ def drivers_of(world: World) -> dict[str, Driver]:
             estimator=estimator,
             navigator=navigator,
             avoidance=avoidance if isinstance(avoidance, bool) else make_module(avoidance, world.source),
+            push=modules.push,
         )
     return drivers
 

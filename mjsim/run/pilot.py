@@ -47,6 +47,8 @@ class Driver:
     navigator: Navigator | None = None
     avoidance: bool | Avoidance = False
     """True for the built-in one."""
+    push: bool = False
+    """Whether it may press on against what it touches, to push a door open or a thing away; else a bump stops it."""
 
 
 class DeadReckoning:
@@ -115,7 +117,7 @@ class Pilot:
         if self._avoidance is not None and isinstance(wanted, Command):
             command = self._ask("avoidance", self._avoidance, seen.time, self._avoidance.adjust, wanted, seen)
             command = self._check("avoidance", self._avoidance, seen.time, checked_command, command, self._robot)
-        safe = react_to_bump(command, seen.bump)
+        safe = command if self._driver.push else react_to_bump(command, seen.bump)
         return Order(
             command=safe,
             wanted=wanted,

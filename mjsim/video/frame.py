@@ -25,8 +25,9 @@ from mjsim.video.ink import (
 )
 from mjsim.video.layout import HEIGHT, MARGIN, WIDTH, Box, arrange
 from mjsim.video.moment import Moment
-from mjsim.video.overlay import Trails, draw_moment, draw_others
-from mjsim.video.plan import draw_background, draw_names, draw_scale_bar, world_bounds
+from mjsim.video.overlay import LIFTED, Trails, draw_moment, draw_others
+from mjsim.video.plan import draw_background, draw_scale_bar, world_bounds
+from mjsim.video.things import Things
 from mjsim.video.view import View
 from mjsim.world import World
 from mjsim.world.running import View as Look
@@ -50,14 +51,16 @@ LEGEND: tuple[tuple[str, Color], ...] = (
 class Panel:
     """A plan with what moves on it; it stays whole, and a window of it is shown."""
 
-    def __init__(self, world: World, view: View, *, look: Look, robot: str) -> None:
-        """Draw the plan once."""
+    def __init__(self, world: World, view: View, *, look: Look, robot: str, letters: Letters | None = None) -> None:
+        """Draw the plan once, with names when there are letters."""
+        self._world, self._letters = world, letters
         self._look = look
-        self.plan = np.empty((view.height, view.width, 3), np.uint8)
         self.view = view
         self._robot = robot
         self._radii = {item.name: item.body.radius for item in world.robots}
-        draw_background(self.plan, world, view)
+        self._things = Things(world)
+        self._removed: frozenset[str] = frozenset()
+        self.plan = self._background()
         self._trails = Trails(self.plan, view)
 
     def add(self, moment: Moment) -> None:
@@ -65,8 +68,22 @@ class Panel:
         if self._look.trails:
             self._trails.add(moment)
 
+    def _background(self) -> Picture:
+        plan = np.empty((self.view.height, self.view.width, 3), np.uint8)
+        draw_background(plan, self._world, self.view, removed=self._removed, letters=self._letters)
+        return plan
+
+    def _take_away(self, removed: frozenset[str]) -> None:
+        """Draw the plan anew where it shows something else now; trails stay elsewhere."""
+        before, self._removed = self._background(), removed
+        now = self._background()
+        other = (before != now).any(axis=2)
+        self.plan[other] = now[other]
+
     def draw(self, image: Picture, moment: Moment, *, around: Array | None = None) -> View:
         """Draw the plan, or its window around a world point, into a picture; return what it shows."""
+        if moment.looks is not None and moment.looks.removed != self._removed:
+            self._take_away(moment.looks.removed)
         height, width = image.shape[:2]
         column, row = 0, 0
         if around is not None:
@@ -78,6 +95,7 @@ class Panel:
             image[:] = PAPER
         image[: window.shape[0], : window.shape[1]] = window
         view = self.view.part(column, row, width, height)
+        self._things.draw(image, view, moment, robot=self._robot)
         draw_others(image, view, moment, self._radii)
         draw_moment(image, view, moment, look=self._look, radius=self._radii[self._robot])
         return view
@@ -119,8 +137,8 @@ class Frame:
         self._seen_part = self._part(layout.onboard) if layout.onboard else None
         whole = View.fit(bounds, layout.plan.width, layout.plan.height, margin=14)
         self._whole = Panel(world, whole, look=self._look, robot=self.robot)
-        self._close = Panel(world, _close_view(bounds, layout.close_up), look=self._look, robot=self.robot)
-        draw_names(self._close.plan, world, self._close.view, self._letters)
+        close_view = _close_view(bounds, layout.close_up)
+        self._close = Panel(world, close_view, look=self._look, robot=self.robot, letters=self._letters)
         seconds = seconds or world.run.seconds
         self._chart = ErrorChart(layout.chart.width, layout.chart.height, self._letters, seconds=seconds)
         self._shown: Picture | None = None
@@ -135,6 +153,8 @@ class Frame:
         self._chart.add(moment)
         if self._last is not None and moment.time > self._last[0]:
             step = float(np.hypot(*(moment.truth - self._last[1])[:2]))
+            if step > LIFTED:
+                step = 0.0
             # A tenth of the newest step: driving noise would make the figure flicker.
             self._speed += 0.1 * (step / (moment.time - self._last[0]) - self._speed)
         self._last = moment.time, moment.truth

@@ -1,5 +1,6 @@
 """What is drawn of one robot at one instant, whether it comes from a recording or from a run that is going on."""
 
+from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -8,6 +9,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.interface import Picture, Sighting
 from mjsim.record import Recording, Tick
+from mjsim.world.looks import Looks
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -36,6 +38,10 @@ class Moment:
     """Whether the robot bumped within the last half second."""
     others: Mapping[str, Array] = field(default_factory=dict)
     """Where the other robots truly are."""
+    things: Mapping[str, Array] = field(default_factory=dict)
+    """Where doors, movers and what can be pushed are, by their names in the scene; at their starts unless told."""
+    looks: Looks | None = None
+    """Light, and what is no longer there; as at the start unless told."""
 
 
 def moment_of(tick: Tick, robot: str, *, before: Moment | None) -> Moment:
@@ -57,6 +63,8 @@ def moment_of(tick: Tick, robot: str, *, before: Moment | None) -> Moment:
         picture=frame.image if frame is not None else before.picture if before is not None else None,
         others={name: pose.as_array() for name, pose in tick.truth.items() if name != robot},
         touched=bool(seen.bump),
+        things={name: pose.as_array() for name, pose in tick.things.items()},
+        looks=tick.looks,
     )
 
 
@@ -69,9 +77,13 @@ def moments(recording: Recording, robot: str, rows: Sequence[int]) -> Iterator[M
     shown: Picture | None = None
     bumps = np.array([event.time for event in track.events if event.kind == "bump"])
     looked: Sequence[Sighting] = ()
+    changes = [event.time for event in recording.events]
+    past, looks = -1, recording.looks(0)
     first = 0
     for row in rows:
         now = float(track.time[row])
+        if bisect_right(changes, now) != past:
+            past, looks = bisect_right(changes, now), recording.looks(row)
         renewed = False
         while stamp <= now + 1e-9:
             shown, renewed = picture, True
@@ -93,4 +105,6 @@ def moments(recording: Recording, robot: str, rows: Sequence[int]) -> Iterator[M
             picture=shown,
             others={name: other.truth[row] for name, other in recording.robots.items() if name != robot},
             touched=bool(((now - bumps >= 0.0) & (now - bumps < 0.5)).any()),
+            things={name: places[row] for name, places in recording.things.items()},
+            looks=looks,
         )

@@ -33,6 +33,9 @@ whose round ends would cover it."""
 STEP = 3.0
 """A trail is drawn on when its robot has moved this far [px]."""
 
+LIFTED = 1.0
+"""A robot that comes this far from one picture to the next was lifted there, and left no trail [m]."""
+
 
 class Trails:
     """The ways of one robot on a plan that stays: drawn on as the robot goes, never from the start again."""
@@ -50,6 +53,9 @@ class Trails:
             if not np.isfinite(here).all():
                 continue
             last = self._last.setdefault(name, [here])
+            if name == "truth" and np.abs(here - last[-1]).max() > LIFTED * self._view.scale:
+                self._last[name] = [here]
+                continue
             if np.abs(here - last[-1]).max() >= STEP:
                 draw_polyline(self._plan, np.stack([*last, here]), color, width=width)
                 self._last[name] = [*last, here][-again:]

@@ -13,6 +13,7 @@ from mjsim.video.ink import (
     MUTED,
     PAPER,
     WALL,
+    Color,
     Letters,
     blend,
     draw_polyline,
@@ -22,6 +23,7 @@ from mjsim.video.ink import (
 from mjsim.video.labels import Label, place_labels
 from mjsim.video.view import View, format_metres, round_step
 from mjsim.world import World
+from mjsim.world.outlines import stays
 from mjsim.world.plan import footprint, wall_pieces, wall_polygons
 from mjsim.world.robots import Robot
 from mjsim.world.things import Beacon, Obstacle
@@ -44,21 +46,48 @@ def world_bounds(world: World) -> Array:
     return np.stack([low - short, high + short])
 
 
-def draw_background(image: Picture, world: World, view: View) -> None:
-    """Draw floor, grid, walls with open doorways, obstacles and beacons over a picture of the view's size."""
+def draw_background(
+    image: Picture, world: World, view: View, *, removed: frozenset[str] = frozenset(), letters: Letters | None = None
+) -> None:
+    """Draw what stays: floor, grid, walls with open doorways, obstacles and beacons.
+
+    Args:
+        image: Of the view's size; it is drawn over.
+        world: What is drawn.
+        view: What of it is shown.
+        removed: Names of what was taken away.
+        letters: To write names beside beacons and obstacles; without names unless given.
+    """
     image[:] = floor_color(world)
+    for patch in world.floor.patches:
+        fill_polygons(image, [view.pixels(patch.outline())], blend(parse_color(patch.color), PAPER, 0.7))
     _draw_grid(image, world, view)
-    _draw_obstacles(image, world, view)
+    for obstacle in _standing(world, removed):
+        draw_outline(image, view.pixels(footprint(obstacle)), parse_color(obstacle.color))
     _draw_walls(image, world, view)
-    for beacon in hung(world):
+    for beacon in hung(world, removed):
         draw_beacon(image, beacon, view)
+    if letters is not None:
+        _draw_names(image, world, view, letters, removed)
 
 
-def hung(world: World) -> list[Beacon]:
-    """Return the beacons that stay where they are, those on obstacles as if they hung in the room."""
-    carriers = {obstacle.name: obstacle for obstacle in world.obstacles}
+def draw_outline(image: Picture, outline: Array, color: Color) -> None:
+    """Draw a thing from above in its colour, calmed; its outline is in pixels, shape (n, 2)."""
+    fill_polygons(image, [outline], blend(color, PAPER, 0.55))
+    draw_polyline(image, outline, blend(color, INK, 0.35), closed=True)
+
+
+def _standing(world: World, removed: frozenset[str]) -> list[Obstacle]:
+    return [item for item in world.obstacles if stays(item) and item.name not in removed]
+
+
+def hung(world: World, removed: frozenset[str] = frozenset()) -> list[Beacon]:
+    """Return the beacons that stay where they are, those on obstacles that stay as if they hung in the room."""
+    carriers = {obstacle.name: obstacle for obstacle in world.obstacles if stays(obstacle)}
     placed = []
     for beacon in world.beacons:
+        if beacon.name in removed:
+            continue
         if beacon.on is None:
             placed.append(beacon)
         elif beacon.on in carriers:
@@ -91,11 +120,11 @@ def beacon_stroke(beacon: Beacon, view: View) -> tuple[Array, Array]:
     return view.pixels(stroke), view.pixels(tick)
 
 
-def draw_names(image: Picture, world: World, view: View, letters: Letters) -> None:
+def _draw_names(image: Picture, world: World, view: View, letters: Letters, removed: frozenset[str]) -> None:
     """Write the names of beacons and obstacles beside them."""
     if len(world.beacons) + len(world.obstacles) > MOST_NAMES:
         return
-    place_labels(image, _labels(world, view, letters), letters, _obstructions(world, view))
+    place_labels(image, _labels(world, view, letters, removed), letters, _obstructions(world, view))
 
 
 def draw_scale_bar(image: Picture, scale: float, letters: Letters, at: tuple[int, int]) -> None:
@@ -140,19 +169,12 @@ def _draw_walls(image: Picture, world: World, view: View) -> None:
                 draw_polyline(image, outline, color, closed=True)
 
 
-def _draw_obstacles(image: Picture, world: World, view: View) -> None:
-    for obstacle in world.obstacles:
-        outline, color = view.pixels(footprint(obstacle)), parse_color(obstacle.color)
-        fill_polygons(image, [outline], blend(color, PAPER, 0.55))
-        draw_polyline(image, outline, blend(color, INK, 0.35), closed=True)
-
-
-def _labels(world: World, view: View, letters: Letters) -> list[Label]:
+def _labels(world: World, view: View, letters: Letters, removed: frozenset[str]) -> list[Label]:
     labels = []
-    for beacon in hung(world):
+    for beacon in hung(world, removed):
         facing = Pose(0.0, 0.0, math.radians(beacon.heading_deg)).transform((1.0, 0.0)) * (1, -1)
         labels.append(Label(beacon.name, view.pixels(beacon.at), facing, 12, blend(BEACON, INK, 0.5)))
-    for obstacle in world.obstacles:
+    for obstacle in _standing(world, removed):
         if obstacle.name is not None:
             outline = view.pixels(footprint(obstacle))
             fits = letters.width(obstacle.name, 12) + 8 < np.ptp(outline[:, 0])

@@ -26,7 +26,6 @@ from mjsim.video.symbols import (
     draw_path,
     draw_robot,
     draw_wall,
-    patch_outline,
     swing,
 )
 from mjsim.video.view import View, format_metres, round_step
@@ -92,7 +91,7 @@ def _bounds(world: World) -> Array:
     """Return (x, y) min and (x, y) max of all that is drawn, shape (2, 2) [m]."""
     points = [world_bounds(world)]
     points += [door_arc(wall, opening, swing(world, opening)) for wall, opening in _doors(world)]
-    points += [np.array([lamp.at]) for lamp in world.lamps] + [patch_outline(patch) for patch in world.floor.patches]
+    points += [np.array([lamp.at]) for lamp in world.lamps] + [patch.outline() for patch in world.floor.patches]
     points += [np.array(item.path.points) for item in world.obstacles if item.path is not None]
     found = np.concatenate(points)
     return np.stack([found.min(axis=0), found.max(axis=0)])

@@ -56,5 +56,8 @@ def _seen_from_outside(world: World, camera: str) -> Picture:
     # The state is that of robots which have come to rest on their wheels.
     with Simulation(world) as sim:
         qpos, _ = sim.state()
-    with Playback(world, width=WIDTH, height=HEIGHT, quality="high", groups=SEEN_FROM_OUTSIDE) as playback:
-        return playback.picture(qpos, camera).copy()
+        events = sim.happened()
+    with Playback(
+        world, width=WIDTH, height=HEIGHT, quality="high", groups=SEEN_FROM_OUTSIDE, events=events
+    ) as playback:
+        return playback.picture(qpos, camera, time=0.0).copy()

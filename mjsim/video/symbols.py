@@ -30,15 +30,9 @@ SWING = 90.0
 
 def draw_patch(drawing: Drawing, patch: FloorPatch) -> None:
     """Draw a piece of another floor as a pale tint with a fine border."""
-    outline, color = patch_outline(patch), parse_color(patch.color)
+    outline, color = patch.outline(), parse_color(patch.color)
     drawing.fill(outline, blend(color, PAPER, 0.72))
     drawing.dashes(np.vstack([outline, outline[:1]]), blend(color, PAPER, 0.3), 0.15)
-
-
-def patch_outline(patch: FloorPatch) -> Array:
-    """Return the corners of a floor patch, world frame, shape (4, 2) [m]."""
-    corners = np.array(patch.size) / 2 * [[-1, -1], [1, -1], [1, 1], [-1, 1]]
-    return Pose(patch.at[0], patch.at[1], math.radians(patch.heading_deg)).transform(corners)
 
 
 def draw_low_wall(drawing: Drawing, wall: Wall) -> None:

@@ -40,6 +40,8 @@ class Modules(Model):
         Annotated[bool, Tag("<bool>")] | Annotated[Use, Tag("<use>")], Discriminator(_kind_of_avoidance)
     ] = False
     """Whether obstacles are avoided, or the user's own class that does."""
+    push: bool = False
+    """Whether it may press on against what it touches, to push a door open or a thing away; else a bump stops it."""
 
 
 class View(Model):

@@ -1,9 +1,12 @@
 """What a room is made of: walls with openings and doors, the floor and the ceiling."""
 
+import math
 from typing import Annotated, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from mjsim.geometry import Array, Pose
 from mjsim.world.base import AssetPath, Color, Degrees, Distance, Length, Model, Name, Point, fault
 
 
@@ -119,6 +122,11 @@ class FloorPatch(Model):
     """A picture that covers it instead of the colour."""
     tile: Length = 1.0
     """Size of one tile of the texture [m]."""
+
+    def outline(self) -> Array:
+        """Return its corners, world frame, counter-clockwise, shape (4, 2) [m]."""
+        corners = np.array(self.size) / 2 * [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+        return Pose(self.at[0], self.at[1], math.radians(self.heading_deg)).transform(corners)
 
 
 class Floor(Model):
