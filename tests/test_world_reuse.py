@@ -9,10 +9,15 @@ from record_ticks import hand_made_ticks, infos
 
 from mjsim.errors import UsageError, WorldError
 from mjsim.record import Recorder, read_recording
-from mjsim.world import load_checked, load_world, parse_world
+from mjsim.record.writer import text_of
+from mjsim.world import World, format_world, load_checked, load_world, parse_world
 from mjsim.world.expand import expand, needs_expansion
+from mjsim.world.light import Lamp
+from mjsim.world.robots import Robot
+from mjsim.world.running import Modules, Run, Use
 from mjsim.world.settings import with_settings
 from mjsim.world.source import Source, read_asset
+from mjsim.world.structure import Wall
 from mjsim.world.text import read_text
 
 
@@ -386,3 +391,68 @@ def test_a_recording_holds_the_included_files_and_gives_the_world_from_itself_al
     assert again == world
     assert again.source.text == world.source.text
     assert again.read_asset("parts/lion.jpg") == picture
+
+
+REUSED = """\
+include: [parts/hall.yaml]   # the walls
+variables: {width: 6, high: 2}
+
+obstacles:
+  - {name: post, cylinder: [0.1, "${high}"], at: [1, 1], repeat: {times: 3, offset: [1, 0]}}   # three of them
+  - {name: table, box: [1, "${width / 6}", 0.7], at: ["${width / 2}", 4]}   # in the middle
+"""
+
+
+@pytest.fixture
+def reused(tmp_path):
+    return world_of(tmp_path, {"main.yaml": REUSED, "parts/hall.yaml": HALL})
+
+
+def test_a_change_beside_expressions_keeps_all_that_it_does_not_concern(reused):
+    post, table = reused.obstacles[:3], reused.obstacles[3]
+    lamp = Lamp(at=(1, 2), name="new")
+    moved = table.model_copy(update={"at": (3, 5)})
+    floor = reused.floor.model_copy(update={"friction": 0.25})
+    walls = (*reused.walls, Wall(points=((0, 0), (0, 5))))
+    run = reused.run.model_copy(update={"seconds": 77})
+    update = {"obstacles": (*post, moved), "lamps": (lamp,), "floor": floor, "walls": walls, "run": run}
+    changed = reused.model_copy(update=update)
+    text = format_world(changed)
+    assert format_world(reused) == reused.source.text
+    assert parse_world(text, source=reused.source) == changed
+    for kept in ("# the walls", "# three of them", "# in the middle", '"${high}"', '"${width / 6}"', '"${width / 2}"'):
+        assert kept in text
+    assert "points: [[0, 0], [0, 5]]" in text
+    assert "${width}" not in text, "the walls of the hall stay in their own file"
+
+
+def test_a_change_of_what_stands_elsewhere_is_refused_with_the_place_where_it_stands(reused, tmp_path):
+    painted = reused.obstacles[1].model_copy(update={"color": "#000000"})
+    post = (reused.obstacles[0], painted, *reused.obstacles[2:])
+    hall = "parts/hall.yaml:4:9: walls[0] stands in this file; change it here (included by main.yaml:2:11)"
+    wall = reused.walls[0].model_copy(update={"thickness": 0.3})
+    for update, line in (
+        (
+            {"obstacles": post},
+            "main.yaml:6:5: obstacles[1] is one repetition of this; change this itself, or write it without 'repeat'"
+            " (in repetition 2)",
+        ),
+        ({"walls": (wall,)}, hall),
+        ({"walls": ()}, hall),
+        (
+            {"obstacles": reused.obstacles[::-1]},
+            "main.yaml:6:5: obstacles[0] is one repetition of this; change this itself, or write it without 'repeat'"
+            " (in repetition 1)",
+        ),
+    ):
+        with pytest.raises(WorldError) as caught:
+            format_world(reused.model_copy(update=update))
+        assert str(caught.value).replace(f"{tmp_path}/", "") == line
+
+
+def test_a_text_with_the_signs_of_an_expression_is_written_so_that_it_stays_one():
+    use = Use.model_validate({"use": "a:B", "label": "${w}", "other": "$${w}"})
+    world = World(robots=(Robot(name="r", at=(0, 0)),), run=Run(drivers={"r": Modules(navigator=use)}))
+    text = format_world(world)
+    assert parse_world(text) == world
+    assert parse_world(text_of(world, {})) == world

@@ -46,7 +46,9 @@ def _mapping(
     tree: Any, before: Mapping[str, Any], after: Mapping[str, Any], written: Node | None, raw: Node | None, path: Path
 ) -> None:
     for key in before.keys() - after.keys():
-        tree.pop(key, None)
+        gone = tree.pop(key, CommentedSeq())
+        if written is not None and isinstance(before[key], list):
+            _list(gone, before[key], [], _child(written, key), _child(raw, key), (*path, key))
     for key, value in after.items():
         if key in before and before[key] == value:
             continue
