@@ -109,13 +109,18 @@ def swing(world: World, opening: Opening) -> float:
 
 
 def draw_obstacle(drawing: Drawing, obstacle: Obstacle) -> None:
-    """Draw an obstacle in its colour, calmed: ramps and steps with an arrow up, what can move with a broken edge."""
+    """Draw an obstacle in its colour, calmed.
+
+    Ramps and steps have an arrow up, what can move has a broken edge, what hangs over the cut a fine one.
+    """
     outline, color = footprint(obstacle), parse_color(obstacle.color)
     edge = blend(color, INK, 0.45)
     if obstacle.elevation <= CUT:
         drawing.fill(outline, blend(color, PAPER, 0.7 if top(obstacle) < CUT else 0.5))
     ring = np.vstack([outline, outline[:1]])
-    if obstacle.movable or obstacle.path is not None or obstacle.elevation > CUT:
+    if obstacle.elevation > CUT:
+        drawing.dashes(ring, blend(edge, PAPER, 0.3), 0.12, dash=0.8)
+    elif obstacle.movable or obstacle.path is not None:
         drawing.dashes(ring, edge, 0.3)
     else:
         drawing.line(ring, edge, 0.2)
