@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from mjsim import exchange_cli
 from mjsim.errors import MjsimError, UsageError, WorldError
 from mjsim.progress import say, tracked
 
@@ -27,6 +28,9 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
+
+app.command("new")(exchange_cli.new)
+app.command("export-world")(exchange_cli.export_world)
 
 WorldFile = Annotated[Path, typer.Argument(metavar="WORLD", help="A world file.")]
 RunFile = Annotated[Path, typer.Argument(metavar="RUN.mcap", help="A recording.")]

@@ -1,0 +1,67 @@
+"""Worlds from files that people have, as text with a word on where they are from."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mjsim.errors import UsageError
+from mjsim.exchange.grid import read_grid
+from mjsim.exchange.maps import explained, name_of, specks, world_from_grid
+from mjsim.exchange.place import with_robot
+from mjsim.exchange.text import world_text
+from mjsim.world.model import World
+
+
+@dataclass(frozen=True, slots=True)
+class Brought:
+    """A new world."""
+
+    text: str
+    """Of the world file."""
+    report: Sequence[str] = ()
+    """What people should know about it."""
+
+
+def bring_map(path: Path, *, preset: str | None) -> Brought:
+    """Return the world of a ROS map_server or Nav2 map, with a robot of a preset unless that is None.
+
+    Raises:
+        UsageError: It is not a map, it is too large, or there is no place for the robot.
+    """
+    grid = read_grid(path)
+    world = world_from_grid(grid, name=name_of(path))
+    found, there, invented = explained(world, grid)
+    noise = specks(grid)
+    rows, columns = grid.occupied.shape
+    share = 100.0 * found / max(1, there - noise)
+    report = [
+        f"{path}: {columns} x {rows} cells of {grid.resolution:g} m; {_counted(world)}",
+        f"they explain {found} of {there - noise} occupied cells ({min(share, 100.0):.1f} %); {noise} more are specks,"
+        f" left out; {invented} cells that the map calls free are in something solid",
+    ]
+    notes = [
+        f"From the map {path.name}: {columns} x {rows} cells of {grid.resolution:g} m.",
+        "A map tells neither heights nor colours; those here are guesses.",
+    ]
+    if preset is not None:
+        world = with_robot(world, preset=preset, grid=grid)
+    return Brought(world_text(world, notes=notes), report)
+
+
+def bring_file(path: Path, *, preset: str | None) -> Brought:
+    """Return the world of a map's YAML file.
+
+    Raises:
+        UsageError: It is none of these, or cannot be read as one.
+    """
+    kind = path.suffix.lower()
+    if kind in (".yaml", ".yml"):
+        return bring_map(path, preset=preset)
+    if kind in (".pgm", ".png", ".jpg", ".jpeg"):
+        raise UsageError(f"'{path}' is the picture of a map; name the YAML file beside it")
+    raise UsageError(f"'{path}' is of no kind that can be read; name a map's .yaml")
+
+
+def _counted(world: World) -> str:
+    segments = sum(len(wall.segments()) for wall in world.walls)
+    return f"{len(world.walls)} walls of {segments} segments, {len(world.obstacles)} things"

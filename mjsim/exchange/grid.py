@@ -1,0 +1,204 @@
+"""Occupancy grids as ROS map_server and Nav2 write them: a picture and a YAML file beside it."""
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.errors import UsageError
+from mjsim.geometry import Array, Pose
+from mjsim.world.pictures import MOST_PIXELS, picture_size
+from mjsim.world.text import read_text
+
+Cells = NDArray[np.bool_]
+
+MOST_BYTES = 200_000_000
+"""Of a picture."""
+MOST_YAML = 100_000
+"""Bytes of the file beside it."""
+OCCUPIED, UNKNOWN, FREE = 0, 205, 254
+"""Gray values, as map_saver writes them."""
+OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
+"""As map_saver writes them; what is unknown lies between."""
+_PGM = re.compile(rb"P[25](?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grid:
+    """What is known of a floor, cell by cell; row 0 is the lowest in y, column 0 the lowest in x."""
+
+    occupied: Cells
+    """Shape (rows, columns)."""
+    free: Cells
+    """Shape (rows, columns); what is neither occupied nor free is unknown."""
+    resolution: float
+    """Side of a cell [m]."""
+    world_from_grid: Pose
+    """The corner where row 0 and column 0 begin, and where the columns point."""
+
+    def corners(self, cells: Array) -> Array:
+        """Return points in cells, (column, row) from the corner, in the world frame, shape (..., 2) [m]."""
+        return self.world_from_grid.transform(np.asarray(cells) * self.resolution)
+
+    def cells(self, points: Array) -> Array:
+        """Return points of the world, shape (..., 2) [m], in cells from the corner, (column, row)."""
+        return np.asarray(self.world_from_grid.inverse().transform(points) / self.resolution)
+
+
+def read_grid(path: str | Path) -> Grid:
+    """Return the map of a YAML file and the picture that it names.
+
+    Args:
+        path: The YAML file: image, resolution, origin, negate, occupied_thresh, free_thresh, mode.
+
+    Raises:
+        UsageError: The map is not there, too large, or not a map.
+
+    References:
+        Nav2, nav2_map_server, map_io.cpp: how a pixel becomes a cell in the modes trinary, scale and raw.
+    """
+    path = Path(path)
+    keys = _keys_of(path)
+    resolution = _number(keys, "resolution", path)
+    if not 1e-3 <= resolution <= 10.0:
+        raise UsageError(f"{path}: resolution is {resolution:g} m; a map has cells of 0.001 to 10 m")
+    occupied_above = _number(keys, "occupied_thresh", path, default=OCCUPIED_THRESH)
+    free_below = _number(keys, "free_thresh", path, default=FREE_THRESH)
+    if not 0.0 <= free_below <= occupied_above <= 1.0:
+        raise UsageError(
+            f"{path}: free_thresh is {free_below:g} and occupied_thresh {occupied_above:g};"
+            " they must lie between 0 and 1, free_thresh below"
+        )
+    mode = keys.get("mode", "trinary")
+    if mode not in ("trinary", "scale", "raw"):
+        raise UsageError(f"{path}: mode is '{mode}'; it must be trinary, scale or raw")
+    share, opaque = _shares(_picture_of(path, keys), raw=mode == "raw", negate=bool(keys.get("negate", 0)))
+    limit = (free_below + occupied_above) / 2 if mode == "scale" else None
+    occupied = (share > (occupied_above if limit is None else limit)) & opaque
+    free = (share < free_below if limit is None else share <= limit) & opaque
+    return Grid(occupied[::-1].copy(), free[::-1].copy(), resolution, _origin(keys, path))
+
+
+def write_grid(grid: Grid, folder: str | Path) -> Path:
+    """Write `map.yaml` and `map.pgm` into a folder and return the path of `map.yaml`.
+
+    Raises:
+        UsageError: The folder cannot be written.
+    """
+    folder = Path(folder)
+    picture = np.full(grid.occupied.shape, UNKNOWN, dtype=np.uint8)
+    picture[grid.free], picture[grid.occupied] = FREE, OCCUPIED
+    rows, columns = picture.shape
+    at = grid.world_from_grid
+    text = (
+        "image: map.pgm\nmode: trinary\n"
+        f"resolution: {grid.resolution:.9g}\norigin: [{at.x:.9g}, {at.y:.9g}, {at.heading:.9g}]\nnegate: 0\n"
+        f"occupied_thresh: {OCCUPIED_THRESH}\nfree_thresh: {FREE_THRESH}\n"
+    )
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "map.pgm").write_bytes(b"P5\n%d %d\n255\n" % (columns, rows) + picture[::-1].tobytes())
+        (folder / "map.yaml").write_text(text)
+    except OSError as error:
+        raise UsageError(f"cannot write '{error.filename or folder}': {error.strerror}") from error
+    return folder / "map.yaml"
+
+
+def read_bounded(path: Path, *, most: int, kind: str) -> bytes:
+    """Return what a file holds.
+
+    Raises:
+        UsageError: It is not there, is no file, or has more bytes than allowed.
+    """
+    try:
+        if not path.is_file():
+            raise UsageError(f"no file '{path}'; name {kind}")
+        size = path.stat().st_size
+        if size > most:
+            raise UsageError(f"'{path}' has {size / 1e6:.0f} MB; {kind} has at most {most / 1e6:g} MB")
+        return path.read_bytes()
+    except OSError as error:
+        raise UsageError(f"'{path}' cannot be read: {error.strerror}") from None
+
+
+def _keys_of(path: Path) -> dict[str, Any]:
+    data = read_bounded(path, most=MOST_YAML, kind="the YAML file of a map")
+    node, problems = read_text(data.decode("utf-8", "replace"), file=str(path))
+    if problems:
+        raise UsageError("\n".join(map(str, problems)))
+    if node is None or not isinstance(node.value, dict) or "image" not in node.value:
+        raise UsageError(f"{path}: this is not a map; it names an image, a resolution and an origin")
+    return dict(node.value)
+
+
+def _number(keys: dict[str, Any], key: str, path: Path, *, default: float | None = None) -> float:
+    value = keys.get(key, default)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise UsageError(f"{path}: {key} is {value!r:.40}; it must be a number")
+    return float(value)
+
+
+def _origin(keys: dict[str, Any], path: Path) -> Pose:
+    origin = keys.get("origin", [0.0, 0.0, 0.0])
+    numbers = isinstance(origin, list) and all(
+        isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= 9000.0 for value in origin
+    )
+    if not numbers or len(origin) not in (2, 3):
+        raise UsageError(f"{path}: origin is {origin!r:.60}; write [x, y, yaw] in metres, within 9 km, and radians")
+    return Pose(float(origin[0]), float(origin[1]), float(origin[2]) if len(origin) == 3 else 0.0)
+
+
+def _picture_of(path: Path, keys: dict[str, Any]) -> NDArray[np.uint8]:
+    """Return the picture of a map, shape (rows, columns) or (rows, columns, channels) with alpha last."""
+    import cv2
+
+    name = str(keys["image"])
+    relative = PurePosixPath(name)
+    if relative.is_absolute():  # map_saver of ROS 1 writes the whole path of the machine that it ran on
+        relative = PurePosixPath(relative.name)
+    if ".." in relative.parts or not name.isprintable():
+        raise UsageError(f"{path}: image '{name:.60}' leaves its folder; put it beside the YAML file")
+    file = path.parent / relative
+    data = read_bounded(file, most=MOST_BYTES, kind="the picture of a map")
+    try:
+        _pgm_size(data) if data[:1] == b"P" else picture_size(data)
+    except ValueError as error:
+        raise UsageError(f"'{file}' {error}") from None
+    picture = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+    if picture is None or picture.dtype != np.uint8:
+        raise UsageError(f"'{file}' cannot be read as a map; write it as an 8-bit PGM or PNG picture")
+    return np.asarray(picture, dtype=np.uint8)
+
+
+def _pgm_size(data: bytes) -> tuple[int, int]:
+    head = _PGM.match(data[:4096])
+    if head is None:
+        raise ValueError("is not a gray PGM, PNG or JPEG picture; convert it")
+    columns, rows, largest = (int(number[:9]) for number in head.groups())
+    if not columns or not rows or not 0 < largest <= 255:
+        raise ValueError(f"is a picture of {columns} x {rows} pixels up to {largest}; write 8-bit pixels")
+    if columns * rows > MOST_PIXELS:
+        raise ValueError(f"is a picture of {columns * rows / 1e6:.0f} megapixels; it must have at most 40")
+    if data[:2] == b"P5" and len(data) < head.end() + 1 + columns * rows:
+        raise ValueError(f"is cut short; {columns} x {rows} pixels are as many bytes")
+    return columns, rows
+
+
+def _shares(picture: NDArray[np.uint8], *, raw: bool, negate: bool) -> tuple[Array, Cells]:
+    """Return how far each pixel is occupied, 0 to 1, and whether it is known at all."""
+    opaque = np.ones(picture.shape[:2], dtype=bool)
+    if picture.ndim == 3:
+        if picture.shape[2] in (2, 4):
+            opaque = picture[..., -1] >= 128
+            picture = picture[..., :-1]
+        gray = np.asarray(picture.mean(axis=2, dtype=np.float32))
+    else:
+        gray = picture.astype(np.float32)
+    if raw:
+        return np.asarray(gray / 100.0), opaque & (gray <= 100.0)
+    share = gray / np.float32(255.0)
+    return np.asarray(share if negate else 1.0 - share), opaque

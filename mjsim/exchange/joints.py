@@ -1,0 +1,112 @@
+"""Straight walls -> runs of walls: those that meet at a corner share it, others end in the middle of what they meet."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.exchange.shapes import Bar
+from mjsim.geometry import Array
+
+STEEP = math.sin(math.radians(15.0))
+"""Walls that meet at a smaller angle are not joined."""
+SLACK = 1.0
+"""So far from a corner may a wall end [cells]."""
+UNLIKE = 0.8
+"""Walls whose thicknesses differ by more are not one run [cells]."""
+
+End = tuple[int, int]
+"""Which wall, and whether its start (0) or its end (1)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WallRun:
+    """Walls that share corners and thickness."""
+
+    points: Array
+    """Corners of the centreline, shape (n, 2)."""
+    closed: bool
+    thickness: float
+
+
+def runs_of(bars: Sequence[Bar]) -> list[WallRun]:
+    """Return the runs that straight walls form, the longest first; same unit as the walls."""
+    ends = np.array([bar.ends for bar in bars]).reshape(-1, 2, 2)
+    partner: dict[End, End] = {}
+    for _, here, there, corner in sorted(_meetings(bars, ends), key=lambda meeting: meeting[0]):
+        if here in partner or there in partner:
+            continue
+        if there[1] < 2:
+            partner[here], partner[there] = there, here
+            ends[there] = corner
+        else:
+            partner[here] = there
+        ends[here] = corner
+    corners = {here: there for here, there in partner.items() if there[1] < 2}
+    runs = [_run(chain, ends, bars) for chain in _chains(len(bars), corners)]
+    return sorted(runs, key=lambda run: -float(np.hypot(*np.diff(run.points, axis=0).T).sum()))
+
+
+def _meetings(bars: Sequence[Bar], ends: Array) -> list[tuple[float, End, End, Array]]:
+    """Return where a wall ends at another: how far off, its end, the other's end or (other, 2), and the place."""
+    if not bars:
+        return []
+    from shapely import STRtree, polygons
+
+    outlines = polygons([bar.outline(grown=2 * SLACK) for bar in bars])
+    found = []
+    for one, other in STRtree(outlines).query(outlines, predicate="intersects").T.tolist():
+        if one == other:
+            continue
+        a, b = bars[one], bars[other]
+        sine = float(a.along[0] * b.along[1] - a.along[1] * b.along[0])
+        if abs(sine) < STEEP:
+            continue
+        offset = np.array([b.x - a.x, b.y - a.y])
+        u_a = float(offset[0] * b.along[1] - offset[1] * b.along[0]) / sine
+        u_b = float(offset[0] * a.along[1] - offset[1] * a.along[0]) / sine
+        reach_a, reach_b = _reach(a, b, sine), _reach(b, a, sine)
+        off_a, off_b = abs(abs(u_a) - a.length / 2), abs(abs(u_b) - b.length / 2)
+        if off_a > reach_a or abs(u_b) > b.length / 2 + reach_b or a.length < off_a:
+            continue
+        here, place = (one, int(u_a > 0)), np.array([a.x, a.y]) + a.along * u_a
+        if off_b <= reach_b and abs(a.width - b.width) <= UNLIKE and one < other:
+            found.append((off_a + off_b, here, (other, int(u_b > 0)), place))
+        elif off_b > reach_b:
+            found.append((100.0 + off_a, here, (other, 2), place))
+    return found
+
+
+def _reach(a: Bar, b: Bar, sine: float) -> float:
+    """Return how far from the crossing of the middle lines the wall `a` may end when it ends at `b`."""
+    return (b.width + a.width * math.sqrt(1.0 - sine**2)) / abs(sine) / 2 + SLACK
+
+
+def _chains(count: int, corners: dict[End, End]) -> list[tuple[list[End], bool]]:
+    """Return walls in the order in which they follow each other, each with the end at which one comes in."""
+    waiting = set(range(count))
+    chains = []
+    starts = [(wall, end) for wall in range(count) for end in (0, 1) if (wall, end) not in corners]
+    for wall, end in [*starts, *((wall, 0) for wall in range(count))]:
+        if wall not in waiting:
+            continue
+        chain, here = [], (wall, end)
+        while here[0] in waiting:
+            chain.append(here)
+            waiting.discard(here[0])
+            if (leaving := (here[0], 1 - here[1])) not in corners:
+                break
+            here = corners[leaving]
+        chains.append((chain, len(chain) > 2 and corners.get((chain[-1][0], 1 - chain[-1][1])) == chain[0]))
+    return chains
+
+
+def _run(chain: tuple[list[End], bool], ends: Array, bars: Sequence[Bar]) -> WallRun:
+    walls, closed = chain
+    points = [ends[wall, end] for wall, end in walls]
+    if not closed:
+        points.append(ends[walls[-1][0], 1 - walls[-1][1]])
+    lengths = np.array([bars[wall].length for wall, _ in walls])
+    thickness = float(np.average([bars[wall].width for wall, _ in walls], weights=lengths))
+    return WallRun(np.array(points), closed, thickness)

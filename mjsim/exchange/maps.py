@@ -1,0 +1,115 @@
+"""A map of a robot -> a world."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+
+from mjsim.exchange.grid import Cells, Grid, read_grid
+from mjsim.exchange.joints import runs_of
+from mjsim.exchange.raster import cells_of
+from mjsim.exchange.trace import SPECK, trace
+from mjsim.geometry import Array
+from mjsim.world.model import World
+from mjsim.world.plan import solid
+from mjsim.world.structure import Wall
+from mjsim.world.things import BoxObstacle, CylinderObstacle
+
+WALL_HEIGHT = 2.5
+"""A map does not tell it [m]."""
+THING_HEIGHT = 1.0
+"""Of what is not a wall [m]."""
+DIGITS = 3
+"""Coordinates are written to the millimetre."""
+
+
+def world_from_map(path: str | Path) -> World:
+    """Return a world with the walls and things of a ROS map_server or Nav2 map.
+
+    Args:
+        path: The map's YAML file.
+
+    Raises:
+        UsageError: It is not a map, or too large.
+    """
+    return world_from_grid(read_grid(path), name=name_of(path))
+
+
+def world_from_grid(grid: Grid, *, name: str = "world") -> World:
+    """Return a world with walls and things for the occupied cells of a grid, without a robot."""
+    traced = trace(grid)
+    walls = []
+    for number, run in enumerate(runs_of(traced.walls), start=1):
+        corners = distinct(grid.corners(run.points), closed=run.closed)
+        if len(corners) > 1:
+            thickness = round(run.thickness * grid.resolution, DIGITS)
+            closed = run.closed and len(corners) > 2
+            walls.append(
+                Wall(name=f"wall-{number}", points=corners, closed=closed, thickness=thickness, height=WALL_HEIGHT)
+            )
+    things: list[BoxObstacle | CylinderObstacle] = []
+    for bar in traced.boxes:
+        turn = math.degrees(bar.heading + grid.world_from_grid.heading)
+        sizes = [max(1e-3, round(size * grid.resolution, DIGITS)) for size in (bar.length, bar.width)]
+        at = _point(grid, bar.x, bar.y)
+        heading = round((turn + 90.0) % 180.0 - 90.0, 2) + 0.0
+        things.append(
+            BoxObstacle(name=f"thing-{len(things) + 1}", at=at, heading_deg=heading, box=(*sizes, THING_HEIGHT))
+        )
+    for disc in traced.discs:
+        radius = round(disc.radius * grid.resolution, DIGITS)
+        at = _point(grid, disc.x, disc.y)
+        things.append(
+            CylinderObstacle(name=f"thing-{len(things) + 1}", at=at, cylinder=(radius, THING_HEIGHT)),
+        )
+    return World(name=name, walls=tuple(walls), obstacles=tuple(things))
+
+
+def explained(world: World, grid: Grid) -> tuple[int, int, int]:
+    """Return how well a world stands for a grid.
+
+    Returns:
+        Occupied cells that something solid touches; occupied cells in all; cells known as free whose middle is more
+        than half a cell deep in something solid.
+    """
+    shape = solid(world)
+    touched = cells_of(shape.buffer(grid.resolution / 2, join_style="mitre"), grid)
+    deep: Cells = cells_of(shape.buffer(-grid.resolution / 2), grid)
+    counts = grid.occupied & touched, grid.occupied, grid.free & deep
+    found, there, invented = (int(np.count_nonzero(cells)) for cells in counts)
+    return found, there, invented
+
+
+def specks(grid: Grid) -> int:
+    """Return how many occupied cells are noise: fewer than `SPECK` that hang together."""
+    import cv2
+
+    _, _, stats, _ = cv2.connectedComponentsWithStats(grid.occupied.astype(np.uint8), connectivity=8)
+    sizes = stats[1:, cv2.CC_STAT_AREA]
+    return int(sizes[sizes < SPECK].sum())
+
+
+def name_of(path: str | Path) -> str:
+    """Return a name for a world from that of a file."""
+    path = Path(path)
+    stem = path.resolve().parent.name if path.stem == "map" else path.stem
+    plain = re.sub(r"[^A-Za-z0-9_.-]+", "-", stem).strip("-.")[:64]
+    return plain or "world"
+
+
+def distinct(points: Array, *, closed: bool) -> tuple[tuple[float, float], ...]:
+    """Return corners to the millimetre, shape (n, 2), without those that repeat the one before."""
+    kept: list[tuple[float, float]] = []
+    for x, y in np.round(points, DIGITS).tolist():
+        corner = (x + 0.0, y + 0.0)
+        if not kept or kept[-1] != corner:
+            kept.append(corner)
+    if closed and len(kept) > 1 and kept[0] == kept[-1]:
+        kept.pop()
+    return tuple(kept)
+
+
+def _point(grid: Grid, x: float, y: float) -> tuple[float, float]:
+    at_x, at_y = np.round(grid.corners(np.array([x, y])), DIGITS).tolist()
+    return at_x + 0.0, at_y + 0.0

@@ -1,0 +1,139 @@
+"""A world drawn on a grid: which cells are solid where a level plane cuts it, and which are inside."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.exchange.grid import Cells, Grid, write_grid
+from mjsim.geometry import Array, Pose
+from mjsim.world.model import World
+from mjsim.world.pictures import MOST_PIXELS
+from mjsim.world.plan import SLICE, solid
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+MARGIN = 1.0
+"""Around what is solid [m]."""
+DOORWAY = 1.3
+"""A gap in a wall that is no wider than this does not make the inside an outside [m]."""
+
+
+def grid_of(world: World, *, resolution: float = 0.05, height: float = SLICE) -> Grid:
+    """Return the map of a world as a level lidar would make it, its cells on multiples of the resolution.
+
+    A cell is occupied when its middle is in something solid; parts thinner than a cell are widened to one. Free is
+    what lies within walls, doorways counted as closed; all else is unknown. A world without an inside, or with a
+    robot outside, is free to the edge of the map.
+
+    Args:
+        world: What is to be drawn.
+        resolution: Side of a cell [m].
+        height: Of the plane above the floor [m].
+
+    Raises:
+        UsageError: Nothing is solid at this height, or the map would have more than 40 million cells.
+    """
+    if not 1e-3 <= resolution <= 10.0:
+        raise UsageError(f"resolution is {resolution:g} m; a map has cells of 0.001 to 10 m")
+    shape = solid(world, height=height)
+    if shape.is_empty:
+        raise UsageError(f"nothing of this world is solid {height:g} m above the floor; there is no map to write")
+    low_x, low_y, high_x, high_y = shape.bounds
+    first = np.floor((np.array([low_x, low_y]) - MARGIN) / resolution)
+    last = np.ceil((np.array([high_x, high_y]) + MARGIN) / resolution)
+    columns, rows = (last - first).astype(int).tolist()
+    if rows * columns > MOST_PIXELS:
+        raise UsageError(f"the map would have {rows * columns / 1e6:.0f} million cells; make the resolution coarser")
+    corner = first * resolution
+    occupied = filled((_faces(_widened(shape, resolution)) - corner) / resolution, rows=rows, columns=columns)
+    starts = np.array([robot.at for robot in world.robots]).reshape(-1, 2)
+    inside = _inside(occupied, round(DOORWAY / 2 / resolution), (starts - corner) / resolution)
+    return Grid(occupied, inside & ~occupied, resolution, Pose(float(corner[0]), float(corner[1]), 0.0))
+
+
+def write_map(world: World, folder: str | Path, *, resolution: float = 0.05, height: float = SLICE) -> Path:
+    """Write `map.yaml` and `map.pgm` of a world as Nav2 reads them, and return the path of `map.yaml`.
+
+    Args:
+        world: What is to be drawn.
+        folder: Is made when it is not there.
+        resolution: Side of a cell [m].
+        height: At which a level plane cuts the world [m].
+
+    Raises:
+        UsageError: Nothing is solid at this height, the map would be too large, or the folder cannot be written.
+    """
+    return write_grid(grid_of(world, resolution=resolution, height=height), folder)
+
+
+def filled(faces: Array, *, rows: int, columns: int) -> Cells:
+    """Return the cells whose middles lie inside closed outlines.
+
+    Args:
+        faces: Sides of the outlines, both ends each, shape (n, 2, 2) [cells].
+        rows: Of the grid.
+        columns: Of the grid.
+
+    Returns:
+        Shape (rows, columns); a middle is inside when a ray to the left crosses an odd number of sides.
+    """
+    ends = np.sort(faces[:, :, 1], axis=1)
+    first = np.clip(np.ceil(ends[:, 0] - 0.5), 0, rows).astype(int)
+    count = np.clip(np.ceil(ends[:, 1] - 0.5), 0, rows).astype(int) - first
+    side = np.repeat(np.arange(len(faces)), count)
+    row = np.arange(len(side)) - np.repeat(np.cumsum(count) - count, count) + first[side]
+    (x0, y0), (x1, y1) = faces[side, 0].T, faces[side, 1].T
+    x = x0 + (row + 0.5 - y0) * (x1 - x0) / (y1 - y0)
+    crossed = np.zeros((rows, columns + 1), dtype=np.uint8)
+    # A hair to the left, so that an edge on a middle counts the same whatever the rounding.
+    np.add.at(crossed, (row, np.clip(np.ceil(x - 0.5 - 1e-9), 0, columns).astype(int)), 1)
+    return np.asarray(np.bitwise_xor.accumulate(crossed & 1, axis=1)[:, :columns].astype(bool))
+
+
+def cells_of(shape: "BaseGeometry", grid: Grid) -> Cells:
+    """Return the cells of a grid whose middles lie in a shape of the world."""
+    rows, columns = grid.occupied.shape
+    if shape.is_empty:
+        return np.zeros((rows, columns), dtype=bool)
+    faces = _faces(shape)
+    return filled(grid.cells(faces), rows=rows, columns=columns)
+
+
+def _widened(shape: "BaseGeometry", resolution: float) -> "BaseGeometry":
+    """Return a shape with parts that are thinner than a cell made thicker by one."""
+    import shapely
+
+    half = resolution / 2
+    thin = shape.difference(shape.buffer(-half * 0.99, join_style="mitre").buffer(half, join_style="mitre"))
+    lost = [part for part in shapely.get_parts(thin) if part.area > resolution**2 / 2]
+    return shapely.union_all([shape, *(part.buffer(half) for part in lost)])
+
+
+def _faces(shape: "BaseGeometry") -> Array:
+    """Return the sides of a shape's outlines, holes too, shape (n, 2, 2)."""
+    import shapely
+
+    polygons = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]
+    rings = [shapely.get_coordinates(ring) for part in polygons for ring in (part.exterior, *part.interiors)]
+    return np.concatenate([np.stack([ring[:-1], ring[1:]], axis=1) for ring in rings])
+
+
+def _inside(occupied: Cells, reach: int, starts: Array) -> Cells:
+    """Return the cells that nothing wider than a doorway leads to from the edge; all, when that leaves robots out."""
+    import cv2
+
+    away = cv2.distanceTransform((~occupied).astype(np.uint8), cv2.DIST_L2, 5)
+    _, parts = cv2.connectedComponents((away > reach).astype(np.uint8), connectivity=4)
+    edge = np.unique(np.concatenate([parts[0], parts[-1], parts[:, 0], parts[:, -1]]))
+    outside = np.isin(parts, edge[edge > 0])
+    inside = cv2.distanceTransform((~outside).astype(np.uint8), cv2.DIST_L2, 5) > reach
+    rows, columns = occupied.shape
+    for x, y in starts:
+        column, row = math.floor(x), math.floor(y)
+        if not (0 <= column < columns and 0 <= row < rows and inside[row, column]):
+            return np.ones_like(occupied)
+    return np.asarray(inside if (inside & ~occupied).any() else np.ones_like(occupied), dtype=bool)

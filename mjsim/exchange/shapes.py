@@ -1,0 +1,128 @@
+"""Rectangles and discs that stand for cells of a grid, fitted by their moments; all lengths in cells."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.exchange.grid import Cells
+from mjsim.exchange.raster import filled
+from mjsim.geometry import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Bar:
+    """A rectangle: a straight wall, or a thing from above."""
+
+    x: float
+    """Of its middle."""
+    y: float
+    heading: float
+    """Where its length points [rad]."""
+    length: float
+    width: float
+
+    @property
+    def along(self) -> Array:
+        """Unit vector of its length, shape (2,)."""
+        return np.array([math.cos(self.heading), math.sin(self.heading)])
+
+    @property
+    def ends(self) -> Array:
+        """Both ends of its middle line, shape (2, 2)."""
+        middle = np.array([self.x, self.y])
+        return np.asarray(middle + np.outer([-0.5, 0.5], self.along * self.length), dtype=float)
+
+    def outline(self, *, grown: float = 0.0) -> Array:
+        """Return its corners, moved out by so much, counter-clockwise, shape (4, 2)."""
+        c, s = self.along
+        half = np.array([self.length, self.width]) / 2 + grown
+        return np.asarray(half * [[-1, -1], [1, -1], [1, 1], [-1, 1]] @ [[c, s], [-s, c]] + [self.x, self.y])
+
+
+@dataclass(frozen=True, slots=True)
+class Disc:
+    """A round thing from above."""
+
+    x: float
+    y: float
+    radius: float
+
+
+def bar_between(start: Array, end: Array, width: float) -> Bar:
+    """Return the bar whose middle line has these ends, shape (2,) each."""
+    along = end - start
+    x, y = ((start + end) / 2).tolist()
+    return Bar(x, y, math.atan2(along[1], along[0]), math.hypot(*along), width)
+
+
+def fitted_bar(points: Array) -> tuple[Bar, float]:
+    """Return the rectangle with the second moments of cells, and how well it covers them.
+
+    Args:
+        points: Middles of the cells, shape (n, 2).
+
+    Returns:
+        The rectangle; and how many cells both have, as a share of those that either has.
+    """
+    middle = points.mean(axis=0)
+    x, y = middle.tolist()
+    offsets = points - middle
+    cov = offsets.T @ offsets / len(points)
+    principal = math.atan2(2 * cov[0, 1], cov[0, 0] - cov[1, 1]) / 2
+    around = _lattice(points) - middle
+    best: tuple[Bar, float] | None = None
+    for heading in (0.0, principal, _hull_heading(points)):
+        c, s = math.cos(heading), math.sin(heading)
+        u, v = np.abs(offsets @ [[c, -s], [s, c]]).T
+        # A uniform rectangle has variance length^2 / 12; that of a cell itself is 1 / 12.
+        length, width = np.sqrt(12.0 * np.array([np.mean(u**2), np.mean(v**2)]) + 1.0).tolist()
+        within = int(np.count_nonzero((u <= length / 2) & (v <= width / 2)))
+        u, v = np.abs(around @ [[c, -s], [s, c]]).T
+        overlap = _shared(points, within, int(np.count_nonzero((u <= length / 2) & (v <= width / 2))))
+        if best is None or overlap > best[1] + 1e-3:
+            bar = Bar(x, y, heading, length, width)
+            best = bar if length >= width else Bar(x, y, heading + math.pi / 2, width, length), overlap
+    assert best is not None
+    return best
+
+
+def fitted_disc(points: Array) -> tuple[Disc, float]:
+    """Return the disc with the area of cells, middles in shape (n, 2), and how well it covers them, as a bar does."""
+    middle = points.mean(axis=0)
+    radius = math.sqrt(len(points) / math.pi)
+    within, lattice = (
+        int(np.count_nonzero(np.hypot(*(cells - middle).T) <= radius)) for cells in (points, _lattice(points))
+    )
+    x, y = middle.tolist()
+    return Disc(x, y, radius), _shared(points, within, lattice)
+
+
+def cells_in(outline: Array, shape: tuple[int, int]) -> tuple[tuple[slice, slice], Cells]:
+    """Return the window of a grid around a closed outline, shape (n, 2), and which of its cells have middles inside."""
+    lower = np.clip(np.floor(outline.min(axis=0)).astype(int), 0, shape[::-1])
+    upper = np.clip(np.ceil(outline.max(axis=0)).astype(int), lower, shape[::-1])
+    faces = np.stack([outline, np.roll(outline, -1, axis=0)], axis=1) - lower
+    columns, rows = (upper - lower).tolist()
+    window = slice(lower[1], upper[1]), slice(lower[0], upper[0])
+    return window, filled(faces, rows=rows, columns=columns)
+
+
+def _shared(points: Array, covered: int, lattice: int) -> float:
+    """Return what cells and a shape share of what either covers, from how many cells of both and of the grid it has."""
+    return covered / (len(points) + lattice - covered)
+
+
+def _lattice(points: Array) -> Array:
+    """Return the middles of all cells of the grid around cells, shape (n, 2)."""
+    lower, upper = points.min(axis=0) - 3.0, points.max(axis=0) + 4.0
+    columns, rows = np.arange(lower[0], upper[0]), np.arange(lower[1], upper[1])
+    return np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
+
+
+def _hull_heading(points: Array) -> float:
+    """Return where the smallest rectangle around points lies [rad]."""
+    import cv2
+
+    (_, _, angle) = cv2.minAreaRect(points.astype(np.float32))
+    return math.radians(angle)

@@ -1,0 +1,166 @@
+"""Lines in the middle of walls -> the walls: fitted to both sides, square where the map is, followed to their ends."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from mjsim.exchange.grid import Cells
+from mjsim.exchange.shapes import Bar, bar_between, cells_in
+from mjsim.geometry import Array
+
+STEP = 0.25
+"""Between the points at which cells are looked up [cells]."""
+GAP, BLIND_GAP = 2.5, 10.0
+"""A wall goes on behind a gap that is no longer; and no longer where nothing is known [cells]."""
+SQUARE = math.radians(2.0)
+"""A long wall that is this near to the main direction has it, or is square to it [rad]."""
+SQUARE_DRIFT = 1.0
+"""A short one may stray so far from it, over its length [cells]."""
+LEVEL = math.radians(0.3)
+"""The main direction is that of the cells when it is this near to it [rad]."""
+NEW = 0.3
+"""A wall is taken when so much of it is not explained by those before."""
+MOST_FREE = 0.2
+"""Share of a wall that may lie where the map is free."""
+
+
+def along_walls(slim: Cells, cells: Cells, lines: Sequence[Array], free: Cells, *, thickest: float) -> list[Bar]:
+    """Return walls along lines, the largest first; what others explain already is left out.
+
+    Args:
+        slim: Of walls alone, shape (rows, columns).
+        cells: The same with what leans on walls, into which they go on.
+        lines: Both ends each, shape (2, 2).
+        free: Where no wall may be, shape (rows, columns).
+        thickest: Width of the thickest wall.
+    """
+    fits = [fit for line in lines if (fit := _fitted(slim, line, thickest)) is not None]
+    main = _main_direction(fits)
+    bars = [_followed(cells, free, _squared(slim, fit, main, thickest)) for fit in fits]
+    explained = np.zeros_like(cells)
+    kept = []
+    for bar in sorted(bars, key=_area, reverse=True):
+        window, inner = cells_in(bar.outline(), cells.shape)
+        count = max(1, int(np.count_nonzero(inner)))
+        new = int(np.count_nonzero(inner & cells[window] & ~explained[window]))
+        if new >= NEW * count and np.count_nonzero(inner & free[window]) <= MOST_FREE * count:
+            kept.append(bar)
+            window, near = cells_in(bar.outline(grown=0.75), cells.shape)
+            explained[window] |= near
+    return kept
+
+
+def _area(bar: Bar) -> float:
+    return bar.length * bar.width
+
+
+def _fitted(cells: Cells, line: Array, thickest: float) -> Bar | None:
+    """Return a line moved to the middle between both sides of the wall around it, and how far they are apart."""
+    bar = bar_between(line[0], line[1], 1.0)
+    for _ in range(3):
+        sides = _sides(cells, bar, thickest)
+        if sides is None:
+            return None
+        u, middle, width = sides
+        slope, offset = (0.0, float(np.median(middle)))
+        if bar.length >= 4.0 and len(u) >= 4:
+            for _ in range(2):
+                slope, offset = np.polyfit(u, middle, 1).tolist()
+                stray = np.abs(middle - slope * u - offset)
+                good = stray <= max(0.5, 2.0 * float(np.median(stray)))
+                u, middle, width = u[good], middle[good], width[good]
+        left, rise = np.array([-bar.along[1], bar.along[0]]), slope * bar.length / 2
+        start, end = bar.ends
+        bar = bar_between(start + left * (offset - rise), end + left * (offset + rise), float(width.mean()))
+    return bar
+
+
+def _sides(cells: Cells, bar: Bar, thickest: float) -> tuple[Array, Array, Array] | None:
+    """Return where a wall lies beside a line: places along it from its middle, the wall's middle there, its width."""
+    reach = thickest + 1.0
+    count = max(3, round(bar.length))
+    inset = min(bar.length / 6, thickest / 2)
+    u = np.linspace(-bar.length / 2 + inset, bar.length / 2 - inset, count)
+    v = np.arange(STEP / 2, reach, STEP)
+    across = np.concatenate([-v[::-1], v])
+    inside = _looked_up(cells, bar, u[:, None], across)
+    up, down = inside[:, len(v) :], inside[:, : len(v)][:, ::-1]
+    high = np.where(up.all(axis=1), len(v), np.argmin(up, axis=1)) * STEP
+    low = np.where(down.all(axis=1), len(v), np.argmin(down, axis=1)) * STEP
+    width = high + low
+    there = width > 0
+    if np.count_nonzero(there) < 2:
+        return None
+    good = there & (width <= 1.4 * np.median(width[there]) + 0.5) & (width <= thickest)
+    if not good.any():
+        return None
+    return u[good], (high - low)[good] / 2, width[good]
+
+
+def _looked_up(cells: Cells, bar: Bar, u: Array, v: Array) -> Cells:
+    """Return whether points along and across a bar, from its middle, are in occupied cells."""
+    c, s = bar.along
+    column = np.floor(bar.x + u * c - v * s).astype(int)
+    row = np.floor(bar.y + u * s + v * c).astype(int)
+    rows, columns = cells.shape
+    there = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+    return np.asarray(there & cells[row.clip(0, rows - 1), column.clip(0, columns - 1)])
+
+
+def _main_direction(bars: Sequence[Bar]) -> float | None:
+    """Return the direction that most length has, or is square to, in [-45, 45) degrees; None without walls [rad]."""
+    long = [bar for bar in bars if bar.length >= 6.0]
+    if not long:
+        return None
+    turns = np.array([bar.heading for bar in long]) % (math.pi / 2)
+    weights = np.array([bar.length for bar in long]) ** 2
+    apart = np.abs((turns[:, None] - turns + math.pi / 4) % (math.pi / 2) - math.pi / 4)
+    near = apart <= SQUARE
+    best = int(np.argmax(near @ weights))
+    offsets = (turns - turns[best] + math.pi / 4) % (math.pi / 2) - math.pi / 4
+    main = turns[best] + float(np.average(offsets[near[best]], weights=weights[near[best]]))
+    main = (main + math.pi / 4) % (math.pi / 2) - math.pi / 4
+    return 0.0 if abs(main) < LEVEL else main
+
+
+def _squared(cells: Cells, bar: Bar, main: float | None, thickest: float) -> Bar:
+    """Return a wall in the main direction or square to it, when it nearly is, its middle found anew."""
+    if main is None:
+        return bar
+    off = (bar.heading - main + math.pi / 4) % (math.pi / 2) - math.pi / 4
+    if abs(off) > max(SQUARE, math.atan2(SQUARE_DRIFT, bar.length)):
+        return bar
+    turned = Bar(bar.x, bar.y, bar.heading - off, bar.length, bar.width)
+    sides = _sides(cells, turned, thickest)
+    if sides is None:
+        return bar
+    offset, width = float(np.mean(sides[1])), float(np.mean(sides[2]))
+    c, s = turned.along
+    return Bar(bar.x - s * offset, bar.y + c * offset, turned.heading, bar.length, width)
+
+
+def _followed(cells: Cells, free: Cells, bar: Bar) -> Bar:
+    """Return a wall as long as its cells go on in its direction, both ways from its middle."""
+    count = math.ceil(math.hypot(*cells.shape) / STEP)
+    u = np.asarray((np.arange(-count, count) + 0.5)[:, None] * STEP, dtype=float)
+    across = np.array([-0.4, -0.2, 0.0, 0.2, 0.4]) * bar.width
+    solid = np.count_nonzero(_looked_up(cells, bar, u, across), axis=1) >= 3
+    seen = np.count_nonzero(_looked_up(free, bar, u, across), axis=1) >= 3
+    ahead = _goes_on(solid[count:], seen[count:])
+    behind = _goes_on(solid[:count][::-1], seen[:count][::-1])
+    if ahead + behind < 1.0:
+        return bar
+    middle = np.array([bar.x, bar.y])
+    return bar_between(middle - bar.along * behind, middle + bar.along * ahead, bar.width)
+
+
+def _goes_on(solid: Cells, seen: Cells) -> float:
+    """Return how far a wall goes on, from what is solid and what is seen to be free at each step along it."""
+    there = np.concatenate([[-1], np.flatnonzero(solid)])
+    gaps = np.diff(there) - 1
+    freed = np.concatenate([[0], np.cumsum(seen)])
+    free_gaps = freed[there[1:]] - freed[there[:-1] + 1]
+    ends = np.flatnonzero((gaps > BLIND_GAP / STEP) | (free_gaps > GAP / STEP))
+    last = there[ends[0]] if len(ends) else there[-1]
+    return float(last + 1) * STEP

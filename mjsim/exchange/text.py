@@ -1,0 +1,22 @@
+"""A world that was brought in, written for people: where it is from, then the world."""
+
+from collections.abc import Sequence
+
+from mjsim.world.model import World
+from mjsim.world.writer import format_world
+
+
+def world_text(world: World, *, notes: Sequence[str]) -> str:
+    """Return the text of a world under lines of comment."""
+    lines = (f"# {line}".rstrip() for note in notes for line in note.splitlines())
+    return "\n".join([*lines, _spaced(format_world(world))])
+
+
+def _spaced(text: str) -> str:
+    """Return a world's text with an empty line before each list of items."""
+    spaced = []
+    for line in text.splitlines():
+        if line in ("walls:", "obstacles:", "beacons:", "robots:", "run:"):
+            spaced.append("")
+        spaced.append(line)
+    return "\n".join(spaced) + "\n"
