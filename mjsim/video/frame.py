@@ -15,6 +15,7 @@ from mjsim.video.ink import (
     ODOMETRY,
     PAGE,
     PAPER,
+    SCANNED,
     SEEN,
     SEMIBOLD,
     TRUTH,
@@ -27,6 +28,7 @@ from mjsim.video.layout import HEIGHT, MARGIN, WIDTH, Box, arrange
 from mjsim.video.moment import Moment
 from mjsim.video.overlay import LIFTED, Trails, draw_moment, draw_others
 from mjsim.video.plan import draw_background, draw_scale_bar, world_bounds
+from mjsim.video.scans import mounts_of
 from mjsim.video.things import Things
 from mjsim.video.view import View
 from mjsim.world import World
@@ -187,7 +189,8 @@ class Frame:
     def _write_head(self, world: World) -> None:
         self._letters.write(self._page, world.name, (MARGIN, 31), 22, weight=SEMIBOLD)
         x = WIDTH - MARGIN
-        for name, color in reversed(LEGEND):
+        lidar = (("lidar", SCANNED),) if mounts_of(world, self.robot) else ()
+        for name, color in reversed(LEGEND + lidar):
             x -= self._letters.width(name, 13)
             self._letters.write(self._page, name, (x, 31), 13, MUTED)
             draw_disc(self._page, np.array([x - 11.0, 26.0]), 5, color)

@@ -17,6 +17,7 @@ TRUTH: Color = (0, 114, 178)
 ESTIMATE: Color = (213, 94, 0)
 SEEN: Color = (0, 158, 115)
 BEACON: Color = (230, 159, 0)
+SCANNED: Color = (204, 121, 167)
 ODOMETRY: Color = (140, 145, 152)
 
 INK: Color = (35, 39, 46)
@@ -71,6 +72,13 @@ def draw_disc(image: Picture, middle: NDArray[Any], radius: float, color: Color,
     """Draw a circle around a pixel, shape (2,); filled unless a line width is given."""
     x, y = fixed(np.asarray(middle)).tolist()
     cv2.circle(image, (x, y), round(radius * (1 << FRACTION_BITS)), color, width, cv2.LINE_AA, FRACTION_BITS)
+
+
+def draw_dots(image: Picture, middles: NDArray[Any], color: Color) -> None:
+    """Draw small dots about pixels, shape (n, 2)."""
+    height, width = image.shape[:2]
+    for middle in middles[((middles >= 0.0) & (middles < (width, height))).all(axis=1)]:
+        draw_disc(image, middle, 1.6, color)
 
 
 class Letters:

@@ -3,12 +3,14 @@
 from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.interface import Picture, Sighting
 from mjsim.record import Recording, Tick
+from mjsim.video.scans import newest_points, recorded_points
 from mjsim.world.looks import Looks
 
 
@@ -42,10 +44,21 @@ class Moment:
     """Where doors, movers and what can be pushed are, by their names in the scene; at their starts unless told."""
     looks: Looks | None = None
     """Light, and what is no longer there; as at the start unless told."""
+    scans: Mapping[str, Array] = field(default_factory=dict)
+    """Where the newest scan of each lidar met something, from where the robot believed to be, shape (n, 2) [m]."""
 
 
-def moment_of(tick: Tick, robot: str, *, before: Moment | None) -> Moment:
-    """Return what is drawn of a tick; what it does not tell anew is taken from the moment before."""
+def moment_of(
+    tick: Tick, robot: str, *, before: Moment | None, lidars: Mapping[str, Array] = MappingProxyType({})
+) -> Moment:
+    """Return what is drawn of a tick; what it does not tell anew is taken from the moment before.
+
+    Args:
+        tick: A turn of the loop.
+        robot: Whose moment it is.
+        before: That of the tick before.
+        lidars: robot_from_sensor of those whose scans are drawn, shape (4, 4) [m].
+    """
     order, seen = tick.orders[robot], tick.seen[robot]
     belief = order.estimate
     frame = next(iter(seen.cameras.values()), None)
@@ -65,6 +78,7 @@ def moment_of(tick: Tick, robot: str, *, before: Moment | None) -> Moment:
         touched=bool(seen.bump),
         things={name: pose.as_array() for name, pose in tick.things.items()},
         looks=tick.looks,
+        scans=newest_points(seen.scans, lidars, belief.pose.as_array(), before.scans if before is not None else {}),
     )
 
 
@@ -80,6 +94,7 @@ def moments(recording: Recording, robot: str, rows: Sequence[int]) -> Iterator[M
     changes = [event.time for event in recording.events]
     past, looks = -1, recording.looks(0)
     first = 0
+    scans = enumerate(recorded_points(recording, robot))
     for row in rows:
         now = float(track.time[row])
         if bisect_right(changes, now) != past:
@@ -104,6 +119,7 @@ def moments(recording: Recording, robot: str, rows: Sequence[int]) -> Iterator[M
             sightings=looked,
             picture=shown,
             others={name: other.truth[row] for name, other in recording.robots.items() if name != robot},
+            scans=next((points for number, points in scans if number == row), {}),
             touched=bool(((now - bumps >= 0.0) & (now - bumps < 0.5)).any()),
             things={name: places[row] for name, places in recording.things.items()},
             looks=looks,

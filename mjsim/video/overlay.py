@@ -11,11 +11,13 @@ from mjsim.video.ink import (
     MUTED,
     ODOMETRY,
     PAPER,
+    SCANNED,
     SEEN,
     TRUTH,
     Color,
     blend,
     draw_disc,
+    draw_dots,
     draw_polyline,
     fixed_polylines,
 )
@@ -78,6 +80,9 @@ def draw_moment(image: Picture, view: View, moment: Moment, *, look: Look, radiu
         radius: Of the robot's body [m].
     """
     believes = bool(np.isfinite(moment.estimate).all())
+    if look.scans:
+        for points in moment.scans.values():
+            draw_dots(image, view.pixels(points), SCANNED)
     if look.sightings and believes:
         _draw_sightings(image, view, moment)
     _draw_map(image, view, moment, ellipses=look.ellipses)

@@ -10,6 +10,7 @@ import cv2
 from mjsim.record import Tick
 from mjsim.video.frame import Frame
 from mjsim.video.moment import Moment, moment_of
+from mjsim.video.scans import mounts_of
 from mjsim.world import World
 
 BACKLOG = 500
@@ -55,7 +56,7 @@ class Easel:
         robot = self._robot or next(iter(tick.orders), None)
         if robot is None or robot not in tick.orders:
             return False
-        moment = moment_of(tick, robot, before=self._newest)
+        moment = moment_of(tick, robot, before=self._newest, lidars=mounts_of(self._world, robot))
         with self._lock:
             self._robot, self._newest = robot, moment
             # Pictures are large; only the newest one is ever shown.

@@ -51,6 +51,8 @@ class View(Model):
     """Whom the close-up follows."""
     sightings: bool = True
     """Lines to what is seen now."""
+    scans: bool = True
+    """Where the beams of lidars meet something."""
     ellipses: bool = True
     """Regions that hold the truth with 95 % probability."""
     trails: bool = True

@@ -39,14 +39,14 @@ def gallery() -> World:
     return load_world(Path(str(resources.files("mjsim.worlds") / "gallery.yaml")))
 
 
-def hall(*, camera: bool) -> World:
-    """Return a hall with 100 walls and one robot."""
+def hall(sensors: str = "", *, robots: int = 1) -> World:
+    """Return a hall with 100 walls and robots with some sensors."""
     walls = [f"{{points: [[{x}, {y}], [{x + 1}, {y + 0.5}]]}}" for x in range(-20, 20, 4) for y in range(1, 21, 2)]
-    sensors = "[{camera: front}]" if camera else "[]"
-    return parse_world(
-        f"mjsim: 1\nname: hall\nwalls: [{', '.join(walls)}]\n"
-        f"robots: [{{name: scout, preset: pioneer3dx, at: [0, 0], sensors: {sensors}}}]\n"
-    )
+    team = [
+        f"{{name: scout{k}, preset: pioneer3dx, at: [{4 * (k % 4)}, {-3 * (k // 4)}], sensors: [{sensors}]}}"
+        for k in range(robots)
+    ]
+    return parse_world(f"mjsim: 1\nname: hall\nwalls: [{', '.join(walls)}]\nrobots: [{', '.join(team)}]\n")
 
 
 def loop_speed(world: World, *, seconds: float) -> Callable[[], AbstractContextManager[Once]]:
@@ -199,10 +199,13 @@ def film() -> Iterator[Once]:
         yield once
 
 
+LIDAR = "{lidar: scan, beams: 180, rate_hz: 12.5, noise: {range: 0.01}}"
 PACE = "simulated seconds a second"
 FIGURES = (
-    Figure("loop", PACE, loop_speed(hall(camera=False), seconds=4.0)),
-    Figure("loop-camera", PACE, loop_speed(hall(camera=True), seconds=2.0)),
+    Figure("loop", PACE, loop_speed(hall(), seconds=4.0)),
+    Figure("loop-lidar", PACE, loop_speed(hall(LIDAR), seconds=4.0)),
+    Figure("loop-8-lidars", PACE, loop_speed(hall(LIDAR, robots=8), seconds=2.0)),
+    Figure("loop-camera", PACE, loop_speed(hall("{camera: front}"), seconds=2.0)),
     Figure("gallery", PACE, whole_run),
     Figure("pictures-640x480", "pictures a second", pictures),
     Figure("pictures-floor", "pictures a second", picture_floor),
