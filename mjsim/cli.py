@@ -56,11 +56,16 @@ def doctor(
 def check(worlds: Annotated[list[Path], typer.Argument(metavar="WORLD...", help="World files.")]) -> None:
     """Say everything that is wrong with world files; nothing when all is well."""
     from mjsim.world import load_checked
+    from mjsim.world.things import ModelObstacle
 
     failed = False
     for path in worlds:
         try:
-            load_checked(path)
+            world = load_checked(path)
+            if any(isinstance(obstacle, ModelObstacle) for obstacle in world.obstacles):
+                from mjsim.compile import check_models
+
+                check_models(world)
         except (WorldError, UsageError) as error:
             print(error, file=sys.stderr)
             failed = True

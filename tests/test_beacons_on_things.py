@@ -10,6 +10,7 @@ import pytest
 import mjsim
 from mjsim.compile import compile_world, export_scene
 from mjsim.world import parse_world
+from mjsim.world.check import check_world
 from mjsim.world.hung import hung
 
 BEACONS = """
@@ -127,3 +128,22 @@ def test_a_world_tells_where_its_beacons_hang_at_the_start():
     places = {item.beacon.name: (item.place.x, item.place.y, item.center) for item in hung(parse_world(ROOM))}
     np.testing.assert_allclose(places["crate"], [1.0, -1.2, 0.2])
     np.testing.assert_allclose(places["mate"], [2.0, -2.3, 0.5])
+
+
+@pytest.mark.parametrize(
+    ("at", "message"),
+    [
+        ("[0.1, 0]", "beacon 'b' at [0.1, 0] on 'box' hangs inside obstacle 'box', where it cannot be seen; "),
+        ("[0.25, 0]", None),
+        ("[0.55, 0]", "beacon 'b' at [0.55, 0] on 'box' hangs inside obstacle 'pillar', where it cannot be seen; "),
+    ],
+)
+def test_a_beacon_that_is_hidden_in_its_carrier_or_behind_another_thing_is_told(at, message):
+    text = f"""mjsim: 1
+obstacles:
+  - {{name: box, box: [0.5, 0.6, 1.0], at: [2, 1]}}
+  - {{name: pillar, cylinder: [0.1, 2], at: [2.55, 1]}}
+beacons: [{{name: b, marker: {{id: 1}}, on: box, at: {at}, center: 0.5, width: 0.2}}]
+"""
+    told = [str(problem) for problem in check_world(parse_world(text))]
+    assert (not told) if message is None else told[0].startswith(f"world.yaml:5:51: {message}")

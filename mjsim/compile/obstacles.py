@@ -3,24 +3,31 @@
 The frame of an obstacle has its origin in the middle of its underside, x along its length. One that stands still
 is part of the world; a movable one is a body `obstacle/NAME` with a free joint of the same name, and one that goes
 its own path a body of that name on slides. Geoms carry the name too, numbered where there are several:
-`obstacle/NAME/1`.
+`obstacle/NAME/1`. Models are always bodies, as their parts may have joints.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from mjsim.compile.models import Original, add_model, read_original
 from mjsim.compile.movers import add_slides
 from mjsim.compile.names import item_names
 from mjsim.compile.pictures import color_of
+from mjsim.errors import WorldError
 from mjsim.geometry import Array
+from mjsim.world.model import World
+from mjsim.world.outlines import origin_height
+from mjsim.world.places import Fault, problems_at
 from mjsim.world.things import (
     BoxObstacle,
     CylinderObstacle,
+    ModelObstacle,
     Obstacle,
     RampObstacle,
     SphereObstacle,
@@ -49,20 +56,46 @@ class Stand:
         return geom
 
 
-def add_obstacles(spec: mujoco.MjSpec, obstacles: Sequence[Obstacle]) -> None:
-    """Add the obstacles where they stand at the start."""
-    for obstacle, name in zip(obstacles, item_names(obstacles), strict=True):
-        _add_shape(spec, _stand(spec, obstacle, f"obstacle/{name}"), obstacle, f"obstacle/{name}")
+def add_obstacles(spec: mujoco.MjSpec, world: World) -> None:
+    """Add the obstacles of a world where they stand at the start.
+
+    Raises:
+        WorldError: MuJoCo cannot read the files of some models; each is told where it is named first.
+    """
+    originals: dict[str, Original] = {}
+    faults: dict[str, Fault] = {}
+    for index, (obstacle, name) in enumerate(zip(world.obstacles, item_names(world.obstacles), strict=True)):
+        stand = _stand(spec, obstacle, f"obstacle/{name}")
+        if not isinstance(obstacle, ModelObstacle):
+            _add_shape(spec, stand, obstacle, f"obstacle/{name}")
+            continue
+        try:
+            if obstacle.model not in originals:
+                originals[obstacle.model] = read_original(spec, obstacle, len(originals) + 1)
+            original = originals[obstacle.model]
+            add_model(spec, stand.body, obstacle, original, name=f"obstacle/{name}", solid=stand.solid)
+        except ValueError as error:
+            faults.setdefault(obstacle.model, (("obstacles", index, "model"), partial(str, error)))
+    if faults:
+        raise WorldError(problems_at(world.source.written, world.source.file, faults.values()))
+
+
+def check_models(world: World) -> None:
+    """Raise WorldError when MuJoCo cannot read the files of a world's models."""
+    if any(isinstance(obstacle, ModelObstacle) for obstacle in world.obstacles):
+        add_obstacles(mujoco.MjSpec(), world)
 
 
 def _stand(spec: mujoco.MjSpec, obstacle: Obstacle, name: str) -> Stand:
     turn = math.radians(obstacle.heading_deg) / 2
-    place = {"pos": [*obstacle.at, obstacle.elevation], "quat": [math.cos(turn), 0.0, 0.0, math.sin(turn)]}
+    place = {"pos": [*obstacle.at, origin_height(obstacle)], "quat": [math.cos(turn), 0.0, 0.0, math.sin(turn)]}
     if obstacle.path is not None:
         body = spec.worldbody.add_body(name=name, **place)
         add_slides(body, name, heading=2 * turn)
         return Stand(body, None, {})
     if not obstacle.movable:
+        if isinstance(obstacle, ModelObstacle):
+            return Stand(spec.worldbody.add_body(name=name, **place), None, {})
         return Stand(spec.worldbody, spec.worldbody.add_frame(**place), {})
     body = spec.worldbody.add_body(name=name, **place)
     body.add_freejoint(name=name)

@@ -43,6 +43,7 @@ def compile_world(world: World) -> mujoco.MjSpec:
 
     Raises:
         UsageError: The world is more than MuJoCo can hold.
+        WorldError: The file of a model cannot be read.
         ValueError: A picture cannot be read.
     """
     spec = mujoco.MjSpec()
@@ -57,7 +58,7 @@ def compile_world(world: World) -> mujoco.MjSpec:
     # Cameras draw geoms in this order; what is likely in front comes first, so that less is painted over.
     look_of = beacon_looks(spec, world)
     add_hung_beacons(spec, world, boxes, look_of)
-    add_obstacles(spec, world.obstacles)
+    add_obstacles(spec, world)
     add_doors(spec, world)
     add_walls(spec, world, boxes)
     add_ceiling(spec, world, boxes, lower, upper)

@@ -29,8 +29,8 @@ from mjsim.world.doors import leaves
 from mjsim.world.hung import Hung, hung
 from mjsim.world.looks import Looks, first_looks
 from mjsim.world.names import item_names
-from mjsim.world.outlines import stays, world_from_obstacle
-from mjsim.world.plan import footprint, top, wall_pieces
+from mjsim.world.outlines import prisms, stays, world_from_obstacle
+from mjsim.world.plan import wall_pieces
 from mjsim.world.robots import Robot
 from mjsim.world.things import Beacon, Obstacle
 
@@ -83,7 +83,7 @@ def _looked(world: World, files: Mapping[str, bytes], looks: Looks, *, time: flo
     """Return the entities that events may change."""
     there = [(item, name) for item, name in _obstacles(world) if name not in looks.removed]
     beacons = [item for item in hung(world) if item.beacon.name not in looks.removed]
-    standing = [_prism(footprint(item), item.elevation, top(item), item.color) for item, _ in there if stays(item)]
+    standing = [_prism(*prism, item.color) for item, _ in there if stays(item) for prism in prisms(item)]
     return [
         _entity("obstacles", time=time, triangles=standing),
         *(_moving(item, name, time) for item, name in there if not stays(item)),
@@ -110,13 +110,15 @@ def _obstacles(world: World) -> Iterator[tuple[Obstacle, str]]:
 
 
 def _moving(item: Obstacle, name: str, time: float) -> SceneEntity:
-    outline = world_from_obstacle(item).inverse().transform(footprint(item))
+    obstacle_from_world = world_from_obstacle(item).inverse()
     return SceneEntity(
         timestamp=stamp(time),
         frame_id=f"obstacle/{name}",
         id=f"obstacle/{name}",
         frame_locked=True,
-        triangles=[_prism(outline, item.elevation, top(item), item.color)],
+        triangles=[
+            _prism(obstacle_from_world.transform(outline), low, high, item.color) for outline, low, high in prisms(item)
+        ],
     )
 
 

@@ -29,6 +29,7 @@ from mjsim.world import World, parse_world
 from mjsim.world.layout import escaped
 from mjsim.world.looks import Looks
 from mjsim.world.source import Source
+from mjsim.world.things import ModelObstacle
 
 VERSIONED = ("mjsim", "mujoco", "numpy", "opencv-python-headless", "foxglove-sdk")
 """Packages whose versions are noted."""
@@ -206,11 +207,14 @@ def sensors_of(robots: Mapping[str, RobotInfo], kind: str) -> dict[str, SensorIn
 
 
 def named_files(world: World) -> list[str]:
-    """Return the files that a world names, and those that its text includes, each once."""
+    """Return the files that a world names, with what its models name in turn, and those that its text includes."""
     patches = [patch.texture for patch in world.floor.patches]
     covers = [world.floor.texture, world.ceiling.texture if world.ceiling is not None else None, *patches]
     named = [*covers, *(wall.texture for wall in world.walls), *(beacon.image for beacon in world.beacons)]
-    return list(dict.fromkeys([*(name for name in named if name is not None), *world.source.included]))
+    shapes = {item.model: item.shape for item in world.obstacles if isinstance(item, ModelObstacle)}
+    of_models = [path for shape in shapes.values() for path in shape.files.paths]
+    names = [*(name for name in named if name is not None), *of_models, *world.source.included]
+    return list(dict.fromkeys(names))
 
 
 def text_of(world: World, files: Mapping[str, bytes]) -> str:

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 from mjsim.errors import Problem
 from mjsim.world.find import missing_class
+from mjsim.world.hung import Hung, hung
 from mjsim.world.model import World
+from mjsim.world.outlines import prisms
 from mjsim.world.pieces import wall_pieces
 from mjsim.world.places import problems_at
-from mjsim.world.plan import footprint, top
 from mjsim.world.running import Use
 from mjsim.world.structure import Wall
-from mjsim.world.things import Beacon
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -80,10 +80,11 @@ class _Solids:
                 self.low.append(piece.low)
                 self.high.append(piece.high)
         for number, obstacle in enumerate(world.obstacles):
-            names.append(f"obstacle '{obstacle.name}'" if obstacle.name else f"obstacles[{number}]")
-            outlines.append(polygons(footprint(obstacle)))
-            self.low.append(0.0)
-            self.high.append(top(obstacle))
+            for outline, low, high in prisms(obstacle):
+                names.append(f"obstacle '{obstacle.name}'" if obstacle.name else f"obstacles[{number}]")
+                outlines.append(polygons(outline))
+                self.low.append(low)
+                self.high.append(high)
         self.names, self.outlines, self.tree = names, outlines, STRtree(outlines)
 
     def reached(self, shape: "BaseGeometry", *, depth: float, low: float, high: float) -> str | None:
@@ -101,8 +102,8 @@ def _crowded(world: World) -> Iterator[Doubt]:
         return
     solids = _Solids(world)
     yield from _robots_in_things(world, solids)
-    for index, beacon in enumerate(world.beacons):
-        for message in _hidden(beacon, solids):
+    for index, item in enumerate(hung(world)):
+        for message in _hidden(item, solids):
             yield message, ("beacons", index, "at")
 
 
@@ -124,20 +125,22 @@ def _robots_in_things(world: World, solids: _Solids) -> Iterator[Doubt]:
             )
 
 
-def _hidden(beacon: Beacon, solids: _Solids) -> Iterator[str]:
+def _hidden(item: Hung, solids: _Solids) -> Iterator[str]:
     from shapely import Point
 
-    heading = math.radians(beacon.heading_deg)
-    (x, y), (c, s) = beacon.at, (math.cos(heading), math.sin(heading))
-    level = beacon.center - SPARE, beacon.center + SPARE
-    for distance, word in ((0.0, "hangs inside"), (IN_FRONT, "faces into")):
-        if distance and beacon.image is None:
+    beacon, (x, y) = item.beacon, (item.place.x, item.place.y)
+    tilt = math.radians(beacon.tilt_deg)
+    ahead, up = IN_FRONT * math.cos(tilt), IN_FRONT * math.sin(tilt)
+    c, s = math.cos(item.place.heading), math.sin(item.place.heading)
+    probes = ((Point(x, y), item.center, "hangs inside"), (Point(x + ahead * c, y + ahead * s), item.center + up, ""))
+    for probe, level, word in probes:
+        if not word and beacon.image is None and beacon.marker is None:
             return  # a reflector is seen from all sides
-        probe = Point(x + distance * c, y + distance * s)
-        found = solids.reached(probe, depth=SPARE, low=level[0], high=level[1])
+        found = solids.reached(probe, depth=SPARE, low=level - SPARE, high=level + SPARE)
         if found:
-            right = "move it to a face" if not distance else "turn it round or move it"
-            yield f"beacon '{beacon.name}' at {_pair(beacon.at)} {word} {found}, where it cannot be seen; {right}"
+            right = "move it to a face" if word else "turn it round or move it"
+            place = f"at {_pair(beacon.at)}" + (f" on '{beacon.on}'" if beacon.on is not None else "")
+            yield (f"beacon '{beacon.name}' {place} {word or 'faces into'} {found}, where it cannot be seen; {right}")
             return
 
 

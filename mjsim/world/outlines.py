@@ -31,7 +31,10 @@ def stays(obstacle: Obstacle) -> bool:
 
 
 def footprint(obstacle: Obstacle) -> Array:
-    """Return the outline of an obstacle from above, world frame, counter-clockwise, shape (n, 2) [m]."""
+    """Return the outline of an obstacle from above, world frame, counter-clockwise, shape (n, 2) [m].
+
+    It is convex but for models.
+    """
     match obstacle:
         case BoxObstacle(box=(length, width, _)) | RampObstacle(ramp=(length, width, _)):
             outline = _rectangle(-length / 2, length / 2, width)
@@ -39,8 +42,8 @@ def footprint(obstacle: Obstacle) -> Array:
             outline = _rectangle(-length / 2, length / 2, width)
         case CylinderObstacle(cylinder=(radius, _)) | SphereObstacle(sphere=radius):
             outline = _circle(radius)
-        case ModelObstacle(scale=scale):
-            outline = _rectangle(-scale / 2, scale / 2, scale)
+        case ModelObstacle(shape=shape, scale=scale):
+            outline = shape.outline * scale
         case _:
             raise AssertionError(obstacle)
     return world_from_obstacle(obstacle).transform(outline)
@@ -49,6 +52,12 @@ def footprint(obstacle: Obstacle) -> Array:
 def bottom(obstacle: Obstacle) -> float:
     """Return the height of an obstacle's lowest point above the floor [m]."""
     return obstacle.elevation
+
+
+def origin_height(obstacle: Obstacle) -> float:
+    """Return the height of the origin of an obstacle's frame above the floor [m]: of a model, that of its file."""
+    below = obstacle.shape.low * obstacle.scale if isinstance(obstacle, ModelObstacle) else 0.0
+    return obstacle.elevation - below
 
 
 def top(obstacle: Obstacle) -> float:
@@ -60,10 +69,27 @@ def top(obstacle: Obstacle) -> float:
             return obstacle.elevation + height
         case SphereObstacle(sphere=radius):
             return obstacle.elevation + 2 * radius
-        case ModelObstacle(scale=scale):
-            return obstacle.elevation + scale
+        case ModelObstacle(shape=shape, scale=scale):
+            return obstacle.elevation + (shape.high - shape.low) * scale
         case _:
             raise AssertionError(obstacle)
+
+
+def prisms(obstacle: Obstacle) -> list[tuple[Array, float, float]]:
+    """Return upright prisms that hold an obstacle: of a model one for each part, of others one.
+
+    Returns:
+        Of each its outline, convex, world frame, counter-clockwise, shape (n, 2) [m], and the heights of its lower and
+        its upper face above the floor [m].
+    """
+    if not isinstance(obstacle, ModelObstacle):
+        return [(footprint(obstacle), bottom(obstacle), top(obstacle))]
+    place, scale = world_from_obstacle(obstacle), obstacle.scale
+    lift = origin_height(obstacle)
+    return [
+        (place.transform(hull * scale), low * scale + lift, high * scale + lift)
+        for hull, low, high in obstacle.shape.columns
+    ]
 
 
 def cut(obstacle: Obstacle, height: float) -> list[Array]:
@@ -74,7 +100,8 @@ def cut(obstacle: Obstacle, height: float) -> list[Array]:
         height: Of the plane above the floor [m].
 
     Returns:
-        Convex outlines, world frame, counter-clockwise, shape (n, 2) each [m].
+        Convex outlines, world frame, counter-clockwise, shape (n, 2) each [m]; of a model the hull from above of
+        each part that the plane cuts.
     """
     if not bottom(obstacle) <= height < top(obstacle):
         return []
@@ -88,6 +115,8 @@ def cut(obstacle: Obstacle, height: float) -> list[Array]:
         case StepsObstacle(steps=(length, width, rise), count=count):
             lower = math.floor(above / rise * count)
             return [place.transform(_rectangle(length * (lower / count - 0.5), length / 2, width))]
+        case ModelObstacle():
+            return [outline for outline, low, high in prisms(obstacle) if low <= height < high]
     return [footprint(obstacle)]
 
 

@@ -1,11 +1,14 @@
 """What stands and hangs in a room: obstacles of all kinds, and beacons."""
 
+from functools import cached_property
 from typing import Annotated, Self
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, PrivateAttr, Tag, ValidationInfo, model_validator
 
 from mjsim.world.base import AssetPath, Color, Degrees, Distance, Length, Model, ModelPath, Name, Point, fault
 from mjsim.world.markers import check_marker
+from mjsim.world.models import ModelShape, read_model
+from mjsim.world.source import BUILT, Source, read_asset
 
 
 class ScriptedPath(Model):
@@ -103,12 +106,37 @@ class StepsObstacle(_Fixed):
 
 
 class ModelObstacle(_Obstacle):
-    """A thing from a file of MuJoCo (MJCF) or ROS (URDF); its origin comes to `at` and `elevation`."""
+    """A thing from a file of MuJoCo (MJCF) or ROS (URDF); its origin comes to `at`, its lowest point to `elevation`."""
 
     model: ModelPath
     """The file; meshes and pictures that it names lie beside it or below the world file."""
     scale: Annotated[float, Field(gt=0, le=1e4)] = 1.0
     """Metres to one unit of length of the file."""
+    # Others have a mass of their own where none is given.
+    mass: Annotated[float, Field(gt=0, le=1e5)] | None = None  # type: ignore[assignment]
+    """Of a movable one [kg]; that of the file unless given."""
+    _source: Source = PrivateAttr(default=BUILT)
+
+    @model_validator(mode="after")
+    def _can_be_read(self, info: ValidationInfo) -> Self:
+        context = info.context or {}
+        source = context.get("source")
+        if isinstance(source, Source):
+            self._source = source
+            # Many chairs of one file are read once.
+            shapes: dict[str, ModelShape] = context.setdefault("models", {})
+            try:
+                if self.model not in shapes:
+                    shapes[self.model] = self.shape
+            except ValueError as error:
+                raise fault(str(error), "model") from None
+            vars(self)["shape"] = shapes[self.model]
+        return self
+
+    @cached_property
+    def shape(self) -> ModelShape:
+        """What the file holds, in its own units and frame; ValueError when it cannot be read."""
+        return read_model(self.model, lambda path: read_asset(path, self._source))
 
 
 KINDS: dict[str, type[_Obstacle]] = {

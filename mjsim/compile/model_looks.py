@@ -1,0 +1,108 @@
+"""How things from files look: their colours, and their materials made anew in the scene."""
+
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, bounded, color_of, encode_png, read_picture
+from mjsim.interface import Picture
+
+UNSAID = [0.5, 0.5, 0.5, 1.0]
+"""What MuJoCo takes for a geom without a colour of its own."""
+GRAY = [128 / 255, 128 / 255, 128 / 255, 1.0]
+"""The same, said."""
+CUBE_SIDES = "RLUDFB"
+"""Right, left, up, down, front and back, one below the other."""
+
+
+def is_picture(name: str) -> bool:
+    """Return whether a file is a picture, told from its name."""
+    return name.lower().endswith((".jpg", ".jpeg", ".png"))
+
+
+def as_png(data: bytes) -> bytes:
+    """Return a picture as MuJoCo reads it: PNG, and no larger than can be seen."""
+    return encode_png(bounded(read_picture(data), LONGEST_TILE_SIDE))
+
+
+class LookOf:
+    """The looks of one file; its materials enter the scene when the first geom has them."""
+
+    def __init__(self, spec: mujoco.MjSpec, model: mujoco.MjModel, key: str) -> None:
+        """Keep the scene and the file.
+
+        Args:
+            spec: The scene.
+            model: The file as MuJoCo has it.
+            key: Begins the names of its materials in the scene.
+        """
+        self._spec, self._model, self._key = spec, model, key
+        self._names: dict[int, str] = {}
+
+    def opaque(self) -> NDArray[np.bool_]:
+        """Return which geoms of the file can be seen at all."""
+        model = self._model
+        own, materials = model.geom_rgba[:, 3] > 0.0, np.append(model.mat_rgba[:, 3], 1.0) > 0.0
+        unsaid = (model.geom_rgba == np.array(UNSAID, dtype=model.geom_rgba.dtype)).all(axis=1)
+        return np.asarray(np.where(unsaid & (model.geom_matid >= 0), materials[model.geom_matid], own), dtype=bool)
+
+    def of_geom(self, number: int, *, plain: str | None) -> dict[str, Any]:
+        """Return material and colour of a geom.
+
+        Args:
+            number: Of the geom in the file.
+            plain: '#rrggbb', for all of it instead of its own; None for its own.
+        """
+        rgba = self._model.geom_rgba[number].tolist()
+        material = int(self._model.geom_matid[number])
+        if plain is not None:
+            return {"material": "matte", "rgba": color_of(plain)}
+        if material >= 0:
+            return {"material": self._material(material), "rgba": rgba}
+        return {"material": "matte", "rgba": GRAY if rgba == UNSAID else rgba}
+
+    def _material(self, number: int) -> str:
+        if number not in self._names:
+            self._names[number] = f"{self._key}/look{number + 1}"
+            self._add(number, self._names[number])
+        return self._names[number]
+
+    def _add(self, number: int, name: str) -> None:
+        model = self._model
+        texture = int(model.mat_texid[number][mujoco.mjtTextureRole.mjTEXROLE_RGB])
+        if texture < 0:
+            material = self._spec.add_material(name=name)
+        elif model.tex_type[texture] == mujoco.mjtTexture.mjTEXTURE_2D:
+            add_material(self._spec, name, self._picture(texture))
+            material = self._spec.material(name)
+        else:
+            material = self._add_cube(name, self._picture(texture))
+        material.rgba = model.mat_rgba[number]
+        material.emission, material.specular = model.mat_emission[number], model.mat_specular[number]
+        material.shininess, material.reflectance = model.mat_shininess[number], 0.0
+        material.texuniform, material.texrepeat = bool(model.mat_texuniform[number]), model.mat_texrepeat[number]
+
+    def _add_cube(self, name: str, sides: Picture) -> mujoco.MjsMaterial:
+        """Add a material that shows a picture on each side of a cube around a thing."""
+        file = f"{name}.png"
+        self._spec.assets[file] = encode_png(sides)
+        texture = self._spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_CUBE, file=file)
+        texture.colorspace = mujoco.mjtColorSpace.mjCOLORSPACE_LINEAR
+        texture.gridsize, texture.gridlayout = [6, 1], CUBE_SIDES
+        material = self._spec.add_material(name=name)
+        material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
+        return material
+
+    def _picture(self, texture: int) -> Picture:
+        """Return RGB, shape (height, width, 3)."""
+        model = self._model
+        height, width, channels = (
+            int(sizes[texture]) for sizes in (model.tex_height, model.tex_width, model.tex_nchannel)
+        )
+        first = int(model.tex_adr[texture])
+        pixels = model.tex_data[first : first + height * width * channels].reshape(height, width, channels)
+        if channels == 1:
+            pixels = np.repeat(pixels, 3, axis=2)
+        return np.ascontiguousarray(pixels[..., :3])

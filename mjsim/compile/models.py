@@ -1,0 +1,235 @@
+"""Things from files of MuJoCo and ROS, made anew in the scene.
+
+MuJoCo reads the file by itself, in memory; what enters the scene is made of the numbers it found: bodies, joints,
+geoms, meshes and looks. So a file's own settings, classes and units stay outside, it can be scaled, and many things of
+one file share meshes and looks. A model is a body `obstacle/NAME`; bodies, joints and geoms of the file keep their
+names below it: `obstacle/NAME/seat`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+from xml.etree import ElementTree
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.compile.model_looks import LookOf, as_png, is_picture
+from mjsim.compile.walls import COLLISION, VISUAL
+from mjsim.geometry import Array
+from mjsim.world.model_outline import LAST_SEEN_GROUP
+from mjsim.world.things import ModelObstacle
+
+SEEN = 0
+"""Group of what is seen and touched."""
+SHAPES = ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
+"""Kinds of parts that a thing may have; planes of a file are left out, as a room has its own floor."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Original:
+    """A file as MuJoCo has it."""
+
+    model: mujoco.MjModel
+    urdf: bool
+    looks: LookOf
+    key: str
+    """Begins the names of its meshes in the scene."""
+    meshes: dict[tuple[int, float], str] = field(default_factory=dict)
+    """Names of the meshes that the scene has already, by number and scale."""
+
+
+def read_original(spec: mujoco.MjSpec, obstacle: ModelObstacle, number: int) -> Original:
+    """Return what MuJoCo makes of a model's file.
+
+    Args:
+        spec: The scene that its things will stand in.
+        obstacle: Any that names the file.
+        number: Of the file among those of the scene, from 1.
+
+    Raises:
+        ValueError: MuJoCo cannot read it; a sentence that names the file.
+    """
+    files, key = obstacle.shape.files, f"obstacle:model{number}"
+    said: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(said.append)
+    try:
+        assets = {name: as_png(data) if is_picture(name) else data for name, data in files.assets.items()}
+        text = ElementTree.tostring(files.root, encoding="unicode")
+        model = mujoco.MjSpec.from_string(text, assets=assets).compile()
+    except (ValueError, RuntimeError, mujoco.FatalError) as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise ValueError(f"MuJoCo cannot read '{obstacle.model}': {reason[:200]}") from None
+    finally:
+        mujoco.set_mju_user_warning(before)
+    return Original(model, files.urdf, LookOf(spec, model, key), key)
+
+
+def add_model(
+    spec: mujoco.MjSpec,
+    body: mujoco.MjsBody,
+    obstacle: ModelObstacle,
+    original: Original,
+    *,
+    name: str,
+    solid: Mapping[str, Any],
+) -> None:
+    """Add what a model has to a body of the scene, whose frame becomes that of the file.
+
+    Args:
+        spec: The scene.
+        body: Standing where the obstacle does, lifted so that the model's lowest point comes to its elevation.
+        obstacle: The obstacle.
+        original: Its file.
+        name: `obstacle/NAME`.
+        solid: What every geom that can be touched has in common.
+
+    Raises:
+        ValueError: It shall move and weighs nothing.
+    """
+    model, scale = original.model, obstacle.scale
+    bodies = _add_bodies(body, model, scale=scale, name=name)
+    heavier = _heavier(obstacle, model)
+    for number in range(1, model.nbody):
+        _set_inertia(bodies[number], model, number, heavier=heavier, scale=scale)
+    for number in range(model.njnt):
+        _add_joint(bodies[int(model.jnt_bodyid[number])], model, number, scale=scale, name=name)
+    plain = None if obstacle.color == type(obstacle).model_fields["color"].default else obstacle.color
+    seen, touched = _kinds(original)
+    for number in np.flatnonzero(seen | touched).tolist():
+        keys = dict(solid) if touched[number] else {"contype": 0, "conaffinity": 0}
+        keys["group"] = COLLISION if not seen[number] else SEEN if touched[number] else VISUAL
+        if touched[number] and "friction" not in keys:
+            keys["friction"] = model.geom_friction[number]
+        geom = bodies[int(model.geom_bodyid[number])].add_geom(
+            name=_below(name, model.geom(number).name),
+            type=int(model.geom_type[number]),
+            size=model.geom_size[number] * scale,
+            pos=model.geom_pos[number] * scale,
+            quat=model.geom_quat[number],
+            mass=0.0,
+            **keys,
+            **original.looks.of_geom(number, plain=plain),
+        )
+        if geom.type == mujoco.mjtGeom.mjGEOM_MESH:
+            geom.meshname = _mesh(spec, original, int(model.geom_dataid[number]), scale)
+    _add_excludes(spec, model, bodies)
+
+
+def _below(name: str, own: str) -> str:
+    """Return the name of a part; nothing for one that has none."""
+    return f"{name}/{own}" if own else ""
+
+
+def _add_bodies(body: mujoco.MjsBody, model: mujoco.MjModel, *, scale: float, name: str) -> list[mujoco.MjsBody]:
+    """Add the bodies of a model below one that stands for its world; return them by number."""
+    bodies = [body]
+    for number in range(1, model.nbody):
+        parent = bodies[int(model.body_parentid[number])]
+        place, turn = model.body_pos[number] * scale, model.body_quat[number]
+        still = not model.body_jntnum[number] and not place.any() and turn[0] == 1.0
+        if model.body_parentid[number] == 0 and still and len(bodies) == 1:
+            # The piece that everything else hangs on is the thing itself.
+            bodies.append(body)
+            continue
+        own = model.body(number).name or str(number)
+        bodies.append(parent.add_body(name=f"{name}/{own}", pos=place, quat=turn))
+    return bodies
+
+
+def _heavier(obstacle: ModelObstacle, model: mujoco.MjModel) -> float:
+    """Return by what the masses of a file are multiplied."""
+    total = float(model.body_mass.sum())
+    if total <= 0.0 and (obstacle.movable or obstacle.path is not None):
+        raise ValueError(f"'{obstacle.model}' weighs nothing and cannot move; give its geoms a mass or a density")
+    return obstacle.mass / total if obstacle.mass is not None else obstacle.scale**3
+
+
+def _set_inertia(body: mujoco.MjsBody, model: mujoco.MjModel, number: int, *, heavier: float, scale: float) -> None:
+    if model.body_mass[number] > 0.0:
+        body.explicitinertial = True
+        body.mass = model.body_mass[number] * heavier
+        body.ipos, body.iquat = model.body_ipos[number] * scale, model.body_iquat[number]
+        body.inertia = model.body_inertia[number] * heavier * scale**2
+
+
+def _add_joint(body: mujoco.MjsBody, model: mujoco.MjModel, number: int, *, scale: float, name: str) -> None:
+    kind, address, axis = int(model.jnt_type[number]), model.jnt_qposadr[number], model.jnt_dofadr[number]
+    joint = body.add_joint(
+        name=_below(name, model.joint(number).name),
+        type=kind,
+        pos=model.jnt_pos[number] * scale,
+        axis=model.jnt_axis[number],
+        armature=model.dof_armature[axis],
+        frictionloss=model.dof_frictionloss[axis],
+    )
+    joint.stiffness[0], joint.damping[0] = model.jnt_stiffness[number], model.dof_damping[axis]
+    # A scene says angles in degrees.
+    unit = scale if kind == mujoco.mjtJoint.mjJNT_SLIDE else 180.0 / np.pi
+    if kind != mujoco.mjtJoint.mjJNT_BALL:
+        joint.ref, joint.springref = model.qpos0[address] * unit, model.qpos_spring[address] * unit
+    if model.jnt_limited[number]:
+        joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+        joint.range = model.jnt_range[number] * unit
+
+
+def _kinds(original: Original) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which geoms of a file are seen, and which can be touched."""
+    model = original.model
+    kinds = [getattr(mujoco.mjtGeom, f"mjGEOM_{shape.upper()}") for shape in SHAPES]
+    there = np.isin(model.geom_type, [int(kind) for kind in kinds])
+    touched = there & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+    seen = there & (model.geom_group <= LAST_SEEN_GROUP) & original.looks.opaque()
+    if original.urdf and (seen & ~touched).any():
+        # URDF has shapes to look at and shapes to bump into, one over the other.
+        seen &= ~touched
+    if not touched.any():
+        touched = seen
+    return (seen if seen.any() else touched), touched
+
+
+def _mesh(spec: mujoco.MjSpec, original: Original, number: int, scale: float) -> str:
+    """Return the name of a mesh in the scene, which is added if it is not there."""
+    name = original.meshes.get((number, scale))
+    if name is not None:
+        return name
+    model = original.model
+    name = original.meshes[number, scale] = f"{original.key}/mesh{len(original.meshes) + 1}"
+    corners, triangles, textured = _mesh_corners(model, number)
+    mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
+    mesh.uservert = (corners[:, :3] * scale).ravel()
+    mesh.usernormal = corners[:, 3:6].ravel()
+    if textured:
+        mesh.usertexcoord = corners[:, 6:].ravel()
+    mesh.userface = triangles.astype(np.int32).ravel()
+    return name
+
+
+def _mesh_corners(model: mujoco.MjModel, number: int) -> tuple[Array, NDArray[np.intp], bool]:
+    """Return the corners of a mesh, its triangles, shape (m, 3), and whether it has places on a texture.
+
+    Of each corner it is place, normal and place on the texture, shape (n, 6 or 8).
+    """
+    faces = slice(first := int(model.mesh_faceadr[number]), first + int(model.mesh_facenum[number]))
+    columns = [
+        model.mesh_vert[int(model.mesh_vertadr[number]) + model.mesh_face[faces].ravel()],
+        model.mesh_normal[int(model.mesh_normaladr[number]) + model.mesh_facenormal[faces].ravel()],
+    ]
+    textured = bool(model.mesh_texcoordadr[number] >= 0 and model.mesh_texcoordnum[number] > 0)
+    if textured:
+        first = int(model.mesh_texcoordadr[number])
+        columns.append(model.mesh_texcoord[first + model.mesh_facetexcoord[faces].ravel()])
+    corners, triangles = np.unique(np.hstack(columns).astype(float), axis=0, return_inverse=True)
+    return corners, triangles.reshape(-1, 3), textured
+
+
+def _add_excludes(spec: mujoco.MjSpec, model: mujoco.MjModel, bodies: list[mujoco.MjsBody]) -> None:
+    """Let what is joined, and what the file says, pass through each other."""
+    pairs = {(int(model.body_parentid[number]), number) for number in range(2, model.nbody)}
+    pairs |= {(int(signature) >> 16, int(signature) & 0xFFFF) for signature in model.exclude_signature}
+    named = {tuple(sorted((bodies[a].name, bodies[b].name))) for a, b in pairs}
+    for first, second in sorted(named):
+        if first != second:
+            spec.add_exclude(bodyname1=first, bodyname2=second)

@@ -1,0 +1,318 @@
+"""A file of MJCF or URDF, and all that it names, as one tree of XML and its files in memory.
+
+Only what makes a thing is kept: bodies, joints, geoms, inertias, meshes, textures and materials. Actuators, sensors,
+options and the like are left out, so that a thing from anywhere can do nothing to the world around it; what it could
+not be without, such as plugins, is refused. Nothing is read but through the function that is given.
+"""
+
+import posixpath
+from collections.abc import Callable
+from dataclasses import dataclass
+from xml.etree import ElementTree
+
+from mjsim.world.pictures import picture_size
+
+Read = Callable[[str], bytes]
+"""Returns a file by its path from the folder of the world, or raises ValueError."""
+Element = ElementTree.Element
+
+MOST_ELEMENTS, DEEPEST = 20_000, 64
+MOST_INCLUDES = 16
+"""Files within files, one below the other."""
+MOST_GEOMS = 2000
+MOST_BYTES = 100_000_000
+"""Of all files of a model together."""
+LARGEST_BUILTIN = {"width": 4096, "height": 4096}
+"""Sides of a texture that MuJoCo makes by itself [px]."""
+MESH_ENDINGS = (".obj", ".stl", ".msh")
+
+_COMPILER = {"angle", "eulerseq", "inertiafromgeom", "inertiagrouprange", "boundmass", "boundinertia", "balanceinertia"}
+"""Settings of MuJoCo's compiler that change what a file means."""
+_SECTIONS = {
+    "default": {"default", "geom", "joint", "mesh", "material"},
+    "asset": {"mesh", "texture", "material"},
+    "worldbody": {"body", "geom", "joint", "inertial", "frame", "replicate"},
+    "contact": {"exclude"},
+}
+"""Parts of MJCF that make a thing, and what is kept in them."""
+_REFUSED = {
+    "extension": "plugins",
+    "plugin": "plugins",
+    "attach": "another model",
+    "composite": "a composite",
+    "flexcomp": "soft parts",
+    "flex": "soft parts",
+    "hfield": "a height field",
+}
+"""What no thing may have, as errors call it."""
+_URDF = {"link", "joint", "material"}
+_URDF_PARTS = {
+    "link": {"inertial", "visual", "collision"},
+    "joint": {"parent", "child", "origin", "axis", "limit", "dynamics"},
+    "material": {"color"},
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ModelFiles:
+    """A model as MuJoCo reads it, without a file system."""
+
+    root: Element
+    """The tree of <mujoco> or <robot>, to be read only."""
+    assets: dict[str, bytes]
+    """Meshes and textures by the names that the tree uses."""
+    paths: tuple[str, ...]
+    """All files, the model's own first, as paths from the folder of the world."""
+
+    @property
+    def urdf(self) -> bool:
+        """Whether it is URDF, not MJCF."""
+        return self.root.tag == "robot"
+
+
+def gather_model(path: str, read: Read) -> ModelFiles:
+    """Return a model with all files that it names.
+
+    Args:
+        path: Of the file of MJCF or URDF.
+        read: Where files come from.
+
+    Raises:
+        ValueError: A file is not there, is not what it should be, or is too large; in a sentence that names it.
+    """
+    gatherer = _Gatherer(path, read)
+    root = gatherer.parse(path)
+    if root.tag == "mujoco":
+        gatherer.keep_mjcf(root)
+    elif root.tag == "robot":
+        gatherer.keep_urdf(root)
+    else:
+        raise ValueError(f"'{path}' begins with <{root.tag}>; a model begins with <mujoco> (MJCF) or <robot> (URDF)")
+    return ModelFiles(root, gatherer.assets, tuple(gatherer.paths))
+
+
+class _Builder(ElementTree.TreeBuilder):
+    """Builds the tree of a file, and stops where it grows beyond all models."""
+
+    def __init__(self, path: str, count: int) -> None:
+        super().__init__()
+        self._path, self._depth, self.count = path, 0, count
+
+    def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
+        """Refuse: entities could stand for any amount of text."""
+        raise ValueError(f"'{self._path}' declares a document type; leave <!DOCTYPE ...> out")
+
+    def start(self, tag: str, attrs: dict[str, str]) -> Element:
+        """Count, then begin an element."""
+        self._depth += 1
+        self.count += 1
+        if self._depth > DEEPEST:
+            raise ValueError(f"'{self._path}' is nested more than {DEEPEST} deep; make it flatter")
+        if self.count > MOST_ELEMENTS:
+            raise ValueError(f"'{self._path}' has more than {MOST_ELEMENTS} elements; make it simpler")
+        if tag.startswith("{"):
+            raise ValueError(
+                f"'{self._path}' holds <{tag.rpartition('}')[2]}> of {tag[1:].partition('}')[0]}; expand it"
+            )
+        return super().start(tag, attrs)
+
+    def end(self, tag: str) -> Element:
+        """End an element."""
+        self._depth -= 1
+        return super().end(tag)
+
+
+class _Gatherer:
+    """Reads the files of one model and keeps count of them."""
+
+    def __init__(self, path: str, read: Read) -> None:
+        self._path, self._folder, self._read = path, posixpath.dirname(path), read
+        self._elements, self._bytes = 0, 0
+        self._flat: dict[str, str] = {}
+        self.assets: dict[str, bytes] = {}
+        self.paths: list[str] = []
+
+    def parse(self, path: str) -> Element:
+        """Return the root of an XML file."""
+        builder = _Builder(path, self._elements)
+        parser = ElementTree.XMLParser(target=builder)
+        try:
+            parser.feed(self._file(path, again=True))
+            root: Element = parser.close()
+        except ElementTree.ParseError as error:
+            raise ValueError(f"'{path}' is not XML: {error}; mend it") from None
+        self._elements = builder.count
+        return root
+
+    def _file(self, path: str, *, again: bool = False) -> bytes:
+        """Return a file; `again` counts one that is read twice twice."""
+        data = self._read(path)
+        if again or path not in self.paths:
+            self._bytes += len(data)
+        if path not in self.paths:
+            self.paths.append(path)
+        if self._bytes > MOST_BYTES:
+            raise ValueError(f"the files of '{self._path}' have more than {MOST_BYTES // 10**6} MB; make them smaller")
+        return data
+
+    def keep_mjcf(self, root: Element) -> None:
+        """Keep of MJCF what makes a thing."""
+        self._put_includes_in(root, 0)
+        for element in root.iter():
+            if element.tag in _REFUSED:
+                raise ValueError(f"'{self._path}' has {_REFUSED[element.tag]} (<{element.tag}>); make it of geoms")
+        compilers = [dict(section.attrib) for section in root.findall("compiler")]
+        settings = {key: value for compiler in compilers for key, value in compiler.items()}
+        kept = ElementTree.Element("mujoco")
+        ElementTree.SubElement(kept, "compiler", {key: settings[key] for key in settings if key in _COMPILER})
+        for section in root:
+            if section.tag in _SECTIONS:
+                _keep(section, _SECTIONS[section.tag])
+                kept.append(section)
+        worlds = kept.findall("worldbody")
+        for world in worlds:
+            kept.remove(world)
+        # What stands in the file's world weighs something only as part of a body.
+        body = ElementTree.SubElement(ElementTree.SubElement(kept, "worldbody"), "body")
+        for world in worlds:
+            world.tag, world.attrib = (
+                "frame",
+                {key: world.attrib[key] for key in ("childclass",) if key in world.attrib},
+            )
+            body.append(world)
+        _check_count(self._path, _geoms_in(body))
+        self._take_assets(kept, settings)
+        root.clear()
+        root.extend(kept)
+
+    def _put_includes_in(self, element: Element, depth: int) -> None:
+        """Replace each <include file=.../> by what the file holds."""
+        if depth > MOST_INCLUDES:
+            raise ValueError(f"'{self._path}' includes files more than {MOST_INCLUDES} deep; is it a loop?")
+        for index, child in reversed(list(enumerate(element))):
+            if child.tag != "include":
+                self._put_includes_in(child, depth)
+                continue
+            included = self.parse(self._resolved(child.get("file", "")))
+            self._put_includes_in(included, depth + 1)
+            element[index : index + 1] = list(included)
+
+    def _take_assets(self, root: Element, settings: dict[str, str]) -> None:
+        both, strip = settings.get("assetdir", ""), settings.get("strippath") == "true"
+        folders = {"mesh": settings.get("meshdir", both), "texture": settings.get("texturedir", both)}
+        for item in root.iter():
+            if item.tag not in folders:
+                continue
+            _check_builtin(self._path, item)
+            item.attrib.pop("content_type", None)
+            for key in [key for key in item.attrib if key.startswith("file")]:
+                name = item.attrib[key]
+                if "name" not in item.attrib and key == "file":
+                    item.set("name", posixpath.splitext(posixpath.basename(name))[0])
+                name = posixpath.basename(name) if strip else name
+                item.set(key, self._asset(posixpath.join(folders[item.tag], name), item.tag))
+
+    def _asset(self, name: str, kind: str, *, variant: str = "") -> str:
+        """Take a mesh or a texture; return the name by which the text shall call it."""
+        path = self._resolved(name)
+        if path + variant in self._flat:
+            return self._flat[path + variant]
+        if kind == "mesh" and not path.lower().endswith(MESH_ENDINGS):
+            raise ValueError(f"'{self._path}' names the mesh '{name}'; convert it to OBJ or STL")
+        data = self._file(path)
+        if kind == "texture":
+            try:
+                picture_size(data)
+            except ValueError as error:
+                raise ValueError(f"'{path}' {error}") from None
+        flat = self._flat[path + variant] = f"{len(self._flat)}-{posixpath.basename(path)}"
+        self.assets[flat] = data
+        return flat
+
+    def _resolved(self, name: str) -> str:
+        """Return the path of a file that the model names; it may not leave the folder of the world."""
+        if name.startswith("package://"):
+            return self._packaged(name)
+        path = posixpath.normpath(posixpath.join(self._folder, name.removeprefix("file://")))
+        if not name or path.startswith(("/", "..")) or "\\" in name:
+            raise ValueError(f"'{self._path}' names the file '{name}'; keep it beside the model and name it from there")
+        return path
+
+    def _packaged(self, name: str) -> str:
+        """Return the path of 'package://NAME/REST': below a folder NAME around the model, or below any around it."""
+        package, _, rest = name.removeprefix("package://").partition("/")
+        around = [self._folder]
+        while around[-1]:
+            around.append(posixpath.dirname(around[-1]))
+        likely = [base for base in around if posixpath.basename(base) == package]
+        for base in [*likely, *(posixpath.join(base, package) for base in around), *around]:
+            path = posixpath.normpath(posixpath.join(base, rest))
+            if not path.startswith(("/", "..")) and self._is_there(path):
+                return path
+        raise ValueError(f"'{self._path}' names '{name}', which is not below any folder around it; put it there")
+
+    def _is_there(self, path: str) -> bool:
+        try:
+            self._read(path)
+        except ValueError:
+            return False
+        return True
+
+    def keep_urdf(self, root: Element) -> None:
+        """Keep of URDF what makes a thing."""
+        own = root.find("mujoco/compiler")
+        folder = "" if own is None else own.get("meshdir", "")
+        for child in list(root):
+            if child.tag not in _URDF:
+                root.remove(child)
+        for item in root.iter():
+            if item.tag in _URDF_PARTS and item is not root:
+                for part in list(item):
+                    if part.tag not in _URDF_PARTS[item.tag]:
+                        item.remove(part)
+            if item.tag == "joint" and item.get("type") in ("floating", "planar"):
+                item.set("type", "fixed")
+            if item.tag == "mesh" and item.get("filename"):
+                name = item.attrib["filename"]
+                name = name if "://" in name else posixpath.join(folder, name)
+                # MuJoCo takes one mesh a file; one that is used in two sizes must be two.
+                item.set("filename", self._asset(name, "mesh", variant=item.get("scale", "")))
+        _check_count(self._path, sum(item.tag in ("link", "visual", "collision") for item in root.iter()))
+        settings = {"discardvisual": "false", "strippath": "false", "fusestatic": "false", "balanceinertia": "true"}
+        ElementTree.SubElement(ElementTree.SubElement(root, "mujoco"), "compiler", settings)
+
+
+def _keep(element: Element, tags: set[str]) -> None:
+    """Take away what is not of some kinds, all the way down."""
+    for child in list(element):
+        # Whether it can be pushed, the world file says.
+        if child.tag in tags and not (child.tag == "joint" and child.get("type") == "free"):
+            _keep(child, tags)
+            for key in ("mocap", "gravcomp", "sleep", "user", "plugin"):
+                child.attrib.pop(key, None)
+        else:
+            element.remove(child)
+
+
+def _geoms_in(element: Element) -> int:
+    """Return how many geoms an element stands for, those of <replicate> counted as often as it says."""
+    count = sum(map(_geoms_in, element)) + (element.tag == "geom")
+    if element.tag == "replicate":
+        text = element.get("count", "0")
+        return max(count, 1) * (int(text) if text.isdecimal() and len(text) < 10 else 10**9)
+    return count
+
+
+def _check_count(path: str, count: int) -> None:
+    if count > MOST_GEOMS:
+        raise ValueError(f"'{path}' has {count} parts; it must have at most {MOST_GEOMS}")
+
+
+def _check_builtin(path: str, item: Element) -> None:
+    """Check what MuJoCo would make by itself."""
+    if item.tag == "mesh" and "builtin" in item.attrib:
+        raise ValueError(f"'{path}' has a mesh that is made by MuJoCo (builtin); name a file of OBJ or STL")
+    for key, most in LARGEST_BUILTIN.items():
+        for word in item.get(key, "").split():
+            if not word.replace(".", "", 1).isdecimal() or float(word) > most:
+                raise ValueError(f"'{path}' makes a {item.tag} with {key} {word}; it must be at most {most}")
