@@ -105,6 +105,7 @@ def _add_boxes(spec: mujoco.MjSpec, boxes: Sequence[WallBox]) -> None:
                 pos=box.center,
                 size=box.half + lap,
                 quat=[math.cos(box.heading / 2), 0.0, 0.0, math.sin(box.heading / 2)],
+                rgba=color_of(box.look[1]),  # for lidars, which tell how bright it is
             )
             for box in batch
         ]
