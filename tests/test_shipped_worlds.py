@@ -12,8 +12,9 @@ import shapely
 import mjsim
 from mjsim.geometry import Array
 from mjsim.run import drivers_of
-from mjsim.video.symbols import door_arc, door_frame
+from mjsim.video.symbols import leaf_way
 from mjsim.world import load_checked
+from mjsim.world.doors import Leaf, leaves
 from mjsim.world.plan import footprint, solid, wall_polygons
 from mjsim.world.sensors import Camera
 
@@ -95,24 +96,23 @@ def test_there_are_twelve_worlds_and_each_names_the_schema():
         assert first == "# yaml-language-server: $schema=mjsim.schema.json"
 
 
-def leaf(wall, opening, angle_deg: float) -> shapely.LineString:
-    """Return where a door's leaf stands."""
-    return shapely.LineString([door_frame(wall, opening)[0], door_arc(wall, opening, angle_deg)[-1]])
+def shut_by(leaf: Leaf, angle_deg: float) -> shapely.LineString:
+    """Return where a door's leaf stands at an angle."""
+    return shapely.LineString([leaf.hinge, leaf_way(leaf, angle_deg)[-1]])
 
 
 def test_all_twenty_rooms_of_the_office_are_entered_through_their_open_doors_and_are_rooms_when_these_are_shut():
     world = shipped("office")
     (robot,) = world.robots
-    doors = [(wall, item) for wall in world.walls for item in wall.openings if item.door is not None]
     floor, masonry = shapely.box(*solid(world).bounds), solid(world)
-    opened = shapely.union_all([masonry, *(leaf(wall, item, item.door.angle_deg) for wall, item in doors)])
+    opened = shapely.union_all([masonry, *(shut_by(leaf, leaf.door.angle_deg) for leaf in leaves(world))])
     reached = next(
         part
         for part in shapely.get_parts(floor.difference(opened.buffer(robot.body.radius)))
         if part.contains(shapely.Point(robot.at))
     )
     assert all(reached.contains(shapely.Point(3.6 * k + 1.8, y)) for k in range(10) for y in (2.6, 9.8))
-    shut = shapely.union_all([masonry, *(leaf(wall, item, 0.0) for wall, item in doors)])
+    shut = shapely.union_all([masonry, *(shut_by(leaf, 0.0) for leaf in leaves(world))])
     rooms = shapely.get_parts(floor.difference(shut.buffer(0.1)))
     assert len([room for room in rooms if room.area > 5]) == 20 + 1
 

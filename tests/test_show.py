@@ -13,9 +13,10 @@ from mjsim.video.ink import BEACON, INK, SEEN, TRUTH, WALL
 from mjsim.video.names import Tag, write_tags
 from mjsim.video.paper import DPI, arc, blank, px
 from mjsim.video.sheet import A4, scale_for
-from mjsim.video.symbols import door_arc
+from mjsim.video.symbols import leaf_way
 from mjsim.video.view import View
 from mjsim.world import parse_world
+from mjsim.world.doors import leaves
 
 ROOM = """
 mjsim: 1
@@ -124,8 +125,8 @@ walls:
   - points: [[1, 1], [1, 6]]
     openings: [{{at: 2, width: 0.9, door: {{hinge: {hinge}, angle_deg: {angle}}}}}]
 """
-    (wall,) = parse_world(walls).walls
-    way = door_arc(wall, wall.openings[0], angle)
+    (leaf,) = leaves(parse_world(walls))
+    way = leaf_way(leaf, angle)
     hinge_y, free_y = (3.0, 3.9) if hinge == "left" else (3.9, 3.0)
     np.testing.assert_allclose(way[0], (1.0, free_y), atol=1e-9)
     np.testing.assert_allclose(np.hypot(*(way - (1.0, hinge_y)).T), 0.9, atol=1e-9)

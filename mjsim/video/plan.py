@@ -23,9 +23,9 @@ from mjsim.video.ink import (
 from mjsim.video.labels import Label, place_labels
 from mjsim.video.view import View, format_metres, round_step
 from mjsim.world import World
+from mjsim.world.hung import hung as beacons_of
 from mjsim.world.outlines import stays
 from mjsim.world.plan import footprint, wall_pieces, wall_polygons
-from mjsim.world.robots import Robot
 from mjsim.world.things import Beacon, Obstacle
 
 MOST_NAMES = 1000
@@ -83,26 +83,13 @@ def _standing(world: World, removed: frozenset[str]) -> list[Obstacle]:
 
 def hung(world: World, removed: frozenset[str] = frozenset()) -> list[Beacon]:
     """Return the beacons that stay where they are, those on obstacles that stay as if they hung in the room."""
-    carriers = {obstacle.name: obstacle for obstacle in world.obstacles if stays(obstacle)}
     placed = []
-    for beacon in world.beacons:
-        if beacon.name in removed:
-            continue
-        if beacon.on is None:
-            placed.append(beacon)
-        elif beacon.on in carriers:
-            place = world_from_beacon(beacon, carriers[beacon.on])
-            update = {"at": (place.x, place.y), "heading_deg": math.degrees(place.heading), "on": None}
-            placed.append(beacon.model_copy(update=update))
+    for item in beacons_of(world):
+        if item.fixed and item.beacon.name not in removed:
+            at, heading = (item.place.x, item.place.y), math.degrees(item.place.heading)
+            update = {"at": at, "heading_deg": heading, "on": None}
+            placed.append(item.beacon if item.carrier is None else item.beacon.model_copy(update=update))
     return placed
-
-
-def world_from_beacon(beacon: Beacon, carrier: Obstacle | Robot | None) -> Pose:
-    """Return where a beacon hangs at the start, on its carrier if it has one."""
-    place = Pose(beacon.at[0], beacon.at[1], math.radians(beacon.heading_deg))
-    if carrier is None:
-        return place
-    return Pose(carrier.at[0], carrier.at[1], math.radians(carrier.heading_deg)) @ place
 
 
 def draw_beacon(image: Picture, beacon: Beacon, view: View) -> None:

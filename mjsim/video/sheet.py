@@ -1,22 +1,19 @@
 """The plan of a world as a sheet of paper: what `mjsim show` draws, to be printed at a round scale."""
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from mjsim.geometry import Array, Pose
+from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.video.ink import BEACON, INK, MUTED, PAPER, SEEN, SEMIBOLD, TRUTH, blend
 from mjsim.video.legend import draw_legend
 from mjsim.video.names import Tag, write_tags
 from mjsim.video.paper import Drawing, blank, px, write_sheet
-from mjsim.video.plan import MOST_NAMES, world_bounds, world_from_beacon
+from mjsim.video.plan import MOST_NAMES, world_bounds
 from mjsim.video.symbols import (
     LEAST_ROBOT,
-    door_arc,
-    door_frame,
     draw_beacon,
     draw_door,
     draw_lamp,
@@ -26,13 +23,15 @@ from mjsim.video.symbols import (
     draw_path,
     draw_robot,
     draw_wall,
+    leaf_way,
     swing,
 )
 from mjsim.video.view import View, format_metres, round_step
 from mjsim.world import World
+from mjsim.world.doors import leaves
+from mjsim.world.hung import hung
 from mjsim.world.plan import footprint, top
-from mjsim.world.structure import Opening, Wall
-from mjsim.world.things import Beacon, RampObstacle, StepsObstacle
+from mjsim.world.things import RampObstacle, StepsObstacle
 
 A4 = (297.0, 210.0)
 """Length and width of the paper [mm]."""
@@ -90,7 +89,7 @@ def scale_for(bounds: Array) -> float:
 def _bounds(world: World) -> Array:
     """Return (x, y) min and (x, y) max of all that is drawn, shape (2, 2) [m]."""
     points = [world_bounds(world)]
-    points += [door_arc(wall, opening, swing(world, opening)) for wall, opening in _doors(world)]
+    points += [leaf_way(leaf, swing(world, leaf)) for leaf in leaves(world)]
     points += [np.array([lamp.at]) for lamp in world.lamps] + [patch.outline() for patch in world.floor.patches]
     points += [np.array(item.path.points) for item in world.obstacles if item.path is not None]
     found = np.concatenate(points)
@@ -117,25 +116,16 @@ def _draw_things(plan: Drawing, world: World) -> None:
         draw_obstacle(plan, obstacle)
     for wall in world.walls:
         draw_wall(plan, wall)
-    for wall, opening in _doors(world):
-        draw_door(plan, wall, opening, opens_to=swing(world, opening))
+    for leaf in leaves(world):
+        draw_door(plan, leaf, opens_to=swing(world, leaf))
     for obstacle in world.obstacles:
         draw_path(plan, obstacle)
     for lamp in world.lamps:
         draw_lamp(plan, lamp)
     for robot in world.robots:
         draw_robot(plan, robot)
-    for beacon in world.beacons:
-        draw_beacon(plan, beacon, _world_from_beacon(world, beacon))
-
-
-def _doors(world: World) -> Iterator[tuple[Wall, Opening]]:
-    return ((wall, opening) for wall in world.walls for opening in wall.openings if opening.door is not None)
-
-
-def _world_from_beacon(world: World, beacon: Beacon) -> Pose:
-    carriers = (item for item in (*world.robots, *world.obstacles) if item.name is not None)
-    return world_from_beacon(beacon, {item.name: item for item in carriers}.get(beacon.on))
+    for item in hung(world):
+        draw_beacon(plan, item.beacon, item.place)
 
 
 def _tags(plan: Drawing, world: World) -> list[Tag]:
@@ -144,8 +134,8 @@ def _tags(plan: Drawing, world: World) -> list[Tag]:
     for robot in world.robots:
         reach = (max(robot.body.radius, plan.metres(LEAST_ROBOT)),) * 2
         tags.append(Tag(text=robot.name, at=np.array(robot.at), side=below, reach=reach, color=INK, size=2.8))
-    for beacon in world.beacons:
-        place = _world_from_beacon(world, beacon)
+    for item in hung(world):
+        beacon, place = item.beacon, item.place
         ahead = np.array([math.cos(place.heading), math.sin(place.heading)])
         color = blend(TRUTH if beacon.image is None and beacon.marker is None else BEACON, INK, 0.5)
         color = blend(SEEN, INK, 0.5) if beacon.marker is not None else color
@@ -154,13 +144,12 @@ def _tags(plan: Drawing, world: World) -> list[Tag]:
     for obstacle in world.obstacles:
         if obstacle.name is not None:
             tags.append(_obstacle_tag(plan, obstacle.name, footprint(obstacle), _slope(obstacle)))
-    for wall, opening in _doors(world):
-        if opening.name is not None:
-            hinge, along, _ = door_frame(wall, opening)
-            middle = hinge + along * opening.width / 2
-            left = np.array([-along[1], along[0]])
-            reach = (wall.thickness / 2,) * 2
-            tags.append(Tag(text=opening.name, at=middle, side=left, reach=reach, color=MUTED))
+    named = {opening.name for wall in world.walls for opening in wall.openings}
+    for leaf in leaves(world):
+        if leaf.name in named:
+            middle = leaf_way(leaf, 0.0)[0] / 2 + np.array(leaf.hinge) / 2
+            left = leaf.turn * np.array([-math.sin(leaf.closed), math.cos(leaf.closed)])
+            tags.append(Tag(text=leaf.name, at=middle, side=left, reach=(0.06, 0.06), color=MUTED))
     for lamp in world.lamps:
         if lamp.name is not None:
             tags.append(

@@ -9,6 +9,7 @@ from mjsim.geometry import Array, Pose
 from mjsim.video.ink import BEACON, INK, MUTED, PAPER, SEEN, TRUTH, WALL, Color, blend, parse_color
 from mjsim.video.paper import Drawing, arc
 from mjsim.world import World
+from mjsim.world.doors import Leaf
 from mjsim.world.events import OpenEvent
 from mjsim.world.light import Lamp
 from mjsim.world.pieces import wall_pieces
@@ -52,59 +53,36 @@ def draw_wall(drawing: Drawing, wall: Wall) -> None:
             drawing.line(piece.outline, WALL, 0.1, closed=True)  # so that the thinnest wall is seen
     for opening in wall.openings:
         if opening.sill > 0.0:
-            start, along = opening_frame(wall, opening)
+            start, along = _opening_frame(wall, opening)
             drawing.line([start, start + along * opening.width], TRUTH, 0.2)
 
 
-def draw_door(drawing: Drawing, wall: Wall, opening: Opening, *, opens_to: float) -> None:
-    """Draw a door's leaf where it stands and the arc that it sweeps.
-
-    Args:
-        drawing: Where to.
-        wall: The wall with the opening.
-        opening: The one with the door.
-        opens_to: How far it will swing [deg]; positive to the left side of the wall.
-    """
-    if opening.door is None:
-        return
-    way, stands = door_arc(wall, opening, opens_to), door_arc(wall, opening, opening.door.angle_deg)
-    hinge = door_frame(wall, opening)[0]
+def draw_door(drawing: Drawing, leaf: Leaf, *, opens_to: float) -> None:
+    """Draw a door's leaf where it stands, and the arc that it sweeps to an angle [deg]."""
+    way, stands = leaf_way(leaf, opens_to), leaf_way(leaf, leaf.door.angle_deg)
     drawing.line(way, MUTED, 0.12)
-    drawing.line(np.stack([hinge, way[-1]]), MUTED, 0.12)
-    drawing.line(np.stack([hinge, stands[-1]]), blend(parse_color(opening.door.color), INK, 0.25), 0.5)
+    drawing.line(np.stack([leaf.hinge, way[-1]]), MUTED, 0.12)
+    drawing.line(np.stack([leaf.hinge, stands[-1]]), blend(parse_color(leaf.door.color), INK, 0.25), 0.5)
 
 
-def door_arc(wall: Wall, opening: Opening, angle_deg: float) -> Array:
+def leaf_way(leaf: Leaf, angle_deg: float) -> Array:
     """Return the way of a door's free edge from closed to an angle, world frame, shape (n, 2) [m]."""
-    hinge, closed, turn = door_frame(wall, opening)
-    begin = math.atan2(closed[1], closed[0])
-    return arc(hinge, opening.width, begin, begin + turn * math.radians(angle_deg))
+    return arc(leaf.hinge, leaf.width, leaf.closed, leaf.closed + leaf.turn * math.radians(angle_deg))
 
 
-def opening_frame(wall: Wall, opening: Opening) -> tuple[Array, Array]:
+def _opening_frame(wall: Wall, opening: Opening) -> tuple[Array, Array]:
     """Return where an opening begins on the centreline [m], and the unit vector along its wall, world frame."""
     first, last = (np.array(end) for end in wall.segments()[opening.segment])
     along = (last - first) / np.hypot(*(last - first))
     return first + along * opening.at, along
 
 
-def door_frame(wall: Wall, opening: Opening) -> tuple[Array, Array, float]:
-    """Return a door's hinge, the unit vector along the closed leaf, and 1 if it swings counter-clockwise, else -1.
-
-    Positive angles swing to the left side of the wall, whichever end the hinge is at.
-    """
-    start, along = opening_frame(wall, opening)
-    if opening.door is not None and opening.door.hinge == "right":
-        return start + along * opening.width, -along, -1.0
-    return start, along, 1.0
-
-
-def swing(world: World, opening: Opening) -> float:
+def swing(world: World, leaf: Leaf) -> float:
     """Return how far a door swings [deg]: as an event opens it, as it stands open, else by a right angle."""
-    opened = [event for event in world.run.events if isinstance(event, OpenEvent) and event.open == opening.name]
+    opened = [event for event in world.run.events if isinstance(event, OpenEvent) and event.open == leaf.name]
     if opened:
         return max((event.angle_deg for event in opened), key=abs)
-    standing = opening.door.angle_deg if opening.door is not None else 0.0
+    standing = leaf.door.angle_deg
     return standing if abs(standing) > SWING else math.copysign(SWING, standing)
 
 
