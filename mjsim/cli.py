@@ -213,9 +213,9 @@ def export(
 @app.command()
 def schema() -> None:
     """Print the JSON Schema of the world file, for completion in editors."""
-    from mjsim.world import world_schema
+    from mjsim.world import editor_schema
 
-    print(json.dumps(world_schema(), indent=1))
+    print(json.dumps(editor_schema(), indent=1))
 
 
 @app.command()

@@ -1,5 +1,7 @@
 """Write docs/world-file.md: every key of a world file with its default and meaning, from the schema itself.
 
+The schema that editors use, worlds/mjsim.schema.json, is written too.
+
 python scripts/make_world_page.py
 """
 
@@ -7,14 +9,17 @@ import json
 from pathlib import Path
 from typing import Any
 
-from mjsim.world import world_schema
+from mjsim.world import editor_schema, world_schema
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "world-file.md"
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs" / "world-file.md"
+SCHEMA = ROOT / "worlds" / "mjsim.schema.json"
 HEAD = """# The world file
 
 YAML 1.2. Metres, seconds and kilograms; an angle is in degrees and its key ends in `_deg`. x points east, y north,
 headings turn counter-clockwise from x. `mjsim check WORLD` names every mistake with its line and column,
 `mjsim schema` prints the same as JSON Schema for completion in editors. Keys without a default must be given.
+How files include others, have variables and repeat items stands in [the language page](world-language.md).
 """
 
 
@@ -25,6 +30,11 @@ def world_page() -> str:
     order = ["World", *dict.fromkeys(_mentioned(schema, kinds))]
     sections = [_section(name, schema if name == "World" else kinds[name]) for name in order]
     return HEAD + "".join(sections)
+
+
+def schema_text() -> str:
+    """Return the schema for editors, as `mjsim schema` prints it."""
+    return json.dumps(editor_schema(), indent=1) + "\n"
 
 
 def _mentioned(part: Any, kinds: dict[str, Any]) -> list[str]:
@@ -94,3 +104,4 @@ def _cell(text: str) -> str:
 if __name__ == "__main__":
     PAGE.parent.mkdir(exist_ok=True)
     PAGE.write_text(world_page(), encoding="utf-8")
+    SCHEMA.write_text(schema_text(), encoding="utf-8")
