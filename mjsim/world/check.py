@@ -72,13 +72,11 @@ class _Solids:
     def __init__(self, world: World) -> None:
         from shapely import STRtree, polygons
 
-        names, outlines, self.low, self.high = [], [], [], []
-        for number, wall in enumerate(world.walls):
-            for piece in wall_pieces(wall):
-                names.append(f"wall '{wall.name}'" if wall.name else f"walls[{number}]")
-                outlines.append(polygons(piece.outline))
-                self.low.append(piece.low)
-                self.high.append(piece.high)
+        pieces = [(number, piece) for number, wall in enumerate(world.walls) for piece in wall_pieces(wall)]
+        words = [f"wall '{wall.name}'" if wall.name else f"walls[{number}]" for number, wall in enumerate(world.walls)]
+        names = [words[number] for number, _ in pieces]
+        outlines = list(polygons([piece.outline for _, piece in pieces])) if pieces else []
+        self.low, self.high = [piece.low for _, piece in pieces], [piece.high for _, piece in pieces]
         for number, obstacle in enumerate(world.obstacles):
             for outline, low, high in prisms(obstacle):
                 names.append(f"obstacle '{obstacle.name}'" if obstacle.name else f"obstacles[{number}]")

@@ -7,13 +7,15 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.world.model import World
 from mjsim.world.outlines import cut, footprint, stays, top
-from mjsim.world.pieces import Piece, wall_pieces
+from mjsim.world.pieces import Piece, solid_pieces, wall_pieces
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 __all__ = ["Piece", "footprint", "obstacle_polygons", "segments", "solid", "top", "wall_pieces", "wall_polygons"]
 
+GRID = 1e-6
+"""Points nearer than this are one [m]."""
 SLICE = 0.2
 """Height at which the plan is cut [m]: above doorsteps, below window sills, where robots bump."""
 
@@ -28,7 +30,7 @@ def wall_polygons(world: World, *, height: float = SLICE) -> list[Array]:
     Returns:
         Convex outlines in the world frame, counter-clockwise, shape (4, 2) each [m]; neighbours share an edge.
     """
-    pieces = (piece for wall in world.walls for piece in wall_pieces(wall))
+    pieces = (piece for wall in solid_pieces(world.walls) for piece in wall)
     return [piece.outline for piece in pieces if piece.low <= height < piece.high]
 
 
@@ -41,9 +43,16 @@ def solid(world: World, *, height: float = SLICE) -> "BaseGeometry":
     """Return all walls and obstacles that stay, where a level plane cuts them, as one shapely geometry [m]."""
     import shapely
 
-    outlines = wall_polygons(world, height=height) + obstacle_polygons(world, height=height)
-    # On a grid of a micrometre, so that edges computed twice are one and a joint leaves no hair crack.
-    return shapely.union_all([shapely.Polygon(outline) for outline in outlines], grid_size=1e-6)
+    walls = np.array(wall_polygons(world, height=height)).reshape(-1, 4, 2)
+    things = [shapely.Polygon(outline) for outline in obstacle_polygons(world, height=height)]
+    # Rounded, so that edges computed twice are one.
+    outlines = np.concatenate([shapely.polygons(np.round(walls / GRID) * GRID), np.array(things, dtype=object)])
+    parts = shapely.get_parts(shapely.disjoint_subset_union_all(outlines))
+    # On a grid, so that a joint leaves no hair crack: each part on its own unless another is so near.
+    one, other = shapely.STRtree(parts).query(parts, predicate="dwithin", distance=2 * GRID)
+    near = np.isin(np.arange(len(parts)), one[one != other])
+    joined = shapely.set_precision(shapely.multipolygons(parts[near]), GRID)
+    return shapely.multipolygons(shapely.get_parts([*shapely.set_precision(parts[~near], GRID), joined]))
 
 
 def segments(world: World, *, height: float = SLICE) -> Array:

@@ -53,10 +53,8 @@ class UnsureError(Exception):
 
 
 def exact_events(text: str) -> Iterator[Event]:
-    """Yield the events of a text; raises what ruamel.yaml does where it is not YAML."""
-    for event in YAML(typ="safe", pure=True).parse(text):
-        tag = getattr(event, "ctag", None)
-        yield _event(event, "" if tag is None else str(tag))
+    """Return the events of a text, one after the other; raises what ruamel.yaml does where it is not YAML."""
+    return map(_event, YAML(typ="safe", pure=True).parse(text))
 
 
 def fast_events(text: str) -> Iterator[Event]:
@@ -70,27 +68,30 @@ def fast_events(text: str) -> Iterator[Event]:
     try:
         parser = CParser(text)
         while (event := parser.get_event()) is not None:
-            step = _event(event, "")
-            if step.anchor or getattr(event, "tag", None) or (step.kind == SCALAR and _is_seen_differently(event)):
+            step = _event(event)
+            # An empty value is there for both parsers, for each in a place of its own.
+            empty = step.kind == SCALAR and (event.style in _LONG or (step.plain and not step.value))
+            if step.anchor or step.tag or empty:
                 raise UnsureError
             yield step
     except (YAMLError, ValueError, OverflowError) as error:
         raise UnsureError from error
 
 
-def _is_seen_differently(scalar: Any) -> bool:
-    """Say so of long texts, and of an empty value, which both parsers have, each in a place of its own."""
-    return scalar.style in ("|", ">") or (scalar.implicit[0] and not scalar.value)
-
-
-def _event(event: Any, tag: str) -> Event:
+def _event(event: Any) -> Event:
     kind, mark = _KINDS.get(type(event).__name__, OTHER), event.start_mark
+    line, column = mark.line + 1, mark.column + 1
     if kind == SCALAR:
-        return Event(SCALAR, mark.line + 1, mark.column + 1, event.value, event.implicit[0], event.anchor, tag)
-    flow = kind in (LIST, MAP) and bool(event.flow_style)
-    anchor = getattr(event, "anchor", None)
-    return Event(kind, mark.line + 1, mark.column + 1, anchor=anchor, tag=tag, flow=flow)
+        return Event(SCALAR, line, column, event.value, event.implicit[0], event.anchor, _tag(event))
+    if kind in (LIST, MAP):
+        return Event(kind, line, column, anchor=event.anchor, tag=_tag(event), flow=bool(event.flow_style))
+    return Event(kind, line, column, anchor=event.anchor if kind == ALIAS else None)
 
 
+def _tag(event: Any) -> str:
+    return "" if event.tag is None else str(event.tag)
+
+
+_LONG = ("|", ">")
 _DIFFERENT = re.compile(r"[\t\x85\u2028\u2029\ufeff]|^%|^---|^\.\.\.|(?:^|[\s\[\]{},:])\?(?:\s|$)", re.MULTILINE)
 """Tabs, ends of lines of YAML 1.1, byte order marks, directives, more documents, and long keys."""

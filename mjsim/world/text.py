@@ -19,8 +19,11 @@ MOST_NODES = 250_000
 """Keys and values of one text, with what its aliases stand for."""
 DEEPEST = 50
 
-_NULL = re.compile(r"~|null|Null|NULL|")
-_BOOL = re.compile(r"true|True|TRUE|(false|False|FALSE)")
+_WORDS = {
+    **dict.fromkeys(("", "~", "null", "Null", "NULL")),
+    **dict.fromkeys(("true", "True", "TRUE"), True),
+    **dict.fromkeys(("false", "False", "FALSE"), False),
+}
 _INT = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
@@ -126,10 +129,10 @@ def plain_value(text: str) -> Any:
     Raises:
         ValueError: It is a whole number of too many digits.
     """
-    if _NULL.fullmatch(text):
-        return None
-    if found := _BOOL.fullmatch(text):
-        return found.group(1) is None
+    if text in _WORDS:
+        return _WORDS[text]
+    if text[0] not in "+-.0123456789":
+        return text
     if _INT.fullmatch(text):
         if len(text) > _MOST_DIGITS:
             raise ValueError(f"a number of {len(text)} digits; write at most {_MOST_DIGITS}")
