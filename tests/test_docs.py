@@ -1,7 +1,11 @@
 """The pages say what the program does."""
 
+import re
 import runpy
 from pathlib import Path
+
+import mjsim
+from mjsim.world.check import check_world
 
 ROOT = Path(__file__).parent.parent
 
@@ -15,3 +19,17 @@ def test_the_page_of_the_world_file_is_what_the_schema_says():
 def test_the_schema_beside_the_shipped_worlds_is_what_the_program_prints():
     made = runpy.run_path(str(ROOT / "scripts" / "make_world_page.py"))["schema_text"]()
     assert (ROOT / "worlds" / "mjsim.schema.json").read_text(encoding="utf-8") == made
+
+
+def test_the_page_of_what_changes_runs(capsys):
+    page = (ROOT / "docs" / "changing-worlds.md").read_text(encoding="utf-8")
+    (text,), (code,) = (re.findall(f"```{kind}\n(.*?)```", page, re.DOTALL) for kind in ("yaml", "python"))
+    world = mjsim.parse_world(text)
+    assert check_world(world) == []
+    names = {"world": world}
+    exec(code, names)
+    sim = names["sim"]
+    assert sim.door_angle("gate") > 1.1
+    assert sim.truth("scout").x == 6.0
+    # The cart has waited at its start, and come to its first stop.
+    assert "Pose(x=7.0, y=1.0" in capsys.readouterr().out
