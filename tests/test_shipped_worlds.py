@@ -1,6 +1,8 @@
 """The worlds that come with mjsim: sound as written, wide enough for their tours, and what their names promise."""
 
 import math
+import re
+import runpy
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -99,6 +101,16 @@ def test_there_are_twelve_worlds_and_each_names_the_schema():
 def shut_by(leaf: Leaf, angle_deg: float) -> shapely.LineString:
     """Return where a door's leaf stands at an angle."""
     return shapely.LineString([leaf.hinge, leaf_way(leaf, angle_deg)[-1]])
+
+
+def test_the_page_of_worlds_shows_every_one_of_them_as_it_is_now():
+    made = runpy.run_path(str(FOLDER.parent / "scripts" / "make_world_pictures.py"))
+    page = FOLDER.parent / "docs" / "worlds.md"
+    assert set(made["ORDER"]) == set(NAMES)
+    assert page.read_text(encoding="utf-8") == made["page"]()
+    pictures = [page.parent / name for name in re.findall(r"\]\((images/.*?)\)", made["page"]())]
+    assert len(pictures) == 3 * len(NAMES)
+    assert sum(picture.stat().st_size for picture in pictures) < 2.5e6
 
 
 def test_all_twenty_rooms_of_the_office_are_entered_through_their_open_doors_and_are_rooms_when_these_are_shut():
