@@ -1,9 +1,10 @@
 """What user modules meet: the values that they get and give, and the protocols that they follow.
 
-Metres, seconds and radians. The robot's frame has x ahead and y to the left, its origin on the floor midway
-between the driven wheels. Nothing here holds the truth; a module senses what a robot of that kind would sense.
+Metres, seconds and radians. The robot's frame has x ahead and y to the left, its origin on the floor where
+its drive turns about. Nothing here holds the truth; a module senses what a robot of that kind would sense.
 """
 
+import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
@@ -291,9 +292,9 @@ class RobotInfo:
     wheel_radius: float
     """[m]"""
     track: float
-    """Distance between the driven wheels [m]."""
+    """Distance between the wheels to the left and to the right, as wide as turns are computed with [m]."""
     radius: float
-    """Of the circle around the body [m]."""
+    """Of the circle about the origin around the body [m]."""
     dt: float
     """Period of the loop [s]."""
     prior: Pose
@@ -301,6 +302,12 @@ class RobotInfo:
     prior_covariance: Array
     """Of (x, y, heading) at the start, shape (3, 3)."""
     sensors: Mapping[str, SensorInfo] = field(default_factory=dict)
+    max_left: float = 0.0
+    """Largest speed sideways [m/s]; 0 for robots that cannot move so."""
+    max_curvature: float = math.inf
+    """Of the sharpest arc that it can drive [1/m]; infinite for robots that can turn on the spot."""
+    outline: Array | None = None
+    """Of the body from above, in its frame, counter-clockwise, shape (n, 2) [m]; None means the circle."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,11 +9,13 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.interface import Command, WheelCommand
 from mjsim.sim import Simulation
-from mjsim.sim.drive import DifferentialDrive, DifferentialKinematics
+from mjsim.sim.drive import TwistDrive
+from mjsim.sim.kinematics import DifferentialKinematics
 from mjsim.world import parse_world
 from mjsim.world.drives import DifferentialDrive as DriveModel
 from mjsim.world.drives import DriveNoise
 
+PIONEER = DifferentialKinematics(wheel_radius=0.0975, track=0.33)
 SIZES = {
     "pioneer": "body: {mass: 9}",
     "light": "body: {mass: 1, radius: 0.07, height: 0.1}, drive: {wheel_radius: 0.033, track: 0.1, max_turn_deg: 180}",
@@ -52,12 +54,12 @@ def driven(poses: list[dict[str, Pose]], name: str) -> float:
 def test_wheels_and_twist_are_inverse_to_each_other():
     kinematics = DifferentialKinematics(wheel_radius=0.1, track=0.4)
     for forward, turn in np.random.default_rng(0).uniform(-2.0, 2.0, (50, 2)):
-        twist = kinematics.twist_from_wheels(*kinematics.wheels_from_twist(forward, turn))
-        np.testing.assert_allclose(twist, (forward, turn), atol=1e-12)
+        twist = kinematics.twist_from_wheels(kinematics.wheels_from_twist(forward, 0.0, turn))
+        np.testing.assert_allclose(twist, (forward, 0.0, turn), atol=1e-12)
 
 
 def test_a_robot_with_one_wheel_at_rest_turns_about_that_wheel():
-    forward, turn = DifferentialKinematics(wheel_radius=0.1, track=0.4).twist_from_wheels(0.0, 5.0)
+    forward, _, turn = DifferentialKinematics(wheel_radius=0.1, track=0.4).twist_from_wheels((0.0, 5.0))
     assert turn == pytest.approx(0.1 * 5.0 / 0.4)
     assert forward / turn == pytest.approx(0.2)
 
@@ -116,7 +118,7 @@ def test_on_an_arc_a_robot_keeps_the_circle_of_speed_over_turn_rate():
 def test_wheel_commands_drive_as_the_twist_that_they_stand_for():
     sim = meadow([SIZES["pioneer"], SIZES["pioneer"]])
     sim.apply("r0", Command(0.3, turn=0.5))
-    sim.apply("r1", WheelCommand(DifferentialKinematics(0.0975, 0.33).wheels_from_twist(0.3, 0.5)))
+    sim.apply("r1", WheelCommand(PIONEER.wheels_from_twist(0.3, 0.0, 0.5)))
     poses = drive_for(sim, 2.0)
     first, second = (poses[0][name].inverse() @ poses[-1][name] for name in ("r0", "r1"))
     np.testing.assert_allclose(first.as_array(), second.as_array(), atol=1e-6)
@@ -124,12 +126,12 @@ def test_wheel_commands_drive_as_the_twist_that_they_stand_for():
 
 def test_a_command_beyond_the_limits_is_slowed_as_a_whole_so_that_its_path_stays():
     limits = DriveModel(max_speed=0.7, max_turn_deg=100, max_acceleration=100, max_turn_acceleration_deg=36000)
-    drive = DifferentialDrive(limits, dt=0.04, stream=np.random.default_rng(0))
+    drive = TwistDrive(limits, kinematics=PIONEER, dt=0.04, stream=np.random.default_rng(0))
     for forward, turn in ((7.0, 2.0), (0.7, 8.0), (-3.0, 3.0), (1e9, -1e8)):
         drive.command(Command(forward, turn=turn))
         for _ in range(3):
             wheels = drive.advance()
-        speed, rate = drive.kinematics.twist_from_wheels(*wheels)
+        speed, _, rate = PIONEER.twist_from_wheels(wheels)
         assert rate / speed == pytest.approx(turn / forward)
         assert max(abs(speed) / 0.7, abs(rate) / math.radians(100)) == pytest.approx(1.0)
 
@@ -160,8 +162,8 @@ def test_a_command_that_cannot_be_is_refused_by_name(command, said):
 def test_noise_on_the_twist_is_white_with_the_density_given_whatever_the_rate():
     for dt in (0.02, 0.04):
         model = DriveModel(noise=DriveNoise(speed=0.02, turn=0.05))
-        drive = DifferentialDrive(model, dt=dt, stream=np.random.default_rng(3))
-        twists = np.array([drive.kinematics.twist_from_wheels(*drive.advance()) for _ in range(5000)])
+        drive = TwistDrive(model, kinematics=PIONEER, dt=dt, stream=np.random.default_rng(3))
+        twists = np.array([PIONEER.twist_from_wheels(drive.advance()) for _ in range(5000)])[:, ::2]
         # The distance of a tick has variance sigma^2 dt.
         spread = np.sum((twists * dt) ** 2, axis=0) / (np.array([0.02, 0.05]) ** 2 * dt)
         assert (spread > chi2.ppf(0.001, 5000)).all()

@@ -6,6 +6,7 @@ names of what they turn. Commands and rotations of wheels come in the order in w
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import mujoco
@@ -13,6 +14,8 @@ import numpy as np
 
 from mjsim.compile.wheels import (
     GEAR_SHARE,
+    GEARED_SHARE,
+    STRONG_SHARE,
     WHEEL_SHARE,
     WheelSpec,
     add_caster,
@@ -29,8 +32,6 @@ from mjsim.world.robots import Robot
 PUSH = 5.0
 """Largest push of all wheels together, per mass [m/s^2]: enough for steep ramps, and less than tyres hold; more for
 robots that accelerate faster."""
-PUSH_SIDEWAYS = 14.0
-"""That of drives whose motors also work against tyres that slip: more than friction can hold [m/s^2]."""
 RESERVE = 1.2
 """Push of the motors, as a multiple of what the largest acceleration needs."""
 SIDES = (("left", 1.0), ("right", -1.0))
@@ -65,8 +66,10 @@ def clearance(body: Body, drive: Any) -> float:
     return min(MOST_CLEARANCE, 0.4 * float(drive.wheel_radius), 0.25 * body.height)
 
 
-def _wheel(robot: Robot, name: str, at: tuple[float, float], *, radius: float, driven: bool = True) -> WheelSpec:
-    """Return a wheel of a robot."""
+def _wheel(
+    robot: Robot, name: str, at: tuple[float, float], *, radius: float, gear: float = 0.1 * GEAR_SHARE
+) -> WheelSpec:
+    """Return a wheel of a robot; gear is the inertia of its motor, of the robot's mass at the rim."""
     drive: Any = robot.drive
     width = getattr(drive, "wheel_width", None)
     track = getattr(drive, "track", math.inf)
@@ -76,16 +79,13 @@ def _wheel(robot: Robot, name: str, at: tuple[float, float], *, radius: float, d
         radius=radius,
         half_width=width / 2 if width is not None else min(0.25 * radius, 0.2 * track),
         mass=WHEEL_SHARE * robot.body.mass,
-        gear=(GEAR_SHARE if driven else 0.1 * GEAR_SHARE) * robot.body.mass * radius**2,
+        gear=gear * robot.body.mass * radius**2,
     )
 
 
-def _turned(spec: mujoco.MjSpec, robot: Robot, wheel: WheelSpec, *, share: float, push: float = PUSH) -> None:
-    """Add the servo of a wheel that moves a share of the robot."""
-    mass = robot.body.mass
-    inertia = (share + 0.4 * WHEEL_SHARE) * mass * wheel.radius**2 + wheel.gear
-    torque = max(push, RESERVE * robot.drive.max_acceleration) * mass * wheel.radius * share
-    add_servo(spec, wheel.name, inertia=inertia, torque=torque)
+def _torque(robot: Robot, *, radius: float, share: float) -> float:
+    """Return the largest torque of a wheel that moves a share of the robot [N m]."""
+    return max(PUSH, RESERVE * robot.drive.max_acceleration) * robot.body.mass * radius * share
 
 
 def _add_differential(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, drive: drives.DifferentialDrive) -> None:
@@ -93,33 +93,35 @@ def _add_differential(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, d
     ahead, behind = rims(robot.body, np.array([0.0, math.pi])).tolist()
     for x in (0.7 * ahead, -0.7 * behind):
         add_caster(base, x=x, radius=clearance(robot.body, drive))
-    mass, radius = robot.body.mass, drive.wheel_radius
-    torque = max(PUSH, RESERVE * drive.max_acceleration) * mass * radius / 2
+    radius = drive.wheel_radius
     for side, sign in SIDES:
-        wheel = _wheel(robot, side, (0.0, sign * drive.track / 2), radius=radius)
+        wheel = _wheel(robot, side, (0.0, sign * drive.track / 2), radius=radius, gear=GEAR_SHARE)
         add_plain_wheel(base, wheel, hub=False)
         # Half of the robot, and the wheel's own rotation (2/5 m r^2 of an ellipsoid) with its motor's.
-        inertia = (0.5 + 0.4 * WHEEL_SHARE + GEAR_SHARE) * mass * radius**2
-        add_soft_servo(spec, wheel.name, inertia=inertia, torque=torque)
+        inertia = (0.5 + 0.4 * WHEEL_SHARE + GEAR_SHARE) * robot.body.mass * radius**2
+        add_soft_servo(spec, wheel.name, inertia=inertia, torque=_torque(robot, radius=radius, share=0.5))
 
 
 def _add_skid_steer(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, drive: drives.SkidSteerDrive) -> None:
     """Four driven wheels that do not steer."""
     for name, x, y in CORNERS:
-        wheel = _wheel(robot, name, (x * drive.wheelbase / 2, y * drive.track / 2), radius=drive.wheel_radius)
+        at = x * drive.wheelbase / 2, y * drive.track / 2
+        wheel = _wheel(robot, name, at, radius=drive.wheel_radius, gear=STRONG_SHARE)
         add_plain_wheel(base, wheel)
-        _turned(spec, robot, wheel, share=0.25, push=PUSH_SIDEWAYS)
+        # No load slows these down: the tyres give way first.
+        add_servo(spec, wheel, torque=None)
 
 
 def _add_ackermann(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, drive: drives.AckermannDrive) -> None:
     """Two driven wheels under the origin, two steered ones ahead."""
     for side, y in SIDES:
-        wheel = _wheel(robot, f"rear_{side}", (0.0, y * drive.track / 2), radius=drive.wheel_radius)
+        at = 0.0, y * drive.track / 2
+        wheel = _wheel(robot, f"rear_{side}", at, radius=drive.wheel_radius, gear=GEARED_SHARE)
         add_plain_wheel(base, wheel)
-        _turned(spec, robot, wheel, share=0.5)
+        add_servo(spec, wheel, torque=_torque(robot, radius=drive.wheel_radius, share=0.5))
     for side, y in SIDES:
         at = drive.wheelbase, y * drive.track / 2
-        wheel = _wheel(robot, f"front_{side}", at, radius=drive.wheel_radius, driven=False)
+        wheel = _wheel(robot, f"front_{side}", at, radius=drive.wheel_radius)
         _add_steered(spec, base, robot, wheel, f"{robot.name}/steer_front_{side}")
 
 
@@ -127,24 +129,16 @@ def _add_tricycle(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, drive
     """Two wheels on the fixed axle under the origin, and one that is driven and steered."""
     load_radius = drive.load_wheel_radius or drive.wheel_radius
     for side, y in SIDES:
-        add_plain_wheel(base, _wheel(robot, side, (0.0, y * drive.track / 2), radius=load_radius, driven=False))
+        add_plain_wheel(base, _wheel(robot, side, (0.0, y * drive.track / 2), radius=load_radius))
     x = drive.wheelbase if drive.driven == "front" else -drive.wheelbase
-    wheel = _wheel(robot, "drive", (x, 0.0), radius=drive.wheel_radius)
+    wheel = _wheel(robot, "drive", (x, 0.0), radius=drive.wheel_radius, gear=GEARED_SHARE)
     _add_steered(spec, base, robot, wheel, f"{robot.name}/steer")
-    _turned(spec, robot, wheel, share=1.0)
+    add_servo(spec, wheel, torque=_torque(robot, radius=drive.wheel_radius, share=1.0))
 
 
 def _add_steered(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, wheel: WheelSpec, name: str) -> None:
     knuckle = add_steering(base, spec, name, wheel)
-    hung = WheelSpec(
-        name=wheel.name,
-        at=(0.0, 0.0),
-        radius=wheel.radius,
-        half_width=wheel.half_width,
-        mass=wheel.mass,
-        gear=wheel.gear,
-    )
-    add_plain_wheel(knuckle, hung, lift=2 * wheel.radius)
+    add_plain_wheel(knuckle, replace(wheel, at=(0.0, 0.0)), lift=2 * wheel.radius)
     spec.add_exclude(bodyname1=f"{robot.name}/base", bodyname2=wheel.name)
 
 
@@ -152,15 +146,15 @@ def _add_omni3(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, drive: d
     """Three wheels on a circle, which roll along it, with rollers across."""
     for name, bearing in OMNI3_BEARINGS.items():
         at = drive.wheel_circle * math.cos(bearing), drive.wheel_circle * math.sin(bearing)
-        wheel = _wheel(robot, name, at, radius=drive.wheel_radius)
+        wheel = _wheel(robot, name, at, radius=drive.wheel_radius, gear=GEARED_SHARE)
         add_roller_wheel(spec, base, wheel, heading=bearing + math.pi / 2, angle=math.pi / 2, count=drive.rollers)
-        _turned(spec, robot, wheel, share=1 / 2)
+        add_servo(spec, wheel, torque=_torque(robot, radius=drive.wheel_radius, share=0.5))
 
 
 def _add_mecanum(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, drive: drives.MecanumDrive) -> None:
-    """Four wheels with rollers at 45 degrees; those that touch the floor point to the robot's middle."""
+    """Four wheels with rollers at 45 degrees; those on the floor lie across the lines to the robot's middle."""
     for name, x, y in CORNERS:
         at = x * drive.wheelbase / 2, y * drive.track / 2
-        wheel = _wheel(robot, name, at, radius=drive.wheel_radius)
-        add_roller_wheel(spec, base, wheel, heading=0.0, angle=-x * y * math.pi / 4, count=drive.rollers)
-        _turned(spec, robot, wheel, share=1 / 2)
+        wheel = _wheel(robot, name, at, radius=drive.wheel_radius, gear=GEARED_SHARE)
+        add_roller_wheel(spec, base, wheel, heading=0.0, angle=x * y * math.pi / 4, count=drive.rollers)
+        add_servo(spec, wheel, torque=_torque(robot, radius=drive.wheel_radius, share=0.5))

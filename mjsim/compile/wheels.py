@@ -1,27 +1,33 @@
 """Wheels of all kinds: plain ones that touch at one point, wheels with rollers, casters, and what turns them."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from mjsim.compile.parts import DARK, RUNNING_GEAR, make_decor
+from mjsim.world.base import PHYSICS_STEP
 
 RESPONSE = 0.1
 """Time constant of the wheels' velocity servos with the robot's mass on them, of a differential drive [s]."""
 LAG = 0.05
 """Time constant with which the servos of all other drives follow what they are told, whatever the load [s]."""
-STIFFNESS = 0.004
-"""Time constant with which those servos bring the robot's mass to the speed that they have come to [s]."""
+STIFFNESS = 0.5
+"""Share of a free wheel's missing speed that those servos give it in one physics step; well below 2, where Euler's
+steps explode."""
 STEERING_RATE = 40.0
 """Natural frequency of a steering servo [rad/s]."""
 SAG = 3.47e-4
 """How deep MuJoCo's contacts let wheels into the floor at rest [m]; nearly the same for all masses and sizes."""
 WHEEL_SHARE, GEAR_SHARE = 0.05, 0.02
 """Mass of one wheel, of the robot's; and inertia of its motor and gear, of the robot's mass at the wheel's rim."""
-ROLLER_SHARE = 0.25
-"""Radius of a roller at its middle, of the wheel's over the rollers."""
+GEARED_SHARE, STRONG_SHARE = 0.3, 4.0
+"""That inertia for servos that follow with the same lag whatever the load, and for those that drag tyres sideways."""
+ROLLER_SHARE, ROLLER_INERTIA = 0.25, 0.03
+"""Radius of a roller at its middle, of the wheel's over the rollers; and its inertia, of the robot's mass at its rim.
+MuJoCo's contacts are as soft as what touches is light; rollers that are heavy would jerk the robot when they touch."""
 HUB, HUB_COLOR = 0.55, (0.42, 0.43, 0.45, 1.0)
 """Radius of what is seen of a rim, of the wheel's."""
 ACROSS = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
@@ -96,9 +102,9 @@ def add_roller_wheel(
 ) -> None:
     """Add a wheel whose rim is rollers that turn freely.
 
-    A roller is an ellipsoid. Along a line at the roller's angle on a cylinder of radius R, the height of the
-    cylinder falls by s^2 sin(angle)^2 / (2 (R - r)) as seen from the roller's axis at R - r; an ellipsoid of radius r
-    falls by r s^2 / (2 L^2). With L = sqrt(r (R - r)) / sin(angle) both agree, and the wheel runs round.
+    A roller is an ellipsoid of radius r and half length L, whose middle is R - r from the axle. With the wheel turned
+    by t, the roller's axis dips by n = sin(angle) sin(t) and its lowest point is (R - r) cos(t) + sqrt(r^2 + (L^2 -
+    r^2) n^2) below the axle. That is R to third order in t when L^2 = r^2 + r (R - r) / sin(angle)^2: it runs round.
 
     Args:
         spec: For what must not touch: the rollers and their own robot.
@@ -111,28 +117,38 @@ def add_roller_wheel(
     big, small = wheel.radius, ROLLER_SHARE * wheel.radius
     body = base.add_body(
         name=wheel.name,
-        pos=[*wheel.at, big - SAG / 2],
+        pos=[*wheel.at, big],
         quat=[math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)],
     )
     body.add_joint(name=wheel.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0], armature=wheel.gear)
-    body.explicitinertial = True
-    body.mass = core = 0.7 * wheel.mass
-    body.inertia = [core * big**2 / 4, core * big**2 / 2, core * big**2 / 4]
+    core = 0.7 * wheel.mass
+    _weigh(body, core, [core * big**2 / 4, core * big**2 / 2, core * big**2 / 4])
     _add_tyre(body, big - 1.6 * small, wheel.half_width, hub=True)
-    length = math.sqrt(small * (big - small)) / abs(math.sin(angle))
+    length = math.sqrt(small**2 + small * (big - small) / math.sin(angle) ** 2)
     for number in range(count):
         name = f"{wheel.name}/roller{number + 1}"
-        roller = _add_roller(body, name, number * 2 * math.pi / count, angle, (big - small, small, length))
-        roller.explicitinertial = True
-        roller.mass = mass = 0.3 * wheel.mass / count
-        roller.inertia = [mass * small**2 / 2] * 3
+        place, sizes = number * 2 * math.pi / count, (big - small, small, length)
+        # The wheel's mass is a known share of the robot's.
+        inertia = ROLLER_INERTIA * wheel.mass / WHEEL_SHARE * small**2
+        roller = _add_roller(body, name, place=place, angle=angle, inertia=inertia, sizes=sizes)
+        mass = 0.3 * wheel.mass / count
+        _weigh(roller, mass, [mass * small**2 / 2] * 3)
         spec.add_exclude(bodyname1=base.name, bodyname2=name)
 
 
 def _add_roller(
-    wheel: mujoco.MjsBody, name: str, place: float, angle: float, sizes: tuple[float, float, float]
+    wheel: mujoco.MjsBody, name: str, *, place: float, angle: float, inertia: float, sizes: tuple[float, float, float]
 ) -> mujoco.MjsBody:
-    """Add a roller to a wheel at an angle from its lowest point; sizes are its distance, radius and half length [m]."""
+    """Add a roller to a wheel.
+
+    Args:
+        wheel: What carries it.
+        name: Of its body and its hinge.
+        place: Where on the rim, from the lowest point [rad].
+        angle: From the wheel's axle to its axis when it is lowest [rad].
+        inertia: About its axis [kg m^2].
+        sizes: Distance of its middle from the axle, radius and half length [m].
+    """
     distance, radius, length = sizes
     # Of the lowest roller: the axle is y, the axis lies level at the roller's angle from it.
     axis, down = np.array([-math.sin(angle), math.cos(angle), 0.0]), np.array([0.0, 0.0, -1.0])
@@ -146,17 +162,20 @@ def _add_roller(
         name=name,
         type=mujoco.mjtJoint.mjJNT_HINGE,
         axis=[0.0, 0.0, 1.0],
-        # A roller of no weight would take up the speed of the floor with a jerk.
-        armature=2e-3 * radius**2,
+        armature=inertia,
     )
     roller.add_geom(
         type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-        size=[radius + SAG / 2, radius + SAG / 2, length],
+        size=[radius, radius, length],
         group=RUNNING_GEAR,
         # It touches what is touched by all; two rollers of one wheel overlap and must not push each other.
         contype=0,
         conaffinity=1,
         friction=[0.001, 0.0, 0.0],
+        # As stiff as can be, whatever the floor: they do not sag.
+        solmix=1e6,
+        solref=[2.0 * PHYSICS_STEP, 1.0],
+        solimp=[0.99, 0.99, 0.001, 0.5, 2.0],
         rgba=DARK,
     )
     seen = roller.add_geom(type=mujoco.mjtGeom.mjGEOM_ELLIPSOID, size=[radius * 0.98, radius * 0.98, 0.62 * length])
@@ -187,19 +206,17 @@ def add_soft_servo(spec: mujoco.MjSpec, name: str, *, inertia: float, torque: fl
     _actuator(spec, name, torque).set_to_velocity(kv=inertia / RESPONSE)
 
 
-def add_servo(spec: mujoco.MjSpec, name: str, *, inertia: float, torque: float) -> None:
-    """Add a velocity servo that follows with the same lag whatever the load, as far as its torque goes."""
-    servo = _actuator(spec, name, torque)
-    servo.set_to_velocity(kv=inertia / STIFFNESS)
+def add_servo(spec: mujoco.MjSpec, wheel: WheelSpec, *, torque: float | None) -> None:
+    """Add a velocity servo that follows with the same lag whatever the load, as far as its torque goes [N m]."""
+    servo = _actuator(spec, wheel.name, torque)
+    servo.set_to_velocity(kv=STIFFNESS * wheel.gear / PHYSICS_STEP)
     _follow(servo, LAG)
 
 
 def add_steering(base: mujoco.MjsBody, spec: mujoco.MjSpec, name: str, wheel: WheelSpec) -> mujoco.MjsBody:
     """Add what steers a wheel, right above it: a hinge with a position servo; return what carries the wheel."""
     knuckle = base.add_body(name=name, pos=[*wheel.at, 2 * wheel.radius])
-    knuckle.explicitinertial = True
-    knuckle.mass = 0.1 * wheel.mass
-    knuckle.inertia = [0.1 * wheel.mass * wheel.radius**2] * 3
+    _weigh(knuckle, 0.1 * wheel.mass, [0.1 * wheel.mass * wheel.radius**2] * 3)
     inertia = wheel.mass * wheel.radius**2
     knuckle.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0], armature=inertia)
     servo = _actuator(spec, name, torque=None)
@@ -207,6 +224,12 @@ def add_steering(base: mujoco.MjsBody, spec: mujoco.MjSpec, name: str, wheel: Wh
     servo.set_to_position(kp=whole * STEERING_RATE**2, kv=2 * whole * STEERING_RATE)
     _follow(servo, LAG)
     return knuckle
+
+
+def _weigh(body: mujoco.MjsBody, mass: float, inertia: Sequence[float]) -> None:
+    """Give a body a mass [kg] in its origin and an inertia about its axes [kg m^2]."""
+    body.explicitinertial, body.mass, body.inertia = True, mass, inertia
+    body.ipos = [0.0, 0.0, 0.0]  # else it is where the body is in its carrier
 
 
 def _actuator(spec: mujoco.MjSpec, name: str, torque: float | None) -> mujoco.MjsActuator:

@@ -1,95 +1,205 @@
-"""Drives: what a command becomes when it meets the limits of a robot, and the noise of its motors."""
+"""Drives at work: what a command becomes when it meets the limits of a robot, and the noise of its motors."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from typing import Protocol
 
 from numpy.random import Generator
 
-from mjsim.compile.wheels import RESPONSE
+from mjsim.compile.wheels import LAG, RESPONSE
 from mjsim.interface import Command, WheelCommand
+from mjsim.sim.kinematics import AckermannSteering, DifferentialKinematics, Kinematics, TricycleKinematics, Twist
 from mjsim.world import drives as models
 
-
-@dataclass(frozen=True, slots=True)
-class DifferentialKinematics:
-    """Two driven wheels on one axle that roll without slip; the robot's origin lies midway between them.
-
-    The rim of a wheel runs at v -+ w track / 2 (left, right), and a wheel turns at that speed over its radius.
-
-    References:
-        Siegwart, Nourbakhsh, Scaramuzza, Introduction to Autonomous Mobile Robots (2nd ed., 2011), section 3.2.3.
-    """
-
-    wheel_radius: float
-    """[m]"""
-    track: float
-    """[m]"""
-
-    def wheels_from_twist(self, forward: float, turn: float) -> tuple[float, float]:
-        """Return what the left and the right wheel do [rad/s] for a twist [m/s, rad/s]; also for small motions."""
-        half = turn * self.track / 2
-        return (forward - half) / self.wheel_radius, (forward + half) / self.wheel_radius
-
-    def twist_from_wheels(self, left: float, right: float) -> tuple[float, float]:
-        """Return the twist (forward [m/s], turn [rad/s]) of wheel speeds [rad/s]; also for small rotations."""
-        return self.wheel_radius * (left + right) / 2, self.wheel_radius * (right - left) / self.track
+STANDSTILL = 1e-3
+"""A car that is slower cannot turn; its steering stays as it is [m/s]."""
 
 
-class DifferentialDrive:
-    """A drive at work: it follows commands within its limits, with noise on the twist.
+class Drive(Protocol):
+    """What is asked of every drive at work."""
+
+    def command(self, command: Command | WheelCommand) -> None:
+        """Take a command, held until the next."""
+
+    def advance(self) -> Sequence[float]:
+        """Return what the servos are told to reach in the next tick: wheels [rad/s], then steering [rad]."""
+
+
+class TwistDrive:
+    """A drive without steering: it follows commands within its limits, with noise on the twist.
 
     A twist beyond the limits is scaled as a whole, so that the robot keeps its path and only goes slower. Then
-    speed and turn rate change by no more than their accelerations allow. The noise comes last: piecewise constant
+    velocity and turn rate change by no more than their accelerations allow. The noise comes last: piecewise constant
     over a tick with standard deviation sigma / sqrt(dt), which is white noise of density sigma for all that is
     slower than a tick, whatever the tick.
 
     While speed changes, the servos are told to reach for more, so that their lag is made up at the end of each tick.
     """
 
-    def __init__(self, drive: models.DifferentialDrive, *, dt: float, stream: Generator) -> None:
+    def __init__(
+        self, drive: models.AnyDrive, *, kinematics: Kinematics, dt: float, stream: Generator, max_left: float = 0.0
+    ) -> None:
         """Get ready, standing still.
 
         Args:
-            drive: Sizes, limits and noise.
+            drive: Limits and noise.
+            kinematics: Of its wheels.
             dt: Period of the loop [s].
-            stream: Source of chance; two numbers are drawn a tick.
+            stream: Source of chance; two numbers are drawn a tick, three when it moves sideways.
+            max_left: Largest speed sideways [m/s]; commands sideways are ignored when it is 0.
         """
-        self.kinematics = DifferentialKinematics(drive.wheel_radius, drive.track)
-        self._limits = drive.max_speed, math.radians(drive.max_turn_deg)
+        self._kinematics = kinematics
+        self._limits = drive.max_speed, max_left, math.radians(drive.max_turn_deg)
         self._changes = drive.max_acceleration * dt, math.radians(drive.max_turn_acceleration_deg) * dt
         self._noise = drive.noise.speed / math.sqrt(dt), drive.noise.turn / math.sqrt(dt)
-        # A servo comes 1 - exp(-dt / response) of the way in one tick.
-        self._reach = 1.0 / -math.expm1(-dt / RESPONSE)
+        self._reach = _reach(dt, RESPONSE if isinstance(drive, models.DifferentialDrive) else LAG)
         self._stream = stream
-        self._target = 0.0, 0.0
-        self._twist = 0.0, 0.0
+        self._target: Twist = 0.0, 0.0, 0.0
+        self._twist: Twist = 0.0, 0.0, 0.0
 
     def command(self, command: Command | WheelCommand) -> None:
-        """Take a command, held until the next; `left` is ignored, as this drive cannot move sideways."""
+        """Take a command, held until the next."""
         if isinstance(command, WheelCommand):
-            twist = self.kinematics.twist_from_wheels(*command.speeds)
+            twist = self._kinematics.twist_from_wheels(command.speeds)
         else:
-            twist = command.forward, command.turn
+            twist = command.forward, command.left, command.turn
         self._target = _scaled(twist, self._limits)
 
-    def advance(self) -> tuple[float, float]:
-        """Return the speeds of the left and the right wheel to reach in the next tick [rad/s]."""
-        speed, turn = self._twist
-        faster = _within(self._target[0] - speed, self._changes[0])
-        sharper = _within(self._target[1] - turn, self._changes[1])
-        self._twist = speed + faster, turn + sharper
-        chance = self._stream.standard_normal(2)
-        return self.kinematics.wheels_from_twist(
-            speed + self._reach * faster + self._noise[0] * float(chance[0]),
-            turn + self._reach * sharper + self._noise[1] * float(chance[1]),
+    def advance(self) -> Sequence[float]:
+        """Return the speeds of the wheels to reach in the next tick [rad/s]."""
+        forward, left, turn = self._twist
+        faster, aside = self._target[0] - forward, self._target[1] - left
+        excess = math.hypot(faster, aside) / self._changes[0]
+        if excess > 1.0:
+            faster, aside = faster / excess, aside / excess
+        sharper = _within(self._target[2] - turn, self._changes[1])
+        self._twist = forward + faster, left + aside, turn + sharper
+        sideways = self._limits[1] > 0.0
+        chance = self._stream.standard_normal(3 if sideways else 2).tolist()
+        return self._kinematics.wheels_from_twist(
+            forward + self._reach * faster + self._noise[0] * chance[0],
+            left + self._reach * aside + self._noise[0] * chance[2] if sideways else 0.0,
+            turn + self._reach * sharper + self._noise[1] * chance[1],
         )
+
+
+class CarDrive:
+    """A drive with Ackermann steering: a twist becomes a speed and a steering angle, each with its own limit of rate.
+
+    The angle that is asked for follows from the curvature, turn over speed, and ends at the largest one. The driven
+    wheels follow the angle that the steering has come to. Noise of the turn rate acts through the steering, so it does
+    nothing to a car that stands.
+    """
+
+    def __init__(self, drive: models.AckermannDrive, *, dt: float, stream: Generator) -> None:
+        """Get ready, standing still, steering straight ahead; two numbers are drawn from the stream a tick."""
+        self._wheels = DifferentialKinematics(drive.wheel_radius, drive.track)
+        self._steering = AckermannSteering(drive.track, drive.wheelbase)
+        self._wheelbase = drive.wheelbase
+        self._limits = drive.max_speed, 0.0, math.radians(drive.max_turn_deg)
+        self._most = math.radians(drive.max_steer_deg)
+        self._changes = drive.max_acceleration * dt, math.radians(drive.max_steer_rate_deg) * dt
+        self._noise = drive.noise.speed / math.sqrt(dt), drive.noise.turn / math.sqrt(dt)
+        self._reach = _reach(dt, LAG)
+        self._stream = stream
+        self._target = self._state = 0.0, 0.0
+
+    def command(self, command: Command | WheelCommand) -> None:
+        """Take a command, held until the next; the speeds of driven wheels stand for the twist that they give."""
+        if isinstance(command, WheelCommand):
+            twist = self._wheels.twist_from_wheels(command.speeds)
+        else:
+            twist = command.forward, 0.0, command.turn
+        speed, _, turn = _scaled(twist, self._limits)
+        if abs(speed) < STANDSTILL:
+            self._target = 0.0, self._target[1]
+        else:
+            self._target = speed, self._steer(turn / speed)
+
+    def advance(self) -> Sequence[float]:
+        """Return the speeds of the driven wheels [rad/s], then the angles of the steered ones [rad]."""
+        speed, steer = self._state
+        faster = _within(self._target[0] - speed, self._changes[0])
+        sharper = _within(self._target[1] - steer, self._changes[1])
+        self._state = speed + faster, steer + sharper
+        chance = self._stream.standard_normal(2).tolist()
+        told = speed + self._reach * faster + self._noise[0] * chance[0]
+        angle = _within(steer + self._reach * sharper, self._most)
+        if abs(speed) >= STANDSTILL:
+            angle = self._steer(math.tan(angle) / self._wheelbase + self._noise[1] * chance[1] / speed)
+        wheels = self._wheels.wheels_from_twist(told, 0.0, told * math.tan(angle) / self._wheelbase)
+        return *wheels, *self._steering.angles(angle)
+
+    def _steer(self, curvature: float) -> float:
+        return _within(math.atan(self._wheelbase * curvature), self._most)
+
+
+class TricycleDrive:
+    """A drive with one wheel that is driven and steered: a twist becomes its speed and its angle.
+
+    While the wheel is still turning to its angle it drives only as fast as it already points there, and not at all
+    across. Noise of the turn rate acts through the steering.
+    """
+
+    def __init__(
+        self, drive: models.TricycleDrive, *, kinematics: TricycleKinematics, dt: float, stream: Generator
+    ) -> None:
+        """Get ready, standing still, steering straight ahead; two numbers are drawn from the stream a tick."""
+        self._kinematics = kinematics
+        self._limits = drive.max_speed, 0.0, math.radians(drive.max_turn_deg)
+        self._most = math.radians(drive.max_steer_deg)
+        self._changes = drive.max_acceleration * dt, math.radians(drive.max_steer_rate_deg) * dt
+        self._noise = drive.noise.speed / math.sqrt(dt), drive.noise.turn / math.sqrt(dt)
+        self._reach = _reach(dt, LAG)
+        self._stream = stream
+        self._target = self._state = 0.0, 0.0
+
+    def command(self, command: Command | WheelCommand) -> None:
+        """Take a command, held until the next; the speed of the driven wheel alone leaves the steering as it is."""
+        if isinstance(command, WheelCommand):
+            twist = self._kinematics.twist(command.speeds[0], self._target[1])
+        else:
+            twist = command.forward, 0.0, command.turn
+        forward, _, turn = _scaled(twist, self._limits)
+        rim, steer = self._kinematics.wheel(forward, turn)
+        if rim == 0.0:
+            self._target = 0.0, self._target[1]
+        elif abs(steer) > self._most:
+            # It cannot turn as sharply: it keeps its speed ahead and turns as it can.
+            steer = math.copysign(self._most, steer)
+            self._target = forward / math.cos(steer), steer
+        else:
+            self._target = rim, steer
+
+    def advance(self) -> Sequence[float]:
+        """Return the speed of the driven wheel [rad/s] and its angle [rad]."""
+        rim, steer = self._state
+        sharper = _within(self._target[1] - steer, self._changes[1])
+        aligned = max(0.0, math.cos(self._target[1] - steer - sharper))
+        faster = _within(self._target[0] * aligned - rim, self._changes[0])
+        self._state = rim + faster, steer + sharper
+        chance = self._stream.standard_normal(2).tolist()
+        told = rim + self._reach * faster + self._noise[0] * chance[0]
+        angle = steer + self._reach * sharper
+        if abs(rim) >= STANDSTILL:
+            angle += self._noise[1] * chance[1] * self._kinematics.place / rim
+        return told / self._kinematics.wheel_radius, _within(angle, self._most)
+
+
+def _reach(dt: float, lag: float) -> float:
+    """Return by how much more than a change to ask for; a servo comes 1 - exp(-dt / lag) of the way in one tick."""
+    return 1.0 / -math.expm1(-dt / lag)
 
 
 def _within(value: float, limit: float) -> float:
     return min(max(value, -limit), limit)
 
 
-def _scaled(twist: tuple[float, float], limits: tuple[float, float]) -> tuple[float, float]:
-    """Return the twist, made slower as a whole until both parts keep their limits."""
-    excess = max(1.0, abs(twist[0]) / limits[0], abs(twist[1]) / limits[1])
-    return twist[0] / excess, twist[1] / excess
+def _scaled(twist: Twist, limits: Twist) -> Twist:
+    """Return the twist, made slower as a whole until all parts keep their limits."""
+    forward, left, turn = twist
+    if limits[1] == 0.0:
+        excess = max(1.0, abs(forward) / limits[0], abs(turn) / limits[2])
+        return forward / excess, 0.0, turn / excess
+    excess = max(1.0, abs(forward) / limits[0], abs(left) / limits[1], abs(turn) / limits[2])
+    return forward / excess, left / excess, turn / excess

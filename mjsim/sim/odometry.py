@@ -1,20 +1,33 @@
 """Wheel odometry: what the rotation of the wheels tells of the motion, with its errors and their covariance."""
 
 import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.random import Generator
 
 from mjsim.geometry import Array
 from mjsim.interface import Odometry
-from mjsim.sim.drive import DifferentialKinematics
+from mjsim.sim.kinematics import Twist
 from mjsim.world.drives import WheelOdometry
 
 SMALL_TURN = 1e-4
 """Below it series are exact to the last digit [rad]."""
-SLIP_FORWARD, SLIP_LEFT, SLIP_TURN = 0.001, 0.001, 0.002
-"""What tyres slip on a level floor, as a data sheet would give it, beside the configured noise: standard deviations
-for one metre driven [m/sqrt(m)], aside [m/sqrt(m)], and for one radian turned [rad/sqrt(rad)]."""
+Motion = Callable[[Sequence[float], float], Twist]
+"""Rotations of the wheels [rad], steering angle [rad] -> way ahead [m], way to the left [m], turn [rad]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Slip:
+    """What tyres slip on a level floor, as a data sheet would give it, beside the configured noise."""
+
+    forward: float = 0.001
+    """Standard deviation along for one metre driven [m/sqrt(m)]."""
+    left: float = 0.004
+    """Standard deviation aside for one metre driven [m/sqrt(m)]; on arcs tyres slip outward."""
+    turn: float = 0.002
+    """Standard deviation of the heading for one radian turned [rad/sqrt(rad)]."""
 
 
 def arc_end(distance: float, turn: float) -> tuple[float, float]:
@@ -43,52 +56,87 @@ def arc_end_slopes(distance: float, turn: float) -> tuple[tuple[float, float], t
     return forward, left
 
 
-class DifferentialOdometry:
-    """Motion from tick to tick as the wheels of a differential drive tell it.
+class WheelOdometer:
+    """Motion from tick to tick as the wheels tell it.
 
-    The distance d is the mean of both rims and the turn their difference over the track. Then come the constant
-    errors, of which no module is told: d times `scale`, the turn over 1 + `track_error`. Then noise with variances
-    a^2 |d| and b^2 |turn|. The increment that is told is the end of the arc of that length and turn, so that
-    `pose @ Pose(forward, left, turn)` is exact for a robot that keeps its curvature during a tick. Its covariance is
-    that of (d, turn), carried over to first order, and an allowance for slip.
+    Encoders count whole steps when the world says how many they have; what is left of a step counts in the next tick.
+    The drive's kinematics make of the rotations the way d ahead, the way l to the left (of drives that can) and the
+    turn. Then come the constant errors, of which no module is told: each wheel's by its own `wheel_errors`, ways times
+    `scale`, the turn over 1 + `track_error`. Then noise with variances a^2 |d|, a^2 |l| and b^2 |turn|. The increment
+    that is told is the end of the arc of that length and turn, so that `pose @ Pose(forward, left, turn)` is exact for
+    a robot that keeps its twist during a tick. Its covariance is that of (d, l, turn), carried over to first order,
+    and an allowance for slip. It holds no part for the counting, whose error never grows beyond one step.
 
     References:
         Thrun, Burgard, Fox, Probabilistic Robotics (2005), section 5.4, for variances that grow with the motion.
     """
 
-    def __init__(self, errors: WheelOdometry, *, kinematics: DifferentialKinematics, stream: Generator) -> None:
+    def __init__(
+        self, errors: WheelOdometry, *, motion: Motion, wheels: int, slip: Slip, sideways: bool, stream: Generator
+    ) -> None:
         """Get ready.
 
         Args:
             errors: Noise and constant errors.
-            kinematics: Sizes of the drive as they are.
-            stream: Source of chance; two numbers are drawn a tick.
+            motion: Gives the small motion that rotations and steering stand for.
+            wheels: How many have encoders.
+            slip: What tyres slip.
+            sideways: Whether the drive moves sideways.
+            stream: Source of chance; two numbers are drawn a tick, three for a drive that moves sideways.
         """
-        self._kinematics = kinematics
+        self._motion, self._slip, self._sideways, self._stream = motion, slip, sideways, stream
         self._scale, self._track = errors.scale, 1.0 + errors.track_error
         self._noise = errors.noise.distance, errors.noise.turn
         self._variance = errors.noise.distance**2, errors.noise.turn**2
-        self._stream = stream
+        self._step = 2.0 * math.pi / errors.ticks if errors.ticks is not None else None
+        self._uncounted = [0.0] * wheels
+        self._radii = [1.0 + error for error in errors.wheel_errors] if errors.wheel_errors else None
 
     def at_rest(self) -> Odometry:
         """Return the increment of a robot that has not moved yet."""
         return Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
 
-    def increment(self, left: float, right: float) -> Odometry:
-        """Return what is told of rotations of the left and the right wheel since the last tick [rad]."""
-        distance, turn = self._kinematics.twist_from_wheels(left, right)
-        distance, turn = distance * self._scale, turn / self._track
-        chance = self._stream.standard_normal(2)
-        distance += self._noise[0] * math.sqrt(abs(distance)) * float(chance[0])
-        turn += self._noise[1] * math.sqrt(abs(turn)) * float(chance[1])
+    def increment(self, rotations: Sequence[float], steer: float = 0.0) -> Odometry:
+        """Return what is told of rotations of the wheels since the last tick [rad], at a steering angle [rad]."""
+        if self._step is not None:
+            rotations = self._counted(rotations, self._step)
+        if self._radii is not None:
+            rotations = [rotation * radius for rotation, radius in zip(rotations, self._radii, strict=True)]
+        distance, left, turn = self._motion(rotations, steer)
+        distance, left, turn = distance * self._scale, left * self._scale, turn / self._track
+        chance = self._stream.standard_normal(3 if self._sideways else 2).tolist()
+        distance += self._noise[0] * math.sqrt(abs(distance)) * chance[0]
+        turn += self._noise[1] * math.sqrt(abs(turn)) * chance[1]
         forward, aside = arc_end(distance, turn)
-        return Odometry(forward, aside, turn, self._covariance(distance, turn))
+        if self._sideways:
+            left += self._noise[0] * math.sqrt(abs(left)) * chance[2]
+            sideways, back = arc_end(left, turn)
+            forward, aside = forward - back, aside + sideways
+        return Odometry(forward, aside, turn, self._covariance(distance, left, turn))
 
-    def _covariance(self, distance: float, turn: float) -> Array:
+    def _counted(self, rotations: Sequence[float], step: float) -> list[float]:
+        """Return the rotations in whole steps of the encoders, and keep what is left of a step."""
+        counted = []
+        for wheel, rotation in enumerate(rotations):
+            whole = self._uncounted[wheel] + rotation
+            counted.append(math.floor(whole / step) * step)
+            self._uncounted[wheel] = whole - counted[-1]
+        return counted
+
+    def _covariance(self, distance: float, aside: float, turn: float) -> Array:
+        """Return the covariance of (forward, left, turn), shape (3, 3)."""
         along, around = self._variance[0] * abs(distance), self._variance[1] * abs(turn)
         (f_d, f_t), (l_d, l_t) = arc_end_slopes(distance, turn)
-        forward = f_d * f_d * along + f_t * f_t * around + SLIP_FORWARD**2 * abs(distance)
-        left = l_d * l_d * along + l_t * l_t * around + SLIP_LEFT**2 * abs(distance)
-        heading = around + SLIP_TURN**2 * abs(turn)
-        across, f_around, l_around = f_d * l_d * along + f_t * l_t * around, f_t * around, l_t * around
-        return np.array([[forward, across, f_around], [across, left, l_around], [f_around, l_around, heading]])
+        way = abs(distance)
+        across = 0.0
+        if self._sideways:
+            # The part driven sideways is the same arc, a quarter turned to the left.
+            (_, s_t), (_, b_t) = arc_end_slopes(aside, turn)
+            f_t, l_t, across = f_t - b_t, l_t + s_t, self._variance[0] * abs(aside)
+            way = math.hypot(distance, aside)
+        forward = f_d * f_d * along + l_d * l_d * across + f_t * f_t * around + self._slip.forward**2 * way
+        left = l_d * l_d * along + f_d * f_d * across + l_t * l_t * around + self._slip.left**2 * way
+        heading = around + self._slip.turn**2 * abs(turn)
+        both = f_d * l_d * (along - across) + f_t * l_t * around
+        f_around, l_around = f_t * around, l_t * around
+        return np.array([[forward, both, f_around], [both, left, l_around], [f_around, l_around, heading]])

@@ -11,15 +11,11 @@ from mjsim.geometry import Pose
 from mjsim.interface import Command, Observation, RobotInfo, WheelCommand
 from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.contact import Bumper
-from mjsim.sim.drive import DifferentialDrive
-from mjsim.sim.odometry import DifferentialOdometry
+from mjsim.sim.gear import running_gear
 from mjsim.sim.proximity import ProximityRing
 from mjsim.sim.sensors import Sensors
-from mjsim.sim.streams import stream
 from mjsim.world.model import World
 from mjsim.world.robots import Robot
-
-WHEELS = ("wheel_left", "wheel_right")
 
 
 class SimulatedRobot:
@@ -47,21 +43,18 @@ class SimulatedRobot:
         """
         self._robot, self._data = robot, data
         self._dt = world.run.steps_per_tick * model.opt.timestep
-        wheels = [f"{robot.name}/{wheel}" for wheel in WHEELS]
-        self._hinges = np.array([model.joint(wheel).qposadr[0] for wheel in wheels])
-        self._servos = np.array([model.actuator(wheel).id for wheel in wheels])
+        self._gear = gear = running_gear(robot, dt=self._dt, seed=seed)
+        turned = [f"{robot.name}/{part}" for part in (*gear.wheels, *gear.steering)]
+        self._hinges = np.array([model.joint(part).qposadr[0] for part in turned])
+        self._servos = np.array([model.actuator(part).id for part in turned])
         self._free = slice(start := int(model.joint(f"{robot.name}/free").qposadr[0]), start + 7)
-        self._drive = DifferentialDrive(robot.drive, dt=self._dt, stream=stream(seed, robot.name, "drive/twist"))
-        self._odometer = DifferentialOdometry(
-            robot.odometry, kinematics=self._drive.kinematics, stream=stream(seed, robot.name, "odometry/increments")
-        )
         self._ring = ProximityRing(model, data, robot)
         self._bumper = Bumper(model, data, robot)
         self._sensors = Sensors(
             model, data, robot, beacons=world.beacons, rate_hz=world.run.rate_hz, seed=seed, canvas=canvas
         )
-        self._rotations = data.qpos[self._hinges]
-        self._odometry = self._odometer.at_rest()
+        self._angles = data.qpos[self._hinges]
+        self._odometry = gear.odometer.at_rest()
         self._seen: Observation | None = None
         self._identities: tuple[str | None, ...] = ()
         self.info = self._describe()
@@ -83,17 +76,18 @@ class SimulatedRobot:
             ) from None
         if not finite:
             raise UsageError(f"the command for robot '{self._robot.name}' is {command}; its numbers must be finite")
-        if isinstance(command, WheelCommand) and len(numbers) != len(WHEELS):
+        wheels = self._gear.wheels
+        if isinstance(command, WheelCommand) and len(numbers) != len(wheels):
             raise UsageError(
-                f"{len(numbers)} wheel speeds for robot '{self._robot.name}'; its wheels are {', '.join(WHEELS)}"
+                f"{len(numbers)} wheel speeds for robot '{self._robot.name}'; its wheels are {', '.join(wheels)}"
             )
-        self._drive.command(command)
+        self._gear.drive.command(command)
 
     def before_step(self, tick: int) -> None:
         """Tell the servos of the wheels what to reach in the step that ends a tick."""
         if self._seen is None:
             self._sensors.unasked(tick, tick * self._dt)
-        self._data.ctrl[self._servos] = self._drive.advance()
+        self._data.ctrl[self._servos] = self._gear.drive.advance()
 
     @property
     def feels(self) -> bool:
@@ -106,10 +100,12 @@ class SimulatedRobot:
 
     def after_step(self) -> None:
         """Read the wheels, so that nothing depends on who looks when."""
-        rotations = self._data.qpos[self._hinges]
-        left, right = (rotations - self._rotations).tolist()
-        self._rotations = rotations
-        self._odometry = self._odometer.increment(left, right)
+        angles, before = self._data.qpos[self._hinges], self._angles
+        turned, count = (angles - before).tolist(), len(self._gear.wheels)
+        # A steering angle during a tick is the mean of those at its ends.
+        steer = float(angles[count] + before[count]) / 2 if len(angles) > count else 0.0
+        self._angles = angles
+        self._odometry = self._gear.odometer.increment(turned[:count], steer)
         self._seen = None
 
     def sense(self, tick: int) -> Observation:
@@ -151,10 +147,13 @@ class SimulatedRobot:
             max_turn=math.radians(drive.max_turn_deg),
             max_acceleration=drive.max_acceleration,
             max_turn_acceleration=math.radians(drive.max_turn_acceleration_deg),
-            wheels=WHEELS,
+            max_left=self._gear.max_left,
+            max_curvature=self._gear.max_curvature,
+            wheels=self._gear.wheels,
             wheel_radius=drive.wheel_radius,
-            track=drive.track,
+            track=self._gear.track,
             radius=robot.body.radius,
+            outline=robot.body.outline(),
             dt=self._dt,
             prior=Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg)),
             prior_covariance=np.zeros((3, 3)),

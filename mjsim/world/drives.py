@@ -1,9 +1,10 @@
 """Drives as a world file describes them: how a robot moves, and what its wheels tell of it."""
 
 import math
-from typing import Annotated, Literal, Self
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from mjsim.world.base import Deviation, Length, Model, fault
 
@@ -26,7 +27,7 @@ class DriveNoise(Model):
     """[rad/sqrt(s)]"""
 
 
-class _Drive(Model):
+class AnyDrive(Model):
     """What all drives have: limits, and how far they miss them."""
 
     max_speed: Speed = 0.7
@@ -41,7 +42,7 @@ class _Drive(Model):
     """How far the motion achieved differs from the one commanded."""
 
 
-class DifferentialDrive(_Drive):
+class DifferentialDrive(AnyDrive):
     """Two driven wheels on one axle, and casters that slide."""
 
     type: Literal["differential"] = "differential"
@@ -52,7 +53,7 @@ class DifferentialDrive(_Drive):
     """Distance between the wheels [m]."""
 
 
-class SkidSteerDrive(_Drive):
+class SkidSteerDrive(AnyDrive):
     """Four driven wheels that do not steer, those of a side alike; it turns by letting them slip sideways."""
 
     type: Literal["skid_steer"]
@@ -79,7 +80,7 @@ class SkidSteerDrive(_Drive):
         return self.effective_track or self.track * (1.0 + (self.wheelbase / self.track) ** 2)
 
 
-class AckermannDrive(_Drive):
+class AckermannDrive(AnyDrive):
     """A car: two driven wheels behind, and two in front that steer about one common centre of the turn.
 
     Its origin is midway between the wheels behind. It cannot turn on the spot.
@@ -112,7 +113,7 @@ class AckermannDrive(_Drive):
         return self
 
 
-class TricycleDrive(_Drive):
+class TricycleDrive(AnyDrive):
     """One wheel that is both driven and steered, and two on a fixed axle; forklifts have it behind.
 
     Its origin is midway between the wheels of the fixed axle.
@@ -138,7 +139,7 @@ class TricycleDrive(_Drive):
     """How fast it turns [deg/s]."""
 
 
-class _OmniDrive(_Drive):
+class _OmniDrive(AnyDrive):
     """What drives have in common that go in any direction, on wheels with rollers."""
 
     wheel_radius: Length = 0.05
@@ -171,8 +172,35 @@ class MecanumDrive(_OmniDrive):
     """Distance between the wheels in front and behind [m]."""
 
 
-Drive = DifferentialDrive
-"""How a robot moves."""
+KINDS: Mapping[str, type[AnyDrive]] = {
+    "differential": DifferentialDrive,
+    "skid_steer": SkidSteerDrive,
+    "ackermann": AckermannDrive,
+    "tricycle": TricycleDrive,
+    "omni3": Omni3Drive,
+    "mecanum": MecanumDrive,
+}
+"""Drives by their `type`."""
+
+
+def _kind_of_drive(item: Any) -> str | None:
+    kind = item.get("type", "differential") if isinstance(item, dict) else getattr(item, "type", None)
+    return f"<{kind}>" if isinstance(kind, str) and kind in KINDS else None
+
+
+Drive = Annotated[
+    Annotated[DifferentialDrive, Tag("<differential>")]
+    | Annotated[SkidSteerDrive, Tag("<skid_steer>")]
+    | Annotated[AckermannDrive, Tag("<ackermann>")]
+    | Annotated[TricycleDrive, Tag("<tricycle>")]
+    | Annotated[Omni3Drive, Tag("<omni3>")]
+    | Annotated[MecanumDrive, Tag("<mecanum>")],
+    Discriminator(
+        _kind_of_drive,
+        custom_error_type="kind",
+        custom_error_message="a drive has a type: differential, skid_steer, ackermann, tricycle, omni3 or mecanum",
+    ),
+]
 
 
 class OdometryNoise(Model):
@@ -192,4 +220,10 @@ class WheelOdometry(Model):
     scale: Annotated[float, Field(gt=0, le=10)] = 1.0
     """Distance told for one metre driven."""
     track_error: Annotated[float, Field(gt=-0.9, le=10)] = 0.0
-    """Relative error of the track that turns are computed with."""
+    """Relative error of the track, or of the wheelbase of a tricycle, that turns are computed with."""
+    ticks: Annotated[int, Field(ge=4, le=10_000_000)] | None = None
+    """Steps that an encoder counts in one turn of its wheel; as fine as can be unless given."""
+    wheel_errors: Annotated[
+        tuple[Annotated[float, Field(gt=-0.9, le=10)], ...], Field(strict=False, max_length=16)
+    ] = ()
+    """Relative error of the radius of each driven wheel that ways are computed with; none unless given."""

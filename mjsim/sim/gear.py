@@ -1,0 +1,114 @@
+"""The running gear of a robot at work: which hinges and servos it has, its drive and its odometer."""
+
+import math
+from dataclasses import dataclass
+
+from mjsim.sim.drive import CarDrive, Drive, TricycleDrive, TwistDrive
+from mjsim.sim.kinematics import (
+    DifferentialKinematics,
+    Kinematics,
+    TricycleKinematics,
+    mecanum,
+    omni3,
+    steering_names,
+    wheel_names,
+)
+from mjsim.sim.odometry import Motion, Slip, WheelOdometer
+from mjsim.sim.streams import stream
+from mjsim.world import drives
+from mjsim.world.robots import Robot
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunningGear:
+    """What moves a robot and what its wheels tell."""
+
+    wheels: tuple[str, ...]
+    """Driven wheels, in the order of their speeds; each has an encoder."""
+    steering: tuple[str, ...]
+    """What is steered, in the order of its angles, which follow those speeds."""
+    drive: Drive
+    odometer: WheelOdometer
+    track: float
+    """Distance between the wheels of the left and of the right, as kinematics have it [m]."""
+    max_left: float = 0.0
+    """Largest speed sideways [m/s]."""
+    max_curvature: float = math.inf
+    """Of the sharpest arc that it can drive [1/m]; infinite when it can turn on the spot."""
+
+
+def running_gear(robot: Robot, *, dt: float, seed: int) -> RunningGear:
+    """Return the running gear of a robot.
+
+    Args:
+        robot: As the world file has it.
+        dt: Period of the loop [s].
+        seed: Of the run.
+    """
+    match robot.drive:
+        case drives.AckermannDrive():
+            return _car(robot, robot.drive, dt, seed)
+        case drives.TricycleDrive():
+            return _tricycle(robot, robot.drive, dt, seed)
+        case drives.Omni3Drive():
+            return _turning(robot, omni3(robot.drive), dt, seed, track=2.0 * robot.drive.wheel_circle)
+        case drives.MecanumDrive():
+            return _turning(robot, mecanum(robot.drive), dt, seed, track=robot.drive.track)
+        case drives.SkidSteerDrive(wheel_radius=radius, turning_track=track):
+            return _turning(robot, DifferentialKinematics(radius, track, axles=2), dt, seed, track=track)
+        case drives.DifferentialDrive(wheel_radius=radius, track=track):
+            return _turning(robot, DifferentialKinematics(radius, track), dt, seed, track=track)
+
+
+def _turning(robot: Robot, kinematics: Kinematics, dt: float, seed: int, *, track: float) -> RunningGear:
+    """Return the running gear of a robot that can turn on the spot."""
+    max_left = robot.drive.max_left if isinstance(robot.drive, drives.Omni3Drive | drives.MecanumDrive) else 0.0
+    source = stream(seed, robot.name, "drive/twist")
+    drive = TwistDrive(robot.drive, kinematics=kinematics, dt=dt, stream=source, max_left=max_left)
+    return RunningGear(
+        wheels=wheel_names(robot.drive),
+        steering=(),
+        drive=drive,
+        odometer=_odometer(robot, lambda rotations, _: kinematics.twist_from_wheels(rotations), seed),
+        track=track,
+        max_left=max_left,
+    )
+
+
+def _car(robot: Robot, drive: drives.AckermannDrive, dt: float, seed: int) -> RunningGear:
+    wheels = DifferentialKinematics(drive.wheel_radius, drive.track)
+    return RunningGear(
+        wheels=wheel_names(drive),
+        steering=steering_names(drive),
+        drive=CarDrive(drive, dt=dt, stream=stream(seed, robot.name, "drive/twist")),
+        odometer=_odometer(robot, lambda rotations, _: wheels.twist_from_wheels(rotations), seed),
+        track=drive.track,
+        max_curvature=math.tan(math.radians(drive.max_steer_deg)) / drive.wheelbase,
+    )
+
+
+def _tricycle(robot: Robot, drive: drives.TricycleDrive, dt: float, seed: int) -> RunningGear:
+    place = drive.wheelbase if drive.driven == "front" else -drive.wheelbase
+    kinematics = TricycleKinematics(drive.wheel_radius, place)
+    source = stream(seed, robot.name, "drive/twist")
+    steep = drive.max_steer_deg >= 90.0
+    return RunningGear(
+        wheels=wheel_names(drive),
+        steering=steering_names(drive),
+        drive=TricycleDrive(drive, kinematics=kinematics, dt=dt, stream=source),
+        odometer=_odometer(robot, lambda rotations, steer: kinematics.twist(rotations[0], steer), seed),
+        track=drive.track,
+        max_curvature=math.inf if steep else math.tan(math.radians(drive.max_steer_deg)) / drive.wheelbase,
+    )
+
+
+def _odometer(robot: Robot, motion: Motion, seed: int) -> WheelOdometer:
+    sideways = isinstance(robot.drive, drives.Omni3Drive | drives.MecanumDrive)
+    return WheelOdometer(
+        robot.odometry,
+        motion=motion,
+        wheels=len(wheel_names(robot.drive)),
+        slip=Slip(),
+        sideways=sideways,
+        stream=stream(seed, robot.name, "odometry/increments"),
+    )
