@@ -348,7 +348,14 @@ HOSTILE = {
         '<mujoco><worldbody><geom size="a"/></worldbody></mujoco>',
         "cannot be understood: could not convert string to float: 'a'",
     ),
-    "too far": ('<mujoco><worldbody><geom size="1e9"/></worldbody></mujoco>', "reaches 1e+09 units far"),
+    "no size of a thing": (
+        '<mujoco><worldbody><geom size="1e9"/></worldbody></mujoco>',
+        "cannot be understood: '1e9' is beyond all things; a number is at most 1e+06",
+    ),
+    "too far": (
+        '<mujoco><worldbody><body pos="9e5 0 0"><geom size="1" pos="9e5 0 0"/></body></worldbody></mujoco>',
+        "reaches 1.8e+06 units far",
+    ),
     "no class": ('<mujoco><worldbody><geom class="x"/></worldbody></mujoco>', "cannot be understood: no 'x'"),
     "a height field": ('<mujoco><asset><hfield name="a"/></asset></mujoco>', "has a height field (<hfield>)"),
     "a broken mesh": ('<mujoco><asset><mesh file="broken.stl"/></asset></mujoco>', None),

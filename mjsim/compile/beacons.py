@@ -21,6 +21,7 @@ from mjsim.interface import Picture
 from mjsim.world.hung import Hung, hung
 from mjsim.world.markers import printed_share
 from mjsim.world.model import World
+from mjsim.world.outlines import origin_height
 from mjsim.world.robots import Robot
 from mjsim.world.things import Beacon, Marker
 
@@ -97,9 +98,11 @@ def add_carried_beacons(spec: mujoco.MjSpec, world: World, look_of: Callable[[Be
         if item.fixed or item.carrier is None:
             continue
         beacon, (material, size) = item.beacon, look_of(item.beacon)
-        name = f"{beacon.on}/base" if isinstance(item.carrier, Robot) else f"obstacle/{beacon.on}"
+        name, lift = f"{beacon.on}/base", 0.0
+        if not isinstance(item.carrier, Robot):
+            name, lift = f"obstacle/{beacon.on}", origin_height(item.carrier)
         carrier_from_plane = _facing(math.radians(beacon.heading_deg), math.radians(beacon.tilt_deg))
-        at, half = np.array([*beacon.at, beacon.center]), size * beacon.width / 2
+        at, half = np.array([*beacon.at, item.center - lift]), size * beacon.width / 2
         common = {
             "type": mujoco.mjtGeom.mjGEOM_BOX,
             "quat": _quaternion(carrier_from_plane),

@@ -6,6 +6,7 @@ one file share meshes and looks. A model is a body `obstacle/NAME`; bodies, join
 names below it: `obstacle/NAME/seat`.
 """
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -23,6 +24,10 @@ from mjsim.world.things import ModelObstacle
 
 SEEN = 0
 """Group of what is seen and touched."""
+HEAVIEST = 1e6
+"""[kg]"""
+LEAST_INERTIA = 1e-12
+"""Of what moves [kg m^2]: MuJoCo takes a little less."""
 SHAPES = ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
 """Kinds of parts that a thing may have; planes of a file are left out, as a room has its own floor."""
 
@@ -58,8 +63,11 @@ def read_original(spec: mujoco.MjSpec, obstacle: ModelObstacle, number: int) -> 
     try:
         assets = {name: as_png(data) if is_picture(name) else data for name, data in files.assets.items()}
         text = ElementTree.tostring(files.root, encoding="unicode")
-        model = mujoco.MjSpec.from_string(text, assets=assets).compile()
-    except (ValueError, RuntimeError, mujoco.FatalError) as error:
+        with warnings.catch_warnings():
+            # A model that MuJoCo warns of when it is alone would go wrong in a room as well.
+            warnings.simplefilter("error")
+            model = mujoco.MjSpec.from_string(text, assets=assets).compile()
+    except (ValueError, RuntimeError, UserWarning, mujoco.FatalError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise ValueError(f"MuJoCo cannot read '{obstacle.model}': {reason[:200]}") from None
     finally:
@@ -142,7 +150,11 @@ def _add_bodies(body: mujoco.MjsBody, model: mujoco.MjModel, *, scale: float, na
 def _heavier(obstacle: ModelObstacle, model: mujoco.MjModel) -> float:
     """Return by what the masses of a file are multiplied."""
     total = float(model.body_mass.sum())
-    if total <= 0.0 and (obstacle.movable or obstacle.path is not None):
+    if not total < HEAVIEST:
+        raise ValueError(f"'{obstacle.model}' weighs {total:g} kg; that is no thing")
+    # What moves as a whole is what no joint of the file holds.
+    base = float(model.body_mass[model.body_weldid == 0].sum())
+    if base <= 0.0 and (obstacle.movable or obstacle.path is not None):
         raise ValueError(f"'{obstacle.model}' weighs nothing and cannot move; give its geoms a mass or a density")
     return obstacle.mass / total if obstacle.mass is not None else obstacle.scale**3
 
@@ -153,6 +165,8 @@ def _set_inertia(body: mujoco.MjsBody, model: mujoco.MjModel, number: int, *, he
         body.mass = model.body_mass[number] * heavier
         body.ipos, body.iquat = model.body_ipos[number] * scale, model.body_iquat[number]
         body.inertia = model.body_inertia[number] * heavier * scale**2
+        if min(*body.inertia, body.mass) < LEAST_INERTIA:
+            raise ValueError(f"a part of {body.mass:g} kg is too small for the physics; scale it up or make it heavier")
 
 
 def _add_joint(body: mujoco.MjsBody, model: mujoco.MjModel, number: int, *, scale: float, name: str) -> None:

@@ -13,6 +13,7 @@ from mjsim.world.model import World
 from mjsim.world.outlines import prisms
 from mjsim.world.pieces import wall_pieces
 from mjsim.world.places import problems_at
+from mjsim.world.robots import Robot
 from mjsim.world.running import Use
 from mjsim.world.structure import Wall
 
@@ -101,7 +102,7 @@ def _crowded(world: World) -> Iterator[Doubt]:
     solids = _Solids(world)
     yield from _robots_in_things(world, solids)
     for index, item in enumerate(hung(world)):
-        for message in _hidden(item, solids):
+        for message in (*_hidden(item, solids), *_hidden_in_robot(item)):
             yield message, ("beacons", index, "at")
 
 
@@ -140,6 +141,19 @@ def _hidden(item: Hung, solids: _Solids) -> Iterator[str]:
             place = f"at {_pair(beacon.at)}" + (f" on '{beacon.on}'" if beacon.on is not None else "")
             yield (f"beacon '{beacon.name}' {place} {word or 'faces into'} {found}, where it cannot be seen; {right}")
             return
+
+
+def _hidden_in_robot(item: Hung) -> Iterator[str]:
+    from shapely import Point, Polygon
+
+    beacon, robot = item.beacon, item.carrier
+    if isinstance(robot, Robot) and item.center < robot.body.height - SPARE:
+        inner = Polygon(robot.body.outline()).buffer(-SPARE)
+        if inner.intersects(Point(beacon.at)):
+            yield (
+                f"beacon '{beacon.name}' at {_pair(beacon.at)} on '{robot.name}' hangs inside this robot,"
+                f" whose body is {robot.body.height:g} m high; move it out or above"
+            )
 
 
 def _uses(world: World) -> Iterator[Doubt]:

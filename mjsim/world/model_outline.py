@@ -214,8 +214,8 @@ class _Urdf:
         if shape.tag == "mesh":
             file = shape.attrib["filename"]
             return mesh_corners(file, self._files.assets[file]) * _numbers(shape.get("scale", "1 1 1"), 3)
-        radius, length = float(shape.attrib["radius"]), float(shape.get("length", "0"))
-        return shape_corners(shape.tag, np.array([radius, length / 2]))
+        radius, length = _numbers(shape.attrib["radius"], 1), _numbers(shape.get("length", "0"), 1)
+        return shape_corners(shape.tag, np.concatenate([radius, length / 2]))
 
 
 def _origin(item: Element) -> Placed:
@@ -271,6 +271,8 @@ def _numbers(text: str, count: int | None = None) -> Array:
     values = np.array(text.split(), dtype=float)
     if (count is not None and len(values) != count) or not len(values):
         raise ValueError(f"'{text}' is not {count if count is not None else 'a list of'} numbers")
+    if not (np.abs(values) <= LARGEST).all():
+        raise ValueError(f"'{text}' is beyond all things; a number is at most {LARGEST:g}")
     return values
 
 

@@ -24,6 +24,12 @@ class ScriptedPath(Model):
     """How long it stands at each point [s]."""
 
 
+Mass = Annotated[float, Field(ge=1e-3, le=1e5)]
+"""Of what can be pushed [kg]."""
+SMALLEST = 1e-3
+"""Size of what can be pushed [m]: the physics knows no dust."""
+
+
 class _Obstacle(Model):
     at: Point
     """Its middle, [x, y] [m]."""
@@ -37,7 +43,7 @@ class _Obstacle(Model):
     """'#rrggbb'."""
     movable: bool = False
     """Whether a robot can push it."""
-    mass: Annotated[float, Field(gt=0, le=1e5)] = 5.0
+    mass: Mass = 5.0
     """Of a movable one [kg]."""
     friction: Annotated[float, Field(ge=0, le=10)] = 0.5
     """Coefficient of friction of a movable one on the floor."""
@@ -52,6 +58,15 @@ class _Obstacle(Model):
             for key in ("mass", "friction"):
                 if key in self.model_fields_set and getattr(self, key) != type(self).model_fields[key].default:
                     raise fault(f"{key} matters for what can be pushed; add 'movable: true' or leave it out", key)
+        return self
+
+    @model_validator(mode="after")
+    def _no_dust(self) -> Self:
+        for kind in KINDS:
+            sizes = getattr(self, kind, None) if self.movable else None
+            for size in sizes if isinstance(sizes, tuple) else (sizes,):
+                if isinstance(size, float) and size < SMALLEST:
+                    raise fault(f"a size is {size:g} m; what can be pushed is at least {SMALLEST:g} m large", kind)
         return self
 
 
@@ -113,7 +128,7 @@ class ModelObstacle(_Obstacle):
     scale: Annotated[float, Field(gt=0, le=1e4)] = 1.0
     """Metres to one unit of length of the file."""
     # Others have a mass of their own where none is given.
-    mass: Annotated[float, Field(gt=0, le=1e5)] | None = None  # type: ignore[assignment]
+    mass: Mass | None = None  # type: ignore[assignment]
     """Of a movable one [kg]; that of the file unless given."""
     _source: Source = PrivateAttr(default=BUILT)
 
