@@ -4,27 +4,18 @@ import itertools
 import math
 from collections.abc import Iterator
 from functools import partial
-from typing import TYPE_CHECKING
 
 from mjsim.errors import Problem
 from mjsim.world.find import missing_class
 from mjsim.world.hung import Hung, hung
 from mjsim.world.model import World
-from mjsim.world.outlines import prisms
-from mjsim.world.pieces import wall_pieces
 from mjsim.world.places import problems_at
 from mjsim.world.robots import Robot
 from mjsim.world.running import Use
+from mjsim.world.standing import SPARE, Doubt, Solids, pair
 from mjsim.world.structure import Wall
+from mjsim.world.ways import misled
 
-if TYPE_CHECKING:
-    from shapely.geometry.base import BaseGeometry
-
-Doubt = tuple[str, tuple[str | int, ...]]
-"""A sentence, and the path of the value that it is about."""
-
-SPARE = 1e-3
-"""A beacon or a robot may reach this far into something [m]: coordinates are written to the millimetre."""
 IN_FRONT = 0.05
 """A picture with something nearer than this before its middle is hidden [m]."""
 
@@ -67,46 +58,18 @@ def _openings_of(wall: Wall) -> Iterator[Doubt]:
                 yield f"this opening overlaps openings[{other_index}] of its wall; move or narrow it", (index,)
 
 
-class _Solids:
-    """Walls and obstacles as upright prisms, found fast by where they stand."""
-
-    def __init__(self, world: World) -> None:
-        from shapely import STRtree, polygons
-
-        pieces = [(number, piece) for number, wall in enumerate(world.walls) for piece in wall_pieces(wall)]
-        words = [f"wall '{wall.name}'" if wall.name else f"walls[{number}]" for number, wall in enumerate(world.walls)]
-        names = [words[number] for number, _ in pieces]
-        outlines = list(polygons([piece.outline for _, piece in pieces])) if pieces else []
-        self.low, self.high = [piece.low for _, piece in pieces], [piece.high for _, piece in pieces]
-        for number, obstacle in enumerate(world.obstacles):
-            for outline, low, high in prisms(obstacle):
-                names.append(f"obstacle '{obstacle.name}'" if obstacle.name else f"obstacles[{number}]")
-                outlines.append(polygons(outline))
-                self.low.append(low)
-                self.high.append(high)
-        self.names, self.outlines, self.tree = names, outlines, STRtree(outlines)
-
-    def reached(self, shape: "BaseGeometry", *, depth: float, low: float, high: float) -> str | None:
-        """Return the name of what a shape reaches into by more than a depth, between two heights [m]."""
-        for index in sorted(self.tree.query(shape)):
-            if self.low[index] < high and self.high[index] > low:
-                inner = self.outlines[index].buffer(-depth) if depth > 0 else self.outlines[index]
-                if inner.intersects(shape):
-                    return self.names[int(index)]
-        return None
-
-
 def _crowded(world: World) -> Iterator[Doubt]:
-    if not (world.robots or world.beacons):
+    if not (world.robots or world.beacons or any(item.path is not None for item in world.obstacles)):
         return
-    solids = _Solids(world)
+    solids = Solids(world)
+    yield from misled(world, solids)
     yield from _robots_in_things(world, solids)
     for index, item in enumerate(hung(world)):
         for message in (*_hidden(item, solids), *_hidden_in_robot(item)):
             yield message, ("beacons", index, "at")
 
 
-def _robots_in_things(world: World, solids: _Solids) -> Iterator[Doubt]:
+def _robots_in_things(world: World, solids: Solids) -> Iterator[Doubt]:
     from shapely import Point
 
     for index, robot in enumerate(world.robots):
@@ -118,13 +81,13 @@ def _robots_in_things(world: World, solids: _Solids) -> Iterator[Doubt]:
                 found = found or f"robot '{other.name}'"
         if found:
             yield (
-                f"robot '{robot.name}' at {_pair(robot.at)} starts inside {found};"
+                f"robot '{robot.name}' at {pair(robot.at)} starts inside {found};"
                 f" its body needs {radius:g} m free all around",
                 ("robots", index, "at"),
             )
 
 
-def _hidden(item: Hung, solids: _Solids) -> Iterator[str]:
+def _hidden(item: Hung, solids: Solids) -> Iterator[str]:
     from shapely import Point
 
     beacon, (x, y) = item.beacon, (item.place.x, item.place.y)
@@ -138,7 +101,7 @@ def _hidden(item: Hung, solids: _Solids) -> Iterator[str]:
         found = solids.reached(probe, depth=SPARE, low=level - SPARE, high=level + SPARE)
         if found:
             right = "move it to a face" if word else "turn it round or move it"
-            place = f"at {_pair(beacon.at)}" + (f" on '{beacon.on}'" if beacon.on is not None else "")
+            place = f"at {pair(beacon.at)}" + (f" on '{beacon.on}'" if beacon.on is not None else "")
             yield (f"beacon '{beacon.name}' {place} {word or 'faces into'} {found}, where it cannot be seen; {right}")
             return
 
@@ -151,7 +114,7 @@ def _hidden_in_robot(item: Hung) -> Iterator[str]:
         inner = Polygon(robot.body.outline()).buffer(-SPARE)
         if inner.intersects(Point(beacon.at)):
             yield (
-                f"beacon '{beacon.name}' at {_pair(beacon.at)} on '{robot.name}' hangs inside this robot,"
+                f"beacon '{beacon.name}' at {pair(beacon.at)} on '{robot.name}' hangs inside this robot,"
                 f" whose body is {robot.body.height:g} m high; move it out or above"
             )
 
@@ -164,7 +127,3 @@ def _uses(world: World) -> Iterator[Doubt]:
                 message = missing_class(use.use, world.source)
                 if message:
                     yield message, ("run", "drivers", robot, key, "use")
-
-
-def _pair(at: tuple[float, ...]) -> str:
-    return f"[{', '.join(f'{value:g}' for value in at)}]"
