@@ -389,7 +389,7 @@ def test_what_only_mujoco_finds_wrong_is_told_at_the_line_too(tmp_path):
         with pytest.raises(WorldError) as caught:
             reads(world)
         (problem,) = caught.value.problems
-        assert str(problem).startswith(f"{tmp_path}/world.yaml:3:36: MuJoCo cannot read 'odd.xml': ")
+        assert str(problem).startswith(f"{tmp_path}/world.yaml:3:36: MuJoCo cannot take 'odd.xml': ")
         assert "none" in problem.message
 
 
@@ -398,6 +398,14 @@ def test_a_thing_without_mass_is_not_movable(tmp_path):
     check_models(world_of(tmp_path, "at: [1, 1], model: air.xml"))
     with pytest.raises(WorldError, match="weighs nothing and cannot move"):
         check_models(world_of(tmp_path, "at: [1, 1], model: air.xml, movable: true"))
+
+
+def test_a_thing_that_the_physics_cannot_move_is_told_before_it_runs(folder):
+    (folder / "cupboard" / "heavy.urdf").write_text(CUPBOARD.replace('mass value="3"', 'mass value="1e20"'))
+    with pytest.raises(WorldError, match=r"weighs 1e\+20 kg; that is no thing"):
+        check_models(world_of(folder, "at: [1, 1], model: cupboard/heavy.urdf, movable: true"))
+    with pytest.raises(WorldError, match="too small for the physics; scale it up or make it heavier"):
+        check_models(world_of(folder, "at: [1, 1], model: twisted.xml, scale: 1e-4, movable: true"))
 
 
 def test_a_recording_alone_holds_all_that_its_models_need(folder):

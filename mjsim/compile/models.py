@@ -7,7 +7,8 @@ names below it: `obstacle/NAME/seat`.
 """
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 from xml.etree import ElementTree
@@ -57,22 +58,36 @@ def read_original(spec: mujoco.MjSpec, obstacle: ModelObstacle, number: int) -> 
         ValueError: MuJoCo cannot read it; a sentence that names the file.
     """
     files, key = obstacle.shape.files, f"obstacle:model{number}"
+    assets = {name: as_png(data) if is_picture(name) else data for name, data in files.assets.items()}
+    text = ElementTree.tostring(files.root, encoding="unicode")
+    with _no_doubts(obstacle.model):
+        model = mujoco.MjSpec.from_string(text, assets=assets).compile()
+    return Original(model, files.urdf, LookOf(spec, model, key), key)
+
+
+def try_alone(spec: mujoco.MjSpec, path: str) -> None:
+    """Raise ValueError when MuJoCo makes nothing of a scene with one model, or has doubts about it."""
+    with _no_doubts(path):
+        spec.compile()
+
+
+@contextmanager
+def _no_doubts(path: str) -> Iterator[None]:
+    """Raise ValueError, which names a file, for all that MuJoCo has to say against it."""
     said: list[str] = []
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(said.append)
     try:
-        assets = {name: as_png(data) if is_picture(name) else data for name, data in files.assets.items()}
-        text = ElementTree.tostring(files.root, encoding="unicode")
         with warnings.catch_warnings():
             # A model that MuJoCo warns of when it is alone would go wrong in a room as well.
             warnings.simplefilter("error")
-            model = mujoco.MjSpec.from_string(text, assets=assets).compile()
+            yield
     except (ValueError, RuntimeError, UserWarning, mujoco.FatalError) as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise ValueError(f"MuJoCo cannot read '{obstacle.model}': {reason[:200]}") from None
+        said.append(str(error) or type(error).__name__)
     finally:
         mujoco.set_mju_user_warning(before)
-    return Original(model, files.urdf, LookOf(spec, model, key), key)
+    if said:
+        raise ValueError(f"MuJoCo cannot take '{path}': {' '.join(said[-1].split())[:200]}")
 
 
 def add_model(

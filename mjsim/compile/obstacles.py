@@ -15,10 +15,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from mjsim.compile.models import Original, add_model, read_original
+from mjsim.compile.models import Original, add_model, read_original, try_alone
 from mjsim.compile.movers import add_slides
 from mjsim.compile.names import item_names
-from mjsim.compile.pictures import color_of
+from mjsim.compile.pictures import add_matte, color_of
 from mjsim.errors import WorldError
 from mjsim.geometry import Array
 from mjsim.world.model import World
@@ -63,6 +63,7 @@ def add_obstacles(spec: mujoco.MjSpec, world: World) -> None:
         WorldError: MuJoCo cannot read the files of some models; each is told where it is named first.
     """
     originals: dict[str, Original] = {}
+    tried: set[object] = set()
     faults: dict[str, Fault] = {}
     for index, (obstacle, name) in enumerate(zip(world.obstacles, item_names(world.obstacles), strict=True)):
         stand = _stand(spec, obstacle, f"obstacle/{name}")
@@ -70,6 +71,7 @@ def add_obstacles(spec: mujoco.MjSpec, world: World) -> None:
             _add_shape(spec, stand, obstacle, f"obstacle/{name}")
             continue
         try:
+            _check_alone(obstacle, tried)
             if obstacle.model not in originals:
                 originals[obstacle.model] = read_original(spec, obstacle, len(originals) + 1)
             original = originals[obstacle.model]
@@ -78,6 +80,18 @@ def add_obstacles(spec: mujoco.MjSpec, world: World) -> None:
             faults.setdefault(obstacle.model, (("obstacles", index, "model"), partial(str, error)))
     if faults:
         raise WorldError(problems_at(world.source.written, world.source.file, faults.values()))
+
+
+def _check_alone(obstacle: ModelObstacle, tried: set[object]) -> None:
+    """Raise ValueError when a model would not do as the only thing in a world; `tried` holds those that do."""
+    key = obstacle.model, obstacle.scale, obstacle.mass, obstacle.movable, obstacle.path is not None
+    if key not in tried:
+        spec = mujoco.MjSpec()
+        add_matte(spec, "matte")
+        stand = _stand(spec, obstacle, "obstacle/1")
+        add_model(spec, stand.body, obstacle, read_original(spec, obstacle, 1), name="obstacle/1", solid=stand.solid)
+        try_alone(spec, obstacle.model)
+        tried.add(key)
 
 
 def check_models(world: World) -> None:
