@@ -56,11 +56,6 @@ class _Segment:
         return x + along * c - left * s, y + along * s + left * c
 
 
-def solid_pieces(walls: Sequence[Wall]) -> list[list[Piece]]:
-    """Return the solid pieces of each wall."""
-    return [wall_pieces(wall) for wall in walls]
-
-
 def wall_pieces(wall: Wall) -> list[Piece]:
     """Return the solid pieces of a wall, segment by segment, from its first corner to its last.
 

@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.world.joints import solid_pieces
 from mjsim.world.model import World
 from mjsim.world.outlines import cut, footprint, stays, top
-from mjsim.world.pieces import Piece, solid_pieces, wall_pieces
+from mjsim.world.pieces import Piece, wall_pieces
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
