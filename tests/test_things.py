@@ -1,5 +1,8 @@
 """Things that can be pushed: what checks, maps and figures make of them."""
 
+import re
+from pathlib import Path
+
 import mujoco
 import numpy as np
 import pytest
@@ -111,3 +114,35 @@ def test_a_beacon_inside_the_robot_that_carries_it_is_told():
     assert not check_world(parse_world(ROOM + text.replace("HIGH", "0.5")))
     (problem,) = check_world(parse_world(ROOM + text.replace("HIGH", "0.1")))
     assert "hangs inside this robot, whose body is 0.25 m high; move it out or above" in str(problem)
+
+
+def test_a_model_that_an_event_takes_away_is_neither_seen_nor_touched():
+    text = """
+    mjsim: 1
+    obstacles:
+      - {name: chair, model: furniture/office_chair.xml, at: [1, 0], movable: true}
+      - {name: shelf, model: furniture/shelf.urdf, at: [2, 0]}
+    robots: [{name: scout, at: [0, 0], proximity_range: 3}]
+    run: {events: [{time: 0.2, remove: chair}, {time: 0.4, remove: shelf}]}
+    """
+    nearest = []
+    with mjsim.Simulation(parse_world(text)) as simulation:
+        for _ in range(12):
+            nearest.append(float(simulation.sense("scout").proximity.min()))
+            simulation.step()
+    assert nearest[0] < 0.8
+    assert 1.2 < nearest[7] < 1.8
+    assert nearest[-1] > 3.0
+
+
+def test_the_example_of_the_page_is_a_world_that_runs_and_whose_things_lie_still():
+    page = (Path(__file__).parent.parent / "docs" / "things.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"```yaml\n(.*?)```", page, flags=re.DOTALL)
+    world = parse_world(example)
+    assert not check_world(world)
+    with mjsim.Simulation(world) as simulation:
+        before = {thing: simulation.data.body(f"obstacle/{thing}").xpos.copy() for thing in ("crate", "lunch", "seat")}
+        for _ in range(50):
+            simulation.step()
+        for thing, place in before.items():
+            np.testing.assert_allclose(simulation.data.body(f"obstacle/{thing}").xpos, place, atol=2e-3)
