@@ -11,12 +11,14 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose
-
-Picture = NDArray[np.uint8]
-"""RGB picture, shape (height, width, 3), uint8."""
+from mjsim.readings import CameraFrame as CameraFrame
+from mjsim.readings import ImuReading as ImuReading
+from mjsim.readings import Intrinsics as Intrinsics
+from mjsim.readings import Message as Message
+from mjsim.readings import Picture as Picture
+from mjsim.readings import Scan as Scan
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +32,7 @@ class Command:
     turn: float = 0.0
     """Counter-clockwise [rad/s]."""
     messages: tuple[Any, ...] = ()
-    """What to send to other robots."""
+    """What to send to all other robots, once: numbers, texts, None, and lists and dicts of these."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,100 +55,6 @@ class Odometry:
     """[rad]"""
     covariance: Array
     """Of (forward, left, turn), shape (3, 3) [m, m, rad]."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Intrinsics:
-    """A pinhole camera: u = fx x/z + cx, v = fy y/z + cy, pixel centres at whole numbers; a lens bends x/z and y/z."""
-
-    width: int
-    """[px]"""
-    height: int
-    """[px]"""
-    fx: float
-    """[px]"""
-    fy: float
-    """[px]"""
-    cx: float
-    """[px]"""
-    cy: float
-    """[px]"""
-    lens: str = "pinhole"
-    """'pinhole', 'brown' or 'fisheye'."""
-    distortion: tuple[float, ...] = ()
-    """As OpenCV orders them: k1, k2, p1, p2, k3 of Brown's model, k1 to k4 of a fisheye; none for a pinhole."""
-
-    def matrix(self) -> Array:
-        """Return the calibration matrix, shape (3, 3) [px]."""
-        return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CameraFrame:
-    """One picture of an onboard camera."""
-
-    stamp: float
-    """When it was taken [s]."""
-    image: Picture
-    """RGB, shape (height, width, 3)."""
-    intrinsics: Intrinsics
-    depth: Array | None = None
-    """Distance along the optical axis, shape (height, width) [m]: +inf for none, -inf for too near, as in a `Scan`;
-    None unless the camera gives it."""
-    segmentation: NDArray[np.int32] | None = None
-    """Instance of each pixel, -1 for none, shape (height, width); None unless the camera gives it."""
-    instances: tuple[str, ...] = ()
-    """Name of each instance: 'beacon/NAME', 'obstacle/NAME', the name of a robot, 'wall', 'floor' and so on."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Scan:
-    """One turn of a 2-D lidar: a range for each beam, from the right to the left.
-
-    +inf where nothing came back, -inf where something is too near to be measured.
-
-    References:
-        ROS REP 117, Informational Distance Measurements.
-    """
-
-    stamp: float
-    """When it was taken [s]."""
-    ranges: Array
-    """From the sensor along each beam, shape (beams,) [m]."""
-    angle_min: float
-    """Of the first beam, in the sensor's frame, left positive [rad]."""
-    angle_increment: float
-    """From one beam to the next [rad]."""
-    range_min: float
-    """[m]"""
-    range_max: float
-    """[m]"""
-    intensities: Array | None = None
-    """Strength of each return, of that of a white wall hit squarely, shape (beams,); None unless the lidar tells."""
-
-    def angles(self) -> Array:
-        """Return the angle of each beam in the sensor's frame, left positive, shape (beams,) [rad]."""
-        return np.asarray(self.angle_min + self.angle_increment * np.arange(len(self.ranges)), dtype=float)
-
-    def points(self) -> Array:
-        """Return where beams met something, in the plane of the sensor's frame, shape (n, 2) [m]."""
-        met = np.isfinite(self.ranges)
-        angles, ranges = self.angles()[met], self.ranges[met]
-        return np.stack([ranges * np.cos(angles), ranges * np.sin(angles)], axis=-1)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ImuReading:
-    """What an inertial sensor felt, as the mean since its last reading, in its own frame."""
-
-    stamp: float
-    """When its period ended [s]."""
-    acceleration: Array
-    """Specific force: what it is pushed by, (0, 0, 9.81) at rest, shape (3,) [m/s^2]."""
-    turn: Array
-    """Angular velocity about x, y and z, shape (3,) [rad/s]."""
-    name: str = "imu"
-    """Of the sensor."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -201,8 +109,8 @@ class Observation:
     """Ring of 16 ranges from the robot's rim, first ahead, then counter-clockwise [m]; +inf for nothing near."""
     bump: tuple[float, ...] = ()
     """Bearings of contacts now, left positive [rad]; empty when free."""
-    messages: tuple[Any, ...] = ()
-    """What other robots sent."""
+    messages: tuple[Message, ...] = ()
+    """What other robots sent and the radio brought since the last tick."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ ROOT = Path(mjsim.__file__).parent
 
 FIRST = {"errors", "geometry", "gl_request"}
 WORLD = FIRST | {"world"}
-VALUES = WORLD | {"interface"}
+VALUES = WORLD | {"interface", "readings"}
 COMPILE = VALUES | {"compile"}
 RECORD = VALUES | {"record"}
 SIM = COMPILE | {"sim"}
@@ -21,7 +21,8 @@ MAY_IMPORT = {
     "geometry": set(),
     "gl_request": set(),
     "world": WORLD,
-    "interface": {"geometry"},
+    "readings": {"geometry"},
+    "interface": {"geometry", "readings"},
     "compile": COMPILE,
     "exchange": COMPILE | {"exchange"},
     "record": RECORD,

@@ -15,7 +15,17 @@ from pydantic import TypeAdapter
 
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Command, Estimate, Observation, Odometry, Sighting, WheelCommand
-from mjsim.record.readings import imu_messages, imu_of, packed, scan_messages, scans_of, unpacked
+from mjsim.readings import message_text
+from mjsim.record.readings import (
+    heard_messages,
+    heard_of,
+    imu_messages,
+    imu_of,
+    packed,
+    scan_messages,
+    scans_of,
+    unpacked,
+)
 from mjsim.record.tick import Event, Order, Tick
 from mjsim.world.events import Event as WorldEvent
 from mjsim.world.events import said_of
@@ -152,6 +162,7 @@ def observation_message(seen: Observation) -> Message:
         "cameras": [{"name": name, "stamp": float(frame.stamp)} for name, frame in seen.cameras.items()],
         "scans": scan_messages(seen.scans),
         "imu": imu_messages(seen.imu),
+        "messages": heard_messages(seen.messages),
     }
 
 
@@ -169,6 +180,7 @@ def observation_of(message: Message) -> Observation:
         bump=tuple(message["bump"]),
         scans=scans_of(message.get("scans", ())),
         imu=imu_of(message.get("imu", ())),
+        messages=heard_of(message.get("messages", ())),
     )
 
 
@@ -262,7 +274,10 @@ def command_message(time: float, order: Order) -> Message:
 def _command(command: Command | WheelCommand) -> Message:
     if isinstance(command, WheelCommand):
         return {"wheels": _flat(command.speeds)}
-    return {"forward": float(command.forward), "left": float(command.left), "turn": float(command.turn)}
+    told: Message = {"forward": float(command.forward), "left": float(command.left), "turn": float(command.turn)}
+    if command.messages:
+        told["messages"] = [message_text(message) for message in command.messages]
+    return told
 
 
 def command_row(message: Message) -> tuple[float, float, float]:

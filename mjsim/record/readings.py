@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from mjsim.geometry import Array
 from mjsim.interface import ImuReading, Scan
+from mjsim.interface import Message as RadioMessage
 
 Message = dict[str, Any]
 
@@ -91,6 +92,16 @@ def imu_topic_message(time: float, readings: Sequence[ImuReading]) -> Message:
             for each in readings
         ],
     }
+
+
+def heard_messages(heard: Sequence[RadioMessage]) -> list[Message]:
+    """Return what the radio brought."""
+    return [{"sender": each.sender, "stamp": float(each.stamp), "text": each.text} for each in heard]
+
+
+def heard_of(messages: Sequence[Message]) -> tuple[RadioMessage, ...]:
+    """Return what the radio brought, from some messages."""
+    return tuple(RadioMessage(item["sender"], item["stamp"], item["text"]) for item in messages)
 
 
 def identities_message(time: float, identities: Sequence[str | None]) -> Message:

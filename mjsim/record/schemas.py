@@ -72,6 +72,7 @@ _SCAN = _object(
 _SIGHTINGS = _list(_SIGHTING, "Beacons seen")
 _COMMAND = _object(
     {
+        "messages": _list({"type": "string"}, "Sent to other robots, as JSON; left out without"),
         "forward": _number("[m/s]"),
         "left": _number("[m/s]"),
         "turn": _number("Counter-clockwise [rad/s]"),
@@ -122,6 +123,10 @@ OBSERVATION = _topic(
         "imu": _list(
             _object({"name": _text("Of the sensor"), "readings": _packed("stamp, acceleration x y z, turn x y z")}),
             "Since the last tick",
+        ),
+        "messages": _list(
+            _object({"sender": _text("Robot"), "stamp": _number("[s]"), "text": _text("Content as JSON")}),
+            "What the radio brought",
         ),
     },
 )

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjsim.interface import Command, Estimate, RobotInfo, Sighting, WheelCommand
+from mjsim.readings import message_text
 
 
 def checked_command(command: object, robot: RobotInfo) -> Command | WheelCommand:
@@ -18,6 +19,11 @@ def checked_command(command: object, robot: RobotInfo) -> Command | WheelCommand
     if not isinstance(command, Command):
         raise ValueError(f"returned {_kind(command)}; it must be a Command or a WheelCommand")
     _require_finite("a command", (command.forward, command.left, command.turn))
+    for message in command.messages:
+        try:
+            message_text(message)
+        except ValueError as error:
+            raise ValueError(f"returned {error}") from None
     return command
 
 

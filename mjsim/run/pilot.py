@@ -117,6 +117,8 @@ class Pilot:
         if self._avoidance is not None and isinstance(wanted, Command):
             command = self._ask("avoidance", self._avoidance, seen.time, self._avoidance.adjust, wanted, seen)
             command = self._check("avoidance", self._avoidance, seen.time, checked_command, command, self._robot)
+            if isinstance(command, Command):
+                command = replace(command, messages=wanted.messages)  # Who avoids a wall need not think of the radio.
         safe = command if self._driver.push else react_to_bump(command, seen.bump)
         return Order(
             command=safe,

@@ -8,7 +8,7 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose
-from mjsim.interface import Command, Observation, RobotInfo, WheelCommand
+from mjsim.interface import Command, Message, Observation, RobotInfo, WheelCommand
 from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.contact import Bumper
 from mjsim.sim.gear import running_gear
@@ -30,6 +30,7 @@ class SimulatedRobot:
         world: World,
         seed: int,
         canvas: Callable[[Quality], Canvas],
+        received: Callable[[int], tuple[Message, ...]],
     ) -> None:
         """Get ready, standing at the start.
 
@@ -40,8 +41,9 @@ class SimulatedRobot:
             world: For the rates of the loop.
             seed: Of the run.
             canvas: Gives what cameras of a quality draw on.
+            received: Gives what the radio has brought until a tick.
         """
-        self._robot, self._data = robot, data
+        self._robot, self._data, self._received = robot, data, received
         self._dt = world.run.steps_per_tick * model.opt.timestep
         self._gear = gear = running_gear(robot, dt=self._dt, seed=seed)
         turned = [f"{robot.name}/{part}" for part in (*gear.wheels, *gear.steering)]
@@ -124,6 +126,7 @@ class SimulatedRobot:
                 imu=sensed.imu,
                 proximity=self._ring.ranges(),
                 bump=self._bumper.bearings(),
+                messages=self._received(tick),
             )
         return self._seen
 

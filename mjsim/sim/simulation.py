@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from types import MappingProxyType, TracebackType
 from typing import Self
 
@@ -15,6 +16,7 @@ from mjsim.errors import PhysicsFault, UsageError, did_you_mean
 from mjsim.geometry import Array, Pose
 from mjsim.interface import BeaconInfo, Command, MarkerInfo, Observation, Picture, RobotInfo, WheelCommand, WorldMap
 from mjsim.sim.canvas import Canvas, Quality
+from mjsim.sim.radio import RadioNet
 from mjsim.sim.robot import SimulatedRobot
 from mjsim.sim.stage import Stage
 from mjsim.world.events import CloseEvent, Event, LampEvent, LightEvent, MoveEvent, OpenEvent, RemoveEvent
@@ -58,8 +60,17 @@ class Simulation:
         """Ticks since the start."""
         self._stage = Stage(self.model, self.data, world)
         self._canvases: dict[Quality, Canvas] = {}
+        self._radio = RadioNet([robot.name for robot in world.robots], world.radio, seed=self.seed)
         self._robots = {
-            robot.name: SimulatedRobot(self.model, self.data, robot, world=world, seed=self.seed, canvas=self._canvas)
+            robot.name: SimulatedRobot(
+                self.model,
+                self.data,
+                robot,
+                world=world,
+                seed=self.seed,
+                canvas=self._canvas,
+                received=partial(self._radio.received, robot.name),
+            )
             for robot in world.robots
         }
         self._speeds = np.array(
@@ -87,9 +98,14 @@ class Simulation:
         """Give a robot a command, which it follows within its limits until it gets another.
 
         Raises:
-            UsageError: There is no such robot, or the command does not fit it or is not finite.
+            UsageError: There is no such robot, the command does not fit it or is not finite, or a message cannot be
+                sent.
         """
         self._robot(robot).command(command)
+        try:
+            self._radio.say(robot, command.messages if isinstance(command, Command) else ())
+        except ValueError as error:
+            raise UsageError(f"robot '{robot}' sends {error}") from None
 
     def step(self) -> None:
         """Go on by one tick.
@@ -97,6 +113,7 @@ class Simulation:
         Raises:
             PhysicsFault: MuJoCo warned, or a state is out of all bounds; names the time.
         """
+        self._radio.send(self.tick, self.time, self.truths)
         for robot in self._robots.values():
             robot.before_step(self.tick)
         said = self._run_physics()

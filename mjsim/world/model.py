@@ -7,6 +7,7 @@ from pydantic import Field, PrivateAttr, model_validator
 from mjsim.world.base import Model, Name, fault
 from mjsim.world.fit import NAMED, misfits
 from mjsim.world.light import Brightness, Lamp
+from mjsim.world.radio import Radio
 from mjsim.world.robots import Robot
 from mjsim.world.running import Run
 from mjsim.world.source import BUILT, Source
@@ -38,6 +39,8 @@ class World(Model):
     """Lamps, besides the general light."""
     robots: Annotated[tuple[Robot, ...], Field(strict=False)] = ()
     """Wheeled robots."""
+    radio: Radio = Radio()
+    """How robots hear each other."""
     run: Run = Run()
     """How `mjsim run` drives this world."""
     _source: Source = PrivateAttr(default=BUILT)

@@ -1,0 +1,63 @@
+"""The radio between robots: what one sends in a tick reaches the others in the next one at the earliest."""
+
+import math
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+
+from mjsim.geometry import Pose
+from mjsim.interface import Message
+from mjsim.readings import message_text
+from mjsim.sim.streams import stream
+from mjsim.world.radio import Radio
+
+
+class RadioNet:
+    """Messages under way in a running simulation; each pair of sender and receiver has chance of its own."""
+
+    def __init__(self, robots: Sequence[str], radio: Radio, *, seed: int) -> None:
+        """Get ready; no message is under way."""
+        self._radio = radio
+        self._said: dict[str, tuple[str, ...]] = {}
+        self._coming: dict[str, deque[tuple[int, Message]]] = {robot: deque() for robot in robots}
+        self._luck = {
+            (sender, receiver): stream(seed, receiver, f"radio/{sender}")
+            for sender in robots
+            for receiver in robots
+            if radio.loss and sender != receiver
+        }
+
+    def say(self, robot: str, messages: Sequence[object]) -> None:
+        """Take what a robot sends in this tick, in place of what it said before.
+
+        Raises:
+            ValueError: A message cannot be sent.
+        """
+        self._said[robot] = tuple(message_text(message) for message in messages)
+
+    def send(self, tick: int, time: float, truths: Callable[[], Mapping[str, Pose]]) -> None:
+        """Send what was said in a tick, at a simulated time [s], to all who are near enough."""
+        said, self._said = self._said, {}
+        if not any(said.values()):
+            return
+        places, due = truths(), tick + 1 + self._radio.delay
+        # In the order of the world, whoever decided first.
+        for sender in self._coming:
+            for text in said.get(sender, ()):
+                message = Message(sender, time, text)
+                for receiver, coming in self._coming.items():
+                    if receiver != sender and self._reaches(sender, receiver, places):
+                        coming.append((due, message))
+
+    def received(self, robot: str, tick: int) -> tuple[Message, ...]:
+        """Return what has reached a robot and was not asked for yet, in the order in which it was sent."""
+        coming, found = self._coming[robot], []
+        while coming and coming[0][0] <= tick:
+            found.append(coming.popleft()[1])
+        return tuple(found)
+
+    def _reaches(self, sender: str, receiver: str, places: Mapping[str, Pose]) -> bool:
+        # Near or far, each message draws one number for each receiver.
+        lost = bool(self._radio.loss) and self._luck[sender, receiver].random() < self._radio.loss
+        one, other = places[sender], places[receiver]
+        reach = math.inf if self._radio.range is None else self._radio.range
+        return not lost and math.hypot(one.x - other.x, one.y - other.y) <= reach
