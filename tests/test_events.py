@@ -10,8 +10,11 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Pose
 from mjsim.interface import Command
 from mjsim.record import read_recording
+from mjsim.record.export import export_csv
 from mjsim.record.file import same_run
 from mjsim.report import statistics
+from mjsim.report.page import _page
+from mjsim.report.statistics import statistics_file
 from mjsim.run import Driver, run, ticks
 from mjsim.sim import Simulation
 from mjsim.sim.playback import Playback
@@ -226,6 +229,17 @@ def test_what_python_does_between_ticks_is_in_the_next_one():
         assert second.looks is not None
         assert second.looks.removed == {"rack", "plate"}
         assert next(loop).events == ()
+
+
+def test_events_and_things_are_told_in_tables_and_in_the_report(recorded, tmp_path: Path):
+    recording = read_recording(recorded[0])
+    export_csv(recording, tmp_path)
+    events = (tmp_path / "events.csv").read_text().splitlines()
+    assert events[:3] == ["time,text", "0.32,the general light becomes 0.4", '0.32,"r is put down at [3, 3]"']
+    things = (tmp_path / "things.csv").read_text().splitlines()
+    assert len(things) == 1 + 3 * 25
+    assert "0.04,obstacle/ball,6.02,1.0,0.0" in things
+    assert "<td>rack is taken away</td><td>0.52 s</td>" in _page(recording, statistics_file(recording)["run"], [])
 
 
 class Ahead:

@@ -7,7 +7,7 @@ import csv
 import io
 import re
 import tempfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -18,6 +18,7 @@ from mjsim.geometry import Array
 from mjsim.interface import Sighting
 from mjsim.record.recording import Recording, Track
 from mjsim.record.sensor_tables import sensor_arrays, sensor_tables
+from mjsim.world.events import said_of
 
 _SUFFIXES = {"jpeg": "jpg"}
 """Formats of pictures whose files are called otherwise."""
@@ -55,7 +56,9 @@ def _tum_row(time: float, x: float, y: float, heading: float) -> str:
 def export_csv(recording: Recording, folder: str | Path) -> list[Path]:
     """Write `R_track.csv`, `R_landmarks.csv`, `R_sightings.csv`, `R_innovations.csv`, `R_events.csv` for each robot R.
 
-    Beside them come `R_scan_LIDAR.csv` and `R_imu_NAME.csv` for each lidar and each inertial sensor.
+    Beside them come `R_scan_LIDAR.csv` and `R_imu_NAME.csv` for each lidar and each inertial sensor; and, where there
+    is something to tell, `things.csv`, where doors, movers and what can be pushed were, and `events.csv`, what
+    happened to the world.
 
     A number is written so that it reads back exactly; what is not there is an empty field. The table of landmarks
     has a row for each landmark at each tick at which its mean or covariance changed.
@@ -67,7 +70,7 @@ def export_csv(recording: Recording, folder: str | Path) -> list[Path]:
         UsageError: A file cannot be written.
     """
     folder = Path(folder)
-    written = []
+    written = [_write(folder / f"{kind}.csv", _table(header, rows)) for kind, header, rows in _world_tables(recording)]
     for name, track in recording.robots.items():
         for kind, header, rows in (
             ("track", _TRACK_HEADER, _track_rows(track)),
@@ -77,12 +80,30 @@ def export_csv(recording: Recording, folder: str | Path) -> list[Path]:
             ("events", _EVENTS_HEADER, ((e.time, e.kind, e.text, e.bearing) for e in track.events)),
             *sensor_tables(recording, name),
         ):
-            text = io.StringIO()
-            table = csv.writer(text, lineterminator="\n")
-            table.writerow(header)
-            table.writerows(rows)
-            written.append(_write(folder / f"{name}_{kind}.csv", text.getvalue().encode()))
+            written.append(_write(folder / f"{name}_{kind}.csv", _table(header, rows)))
     return written
+
+
+def _table(header: Sequence[str], rows: Iterable[Iterable[Any]]) -> bytes:
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(header)
+    table.writerows(rows)
+    return text.getvalue().encode()
+
+
+def _world_tables(recording: Recording) -> Iterator[tuple[str, list[str], Iterable[Iterable[Any]]]]:
+    """Yield name, header and rows of each table of the world that has a row."""
+    if recording.things:
+        rows = (
+            (time, name, *place)
+            for name, places in recording.things.items()
+            for time, place in zip(recording.time.tolist(), places.tolist(), strict=True)
+            if np.isfinite(place).all()
+        )
+        yield "things", ["time", "name", "x", "y", "heading"], rows
+    if recording.events:
+        yield "events", ["time", "text"], ((event.time, said_of(event)) for event in recording.events)
 
 
 def _covariance_header(prefix: str, states: Sequence[str]) -> list[str]:

@@ -12,6 +12,7 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.record import Recording
 from mjsim.report.statistics import statistics_file
+from mjsim.world.events import said_of
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #1c1c1c; --paper: #fdfdfb; --soft: #6b6b6b; --line: #ddddd8; }
@@ -124,9 +125,13 @@ def _section(robot: str, figures: dict[str, Any], pictures: list[tuple[str, byte
 def _page(recording: Recording, run: dict[str, Any], sections: list[str]) -> str:
     name = html.escape(recording.world.name)
     factor = "" if run["real_time_factor"] is None else f", {run['real_time_factor']:.1f} times real time"
+    happened = "".join(
+        f"<tr><td>{html.escape(said_of(event))}</td><td>{event.time:.2f} s</td></tr>" for event in recording.events
+    )
+    story = f"<h2>What happened to the world</h2><table><tbody>{happened}</tbody></table>" if happened else ""
     about = f"{run['sim_seconds']:.1f} s simulated{factor}, seed {run['seed']}"
     return (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{name} - mjsim report</title>'
         f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style>'
-        f'<h1>{name}</h1><p class="run">{about}</p>{"".join(sections)}</html>\n'
+        f'<h1>{name}</h1><p class="run">{about}</p>{"".join(sections)}{story}</html>\n'
     )
