@@ -13,12 +13,12 @@ import pytest
 from rooms import GALLERY, forwarded, look_from, png
 
 from mjsim.compile import compile_world, export_scene
-from mjsim.compile.names import item_names
 from mjsim.compile.pictures import bounded, read_picture
 from mjsim.errors import UsageError
 from mjsim.sim.renderer import Renderer
 from mjsim.world import parse_world
 from mjsim.world.base import PHYSICS_STEP
+from mjsim.world.names import item_names
 from mjsim.world.source import Source
 from mjsim.world.things import BoxObstacle
 

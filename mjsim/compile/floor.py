@@ -5,11 +5,11 @@ import math
 import mujoco
 import numpy as np
 
-from mjsim.compile.names import item_names
 from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, bounded, color_of, read_picture
 from mjsim.compile.walls import COLLISION, UNDIVIDED, VISUAL
 from mjsim.geometry import Array
 from mjsim.world.model import World
+from mjsim.world.names import item_names
 from mjsim.world.structure import FloorPatch
 
 AROUND_WALLS, AROUND_NOTHING = 2.0, 20.0

@@ -17,11 +17,11 @@ import numpy as np
 
 from mjsim.compile.models import Original, add_model, read_original, try_alone
 from mjsim.compile.movers import add_slides
-from mjsim.compile.names import item_names
 from mjsim.compile.pictures import add_matte, color_of
 from mjsim.errors import WorldError
 from mjsim.geometry import Array
 from mjsim.world.model import World
+from mjsim.world.names import item_names
 from mjsim.world.outlines import origin_height
 from mjsim.world.places import Fault, problems_at
 from mjsim.world.things import (

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from mjsim.compile.names import item_names
 from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, bounded, color_of, read_picture
 from mjsim.compile.solids import Face, Faces, Prisms, visible_faces
 from mjsim.geometry import Array
 from mjsim.world.joints import solid_pieces
 from mjsim.world.model import World
+from mjsim.world.names import item_names
 from mjsim.world.structure import Wall
 
 COLLISION, VISUAL = 3, 1
