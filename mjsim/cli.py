@@ -74,6 +74,29 @@ def check(worlds: Annotated[list[Path], typer.Argument(metavar="WORLD...", help=
 
 
 @app.command()
+def fmt(
+    worlds: Annotated[list[Path], typer.Argument(metavar="WORLD...", help="World files.")],
+    check: Annotated[
+        bool, typer.Option("--check", help="Change nothing; exit with 1 when a file would change.")
+    ] = False,
+) -> None:
+    """Lay world files out anew, every value and comment kept; names those that change."""
+    from mjsim.world.formatter import format_file
+
+    code = 0
+    for path in worlds:
+        try:
+            if format_file(path, write=not check):
+                print(path)
+                code = max(code, 1 if check else 0)
+        except (WorldError, UsageError) as error:
+            print(error, file=sys.stderr)
+            code = 2
+    if code:
+        raise typer.Exit(code)
+
+
+@app.command()
 def compile(
     world: WorldFile, output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder of scene.xml and assets.")]
 ) -> None:

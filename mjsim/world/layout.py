@@ -11,7 +11,10 @@ from ruamel.yaml.scalarstring import DoubleQuotedScalarString
 from mjsim.world.sensors import KINDS
 from mjsim.world.text import plain_value
 
-FIRST = ("mjsim", "name", "use", "preset", *KINDS, "box", "cylinder", "type", "segment", "at", "heading_deg")
+FIRST = (
+    *("mjsim", "name", "use", "preset", *KINDS, "box", "cylinder", "sphere", "ramp", "steps", "model", "image"),
+    *("marker", "time", "move", "to", "type", "segment", "at", "heading_deg"),
+)
 """Keys in the order in which people look for them; all others come after, as the models have them."""
 WIDTH = 120
 """Characters of the longest line."""

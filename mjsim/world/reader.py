@@ -83,7 +83,7 @@ def load_world(path: str | FilePath) -> World:
         WorldError: Something in it is wrong; every fault is told.
     """
     path = FilePath(path)
-    return parse_world(_read_file(path), source=Source(file=str(path), folder=path.parent))
+    return parse_world(read_file(path), source=Source(file=str(path), folder=path.parent))
 
 
 def load_checked(path: str | FilePath) -> World:
@@ -99,7 +99,13 @@ def load_checked(path: str | FilePath) -> World:
     return world
 
 
-def _read_file(path: FilePath) -> str:
+def read_file(path: FilePath) -> str:
+    """Return the text of a world file.
+
+    Raises:
+        UsageError: There is no such file.
+        WorldError: It is no text, or too large.
+    """
     try:
         # A pipe that nobody writes to must not keep us waiting.
         with os.fdopen(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb") as file:

@@ -123,10 +123,10 @@ def misspelt_kind(given: Iterable[str], path: Path, model: type[BaseModel]) -> t
 
 def keys_at(model: type[BaseModel], path: Path) -> list[str]:
     """Return the keys that may stand at a path below a model."""
-    return sorted({key for found in _models_at(model, path) for key in found.model_fields})
+    return sorted({key for found in models_at(model, path) for key in found.model_fields})
 
 
-def _models_at(model: type[BaseModel], path: Path) -> list[type[BaseModel]]:
+def models_at(model: type[BaseModel], path: Path) -> list[type[BaseModel]]:
     """Return the models that may stand at a path; a step in angle brackets is the tag of a kind."""
     found, mapping = [model], False
     for step in path:
@@ -153,7 +153,7 @@ def _field_texts(model: type[BaseModel], path: Path) -> list[str]:
         path = path[:-1]
     if not path:
         return []
-    kinds = [kind for kind in _models_at(model, path[:-1]) if path[-1] in kind.model_fields]
+    kinds = [kind for kind in models_at(model, path[:-1]) if path[-1] in kind.model_fields]
     return [kind.model_fields[str(path[-1])].description or "" for kind in kinds]
 
 
