@@ -19,7 +19,9 @@ BUMPER_FRICTION = 0.3
 """Of a plastic bumper on a wall."""
 
 
-def add_body(spec: mujoco.MjSpec, base: mujoco.MjsBody, body: Body, *, name: str, low: float, mass: float) -> None:
+def add_body(
+    spec: mujoco.MjSpec, base: mujoco.MjsBody, body: Body, *, name: str, low: float, mass: float, balanced: bool
+) -> None:
     """Add the shape that bumps, its mass, and what is seen of it.
 
     Args:
@@ -29,8 +31,9 @@ def add_body(spec: mujoco.MjSpec, base: mujoco.MjsBody, body: Body, *, name: str
         name: Of the first geom; others have a number behind.
         low: Height of its lower face above the floor [m].
         mass: Of all but the wheels [kg].
+        balanced: Whether the mass lies over the origin, as robots on two wheels have it, or over the shape's middle.
     """
-    _set_mass(base, body, low=low, mass=mass)
+    _set_mass(base, body, low=low, mass=mass, balanced=balanced)
     half = (body.height - low) / 2
     x, y = body.at if isinstance(body, BoxBody) else (0.0, 0.0)
     for number, shape in enumerate(_shapes(spec, body, name, half), start=1):
@@ -85,7 +88,7 @@ def _prism(spec: mujoco.MjSpec, outline: Array, half: float, name: str) -> dict[
     return {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name}
 
 
-def _set_mass(base: mujoco.MjsBody, body: Body, *, low: float, mass: float) -> None:
+def _set_mass(base: mujoco.MjsBody, body: Body, *, low: float, mass: float, balanced: bool) -> None:
     """Give the base its mass, spread evenly over the outline; it lies low, as batteries do."""
     half = (body.height - low) / 2
     (x, y), (xx, yy, xy) = _spread(body)
@@ -93,7 +96,7 @@ def _set_mass(base: mujoco.MjsBody, body: Body, *, low: float, mass: float) -> N
     middle = min(low + half, max(low, math.sqrt(xx + yy) / math.sqrt(2.0)))
     upright = min(half, middle) ** 2 / 3
     base.explicitinertial = True
-    base.mass, base.ipos = mass, [x, y, middle]
+    base.mass, base.ipos = mass, [0.0 if balanced else x, 0.0 if balanced else y, middle]
     if xy == 0.0:
         base.inertia = [mass * (yy + upright), mass * (xx + upright), mass * (xx + yy)]
     else:

@@ -11,6 +11,7 @@ from mjsim.compile.bodies import add_body
 from mjsim.compile.running_gear import add_running_gear, clearance, wheel_count
 from mjsim.compile.sensors import add_sensor
 from mjsim.compile.wheels import WHEEL_SHARE
+from mjsim.world.drives import DifferentialDrive
 from mjsim.world.robots import Robot
 
 
@@ -25,7 +26,8 @@ def add_robot(spec: mujoco.MjSpec, robot: Robot) -> None:
     base.add_freejoint(name=f"{robot.name}/free")
     low = clearance(robot.body, robot.drive)
     mass = robot.body.mass * (1.0 - wheel_count(robot.drive) * WHEEL_SHARE)
-    add_body(spec, base, robot.body, name=f"{robot.name}/body", low=low, mass=mass)
+    balanced = isinstance(robot.drive, DifferentialDrive)
+    add_body(spec, base, robot.body, name=f"{robot.name}/body", low=low, mass=mass, balanced=balanced)
     add_running_gear(spec, base, robot)
     for sensor in robot.sensors:
         add_sensor(base, robot, sensor)
