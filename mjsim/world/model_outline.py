@@ -41,7 +41,8 @@ def filled(path: str, files: ModelFiles) -> list[Array]:
     """
     try:
         reader = _Urdf(files) if files.urdf else _Mjcf(files)
-        parts = list(reader.parts())
+        with np.errstate(divide="raise", over="raise", invalid="raise"):
+            parts = list(reader.parts())
     except (ArithmeticError, KeyError, IndexError, TypeError, ValueError) as error:
         raise ValueError(f"'{path}' cannot be understood: {_said(error)}") from None
     solid = [corners for corners, touches in parts if touches] or [corners for corners, _ in parts]
@@ -156,9 +157,8 @@ class _Mjcf:
             return _about(np.array([x, y, z]), angle * self._unit)
         if "xyaxes" in item:
             axes = _numbers(item["xyaxes"], 6)
-            x = axes[:3] / np.linalg.norm(axes[:3])
-            y = axes[3:] - x * (x @ axes[3:])
-            y = y / np.linalg.norm(y)
+            x = _unit(axes[:3])
+            y = _unit(axes[3:] - x * (x @ axes[3:]))
             return np.column_stack([x, y, np.cross(x, y)])
         if "zaxis" in item:
             return _turned_to(_numbers(item["zaxis"], 3))
@@ -286,9 +286,16 @@ def _moved(points: Array, place: Placed) -> Array:
 
 def _about(axis: Array, angle: float) -> Array:
     """Return the rotation about an axis [rad] (Rodrigues' formula)."""
-    x, y, z = axis / np.linalg.norm(axis)
+    x, y, z = _unit(axis)
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.asarray(np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * K @ K, dtype=float)
+
+
+def _unit(vector: Array) -> Array:
+    length = float(np.linalg.norm(vector))
+    if length < 1e-12:
+        raise ValueError("an axis has no length")
+    return np.asarray(vector / length, dtype=float)
 
 
 def _from_quaternion(quaternion: Array) -> Array:
@@ -299,7 +306,7 @@ def _from_quaternion(quaternion: Array) -> Array:
 
 def _turned_to(axis: Array) -> Array:
     """Return the smallest rotation that turns z to an axis."""
-    x, y, z = axis / np.linalg.norm(axis)
+    x, y, z = _unit(axis)
     across = math.hypot(x, y)
     if across < 1e-12:
         return np.eye(3) if z > 0 else np.diag([1.0, -1.0, -1.0])
