@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from mjsim.video.plan import world_bounds
 from mjsim.world import parse_world
-from mjsim.world.routes import route_of
+from mjsim.world.routes import extent, route_of
 
 
 def route(path: str):
@@ -55,3 +56,13 @@ def test_places_are_the_sum_of_velocities():
 
 def test_a_path_whose_points_are_all_where_it_stands_goes_nowhere():
     assert route("{points: [[1, 1]]}").at(7.0) == ((1.0, 1.0), (0.0, 0.0))
+
+
+def test_the_views_reach_as_far_as_a_mover_goes():
+    world = parse_world("mjsim: 1\nobstacles: [{sphere: 0.5, at: [1, 1], path: {points: [[4, 7], [-3, 2]]}}]\n")
+    (sphere,) = world.obstacles
+    low, high = extent(sphere).min(axis=0), extent(sphere).max(axis=0)
+    np.testing.assert_allclose([low, high], [[-3.5, 0.5], [4.5, 7.5]])
+    bounds = world_bounds(world)
+    assert (bounds[0] <= low + 1e-9).all()
+    assert (bounds[1] >= high - 1e-9).all()

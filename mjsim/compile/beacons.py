@@ -84,7 +84,7 @@ def add_hung_beacons(
             conaffinity=0,
         )
         back = _back(at, world_from_plane, half)
-        if beacon.name in removed:
+        if beacon.name in removed or (beacon.on is not None and beacon.on in removed):
             _add_backs(spec, f"beacon/{beacon.name}:back", [back])
         else:
             backs.append(back)

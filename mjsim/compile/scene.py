@@ -19,8 +19,9 @@ from mjsim.geometry import Array
 from mjsim.world.base import PHYSICS_STEP
 from mjsim.world.hung import hung
 from mjsim.world.model import World
-from mjsim.world.plan import footprint, top
+from mjsim.world.plan import top
 from mjsim.world.robots import Robot
+from mjsim.world.routes import extent
 from mjsim.world.sensors import Camera
 
 NEAR = 0.02
@@ -84,7 +85,7 @@ def _bounds(world: World, boxes: list[WallBox]) -> tuple[Array, Array]:
         outlines, tops = np.array([box.outline for box in boxes]), [box.center[2] + box.half[2] for box in boxes]
         points.append(np.column_stack([outlines.reshape(-1, 2), np.repeat(tops, 4)]))
     for item in world.obstacles:
-        outline = footprint(item)
+        outline = extent(item)
         points.append(np.column_stack([outline, np.full(len(outline), top(item))]))
     points += [np.column_stack([patch.outline(), np.zeros(4)]) for patch in world.floor.patches]
     found = np.concatenate([*points, np.zeros((0 if points else 1, 3))])

@@ -26,6 +26,7 @@ from mjsim.world import World
 from mjsim.world.hung import hung as beacons_of
 from mjsim.world.outlines import stays
 from mjsim.world.plan import footprint, wall_pieces, wall_polygons
+from mjsim.world.routes import extent
 from mjsim.world.things import Beacon, Obstacle
 
 MOST_NAMES = 1000
@@ -36,7 +37,7 @@ EYE = 1.5
 
 def world_bounds(world: World) -> Array:
     """Return (x, y) min and (x, y) max of all that the plan shows, shape (2, 2) [m]; 10 x 10 m for an empty world."""
-    outlines = [*wall_polygons(world), *(footprint(obstacle) for obstacle in world.obstacles)]
+    outlines = [*wall_polygons(world), *(extent(obstacle) for obstacle in world.obstacles)]
     marks = [item.at for item in hung(world)] + [item.at for item in world.robots]
     points = np.concatenate([*outlines, np.reshape(np.array(marks, dtype=float), (-1, 2))])
     if not len(points):

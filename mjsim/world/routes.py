@@ -5,6 +5,10 @@ from bisect import bisect_right
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.world.outlines import footprint
 from mjsim.world.things import Obstacle
 
 Place = tuple[float, float]
@@ -55,3 +59,12 @@ def route_of(obstacle: Obstacle) -> Route | None:
     ways = (math.dist(start, end) / path.speed for start, end in pairwise(stops))
     arrives = accumulate((path.wait + seconds for seconds in ways), initial=0.0)
     return Route(tuple(stops), tuple(arrives), path.wait)
+
+
+def extent(obstacle: Obstacle) -> Array:
+    """Return points that reach as far as an obstacle does, wherever its path leads, world frame, shape (n, 2) [m]."""
+    outline = footprint(obstacle)
+    if obstacle.path is None:
+        return outline
+    moved = np.array([obstacle.at, *obstacle.path.points]) - obstacle.at
+    return np.concatenate([outline + moved.min(axis=0), outline + moved.max(axis=0)])
