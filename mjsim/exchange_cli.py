@@ -10,15 +10,24 @@ from mjsim.progress import say
 
 
 def new(
-    source: Annotated[Path | None, typer.Option("--from", metavar="FILE", help="A map's YAML file.")] = None,
+    source: Annotated[
+        Path | None, typer.Option("--from", metavar="FILE", help="A map's YAML file, an SVG or a DXF drawing.")
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("-o", metavar="WORLD.yaml", help="The file; printed unless given.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over a file that is there.")] = False,
     robot: Annotated[str, typer.Option(metavar="PRESET", help="Which robot is put into it.")] = "pioneer3dx",
+    scale: Annotated[float | None, typer.Option(help="Metres to one unit of the drawing.", min=1e-6)] = None,
+    thickness: Annotated[
+        float | None, typer.Option(help="Of walls in a drawing [m]; as the lines are drawn unless given.", min=0.01)
+    ] = None,
+    layer: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Layer of the drawing that holds walls; may be repeated.")
+    ] = None,
     no_robot: Annotated[bool, typer.Option("--no-robot", help="Leave the robot out.")] = False,
 ) -> None:
-    """Write a new world: from a map of a robot."""
+    """Write a new world: from the map of a robot, or a drawing."""
     from mjsim.exchange.bring import bring_file
 
     if source is None:
@@ -26,7 +35,7 @@ def new(
     if output is not None and output.exists() and not force:
         raise UsageError(f"'{output}' is there already; name another file or add --force")
     preset = None if no_robot else robot
-    brought = bring_file(source, preset=preset)
+    brought = bring_file(source, preset=preset, scale=scale, thickness=thickness, layers=layer or ())
     for line in brought.report:
         say(line)
     if output is None:

@@ -5,9 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mjsim.errors import UsageError
+from mjsim.exchange.drawing import extent, world_from_drawing
+from mjsim.exchange.dxf_in import read_dxf
 from mjsim.exchange.grid import read_grid
 from mjsim.exchange.maps import explained, name_of, specks, world_from_grid
 from mjsim.exchange.place import with_robot
+from mjsim.exchange.svg_in import read_svg
 from mjsim.exchange.text import world_text
 from mjsim.world.model import World
 
@@ -48,8 +51,31 @@ def bring_map(path: Path, *, preset: str | None) -> Brought:
     return Brought(world_text(world, notes=notes), report)
 
 
-def bring_file(path: Path, *, preset: str | None) -> Brought:
-    """Return the world of a map's YAML file.
+def bring_drawing(
+    path: Path, *, preset: str | None, scale: float | None, thickness: float | None, layers: Sequence[str]
+) -> Brought:
+    """Return the world of an SVG or DXF drawing of walls, with a robot of a preset unless that is None.
+
+    Raises:
+        UsageError: It cannot be read, does not show the walls of a building, or there is no place for the robot.
+    """
+    drawing = (read_dxf if path.suffix.lower() == ".dxf" else read_svg)(path, layers=layers)
+    world = world_from_drawing(drawing, name=name_of(path), scale=scale, thickness=thickness)
+    low, high = extent(world)
+    report = [
+        f"{path}: {len(drawing.lines)} lines; {_counted(world)}, {high[0] - low[0]:.2f} x {high[1] - low[1]:.2f} m",
+        *(f"{path}: {note}" for note in drawing.notes),
+    ]
+    notes = [f"From the drawing {path.name}.", "It does not tell how high the walls are; that is a guess."]
+    if preset is not None:
+        world = with_robot(world, preset=preset)
+    return Brought(world_text(world, notes=notes), report)
+
+
+def bring_file(
+    path: Path, *, preset: str | None, scale: float | None, thickness: float | None, layers: Sequence[str]
+) -> Brought:
+    """Return the world of a map's YAML file, or of an SVG or DXF drawing.
 
     Raises:
         UsageError: It is none of these, or cannot be read as one.
@@ -59,7 +85,9 @@ def bring_file(path: Path, *, preset: str | None) -> Brought:
         return bring_map(path, preset=preset)
     if kind in (".pgm", ".png", ".jpg", ".jpeg"):
         raise UsageError(f"'{path}' is the picture of a map; name the YAML file beside it")
-    raise UsageError(f"'{path}' is of no kind that can be read; name a map's .yaml")
+    if kind in (".svg", ".dxf"):
+        return bring_drawing(path, preset=preset, scale=scale, thickness=thickness, layers=layers)
+    raise UsageError(f"'{path}' is of no kind that can be read; name a map's .yaml, an .svg or a .dxf file")
 
 
 def _counted(world: World) -> str:

@@ -126,3 +126,17 @@ def _hull_heading(points: Array) -> float:
 
     (_, _, angle) = cv2.minAreaRect(points.astype(np.float32))
     return math.radians(angle)
+
+
+def fitted_rectangle(corners: Array) -> Bar | None:
+    """Return the rectangle with four corners in order, shape (4, 2); None when they are not those of one."""
+    if len(corners) != 4:
+        return None
+    first, second, third, fourth = corners
+    size = math.dist(first, third)
+    across, along = second - first, fourth - first
+    if math.dist(first + across + along, third) > 1e-3 * size or abs(float(across @ along)) > 1e-3 * size**2:
+        return None
+    long, wide = (along, across) if math.hypot(*along) >= math.hypot(*across) else (across, along)
+    x, y = corners.mean(axis=0).tolist()
+    return Bar(x, y, math.atan2(long[1], long[0]), math.hypot(*long), math.hypot(*wide))

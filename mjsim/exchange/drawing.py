@@ -1,0 +1,208 @@
+"""Lines of a drawing -> walls: brought to metres, and joined where they meet."""
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.exchange.maps import DIGITS, WALL_HEIGHT, distinct
+from mjsim.geometry import Array
+from mjsim.world.model import World
+from mjsim.world.structure import Wall
+
+MOST_CORNERS = 20_000
+"""Of all lines of a drawing."""
+MOST_BYTES = 20_000_000
+"""Of a drawing's file."""
+SMALLEST, LARGEST = 0.5, 2000.0
+"""Size of a floor [m]."""
+THICKNESS = 0.1
+"""Of a wall that is drawn as a thin line [m]."""
+THINNEST, THICKEST = 0.03, 1.0
+"""The width of a line is taken as that of its wall between these [m]."""
+GAP = 0.02
+"""Ends of lines that are so near to each other meet [m]."""
+STRAY = 0.005
+"""A corner that is so near to the line between its neighbours is none [m]."""
+SHORTEST = 0.01
+"""Shorter lines are left out [m]."""
+BOW = 0.002
+"""Curves become straight lines that stray from them by this share of the curve's size at most."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Line:
+    """Straight lines through corners, as drawn; y up."""
+
+    points: Array
+    """Corners, shape (n, 2) [units of the drawing]."""
+    closed: bool = False
+    width: float = 0.0
+    """As it is drawn; 0 for a hair line [units of the drawing]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawing:
+    """What a file of drawings says about walls."""
+
+    name: str
+    """Of the file."""
+    lines: Sequence[Line]
+    unit: float | None = None
+    """Metres to one unit of the drawing, when the file says so."""
+    notes: Sequence[str] = ()
+    """What was left out, for people."""
+
+
+def world_from_drawing(
+    drawing: Drawing, *, name: str = "world", scale: float | None = None, thickness: float | None = None
+) -> World:
+    """Return a world with a wall for each line of a drawing; its lower left corner becomes [0, 0].
+
+    Args:
+        drawing: Its lines.
+        name: Of the world.
+        scale: Metres to one unit of the drawing; as the drawing says unless given.
+        thickness: Of the walls [m]; as wide as the lines are drawn unless given, 0.1 when these are hair lines.
+
+    Raises:
+        UsageError: It has no lines, too many, or no size of a building.
+    """
+    lines = [line for line in drawing.lines if len(line.points) > 1]
+    if not lines:
+        raise UsageError(f"'{drawing.name}' has no lines to make walls of; draw each wall as a line")
+    if (count := sum(len(line.points) for line in lines)) > MOST_CORNERS:
+        raise UsageError(f"'{drawing.name}' has {count} corners; walls have at most {MOST_CORNERS}, name their --layer")
+    corner, scale = _corner_and_scale(drawing, lines, scale)
+    drawn: dict[float, list[Line]] = {}
+    for line in lines:
+        width = _thickness(line.width * scale) if thickness is None else thickness
+        drawn.setdefault(width, []).append(Line((line.points - corner) * scale, line.closed))
+    walls = [_wall(line, width) for width, group in sorted(drawn.items(), reverse=True) for line in joined(group)]
+    named = [
+        wall.model_copy(update={"name": f"wall-{index}"}) for index, wall in enumerate(filter(None, walls), start=1)
+    ]
+    if not named:
+        raise UsageError(f"'{drawing.name}' has no line that is longer than a centimetre at {scale:g} m to the unit")
+    return World(name=name, walls=tuple(named))
+
+
+def extent(world: World) -> tuple[Array, Array]:
+    """Return the lower left and the upper right of all corners of walls, shape (2,) each [m]."""
+    corners = np.array([corner for wall in world.walls for corner in wall.points]).reshape(-1, 2)
+    return corners.min(axis=0), corners.max(axis=0)
+
+
+def joined(lines: Sequence[Line]) -> list[Line]:
+    """Return lines in metres, each once; those that meet end to end are one, the straightest meetings first."""
+    once = {_ends_and_corners(line): line for line in lines}
+    chains = [line.points for line in once.values() if not line.closed]
+    whole = [line for line in once.values() if line.closed]
+    links = _links(chains)
+    waiting = dict.fromkeys(range(len(chains)))
+    while waiting:
+        first = next(iter(waiting))
+        back, ring = _walk((first, 0), links, waiting)
+        ahead = [] if ring else _walk((first, 1), links, waiting)[0]
+        order = [(chain, 1 - end) for chain, end in reversed(back)] + [(first, 1)] + ahead
+        parts = [chains[chain][:: 1 if end else -1] for chain, end in order]
+        corners = np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
+        waiting.pop(first, None)
+        whole.append(Line(corners[:-1] if ring else corners, ring))
+    return whole
+
+
+def _walk(
+    start: tuple[int, int], links: dict[tuple[int, int], tuple[int, int]], waiting: dict[int, None]
+) -> tuple[list[tuple[int, int]], bool]:
+    """Return the chains that follow from an end, each with the end at which one leaves, and whether they come back."""
+    found: list[tuple[int, int]] = []
+    here = start
+    while (entered := links.get(here)) is not None:
+        if entered[0] == start[0]:
+            return found, True
+        here = (entered[0], 1 - entered[1])
+        found.append(here)
+        waiting.pop(entered[0], None)
+    return found, False
+
+
+def _links(chains: Sequence[Array]) -> dict[tuple[int, int], tuple[int, int]]:
+    """Return which end meets which, (chain, 0 for its first corner or 1 for its last): the straightest first."""
+    from scipy.spatial import cKDTree
+
+    ends = [(index, end) for index in range(len(chains)) for end in (0, 1)]
+    if not ends:
+        return {}
+    places = np.array([chains[index][-end] for index, end in ends])
+    meetings = []
+    for one, other in cKDTree(places).query_pairs(GAP):
+        if ends[one][0] != ends[other][0] or len(chains[ends[one][0]]) > 3:
+            bend = float(_outward(chains, ends[one]) @ _outward(chains, ends[other]))
+            meetings.append((bend, ends[one], ends[other]))
+    links: dict[tuple[int, int], tuple[int, int]] = {}
+    for _, here, there in sorted(meetings):
+        if here not in links and there not in links:
+            links[here], links[there] = there, here
+    return links
+
+
+def _outward(chains: Sequence[Array], end: tuple[int, int]) -> Array:
+    """Return where a line points at an end, outward, unit vector."""
+    points = chains[end[0]] if end[1] else chains[end[0]][::-1]
+    along = points[-1] - points[-2]
+    return np.asarray(along / max(1e-12, math.hypot(*along)), dtype=float)
+
+
+def _ends_and_corners(line: Line) -> tuple[bool, tuple[tuple[float, ...], ...]]:
+    corners = tuple(map(tuple, (np.round(line.points, DIGITS) + 0.0).tolist()))
+    return line.closed, min(corners, corners[::-1])
+
+
+def _corner_and_scale(drawing: Drawing, lines: Sequence[Line], scale: float | None) -> tuple[Array, float]:
+    """Return the lower left corner of the drawing, and metres to its unit."""
+    points = np.concatenate([line.points for line in lines])
+    if not np.isfinite(points).all():
+        raise UsageError(f"'{drawing.name}' has corners that are not at finite places; mend the drawing")
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = (high - low).tolist()
+    scale = drawing.unit if scale is None else scale
+    if scale is None:
+        raise UsageError(
+            f"'{drawing.name}' does not say how large its unit is, and is {size[0]:.4g} x {size[1]:.4g} of them;"
+            " give --scale METRES, those to one unit"
+        )
+    if not SMALLEST <= max(size) * scale <= LARGEST:
+        raise UsageError(
+            f"'{drawing.name}' is {size[0] * scale:.4g} x {size[1] * scale:.4g} m at {scale:g} m to the unit;"
+            f" a floor has {SMALLEST:g} to {LARGEST:g} m, give another --scale"
+        )
+    return low, scale
+
+
+def _thickness(width: float) -> float:
+    return round(width, DIGITS) if THINNEST <= width <= THICKEST else THICKNESS
+
+
+def _wall(line: Line, thickness: float) -> Wall | None:
+    """Return the wall along a line in metres; None when nothing of it is left."""
+    import shapely
+
+    points = np.concatenate([line.points, line.points[:1]]) if line.closed else line.points
+    straight = shapely.get_coordinates(shapely.simplify(shapely.linestrings(points), STRAY))
+    corners = distinct(straight, closed=line.closed)
+    if line.closed and len(corners) > 2:
+        corners = tuple(_without_straight(corners))
+    if len(corners) < 2 or sum(math.dist(*pair) for pair in itertools.pairwise(corners)) < SHORTEST:
+        return None
+    return Wall(points=corners, closed=line.closed and len(corners) > 2, thickness=thickness, height=WALL_HEIGHT)
+
+
+def _without_straight(corners: Sequence[tuple[float, float]]) -> Iterator[tuple[float, float]]:
+    """Yield the corners of a ring, the first only when the ring bends there."""
+    (x0, y0), (x1, y1), (x2, y2) = corners[-1], corners[0], corners[1]
+    bow = abs((x1 - x0) * (y2 - y0) - (y1 - y0) * (x2 - x0)) / max(1e-12, math.hypot(x2 - x0, y2 - y0))
+    yield from corners if bow > STRAY or len(corners) < 4 else corners[1:]
