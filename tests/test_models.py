@@ -12,13 +12,14 @@ import shapely
 import mjsim
 from mjsim.compile import check_models, compile_world, export_scene
 from mjsim.compile.pictures import encode_png
-from mjsim.errors import WorldError
+from mjsim.errors import UsageError, WorldError
 from mjsim.world import format_world, load_world, parse_world
 from mjsim.world.check import check_world
 from mjsim.world.model_files import gather_model
 from mjsim.world.model_outline import filled
 from mjsim.world.outlines import cut, footprint, prisms, top
 from mjsim.world.plan import segments, solid
+from mjsim.world.settings import with_settings
 
 FURNITURE = ("chair.xml", "office_chair.xml", "table.xml", "plant.xml", "shelf.urdf")
 WEDGE = "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
@@ -294,6 +295,14 @@ def test_a_world_with_models_is_written_and_read_back_equal(folder):
     world = world_of(folder, "model: twisted.xml, at: [1, 2], scale: 0.5, movable: true, mass: 3")
     assert parse_world(format_world(world), source=world.source) == world
     assert parse_world(world.model_dump_json(exclude_unset=True), source=world.source) == world
+
+
+def test_a_model_beside_the_world_is_still_there_when_values_are_set(folder):
+    world = world_of(folder, "name: cup, model: swing.xml, at: [1, 2]")
+    (changed,) = with_settings(world, ["obstacles.cup.scale=2"]).obstacles
+    assert top(changed) == pytest.approx(2.0)
+    with pytest.raises(UsageError, match=r"no file 'none\.xml' beside the world file or in assets"):
+        with_settings(world, ["obstacles.cup.model=none.xml"])
 
 
 def test_a_camera_sees_the_texture_of_a_mesh_the_right_way_round(tmp_path):

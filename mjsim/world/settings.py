@@ -37,7 +37,7 @@ def with_settings(world: World, settings: Iterable[str]) -> World:
         if path[0] != _VARIABLES:
             _put(tree, full, path, value, setting)
     try:
-        changed = World.model_validate(tree)
+        changed = World.model_validate(tree, context={"source": world.source})
     except ValidationError as error:
         first = error.errors()[0]
         raise UsageError(f"--set {', '.join(settings)}: {sentence(first, path_of(first), World)}") from None
