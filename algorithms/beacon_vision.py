@@ -15,6 +15,7 @@ from mjsim.interface import BeaconInfo, CameraFrame, Observation, RobotInfo, Sig
 
 from .marker_beacons import MarkerBeacons
 from .picture_beacons import FoundPicture, PictureBeacons, View
+from .rectification import Rectifier
 
 __all__ = ["BeaconVision", "MarkerBeacons", "PictureBeacons"]
 
@@ -29,15 +30,21 @@ class BeaconVision:
         search_turn_deg: float = 15.0,
         search_distance: float = 0.5,
         search_frames: int = 15,
+        range: Sequence[float] = (0.0, math.inf),
     ) -> None:
-        """Choose the camera, and how much must be new before the whole image is searched again.
+        """Choose the camera, how much must be new before the whole image is searched again, and how far to see.
 
         Args:
             camera: Its name.
             search_turn_deg: Turn after which a search is due [deg].
             search_distance: Way after which a search is due [m].
             search_frames: Images after which a search is due even at rest.
+            range: [nearest, farthest] horizontal distance at which a beacon counts as seen [m]; to try what an
+                estimator makes of less.
         """
+        if len(range) != 2 or not range[0] < range[1]:
+            raise ValueError(f"range is {list(range)}; write [nearest, farthest] in metres")
+        self._nearest, self._farthest = range
         self._camera = camera
         self._search_turn = math.radians(search_turn_deg)
         self._search_distance = search_distance
@@ -50,6 +57,7 @@ class BeaconVision:
             cameras = [name for name, info in robot.sensors.items() if info.intrinsics is not None]
             raise ValueError(f"no camera '{self._camera}' on this robot; it has {', '.join(cameras) or 'none'}")
         self._robot_from_camera = sensor.robot_from_sensor
+        self._rectifier = Rectifier(sensor.intrinsics)
         self._finders = _finders(catalogue)
         self._finder_of: dict[str, PictureBeacons | MarkerBeacons] = {}
         self._moved = Pose(0.0, 0.0, 0.0)
@@ -63,11 +71,12 @@ class BeaconVision:
         frame = seen.cameras.get(self._camera)
         if frame is None:
             return ()
-        found = self._look(frame)
+        found = self._look(self._rectifier.straight(frame))
         self._followed = {picture.detection.name: picture for picture in found}
         self._moved = Pose(0.0, 0.0, 0.0)
         detections = [picture.detection for picture in found]
-        return sightings_from(detections, self._robot_from_camera, stamp=frame.stamp)
+        sightings = sightings_from(detections, self._robot_from_camera, stamp=frame.stamp)
+        return tuple(each for each in sightings if self._nearest <= each.range <= self._farthest)
 
     def _look(self, frame: CameraFrame) -> list[FoundPicture]:
         view = View(frame.image, frame.intrinsics)

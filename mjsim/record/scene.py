@@ -57,15 +57,16 @@ def laser_message(scan: Scan, frame_id: str) -> LaserScan:
 
 
 def calibration_message(intrinsics: Intrinsics, frame_id: str) -> CameraCalibration:
-    """Return a camera's calibration, without distortion."""
-    K = intrinsics.matrix()
+    """Return a camera's calibration, as Foxglove straightens pictures by it."""
+    K, fisheye = intrinsics.matrix(), intrinsics.lens == "fisheye"
+    distortion = [*intrinsics.distortion, *([0.0] * (4 if fisheye else 5))][: 4 if fisheye else 5]
     return CameraCalibration(
         timestamp=stamp(0.0),
         frame_id=frame_id,
         width=intrinsics.width,
         height=intrinsics.height,
-        distortion_model="plumb_bob",
-        D=[0.0] * 5,
+        distortion_model="kannala_brandt" if fisheye else "plumb_bob",
+        D=distortion,
         K=K.ravel().tolist(),
         R=np.eye(3).ravel().tolist(),
         P=np.hstack([K, np.zeros((3, 1))]).ravel().tolist(),
