@@ -13,11 +13,20 @@ def new(
     source: Annotated[
         Path | None, typer.Option("--from", metavar="FILE", help="A map's YAML file, an SVG or a DXF drawing.")
     ] = None,
+    maze: Annotated[str | None, typer.Option(metavar="9x9", help="A maze of so many cells.")] = None,
+    template: Annotated[
+        str | None, typer.Option(metavar="NAME", help="A shipped world: office, corridor, empty or gallery.")
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("-o", metavar="WORLD.yaml", help="The file; printed unless given.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over a file that is there.")] = False,
-    robot: Annotated[str, typer.Option(metavar="PRESET", help="Which robot is put into it.")] = "pioneer3dx",
+    robot: Annotated[
+        str | None, typer.Option(metavar="PRESET", help="Which robot is put into it; the pioneer3dx unless given.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the maze.", min=0)] = 1,
+    cell: Annotated[float, typer.Option(help="Side of a cell of the maze [m].")] = 1.5,
+    beacons: Annotated[int, typer.Option(help="Markers along the robot's way through the maze.", min=0)] = 0,
     scale: Annotated[float | None, typer.Option(help="Metres to one unit of the drawing.", min=1e-6)] = None,
     thickness: Annotated[
         float | None, typer.Option(help="Of walls in a drawing [m]; as the lines are drawn unless given.", min=0.01)
@@ -27,15 +36,24 @@ def new(
     ] = None,
     no_robot: Annotated[bool, typer.Option("--no-robot", help="Leave the robot out.")] = False,
 ) -> None:
-    """Write a new world: from the map of a robot, or a drawing."""
-    from mjsim.exchange.bring import bring_file
+    """Write a new world: from the map of a robot or a drawing, a maze, or a template."""
+    from mjsim.exchange.bring import bring_file, bring_maze, bring_template
+    from mjsim.exchange.maps import name_of
 
-    if source is None:
-        raise UsageError("nothing to make a world from; give --from FILE")
+    if sum(value is not None for value in (source, maze, template)) != 1:
+        raise UsageError("a world is made from one thing; give one of --from FILE, --maze 9x9, --template NAME")
+    if template is not None and (robot is not None or no_robot):
+        raise UsageError("a template has a robot of its own; change it in the new file")
     if output is not None and output.exists() and not force:
         raise UsageError(f"'{output}' is there already; name another file or add --force")
-    preset = None if no_robot else robot
-    brought = bring_file(source, preset=preset, scale=scale, thickness=thickness, layers=layer or ())
+    preset = None if no_robot else robot or "pioneer3dx"
+    name = None if output is None else name_of(output)
+    if source is not None:
+        brought = bring_file(source, preset=preset, scale=scale, thickness=thickness, layers=layer or ())
+    elif maze is not None:
+        brought = bring_maze(maze, preset=preset, seed=seed, cell=cell, beacons=beacons, name=name)
+    else:
+        brought = bring_template(str(template), name=name)
     for line in brought.report:
         say(line)
     if output is None:

@@ -1,6 +1,6 @@
 """Worlds in from what people have, and out to what others read.
 
-In: maps of ROS map_server and Nav2, drawings in SVG and DXF. Out: maps.
+In: maps of ROS map_server and Nav2, drawings in SVG and DXF, mazes, templates. Out: maps.
 """
 
 from collections.abc import Sequence
@@ -8,11 +8,22 @@ from pathlib import Path
 
 from mjsim.exchange.drawing import world_from_drawing
 from mjsim.exchange.maps import explained, name_of, world_from_map
+from mjsim.exchange.maze import maze_world
 from mjsim.exchange.place import with_robot
 from mjsim.exchange.raster import write_map
+from mjsim.exchange.template import template_text
 from mjsim.world.model import World
 
-__all__ = ["explained", "with_robot", "world_from_dxf", "world_from_map", "world_from_svg", "write_map"]
+__all__ = [
+    "explained",
+    "maze_world",
+    "template_text",
+    "with_robot",
+    "world_from_dxf",
+    "world_from_map",
+    "world_from_svg",
+    "write_map",
+]
 
 
 def world_from_svg(

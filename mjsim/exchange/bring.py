@@ -9,8 +9,10 @@ from mjsim.exchange.drawing import extent, world_from_drawing
 from mjsim.exchange.dxf_in import read_dxf
 from mjsim.exchange.grid import read_grid
 from mjsim.exchange.maps import explained, name_of, specks, world_from_grid
+from mjsim.exchange.maze import maze_size, maze_world
 from mjsim.exchange.place import with_robot
 from mjsim.exchange.svg_in import read_svg
+from mjsim.exchange.template import template_text
 from mjsim.exchange.text import world_text
 from mjsim.world.model import World
 
@@ -88,6 +90,35 @@ def bring_file(
     if kind in (".svg", ".dxf"):
         return bring_drawing(path, preset=preset, scale=scale, thickness=thickness, layers=layers)
     raise UsageError(f"'{path}' is of no kind that can be read; name a map's .yaml, an .svg or a .dxf file")
+
+
+def bring_maze(size: str, *, preset: str | None, seed: int, cell: float, beacons: int, name: str | None) -> Brought:
+    """Return a maze, with a robot of a preset unless that is None.
+
+    Args:
+        size: Like '9x9': cells from west to east, and from south to north.
+        preset: Of the robot.
+        seed: The same gives the same maze.
+        cell: Side of a cell [m].
+        beacons: Markers along the robot's way.
+        name: Of the world.
+
+    Raises:
+        UsageError: It would be too large, or labmaze is not there.
+    """
+    sides = maze_size(size)
+    world = maze_world(sides, seed=seed, cell=cell, preset=preset, beacons=beacons, name=name or "maze")
+    notes = [f"A maze of {sides[0]} x {sides[1]} cells of {cell:g} m, dug with the seed {seed}."]
+    return Brought(world_text(world, notes=notes), [f"a maze of {sides[0]} x {sides[1]} cells; {_counted(world)}"])
+
+
+def bring_template(template: str, *, name: str | None) -> Brought:
+    """Return a shipped world under a name of one's own.
+
+    Raises:
+        UsageError: There is no such template.
+    """
+    return Brought(template_text(template, name=name))
 
 
 def _counted(world: World) -> str:

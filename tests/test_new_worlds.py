@@ -1,0 +1,111 @@
+"""Mazes and templates are worlds that run at once."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+from shapely import Point
+
+import mjsim
+from mjsim.cli import main
+from mjsim.errors import UsageError
+from mjsim.exchange import maze_world, template_text
+from mjsim.exchange.template import TEMPLATES
+from mjsim.world import World, load_world, parse_world
+from mjsim.world.check import check_world
+from mjsim.world.plan import solid
+
+WORLDS = Path(__file__).parent.parent / "worlds"
+
+
+def typed(*line: str) -> int:
+    """Return the exit code of a command."""
+    with pytest.raises(SystemExit) as caught:
+        main(line)
+    return int(caught.value.code or 0)
+
+
+def reached(world: World, cell: float, size: tuple[int, int]) -> int:
+    """Count the cells of a maze that can be driven to, by shapely: those whose middles no wall parts."""
+    walls = solid(world)
+    shapely.prepare(walls)
+    waiting, seen = [(0, 0)], {(0, 0)}
+    while waiting:
+        x, y = waiting.pop()
+        for ahead in ((x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)):
+            between = shapely.LineString([((i + 0.5) * cell, (j + 0.5) * cell) for i, j in ((x, y), ahead)])
+            if ahead not in seen and not walls.intersects(between):
+                seen.add(ahead)
+                waiting.append(ahead)
+    assert all(0 <= x < size[0] and 0 <= y < size[1] for x, y in seen)
+    return len(seen)
+
+
+def test_every_cell_of_a_maze_can_be_reached_and_nothing_outside():
+    for seed in range(2):
+        world = maze_world((7, 5), seed=seed, cell=1.2)
+        assert not check_world(world)
+        assert reached(world, 1.2, (7, 5)) == 35
+
+
+def test_the_same_seed_gives_the_same_maze_and_another_another():
+    assert maze_world((9, 9), seed=3) == maze_world((9, 9), seed=3)
+    assert maze_world((9, 9), seed=3).walls != maze_world((9, 9), seed=4).walls
+
+
+def test_markers_of_a_maze_hang_before_walls_and_face_the_way():
+    world = maze_world((9, 9), seed=3, beacons=6)
+    assert [beacon.marker.id for beacon in world.beacons] == list(range(6))
+    walls = solid(world)
+    for beacon in world.beacons:
+        assert walls.distance(Point(beacon.at)) == pytest.approx(0.01, abs=1e-3)
+        ahead = math.radians(beacon.heading_deg)
+        nose = np.add(beacon.at, 0.6 * np.array([math.cos(ahead), math.sin(ahead)]))
+        assert walls.distance(Point(nose)) > 0.5
+
+
+def test_a_maze_that_is_none_is_refused():
+    for size, cell, message in [((2, 9), 1.5, "3 to 50"), ((9, 60), 1.5, "3 to 50"), ((9, 9), 0.5, "no room")]:
+        with pytest.raises(UsageError, match=message):
+            maze_world(size, seed=1, cell=cell)
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_a_template_is_the_shipped_world_under_a_name_of_ones_own(template, tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(template_text(template, name="mine"))
+    shipped = load_world(WORLDS / f"{template}.yaml")
+    assert load_world(path) == shipped.model_copy(update={"name": "mine"})
+
+
+def test_new_writes_a_world_and_keeps_what_is_there(tmp_path, capsys):
+    path = tmp_path / "labyrinth.yaml"
+    assert typed("new", "--maze", "5x4", "--seed", "3", "-o", str(path)) == 0
+    assert load_world(path) == maze_world((5, 4), seed=3, name="labyrinth")
+    capsys.readouterr()
+    for line, message in [
+        (["--maze", "5x4", "-o", str(path)], f"'{path}' is there already; name another file or add --force"),
+        (["--maze", "5 by 4"], "the size of the maze is '5 by 4'; write it like 9x9"),
+        (["--maze", "5x4", "--template", "empty"], "a world is made from one thing"),
+        (["--template", "ofice"], "no template 'ofice'; templates are office, corridor, empty, gallery"),
+        (["--template", "empty", "--no-robot"], "a template has a robot of its own; change it in the new file"),
+    ]:
+        assert typed("new", *line) == 2
+        assert message in capsys.readouterr().err
+
+
+def test_new_prints_a_world_that_is_not_written_to_a_file(capsys):
+    assert typed("new", "--maze", "4x4", "--no-robot") == 0
+    assert parse_world(capsys.readouterr().out) == maze_world((4, 4), seed=1, preset=None)
+
+
+@pytest.mark.slow
+def test_the_robot_of_a_maze_drives_to_its_far_end():
+    world = maze_world((5, 5), seed=3)
+    (goal,) = (driver.navigator.model_dump()["points"][-1] for driver in world.run.drivers.values())
+    with mjsim.Simulation(world, seed=1) as sim:
+        mjsim.run(sim, seconds=world.run.seconds)
+        pose = sim.truth("theseus")
+    assert math.dist((pose.x, pose.y), goal) < 0.4
