@@ -117,25 +117,48 @@ def visible_faces(prisms: Prisms, *, floor: float = 0.0) -> Faces:
 
 def _cells(prisms: Prisms) -> tuple[NDArray[np.object_], list[Column], Whole]:
     """Return the solid cells that the outlines cut out of the plane, the columns there are, and which each cell has."""
-    corners = np.round(prisms.outlines / GRID)
-    outlines = shapely.polygons(corners * GRID)
+    corners = np.round(prisms.outlines / GRID).astype(np.int64)
     # A window leaves two prisms on one outline.
-    _, once, _ = _unique_rows(corners.reshape(len(corners), -1).astype(np.int64))
-    lines = shapely.union_all(shapely.boundary(outlines[once]), grid_size=GRID)
-    cells = shapely.orient_polygons(shapely.get_parts(shapely.polygonize(shapely.get_parts(lines))))
-    cell, owner = shapely.STRtree(outlines).query(shapely.point_on_surface(cells), predicate="within")
+    _, once, outline_of = _unique_rows(corners.reshape(len(corners), -1))
+    corners = corners[once]
+    outlines = shapely.polygons(corners * GRID)
+    cut = _touched(corners, outlines)
+    lines = shapely.union_all(shapely.boundary(outlines[cut]), grid_size=GRID)
+    pieces = shapely.orient_polygons(shapely.get_parts(shapely.polygonize(shapely.get_parts(lines))))
+    piece, owner = shapely.STRtree(outlines[cut]).query(shapely.point_on_surface(pieces), predicate="within")
+    cells = np.concatenate([pieces, outlines[~cut]])
+    cell = np.concatenate([piece, len(pieces) + np.arange(np.count_nonzero(~cut))])
+    outline = np.concatenate([np.flatnonzero(cut)[owner], np.flatnonzero(~cut)])
     spans = np.column_stack([prisms.low.round(6), prisms.high.round(6), prisms.look])
     kinds, kind_of = np.unique(spans, axis=0, return_inverse=True)
-    pairs = np.unique(np.column_stack([cell, kind_of.ravel()[owner]]), axis=0)
+    # Each outline with the prisms that stand on it.
+    order = np.argsort(outline_of, kind="stable")
+    some, prism = _expanded(np.bincount(outline_of), outline)
+    pairs = np.unique(np.column_stack([cell[some], kind_of.ravel()[order[prism]]]), axis=0)
     solid, first = np.unique(pairs[:, 0], return_index=True)
     owners, ends = pairs[:, 1].tolist(), [*first.tolist()[1:], len(pairs)]
     numbers: dict[tuple[int, ...], int] = {}
-    column_of = [
-        numbers.setdefault(tuple(owners[a:b]), len(numbers)) for a, b in zip(first.tolist(), ends, strict=True)
-    ]
+    keys = (tuple(owners[a:b]) for a, b in zip(first.tolist(), ends, strict=True))
+    column_of = [numbers.setdefault(key, len(numbers)) for key in keys]
     spans_of = [(low, high, int(look)) for low, high, look in kinds.tolist()]
     columns = [_column([spans_of[kind] for kind in key]) for key in numbers]
     return cells[solid], columns, np.array(column_of, dtype=np.int64)
+
+
+def _touched(corners: Whole, outlines: NDArray[np.object_]) -> NDArray[np.bool_]:
+    """Say of each outline whether another meets it anywhere but along a whole edge of both: the others are cells."""
+    one, other = shapely.STRtree(outlines).query(outlines, predicate="dwithin", distance=2 * GRID)
+    one, other = one[one < other], other[one < other]
+    ahead, back = corners, np.roll(corners, -1, axis=1)
+    # Both go counter-clockwise, so an edge that they share goes the other way round in the other.
+    shared = np.zeros(len(one), dtype=bool)
+    for a in range(corners.shape[1]):
+        for b in range(corners.shape[1]):
+            same = (ahead[one, a] == back[other, b]) & (back[one, a] == ahead[other, b])
+            shared |= same.all(axis=1)
+    touched = np.zeros(len(outlines), dtype=bool)
+    touched[one[~shared]] = touched[other[~shared]] = True
+    return touched
 
 
 def _column(prisms: Sequence[Span]) -> Column:

@@ -1,11 +1,12 @@
 """Walls and obstacles as upright prisms, to ask what stands somewhere; and how doubts about a world are told."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING
 
 from mjsim.world.model import World
 from mjsim.world.outlines import prisms
 from mjsim.world.pieces import wall_pieces
+from mjsim.world.structure import Wall
 from mjsim.world.things import Obstacle
 
 if TYPE_CHECKING:
@@ -18,24 +19,26 @@ SPARE = 1e-3
 """A beacon or a robot may reach this far into something [m]: coordinates are written to the millimetre."""
 
 
+_Prism = tuple[str, "BaseGeometry", float, float]
+"""Name, outline, lower and upper height [m]."""
+
+
 class Solids:
-    """Walls and obstacles as upright prisms, found fast by where they stand."""
+    """Walls and obstacles as upright prisms, found fast by where they stand; walls are cut when one asks about them."""
 
     def __init__(self, world: World) -> None:
-        from shapely import STRtree, polygons
+        from shapely import STRtree, box, polygons
 
-        pieces = [(number, piece) for number, wall in enumerate(world.walls) for piece in wall_pieces(wall)]
-        words = [f"wall '{wall.name}'" if wall.name else f"walls[{number}]" for number, wall in enumerate(world.walls)]
-        names = [words[number] for number, _ in pieces]
-        outlines = list(polygons([piece.outline for _, piece in pieces])) if pieces else []
-        self.low, self.high = [piece.low for _, piece in pieces], [piece.high for _, piece in pieces]
+        self._walls = world.walls
+        self._pieces: dict[int, list[_Prism]] = {}
+        # The tip of a corner stands out by less than the thickness.
+        bounds = [_bounds(wall) for wall in world.walls]
+        self._walls_tree = STRtree([box(*bound) for bound in bounds])
+        self._things: list[_Prism] = []
         for number, obstacle in enumerate(world.obstacles):
             for outline, low, high in prisms(obstacle):
-                names.append(called(obstacle, number))
-                outlines.append(polygons(outline))
-                self.low.append(low)
-                self.high.append(high)
-        self.names, self.outlines, self.tree = names, outlines, STRtree(outlines)
+                self._things.append((called(obstacle, number), polygons(outline), low, high))
+        self._things_tree = STRtree([outline for _, outline, _, _ in self._things])
 
     def reached(
         self, shape: "BaseGeometry", *, depth: float, low: float, high: float, but: Collection[str] = ()
@@ -49,12 +52,29 @@ class Solids:
             high: [m]
             but: Names of what does not count.
         """
-        for index in sorted(self.tree.query(shape)):
-            if self.low[index] < high and self.high[index] > low and self.names[int(index)] not in but:
-                inner = self.outlines[index].buffer(-depth) if depth > 0 else self.outlines[index]
+        for name, outline, bottom, top in self._near(shape):
+            if bottom < high and top > low and name not in but:
+                inner = outline.buffer(-depth) if depth > 0 else outline
                 if inner.intersects(shape):
-                    return self.names[int(index)]
+                    return name
         return None
+
+    def _near(self, shape: "BaseGeometry") -> Iterator["_Prism"]:
+        from shapely import polygons
+
+        for number in sorted(self._walls_tree.query(shape).tolist()):
+            if number not in self._pieces:
+                wall = self._walls[number]
+                name = f"wall '{wall.name}'" if wall.name else f"walls[{number}]"
+                self._pieces[number] = [(name, polygons(p.outline), p.low, p.high) for p in wall_pieces(wall)]
+            yield from self._pieces[number]
+        for number in sorted(self._things_tree.query(shape).tolist()):
+            yield self._things[number]
+
+
+def _bounds(wall: Wall) -> tuple[float, float, float, float]:
+    (x, y), spare = zip(*wall.points, strict=True), wall.thickness
+    return min(x) - spare, min(y) - spare, max(x) + spare, max(y) + spare
 
 
 def called(obstacle: Obstacle, number: int) -> str:
