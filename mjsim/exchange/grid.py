@@ -92,7 +92,7 @@ def write_grid(grid: Grid, folder: str | Path) -> Path:
     folder = Path(folder)
     picture = np.full(grid.occupied.shape, UNKNOWN, dtype=np.uint8)
     picture[grid.free], picture[grid.occupied] = FREE, OCCUPIED
-    rows, columns = picture.shape
+    rows, columns = len(picture), len(picture[0])
     at = grid.world_from_grid
     text = (
         "image: map.pgm\nmode: trinary\n"
