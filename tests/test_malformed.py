@@ -231,10 +231,10 @@ def folder(tmp_path_factory):
 
 def refused(path):
     """Return the lines that a malformed file gives, within the time limit."""
-    begun = time.perf_counter()
+    begun = time.process_time()
     with pytest.raises(WorldError) as caught:
         load_checked(path)
-    assert time.perf_counter() - begun < LIMIT
+    assert time.process_time() - begun < LIMIT
     assert caught.value.exit_code == 2
     lines = str(caught.value).splitlines()
     assert all(re.match(rf"{re.escape(str(path))}:\d+:\d+: \S", line) for line in lines)
