@@ -127,6 +127,22 @@ def test_faults_of_variables_and_of_values_that_came_out_of_expressions_have_the
     ]
 
 
+def test_texts_that_double_are_refused():
+    doubling = "variables:\n  a0: '" + "x" * 500 + "'\n"
+    doubling += "".join(f"  a{k + 1}: '${{a{k}}}${{a{k}}}'\n" for k in range(60))
+    line = faults(doubling)[0]
+    assert line == "room.yaml:6:7: a text of 4000 characters comes out of this; it must have at most 2000"
+
+
+@pytest.mark.slow
+def test_expanding_ends_after_two_seconds():
+    long = "+".join("i" * 180)
+    start = time.process_time()
+    found = faults(f"lamps: [{{at: ['${{{long}}}', 0], repeat: {{times: 100000}}}}]\n")
+    assert found == ["room.yaml:2:9: expanding takes more than 2 s; repeat or include less"]
+    assert time.process_time() - start < 4
+
+
 def test_repeated_items_stand_one_offset_apart_and_are_numbered():
     world = parse_world(
         "mjsim: 1\nobstacles:\n"

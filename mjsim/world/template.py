@@ -23,6 +23,8 @@ MOST_VALUES = 2_000_000
 """Keys and values that repetitions come to."""
 LONGEST_TIME = 2.0
 """Of computing, reading files apart [s]."""
+LONGEST_TEXT = 2000
+"""Characters of a text with expressions in it."""
 _NUMBERED = ("openings",)
 """Lists inside items whose own items have names that are taken in the whole world."""
 _PIECE = re.compile(r"\$\$\{|\$\{([^{}]*)\}|\$\{")
@@ -297,7 +299,7 @@ class Template:
                 if isinstance(alone, Expression):
                     return alone.value(names)
                 values = [piece.value(names) if isinstance(piece, Expression) else piece for piece in pieces]
-                return "".join(map(shown_number, values))
+                return _joined([shown_number(value) for value in values])
             except ValueError as error:
                 self._report(node, str(error))
                 return str(node.value)
@@ -334,6 +336,13 @@ def _pieces(text: str) -> list[str | Expression]:
             found.append(Expression(match.group(1)))
     found.append(text[end:])
     return [piece for piece in found if piece]
+
+
+def _joined(texts: Sequence[str]) -> str:
+    length = sum(map(len, texts))
+    if length > LONGEST_TEXT:
+        raise ValueError(f"a text of {length} characters comes out of this; it must have at most {LONGEST_TEXT}")
+    return "".join(texts)
 
 
 def _name_to_number(node: Node) -> str | None:
