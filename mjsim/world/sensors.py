@@ -1,7 +1,7 @@
 """Sensors as a world file describes them: what a robot senses with besides its wheels."""
 
 import math
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
@@ -9,6 +9,7 @@ from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 from mjsim.world.base import PHYSICS_STEP, Degrees, Deviation, Distance, Length, Model, Name, Point3, Rate, fault
 from mjsim.world.lenses import Lens
 from mjsim.world.running import nearest_divisor, whole_steps
+from mjsim.world.sensor_presets import over_sensor
 
 
 def _ascending(bounds: tuple[float, ...]) -> tuple[float, ...]:
@@ -26,6 +27,23 @@ Bounds = Annotated[tuple[Distance, ...], Field(strict=False, min_length=2, max_l
 Pitch = Annotated[float, Field(ge=-89, le=89)]
 
 
+class _Bought(Model):
+    """A sensor of which there are known makes."""
+
+    preset: Name | None = None
+    """A sensor of `assets/sensors`; keys beside this one override it."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _over_preset(cls, keys: Any) -> Any:
+        if isinstance(keys, dict) and isinstance(keys.get("preset"), str):
+            try:
+                return over_sensor(cls.__name__.lower(), keys["preset"], keys)
+            except ValueError as error:
+                raise fault(str(error), "preset") from None
+        return keys
+
+
 class Depth(Model):
     """How a camera measures distances."""
 
@@ -35,7 +53,7 @@ class Depth(Model):
     """Standard deviation at 1 m [m]; it grows with the square of the distance, as that of stereo does."""
 
 
-class Camera(Model):
+class Camera(_Bought):
     """A camera on the robot; it looks along the robot's x axis unless yaw and pitch say otherwise."""
 
     camera: Name
@@ -92,7 +110,7 @@ class LidarNoise(Model):
     """[m]"""
 
 
-class Lidar(Model):
+class Lidar(_Bought):
     """A level fan of laser beams, as a 2-D lidar has them; what it gives is one scan."""
 
     lidar: Name

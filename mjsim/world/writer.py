@@ -12,6 +12,7 @@ from mjsim.world.model import World
 from mjsim.world.places import problems_at
 from mjsim.world.reader import parse_world
 from mjsim.world.robots import Robot
+from mjsim.world.sensors import AnySensor, kind_of, name_of
 from mjsim.world.source import Source
 from mjsim.world.text import read_text
 from mjsim.world.write_back import ForeignError, write_changes
@@ -80,8 +81,19 @@ def _keys_of_robot(robot: Robot) -> dict[str, Any]:
     if robot.preset is not None:
         given["preset"] = robot.preset
     base = Robot.model_validate(given)
-    keys: dict[str, Any] = plain({**robot.model_dump(mode="json", include=set(given)), **_differing(robot, base)})
+    found = {**robot.model_dump(mode="json", include=set(given)), **_differing(robot, base)}
+    if "sensors" in found:
+        found["sensors"] = [_keys_of_sensor(sensor) for sensor in robot.sensors]
+    keys: dict[str, Any] = plain(found)
     return keys
+
+
+def _keys_of_sensor(sensor: AnySensor) -> dict[str, Any]:
+    preset = getattr(sensor, "preset", None)
+    if preset is None:
+        return sensor.model_dump(mode="json", exclude_defaults=True)
+    named = {kind_of(sensor): name_of(sensor), "preset": preset}
+    return {**named, **_differing(sensor, type(sensor).model_validate(named))}
 
 
 def _differing(value: Model, base: Model) -> dict[str, Any]:
