@@ -214,6 +214,8 @@ class RobotInfo:
     """Largest speed sideways [m/s]; 0 for robots that cannot move so."""
     max_curvature: float = math.inf
     """Of the sharpest arc that it can drive [1/m]; infinite for robots that can turn on the spot."""
+    twist_from_wheels: Array | None = None
+    """Twist (forward, left, turn) of wheel speeds, a matrix, shape (3, wheels) [m/rad, m/rad, 1]; steering straight."""
     outline: Array | None = None
     """Of the body from above, in its frame, counter-clockwise, shape (n, 2) [m]; None means the circle."""
 

@@ -108,3 +108,55 @@ def test_it_backs_off_with_an_eye_on_what_is_behind():
     poses = drive(boxes, seconds=6.0, command=Command(-0.5))
     assert clearance(poses, boxes) > 0.03
     assert math.isclose(poses[0, 0], -0.02, abs_tol=1e-6)
+
+
+CAR = pioneer(
+    radius=0.48,
+    max_curvature=1.35,
+    outline=np.array([[-0.125, -0.155], [0.455, -0.155], [0.455, 0.155], [-0.125, 0.155]]),
+)
+
+
+def test_a_robot_that_is_not_round_stops_turning_when_a_side_would_swing_into_what_it_touches():
+    # Touched at the left of its nose, left of the middle: turning left presses, turning right leaves.
+    side = math.atan2(0.155, 0.3)
+    assert react_to_bump(Command(0.0, turn=0.5), (side,), CAR) == Command()
+    assert react_to_bump(Command(0.0, turn=-0.5), (side,), CAR) == Command(turn=-0.5)
+    # A round robot presses nowhere when it turns.
+    assert react_to_bump(Command(0.0, turn=0.5), (side,), ROBOT) == Command(turn=0.5)
+
+
+def test_wheels_with_rollers_lose_only_the_part_that_presses():
+    # Four mecanum wheels of 0.05 m, levers of 0.4 m: rows forward, left, turn.
+    matrix = np.array([[1, 1, 1, 1], [-1, 1, 1, -1], [-2.5, 2.5, -2.5, 2.5]]) * 0.05 / 4
+    robot = pioneer(max_left=0.5, twist_from_wheels=matrix)
+    slanted = WheelCommand((0.0, 8.0, 8.0, 0.0))
+    np.testing.assert_allclose(matrix @ slanted.speeds, [0.2, 0.2, 0.0])
+    assert react_to_bump(slanted, (np.pi,), robot) is slanted
+    stopped = react_to_bump(slanted, (np.pi / 2,), robot)
+    np.testing.assert_allclose(stopped.speeds, 0.0, atol=1e-12)
+
+
+def test_a_car_with_no_way_ahead_backs_off_and_turns_no_sharper_than_it_can():
+    avoidance = RingAvoidance()
+    avoidance.start(CAR, np.random.default_rng(0))
+    ahead = np.full(16, np.inf)
+    ahead[[15, 0, 1]] = 0.1
+    still = Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
+    told = avoidance.adjust(Command(0.7), Observation(0.0, 0.04, still, proximity=ahead))
+    assert told.forward < -0.2
+    assert abs(told.turn) <= 1.35 * abs(told.forward) + 1e-9
+
+
+def test_a_robot_told_to_go_sideways_slips_past_what_stands_there_and_rests_before_a_wall():
+    avoidance = RingAvoidance()
+    avoidance.start(pioneer(max_left=0.5), np.random.default_rng(0))
+    still, ring = Odometry(0.0, 0.0, 0.0, np.zeros((3, 3))), np.full(16, np.inf)
+    assert avoidance.adjust(Command(left=0.4), Observation(0.0, 0.04, still, proximity=ring)) == Command(left=0.4)
+    ring[3] = 0.15
+    past = avoidance.adjust(Command(left=0.4), Observation(0.04, 0.04, still, proximity=ring))
+    assert past.left > 0.1
+    assert past.forward < -0.05
+    ring[1:8] = 0.1
+    rests = avoidance.adjust(Command(left=0.4), Observation(0.08, 0.04, still, proximity=ring))
+    assert math.hypot(rests.forward, rests.left) < 0.05

@@ -119,7 +119,7 @@ class Pilot:
             command = self._check("avoidance", self._avoidance, seen.time, checked_command, command, self._robot)
             if isinstance(command, Command):
                 command = replace(command, messages=wanted.messages)  # Who avoids a wall need not think of the radio.
-        safe = command if self._driver.push else react_to_bump(command, seen.bump)
+        safe = command if self._driver.push else react_to_bump(command, seen.bump, self._robot)
         return Order(
             command=safe,
             wanted=wanted,

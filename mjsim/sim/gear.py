@@ -1,13 +1,18 @@
 """The running gear of a robot at work: which hinges and servos it has, its drive and its odometer."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from mjsim.geometry import Array
 from mjsim.sim.drive import CarDrive, Drive, TricycleDrive, TwistDrive
 from mjsim.sim.kinematics import (
     DifferentialKinematics,
     Kinematics,
     TricycleKinematics,
+    Twist,
     mecanum,
     omni3,
     steering_names,
@@ -29,12 +34,18 @@ class RunningGear:
     """What is steered, in the order of its angles, which follow those speeds."""
     drive: Drive
     odometer: WheelOdometer
+    motion: Motion
     track: float
     """Distance between the wheels of the left and of the right, as kinematics have it [m]."""
     max_left: float = 0.0
     """Largest speed sideways [m/s]."""
     max_curvature: float = math.inf
     """Of the sharpest arc that it can drive [1/m]; infinite when it can turn on the spot."""
+
+    def twist_from_wheels(self) -> Array:
+        """Return the twist (forward, left, turn) of wheel speeds, steering straight ahead, shape (3, wheels)."""
+        count = len(self.wheels)
+        return np.array([self.motion([float(k == wheel) for k in range(count)], 0.0) for wheel in range(count)]).T
 
 
 def running_gear(robot: Robot, *, dt: float, seed: int) -> RunningGear:
@@ -64,12 +75,17 @@ def _turning(robot: Robot, kinematics: Kinematics, dt: float, seed: int, *, trac
     """Return the running gear of a robot that can turn on the spot."""
     max_left = robot.drive.max_left if isinstance(robot.drive, drives.Omni3Drive | drives.MecanumDrive) else 0.0
     source = stream(seed, robot.name, "drive/twist")
+
+    def motion(rotations: Sequence[float], steer: float) -> Twist:
+        return kinematics.twist_from_wheels(rotations)
+
     drive = TwistDrive(robot.drive, kinematics=kinematics, dt=dt, stream=source, max_left=max_left)
     return RunningGear(
         wheels=wheel_names(robot.drive),
         steering=(),
         drive=drive,
-        odometer=_odometer(robot, lambda rotations, _: kinematics.twist_from_wheels(rotations), seed),
+        odometer=_odometer(robot, motion, seed),
+        motion=motion,
         track=track,
         max_left=max_left,
     )
@@ -77,11 +93,16 @@ def _turning(robot: Robot, kinematics: Kinematics, dt: float, seed: int, *, trac
 
 def _car(robot: Robot, drive: drives.AckermannDrive, dt: float, seed: int) -> RunningGear:
     wheels = DifferentialKinematics(drive.wheel_radius, drive.track)
+
+    def motion(rotations: Sequence[float], steer: float) -> Twist:
+        return wheels.twist_from_wheels(rotations)
+
     return RunningGear(
         wheels=wheel_names(drive),
         steering=steering_names(drive),
         drive=CarDrive(drive, dt=dt, stream=stream(seed, robot.name, "drive/twist")),
-        odometer=_odometer(robot, lambda rotations, _: wheels.twist_from_wheels(rotations), seed),
+        odometer=_odometer(robot, motion, seed),
+        motion=motion,
         track=drive.track,
         max_curvature=math.tan(math.radians(drive.max_steer_deg)) / drive.wheelbase,
     )
@@ -92,11 +113,16 @@ def _tricycle(robot: Robot, drive: drives.TricycleDrive, dt: float, seed: int) -
     kinematics = TricycleKinematics(drive.wheel_radius, place)
     source = stream(seed, robot.name, "drive/twist")
     steep = drive.max_steer_deg >= 90.0
+
+    def motion(rotations: Sequence[float], steer: float) -> Twist:
+        return kinematics.twist(rotations[0], steer)
+
     return RunningGear(
         wheels=wheel_names(drive),
         steering=steering_names(drive),
         drive=TricycleDrive(drive, kinematics=kinematics, dt=dt, stream=source),
-        odometer=_odometer(robot, lambda rotations, steer: kinematics.twist(rotations[0], steer), seed),
+        odometer=_odometer(robot, motion, seed),
+        motion=motion,
         track=drive.track,
         max_curvature=math.inf if steep else math.tan(math.radians(drive.max_steer_deg)) / drive.wheelbase,
     )

@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.world.bodies import rims
 from mjsim.world.robots import Robot
 
 RAYS = 16
@@ -20,9 +21,10 @@ class ProximityRing:
         """Keep the model and its state, which is read at each look, and where the rays of the robot begin."""
         self._model, self._data = model, data
         self._base = model.body(f"{robot.name}/base").id
-        self._radius, self._reach = robot.body.radius, robot.proximity_range
-        angles = np.arange(RAYS) * (2.0 * np.pi / RAYS)
+        angles = np.asarray(np.arange(RAYS) * (2.0 * np.pi / RAYS), dtype=float)
+        self._rims, self._reach = rims(robot.body, angles), robot.proximity_range
         self._rays = np.stack([np.cos(angles), np.sin(angles), np.zeros(RAYS)], axis=-1)
+        self._farthest = float(np.max(self._rims)) + self._reach
         self._start = np.array([0.0, 0.0, HEIGHT * robot.body.height])
         self._directions = np.empty((RAYS, 3))
         self._geoms = np.empty(RAYS, dtype=np.int32)
@@ -37,7 +39,7 @@ class ProximityRing:
         np.matmul(self._rays, world_from_base.T, out=self._directions)
         # From the middle, leaving out the base: a ray that began at the rim would begin inside what is touched.
         start = self._data.xpos[self._base] + world_from_base @ self._start
-        limit = self._radius + self._reach
+        limit = self._farthest
         mujoco.mj_multiRay(
             self._model,
             self._data,
@@ -52,5 +54,5 @@ class ProximityRing:
             RAYS,
             limit,
         )
-        hit = (self._geoms >= 0) & (self._distances <= limit)
-        return np.where(hit, np.maximum(self._distances - self._radius, 0.0), np.inf)
+        hit = (self._geoms >= 0) & (self._distances <= self._rims + self._reach)
+        return np.where(hit, np.maximum(self._distances - self._rims, 0.0), np.inf)

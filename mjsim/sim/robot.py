@@ -156,6 +156,7 @@ class SimulatedRobot:
             wheel_radius=drive.wheel_radius,
             track=self._gear.track,
             radius=robot.body.radius,
+            twist_from_wheels=self._gear.twist_from_wheels(),
             outline=robot.body.outline(),
             dt=self._dt,
             prior=Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg)),
