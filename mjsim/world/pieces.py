@@ -64,9 +64,11 @@ def wall_pieces(wall: Wall) -> list[Piece]:
     opening, square ends overlap. The prisms of a wall leave no gap.
     """
     segments = [_segment(start, end) for start, end in wall.segments()]
+    openings: list[list[Opening]] = [[] for _ in segments]
+    for opening in wall.openings:
+        openings[opening.segment].append(opening)
     parts = [
-        list(solid_parts(segment.length, wall.height, [o for o in wall.openings if o.segment == index]))
-        for index, segment in enumerate(segments)
+        list(solid_parts(segment.length, wall.height, holes)) for segment, holes in zip(segments, openings, strict=True)
     ]
     half, whole = wall.thickness / 2, [(0.0, wall.height)]
     joints = [_FREE] * (len(segments) + 1)
@@ -82,7 +84,7 @@ def wall_pieces(wall: Wall) -> list[Piece]:
     for index, segment in enumerate(segments):
         for first, last, low, high in parts[index]:
             outline = _outline(segment, half, (joints[index], joints[index + 1]), (first, last))
-            start, end = np.array(segment.point(first, 0.0)), np.array(segment.point(last, 0.0))
+            start, end = np.array((segment.point(first, 0.0), segment.point(last, 0.0)))
             pieces.append(Piece(index, start, end, low, high, outline))
     return sorted(pieces, key=lambda piece: piece.segment)
 
@@ -136,6 +138,9 @@ def solid_parts(
 
     Openings may overlap each other and may reach past the segment; what is beyond is ignored.
     """
+    if not openings and min(length, height) >= SLIVER:
+        yield 0.0, length, 0.0, height
+        return
     cuts = {0.0, length}
     for opening in openings:
         cuts |= {min(opening.at, length), min(opening.at + opening.width, length)}

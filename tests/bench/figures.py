@@ -14,6 +14,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from mjsim.algorithms.ekf_slam import EkfSlamFilter, odometry_motion
+from mjsim.bench.large import large
 from mjsim.record import read_recording
 from mjsim.run import Driver, drivers_of, run, ticks
 from mjsim.sim import Simulation
@@ -201,6 +202,8 @@ def film() -> Iterator[Once]:
 
 LIDAR = "{lidar: scan, beams: 180, rate_hz: 12.5, noise: {range: 0.01}}"
 PACE = "simulated seconds a second"
+LARGE = (1000, 3000, 10_000)
+"""Wall segments."""
 FIGURES = (
     Figure("loop", PACE, loop_speed(hall(), seconds=4.0)),
     Figure("loop-lidar", PACE, loop_speed(hall(LIDAR), seconds=4.0)),
@@ -212,5 +215,7 @@ FIGURES = (
     Figure("filter-10", "ms a predict and update", filter_time(10)),
     Figure("filter-100", "ms a predict and update", filter_time(100)),
     Figure("film", "frames a second", film),
+    *(Figure(f"large-{n}", "s to be made ready", large(n, memory=False)) for n in LARGE),
+    *(Figure(f"large-{n}-memory", "MB at most", large(n, memory=True)) for n in LARGE),
 )
 """In the order in which they are printed."""
