@@ -44,7 +44,7 @@ def test_the_plan_of_ten_thousand_segments_takes_seconds():
     began = time.process_time()
     faces = segments(world)
     assert time.process_time() - began < 4.0 / 0.04 * max(before, yardstick())
-    # Outside 5 and 2 at the door, inside 13 with the wall across, 4 more where what is under the window begins and ends.
+    # Outside 5, 2 at the door, inside 13 with the wall across, 4 where what is under the window begins and ends.
     assert len(faces) == 2000 * 24
 
 
