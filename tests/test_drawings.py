@@ -9,6 +9,7 @@ import pytest
 
 from mjsim.errors import UsageError
 from mjsim.exchange import with_robot, world_from_dxf, world_from_svg
+from mjsim.exchange.svg_in import read_svg
 from mjsim.world.check import check_world
 from mjsim.world.plan import segments
 
@@ -52,6 +53,12 @@ def test_a_circle_bows_less_than_two_thousandths_of_its_size(tmp_path):
     corners = np.concatenate([faces[:, 0], faces.mean(axis=1)])
     ring = np.hypot(*(corners - 3.0).T)
     assert np.minimum(abs(ring - 3.05), abs(ring - 2.95)).max() < 0.015
+
+
+def test_shapes_in_percent_and_millimetres_are_left_out_and_said(tmp_path):
+    path = svg(tmp_path, '<rect width="100%" height="100%"/><line x2="4px" y2="9mm"/><line x2="400px" y2="0"/>')
+    assert [wall.points for wall in world_from_svg(path, scale=0.01).walls] == [((0, 0), (4, 0))]
+    assert read_svg(path).notes == ["left out: 2 shapes in other units than the drawing's"]
 
 
 def test_only_the_named_layer_of_an_svg_is_walls_and_nothing_hidden(tmp_path):

@@ -1,6 +1,6 @@
 """Worlds in from what people have, and out to what others read.
 
-In: maps of ROS map_server and Nav2, drawings in SVG and DXF, mazes, templates. Out: maps.
+In: maps of ROS map_server and Nav2, drawings in SVG and DXF, mazes, templates. Out: maps, SDF, plans in SVG.
 """
 
 from collections.abc import Sequence
@@ -11,6 +11,8 @@ from mjsim.exchange.maps import explained, name_of, world_from_map
 from mjsim.exchange.maze import maze_world
 from mjsim.exchange.place import with_robot
 from mjsim.exchange.raster import write_map
+from mjsim.exchange.sdf import write_sdf
+from mjsim.exchange.svg_out import write_svg
 from mjsim.exchange.template import template_text
 from mjsim.world.model import World
 
@@ -23,6 +25,8 @@ __all__ = [
     "world_from_map",
     "world_from_svg",
     "write_map",
+    "write_sdf",
+    "write_svg",
 ]
 
 

@@ -25,6 +25,9 @@ DEEPEST = 100
 LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 UNIT = "data-metres-per-unit"
 """Attribute of files that mjsim wrote: metres to one user unit."""
+SHAPES = ("rect", "circle", "ellipse", "line")
+LENGTHS = ("x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "x1", "y1", "x2", "y2")
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _BROKEN = (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, ValueError)
 """What svgpathtools raises on paths that are none."""
 
@@ -48,6 +51,7 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
     root: Element = document.root
     if root.tag != "{http://www.w3.org/2000/svg}svg":
         raise UsageError(f"'{path}' is XML but no SVG drawing; its first element is '{root.tag[:60]}'")
+    odd = _without_units(root)
     parents = {child: parent for parent in root.iter() for child in parent}
     chosen = _layers(root, layers, path)
     lines: list[Line] = []
@@ -61,6 +65,7 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
         raise UsageError(f"'{path}' has a shape that cannot be read ({error!s:.80}); mend the drawing") from error
     counts = Counter(element.tag.rpartition("}")[2] for element in root.iter() if isinstance(element.tag, str))
     left = [f"{counts[tag]} <{tag}>" for tag in ("use", "image", "text") if counts[tag]]
+    left += [f"{odd} shapes in other units than the drawing's"] if odd else []
     notes = [f"left out: {', '.join(left)}"] if left else []
     return Drawing(str(path), lines, _unit(root), notes)
 
@@ -92,6 +97,26 @@ def _document(data: bytes, path: Path) -> Any:
         return Document(io.BytesIO(data))
     except (expat.ExpatError, ParseError, ValueError, LookupError) as error:
         raise UsageError(f"'{path}' is not XML, and so no SVG drawing: {error}") from None
+
+
+def _without_units(root: Element) -> int:
+    """Take away shapes whose places or sizes are in percent or millimetres, and return how many they were."""
+    count = 0
+    for parent in list(root.iter()):
+        for shape in list(parent):
+            if any(not _plain(shape, key) for key in LENGTHS):
+                parent.remove(shape)
+                count += isinstance(shape.tag, str) and shape.tag.rpartition("}")[2] in SHAPES
+    return count
+
+
+def _plain(shape: Element, key: str) -> bool:
+    """Say whether a length is a number; one in pixels is made one."""
+    value = shape.get(key)
+    if value is None or (isinstance(shape.tag, str) and shape.tag.rpartition("}")[2] not in SHAPES):
+        return True
+    shape.set(key, value.strip().removesuffix("px"))
+    return NUMBER.fullmatch(shape.get(key, "")) is not None
 
 
 def _layers(root: Element, names: Sequence[str], path: Path) -> set[Element] | None:

@@ -1,0 +1,147 @@
+"""Elements of SDF: models of one link, boxes, prisms, looks."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element, SubElement
+
+import numpy as np
+
+from mjsim.geometry import Array
+
+NO_METAL, ROUGH = "0", "1"
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """A surface."""
+
+    color: str
+    """'#rrggbb'."""
+    friction: float | None = None
+    """Coefficient of friction; Gazebo's own when None."""
+    picture: str | None = None
+    """A file beside the SDF that it shows."""
+
+
+def numbers(*values: float) -> str:
+    """Return numbers as SDF writes them."""
+    return " ".join(f"{value + 0.0:.9g}" for value in values)
+
+
+def pose_of(point: Array, frame: Array) -> tuple[float, ...]:
+    """Return x, y, z, roll, pitch and yaw of a place, shape (3,) [m], and the axes there, shape (3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    # SDF turns about the fixed axes x, y and z, one after the other.
+    return tuple(np.concatenate([point, Rotation.from_matrix(frame).as_euler("xyz")]).tolist())
+
+
+def add_link(
+    place: Element,
+    name: str,
+    *,
+    at: Sequence[float] = (),
+    mass: float | None = None,
+    size: Sequence[float] = (1.0, 1.0, 1.0),
+    center: Sequence[float] | None = None,
+) -> Element:
+    """Add a model of one link and return the link.
+
+    Args:
+        place: The world.
+        name: Of the model.
+        at: x, y, z, and roll, pitch, yaw when it is turned [m], [rad].
+        mass: Of what moves [kg]; None for what stays.
+        size: Of the box whose inertia it has, x, y, z [m].
+        center: Of mass, in the link's frame; the middle of the box on the floor unless given [m].
+    """
+    model = SubElement(place, "model", name=name)
+    if mass is None:
+        SubElement(model, "static").text = "true"
+    if at:
+        SubElement(model, "pose").text = _pose(at)
+    link = SubElement(model, "link", name="link")
+    if mass is not None:
+        inertial = SubElement(link, "inertial")
+        SubElement(inertial, "pose").text = _pose(center or (0.0, 0.0, size[2] / 2))
+        SubElement(inertial, "mass").text = numbers(mass)
+        inertia = SubElement(inertial, "inertia")
+        x, y, z = (side**2 for side in size)
+        for key, value in (("ixx", y + z), ("iyy", x + z), ("izz", x + y), ("ixy", 0.0), ("ixz", 0.0), ("iyz", 0.0)):
+            SubElement(inertia, key).text = numbers(mass * value / 12)
+    return link
+
+
+def add_geometry(
+    link: Element,
+    name: str,
+    shape: str,
+    sizes: Sequence[tuple[str, str]],
+    *,
+    at: Sequence[float] = (),
+    look: Look,
+    collides: bool = True,
+) -> None:
+    """Add a shape to a link, as what is seen and as what bumps.
+
+    Args:
+        link: To which it is fixed.
+        name: Unique in the link.
+        shape: As SDF calls it: plane, cylinder, sphere.
+        sizes: What its element holds, in order.
+        at: x, y, z, and roll, pitch, yaw when it is turned, in the link's frame [m], [rad].
+        look: Of its surface.
+        collides: Whether it bumps.
+    """
+    for kind in ("collision", "visual") if collides else ("visual",):
+        part = SubElement(link, kind, name=name)
+        if at:
+            SubElement(part, "pose").text = _pose(at)
+        element = SubElement(SubElement(part, "geometry"), shape)
+        for key, value in sizes:
+            SubElement(element, key).text = value
+        if kind == "visual":
+            _add_look(part, look)
+        elif look.friction is not None:
+            mu = SubElement(SubElement(SubElement(part, "surface"), "friction"), "ode")
+            SubElement(mu, "mu").text = SubElement(mu, "mu2").text = numbers(look.friction)
+
+
+def add_box(
+    link: Element,
+    name: str,
+    size: Sequence[float],
+    *,
+    at: Sequence[float] = (),
+    look: Look,
+) -> None:
+    """Add a box with full sizes x, y, z [m]; the rest as `add_geometry` has it."""
+    add_geometry(link, name, "box", [("size", numbers(*size))], at=at, look=look)
+
+
+def add_prism(
+    link: Element,
+    name: str,
+    outline: Array,
+    height: float,
+    *,
+    at: Sequence[float] = (),
+    look: Look,
+) -> None:
+    """Add an outline, shape (n, 2) [m], drawn out along z by a height [m]; the rest as `add_geometry` has it."""
+    corners = [("point", numbers(x, y)) for x, y in outline.tolist()]
+    add_geometry(link, name, "polyline", [*corners, ("height", numbers(height))], at=at, look=look)
+
+
+def _add_look(visual: Element, look: Look) -> None:
+    material = SubElement(visual, "material")
+    tone = numbers(*(int(look.color[at : at + 2], 16) / 255 for at in (1, 3, 5)), 1)
+    SubElement(material, "ambient").text = SubElement(material, "diffuse").text = tone
+    if look.picture is not None:
+        metal = SubElement(SubElement(material, "pbr"), "metal")
+        SubElement(metal, "albedo_map").text = look.picture
+        SubElement(metal, "metalness").text, SubElement(metal, "roughness").text = NO_METAL, ROUGH
+
+
+def _pose(at: Sequence[float]) -> str:
+    return numbers(*[*at, 0.0, 0.0, 0.0][:6])

@@ -1,0 +1,37 @@
+"""What a beacon shows, as a file for others."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.compile.pictures import LONGEST_BEACON_SIDE, bounded, encode_png, marker_picture, read_picture
+from mjsim.world.markers import printed_share
+from mjsim.world.model import World
+from mjsim.world.things import Beacon
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """The face of a beacon."""
+
+    file: str
+    """A name for it."""
+    png: bytes
+    size: tuple[float, float]
+    """Width and height, a marker's with its white border [m]."""
+
+
+def shown_of(world: World, beacon: Beacon) -> Shown:
+    """Return what a beacon shows; a reflector is white."""
+    share = 1.0
+    if beacon.marker is not None:
+        picture = marker_picture(beacon.marker.dictionary, beacon.marker.id)
+        share = printed_share(beacon.marker.dictionary)
+    elif beacon.image is not None:
+        picture = read_picture(world.read_asset(beacon.image))
+    else:
+        picture = np.full((8, 8, 3), 240, dtype=np.uint8)
+    high, wide = picture.shape[:2]
+    width = beacon.width * share
+    png = encode_png(bounded(picture, LONGEST_BEACON_SIDE))
+    return Shown(f"{beacon.name}.png", png, (width, width * high / wide))
