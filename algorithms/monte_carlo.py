@@ -1,6 +1,7 @@
-"""Monte Carlo localization: where am I on this map, from nothing but a lidar and the wheels?
+"""Monte Carlo localization: where am I on this map, from a lidar, the wheels, and beacons where some are seen?
 
-The world must say `map: known`. A cloud of poses is moved as odometry says, weighed by how well the scan fits the
+The world must say `map: known`. In a room that looks alike from two sides a lidar cannot tell which is which; one
+sighting of a beacon can. A cloud of poses is moved as odometry says, weighed by how well the scan fits the
 map at each, and drawn anew. It starts anywhere (`start: global`) or at the prior, and finds itself again when
 somebody has carried the robot away.
 """
@@ -14,14 +15,21 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose, wrap_angle, wrap_angles
-from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Scan, WorldMap
+from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Scan, Sighting, WorldMap
 
 from .distance_grid import DistanceGrid
 
-SLOW, FAST = 0.03, 0.3
-"""Share of the newest scan in the slow and the fast average of the likelihood."""
-CANDIDATES = 12
-"""Places tried for each particle that is put somewhere new."""
+FAST, SLOW, LOSING = 0.3, 0.03, 0.0005
+"""Share of the newest scan in the fast average of the likelihood, and in the slow one when scans fit better and when
+they fit worse than that: a robot that is lost for a minute still knows how well scans fit when it was not."""
+CANDIDATES = 20000
+"""Places tried for particles that are put somewhere new."""
+SEARCHERS = 300
+"""Particles that are put somewhere new by a belief that is quite lost."""
+COARSE = np.array([0.1, 0.05])
+"""Least standard deviation of a sighting's range and bearing [m, rad]."""
+BROAD = 0.25
+"""Standard deviation of a beam's end from its wall where places are tried, so that one nearby is found [m]."""
 BIN = np.array([0.5, 0.5, np.radians(15.0)])
 """Size of the bins that are counted to tell how many particles are needed [m, m, rad]."""
 
@@ -78,7 +86,7 @@ class MonteCarloLocalization:
         """
         if map is None:
             raise ValueError("there is no map; write 'map: known' under 'run' of the world")
-        self._field = DistanceGrid.from_segments(map.segments)
+        self._field = DistanceGrid.from_segments(map.segments, cell=0.025)
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Throw the first particles.
@@ -94,9 +102,11 @@ class MonteCarloLocalization:
         self._name = self._lidar or lidars[0]
         self._robot_from_lidar = robot.sensors[self._name].robot_from_sensor
         self._rng = rng
+        self._beacons = {name: info.pose.as_array()[:2] for name, info in catalogue.items() if info.pose is not None}
         self._places = self._known_field().largest_region(robot.radius)
         self._slow = self._fast = 0.0
-        if self._start == "global":
+        self._nowhere = self._start == "global"
+        if self._nowhere:
             self._particles = self._anywhere(self._most)
         else:
             self._particles = rng.multivariate_normal(
@@ -107,8 +117,10 @@ class MonteCarloLocalization:
     def update(self, seen: Observation) -> Estimate:
         """Return the belief after this tick's odometry and, when one is due, its scan."""
         self._move(seen)
-        if self._name in seen.scans:
-            self._weigh(seen.scans[self._name])
+        points = self._points(seen.scans[self._name]) if self._name in seen.scans else np.zeros((0, 2))
+        looks = [sighting for sighting in seen.sightings if sighting.name in self._beacons]
+        if len(points) or looks:
+            self._weigh(points, looks)
         return self._belief()
 
     def _known_field(self) -> DistanceGrid:
@@ -131,20 +143,25 @@ class MonteCarloLocalization:
         P[:, 1] += s * steps[:, 0] + c * steps[:, 1]
         P[:, 2] += steps[:, 2]
 
-    def _weigh(self, scan: Scan) -> None:
-        """Weigh the particles by a scan, and draw them anew when few of them carry the weight."""
-        points = self._points(scan)
-        if not len(points):
-            return
-        fit = np.exp(self._weight * self._fit(self._particles, points))
-        mean = float(self._weights @ fit)
-        self._slow += (SLOW if self._slow else 1.0) * (mean - self._slow)
-        self._fast += (FAST if self._fast else 1.0) * (mean - self._fast)
-        self._weights = self._weights * fit + 1e-300
+    def _weigh(self, points: Array, looks: list[Sighting]) -> None:
+        """Weigh the particles by what is seen, and draw them anew when few of them carry the weight."""
+        if self._nowhere:
+            self._particles, self._nowhere = self._likely_places(points, looks, len(self._particles)), False
+        by_scan = self._scan_fit(self._particles, points, self._sigma)
+        fit = by_scan + self._sighting_fit(self._particles, looks)
+        self._weights = self._weights * np.exp(fit - np.max(fit)) + 1e-300
         self._weights /= self._weights.sum()
-        lost = max(0.0, 1.0 - self._fast / self._slow)
-        if lost > 0.1 or 1.0 / np.sum(self._weights**2) < 0.5 * len(self._weights):
-            self._draw(points, lost if lost > 0.1 else 0.0)
+        lost = self._lost(by_scan) if len(points) else 0.0
+        if lost > 0.0 or 1.0 / np.sum(self._weights**2) < 0.5 * len(self._weights):
+            self._draw(points, looks, lost)
+
+    def _lost(self, by_scan: Array) -> float:
+        """Return how much worse than usual scans now fit, from 0 to 1."""
+        # Of those that carry the weight: particles just thrown elsewhere say nothing of how lost the belief is.
+        mean = float(self._weights @ np.exp(by_scan))
+        self._fast += (FAST if self._fast else 1.0) * (mean - self._fast)
+        self._slow += ((SLOW if mean > self._slow else LOSING) if self._slow else 1.0) * (mean - self._slow)
+        return max(0.0, 1.0 - 1.5 * self._fast / self._slow)
 
     def _points(self, scan: Scan) -> Array:
         """Return where some of the beams ended, in the robot's frame, shape (n, 2) [m]."""
@@ -152,25 +169,60 @@ class MonteCarloLocalization:
         points = points[np.linspace(0, len(points) - 1, min(self._beams, len(points))).astype(int)]
         return np.asarray(points @ self._robot_from_lidar[:2, :2].T + self._robot_from_lidar[:2, 3])
 
-    def _fit(self, poses: Array, points: Array) -> Array:
-        """Return the mean logarithm of the likelihood of points (n, 2) seen from poses (k, 3), shape (k,)."""
+    def _scan_fit(self, poses: Array, points: Array, sigma: float) -> Array:
+        """Return the logarithm of the likelihood of a scan's points (n, 2) from poses (k, 3), shape (k,)."""
+        if not len(points):
+            return np.zeros(len(poses))
         c, s = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
         x, y = points.T
         ends = np.stack([poses[:, 0, None] + c * x - s * y, poses[:, 1, None] + s * x + c * y], axis=-1)
-        return log_likelihood(self._known_field(), ends, sigma=self._sigma, random=self._random)
+        return self._weight * log_likelihood(self._known_field(), ends, sigma=sigma, random=self._random)
 
-    def _draw(self, points: Array, lost: float) -> None:
+    def _sighting_fit(self, poses: Array, looks: list[Sighting]) -> Array:
+        """Return the logarithm of the likelihood of sightings of known beacons from poses (k, 3), shape (k,).
+
+        Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 6.4, with a share of sightings that are wrong.
+        """
+        total = np.zeros(len(poses))
+        for look in looks:
+            dx, dy = (self._beacons[look.name or ""] - poses[:, :2]).T
+            ranges, bearings = np.hypot(dx, dy) - look.range, np.arctan2(dy, dx) - poses[:, 2] - look.bearing
+            # As unsure as particles are coarse, at least.
+            spread = np.diag(look.covariance) + COARSE**2
+            squared = ranges**2 / spread[0] + wrap_angles(bearings) ** 2 / spread[1]
+            total += np.log((1.0 - self._random) * np.exp(-0.5 * squared) + self._random)
+        return total
+
+    def _draw(self, points: Array, looks: list[Sighting], lost: float) -> None:
         """Draw particles by weight, as many as their spread needs; a share of those lost goes somewhere new."""
         kept = self._particles[systematic_resample_with(self._weights, self._rng)]
         number = self._needed(kept)
         self._particles = kept[self._rng.permutation(len(kept))[:number]] if number < len(kept) else kept
-        new = int(lost * self._most)
-        if new:
-            candidates = self._anywhere(CANDIDATES * new)
-            fit = np.exp(self._weight * self._fit(candidates, points)) + 1e-300
-            chosen = self._rng.choice(len(candidates), size=new, p=fit / fit.sum())
-            self._particles = np.concatenate([self._particles[: self._most - new], candidates[chosen]])
         self._weights = np.full(len(self._particles), 1.0 / len(self._particles))
+        new = int(lost * SEARCHERS)
+        if new:
+            # The belief stays with those that were there until a scan speaks for the others.
+            self._particles = np.concatenate([self._particles, self._likely_places(points, looks, new)])
+            share = 0.5 * lost
+            self._weights = np.append((1.0 - share) * self._weights, np.full(new, share / new))
+
+    def _likely_places(self, points: Array, looks: list[Sighting], number: int) -> Array:
+        """Return poses anywhere that a scan and sightings make likely, shape (number, 3).
+
+        Drawn from many by a broad likelihood, then led uphill while it narrows: a place that is only nearly right
+        would at once be weighed away by the sharp likelihood of a wrong one that fits by chance.
+        """
+        tried = self._anywhere(CANDIDATES)
+        fit = self._scan_fit(tried, points, BROAD) + self._sighting_fit(tried, looks)
+        odds = np.exp(fit - np.max(fit))
+        poses = tried[self._rng.choice(len(tried), size=number, p=odds / odds.sum())]
+        for sigma in np.geomspace(BROAD, self._sigma, 5).tolist():
+            steps = self._rng.normal(0.0, 0.5 * sigma, (number, 12, 3))
+            steps[:, 0] = 0.0
+            near = (poses[:, None] + steps).reshape(-1, 3)
+            fit = self._scan_fit(near, points, sigma) + self._sighting_fit(near, looks)
+            poses = near.reshape(number, 12, 3)[np.arange(number), fit.reshape(number, 12).argmax(axis=1)]
+        return np.asarray(poses)
 
     def _needed(self, particles: Array) -> int:
         """Return how many particles keep the histogram's error below 0.02 with 99 % (KLD-sampling)."""

@@ -9,7 +9,7 @@ from robots import pioneer
 
 from mjsim.algorithms.monte_carlo import MonteCarloLocalization, systematic_resample_with
 from mjsim.geometry import Pose, wrap_angle
-from mjsim.interface import Observation, Odometry, Scan, SensorInfo, WorldMap
+from mjsim.interface import BeaconInfo, Observation, Odometry, Scan, SensorInfo, Sighting, WorldMap
 
 CORNERS = np.array([(0, 0), (10, 0), (10, 4), (6, 4), (6, 7), (0, 7)], dtype=float)
 POST = np.array([(2, 3), (3, 3), (3, 3.5), (2, 3.5)], dtype=float)
@@ -74,6 +74,29 @@ def test_a_robot_that_was_carried_away_is_found_again():
     drive(estimator, Pose(4.0, 2.0, 0.0), 60, rng)
     pose, belief = drive(estimator, Pose(1.2, 5.2, -1.6), 200, rng)
     assert apart(pose, belief) < 0.1
+
+
+def test_one_beacon_tells_which_half_of_a_room_that_looks_alike_from_both():
+    corners = np.array([(0, 0), (6, 0), (6, 4), (0, 4)], dtype=float)
+    walls = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+    lion = BeaconInfo("lion", None, 0.3, 0.3, pose=Pose(5.9, 3.0, np.pi), center=1.0)
+    pose, found = Pose(2.0, 1.5, 0.3), []
+    angles = np.linspace(-np.pi, np.pi, 60, endpoint=False) + pose.heading
+    # From inside a rectangle a ray meets the nearer of the two walls that it runs towards.
+    x = np.where(np.cos(angles) > 0, 6 - pose.x, -pose.x) / np.cos(angles)
+    y = np.where(np.sin(angles) > 0, 4 - pose.y, -pose.y) / np.sin(angles)
+    scan = Scan(0.0, np.minimum(x, y), -np.pi, 2 * np.pi / 60, 0.05, 12.0)
+    look = Sighting(0.0, "lion", np.hypot(3.9, 1.5), np.arctan2(1.5, 3.9) - 0.3, np.diag([0.05, 0.02]) ** 2)
+    for seed in range(3):
+        estimator = MonteCarloLocalization(particles=1000, start="global")
+        estimator.take_map(WorldMap(segments=walls, beacons={}))
+        info = dataclasses.replace(pioneer(), prior=Pose(0, 0, 0), sensors={"scan": LIDAR})
+        estimator.start(info, {"lion": lion}, np.random.default_rng(seed))
+        for _ in range(5):
+            still = Odometry(0.0, 0.0, 0.0, NOISE)
+            belief = estimator.update(Observation(0.0, 0.04, still, scans={"scan": scan}, sightings=(look,)))
+        found.append(apart(pose, belief))
+    assert max(found) < 0.15
 
 
 def test_resampling_draws_in_proportion_and_repeats_with_the_same_stream():
