@@ -23,8 +23,8 @@ MOST_VALUES = 2_000_000
 """Keys and values that repetitions come to."""
 LONGEST_TIME = 2.0
 """Of computing, reading files apart [s]."""
-LONGEST_TEXT = 2000
-"""Characters of a text with expressions in it."""
+LONGEST_SOURCE, LONGEST_TEXT = 10_000, 2000
+"""Characters of a text with expressions in it, and of what comes out."""
 _NUMBERED = ("openings",)
 """Lists inside items whose own items have names that are taken in the whole world."""
 _PIECE = re.compile(r"\$\$\{|\$\{([^{}]*)\}|\$\{")
@@ -287,6 +287,7 @@ class Template:
         """Return what makes a text with expressions in it; exactly one of them keeps the kind of its value."""
         if "${" not in node.value:
             return None
+        self._budget.check_time(node)
         try:
             pieces = _pieces(node.value)
         except ValueError as error:
@@ -321,6 +322,8 @@ def _pieces(text: str) -> list[str | Expression]:
     Raises:
         ValueError: An expression is not closed, or is none.
     """
+    if len(text) > LONGEST_SOURCE:
+        raise ValueError(f"a text of {len(text)} characters with expressions in it; write at most {LONGEST_SOURCE}")
     found: list[str | Expression] = []
     end = 0
     for match in _PIECE.finditer(text):
