@@ -80,7 +80,7 @@ def _meetings(bars: Sequence[Bar], ends: Array) -> list[tuple[float, End, End, A
 
 def _reach(a: Bar, b: Bar, sine: float) -> float:
     """Return how far from the crossing of the middle lines the wall `a` may end when it ends at `b`."""
-    return (b.width + a.width * math.sqrt(1.0 - sine**2)) / abs(sine) / 2 + SLACK
+    return (b.width + a.width * math.sqrt(max(0.0, 1.0 - sine**2))) / abs(sine) / 2 + SLACK
 
 
 def _chains(count: int, corners: dict[End, End]) -> list[tuple[list[End], bool]]:
