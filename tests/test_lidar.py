@@ -11,6 +11,7 @@ from mjsim.interface import Command, Scan
 from mjsim.sim import Simulation
 from mjsim.world import World, parse_world
 from mjsim.world.plan import solid
+from mjsim.world.presets import preset_names
 
 ROOM = """
 mjsim: 1
@@ -185,3 +186,41 @@ def test_the_data_sheet_tells_where_the_lidar_is_and_how_far_it_errs():
     assert info.fov == pytest.approx(math.radians(200))
     expected = [[0, -1, 0, 0.1], [1, 0, 0, 0.2], [0, 0, 1, 0.3], [0, 0, 0, 1]]
     np.testing.assert_allclose(info.robot_from_sensor, expected, atol=1e-12)
+
+
+def test_no_robot_that_can_be_bought_is_met_by_its_own_beams_or_its_own_ring():
+    sensors = "{lidar: low, at: [0, 0, 0.04], fov_deg: 360}, {lidar: high, at: [0.05, 0, 0.5], fov_deg: 360}"
+    robots = "".join(
+        f"  - {{name: {name}, preset: {name}, at: [{50 * k}, 0], sensors: [{sensors}]}}\n"
+        for k, name in enumerate(preset_names())
+    )
+    with Simulation(parse_world(f"mjsim: 1\nrobots:\n{robots}")) as sim:
+        for _ in range(3):
+            for name in sim.robots:
+                seen = sim.sense(name)
+                assert np.isposinf(seen.proximity).all(), name
+                assert all(np.isposinf(scan.ranges).all() for scan in seen.scans.values()), name
+                sim.apply(name, Command(0.2, turn=0.3 if name != "f1tenth" else 0.05))
+            sim.step()
+            sim.step()
+
+
+def test_doors_stop_beams_where_they_stand_and_movers_where_they_have_gone():
+    world = parse_world(
+        "mjsim: 1\n"
+        "walls: [{points: [[2, -3], [2, 3]], openings: [{name: gate, segment: 0, at: 2.5, width: 1.0, door: {}}]}]\n"
+        "obstacles: [{name: cart, cylinder: [0.2, 1], at: [-2, 0], path: {points: [[-2, 0], [-4, 0]], speed: 0.5}}]\n"
+        "robots:\n" + robot("beams: 4, fov_deg: 360, rate_hz: 25", at=(0, 0))
+    )
+    with Simulation(world) as sim:
+        shut = sim.sense("r").scans["scan"].ranges
+        assert shut[2] == pytest.approx(2.0, abs=0.06)
+        assert shut[0] == pytest.approx(1.8, abs=0.01)
+        sim.open_door("gate")
+        for _ in range(75):
+            sim.step()
+        opened = sim.sense("r").scans["scan"].ranges
+        assert np.isposinf(opened[2])
+        cart = sim.things()["obstacle/cart"]
+        assert cart.x < -3
+        assert opened[0] == pytest.approx(-cart.x - 0.2, abs=0.01)

@@ -97,6 +97,7 @@ def _add_boxes(spec: mujoco.MjSpec, boxes: Sequence[WallBox]) -> None:
     """Add what is bumped into, many boxes in parts of their own: MuJoCo counts a whole scene anew at each geom."""
     centers = np.array([box.center for box in boxes]).tolist()
     sizes = [[along + LAP, across, up] for along, across, up in (box.half.tolist() for box in boxes)]
+    colors = {look: color_of(look[1]) for look in {box.look for box in boxes}}
     for first in range(0, len(boxes), BATCH):
         part, batch = mujoco.MjSpec() if first else spec, range(first, min(first + BATCH, len(boxes)))
         geoms = [part.worldbody.add_geom() for _ in batch]
@@ -106,7 +107,8 @@ def _add_boxes(spec: mujoco.MjSpec, boxes: Sequence[WallBox]) -> None:
             heading = boxes[index].heading
             # One by one and as lists, which takes half as long as arrays and keywords do.
             geom.name, geom.type, geom.group = boxes[index].name, mujoco.mjtGeom.mjGEOM_BOX, COLLISION
-            geom.pos, geom.size = centers[index], sizes[index]
+            # Nobody sees a box, but a lidar tells how bright it is (tests/test_lidar.py).
+            geom.pos, geom.size, geom.rgba = centers[index], sizes[index], colors[boxes[index].look]
             geom.quat = [math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)]
 
 
