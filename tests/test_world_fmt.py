@@ -2,6 +2,7 @@
 
 import itertools
 import random
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
@@ -9,10 +10,13 @@ from hypothesis import strategies as st
 
 from mjsim.cli import main
 from mjsim.errors import WorldError
+from mjsim.world import load_world, parse_world
 from mjsim.world.format_tree import comments_of
 from mjsim.world.formatter import format_text
+from mjsim.world.source import Source
 from mjsim.world.text import read_text
 
+WORLDS = sorted((Path(__file__).parent.parent / "worlds").glob("*.yaml"))
 UNTIDY = """\
 # A room.
 
@@ -218,6 +222,14 @@ def test_odd_texts_are_laid_out_without_loss(text):
     assert read_text(laid, file="")[0].value == read_text(text, file="")[0].value
     assert comments_of(laid) == comments_of(text)
     assert format_text(laid, file="room.yaml") == laid
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", WORLDS, ids=lambda path: path.stem)
+def test_the_shipped_worlds_are_laid_out_as_the_same_worlds(path):
+    laid = format_text(path.read_text(encoding="utf-8"), file=path.name)
+    assert parse_world(laid, source=Source(file=path.name, folder=path.parent)) == load_world(path)
+    assert max(len(line) for line in laid.splitlines() if "# " not in line) <= 120
 
 
 def test_what_an_alias_stands_for_stays_before_it():

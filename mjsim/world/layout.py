@@ -13,7 +13,7 @@ from mjsim.world.text import plain_value
 
 FIRST = (
     *("mjsim", "name", "use", "preset", *KINDS, "box", "cylinder", "sphere", "ramp", "steps", "model", "image"),
-    *("marker", "time", "move", "to", "type", "segment", "at", "heading_deg"),
+    *("marker", "time", "move", "to", "type", "segment", "on", "at", "heading_deg"),
 )
 """Keys in the order in which people look for them; all others come after, as the models have them."""
 WIDTH = 120
