@@ -1,5 +1,7 @@
 """Read hostile world files by the thousand: each must be a world, or be refused in lines that name its place.
 
+What is read is also laid out anew, as `mjsim fmt` does, and written back with a change.
+
 python scripts/fuzz.py [--inputs 100000] [--seed 1] [--engine changed|built|bytes|all]
 
 'changed' takes the shipped worlds and changes lines, numbers and characters; 'built' lets hypothesis build trees of
@@ -10,11 +12,12 @@ that ends in a traceback, or takes longer than a limit, is written to out/fuzz a
 import argparse
 import json
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,32 +28,79 @@ from hypothesis import strategies as st
 
 from mjsim.errors import MjsimError
 from mjsim.world import format_world, load_checked, world_schema
+from mjsim.world.formatter import format_text
 
 LIMIT = 5.0
-"""No input may take longer, on a busy machine [s]."""
+"""No input may take longer, of the processor's time [s]."""
+SHORT = 2000
+"""Every input of so many bytes is laid out anew, of longer ones every tenth."""
 ROOT = Path(__file__).resolve().parents[1]
 WILD = (
     *("0", "-1", "1e400", "-0.0", "1e-320", ".nan", ".inf", "null", "true", "~", "''", "[]", "{}", "[[]]", "9" * 40),
     *("*a", "&a x", "!!binary AA==", "0x1F", "2026-01-02", "12:30", "a" * 300, "\u202e", "é", "\ud7ff", "\t"),
     *("${w}", "${1/0}", "${9**9**9}", "${", "${${w}}", "../up.png", "/etc/passwd", "<<: {a: 1}", "- x", "? y", "#"),
     *("|", ">-", "%YAML 1.1", "---", "...", "[1, 2", "}", "'", '"'),
-    *("{repeat: {times: 1000000}}", "{times: 100000, offset: [0, 0]}"),
+    *("{repeat: {times: 1000000}}", "{times: 100000, offset: [0, 0]}", "{times: 300}", "[{times: 99}, {times: 99}]"),
+    *("[hall.yaml]", "[parts/room.yaml]", "[world.yaml]", "[hall.yaml, hall.yaml]", "hall.yaml", "lion.jpg"),
+    *('"${w}"', '"${i + j}"', '"${a ** b}"', '"${sqrt(w - 9)}"', '"$${"', "${w / 2} m", "<<"),
 )
 """What stands where a value should, in text."""
 VALUES: tuple[Any, ...] = (
     *(0, 1, -1, 2.5, 1e308, -1e-308, 10**30, True, None, [], {}, [0, 0], [1, 2, 3], [[0, 0], [4, 0]]),
     *("", "a", "a b", "é", "${w}", "${w * 2}", "${i}", "${q}", "posters/lion.jpg", "../x", "#ffffff", "front"),
-    *("scout", "pioneer3dx", "mjsim.algorithms.waypoints:Waypoints"),
+    *("scout", "pioneer3dx", "mjsim.algorithms.waypoints:Waypoints", ["hall.yaml"], ["parts/room.yaml", "hall.yaml"]),
+    *({"times": 3}, {"times": 2, "offset": [1, 0]}, [{"times": 2}, {"times": "${w}", "offset": [0, 1]}], {"w": 3}),
+    *({"times": 2, "offset": 0.5}, {"times": 5, "turn_deg": 30, "about": [1, 1]}, "${i + j / w}", "${1 / 0}", "a-${k}"),
 )
 """What stands where a value should, as values."""
+REUSED = (
+    """\
+include: [hall.yaml, parts/room.yaml]   # both
+variables: {w: 6, a: 2, b: "${w ** a / 10}", paint: "#ffeedd"}
+name: hall-${w}
+obstacles:
+  - {name: "rack-${i}-${j}", box: [1, "${w / 6}", 0.5], at: ["${i}", 1], color: "${paint}",
+     repeat: [{times: 3, offset: [0, 2]}, {times: "${a}", offset: [1.5, 0]}]}
+  - {name: post, cylinder: [0.1, 2], at: [9, 5], repeat: {times: 8, turn_deg: 45, about: [5, 5]}}
+lamps: [{at: [1, 1], repeat: {times: 4, offset: [2, 0]}}]
+floor: {patches: [{at: [1, 1], size: [1, "${min(w, 1)}"], repeat: {times: 2, offset: [2, 0]}}]}
+run: {seconds: "${w * 2}", events: [{time: "${i * 3}", light: "${1 - i / 4}", repeat: {times: 4}}]}
+""",
+    """\
+mjsim: 1
+variables:
+  n: 3
+walls:
+  - points: [[0, 0], [12, 0], ["${4 * n}", 8]]
+    repeat: {times: "${n}", offset: [0, 3]}
+    openings:
+      - {name: door, at: 0.5, width: 0.9, repeat: {times: 2, offset: 1.5}}   # two doors in each
+robots:
+  - name: r
+    at: [2, 1.5]
+    repeat: {times: 2, offset: [0, 3]}
+    sensors: [{camera: c, yaw_deg: "${90 * j}", at: [0.1, 0, 1], repeat: {times: 4, turn_deg: 90, about: [0, 0]}}]
+beacons: [{name: b, "on": "r-${i + 1}", at: [0, 0], repeat: {times: 2}}]
+""",
+)
+"""Worlds that include, compute and repeat."""
+BESIDE = {
+    "hall.yaml": 'variables: {w: 4, h: "${w / 2}"}\nwalls: [{points: [[0, 0], ["${w}", 0]], height: "${h}"}]\n',
+    "parts/room.yaml": "include: [../hall.yaml]\nbeacons: [{name: lion, image: lion.jpg, at: [1, 1]}]\n",
+}
+"""World files beside the one that is read."""
 
 
 class Trial:
     """Reads inputs one after the other, and remembers the slowest."""
 
     def __init__(self, folder: Path) -> None:
-        self.count, self.worlds, self.slowest, self.last = 0, 0, 0.0, b""
+        self.count, self.worlds, self.laid, self.slowest, self.last = 0, 0, 0, 0.0, b""
         self._file = folder / "world.yaml"
+        (folder / "parts").mkdir(exist_ok=True)
+        for name, text in BESIDE.items():
+            (folder / name).write_text(text, encoding="utf-8")
+        shutil.copy(ROOT / "assets" / "posters" / "lion.jpg", folder / "parts")
 
     def read(self, data: bytes) -> None:
         """Read an input as `mjsim check` does, and write it back when it is a world.
@@ -60,26 +110,42 @@ class Trial:
         """
         self.count, self.last = self.count + 1, data
         self._file.write_bytes(data)
-        start = time.perf_counter()
+        start = time.process_time()
+        self._told(self._read)
+        if len(data) < SHORT or self.count % 10 == 0:
+            self._told(lambda: self._lay_out(data))
+        taken = time.process_time() - start
+        self.slowest = max(self.slowest, taken)
+        if taken > LIMIT:
+            raise TimeoutError(f"reading took {taken:.1f} s")
+
+    def _read(self) -> None:
+        world = load_checked(self._file)
+        self.worlds += 1
+        format_world(world.model_copy(update={"name": "fuzz"}))
+
+    def _lay_out(self, data: bytes) -> None:
+        text = data.decode("utf-8", "replace")
+        laid = format_text(text, file="world.yaml")
+        self.laid += 1
+        assert format_text(laid, file="world.yaml") == laid, "laid out twice it is another text"
+
+    def _told(self, what: Callable[[], None]) -> None:
+        """Do something that may be refused in lines for a person."""
         try:
-            world = load_checked(self._file)
-            self.worlds += 1
-            format_world(world.model_copy(update={"name": "fuzz"}))
+            what()
         except MjsimError as error:
             said = str(error)
             # One line a fault: nothing of a traceback, nothing that breaks a terminal.
             if not said or not all(line.isprintable() for line in said.splitlines()):
                 raise AssertionError(f"this is no line for a person: {said!r}") from error
-        taken = time.perf_counter() - start
-        self.slowest = max(self.slowest, taken)
-        if taken > LIMIT:
-            raise TimeoutError(f"reading took {taken:.1f} s")
 
 
 def seeds() -> list[str]:
-    """Return the shipped worlds, and a small one with a bit of everything."""
+    """Return the shipped worlds, and small ones that include, compute and repeat."""
     files = sorted((ROOT / "worlds").rglob("*.yaml"))
-    return [file.read_text(encoding="utf-8") for file in files if file.stat().st_size < 20_000]
+    shipped = [file.read_text(encoding="utf-8") for file in files if file.stat().st_size < 20_000]
+    return [*shipped, *REUSED * 4, *BESIDE.values()]
 
 
 def changed(rng: np.random.Generator, texts: list[str]) -> bytes:
@@ -138,7 +204,9 @@ def trees() -> st.SearchStrategy[dict[str, Any]]:
     """Return worlds of keys that there are, in places where they may not be, with wild values."""
     schema = world_schema()
     known = {key for kind in [schema, *schema["$defs"].values()] for key in kind.get("properties", {})}
-    keys = st.sampled_from(sorted({*known, "include", "variables", "repeat", "use", "times", "offset", "walss"}))
+    keys = st.sampled_from(
+        sorted({*known, "include", "variables", "repeat", "use", "times", "offset", "walss", "turn_deg"})
+    )
     leaves = st.one_of(st.sampled_from(VALUES), st.floats(), st.integers(), st.text(max_size=8))
     values = st.recursive(
         leaves,
@@ -250,7 +318,7 @@ def main() -> int:
                 raise
         taken = time.perf_counter() - start
         print(
-            f"{engine}: {trial.count} inputs, {trial.worlds} of them worlds, no traceback,"
+            f"{engine}: {trial.count} inputs, {trial.worlds} of them worlds, {trial.laid} laid out anew, no traceback,"
             f" slowest {trial.slowest:.2f} s, {taken:.0f} s"
         )
     return 0
