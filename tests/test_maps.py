@@ -41,6 +41,13 @@ def test_a_world_that_goes_out_as_a_map_comes_back_within_half_a_cell(name, tmp_
     assert (found, invented) == (there, 0)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["arena", "clutter", "corridor", "gallery", "office", "ramps", "sensors", "warehouse"])
+def test_the_walls_of_a_shipped_world_come_back_within_half_a_cell(name, tmp_path):
+    world = load_world(WORLDS / f"{name}.yaml").model_copy(update={"obstacles": (), "beacons": ()})
+    assert apart(world, world_from_map(write_map(world, tmp_path, resolution=0.05))) <= 0.025
+
+
 def test_a_map_that_lies_turned_comes_back_turned(tmp_path):
     path = write_map(parse_world(ROOM), tmp_path)
     path.write_text(path.read_text().replace("origin: [-1.05, -1.05, 0]", "origin: [10, 20, 0.5]"))

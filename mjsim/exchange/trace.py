@@ -19,7 +19,9 @@ from mjsim.geometry import Array
 THICKEST = 0.6
 """What is thicker is a thing, not a wall [m]."""
 BULKY = 2.0
-"""What is so many times as thick as the usual wall is not taken for one."""
+"""What is so many times as thick as the usual wall is not taken for one, unless it is very long."""
+LONG = 12.0
+"""Very long is so many times as long as thick: the outer walls of a building."""
 SLENDER = 4.0
 """A wall is at least this many times as long as thick; shorter is a thing."""
 ALIKE = 0.85
@@ -61,7 +63,7 @@ def trace(grid: Grid) -> Traced:
         else:
             network[window] |= part
     # What is much thicker than the walls of this map leans on them, or they on it.
-    left = network & ~_thick(network, min(thickest, max(BULKY * _usual_thickness(network), 3.0)) / 2)
+    left = network & ~_bulky(network, min(thickest, max(BULKY * _usual_thickness(network), 3.0)), thickest)
     centrelines = lines(thinned(left), spur=max(3.0, thickest / 4))
     walls = along_walls(left, network, centrelines, grid.free, thickest=thickest)
     explained = np.zeros_like(cells)
@@ -115,6 +117,19 @@ def _one_shape(points: Array) -> Bar | Disc | None:
         if round_alike >= ALIKE and round_alike > alike:
             return disc
     return bar if alike >= ALIKE or len(points) <= 6 else None
+
+
+def _bulky(cells: Cells, limit: float, thickest: float) -> Cells:
+    """Return the cells of parts that are thicker than a limit, without walls of at most the other thickness."""
+    import cv2
+
+    bulky = _thick(cells, limit / 2)
+    for window, part in _parts(bulky):
+        away = cv2.distanceTransform(np.pad(part.astype(np.uint8), 1), cv2.DIST_L2, 5)
+        thickness = 2.0 * float(away.max())
+        if thickness <= thickest + 1.0 and np.count_nonzero(part) >= LONG * thickness**2:
+            bulky[window] &= ~part
+    return bulky
 
 
 def _thick(cells: Cells, radius: float) -> Cells:
