@@ -126,7 +126,7 @@ def _bulky(cells: Cells, limit: float, thickest: float) -> Cells:
     bulky = _thick(cells, limit / 2)
     for window, part in _parts(bulky):
         away = cv2.distanceTransform(np.pad(part.astype(np.uint8), 1), cv2.DIST_L2, 5)
-        thickness = 2.0 * float(away.max())
+        thickness = 2.0 * float(np.max(away))
         if thickness <= thickest + 1.0 and np.count_nonzero(part) >= LONG * thickness**2:
             bulky[window] &= ~part
     return bulky
