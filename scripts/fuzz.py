@@ -265,7 +265,7 @@ def run_bytes(inputs: int, seed: int) -> int:
         for index, text in enumerate(seeds()):
             (Path(folder) / f"{index}.yaml").write_text(text[:4000], encoding="utf-8")
         command = [sys.executable, __file__, "--atheris", folder, f"-runs={inputs}", f"-seed={seed}", "-max_len=4096"]
-        done = subprocess.run([*command, f"-timeout={LIMIT:.0f}", "-verbosity=0"], check=False)
+        done = subprocess.run([*command, f"-timeout={20 * LIMIT:.0f}", "-verbosity=0"], check=False)
         return done.returncode
 
 

@@ -78,21 +78,17 @@ class UnformattableError(Exception):
     """The text is written in a way that cannot be laid out anew."""
 
 
-def read_tree(text: str) -> Part:
-    """Return the tree of a text that is known to be YAML, a mapping.
+def read_tree(text: str) -> tuple[Part, list[str]]:
+    """Return the tree of a text that is known to be YAML, a mapping, and all its comments, sorted.
 
     Raises:
         UnformattableError: It uses YAML in a way that no world file does.
     """
     reader = _TreeReader(text)
     root = reader.root()
-    _place_comments(reader, root)
-    return root
-
-
-def comments_of(text: str) -> list[str]:
-    """Return all comments of a text, sorted."""
-    return sorted(comment.text for comment in _TreeReader(text).comments())
+    comments = list(reader.comments())
+    _place_comments(reader, root, comments)
+    return root, sorted(comment.text for comment in comments)
 
 
 def one_line(value: str) -> str:
@@ -185,11 +181,11 @@ class _TreeReader:
         return line, index - self._line_starts[line]
 
 
-def _place_comments(reader: _TreeReader, root: Part) -> None:
+def _place_comments(reader: _TreeReader, root: Part, comments: list[Comment]) -> None:
     """Put every comment, and every empty line that stays, to what it is about."""
     starts = [item.start for item in reader.items]
     own: dict[int, list[Comment]] = {}
-    for comment in reader.comments():
+    for comment in comments:
         number = bisect_right(starts, comment.index)
         if comment.own_line or not _put_beside(reader.items[number - 1] if number else None, comment):
             own.setdefault(number, []).append(comment)

@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from mjsim.errors import Problem, UsageError, WorldError
-from mjsim.world.format_tree import Comment, Item, Part, UnformattableError, comments_of, one_line, read_tree
+from mjsim.world.format_tree import Comment, Item, Part, UnformattableError, one_line, read_tree
 from mjsim.world.layout import FIRST, WIDTH
 from mjsim.world.model import World
 from mjsim.world.reader import read_file
@@ -43,18 +43,20 @@ def format_text(text: str, *, file: str) -> str:
     if node is None or problems:
         raise WorldError(problems)
     refused = WorldError([Problem(file, 1, 1, "this text cannot be laid out without loss; lay it out by hand")])
-    laid, before = text, ""
+    laid, before, found = text, "", []
     try:
         # Once more when a comment has left brackets, which may close then.
         for _ in range(_MOST_ROUNDS):
+            root, comments = read_tree(laid)
+            found.append(comments)
+            before, laid = laid, _Formatter(ordered="&" not in text).whole(root)
             if laid == before:
                 break
-            laid, before = _Formatter(ordered="&" not in text).whole(read_tree(laid)), laid
     except UnformattableError:
         raise refused from None
     again, _ = read_text(laid, file=file)
     # Nothing may be lost, however odd the text.
-    if again is None or _canonical(again.value) != _canonical(node.value) or comments_of(laid) != comments_of(text):
+    if laid != before or again is None or _canonical(again.value) != _canonical(node.value) or found[0] != found[-1]:
         raise refused
     return laid
 
