@@ -4,6 +4,7 @@ python scripts/make_world_pictures.py [WORLD]...   (pictures of all worlds unles
 """
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 import cv2
@@ -53,10 +54,9 @@ def camera_of(world: World) -> str:
     return next(f"{robot}/{item.camera}" for robot, item in found if isinstance(item, Camera))
 
 
-def page() -> str:
-    """Return the page."""
+def page(worlds: Mapping[str, World]) -> str:
+    """Return the page of worlds by their names."""
     text = HEAD + "| world | robots | beacons | estimator | navigator |\n|---|---|---|---|---|\n"
-    worlds = {name: load_checked(WORLDS / f"{name}.yaml") for name in ORDER}
     for name, world in worlds.items():
         modules = next(iter(world.run.drivers.values()))
         kinds = [use.use.rpartition(":")[2] if use else "" for use in (modules.estimator, modules.navigator)]
@@ -103,7 +103,7 @@ def main() -> None:
     PICTURES.mkdir(parents=True, exist_ok=True)
     for name in sys.argv[1:] or ORDER:
         draw(name)
-    PAGE.write_text(page(), encoding="utf-8")
+    PAGE.write_text(page({name: load_checked(WORLDS / f"{name}.yaml") for name in ORDER}), encoding="utf-8")
 
 
 if __name__ == "__main__":
