@@ -1,6 +1,7 @@
 """Mazes and templates are worlds that run at once."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -99,6 +100,14 @@ def test_new_writes_a_world_and_keeps_what_is_there(tmp_path, capsys):
 def test_new_prints_a_world_that_is_not_written_to_a_file(capsys):
     assert typed("new", "--maze", "4x4", "--no-robot") == 0
     assert parse_world(capsys.readouterr().out) == maze_world((4, 4), seed=1, preset=None)
+
+
+def test_the_program_on_the_page_about_bringing_in_runs(tmp_path, monkeypatch, capsys):
+    page = (WORLDS.parent / "docs" / "bring-in.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    exec(code, {})
+    assert capsys.readouterr().out == f"{len(maze_world((6, 4), seed=3).walls)} walls\n"
 
 
 @pytest.mark.slow
