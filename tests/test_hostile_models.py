@@ -58,6 +58,26 @@ HOSTILE = {
     ),
     "no class": ('<mujoco><worldbody><geom class="x"/></worldbody></mujoco>', "cannot be understood: no 'x'"),
     "a height field": ('<mujoco><asset><hfield name="a"/></asset></mujoco>', "has a height field (<hfield>)"),
+    "a wall of numbers": (
+        f'<mujoco><a b="{"1 " * 4_100_000}"/></mujoco>',
+        "has more than 8 MB of XML; make it simpler",
+    ),
+    "pictures out of nothing": (
+        "<mujoco><asset>"
+        + '<texture builtin="flat" type="cube" width="4000" height="4000"/>' * 2
+        + "</asset></mujoco>",
+        "have more than 100 megapixels; make them smaller",
+    ),
+    "many large meshes": (
+        '<mujoco><asset><mesh name="m" file="large.obj"/></asset><worldbody><replicate count="20">'
+        '<geom type="mesh" mesh="m"/></replicate></worldbody></mujoco>',
+        "its parts have more than 1200000 corners; simplify its meshes",
+    ),
+    "a mesh too large": (
+        '<mujoco><asset><mesh name="m" file="larger.obj"/></asset><worldbody>'
+        '<geom type="mesh" mesh="m"/></worldbody></mujoco>',
+        "'larger.obj' has 210000 corners; a mesh has 4 to 200000, simplify it",
+    ),
     "a broken mesh": ('<mujoco><asset><mesh file="broken.stl"/></asset></mujoco>', None),
 }
 
@@ -69,6 +89,9 @@ def test_a_file_that_no_thing_can_be_is_refused_in_one_line(tmp_path, hostile):
     place.mkdir()
     (tmp_path / "secret.xml").write_text('<mujoco><worldbody><geom size="1"/></worldbody></mujoco>')
     (place / "out").symlink_to(tmp_path)
+    for name, times in (("large", 1), ("larger", 3)):
+        if f"{name}.obj" in text:
+            (place / f"{name}.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1 1 1\n" * 14_000 * times)
     (place / "broken.stl").write_bytes(stl(np.zeros((2, 3, 3)))[:-1])
     if hostile == "a broken mesh":
         geoms = '<worldbody><geom type="mesh" mesh="broken"/></worldbody></mujoco>'

@@ -35,7 +35,7 @@ SHAPES = ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Original:
-    """A file as MuJoCo has it."""
+    """A file as MuJoCo has it, whose things stand in one scene."""
 
     model: mujoco.MjModel
     urdf: bool
@@ -46,23 +46,30 @@ class Original:
     """Names of the meshes that the scene has already, by number and scale."""
 
 
-def read_original(spec: mujoco.MjSpec, obstacle: ModelObstacle, number: int) -> Original:
-    """Return what MuJoCo makes of a model's file.
-
-    Args:
-        spec: The scene that its things will stand in.
-        obstacle: Any that names the file.
-        number: Of the file among those of the scene, from 1.
+def read_model(obstacle: ModelObstacle) -> mujoco.MjModel:
+    """Return what MuJoCo makes of a model's file by itself.
 
     Raises:
         ValueError: MuJoCo cannot read it; a sentence that names the file.
     """
-    files, key = obstacle.shape.files, f"obstacle:model{number}"
+    files = obstacle.shape.files
     assets = {name: as_png(data) if is_picture(name) else data for name, data in files.assets.items()}
     text = ElementTree.tostring(files.root, encoding="unicode")
     with _no_doubts(obstacle.model):
-        model = mujoco.MjSpec.from_string(text, assets=assets).compile()
-    return Original(model, files.urdf, LookOf(spec, model, key), key)
+        return mujoco.MjSpec.from_string(text, assets=assets).compile()
+
+
+def original(spec: mujoco.MjSpec, obstacle: ModelObstacle, model: mujoco.MjModel, *, number: int) -> Original:
+    """Return a file for the things of a scene.
+
+    Args:
+        spec: The scene.
+        obstacle: Any that names the file.
+        model: What MuJoCo makes of the file.
+        number: Of the file among those of the scene, from 1.
+    """
+    key = f"obstacle:model{number}"
+    return Original(model, obstacle.shape.files.urdf, LookOf(spec, model, key), key)
 
 
 def try_alone(spec: mujoco.MjSpec, path: str) -> None:
@@ -242,16 +249,20 @@ def _mesh_corners(model: mujoco.MjModel, number: int) -> tuple[Array, NDArray[np
     Of each corner it is place, normal and place on the texture, shape (n, 6 or 8).
     """
     faces = slice(first := int(model.mesh_faceadr[number]), first + int(model.mesh_facenum[number]))
-    columns = [
-        model.mesh_vert[int(model.mesh_vertadr[number]) + model.mesh_face[faces].ravel()],
-        model.mesh_normal[int(model.mesh_normaladr[number]) + model.mesh_facenormal[faces].ravel()],
-    ]
     textured = bool(model.mesh_texcoordadr[number] >= 0 and model.mesh_texcoordnum[number] > 0)
+    kinds = [
+        (model.mesh_vert, model.mesh_vertadr[number], model.mesh_face[faces]),
+        (model.mesh_normal, model.mesh_normaladr[number], model.mesh_facenormal[faces]),
+    ]
     if textured:
-        first = int(model.mesh_texcoordadr[number])
-        columns.append(model.mesh_texcoord[first + model.mesh_facetexcoord[faces].ravel()])
-    corners, triangles = np.unique(np.hstack(columns).astype(float), axis=0, return_inverse=True)
-    return corners, triangles.reshape(-1, 3), textured
+        kinds.append((model.mesh_texcoord, model.mesh_texcoordadr[number], model.mesh_facetexcoord[faces]))
+    # One number for what a corner of a triangle has, as numbers are quickly sorted.
+    keys = np.zeros(3 * model.mesh_facenum[number], dtype=np.int64)
+    for _, _, indices in kinds:
+        keys = keys * (int(indices.max()) + 1) + indices.ravel()
+    _, where, triangles = np.unique(keys, return_index=True, return_inverse=True)
+    columns = [values[int(first) + indices.ravel()[where]] for values, first, indices in kinds]
+    return np.hstack(columns).astype(float), triangles.reshape(-1, 3), textured
 
 
 def _add_excludes(spec: mujoco.MjSpec, model: mujoco.MjModel, bodies: list[mujoco.MjsBody]) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from mjsim.compile.models import Original, add_model, read_original, try_alone
+from mjsim.compile.models import Original, add_model, original, read_model, try_alone
 from mjsim.compile.movers import add_slides
 from mjsim.compile.pictures import add_matte, color_of
 from mjsim.errors import WorldError
@@ -62,6 +62,7 @@ def add_obstacles(spec: mujoco.MjSpec, world: World) -> None:
     Raises:
         WorldError: MuJoCo cannot read the files of some models; each is told where it is named first.
     """
+    models: dict[str, mujoco.MjModel] = {}
     originals: dict[str, Original] = {}
     tried: set[object] = set()
     faults: dict[str, Fault] = {}
@@ -71,25 +72,29 @@ def add_obstacles(spec: mujoco.MjSpec, world: World) -> None:
             _add_shape(spec, stand, obstacle, f"obstacle/{name}")
             continue
         try:
-            _check_alone(obstacle, tried)
+            if obstacle.model not in models:
+                models[obstacle.model] = read_model(obstacle)
+            model = models[obstacle.model]
+            _check_alone(obstacle, model, tried)
             if obstacle.model not in originals:
-                originals[obstacle.model] = read_original(spec, obstacle, len(originals) + 1)
-            original = originals[obstacle.model]
-            add_model(spec, stand.body, obstacle, original, name=f"obstacle/{name}", solid=stand.solid)
+                originals[obstacle.model] = original(spec, obstacle, model, number=len(originals) + 1)
+            file = originals[obstacle.model]
+            add_model(spec, stand.body, obstacle, file, name=f"obstacle/{name}", solid=stand.solid)
         except ValueError as error:
             faults.setdefault(obstacle.model, (("obstacles", index, "model"), partial(str, error)))
     if faults:
         raise WorldError(problems_at(world.source.written, world.source.file, faults.values()))
 
 
-def _check_alone(obstacle: ModelObstacle, tried: set[object]) -> None:
+def _check_alone(obstacle: ModelObstacle, model: mujoco.MjModel, tried: set[object]) -> None:
     """Raise ValueError when a model would not do as the only thing in a world; `tried` holds those that do."""
     key = obstacle.model, obstacle.scale, obstacle.mass, obstacle.movable, obstacle.path is not None
     if key not in tried:
         spec = mujoco.MjSpec()
         add_matte(spec, "matte")
         stand = _stand(spec, obstacle, "obstacle/1")
-        add_model(spec, stand.body, obstacle, read_original(spec, obstacle, 1), name="obstacle/1", solid=stand.solid)
+        file = original(spec, obstacle, model, number=1)
+        add_model(spec, stand.body, obstacle, file, name="obstacle/1", solid=stand.solid)
         try_alone(spec, obstacle.model)
         tried.add(key)
 

@@ -10,6 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
+from mjsim.geometry import Array
+from mjsim.world.model_meshes import mesh_corners
 from mjsim.world.pictures import picture_size
 
 Read = Callable[[str], bytes]
@@ -22,8 +24,11 @@ MOST_INCLUDES = 16
 MOST_GEOMS = 2000
 MOST_BYTES = 100_000_000
 """Of all files of a model together."""
-LARGEST_BUILTIN = {"width": 4096, "height": 4096}
-"""Sides of a texture that MuJoCo makes by itself [px]."""
+MOST_XML = 8_000_000
+"""Bytes of XML of a model together."""
+MOST_PIXELS = 100_000_000
+"""Of all textures of a model together."""
+CUBE_SIDES = 6
 MESH_ENDINGS = (".obj", ".stl", ".msh")
 
 _COMPILER = {"angle", "eulerseq", "inertiafromgeom", "inertiagrouprange", "boundmass", "boundinertia", "balanceinertia"}
@@ -68,6 +73,10 @@ class ModelFiles:
     def urdf(self) -> bool:
         """Whether it is URDF, not MJCF."""
         return self.root.tag == "robot"
+
+    def corners(self, mesh: str) -> Array:
+        """Return the corners of a mesh by its name in `assets`, shape (n, 3); ValueError when it is none."""
+        return mesh_corners(mesh.partition("-")[2], self.assets[mesh])
 
 
 def gather_model(path: str, read: Read) -> ModelFiles:
@@ -127,29 +136,31 @@ class _Gatherer:
 
     def __init__(self, path: str, read: Read) -> None:
         self._path, self._folder, self._read = path, posixpath.dirname(path), read
-        self._elements, self._bytes = 0, 0
+        self._elements, self._bytes, self._xml, self._pixels = 0, 0, 0, 0
         self._flat: dict[str, str] = {}
         self.assets: dict[str, bytes] = {}
         self.paths: list[str] = []
 
     def parse(self, path: str) -> Element:
         """Return the root of an XML file."""
+        data = self._file(path)
+        self._xml += len(data)
+        if self._xml > MOST_XML:
+            raise ValueError(f"'{self._path}' has more than {MOST_XML // 10**6} MB of XML; make it simpler")
         builder = _Builder(path, self._elements)
         parser = ElementTree.XMLParser(target=builder)
         try:
-            parser.feed(self._file(path, again=True))
+            parser.feed(data)
             root: Element = parser.close()
         except ElementTree.ParseError as error:
             raise ValueError(f"'{path}' is not XML: {error}; mend it") from None
         self._elements = builder.count
         return root
 
-    def _file(self, path: str, *, again: bool = False) -> bytes:
-        """Return a file; `again` counts one that is read twice twice."""
+    def _file(self, path: str) -> bytes:
         data = self._read(path)
-        if again or path not in self.paths:
-            self._bytes += len(data)
         if path not in self.paths:
+            self._bytes += len(data)
             self.paths.append(path)
         if self._bytes > MOST_BYTES:
             raise ValueError(f"the files of '{self._path}' have more than {MOST_BYTES // 10**6} MB; make them smaller")
@@ -203,7 +214,7 @@ class _Gatherer:
         for item in root.iter():
             if item.tag not in folders:
                 continue
-            _check_builtin(self._path, item)
+            self._check_builtin(item)
             item.attrib.pop("content_type", None)
             for key in [key for key in item.attrib if key.startswith("file")]:
                 name = item.attrib[key]
@@ -222,12 +233,31 @@ class _Gatherer:
         data = self._file(path)
         if kind == "texture":
             try:
-                picture_size(data)
+                width, height = picture_size(data)
             except ValueError as error:
                 raise ValueError(f"'{path}' {error}") from None
+            self._count_pixels(width * height)
         flat = self._flat[path + variant] = f"{len(self._flat)}-{posixpath.basename(path)}"
         self.assets[flat] = data
         return flat
+
+    def _check_builtin(self, item: Element) -> None:
+        """Check what MuJoCo would make by itself."""
+        if "builtin" not in item.attrib:
+            return
+        if item.tag == "mesh":
+            raise ValueError(f"'{self._path}' has a mesh that is made by MuJoCo (builtin); name a file of OBJ or STL")
+        width, height = (item.get(key, "0") for key in ("width", "height"))
+        if not all(size.isdecimal() and len(size) < 10 for size in (width, height)):
+            raise ValueError(f"'{self._path}' has a texture of {width} x {height} pixels; give whole numbers")
+        # All sides of a cube are as large as its width says.
+        self._count_pixels(int(width) * max(int(height), int(width) * CUBE_SIDES))
+
+    def _count_pixels(self, count: int) -> None:
+        self._pixels += count
+        if self._pixels > MOST_PIXELS:
+            most = MOST_PIXELS // 10**6
+            raise ValueError(f"the textures of '{self._path}' have more than {most} megapixels; make them smaller")
 
     def _resolved(self, name: str) -> str:
         """Return the path of a file that the model names; it may not leave the folder of the world."""
@@ -306,13 +336,3 @@ def _geoms_in(element: Element) -> int:
 def _check_count(path: str, count: int) -> None:
     if count > MOST_GEOMS:
         raise ValueError(f"'{path}' has {count} parts; it must have at most {MOST_GEOMS}")
-
-
-def _check_builtin(path: str, item: Element) -> None:
-    """Check what MuJoCo would make by itself."""
-    if item.tag == "mesh" and "builtin" in item.attrib:
-        raise ValueError(f"'{path}' has a mesh that is made by MuJoCo (builtin); name a file of OBJ or STL")
-    for key, most in LARGEST_BUILTIN.items():
-        for word in item.get(key, "").split():
-            if not word.replace(".", "", 1).isdecimal() or float(word) > most:
-                raise ValueError(f"'{path}' makes a {item.tag} with {key} {word}; it must be at most {most}")

@@ -7,19 +7,20 @@ does without MuJoCo. Joints are as the file has them at rest.
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.world.model_files import ModelFiles
-from mjsim.world.model_meshes import mesh_corners
 
 LAST_SEEN_GROUP = 2
 """MuJoCo's viewers show the groups up to this one unless told otherwise."""
 ROUND = 32
 """Corners of a circle."""
+MOST_CORNERS = 1_200_000
+"""Of all parts of a model together; a ball has 544."""
 LARGEST = 1e6
 """No thing reaches so far [units of its file]."""
 _TURNS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
@@ -42,7 +43,7 @@ def filled(path: str, files: ModelFiles) -> list[Array]:
     try:
         reader = _Urdf(files) if files.urdf else _Mjcf(files)
         with np.errstate(divide="raise", over="raise", invalid="raise"):
-            parts = list(reader.parts())
+            parts = list(_counted(reader.parts()))
     except (ArithmeticError, KeyError, IndexError, TypeError, ValueError) as error:
         raise ValueError(f"'{path}' cannot be understood: {_said(error)}") from None
     solid = [corners for corners, touches in parts if touches] or [corners for corners, _ in parts]
@@ -52,6 +53,16 @@ def filled(path: str, files: ModelFiles) -> list[Array]:
     if not farthest < LARGEST:
         raise ValueError(f"'{path}' reaches {farthest:g} units far; that is no thing")
     return solid
+
+
+def _counted(parts: Iterable[tuple[Array, bool]]) -> Iterator[tuple[Array, bool]]:
+    """Yield parts until they have more corners than a thing may have."""
+    count = 0
+    for corners, touches in parts:
+        count += len(corners)
+        if count > MOST_CORNERS:
+            raise ValueError(f"its parts have more than {MOST_CORNERS} corners; simplify its meshes")
+        yield corners, touches
 
 
 def _said(error: Exception) -> str:
@@ -137,10 +148,7 @@ class _Mjcf:
     def _mesh(self, name: str) -> Array:
         if name not in self._corners:
             mesh = self._attributes(self._meshes[name], "main")
-            if "file" in mesh:
-                corners = mesh_corners(mesh["file"], self._files.assets[mesh["file"]])
-            else:
-                corners = _numbers(mesh["vertex"]).reshape(-1, 3)
+            corners = self._files.corners(mesh["file"]) if "file" in mesh else _numbers(mesh["vertex"]).reshape(-1, 3)
             corners = corners - _numbers(mesh.get("refpos", "0 0 0"), 3)
             corners = corners @ _from_quaternion(_numbers(mesh.get("refquat", "1 0 0 0"), 4))
             self._corners[name] = corners * _numbers(mesh.get("scale", "1 1 1"), 3)
@@ -213,7 +221,7 @@ class _Urdf:
             return shape_corners("box", _numbers(shape.attrib["size"], 3) / 2)
         if shape.tag == "mesh":
             file = shape.attrib["filename"]
-            return mesh_corners(file, self._files.assets[file]) * _numbers(shape.get("scale", "1 1 1"), 3)
+            return self._files.corners(file) * _numbers(shape.get("scale", "1 1 1"), 3)
         radius, length = _numbers(shape.attrib["radius"], 1), _numbers(shape.get("length", "0"), 1)
         return shape_corners(shape.tag, np.concatenate([radius, length / 2]))
 
