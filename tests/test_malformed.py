@@ -192,6 +192,15 @@ TEXTS = {
         "floor: {texture: /etc/passwd}",
         "1:18: path '/etc/passwd' leaves its folder; name a file",
     ),
+    "a path longer than a system takes": (
+        f"floor: {{texture: {'é' * 190}}}",
+        f"1:18: no file '{'é' * 190}' beside the world file or in assets",
+    ),
+    "a folder longer than a system takes": (
+        f"floor: {{texture: {'é' * 190}/a.png}}",
+        f"1:18: no file '{'é' * 190}/a.png' beside the world file or in assets",
+    ),
+    "an include longer than a system takes": (f"include: [{'a' * 300}]", f"1:11: no file '{'a' * 300}' beside the"),
     "a path through a link": ("floor: {texture: link/secret.png}", "1:18: path 'link/secret.png' leaves its folder"),
     "a picture that is text": ("floor: {texture: world.yaml}", "1:18: 'world.yaml' is not a PNG or JPEG picture"),
     "a picture cut short": (

@@ -1,9 +1,11 @@
 """Where a world came from, and the files that it names."""
 
+import contextlib
 import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -46,7 +48,7 @@ def has_asset(name: str, source: Source) -> bool:
     if _leaves(path, name):
         return False
     beside = None if source.folder is None else _resolved(source.folder.resolve() / path)
-    return (beside is not None and beside.is_file()) or resources.files("mjsim.assets").joinpath(name).is_file()
+    return (beside is not None and beside.is_file()) or _is_there(resources.files("mjsim.assets").joinpath(name))
 
 
 def read_asset(name: str, source: Source) -> bytes:
@@ -68,7 +70,7 @@ def read_asset(name: str, source: Source) -> bytes:
                 raise ValueError(_LEAVES.format(name=name))
             return _read(beside, name)
     shipped = resources.files("mjsim.assets").joinpath(name)
-    if shipped.is_file():
+    if _is_there(shipped):
         return shipped.read_bytes()
     raise ValueError(f"no file '{name}' beside the world file or in assets{_near(name, source)}")
 
@@ -88,6 +90,13 @@ def check_picture(name: str, source: Source) -> None:
 
 def _leaves(path: PurePosixPath, name: str) -> bool:
     return path.is_absolute() or ".." in path.parts or "\\" in name or not name.isprintable()
+
+
+def _is_there(file: Traversable) -> bool:
+    try:
+        return file.is_file()
+    except OSError:  # its name is longer than the system takes
+        return False
 
 
 def _resolved(path: Path) -> Path | None:
@@ -114,7 +123,8 @@ def _near(name: str, source: Source) -> str:
     known: list[str] = []
     for base in (source.folder, resources.files("mjsim.assets")):
         place = base.joinpath(str(folder)) if base is not None else None
-        if place is not None and place.is_dir():
-            known += [str(folder / item.name) for item in place.iterdir()]
+        with contextlib.suppress(OSError):  # a folder whose name is longer than the system takes
+            if place is not None and place.is_dir():
+                known += [str(folder / item.name) for item in place.iterdir()]
     near = difflib.get_close_matches(name, known, n=1)
     return f"; did you mean '{near[0]}'?" if near else ""
