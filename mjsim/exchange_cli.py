@@ -72,18 +72,23 @@ def export_world(
     map: Annotated[Path | None, typer.Option(metavar="DIR", help="A map for Nav2: map.yaml and map.pgm.")] = None,
     resolution: Annotated[float, typer.Option(help="Side of a cell of the map [m].")] = 0.05,
     sdf: Annotated[Path | None, typer.Option(metavar="FILE", help="SDF for Gazebo, its pictures beside it.")] = None,
+    usd: Annotated[Path | None, typer.Option(metavar="FILE", help="USD, robots too; needs 'mjsim[usd]'.")] = None,
     svg: Annotated[Path | None, typer.Option(metavar="FILE", help="A plan to scale, with names.")] = None,
 ) -> None:
-    """Write a world in other formats: for Nav2, for Gazebo, for print."""
+    """Write a world in other formats: for Nav2, for Gazebo, for films, for print."""
     from mjsim.exchange import write_map, write_sdf, write_svg
     from mjsim.world import load_checked
 
-    if map is None and sdf is None and svg is None:
-        raise UsageError("nothing to write; name at least one of --map DIR, --sdf FILE, --svg FILE")
+    if all(file is None for file in (map, sdf, usd, svg)):
+        raise UsageError("nothing to write; name at least one of --map DIR, --sdf FILE, --usd FILE, --svg FILE")
     checked = load_checked(world)
     if map is not None:
         print(write_map(checked, map, resolution=resolution))
     if sdf is not None:
         print(write_sdf(checked, sdf))
+    if usd is not None:
+        from mjsim.compile.usd import write_usd
+
+        print(write_usd(checked, usd))
     if svg is not None:
         print(write_svg(checked, svg))

@@ -97,6 +97,19 @@ def test_new_writes_a_world_and_keeps_what_is_there(tmp_path, capsys):
         assert message in capsys.readouterr().err
 
 
+def test_a_world_goes_out_and_comes_in_by_commands(tmp_path, capsys):
+    maze, plan = str(tmp_path / "maze.yaml"), str(tmp_path / "plan.svg")
+    assert typed("new", "--maze", "4x4", "-o", maze) == 0
+    assert typed("export-world", maze, "--map", str(tmp_path / "nav2"), "--svg", plan) == 0
+    assert capsys.readouterr().out.splitlines() == [maze, str(tmp_path / "nav2" / "map.yaml"), plan]
+    for source in (str(tmp_path / "nav2" / "map.yaml"), plan):
+        assert typed("new", "--from", source, "-o", str(tmp_path / "back.yaml"), "--force") == 0
+        assert not check_world(load_world(tmp_path / "back.yaml"))
+    assert "they explain" in capsys.readouterr().err
+    assert typed("export-world", maze) == 2
+    assert "name at least one of --map DIR, --sdf FILE, --usd FILE, --svg FILE" in capsys.readouterr().err
+
+
 def test_new_prints_a_world_that_is_not_written_to_a_file(capsys):
     assert typed("new", "--maze", "4x4", "--no-robot") == 0
     assert parse_world(capsys.readouterr().out) == maze_world((4, 4), seed=1, preset=None)
