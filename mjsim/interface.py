@@ -239,6 +239,20 @@ class TakesMap(Protocol):
 
 
 @runtime_checkable
+class DriveModel(Protocol):
+    """A drive of the user's own: how a twist and the speeds of wheels belong together; both ways linear."""
+
+    wheels: Sequence[str]
+    """Names of the hinges in the robot's file, which have velocity servos of the same names."""
+
+    def wheels_from_twist(self, forward: float, left: float, turn: float) -> Sequence[float]:
+        """Return the speeds of the wheels [rad/s] for a twist of the robot's origin [m/s, m/s, rad/s]."""
+
+    def twist_from_wheels(self, speeds: Sequence[float]) -> tuple[float, float, float]:
+        """Return the twist of speeds; of rotations [rad], the small motion [m, m, rad] that odometry tells."""
+
+
+@runtime_checkable
 class Observer(Protocol):
     """Turns pictures and scans into sightings of beacons."""
 

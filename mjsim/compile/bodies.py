@@ -9,8 +9,10 @@ import numpy as np
 from mjsim.compile.parts import DARK, MATERIAL, PALE, SEEN, make_decor
 from mjsim.compile.pictures import color_of
 from mjsim.geometry import Array
-from mjsim.world.bodies import Body, BoxBody, CylinderBody, Part, PolygonBody, rims
+from mjsim.world.bodies import BoxBody, CylinderBody, Part, PolygonBody, rims
 
+Body = CylinderBody | BoxBody | PolygonBody
+"""Shapes that are built here."""
 TOUCHED = 3
 """Geom group of what is touched and hit by rays, and not seen."""
 BUMPER_TRAVEL = 0.001

@@ -26,6 +26,7 @@ from mjsim.record.messages import Message, covariance_message, encode, nanosecon
 from mjsim.record.scene import calibration_message, frames_message, laser_message, mount, picture_message
 from mjsim.record.schemas import ROBOT_TOPICS, SENSOR_TOPICS, WORLD_TOPICS
 from mjsim.world import World, parse_world
+from mjsim.world.bodies import ModelBody
 from mjsim.world.layout import escaped
 from mjsim.world.looks import Looks
 from mjsim.world.source import Source
@@ -213,7 +214,8 @@ def named_files(world: World) -> list[str]:
     named = [*covers, *(wall.texture for wall in world.walls), *(beacon.image for beacon in world.beacons)]
     shapes = {item.model: item.shape for item in world.obstacles if isinstance(item, ModelObstacle)}
     of_models = [path for shape in shapes.values() for path in shape.files.paths]
-    names = [*(name for name in named if name is not None), *of_models, *world.source.included]
+    bodies = [robot.body.model for robot in world.robots if isinstance(robot.body, ModelBody)]
+    names = [*(name for name in named if name is not None), *of_models, *bodies, *world.source.included]
     return list(dict.fromkeys(names))
 
 

@@ -14,8 +14,8 @@ from threadpoolctl import threadpool_limits
 from mjsim.errors import ModuleFault, UsageError, did_you_mean
 from mjsim.record.tick import Event, Tick
 from mjsim.run.pilot import Driver, Pilot
-from mjsim.run.use import make_module
 from mjsim.world import World
+from mjsim.world.use import make_module
 
 if TYPE_CHECKING:
     from mjsim.record import Recording

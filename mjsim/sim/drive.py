@@ -52,7 +52,9 @@ class TwistDrive:
         self._limits = drive.max_speed, max_left, math.radians(drive.max_turn_deg)
         self._changes = drive.max_acceleration * dt, math.radians(drive.max_turn_acceleration_deg) * dt
         self._noise = drive.noise.speed / math.sqrt(dt), drive.noise.turn / math.sqrt(dt)
-        self._reach = _reach(dt, RESPONSE if isinstance(drive, models.DifferentialDrive) else LAG)
+        # What lag the servos of a user's own robot have is not known here.
+        lag = RESPONSE if isinstance(drive, models.DifferentialDrive) else LAG
+        self._reach = 1.0 if isinstance(drive, models.UserDrive) else _reach(dt, lag)
         self._stream = stream
         self._target: Twist = 0.0, 0.0, 0.0
         self._twist: Twist = 0.0, 0.0, 0.0

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mjsim.errors import UsageError
 from mjsim.geometry import Array
+from mjsim.interface import DriveModel
 from mjsim.sim.drive import CarDrive, Drive, TricycleDrive, TwistDrive
 from mjsim.sim.kinematics import (
     DifferentialKinematics,
@@ -22,6 +24,8 @@ from mjsim.sim.odometry import Motion, Slip, WheelOdometer
 from mjsim.sim.streams import stream
 from mjsim.world import drives
 from mjsim.world.robots import Robot
+from mjsim.world.source import Source
+from mjsim.world.use import make_module
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,15 +52,21 @@ class RunningGear:
         return np.array([self.motion([float(k == wheel) for k in range(count)], 0.0) for wheel in range(count)]).T
 
 
-def running_gear(robot: Robot, *, dt: float, seed: int) -> RunningGear:
+def running_gear(robot: Robot, *, dt: float, seed: int, source: Source) -> RunningGear:
     """Return the running gear of a robot.
 
     Args:
         robot: As the world file has it.
         dt: Period of the loop [s].
         seed: Of the run.
+        source: Where the world was written, for a drive of the user's own.
+
+    Raises:
+        UsageError: The user's drive cannot be made, or does not say which wheels it has.
     """
     match robot.drive:
+        case drives.UserDrive():
+            return _users(robot, robot.drive, dt, seed, source)
         case drives.AckermannDrive():
             return _car(robot, robot.drive, dt, seed)
         case drives.TricycleDrive():
@@ -69,6 +79,34 @@ def running_gear(robot: Robot, *, dt: float, seed: int) -> RunningGear:
             return _turning(robot, DifferentialKinematics(radius, track, axles=2), dt, seed, track=track)
         case drives.DifferentialDrive(wheel_radius=radius, track=track):
             return _turning(robot, DifferentialKinematics(radius, track), dt, seed, track=track)
+
+
+def _users(robot: Robot, drive: drives.UserDrive, dt: float, seed: int, source: Source) -> RunningGear:
+    model = make_module(drive, source)
+    if not isinstance(model, DriveModel):
+        raise UsageError(f"{drive.use} is no drive; it needs wheels, wheels_from_twist and twist_from_wheels")
+
+    def motion(rotations: Sequence[float], steer: float) -> Twist:
+        forward, left, turn = model.twist_from_wheels(rotations)
+        return forward, left, turn
+
+    twist_stream = stream(seed, robot.name, "drive/twist")
+    return RunningGear(
+        wheels=tuple(model.wheels),
+        steering=(),
+        drive=TwistDrive(drive, kinematics=model, dt=dt, stream=twist_stream, max_left=drive.max_left),
+        odometer=WheelOdometer(
+            robot.odometry,
+            motion=motion,
+            wheels=len(model.wheels),
+            slip=Slip(),
+            sideways=drive.max_left > 0.0,
+            stream=stream(seed, robot.name, "odometry/increments"),
+        ),
+        motion=motion,
+        track=0.0,
+        max_left=drive.max_left,
+    )
 
 
 def _turning(robot: Robot, kinematics: Kinematics, dt: float, seed: int, *, track: float) -> RunningGear:

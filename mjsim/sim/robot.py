@@ -14,6 +14,7 @@ from mjsim.sim.contact import Bumper
 from mjsim.sim.gear import running_gear
 from mjsim.sim.proximity import ProximityRing
 from mjsim.sim.sensors import Sensors
+from mjsim.world.drives import UserDrive
 from mjsim.world.model import World
 from mjsim.world.robots import Robot
 
@@ -45,10 +46,15 @@ class SimulatedRobot:
         """
         self._robot, self._data, self._received = robot, data, received
         self._dt = world.run.steps_per_tick * model.opt.timestep
-        self._gear = gear = running_gear(robot, dt=self._dt, seed=seed)
+        self._gear = gear = running_gear(robot, dt=self._dt, seed=seed, source=world.source)
         turned = [f"{robot.name}/{part}" for part in (*gear.wheels, *gear.steering)]
-        self._hinges = np.array([model.joint(part).qposadr[0] for part in turned])
-        self._servos = np.array([model.actuator(part).id for part in turned])
+        try:
+            self._hinges = np.array([model.joint(part).qposadr[0] for part in turned])
+            self._servos = np.array([model.actuator(part).id for part in turned])
+        except KeyError as error:
+            raise UsageError(
+                f"robot '{robot.name}' lacks a hinge or a servo of a wheel its drive names: {str(error).split('.')[0]}"
+            ) from None
         self._free = slice(start := int(model.joint(f"{robot.name}/free").qposadr[0]), start + 7)
         self._ring = ProximityRing(model, data, robot)
         self._bumper = Bumper(model, data, robot)
@@ -153,7 +159,7 @@ class SimulatedRobot:
             max_left=self._gear.max_left,
             max_curvature=self._gear.max_curvature,
             wheels=self._gear.wheels,
-            wheel_radius=drive.wheel_radius,
+            wheel_radius=0.0 if isinstance(drive, UserDrive) else drive.wheel_radius,
             track=self._gear.track,
             radius=robot.body.radius,
             twist_from_wheels=self._gear.twist_from_wheels(),

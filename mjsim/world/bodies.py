@@ -3,10 +3,11 @@
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, PrivateAttr, Tag, ValidationInfo, model_validator
 
 from mjsim.geometry import Array
-from mjsim.world.base import Color, Degrees, Length, Metres, Model, Point, Point3, fault
+from mjsim.world.base import Color, Degrees, Length, Metres, Model, ModelPath, Point, Point3, fault
+from mjsim.world.source import BUILT, Source, read_asset
 
 CIRCLE_SIDES = 32
 """Of the outline of a cylinder."""
@@ -128,6 +129,37 @@ class PolygonBody(_Body):
         return self
 
 
+class ModelBody(_Body):
+    """A robot from a file of MJCF: its body `base`, with the wheels of a drive of the user's own.
+
+    Each wheel is a hinge with a velocity servo of the same name. The file has shapes of MuJoCo's own, no meshes, and
+    its masses count.
+    """
+
+    model: ModelPath
+    """The file; the origin of `base` is on the floor, and its geoms are what bumps."""
+    radius: Length = 0.3
+    """Of the circle around the robot [m]."""
+    height: Length = 0.3
+    """[m]"""
+    _source: Source = PrivateAttr(default=BUILT)
+
+    def outline(self) -> Array:
+        """Return the circle around the robot, robot frame, counter-clockwise, shape (n, 2) [m]."""
+        return CylinderBody(radius=self.radius).outline()
+
+    def text(self) -> str:
+        """Return what the file holds."""
+        return read_asset(self.model, self._source).decode("utf-8", errors="replace")
+
+    @model_validator(mode="after")
+    def _keep_source(self, info: ValidationInfo) -> Self:
+        source = (info.context or {}).get("source")
+        if isinstance(source, Source):
+            self._source = source
+        return self
+
+
 def _area(corners: Array) -> float:
     """Return the area inside corners, negative when they go clockwise [m^2]."""
     x, y = corners.T
@@ -145,6 +177,7 @@ def _check_origin(body: "BoxBody | PolygonBody", key: str) -> None:
 SHAPES: dict[str, tuple[str, ...]] = {
     "box": ("box", "at"),
     "polygon": ("polygon", "height"),
+    "model": ("model", "radius", "height"),
     "cylinder": ("radius", "height"),
 }
 """Keys that belong to a shape."""
@@ -152,12 +185,12 @@ SHAPES: dict[str, tuple[str, ...]] = {
 
 def shape_of(keys: Any) -> str:
     """Return which shape the keys of a body describe."""
-    return next((shape for shape in ("box", "polygon") if shape in keys), "cylinder")
+    return next((shape for shape in ("box", "polygon", "model") if shape in keys), "cylinder")
 
 
 def rims(body: "Body", bearings: Array) -> Array:
     """Return how far the outermost rim of a body is from its origin along bearings [rad], same shape [m]."""
-    if isinstance(body, CylinderBody):
+    if isinstance(body, CylinderBody | ModelBody):
         return np.full(np.shape(bearings), body.radius)
     start = body.outline()
     edge = np.roll(start, -1, axis=0) - start
@@ -174,18 +207,19 @@ def rims(body: "Body", bearings: Array) -> Array:
 def _kind_of_body(item: Any) -> str | None:
     if isinstance(item, dict):
         return f"<{shape_of(item)}>"
-    kinds = {BoxBody: "<box>", PolygonBody: "<polygon>", CylinderBody: "<cylinder>"}
+    kinds = {BoxBody: "<box>", PolygonBody: "<polygon>", ModelBody: "<model>", CylinderBody: "<cylinder>"}
     return next((tag for kind, tag in kinds.items() if isinstance(item, kind)), None)
 
 
 Body = Annotated[
     Annotated[CylinderBody, Tag("<cylinder>")]
     | Annotated[BoxBody, Tag("<box>")]
-    | Annotated[PolygonBody, Tag("<polygon>")],
+    | Annotated[PolygonBody, Tag("<polygon>")]
+    | Annotated[ModelBody, Tag("<model>")],
     Discriminator(
         _kind_of_body,
         custom_error_type="kind",
         custom_error_message="a body has a shape: radius and height, box: [length, width, height],"
-        " or polygon: [[x, y], ...] with height",
+        " polygon: [[x, y], ...] with height, or model: FILE",
     ),
 ]

@@ -4,9 +4,10 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
 from mjsim.world.base import Deviation, Length, Model, fault
+from mjsim.world.running import Use
 
 Speed = Annotated[float, Field(gt=0, le=20)]
 """[m/s]"""
@@ -172,6 +173,23 @@ class MecanumDrive(_OmniDrive):
     """Distance between the wheels in front and behind [m]."""
 
 
+class UserDrive(AnyDrive, Use):
+    """A drive of the user's own: a class that knows how twist and wheels belong together (`mjsim.DriveModel`).
+
+    Its body is a `model`. The keys beside those named here are keyword arguments of the class.
+    """
+
+    model_config = ConfigDict(extra="allow")
+
+    max_left: Annotated[float, Field(ge=0, le=20)] = 0.0
+    """Largest speed sideways [m/s]."""
+
+    @property
+    def type(self) -> str:
+        """What modules are told: the name of the class."""
+        return self.use.rpartition(":")[2]
+
+
 KINDS: Mapping[str, type[AnyDrive]] = {
     "differential": DifferentialDrive,
     "skid_steer": SkidSteerDrive,
@@ -184,6 +202,8 @@ KINDS: Mapping[str, type[AnyDrive]] = {
 
 
 def _kind_of_drive(item: Any) -> str | None:
+    if isinstance(item, UserDrive) or (isinstance(item, dict) and "use" in item):
+        return "<use>"
     kind = item.get("type", "differential") if isinstance(item, dict) else getattr(item, "type", None)
     return f"<{kind}>" if isinstance(kind, str) and kind in KINDS else None
 
@@ -194,11 +214,13 @@ Drive = Annotated[
     | Annotated[AckermannDrive, Tag("<ackermann>")]
     | Annotated[TricycleDrive, Tag("<tricycle>")]
     | Annotated[Omni3Drive, Tag("<omni3>")]
-    | Annotated[MecanumDrive, Tag("<mecanum>")],
+    | Annotated[MecanumDrive, Tag("<mecanum>")]
+    | Annotated[UserDrive, Tag("<use>")],
     Discriminator(
         _kind_of_drive,
         custom_error_type="kind",
-        custom_error_message="a drive has a type: differential, skid_steer, ackermann, tricycle, omni3 or mecanum",
+        custom_error_message="a drive has a type: differential, skid_steer, ackermann, tricycle, omni3 or mecanum;"
+        ' or a class of your own, {use: "my_drive.py:MyDrive"}',
     ),
 ]
 

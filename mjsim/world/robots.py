@@ -1,12 +1,12 @@
 """Robots as a world file describes them: body, drive, odometry and sensors."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
 from mjsim.world.base import Degrees, Length, Model, Name, Point, fault
-from mjsim.world.bodies import Body, CylinderBody
-from mjsim.world.drives import DifferentialDrive, Drive, WheelOdometry
+from mjsim.world.bodies import Body, CylinderBody, ModelBody
+from mjsim.world.drives import DifferentialDrive, Drive, UserDrive, WheelOdometry
 from mjsim.world.presets import over_preset
 from mjsim.world.sensors import Sensor
 
@@ -32,6 +32,12 @@ class Robot(Model):
     """What else it senses with."""
     proximity_range: Length = 2.0
     """How far the ring of 16 proximity rays sees [m]."""
+
+    @model_validator(mode="after")
+    def _own_drive_on_own_body(self) -> Self:
+        if isinstance(self.drive, UserDrive) != isinstance(self.body, ModelBody):
+            raise fault("a drive of your own goes with a body of your own; give both drive: {use} and body: {model}")
+        return self
 
     @model_validator(mode="before")
     @classmethod
