@@ -2,6 +2,7 @@
 
 import math
 import re
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from mjsim.world import World, load_world, parse_world
 from mjsim.world.check import check_world
 from mjsim.world.plan import solid
 
+needs_labmaze = pytest.mark.skipif(find_spec("labmaze") is None, reason="labmaze is there for Python 3.11 and 3.12")
 WORLDS = Path(__file__).parent.parent / "worlds"
 
 
@@ -44,6 +46,7 @@ def reached(world: World, cell: float, size: tuple[int, int]) -> int:
     return len(seen)
 
 
+@needs_labmaze
 def test_every_cell_of_a_maze_can_be_reached_and_nothing_outside():
     for seed in range(2):
         world = maze_world((7, 5), seed=seed, cell=1.2)
@@ -51,11 +54,13 @@ def test_every_cell_of_a_maze_can_be_reached_and_nothing_outside():
         assert reached(world, 1.2, (7, 5)) == 35
 
 
+@needs_labmaze
 def test_the_same_seed_gives_the_same_maze_and_another_another():
     assert maze_world((9, 9), seed=3) == maze_world((9, 9), seed=3)
     assert maze_world((9, 9), seed=3).walls != maze_world((9, 9), seed=4).walls
 
 
+@needs_labmaze
 def test_markers_of_a_maze_hang_before_walls_and_face_the_way():
     world = maze_world((9, 9), seed=3, beacons=6)
     assert [beacon.marker.id for beacon in world.beacons] == list(range(6))
@@ -81,6 +86,7 @@ def test_a_template_is_the_shipped_world_under_a_name_of_ones_own(template, tmp_
     assert load_world(path) == shipped.model_copy(update={"name": "mine"})
 
 
+@needs_labmaze
 def test_new_writes_a_world_and_keeps_what_is_there(tmp_path, capsys):
     path = tmp_path / "labyrinth.yaml"
     assert typed("new", "--maze", "5x4", "--seed", "3", "-o", str(path)) == 0
@@ -97,6 +103,7 @@ def test_new_writes_a_world_and_keeps_what_is_there(tmp_path, capsys):
         assert message in capsys.readouterr().err
 
 
+@needs_labmaze
 def test_a_world_goes_out_and_comes_in_by_commands(tmp_path, capsys):
     maze, plan = str(tmp_path / "maze.yaml"), str(tmp_path / "plan.svg")
     assert typed("new", "--maze", "4x4", "-o", maze) == 0
@@ -110,11 +117,13 @@ def test_a_world_goes_out_and_comes_in_by_commands(tmp_path, capsys):
     assert "name at least one of --map DIR, --sdf FILE, --usd FILE, --svg FILE" in capsys.readouterr().err
 
 
+@needs_labmaze
 def test_new_prints_a_world_that_is_not_written_to_a_file(capsys):
     assert typed("new", "--maze", "4x4", "--no-robot") == 0
     assert parse_world(capsys.readouterr().out) == maze_world((4, 4), seed=1, preset=None)
 
 
+@needs_labmaze
 def test_the_program_on_the_page_about_bringing_in_runs(tmp_path, monkeypatch, capsys):
     page = (WORLDS.parent / "docs" / "bring-in.md").read_text(encoding="utf-8")
     (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
@@ -124,6 +133,7 @@ def test_the_program_on_the_page_about_bringing_in_runs(tmp_path, monkeypatch, c
 
 
 @pytest.mark.slow
+@needs_labmaze
 def test_the_robot_of_a_maze_drives_to_its_far_end():
     world = maze_world((5, 5), seed=3)
     (goal,) = (driver.navigator.model_dump()["points"][-1] for driver in world.run.drivers.values())

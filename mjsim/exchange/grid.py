@@ -161,7 +161,7 @@ def _picture_of(path: Path, keys: dict[str, Any]) -> NDArray[np.uint8]:
     if relative.is_absolute():  # map_saver of ROS 1 writes the whole path of the machine that it ran on
         relative = PurePosixPath(relative.name)
     if ".." in relative.parts or not name.isprintable():
-        raise UsageError(f"{path}: image '{name:.60}' leaves its folder; put it beside the YAML file")
+        raise UsageError(f"{path}: image {name!r:.60} leaves its folder; put it beside the YAML file")
     file = path.parent / relative
     data = read_bounded(file, most=MOST_BYTES, kind="the picture of a map")
     try:
