@@ -201,6 +201,12 @@ def test_a_ring_turns_items_about_its_middle():
     assert world.walls[1].points == ((8, 10), (8, 11))
 
 
+def test_keys_of_a_users_module_are_its_own():
+    text = "run: {drivers: {a: {navigator: {use: 'a:B', image: 'x.png', steps: [{repeat: 2, to: '${1 + 1}'}]}}}}\n"
+    world = parse_world("mjsim: 1\nrobots: [{name: a, at: [0, 0]}]\n" + text)
+    assert world.run.drivers["a"].navigator.arguments() == {"image": "x.png", "steps": [{"repeat": 2, "to": 2}]}
+
+
 @pytest.mark.parametrize(
     ("item", "fault"),
     [

@@ -154,17 +154,17 @@ class Template:
         return make
 
     def _list(self, node: Node, key: str, foreign: bool) -> Make:
-        items = list(node.items.values())
+        items = [(item, not foreign and _is_repeated(item)) for item in node.items.values()]
         makes = [
-            self._repeated(item, key) if _is_repeated(item) else self._part(item, key, foreign=foreign)
-            for item in items
+            self._repeated(item, key) if repeated else self._part(item, key, foreign=foreign)
+            for item, repeated in items
         ]
 
         def make(names: Names) -> Node:
             nodes: list[Node] = []
-            for item, part in zip(items, makes, strict=True):
+            for (item, repeated), part in zip(items, makes, strict=True):
                 made = item if part is None else part(names)
-                nodes += made.items.values() if _is_repeated(item) else [made]
+                nodes += made.items.values() if repeated else [made]
             values, size = [made.value for made in nodes], 1 + sum(made.size for made in nodes)
             return Node(values, node.line, node.column, dict(enumerate(nodes)), size=size)
 
