@@ -1,5 +1,6 @@
 """The pages say what the program does."""
 
+import importlib
 import re
 import runpy
 from pathlib import Path
@@ -33,3 +34,19 @@ def test_the_page_of_what_changes_runs(capsys):
     assert sim.truth("scout").x == 6.0
     # The cart has waited at its start, and come to its first stop.
     assert "Pose(x=7.0, y=1.0" in capsys.readouterr().out
+
+
+def test_every_module_that_the_page_of_algorithms_names_is_there():
+    page = (ROOT / "docs" / "algorithms.md").read_text(encoding="utf-8")
+    tables = [line for line in page.splitlines() if line.startswith("| `")]
+    named = [
+        (line.split("`")[1].split(":")[0], name)
+        for line in tables
+        for name in re.findall(r"`(?:\w+:)?([A-Z]\w+)`", line.split("|")[1])
+    ]
+    assert len(named) >= 18
+    for module, name in named:
+        assert isinstance(getattr(importlib.import_module(f"mjsim.algorithms.{module}"), name), type)
+    (text,) = re.findall("```yaml\n(.*?)```", page, re.DOTALL)
+    for use in re.findall(r'use: "(.*?):(.*?)"', text):
+        assert hasattr(importlib.import_module(use[0]), use[1])
