@@ -27,10 +27,10 @@ from mjsim.record.scene import stamp
 from mjsim.world import World
 from mjsim.world.doors import leaves
 from mjsim.world.hung import Hung, hung
+from mjsim.world.joints import solid_pieces
 from mjsim.world.looks import Looks, first_looks
 from mjsim.world.names import item_names
 from mjsim.world.outlines import prisms, stays, world_from_obstacle
-from mjsim.world.plan import wall_pieces
 from mjsim.world.robots import Robot
 from mjsim.world.things import Beacon, Obstacle
 
@@ -51,7 +51,9 @@ def map_update(world: World, files: Mapping[str, bytes]) -> SceneUpdate:
         files: The pictures that it names.
     """
     walls = [
-        _prism(piece.outline, piece.low, piece.high, wall.color) for wall in world.walls for piece in wall_pieces(wall)
+        _prism(piece.outline, piece.low, piece.high, wall.color)
+        for wall, pieces in zip(world.walls, solid_pieces(world.walls), strict=True)
+        for piece in pieces
     ]
     doors = [
         SceneEntity(

@@ -24,8 +24,9 @@ from mjsim.video.labels import Label, place_labels
 from mjsim.video.view import View, format_metres, round_step
 from mjsim.world import World
 from mjsim.world.hung import hung as beacons_of
+from mjsim.world.joints import solid_pieces
 from mjsim.world.outlines import stays
-from mjsim.world.plan import footprint, wall_pieces, wall_polygons
+from mjsim.world.plan import footprint, wall_polygons
 from mjsim.world.routes import extent
 from mjsim.world.things import Beacon, Obstacle
 
@@ -146,8 +147,8 @@ def _draw_grid(image: Picture, world: World, view: View) -> None:
 def _draw_walls(image: Picture, world: World, view: View) -> None:
     low: list[Array] = []
     full: list[Array] = []
-    for wall in world.walls:
-        for piece in wall_pieces(wall):
+    for pieces in solid_pieces(world.walls):
+        for piece in pieces:
             if piece.low < EYE:
                 (full if piece.high > EYE else low).append(view.pixels(piece.outline))
     for outlines, color in ((low, blend(WALL, PAPER, 0.55)), (full, WALL)):
