@@ -201,6 +201,13 @@ def test_a_ring_turns_items_about_its_middle():
     assert world.walls[1].points == ((8, 10), (8, 11))
 
 
+def test_an_opening_with_a_foreign_name_inside_a_repeated_wall_is_told():
+    wall = "{points: [[0, 0], [4, 0]], repeat: {times: 2}, openings: [{at: 1, width: 1, lidar: x}]}"
+    assert faults(f"walls: [{wall}]\n") == [
+        "room.yaml:2:85: unknown key 'lidar'; there are at, door, head, name, segment, sill, width"
+    ]
+
+
 def test_keys_of_a_users_module_are_its_own():
     text = "run: {drivers: {a: {navigator: {use: 'a:B', image: 'x.png', steps: [{repeat: 2, to: '${1 + 1}'}]}}}}\n"
     world = parse_world("mjsim: 1\nrobots: [{name: a, at: [0, 0]}]\n" + text)

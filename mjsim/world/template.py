@@ -183,7 +183,7 @@ class Template:
             for step, item in node.items.items()
             if (make := self._value(item, key if isinstance(value, list) else str(step), foreign=foreign)) is not None
         }
-        if self._depth and key in _NUMBERED and isinstance(value, dict) and _name_to_number(node):
+        if self._depth and key in _NUMBERED and isinstance(value, dict) and _name_to_number(node) == "name":
             parts["name"] = self._numbered(node.items["name"])
         if not parts:
             return None
