@@ -49,6 +49,15 @@ hide_request_from_mujoco()  # Before anything imports mujoco, which nothing abov
 
 if TYPE_CHECKING:
     from mjsim.compile import compile_world
+    from mjsim.exchange import (
+        maze_world,
+        world_from_dxf,
+        world_from_map,
+        world_from_svg,
+        write_map,
+        write_sdf,
+        write_svg,
+    )
     from mjsim.record import Recording, Tick, read_recording
     from mjsim.report import statistics
     from mjsim.sim import Simulation
@@ -59,8 +68,15 @@ _LATER = {
     "Simulation": "mjsim.sim",
     "Tick": "mjsim.record",
     "compile_world": "mjsim.compile",
+    "maze_world": "mjsim.exchange",
     "read_recording": "mjsim.record",
     "statistics": "mjsim.report",
+    "world_from_dxf": "mjsim.exchange",
+    "world_from_map": "mjsim.exchange",
+    "world_from_svg": "mjsim.exchange",
+    "write_map": "mjsim.exchange",
+    "write_sdf": "mjsim.exchange",
+    "write_svg": "mjsim.exchange",
 }
 
 __all__ = [
@@ -103,12 +119,19 @@ __all__ = [
     "compile_world",
     "format_world",
     "load_world",
+    "maze_world",
     "parse_world",
     "read_recording",
     "run",
     "sightings_from",
     "statistics",
     "ticks",
+    "world_from_dxf",
+    "world_from_map",
+    "world_from_svg",
+    "write_map",
+    "write_sdf",
+    "write_svg",
 ]
 
 
