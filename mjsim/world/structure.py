@@ -61,7 +61,7 @@ class Opening(Model):
 
 
 class Wall(Model):
-    """A run of straight walls through its corners; consecutive corners are joined."""
+    """A run of straight walls through its corners, joined there; an end within 2 cm of another wall is joined to it."""
 
     points: Annotated[tuple[Point, ...], Field(strict=False, min_length=2)]
     """Corners of the centreline, [x, y] each [m]."""
