@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mjsim.errors import UsageError
 from mjsim.exchange.grid import Cells, Grid
 from mjsim.exchange.shapes import Bar, Disc, cells_in, fitted_bar, fitted_disc
 from mjsim.exchange.strips import along_walls
@@ -34,6 +35,8 @@ SPECK = 3
 """Fewer cells than this are noise."""
 REACH = 0.75
 """A cell whose middle is this near to a shape is explained by it [cells]."""
+MOST_PARTS, MOST_MIDDLES, MOST_LINES = 20_000, 500_000, 4_000
+"""More of them make no map: parts that hang together, cells in the middle of walls, straight lines."""
 DEEPEST = 7
 """What is left over is cut in two at most so often."""
 
@@ -48,7 +51,11 @@ class Traced:
 
 
 def trace(grid: Grid) -> Traced:
-    """Return walls and things that stand for the occupied cells of a grid."""
+    """Return walls and things that stand for the occupied cells of a grid.
+
+    Raises:
+        UsageError: It has more lines or parts than the map of a building.
+    """
     cells = _tidied(grid.occupied)
     thickest = THICKEST / grid.resolution
     bars: list[Bar] = []
@@ -64,7 +71,10 @@ def trace(grid: Grid) -> Traced:
             network[window] |= part
     # What is much thicker than the walls of this map leans on them, or they on it.
     left = network & ~_bulky(network, min(thickest, max(BULKY * _usual_thickness(network), 3.0)), thickest)
-    centrelines = lines(thinned(left), spur=max(3.0, thickest / 4))
+    middles = thinned(left)
+    _bounded(int(np.count_nonzero(middles)), MOST_MIDDLES, "cells of walls, thinned")
+    centrelines = lines(middles, spur=max(3.0, thickest / 4))
+    _bounded(len(centrelines), MOST_LINES, "straight lines")
     walls = along_walls(left, network, centrelines, grid.free, thickest=thickest)
     explained = np.zeros_like(cells)
     for wall in walls:
@@ -78,6 +88,13 @@ def trace(grid: Grid) -> Traced:
     return Traced([*walls, *slender], boxes, discs)
 
 
+def _bounded(count: int, most: int, kind: str) -> None:
+    if count > most:
+        raise UsageError(
+            f"the map has {count} {kind}, and that of a building at most {most}; clean it in a paint program"
+        )
+
+
 def _tidied(occupied: Cells) -> Cells:
     """Return the cells without specks, pinholes filled."""
     import cv2
@@ -85,10 +102,10 @@ def _tidied(occupied: Cells) -> Cells:
     image = occupied.astype(np.uint8)
     around = cv2.boxFilter(image, cv2.CV_8U, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
     image |= (around >= 6).astype(np.uint8) & (around - image >= 6)
-    count, parts, stats, _ = cv2.connectedComponentsWithStats(image, connectivity=8)
+    _, parts, stats, _ = cv2.connectedComponentsWithStats(image, connectivity=8)
     large = stats[:, cv2.CC_STAT_AREA] >= SPECK
     large[0] = False
-    del count
+    _bounded(int(np.count_nonzero(large[1:])), MOST_PARTS, "parts")
     return np.asarray(large[parts], dtype=bool)
 
 
