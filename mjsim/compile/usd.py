@@ -3,6 +3,9 @@
 import re
 import shutil
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import mujoco
@@ -15,6 +18,8 @@ KINDS = (".usda", ".usdc", ".usd")
 """Names of files end so."""
 MOST_SHAPES = 100_000
 """That the exporter makes room for."""
+FACETS = 24
+"""Around a round shape; the exporter's own hundred by hundred make 1 MB of each roller of a wheel."""
 
 
 def write_usd(world: World, path: str | Path) -> Path:
@@ -48,7 +53,8 @@ def write_usd(world: World, path: str | Path) -> Path:
             for file in (Path(folder) / "usd" / "assets").iterdir():
                 shutil.copy(file, pictures / file.name)
             exporter.texture_files = [f"{pictures.name}/{Path(file).name}" for file in exporter.texture_files]
-            exporter.update_scene(data)
+            with _coarsely_round():
+                exporter.update_scene(data)
             UsdGeom.SetStageMetersPerUnit(exporter.stage, 1.0)
             exporter.stage.Export(str(path))
         except OSError as error:
@@ -56,6 +62,19 @@ def write_usd(world: World, path: str | Path) -> Path:
         except Tf.ErrorException as error:
             raise UsageError(f"cannot write '{path}': {str(error).strip().splitlines()[-1].strip()}") from error
     return path
+
+
+@contextmanager
+def _coarsely_round() -> Iterator[None]:
+    """Let the exporter make round shapes of fewer facets; it has no setting for that."""
+    from mujoco.usd import shapes
+
+    finely = shapes.mesh_factory
+    shapes.mesh_factory = partial(finely, resolution=FACETS)
+    try:
+        yield
+    finally:
+        shapes.mesh_factory = finely
 
 
 def _plainly_named(spec: mujoco.MjSpec) -> mujoco.MjSpec:
