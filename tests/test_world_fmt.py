@@ -10,13 +10,11 @@ from hypothesis import strategies as st
 
 from mjsim.cli import main
 from mjsim.errors import WorldError
-from mjsim.world import load_world, parse_world
 from mjsim.world.format_tree import read_tree
 from mjsim.world.formatter import format_text
-from mjsim.world.source import Source
 from mjsim.world.text import read_text
 
-WORLDS = sorted((Path(__file__).parent.parent / "worlds").glob("*.yaml"))
+WORLDS = sorted((Path(__file__).parent.parent / "worlds").glob("**/*.yaml"))
 UNTIDY = """\
 # A room.
 
@@ -224,12 +222,11 @@ def test_odd_texts_are_laid_out_without_loss(text):
     assert format_text(laid, file="room.yaml") == laid
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("path", WORLDS, ids=lambda path: path.stem)
-def test_the_shipped_worlds_are_laid_out_as_the_same_worlds(path):
-    laid = format_text(path.read_text(encoding="utf-8"), file=path.name)
-    assert parse_world(laid, source=Source(file=path.name, folder=path.parent)) == load_world(path)
-    assert max(len(line) for line in laid.splitlines() if "# " not in line) <= 120
+def test_the_shipped_worlds_are_laid_out(path):
+    text = path.read_text(encoding="utf-8")
+    assert format_text(text, file=path.name) == text
+    assert max(len(line) for line in text.splitlines() if "# " not in line) <= 120
 
 
 def test_what_an_alias_stands_for_stays_before_it():
