@@ -197,7 +197,12 @@ def test_the_schema_is_json_that_names_the_walls(capsys):
 
 def shell(*words):
     return subprocess.Popen(
-        [sys.executable, "-m", "mjsim.cli", *words], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-m", "mjsim.cli", *words],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        # Tests that a shell started in the background have Ctrl-C ignored, and what they start would inherit that.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
 
 

@@ -1,4 +1,4 @@
-"""Hostile world files end in lines, not in tracebacks; `scripts/fuzz.py` reads a hundred times as many."""
+"""Hostile world files end in lines, not in tracebacks; `scripts/fuzz.py` reads some hundred times as many."""
 
 import runpy
 from pathlib import Path
@@ -10,12 +10,12 @@ FUZZ = runpy.run_path(str(Path(__file__).parent.parent / "scripts" / "fuzz.py"))
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["run_changed", "run_built"])
-def test_a_thousand_hostile_worlds_are_read_or_refused_in_lines(engine, tmp_path):
+def test_hundreds_of_hostile_worlds_are_read_or_refused_in_lines(engine, tmp_path):
     trial = FUZZ["Trial"](tmp_path)
-    FUZZ[engine](trial, 1000, seed=7)
-    assert trial.count >= 1000
+    FUZZ[engine](trial, 300, seed=7)
+    assert trial.count >= 300
     assert trial.worlds > 5
-    assert trial.laid > 50
+    assert trial.laid > 10
 
 
 def test_the_texts_that_fuzzing_begins_with_are_worlds(tmp_path):

@@ -19,6 +19,7 @@ from mjsim.geometry import Array
 from mjsim.world.base import PHYSICS_STEP
 from mjsim.world.hung import hung
 from mjsim.world.model import World
+from mjsim.world.patience import uncollected
 from mjsim.world.plan import top
 from mjsim.world.robots import Robot
 from mjsim.world.routes import extent
@@ -36,6 +37,7 @@ CHASE_AT, CHASE_TILT, CHASE_FOV = (-1.6, 0.0, 2.7), math.radians(46.0), 55.0
 """In the robot's frame [m], above most walls, so that none hides it; downwards [rad]; vertical field of view [deg]."""
 
 
+@uncollected()
 def compile_world(world: World) -> mujoco.MjSpec:
     """Return the scene of a world, its pictures in memory.
 

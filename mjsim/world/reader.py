@@ -17,6 +17,7 @@ from mjsim.world.check import check_world
 from mjsim.world.expand import expand, needs_expansion
 from mjsim.world.fit import misfits
 from mjsim.world.model import World
+from mjsim.world.patience import uncollected
 from mjsim.world.places import Fault, problems_at
 from mjsim.world.source import Source
 from mjsim.world.text import MOST_BYTES, line_and_column, read_text, too_large
@@ -26,6 +27,7 @@ MOST = 100
 """Names that fit nothing, and the like, are told so often; each is looked for among all others."""
 
 
+@uncollected()
 def parse_world(
     text: str,
     *,
