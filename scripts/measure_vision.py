@@ -29,7 +29,7 @@ def main() -> None:
     if given.markers:
         studio, names, farthest = (
             Studio(marker_room(given.markers, given.width), marker_sizes(given.width)),
-            MARKERS,
+            list(MARKERS),
             8.0,
         )
         finder = MarkerBeacons(given.markers, given.width, names={number: name for name, number in MARKERS.items()})
