@@ -208,6 +208,8 @@ def comments_in(text):
         "# only\n# comments above\n---\nmjsim: 1 # here\n...\n# below\n",
         '{"mjsim": 1, "lamps": [{"at": [1, 2]}]}',
         "mjsim: 1\r\nlamps: []   # none\r\n",
+        "mjsim: 1\r\r\r\r\rname: a   # of an old machine\rfloor: {}\r",
+        "mjsim: 1\n\u2028\u2028\n\x85\x85\nname: a\n\nfloor: {}\n",
         "mjsim: 1\nname:\n",
         "mjsim: 1\nrun: {drivers: {a: {navigator: {use: 'a:B', text: 'two\n  lines'}}}}\n",
         "mjsim: 1\na:\n  text: |   # several\n    one\n     two # no comment\n  other: >-\n    folded\n    text\n",

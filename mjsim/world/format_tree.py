@@ -155,7 +155,8 @@ class _TreeReader:
     def _item(self, part: Part, parent: Item | None) -> None:
         mark = self._events[self._at].start_mark
         around = () if parent is None else parent.around
-        item = Item(None, parent, (*around, part), mark.index, mark.line)
+        # Not `mark.line`: YAML knows more ends of lines than these lines are cut at.
+        item = Item(None, parent, (*around, part), mark.index, self._place(mark.index)[0])
         self.items.append(item)
         part.items.append(item)
         if part.kind == "map":

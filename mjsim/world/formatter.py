@@ -38,7 +38,7 @@ def format_text(text: str, *, file: str) -> str:
     Raises:
         WorldError: It is not YAML, or uses it in a way that cannot be laid out without loss.
     """
-    text = text.replace("\r\n", "\n")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
     node, problems = read_text(text, file=file)
     if node is None or problems:
         raise WorldError(problems)
