@@ -11,6 +11,7 @@ import pytest
 import shapely
 
 import mjsim
+from mjsim.algorithms.constant import ConstantCommand
 from mjsim.algorithms.explore import Explore
 from mjsim.algorithms.go_to_goal import GoToGoal
 from mjsim.algorithms.occupancy import OccupancyGrid, OccupancyMapping
@@ -66,6 +67,15 @@ def test_where_a_box_stands_that_the_map_lacks_it_goes_around():
     poses, bumps = drive(Forgetful([7, 1]), 60.0)
     assert np.hypot(*(poses[-1, :2] - (7, 1))) < 0.25
     assert bumps == 0
+
+
+def test_a_constant_twist_drives_a_circle():
+    poses, bumps = drive(ConstantCommand(forward=0.3, turn=0.5), 15.0, text=ROOMS.replace("at: [1, 1]", "at: [6, 2]"))
+    radii = np.hypot(*(poses[125:, :2] - (6.0, 2.6)).T)
+    np.testing.assert_allclose(radii, 0.6, atol=0.05)  # it gathers speed first, which moves the middle
+    assert bumps == 0
+    with pytest.raises(ValueError, match="must be finite"):
+        ConstantCommand(forward=math.nan)
 
 
 def test_where_there_is_no_way_it_waits():
