@@ -18,6 +18,7 @@ from mjsim.interface import BeaconInfo, Command, MarkerInfo, Observation, Pictur
 from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.radio import RadioNet
 from mjsim.sim.robot import SimulatedRobot
+from mjsim.sim.snapshot import Snapshot
 from mjsim.sim.stage import Stage
 from mjsim.world.events import CloseEvent, Event, LampEvent, LightEvent, MoveEvent, OpenEvent, RemoveEvent
 from mjsim.world.hung import hung
@@ -49,41 +50,41 @@ class Simulation:
                 MuJoCo can hold.
         """
         self.world = world
-        self.seed = world.run.seed if seed is None else seed
-        if self.seed < 0:
-            raise UsageError(f"seed is {self.seed}; it must be 0 or more")
+        self.seed = _checked_seed(world.run.seed if seed is None else seed)
         self.model: mujoco.MjModel = compile_world(world).compile()
         self.data = mujoco.MjData(self.model)
         self.dt: float = world.run.steps_per_tick * self.model.opt.timestep
         """Period of the loop [s]."""
         self.tick = 0
         """Ticks since the start."""
-        self._stage = Stage(self.model, self.data, world)
+        self._compiled = Snapshot(self.model)
         self._canvases: dict[Quality, Canvas] = {}
-        self._radio = RadioNet([robot.name for robot in world.robots], world.radio, seed=self.seed)
-        self._robots = {
-            robot.name: SimulatedRobot(
-                self.model,
-                self.data,
-                robot,
-                world=world,
-                seed=self.seed,
-                canvas=self._canvas,
-                received=partial(self._radio.received, robot.name),
-            )
-            for robot in world.robots
-        }
         self._speeds = np.array(
-            [self.model.joint(f"{name}/free").dofadr[0] + axis for name in self._robots for axis in range(3)], dtype=int
+            [self.model.joint(f"{robot.name}/free").dofadr[0] + axis for robot in world.robots for axis in range(3)],
+            dtype=int,
         )
-        self.robots: Mapping[str, RobotInfo] = MappingProxyType({n: robot.info for n, robot in self._robots.items()})
-        """What modules are told of each robot, by name."""
+        self._set_up()
         self.catalogue: Mapping[str, BeaconInfo] = MappingProxyType(_catalogue(world))
         """What modules are told of each beacon, by name."""
         self.map: WorldMap | None = _map(world) if world.run.map == "known" else None
         """What modules are told of the room; None when the world says `map: unknown`."""
-        self._stage.let_happen(0.0)
-        self._look()
+
+    def reset(self, seed: int | None = None) -> None:
+        """Go back to the start: from now on all is byte for byte as in a new simulation of that seed.
+
+        It is quick, as nothing is compiled again and the cameras keep what they draw with. `robots` is made anew.
+
+        Args:
+            seed: Of all chance from now on; the same again unless given.
+
+        Raises:
+            UsageError: The seed is negative.
+        """
+        self.seed = _checked_seed(self.seed if seed is None else seed)
+        self._compiled.restore(self.model)
+        mujoco.mj_resetData(self.model, self.data)
+        self.tick = 0
+        self._set_up()
 
     @property
     def time(self) -> float:
@@ -231,6 +232,28 @@ class Simulation:
         """Close the simulation."""
         self.close()
 
+    def _set_up(self) -> None:
+        """Set the stage and put the robots at their starts, in a state and a model that are as new."""
+        world = self.world
+        self._stage = Stage(self.model, self.data, world)
+        self._radio = RadioNet([robot.name for robot in world.robots], world.radio, seed=self.seed)
+        self._robots = {
+            robot.name: SimulatedRobot(
+                self.model,
+                self.data,
+                robot,
+                world=world,
+                seed=self.seed,
+                canvas=self._canvas,
+                received=partial(self._radio.received, robot.name),
+            )
+            for robot in world.robots
+        }
+        self.robots: Mapping[str, RobotInfo] = MappingProxyType({n: robot.info for n, robot in self._robots.items()})
+        """What modules are told of each robot, by name."""
+        self._stage.let_happen(0.0)
+        self._look()
+
     def _robot(self, name: str) -> SimulatedRobot:
         if name not in self._robots:
             raise UsageError(f"no robot '{name}' in this world{did_you_mean(name, self._robots)}")
@@ -281,6 +304,12 @@ class Simulation:
             raise PhysicsFault(f"physics failed at {self.time:.2f} s: {what.partition(' Time = ')[0]}")
         if not np.isfinite(self.data.qpos).all() or not (np.abs(speeds) < FASTEST).all():
             raise PhysicsFault(f"physics failed at {self.time:.2f} s: a robot moves at {np.abs(speeds).max():g} m/s")
+
+
+def _checked_seed(seed: int) -> int:
+    if seed < 0:
+        raise UsageError(f"seed is {seed}; it must be 0 or more")
+    return seed
 
 
 def _catalogue(world: World) -> dict[str, BeaconInfo]:
