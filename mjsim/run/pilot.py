@@ -51,6 +51,17 @@ class Driver:
     """Whether it may press on against what it touches, to push a door open or a thing away; else a bump stops it."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Noticed:
+    """What a robot's modules make of an observation before they decide."""
+
+    seen: Observation
+    """With what the observer saw."""
+    belief: Estimate
+    events: tuple[Event, ...]
+    """The bump that begins now, if one does."""
+
+
 class DeadReckoning:
     """Odometry summed from the prior, with its covariance."""
 
@@ -108,10 +119,18 @@ class Pilot:
         Raises:
             ModuleFault: A module raised, or returned what it must not; names it, the robot and the time.
         """
+        return self.order(self.notice(seen))
+
+    def notice(self, seen: Observation) -> Noticed:
+        """Let the modules look and believe, once a tick; `order` comes next."""
         self._seconds = {}
         self._dead_reckoning.add(seen)
         seen = self._look(seen)
-        belief = self._believe(seen)
+        return Noticed(seen, self._believe(seen), self._bump(seen))
+
+    def order(self, noticed: Noticed) -> Order:
+        """Let the navigator decide on what was noticed; then let safety have the last word."""
+        seen, belief = noticed.seen, noticed.belief
         wanted = self._navigate(seen, belief)
         command = wanted
         if self._avoidance is not None and isinstance(wanted, Command):
@@ -127,7 +146,7 @@ class Pilot:
             dead_reckoning=self._dead_reckoning.pose,
             dead_reckoning_covariance=self._dead_reckoning.covariance,
             sightings=seen.sightings,
-            events=self._events(seen, blocked=safe is not command),
+            events=(*noticed.events, *self._block(seen, blocked=safe is not command)),
             timing=self._seconds,
         )
 
@@ -153,19 +172,21 @@ class Pilot:
         command = self._ask("navigator", navigator, seen.time, navigator.command, seen, belief)
         return self._check("navigator", navigator, seen.time, checked_command, command, self._robot)
 
-    def _events(self, seen: Observation, *, blocked: bool) -> tuple[Event, ...]:
-        events: list[Event] = []
-        if seen.bump:
-            if seen.time - self._touched > BUMP_ENDS_AFTER:
-                events.append(Event(seen.time, "bump", f"{self._robot.name} bumped", seen.bump[0]))
-            self._touched = seen.time
-        if blocked and not self._blocked:
-            events.append(
-                Event(seen.time, "blocked", f"{self._robot.name} cannot go on; what it touches is in the way")
-            )
+    def _bump(self, seen: Observation) -> tuple[Event, ...]:
+        """Return the bump that begins now, if one does."""
+        if not seen.bump:
+            return ()
+        begins = seen.time - self._touched > BUMP_ENDS_AFTER
+        self._touched = seen.time
+        return (Event(seen.time, "bump", f"{self._robot.name} bumped", seen.bump[0]),) if begins else ()
+
+    def _block(self, seen: Observation, *, blocked: bool) -> tuple[Event, ...]:
+        """Return that the robot is held up, if that begins now."""
+        begins = blocked and not self._blocked
         # Contact flickers while a robot presses against a wall; one episode is one event.
         self._blocked = blocked or (self._blocked and seen.time - self._touched <= BUMP_ENDS_AFTER)
-        return tuple(events)
+        text = f"{self._robot.name} cannot go on; what it touches is in the way"
+        return (Event(seen.time, "blocked", text),) if begins else ()
 
     def _ask(self, part: str, module: object, now: float, function: Callable[..., T], *arguments: Any) -> T:
         """Call a module and note how long it took."""
