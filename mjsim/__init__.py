@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     )
     from mjsim.record import Recording, Tick, read_recording
     from mjsim.report import statistics
+    from mjsim.run.replay import replay
     from mjsim.sim import Simulation
 
 # What needs MuJoCo or reads files is brought in when it is first asked for, so that `import mjsim` stays quick.
@@ -70,6 +71,7 @@ _LATER = {
     "compile_world": "mjsim.compile",
     "maze_world": "mjsim.exchange",
     "read_recording": "mjsim.record",
+    "replay": "mjsim.run.replay",
     "statistics": "mjsim.report",
     "world_from_dxf": "mjsim.exchange",
     "world_from_map": "mjsim.exchange",
@@ -122,6 +124,7 @@ __all__ = [
     "maze_world",
     "parse_world",
     "read_recording",
+    "replay",
     "run",
     "sightings_from",
     "statistics",

@@ -65,7 +65,7 @@ def raw_messages(
     head = Head() if head is None else head
     channels: dict[int, tuple[str, str] | None] = {}
     schemas = {0: ""}
-    for record in _records(path):
+    for record in records(path):
         if isinstance(record, Message):
             channel = channels.get(record.channel_id)
             if channel is not None:
@@ -83,8 +83,13 @@ def raw_messages(
             head.whole = True
 
 
-def _records(path: Path) -> Iterator[McapRecord]:
-    """Yield the records of a file up to where it ends or is broken."""
+def records(path: Path) -> Iterator[McapRecord]:
+    """Yield the records of a file up to where it ends or is broken.
+
+    Raises:
+        UsageError: The file cannot be opened.
+        RecordingError: It is not an MCAP file.
+    """
     try:
         stream = path.open("rb")
         size = path.stat().st_size
@@ -132,21 +137,26 @@ def same_run(first: str | Path, second: str | Path) -> bool:
 
 
 def picture_of(data: bytes) -> tuple[bytes, str]:
-    """Return the picture's bytes and its format from a `foxglove.CompressedImage`.
+    """Return the picture's bytes and its format from a `foxglove.CompressedImage`."""
+    fields = {number: value for number, value, _ in parts_of(data)}
+    return fields[2], fields[3].decode()
+
+
+def parts_of(data: bytes) -> Iterator[tuple[int, bytes, bytes]]:
+    """Yield number, value and whole bytes of each field of a message of Foxglove's that has texts and messages only.
 
     References:
         Protocol Buffers encoding: a field is a varint key (number << 3 | wire type), then its value.
     """
-    fields: dict[int, bytes] = {}
     place = 0
     while place < len(data):
+        began = place
         key, place = _varint(data, place)
         if key & 7 != _LENGTH_DELIMITED:
-            raise RecordingError("a picture in this recording is not as Foxglove defines it")
+            raise RecordingError("a picture or a frame in this recording is not as Foxglove defines it")
         size, place = _varint(data, place)
-        fields[key >> 3] = data[place : place + size]
+        yield key >> 3, data[place : place + size], data[began : place + size]
         place += size
-    return fields[2], fields[3].decode()
 
 
 _LENGTH_DELIMITED = 2

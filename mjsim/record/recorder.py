@@ -3,7 +3,7 @@
 import queue
 import threading
 import time
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -13,16 +13,13 @@ import numpy as np
 from mjsim.errors import RecordingError
 from mjsim.geometry import Pose
 from mjsim.interface import CameraFrame, Observation, RobotInfo
+from mjsim.record.belief import BeliefMessages
 from mjsim.record.messages import (
     Message,
     command_message,
     event_message,
-    innovations_message,
-    landmarks_message,
-    map_arrays,
     observation_message,
     pose_message,
-    sightings_message,
     state_message,
     things_message,
     timing_message,
@@ -35,7 +32,6 @@ from mjsim.world import World
 
 KEPT_BACK = 0.4
 """Longest time, simulated and on the clock, that a tick waits in the queue, and then in a chunk [s]."""
-_EMPTY_MAP = ((), b"", b"")
 
 
 class Recorder:
@@ -67,7 +63,7 @@ class Recorder:
         self._writer = Writer(Path(path), world=world, seed=seed, robots=robots, metadata=metadata)
         dt = min((info.dt for info in robots.values()), default=KEPT_BACK)
         self._queue: queue.Queue[Job | None] = queue.Queue(min(max(round(KEPT_BACK / dt), 2), 64))
-        self._maps: dict[str, tuple[tuple[Hashable, ...], bytes, bytes]] = {}
+        self._beliefs: dict[str, BeliefMessages] = {}
         self._began = time.perf_counter()
         self._failure: BaseException | None = None
         self._closed = False
@@ -143,22 +139,12 @@ class Recorder:
             self._finish()
 
     def _order_messages(self, now: float, robot: str, order: Order) -> list[tuple[str, Message]]:
-        estimate = order.estimate
         messages = [
             ("odometry", pose_message(now, order.dead_reckoning, order.dead_reckoning_covariance)),
-            ("estimate", pose_message(now, estimate.pose, estimate.covariance)),
             ("command", command_message(now, order)),
+            *self._beliefs.setdefault(robot, BeliefMessages()).of(now, order),
+            *(("events", event_message(robot, event)) for event in order.events),
         ]
-        names, means, covariances = map_arrays(estimate.landmarks)
-        held = (names, means.tobytes(), covariances.tobytes())
-        if held != self._maps.get(robot, _EMPTY_MAP):
-            self._maps[robot] = held
-            messages.append(("landmarks", landmarks_message(now, names, means, covariances)))
-        if order.sightings:
-            messages.append(("sightings", sightings_message(now, order.sightings)))
-        if estimate.innovations:
-            messages.append(("innovations", innovations_message(now, estimate.innovations)))
-        messages += [("events", event_message(robot, event)) for event in order.events]
         return [(f"/{robot}/{kind}", message) for kind, message in messages]
 
     def _put(self, job: Job) -> None:

@@ -65,9 +65,11 @@ class OnboardCamera:
         width, height = (self._bent.width, self._bent.height) if self._bent else (camera.width, camera.height)
         self._renderer = Renderer(model, width=width, height=height, canvas=canvas)
         streams = streams_of(seed, robot.name, self.name)
-        self._noise = PixelNoise(camera.noise, streams("pixels")) if camera.noise else None
+        self.chances = streams("pixels"), streams("depth")
+        """All that a picture draws from."""
+        self._noise = PixelNoise(camera.noise, self.chances[0]) if camera.noise else None
         self._depth = depth_of(camera)
-        self._far = streams("depth") if self._depth is not None and self._depth.noise else None
+        self._far = self.chances[1] if self._depth is not None and self._depth.noise else None
         self._shutter = Shutter(model, robot.name, camera, focal=self.intrinsics.fx)
         self._names: tuple[str, ...] = ()
         if camera.segmentation:

@@ -1,0 +1,44 @@
+"""What the modules of a robot believe at a tick, as messages."""
+
+from collections.abc import Hashable
+
+from mjsim.record.messages import (
+    Message,
+    innovations_message,
+    landmarks_message,
+    map_arrays,
+    pose_message,
+    sightings_message,
+)
+from mjsim.record.tick import Order
+
+BELIEF_TOPICS = frozenset({"estimate", "landmarks", "sightings", "innovations", "covariance"})
+"""Topics of a robot that its observer and its estimator make."""
+_EMPTY_MAP = ((), b"", b"")
+
+
+class BeliefMessages:
+    """The beliefs of one robot, tick after tick; a map is told again only when it has changed."""
+
+    def __init__(self) -> None:
+        self._held: tuple[tuple[Hashable, ...], bytes, bytes] = _EMPTY_MAP
+
+    def of(self, now: float, order: Order) -> list[tuple[str, Message]]:
+        """Return topic, without the robot, and message of what is believed and seen; the joint covariance is not here.
+
+        Args:
+            now: Simulated time [s].
+            order: Holds the estimate and the sightings.
+        """
+        estimate = order.estimate
+        messages = [("estimate", pose_message(now, estimate.pose, estimate.covariance))]
+        names, means, covariances = map_arrays(estimate.landmarks)
+        held = (names, means.tobytes(), covariances.tobytes())
+        if held != self._held:
+            self._held = held
+            messages.append(("landmarks", landmarks_message(now, names, means, covariances)))
+        if order.sightings:
+            messages.append(("sightings", sightings_message(now, order.sightings)))
+        if estimate.innovations:
+            messages.append(("innovations", innovations_message(now, estimate.innovations)))
+        return messages

@@ -1,0 +1,143 @@
+"""A recording written anew from another: every message is kept as it stands, left out, or followed by new ones."""
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from mcap.records import Attachment, Channel, Message, Metadata, Schema
+from mcap.writer import Writer
+
+from mjsim.errors import RecordingError
+from mjsim.geometry import Pose
+from mjsim.record.file import METADATA_NAME, RawMessage, parts_of, records
+from mjsim.record.messages import Message as Values
+from mjsim.record.messages import encode, nanoseconds
+from mjsim.record.scene import frames_message
+from mjsim.record.schemas import ROBOT_TOPICS
+
+CHUNK = 1 << 18
+"""Bytes that are lost at most when the process is killed."""
+
+
+class Copy:
+    """An MCAP file being written from a recording.
+
+    Raises:
+        RecordingError: The file cannot be written, or the other is no recording; every method raises it.
+    """
+
+    def __init__(self, source: Path, path: Path, *, metadata: Mapping[str, str]) -> None:
+        """Open the new file.
+
+        Args:
+            source: A recording.
+            path: The MCAP file; it is written over, and folders are made as needed.
+            metadata: What is added to the metadata of the recording, or changed in it.
+        """
+        self._source, self._path, self._metadata = source, path, metadata
+        self._channels: dict[str, int] = {}
+        self._names: dict[int, tuple[str, str]] = {}
+        self._sequence = 0
+        with self._reporting():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = path.open("wb")
+            self._writer = Writer(self._file, chunk_size=CHUNK)
+            self._writer.start(library="mjsim")
+
+    def messages(self) -> Iterator[RawMessage]:
+        """Yield the messages of the recording; what it says before them is copied meanwhile."""
+        schemas: dict[int, Schema] = {}
+        for record in records(self._source):
+            if isinstance(record, Message):
+                topic, schema = self._names[record.channel_id]
+                yield RawMessage(topic, record.log_time, record.data, schema)
+            elif isinstance(record, Schema):
+                schemas[record.id] = record
+            elif isinstance(record, Channel):
+                self._copy_channel(record, schemas.get(record.schema_id))
+            elif isinstance(record, Attachment):
+                with self._reporting():
+                    self._writer.add_attachment(0, 0, record.name, record.media_type, record.data)
+            elif isinstance(record, Metadata):
+                extra = self._metadata if record.name == METADATA_NAME else {}
+                with self._reporting():
+                    self._writer.add_metadata(record.name, {**record.metadata, **extra})
+
+    def keep(self, message: RawMessage, *, data: bytes | None = None) -> None:
+        """Write a message of the recording, with other data when given."""
+        self._write(message.topic, message.time, message.data if data is None else data)
+
+    def put(self, topic: str, time: float, message: Values) -> None:
+        """Write a new message of a robot's topic at a simulated time [s]."""
+        if topic not in self._channels:
+            schema = ROBOT_TOPICS[topic.rpartition("/")[2]]
+            with self._reporting():
+                number = self._writer.register_schema(schema["title"], "jsonschema", json.dumps(schema).encode())
+                self._channels[topic] = self._writer.register_channel(topic, "json", number)
+        self._write(topic, nanoseconds(time), encode(message))
+
+    def close(self) -> None:
+        """End the file."""
+        with self._reporting():
+            try:
+                self._writer.finish()  # type: ignore[no-untyped-call]
+            finally:
+                self._file.close()
+
+    def __enter__(self) -> Self:
+        """Return itself; leaving the block closes the file."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the file."""
+        self.close()
+
+    def _copy_channel(self, channel: Channel, schema: Schema | None) -> None:
+        if channel.id in self._names:
+            return  # A file repeats them at its end.
+        self._names[channel.id] = channel.topic, schema.name if schema is not None else ""
+        if channel.topic in self._channels:
+            return
+        with self._reporting():
+            number = 0 if schema is None else self._writer.register_schema(schema.name, schema.encoding, schema.data)
+            self._channels[channel.topic] = self._writer.register_channel(
+                channel.topic, channel.message_encoding, number, channel.metadata
+            )
+
+    def _write(self, topic: str, time: int, data: bytes) -> None:
+        self._sequence += 1
+        with self._reporting():
+            self._writer.add_message(self._channels[topic], time, data, time, self._sequence)
+
+    @contextmanager
+    def _reporting(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise RecordingError(f"cannot write '{self._path}': {error.strerror}") from error
+
+
+def with_frame(data: bytes, name: str, time: float, pose: Pose) -> bytes:
+    """Return the data of a `/tf` message in which one frame is elsewhere.
+
+    Args:
+        data: A `foxglove.FrameTransforms`.
+        name: Of the frame; where it is not in the message, it is not added.
+        time: Simulated [s].
+        pose: Where the frame is, world frame.
+    """
+    new = frames_message(time, {name: pose}, ()).encode()
+    return b"".join(new if _child(value) == name else whole for _, value, whole in parts_of(data))
+
+
+def _child(transform: bytes) -> str:
+    """Return the name of the inner frame of a `foxglove.FrameTransform`."""
+    return next((value.decode() for number, value, _ in parts_of(transform) if number == _CHILD), "")
+
+
+_CHILD = 3

@@ -1,0 +1,216 @@
+"""Replay: other modules on the observations of a recording."""
+
+import json
+import shutil
+import sys
+import tempfile
+import time
+import weakref
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from mjsim.errors import ModuleFault, RecordingError, UsageError, did_you_mean
+from mjsim.interface import CameraFrame, Estimator, Observation, Observer
+from mjsim.record import Recording, read_recording
+from mjsim.record.belief import BELIEF_TOPICS, BeliefMessages
+from mjsim.record.copy import Copy, with_frame
+from mjsim.record.file import RawMessage
+from mjsim.record.messages import covariance_message, encode, event_message, observation_of
+from mjsim.record.tick import Event, Order
+from mjsim.run.pilot import Driver, Pilot
+
+if TYPE_CHECKING:
+    from mjsim.sim.retake import Retake
+
+
+def replay(
+    recording: Recording | str | Path,
+    *,
+    robot: str,
+    estimator: Estimator,
+    observer: Observer | None = None,
+    record: str | Path | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Recording:
+    """Let other modules look at what a robot observed, and return the recording with their estimates.
+
+    All numbers are those that the modules of the run were given, exactly; pictures are drawn again from the recorded
+    states when a module looks at them. What the robot did and all other robots stay as they were.
+
+    Args:
+        recording: A run, or its file.
+        robot: Whose observations are replayed.
+        estimator: Gets them all, once, from the first to the last.
+        observer: Looks in place of the run's own; unless given, the estimator gets all sightings of the run.
+        record: The MCAP file to write; a temporary one, gone with the recording, unless given.
+        progress: Called with the simulated time of each tick once it is done [s].
+
+    Raises:
+        UsageError: There is no such robot, or the file would be written over itself.
+        RecordingError: The recording holds no observations of the robot, or a file cannot be read or written.
+        ModuleFault: A module raised, or returned what it must not; what was estimated until then stays in `record`.
+    """
+    run = read_recording(recording) if isinstance(recording, str | Path) else recording
+    _require_observations(run, robot)
+    folder = None
+    if record is None:
+        folder = tempfile.mkdtemp(prefix="mjsim-")
+        record = Path(folder) / "replay.mcap"
+    if Path(record).exists() and Path(record).samefile(run.path):
+        raise UsageError(f"'{record}' is the recording that is replayed; name another file")
+    # One BLAS thread, as in the run: the same sums to the last bit.
+    with threadpool_limits(1, user_api="blas"):
+        _write(run, robot, Driver(observer=observer, estimator=estimator), Path(record), progress)
+    replayed = read_recording(record)
+    if folder is not None:
+        weakref.finalize(replayed, shutil.rmtree, folder, ignore_errors=True)
+    return replayed
+
+
+def _require_observations(run: Recording, robot: str) -> None:
+    if robot not in run.robots:
+        raise UsageError(f"no robot '{robot}' in '{run.path}'{did_you_mean(robot, run.robots)}")
+    if next(run.messages(f"/{robot}/observation"), None) is None:
+        raise RecordingError(f"'{run.path}' holds no observation of robot '{robot}'; nothing drove it in that run")
+
+
+def _write(run: Recording, robot: str, driver: Driver, path: Path, progress: Callable[[float], None] | None) -> None:
+    """Write the recording of a replay."""
+    from mjsim.sim.retake import Retake
+
+    pilot = _pilot(run, robot, driver)
+    with (
+        Retake(
+            run.world,
+            robot,
+            seed=run.seed,
+            times=run.time,
+            qpos=run.qpos,
+            qvel=run.qvel,
+            looks=run.looks,
+        ) as retake,
+        Copy(run.path, path, metadata=_metadata(run, robot, driver)) as copy,
+    ):
+        again = _Again(run, robot, driver, pilot, retake, copy)
+        for message in copy.messages():
+            if again.take(message) and progress is not None:
+                progress(message.time * 1e-9)
+
+
+def _pilot(run: Recording, robot: str, driver: Driver) -> Pilot:
+    """Return the modules at their start, told what those of the run were told, with the same sources of chance."""
+    from mjsim.sim import Simulation
+
+    with Simulation(run.world, seed=run.seed) as sim:
+        return Pilot(driver, sim.robots[robot], dict(sim.catalogue), sim.map, seed=run.seed)
+
+
+def _metadata(run: Recording, robot: str, driver: Driver) -> dict[str, str]:
+    told = {
+        "command": " ".join(sys.argv),
+        "replay of": str(run.path),
+        "replay of command": run.metadata.get("command", ""),
+        "replayed robot": robot,
+        "replayed estimator": type(driver.estimator).__name__,
+    }
+    return told | ({"replayed observer": type(driver.observer).__name__} if driver.observer is not None else {})
+
+
+class _Again:
+    """A recording on its way through other modules."""
+
+    def __init__(self, run: Recording, robot: str, driver: Driver, pilot: Pilot, retake: "Retake", copy: Copy) -> None:
+        self._run, self._robot, self._pilot, self._retake, self._copy = run, robot, pilot, retake, copy
+        self._looks_anew = driver.observer is not None
+        self._last = round(float(run.time[-1]) * 1e9)
+        self._made_anew = {f"/{robot}/{kind}" for kind in BELIEF_TOPICS}
+        self._beliefs = BeliefMessages()
+        self._row = 0
+        self._order: Order | None = None
+        self._began = time.perf_counter()
+
+    def take(self, message: RawMessage) -> bool:
+        """Take the next message of the recording; returns whether it ended a tick."""
+        topic, robot = message.topic, self._robot
+        # Of a file that was cut, the last tick may not be whole.
+        if message.time > self._last or topic in self._made_anew or self._is_fault(message):
+            return False
+        if topic == f"/{robot}/observation":
+            self._copy.keep(message)
+            self._decide(json.loads(message.data))
+        elif topic == "/tf" and self._order is not None:
+            moved = with_frame(message.data, f"{robot}/estimate", self._now, self._order.estimate.pose)
+            self._copy.keep(message, data=moved)
+        elif topic == "/timing":
+            self._copy.keep(message, data=self._timing(json.loads(message.data)))
+        else:
+            self._copy.keep(message)
+        if topic != "/state":
+            return False
+        self._row, self._order = self._row + 1, None
+        return True
+
+    @property
+    def _now(self) -> float:
+        return float(self._run.time[self._row])
+
+    def _is_fault(self, message: RawMessage) -> bool:
+        """Say whether a message tells of a module that failed in the run."""
+        return message.topic == f"/{self._robot}/events" and json.loads(message.data)["kind"] == "fault"
+
+    def _decide(self, told: dict[str, Any]) -> None:
+        """Let the modules look at an observation, and write what they make of it."""
+        robot = self._robot
+        try:
+            order = self._order = self._pilot.decide(self._observation(told))
+        except ModuleFault as fault:
+            self._copy.put(f"/{robot}/events", self._now, event_message(robot, Event(self._now, "fault", str(fault))))
+            raise
+        for kind, message in self._beliefs.of(self._now, order):
+            self._copy.put(f"/{robot}/{kind}", self._now, message)
+        joint = order.estimate.joint_covariance
+        if joint is not None:
+            values = covariance_message(self._now, order.estimate, np.asarray(joint, dtype=float))
+            self._copy.put(f"/{robot}/covariance", self._now, values)
+
+    def _observation(self, told: dict[str, Any]) -> Observation:
+        """Return what the modules of the run were given."""
+        stamps = {item["name"]: item["stamp"] for item in told["cameras"]}
+        seen = replace(observation_of(told), cameras=Frames(stamps, self._retake.frame))
+        if self._looks_anew:
+            return seen
+        return replace(seen, sightings=self._run.robots[self._robot].sightings[self._row])
+
+    def _timing(self, told: dict[str, Any]) -> bytes:
+        """Return what this tick cost now: only the modules that were at work."""
+        costs = self._order.timing if self._order is not None else {}
+        parts = [{"part": f"{self._robot}/{part}", "seconds": seconds} for part, seconds in costs.items()]
+        return encode({"time": told["time"], "clock": time.perf_counter() - self._began, "parts": parts})
+
+
+class Frames(Mapping[str, CameraFrame]):
+    """The pictures of an observation by camera, each drawn when it is first looked at."""
+
+    def __init__(self, stamps: Mapping[str, float], take: Callable[[str, float], CameraFrame]) -> None:
+        """Keep when each picture was taken [s], and what draws it again, given a camera and a stamp."""
+        self._stamps, self._take = stamps, take
+        self._taken: dict[str, CameraFrame] = {}
+
+    def __getitem__(self, camera: str) -> CameraFrame:
+        """Return the picture of a camera."""
+        if camera not in self._taken:
+            self._taken[camera] = self._take(camera, self._stamps[camera])
+        return self._taken[camera]
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the names of the cameras whose pictures came."""
+        return iter(self._stamps)
+
+    def __len__(self) -> int:
+        """Return how many pictures came."""
+        return len(self._stamps)

@@ -1,0 +1,137 @@
+"""Pictures of a run that was recorded, taken again: from the same states, with the same chance."""
+
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Any, Self
+
+import mujoco
+import numpy as np
+
+from mjsim.compile import compile_world
+from mjsim.errors import RecordingError
+from mjsim.geometry import Array
+from mjsim.interface import CameraFrame
+from mjsim.sim.camera import OnboardCamera, ticks_between
+from mjsim.sim.canvas import Canvas, Quality
+from mjsim.sim.scenery import Scenery
+from mjsim.world.looks import Looks
+from mjsim.world.model import World
+from mjsim.world.sensors import Camera
+
+SAME_TIME = 1e-6
+"""A stamp that differs less from the time of a tick is of that tick [s]."""
+
+
+class Retake:
+    """The onboard cameras of one robot in a recorded run; pictures may be asked for in any order, and again.
+
+    Use from one thread, and close when done. The world is compiled at the first picture.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        robot: str,
+        *,
+        seed: int,
+        times: Array,
+        qpos: Array,
+        qvel: Array,
+        looks: Callable[[int], Looks],
+    ) -> None:
+        """Keep what was recorded.
+
+        Args:
+            world: Where the run took place.
+            robot: Whose cameras look.
+            seed: Of the run.
+            times: Of its ticks, shape (N,) [s].
+            qpos: MuJoCo's positions, shape (N, nq).
+            qvel: MuJoCo's velocities, shape (N, nv); pictures that take time smear by them.
+            looks: Gives how the world looks at a row.
+        """
+        self._world, self._seed, self._looks = world, seed, looks
+        self._robot = next(each for each in world.robots if each.name == robot)
+        self._times, self._qpos, self._qvel = times, qpos, qvel
+        self._period = 1.0 / world.run.rate_hz
+        self._canvases: dict[Quality, Canvas] = {}
+        self._cameras: dict[str, _Again] = {}
+
+    def frame(self, camera: str, stamp: float) -> CameraFrame:
+        """Return what a camera gave, to the last bit on the same OpenGL backend.
+
+        Args:
+            camera: Its name.
+            stamp: When the picture was taken [s].
+
+        Raises:
+            RecordingError: That was before the recording began.
+        """
+        row = int(np.searchsorted(self._times, stamp - SAME_TIME))
+        if row == len(self._times) or self._times[row] - stamp > SAME_TIME:
+            raise RecordingError(f"camera '{camera}' took its picture at {stamp:g} s; no tick of then is recorded")
+        if not self._cameras:
+            self._compile()
+        data = self._data
+        data.qpos[:], data.qvel[:] = self._qpos[row], self._qvel[row]
+        self._scenery.show(self._looks(row))
+        mujoco.mj_kinematics(self._model, data)
+        mujoco.mj_comPos(self._model, data)
+        mujoco.mj_camlight(self._model, data)
+        return self._cameras[camera].frame(data, stamp, tick=round(stamp / self._period))
+
+    def close(self) -> None:
+        """Give back what the cameras draw with; a second call does nothing."""
+        for canvas in self._canvases.values():
+            canvas.close()
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close."""
+        self.close()
+
+    def _compile(self) -> None:
+        world = self._world
+        self._model: mujoco.MjModel = compile_world(world).compile()
+        self._scenery = Scenery(self._model, world)
+        self._data = mujoco.MjData(self._model)
+        for sensor in self._robot.sensors:
+            if isinstance(sensor, Camera):
+                canvas = self._canvases.setdefault(sensor.quality, Canvas(self._model, quality=sensor.quality))
+                camera = OnboardCamera(
+                    self._model, self._robot, sensor, rate_hz=world.run.rate_hz, seed=self._seed, canvas=canvas
+                )
+                self._cameras[sensor.camera] = _Again(camera, ticks_between(world.run.rate_hz, sensor.rate_hz))
+
+
+class _Again:
+    """A camera whose chance can be brought to that of any picture."""
+
+    def __init__(self, camera: OnboardCamera, ticks: int) -> None:
+        """Start before the first picture; `ticks` lie between two."""
+        self._camera, self._ticks = camera, ticks
+        self._states: list[Sequence[Any]] = [self._state()]
+        """Of the sources of chance before each picture."""
+
+    def frame(self, data: mujoco.MjData, stamp: float, *, tick: int) -> CameraFrame:
+        """Return what the camera sees, with the chance of the picture that was due at a tick."""
+        number = tick // self._ticks
+        if number >= len(self._states):
+            self._bring_to(len(self._states) - 1)
+            while number >= len(self._states):
+                self._camera.pass_over()
+                self._states.append(self._state())
+        self._bring_to(number)
+        return self._camera.frame(data, stamp)
+
+    def _state(self) -> list[Any]:
+        return [chance.bit_generator.state for chance in self._camera.chances]
+
+    def _bring_to(self, number: int) -> None:
+        for chance, state in zip(self._camera.chances, self._states[number], strict=True):
+            chance.bit_generator.state = state
