@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from filterpy import stats
+from scipy.signal import lfilter
 from scipy.stats import chi2
 
 from mjsim.geometry import Pose
 from mjsim.report import metrics
+from mjsim.report.consistency import chi_square_bounds, independent_count, nees_figures
 
 
 @pytest.fixture(scope="module")
@@ -78,8 +80,9 @@ def test_a_singular_covariance_has_no_normalised_error():
 
 
 def test_the_95_percent_bounds_are_quantiles_of_chi_square():
-    for freedom, bounds in metrics.CHI_SQUARE_95.items():
-        np.testing.assert_allclose(bounds, chi2.ppf([0.025, 0.975], freedom), atol=1e-6)
+    for freedom, count in ((1, 1), (2, 1), (3, 1), (3, 20), (2, 1000.5)):
+        bounds = chi_square_bounds(freedom, count=count)
+        np.testing.assert_allclose(bounds, chi2.ppf([0.025, 0.975], freedom * count) / count, rtol=1e-9)
 
 
 def test_landmark_errors_vanish_after_alignment_when_the_map_is_only_moved():
@@ -91,3 +94,33 @@ def test_landmark_errors_vanish_after_alignment_when_the_map_is_only_moved():
 
 def test_a_summary_takes_sizes_of_signed_errors():
     assert metrics.summary(np.array([-3.0, 1.0])) == {"mean": 2.0, "rmse": np.sqrt(5.0), "max": 3.0, "final": 1.0}
+
+
+def test_a_series_that_remembers_counts_as_fewer_independent_values():
+    rng = np.random.default_rng(2)
+    draws = rng.normal(size=20_000)
+    assert independent_count(draws) == pytest.approx(20_000, rel=0.1)
+    # An autoregressive series with coefficient a is worth (1 - a) / (1 + a) of its length.
+    series = lfilter([1.0], [1.0, -0.9], draws)
+    assert independent_count(series) == pytest.approx(20_000 * 0.1 / 1.9, rel=0.15)
+    assert independent_count(np.full(7, 2.5)) == 7
+    assert independent_count(np.zeros(0)) == 1
+
+
+def test_the_mean_nees_of_a_remembering_error_lies_in_its_band_as_often_as_the_band_says():
+    rng = np.random.default_rng(5)
+    inside = []
+    for _ in range(200):
+        errors = lfilter([np.sqrt(1 - 0.95**2)], [1.0, -0.95], rng.normal(size=(1600, 3)), axis=0)[100:]
+        figures = nees_figures(np.sum(errors**2, axis=1))
+        inside.append(figures["mean_band"][0] <= figures["mean"] <= figures["mean_band"][1])
+    # 200 draws of 95 %: the standard deviation is 1.5 %; the count is itself estimated, which costs a few per cent.
+    assert 0.88 <= np.mean(inside) <= 0.995
+
+
+def test_relative_turn_errors_equal_those_of_evo(paths):
+    from evo.core.metrics import RPE, PoseRelation, Unit
+
+    rpe = RPE(PoseRelation.rotation_angle_rad, delta=1.0, delta_unit=Unit.meters)
+    rpe.process_data(tuple(map(evo_trajectory, paths)))
+    np.testing.assert_allclose(metrics.relative_turn_errors(*paths), rpe.error, atol=1e-7)

@@ -9,9 +9,6 @@ import numpy as np
 
 from mjsim.geometry import Array, align_rigid, wrap_angles
 
-CHI_SQUARE_95 = {1: (0.000982, 5.023886), 2: (0.050636, 7.377759), 3: (0.215795, 9.348404)}
-"""Two-sided 95 % bounds of chi-square by degrees of freedom (quantiles 0.025 and 0.975)."""
-
 
 def position_errors(truth: Array, estimate: Array) -> Array:
     """Return the distance between both positions at each time, not aligned, shape (N,) [m]."""
@@ -26,10 +23,14 @@ def heading_errors(truth: Array, estimate: Array) -> Array:
 def absolute_trajectory_errors(truth: Array, estimate: Array) -> Array:
     """Return the position errors after the rigid alignment of the whole estimate to the truth, shape (N,) [m].
 
+    Of a single pose there is no alignment, and so no error: shape (0,).
+
     References:
         Sturm et al., A Benchmark for the Evaluation of RGB-D SLAM Systems, IROS 2012: the ATE; alignment by
         Umeyama 1991 without scale. Equals `evo_ape tum --align`.
     """
+    if len(truth) < 2:
+        return np.zeros(0)
     aligned = align_rigid(estimate[:, :2], truth[:, :2]).transform(estimate[:, :2])
     return np.asarray(np.linalg.norm(aligned - truth[:, :2], axis=1))
 
@@ -48,19 +49,34 @@ def relative_pose_errors(truth: Array, estimate: Array, *, delta: float = 1.0) -
     References:
         Sturm et al., IROS 2012: the RPE. Pairs as `evo_rpe --delta 1 --delta_unit m` takes them.
     """
-    steps = np.linalg.norm(np.diff(estimate[:, :2], axis=0), axis=1)
-    ends, path = [0], 0.0
-    for index, step in enumerate(steps.tolist(), start=1):
-        path += step
-        if path >= delta:
-            ends.append(index)
-            path = 0.0
-    first, last = ends[:-1], ends[1:]
+    first, last = stretches(estimate, delta)
     moved_truth, turned_truth = _motion(truth[first], truth[last])
     moved_estimate, _ = _motion(estimate[first], estimate[last])
     c, s = np.cos(turned_truth), np.sin(turned_truth)
     dx, dy = (moved_estimate - moved_truth).T
     return np.asarray(np.hypot(c * dx + s * dy, -s * dx + c * dy))
+
+
+def relative_turn_errors(truth: Array, estimate: Array, *, delta: float = 1.0) -> Array:
+    """Return the size of the error in turn over the same stretches as the RPE, shape (K,) [rad, in [0, pi]].
+
+    References:
+        `evo_rpe --pose_relation angle_deg`, in radians.
+    """
+    first, last = stretches(estimate, delta)
+    return np.abs(wrap_angles(estimate[last, 2] - estimate[first, 2] - truth[last, 2] + truth[first, 2]))
+
+
+def stretches(path: Array, delta: float) -> tuple[list[int], list[int]]:
+    """Return where each stretch of a path of (N, 2 or 3) [m] begins and ends, as rows; each ends once it is `delta`."""
+    steps = np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1)
+    ends, length = [0], 0.0
+    for index, step in enumerate(steps.tolist(), start=1):
+        length += step
+        if length >= delta:
+            ends.append(index)
+            length = 0.0
+    return ends[:-1], ends[1:]
 
 
 def _motion(before: Array, after: Array) -> tuple[Array, Array]:
@@ -86,24 +102,33 @@ def normalised_errors(truth: Array, estimate: Array, covariance: Array) -> Array
     """
     errors = estimate - truth
     errors[:, 2] = wrap_angles(errors[:, 2])
-    scale = np.sqrt(np.maximum(np.einsum("nii->ni", covariance), 1e-300))
-    correlation = covariance / (scale[:, :, None] * scale[:, None, :])
-    # Singular relative to its own scale: a variance of zero, or states that are told to be the same.
-    regular = (np.einsum("nii->ni", covariance) > 0.0).all(axis=1)
-    regular[regular] = np.linalg.eigvalsh(correlation[regular])[:, 0] > 1e-12
-    nees = np.full(len(errors), np.nan)
-    e = (errors / scale)[regular]
-    nees[regular] = np.einsum("ni,ni->n", e, np.linalg.solve(correlation[regular], e[..., None])[..., 0])
-    return nees
+    return normalised_squares(errors, covariance)
 
 
-def normalised_innovation(nu: Array, S: Array) -> float:
-    """Return nu^T S^-1 nu; on average the number of its degrees of freedom.
+def normalised_squares(errors: Array, covariance: Array) -> Array:
+    """Return e^T P^-1 e of each row; NaN where the covariance is singular, indefinite or not finite.
+
+    Args:
+        errors: Shape (N, n).
+        covariance: Shape (N, n, n).
+
+    Returns:
+        Shape (N,); n on average when the errors are as large as the covariance says.
 
     References:
-        Bar-Shalom, Li, Kirubarajan (2001), eq. 5.4.2-5.
+        Bar-Shalom, Li, Kirubarajan (2001), eqs. 5.4.2-3 (NEES) and 5.4.2-5 (NIS).
     """
-    return float(nu @ np.linalg.solve(S, nu))
+    squares = np.full(len(errors), np.nan)
+    variances = np.einsum("nii->ni", covariance)
+    regular = np.isfinite(covariance).all(axis=(1, 2)) & np.isfinite(errors).all(axis=1) & (variances > 0.0).all(axis=1)
+    scale = np.sqrt(variances[regular])
+    correlation = covariance[regular] / (scale[:, :, None] * scale[:, None, :])
+    # Singular relative to its own scale: states that are told to be the same, or more alike than can be.
+    definite = np.linalg.eigvalsh(correlation)[:, 0] > 1e-12
+    regular[regular] = definite
+    e = errors[regular] / scale[definite]
+    squares[regular] = np.einsum("ni,ni->n", e, np.linalg.solve(correlation[definite], e[..., None])[..., 0])
+    return squares
 
 
 def landmark_errors(truth: Array, estimate: Array) -> tuple[Array, Array]:
@@ -123,11 +148,25 @@ def landmark_errors(truth: Array, estimate: Array) -> tuple[Array, Array]:
 
 
 def summary(errors: Array) -> dict[str, float]:
-    """Return mean, rmse, max and final of a series of errors, of their sizes where signed."""
+    """Return mean, rmse, max and final of a series of at least one error, of their sizes where signed."""
     sizes = np.abs(errors)
     return {
         "mean": float(sizes.mean()),
         "rmse": math.sqrt(float(np.mean(sizes**2))),
         "max": float(np.max(sizes)),
         "final": float(sizes[-1]),
+    }
+
+
+def spread(errors: Array) -> dict[str, float | None]:
+    """Return rmse, mean, median, max, min and std of errors, as evo names them; all None when there are none."""
+    if not len(errors):
+        return dict.fromkeys(("rmse", "mean", "median", "max", "min", "std"))
+    return {
+        "rmse": float(np.sqrt(np.mean(errors**2))),
+        "mean": float(errors.mean()),
+        "median": float(np.median(errors)),
+        "max": float(np.max(errors)),
+        "min": float(np.min(errors)),
+        "std": float(errors.std()),
     }

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from mjsim.geometry import ellipse_points
 from mjsim.record import Track
 from mjsim.report import metrics
+from mjsim.report.consistency import STATES, chi_square_bounds
 from mjsim.world import World
 
 TRUTH, ESTIMATE, ODOMETRY, MAP = "#333333", "#0072b2", "#e69f00", "#009e73"
@@ -71,7 +72,7 @@ def distance_plot(world: World, track: Track) -> Figure:
 def nees_plot(world: World, track: Track) -> Figure:
     """Draw the NEES over time with its 95 % band."""
     figure, (axes,) = _figure(1, height=3.6)
-    low, high = metrics.CHI_SQUARE_95[3]
+    low, high = chi_square_bounds(STATES)
     nees = metrics.normalised_errors(track.truth, track.estimate, track.covariance)
     axes.axhspan(low, high, color=MAP, alpha=0.15, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
     axes.axhline(3.0, color=MAP, lw=0.8, label="expected, 3")

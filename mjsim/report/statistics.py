@@ -1,27 +1,27 @@
-"""A recording -> the figures of `statistics.json`."""
+"""A recording -> the figures of `statistics.json`; docs/statistics.md tells what each is."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.record import Recording, Track
+from mjsim.record import Landmarks, Recording, Track
 from mjsim.report import metrics
+from mjsim.report.consistency import nees_figures, nis_figures, normalised_innovations
 from mjsim.report.coverage import coverage
+from mjsim.report.transient import recoveries, transient_errors
 from mjsim.world import World
 from mjsim.world.events import MoveEvent
 from mjsim.world.hung import hung
 
+PATH_FIGURES = ("position_error_m", "heading_error_deg", "ate_m", "rpe_m")
+ODOMETRY_FIGURES = ("odometry_error_m", "odometry_heading_error_deg", "odometry_ate_m", "odometry_rpe_m")
 ESTIMATE_FIGURES = (
-    "position_error_m",
-    "odometry_error_m",
-    "heading_error_deg",
-    "ate_m",
-    "rpe_m",
-    "nees",
-    "nis",
-    "landmark_error_m",
+    *(key for pair in zip(PATH_FIGURES, ODOMETRY_FIGURES, strict=True) for key in pair),
+    *("rpe_deg", "nees", "nis", "landmark_error_m", "transient", "recovery"),
 )
 """Keys of the figures that need an estimate."""
 
@@ -37,21 +37,26 @@ def statistics(recording: Recording) -> dict[str, Any]:
 
 def statistics_file(recording: Recording) -> dict[str, Any]:
     """Return what `statistics.json` holds: {"run": {...}, "robots": {name: {...}}}."""
-    seconds = float(recording.time[-1] - recording.time[0]) + _period(recording.time)
-    return {
+    seconds = float(recording.time[-1] - recording.time[0]) + _period(recording)
+    asked = recording.metadata.get("seconds")
+    figures = {
         "run": {
             "world": recording.world.name,
             "seed": recording.seed,
             "sim_seconds": seconds,
+            "asked_seconds": None if asked is None else float(asked),
+            "whole": recording.whole,
             "wall_seconds": recording.wall_seconds,
             "real_time_factor": seconds / recording.wall_seconds if recording.wall_seconds > 0.0 else None,
             "milliseconds": _module_times(recording),
         },
         "robots": {
-            name: robot_statistics(recording.world, name, track, lifted=_lifted(recording, name))
+            name: robot_statistics(recording.world, name, track, lifted=lifts(recording, name))
             for name, track in recording.robots.items()
         },
     }
+    plain: dict[str, Any] = _plain(figures)
+    return plain
 
 
 def robot_statistics(world: World, name: str, track: Track, *, lifted: Sequence[float] = ()) -> dict[str, Any]:
@@ -63,46 +68,83 @@ def robot_statistics(world: World, name: str, track: Track, *, lifted: Sequence[
         track: What was recorded of it.
         lifted: When it was put down elsewhere [s]: it did not drive there, but its error goes on being counted.
     """
-    steps = np.linalg.norm(np.diff(track.truth[:, :2], axis=0), axis=1)
-    steps[np.isin(track.time[1:], lifted)] = 0.0
+    placed = np.isfinite(track.truth).all(axis=1)
+    positions, times = track.truth[placed, :2], track.time[placed]
+    steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
+    steps[np.isin(times[1:], lifted)] = 0.0
     radius = next(robot.body.radius for robot in world.robots if robot.name == name)
-    believed = np.isfinite(track.estimate).all()
+    believed = known_part(track)
     return {
-        **(_estimate_figures(world, track) if believed else dict.fromkeys(ESTIMATE_FIGURES)),
+        **(
+            dict.fromkeys(ESTIMATE_FIGURES)
+            if believed is None
+            else _estimate_figures(world, track, believed, lifted=lifted)
+        ),
         "distance_m": float(steps.sum()),
-        "coverage": coverage(world, track.truth[:, :2], radius=radius),
+        "coverage": coverage(world, positions, radius=radius) if len(positions) else None,
         "bumps": sum(event.kind == "bump" for event in track.events),
+        "fault": next((event.text for event in track.events if event.kind == "fault"), None),
+        "ticks": 0 if believed is None else len(believed.time),
     }
 
 
-def _lifted(recording: Recording, name: str) -> list[float]:
+def known_part(track: Track) -> Track | None:
+    """Return the ticks at which truth and estimate are both known; None when there is none."""
+    known = np.isfinite(track.truth).all(axis=1) & np.isfinite(track.estimate).all(axis=1)
+    if not known.any():
+        return None
+    if known.all():
+        return track
+    rows = np.flatnonzero(known).tolist()
+    marks = track.landmarks
+    return replace(
+        track,
+        time=track.time[known],
+        truth=track.truth[known],
+        odometry=track.odometry[known],
+        odometry_covariance=track.odometry_covariance[known],
+        estimate=track.estimate[known],
+        covariance=track.covariance[known],
+        command=track.command[known],
+        landmarks=Landmarks(names=marks.names, mean=marks.mean[known], covariance=marks.covariance[known]),
+        sightings=tuple(track.sightings[row] for row in rows),
+        identities=tuple(track.identities[row] for row in rows) if track.identities else (),
+        innovations=tuple(track.innovations[row] for row in rows),
+    )
+
+
+def lifts(recording: Recording, name: str) -> list[float]:
+    """Return when a robot was put down elsewhere [s]."""
     return [event.time for event in recording.events if isinstance(event, MoveEvent) and event.move == name]
 
 
-def _estimate_figures(world: World, track: Track) -> dict[str, Any]:
-    """Return the figures under the keys of ESTIMATE_FIGURES."""
-    figures = (
-        metrics.summary(metrics.position_errors(track.truth, track.estimate)),
-        metrics.summary(metrics.position_errors(track.truth, track.odometry)),
-        metrics.summary(np.degrees(metrics.heading_errors(track.truth, track.estimate))),
-        _spread(metrics.absolute_trajectory_errors(track.truth, track.estimate)),
-        _spread(metrics.relative_pose_errors(track.truth, track.estimate)),
-        nees_figures(metrics.normalised_errors(track.truth, track.estimate, track.covariance)),
-        _nis(track),
-        landmark_figures(world, track),
-    )
-    return dict(zip(ESTIMATE_FIGURES, figures, strict=True))
-
-
-def nees_figures(nees: Array) -> dict[str, Any]:
-    """Return mean, share in the 95 % band of chi-square (3), and how many ticks had a singular covariance."""
-    regular = nees[np.isfinite(nees)]
-    low, high = metrics.CHI_SQUARE_95[3]
+def _estimate_figures(world: World, track: Track, part: Track, *, lifted: Sequence[float]) -> dict[str, Any]:
+    """Return the figures under the keys of ESTIMATE_FIGURES, of the part of a track with truth and estimate."""
+    errors = metrics.position_errors(part.truth, part.estimate)
+    turned = np.abs(np.degrees(metrics.heading_errors(part.truth, part.estimate)))
+    wheels = part.odometry if np.isfinite(part.odometry).all() else None
     return {
-        "mean": float(regular.mean()) if len(regular) else None,
-        "in_band": float(np.mean((regular >= low) & (regular <= high))) if len(regular) else None,
-        "singular": int(len(nees) - len(regular)),
+        **dict.fromkeys(ESTIMATE_FIGURES),
+        **_path_figures(part.truth, part.estimate, PATH_FIGURES),
+        **({} if wheels is None else _path_figures(part.truth, wheels, ODOMETRY_FIGURES)),
+        "rpe_deg": metrics.spread(np.degrees(metrics.relative_turn_errors(part.truth, part.estimate))),
+        "nees": nees_figures(metrics.normalised_errors(part.truth, part.estimate, part.covariance)),
+        "nis": nis_figures(normalised_innovations(track)[1]),
+        "landmark_error_m": landmark_figures(world, track),
+        "transient": transient_errors(part.time, errors, turned),
+        "recovery": recoveries(part.time, errors, lifted),
     }
+
+
+def _path_figures(truth: Array, poses: Array, keys: tuple[str, str, str, str]) -> dict[str, Any]:
+    """Return the errors of a path in position and heading, its ATE and its RPE, under the given keys."""
+    figures = (
+        metrics.summary(metrics.position_errors(truth, poses)),
+        metrics.summary(np.degrees(metrics.heading_errors(truth, poses))),
+        metrics.spread(metrics.absolute_trajectory_errors(truth, poses)),
+        metrics.spread(metrics.relative_pose_errors(truth, poses)),
+    )
+    return dict(zip(keys, figures, strict=True))
 
 
 def landmark_figures(world: World, track: Track) -> dict[str, Any]:
@@ -110,12 +152,7 @@ def landmark_figures(world: World, track: Track) -> dict[str, Any]:
 
     Beacons on robots and on what moves have no place that a map could hold, and are left out.
     """
-    places = {item.beacon.name: (item.place.x, item.place.y) for item in hung(world) if item.fixed}
-    moving = {item.beacon.name for item in hung(world) if not item.fixed}
-    last = track.landmarks.mean[-1]
-    mapped = [
-        (n, last[k]) for k, n in enumerate(track.landmarks.names) if n not in moving and np.isfinite(last[k]).all()
-    ]
+    places, mapped = last_map(world, track)
     known = [(str(n), mean) for n, mean in mapped if n in places]
     figures: dict[str, Any] = {
         "rms": None,
@@ -127,37 +164,47 @@ def landmark_figures(world: World, track: Track) -> dict[str, Any]:
         truth = np.array([places[n] for n, _ in known])
         raw, aligned = metrics.landmark_errors(truth, np.array([mean for _, mean in known]))
         figures["rms"], figures["aligned_rms"] = (float(np.sqrt(np.mean(e**2))) for e in (raw, aligned))
-        figures["aligned_max"] = float(np.max(aligned))
-        figures["aligned_each"] = {n: float(e) for (n, _), e in zip(known, aligned, strict=True)}
+        figures["max"], figures["aligned_max"] = float(np.max(raw)), float(np.max(aligned))
+        figures["each"], figures["aligned_each"] = (
+            {n: float(e) for (n, _), e in zip(known, errors, strict=True)} for errors in (raw, aligned)
+        )
     return figures
 
 
-def _nis(track: Track) -> dict[str, Any]:
-    values = [metrics.normalised_innovation(nu, S) for tick in track.innovations for _, nu, S in tick]
-    return {"mean": float(np.mean(values)) if values else None, "count": len(values)}
-
-
-def _spread(errors: Array) -> dict[str, float | None]:
-    if not len(errors):
-        return {"rmse": None, "mean": None, "median": None, "max": None, "min": None, "std": None}
-    return {
-        "rmse": float(np.sqrt(np.mean(errors**2))),
-        "mean": float(errors.mean()),
-        "median": float(np.median(errors)),
-        "max": float(np.max(errors)),
-        "min": float(np.min(errors)),
-        "std": float(errors.std()),
-    }
+def last_map(world: World, track: Track) -> tuple[dict[str, tuple[float, float]], list[tuple[Any, Array]]]:
+    """Return where each fixed beacon hangs by its name [m], and (name, mean (2,) [m]) of each landmark at the end."""
+    everything = tuple(hung(world))
+    places = {item.beacon.name: (item.place.x, item.place.y) for item in everything if item.fixed}
+    moving = {item.beacon.name for item in everything if not item.fixed}
+    last = track.landmarks.mean[-1]
+    mapped = [
+        (n, last[k]) for k, n in enumerate(track.landmarks.names) if n not in moving and np.isfinite(last[k]).all()
+    ]
+    return places, mapped
 
 
 def _module_times(recording: Recording) -> dict[str, dict[str, float]]:
-    """Return mean and 99 % quantile of the wall-clock time of each module and part of the loop [ms]."""
+    """Return mean and 99 % quantile of the wall-clock time of each module and part of the loop, and of a tick [ms]."""
+    times = {name: seconds for name, seconds in recording.module_seconds.items() if np.isfinite(seconds).any()}
+    if times:
+        times["tick"] = np.nansum(list(times.values()), axis=0)
     return {
-        name: {"mean": float(1e3 * np.nanmean(times)), "p99": float(1e3 * np.nanquantile(times, 0.99))}
-        for name, times in recording.module_seconds.items()
-        if np.isfinite(times).any()
+        name: {"mean": float(1e3 * np.nanmean(seconds)), "p99": float(1e3 * np.nanquantile(seconds, 0.99))}
+        for name, seconds in times.items()
     }
 
 
-def _period(times: Array) -> float:
-    return float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+def _period(recording: Recording) -> float:
+    """Return the time from one tick to the next [s]."""
+    if len(recording.time) > 1:
+        return float(np.median(np.diff(recording.time)))
+    return 1.0 / recording.world.run.rate_hz
+
+
+def _plain(value: Any) -> Any:
+    """Return figures fit for JSON, with None for what is not finite."""
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,125 @@
+"""Whether an estimator is as sure of itself as it may be: NEES and NIS against the bounds of chi-square.
+
+References:
+    Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), section 5.4.2.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.record import Track
+from mjsim.report.metrics import normalised_squares
+
+STATES = 3
+"""Of a pose: x, y, heading."""
+PROBABILITY = 0.95
+"""That a value of a consistent estimator lies between two-sided bounds."""
+
+
+def chi_square_bounds(freedom: float, *, count: float = 1.0) -> tuple[float, float]:
+    """Return the two-sided 95 % bounds of the mean of independent chi-square values.
+
+    Args:
+        freedom: Degrees of freedom of each value.
+        count: How many values the mean is of.
+
+    References:
+        Bar-Shalom, Li, Kirubarajan (2001), eq. 5.4.2-10: the sum of `count` values is chi-square with `freedom` x
+        `count` degrees of freedom.
+    """
+    from scipy.special import chdtri
+
+    tail = (1.0 - PROBABILITY) / 2.0
+    low, high = (float(chdtri(freedom * count, above)) / count for above in (1.0 - tail, tail))
+    return low, high
+
+
+def independent_count(values: Array) -> float:
+    """Return how many independent values tell as much of the mean as a series does whose values resemble each other.
+
+    Args:
+        values: Shape (N,), finite, equally spaced in time.
+
+    Returns:
+        N / (1 + 2 (rho_1 + rho_2 + ...)), in [1, N], where rho_k is the autocorrelation at lag k; summed in pairs
+        up to the first that is not positive.
+
+    References:
+        Geyer, Practical Markov Chain Monte Carlo, Statistical Science 7(4), 1992, section 3.3: the initial positive
+        sequence.
+    """
+    count = len(values)
+    centred = values - values.mean() if count else values
+    if count < 2 or not centred.any():
+        return float(max(count, 1))
+    size = 2 ** int(np.ceil(np.log2(2 * count)))
+    products = np.fft.irfft(np.abs(np.fft.rfft(centred / np.abs(centred).max(), size)) ** 2)[:count]
+    rho = products / products[0]
+    pairs = rho[: count // 2 * 2].reshape(-1, 2).sum(axis=1)
+    ends = np.flatnonzero(pairs <= 0.0)
+    time = 2.0 * float(pairs[: ends[0] if len(ends) else None].sum()) - 1.0
+    return float(np.clip(count / max(time, 1.0), 1.0, count))
+
+
+def nees_figures(nees: Array) -> dict[str, Any]:
+    """Return what the NEES of a run says of the estimator.
+
+    Args:
+        nees: Of each tick, shape (N,); NaN where the covariance is singular.
+
+    Returns:
+        `mean`; `in_band`, the share of ticks between the bounds `band` of one tick; `singular`, how many ticks had no
+        NEES; `mean_band`, the bounds of the mean of as many independent values as the run is worth, `independent`.
+    """
+    regular = nees[np.isfinite(nees)]
+    independent = independent_count(regular)
+    return {
+        **_figures(regular, STATES, independent),
+        "singular": int(len(nees) - len(regular)),
+        "independent": independent if len(regular) else None,
+    }
+
+
+def nis_figures(nis: Array, *, freedom: int = 2) -> dict[str, Any]:
+    """Return what the NIS of a run says of the estimator; those of a consistent one are independent.
+
+    Args:
+        nis: Of each innovation, shape (M,); NaN where its covariance is singular.
+        freedom: Degrees of freedom of each, 2 for range and bearing.
+
+    Returns:
+        `mean`, `in_band`, `band`, `mean_band` and `singular` as of the NEES; `count` of innovations.
+    """
+    regular = nis[np.isfinite(nis)]
+    return {
+        **_figures(regular, freedom, len(regular)),
+        "singular": int(len(nis) - len(regular)),
+        "count": len(nis),
+    }
+
+
+def normalised_innovations(track: Track) -> tuple[Array, Array]:
+    """Return the row of its tick and the NIS of each innovation of a track, shape (M,); NaN where S is singular."""
+    ticks = [row for row, items in enumerate(track.innovations) for _ in items]
+    nu = _stack([nu for items in track.innovations for _, nu, _ in items], 2)
+    S = _stack([S for items in track.innovations for _, _, S in items], 2, 2)
+    return np.array(ticks, dtype=int), normalised_squares(nu, S)
+
+
+def _figures(regular: Array, freedom: int, independent: float) -> dict[str, Any]:
+    low, high = chi_square_bounds(freedom)
+    if not len(regular):
+        return {"mean": None, "in_band": None, "band": [low, high], "mean_band": None}
+    return {
+        "mean": float(regular.mean()),
+        "in_band": float(np.mean((regular >= low) & (regular <= high))),
+        "band": [low, high],
+        "mean_band": list(chi_square_bounds(freedom, count=independent)),
+    }
+
+
+def _stack(arrays: Sequence[Array], *shape: int) -> Array:
+    return np.array(arrays, dtype=float).reshape(-1, *shape)

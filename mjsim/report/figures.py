@@ -1,0 +1,62 @@
+"""The figures that tables show: what each is called, its unit, and which way is better."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One number of a robot in `statistics.json`."""
+
+    key: str
+    """Where it stands, such as 'position_error_m.mean'."""
+    title: str
+    unit: str = ""
+    digits: int = 3
+    """After the point, in tables."""
+    better: Literal["lower", "higher", ""] = "lower"
+    """Which way is better; empty where neither is."""
+    odometry: str = ""
+    """Where the same of dead reckoning stands."""
+
+    @property
+    def heading(self) -> str:
+        """Title and unit, as a row of a table has them."""
+        return f"{self.title} [{self.unit}]" if self.unit else self.title
+
+    def text(self, value: float | None) -> str:
+        """Return a value as tables show it; '-' for one that is not there."""
+        return "-" if value is None else f"{value:.{self.digits}f}"
+
+
+FIGURES = (
+    Figure("position_error_m.mean", "position error, mean", "m", odometry="odometry_error_m.mean"),
+    Figure("position_error_m.rmse", "position error, rmse", "m", odometry="odometry_error_m.rmse"),
+    Figure("position_error_m.max", "position error, largest", "m", odometry="odometry_error_m.max"),
+    Figure("position_error_m.final", "position error, at the end", "m", odometry="odometry_error_m.final"),
+    Figure("heading_error_deg.mean", "heading error, mean", "deg", 2, odometry="odometry_heading_error_deg.mean"),
+    Figure("ate_m.rmse", "ATE, rmse", "m", odometry="odometry_ate_m.rmse"),
+    Figure("rpe_m.rmse", "RPE over 1 m, rmse", "m", odometry="odometry_rpe_m.rmse"),
+    Figure("nees.mean", "NEES, mean (3 expected)", "", 2, ""),
+    Figure("nees.in_band", "NEES in its 95 % band, share", "", 2, ""),
+    Figure("nis.mean", "NIS, mean (2 expected)", "", 2, ""),
+    Figure("nis.in_band", "NIS in its 95 % band, share", "", 2, ""),
+    Figure("landmark_error_m.count", "landmarks in the map", "", 0, ""),
+    Figure("landmark_error_m.rms", "landmark error, rms", "m"),
+    Figure("landmark_error_m.aligned_rms", "landmark error, aligned rms", "m"),
+    Figure("distance_m", "distance driven", "m", 1, ""),
+    Figure("coverage", "coverage, share", "", 2, "higher"),
+    Figure("bumps", "bumps", "", 0),
+)
+"""In the order of the rows of a table."""
+
+
+def figure_value(robot: Mapping[str, Any], key: str) -> float | None:
+    """Return the number under a key such as 'nees.mean' of a robot's figures; None where there is none."""
+    value: Any = robot
+    for part in key.split("."):
+        if not isinstance(value, Mapping):
+            return None
+        value = value.get(part)
+    return float(value) if isinstance(value, (int, float)) else None

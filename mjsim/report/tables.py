@@ -1,0 +1,130 @@
+"""The figures of a run as tables: lines for a terminal, CSV, LaTeX."""
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from mjsim.report.figures import FIGURES, figure_value
+
+_LATEX = {
+    "\\": r"\textbackslash{}",
+    "&": r"\&",
+    "%": r"\%",
+    "$": r"\$",
+    "#": r"\#",
+    "_": r"\_",
+    "{": r"\{",
+    "}": r"\}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "|": r"\textbar{}",
+    '"': r"\textquotedbl{}",
+}
+"""What LaTeX would take for a command, or print as something else."""
+
+
+def key_figures(robot: dict[str, Any]) -> list[tuple[str, str, str]]:
+    """Return the rows of a robot that are not empty: what, of the estimate, of dead reckoning."""
+    rows = []
+    for figure in FIGURES:
+        value = figure_value(robot, figure.key)
+        if value is not None:
+            wheels = figure_value(robot, figure.odometry) if figure.odometry else None
+            rows.append((figure.heading, figure.text(value), "" if wheels is None else figure.text(wheels)))
+    return rows
+
+
+def key_table(figures: dict[str, Any]) -> list[str]:
+    """Return the key figures of each robot as lines for a terminal, from what `statistics.json` holds."""
+    lines = []
+    for name, robot in figures["robots"].items():
+        lines.append(f"{name:<34}{'estimate':>10}{'odometry':>10}")
+        lines += [
+            f"  {what:<32}{estimate:>10}{odometry:>10}".rstrip() for what, estimate, odometry in key_figures(robot)
+        ]
+        if robot.get("fault"):
+            lines.append(f"  ended by a fault: {robot['fault']}")
+    factor = figures["run"]["real_time_factor"]
+    if factor is not None:
+        lines.append(f"{'real-time factor of the run':<34}{factor:>10.1f}")
+    return lines
+
+
+def csv_table(figures: dict[str, Any]) -> str:
+    """Return a row for each robot and figure, with every digit; a value that is not there is an empty field."""
+    return csv_text(
+        ("robot", "figure", "unit", "estimate", "odometry"),
+        (
+            (
+                name,
+                figure.key,
+                figure.unit,
+                figure_value(robot, figure.key),
+                figure_value(robot, figure.odometry) if figure.odometry else None,
+            )
+            for name, robot in figures["robots"].items()
+            for figure in FIGURES
+        ),
+    )
+
+
+def latex_table(figures: dict[str, Any]) -> str:
+    """Return a table of all robots for LaTeX with the package booktabs."""
+    rows = []
+    for number, (name, robot) in enumerate(figures["robots"].items()):
+        rows += ["\\midrule"] * (number > 0)
+        rows.append(f"\\multicolumn{{3}}{{l}}{{\\textit{{{latex_text(name)}}}}} \\\\")
+        rows += [latex_row((latex_text(what), *numbers)) for what, *numbers in key_figures(robot)]
+    run = figures["run"]
+    caption = f"World {run['world']}, seed {run['seed']}, {run['sim_seconds']:.1f} s"
+    return latex_float("lrr", ("", "estimate", "odometry"), rows, caption=caption)
+
+
+def csv_text(header: Sequence[str], rows: Iterable[Iterable[Any]]) -> str:
+    """Return a table as CSV; None is an empty field, and a number reads back exactly."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(header)
+    table.writerows(rows)
+    return text.getvalue()
+
+
+def latex_text(text: str) -> str:
+    """Return a text so that LaTeX prints it as it stands."""
+    return "".join(_LATEX.get(character, character) for character in text if character.isprintable())
+
+
+def latex_row(cells: Iterable[str]) -> str:
+    """Return a row of cells that are LaTeX already."""
+    return f"{' & '.join(cells)} \\\\"
+
+
+def latex_float(columns: str, heads: Sequence[str], rows: Iterable[str], *, caption: str) -> str:
+    """Return a table with its caption.
+
+    Args:
+        columns: How each is set, such as 'lrr'.
+        heads: Of the columns, plain text.
+        rows: In LaTeX.
+        caption: Plain text.
+    """
+    return "\n".join(
+        (
+            "% needs \\usepackage{booktabs}",
+            "\\begin{table}",
+            "\\centering",
+            f"\\caption{{{latex_text(caption)}}}",
+            f"\\begin{{tabular}}{{{columns}}}",
+            "\\toprule",
+            latex_row(map(latex_text, heads)),
+            "\\midrule",
+            *rows,
+            "\\bottomrule",
+            "\\end{tabular}",
+            "\\end{table}",
+            "",
+        )
+    )
