@@ -43,6 +43,7 @@ from mjsim.interface import (
     sightings_from,
 )
 from mjsim.run import Driver, run, ticks
+from mjsim.sweep import sweep
 from mjsim.world import World, format_world, load_world, parse_world
 
 hide_request_from_mujoco()  # Before anything imports mujoco, which nothing above does.
@@ -128,6 +129,7 @@ __all__ = [
     "run",
     "sightings_from",
     "statistics",
+    "sweep",
     "ticks",
     "world_from_dxf",
     "world_from_map",

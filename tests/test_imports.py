@@ -16,6 +16,7 @@ SIM = COMPILE | {"sim"}
 RUN = SIM | {"record", "safety", "run"}
 VIDEO = RECORD | {"compile", "sim", "video"}
 REPORT = WORLD | {"record", "report"}
+SWEEP = RUN | REPORT | {"sweep"}
 MAY_IMPORT = {
     "errors": set(),
     "geometry": set(),
@@ -30,6 +31,7 @@ MAY_IMPORT = {
     "safety": {"interface", "geometry"},
     "run": RUN,
     "report": REPORT,
+    "sweep": SWEEP,
     "video": VIDEO,
     "web": RUN | VIDEO | REPORT | {"web"},
 }

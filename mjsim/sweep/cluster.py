@@ -1,0 +1,110 @@
+"""Runs on a Dask cluster: the files travel there, figures and recordings travel back."""
+
+import tempfile
+import warnings
+from collections.abc import Generator, Iterable, Iterator
+from concurrent.futures import CancelledError
+from contextlib import contextmanager
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mjsim.errors import MjsimError, UsageError
+from mjsim.sweep.bundle import Bundle
+from mjsim.sweep.plan import Job
+from mjsim.sweep.store import Store, versions
+from mjsim.sweep.worker import Outcome, died, run_job
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+ANSWERS_WITHIN = 20.0
+"""How long a scheduler may take to answer [s]."""
+COMES_WITHIN = 300.0
+"""How long the first worker may take to be there [s]; some wait in the queue of a cluster."""
+
+
+def run_on_cluster(
+    address: str, bundle: Bundle, jobs: Iterable[Job], store: Store
+) -> Generator[tuple[Job, Outcome], None, None]:
+    """Yield each job with its outcome, as it comes. A job whose worker dies is given to another by Dask.
+
+    Args:
+        address: Of the scheduler, such as tcp://10.0.0.5:8786.
+        bundle: What the runs need.
+        jobs: What to run.
+        store: Where recordings go.
+
+    Raises:
+        UsageError: There is no such cluster, or its workers are not fit for this.
+        MjsimError: The cluster went away, or what would fail every run on a worker.
+    """
+    with _client(address) as client:
+        from distributed import KilledWorker, as_completed
+
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message="Sending large graph")
+            # A task like any other: should all workers that have the files die, the next ones get them again.
+            files = client.submit(_hand_on, bundle, pure=False)
+        futures = {client.submit(_work, files, job, store.keep, versions(), pure=False): job for job in jobs}
+        for future in as_completed(futures, loop=client.loop):
+            job = futures[future]
+            try:
+                outcome, recording = future.result()
+            except KilledWorker as error:
+                outcome, recording = died(job, int(error.allowed_failures) + 1), None
+            except CancelledError as error:
+                raise MjsimError(f"the Dask cluster at {address} went away; the same command goes on") from error
+            finally:
+                future.release()
+            if recording is not None:
+                store.write(f"runs/{job.name}.mcap", recording)
+            yield job, outcome
+
+
+@contextmanager
+def _client(address: str) -> Iterator["Client"]:
+    try:
+        from distributed import Client
+    except ModuleNotFoundError as error:
+        raise UsageError("Dask is not installed here; type: pip install 'mjsim[dask]'") from error
+    try:
+        client = Client(address, timeout=ANSWERS_WITHIN, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise UsageError(f"no Dask scheduler answers at '{address}'; start one with: dask scheduler") from error
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=COMES_WITHIN)
+        except TimeoutError as error:
+            line = f"dask worker {address} --nworkers 2 --nthreads 1"
+            raise UsageError(f"no worker at '{address}'; start some with: {line}") from error
+        yield client
+
+
+def _hand_on(bundle: Bundle) -> Bundle:
+    return bundle
+
+
+def _work(bundle: Bundle, job: Job, keep: bool, expected: dict[str, str]) -> tuple[Outcome, bytes | None]:
+    """Run a job on a worker; return its outcome, and its recording when that is wanted."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    if worker.state.nthreads != 1:
+        threads = worker.state.nthreads
+        raise UsageError(f"Dask worker {worker.address} has {threads} threads; start it with --nthreads 1")
+    for name, here in versions().items():
+        if here != expected[name]:
+            raise UsageError(f"Dask worker {worker.address} has {name} {here}; the sweep needs {expected[name]}")
+    world_file = Path(_unpacked(bundle, worker.local_directory).name) / bundle.main
+    with tempfile.TemporaryDirectory(dir=worker.local_directory) as folder:
+        record = Path(folder) / "run.mcap"
+        outcome = run_job(world_file, job, record=record)
+        return outcome, record.read_bytes() if keep and record.is_file() else None
+
+
+@lru_cache(maxsize=1)  # A worker holds the bundle of a sweep once, and runs of another sweep seldom come between.
+def _unpacked(bundle: Bundle, folder: str) -> "tempfile.TemporaryDirectory[str]":
+    place = tempfile.TemporaryDirectory(dir=folder, prefix="mjsim-world-")
+    bundle.unpack(Path(place.name))
+    return place

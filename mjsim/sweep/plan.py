@@ -1,0 +1,134 @@
+"""What a sweep consists of: cases, which are settings of the world, times seeds."""
+
+import itertools
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+
+from mjsim.errors import UsageError
+
+MOST_RUNS = 1_000_000
+_SEEDS = re.compile(r"(\d+)(?::(\d+))?")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Job:
+    """One run of a sweep."""
+
+    case: int
+    """Number of its combination of settings, from 0."""
+    seed: int
+    settings: tuple[str, ...]
+    """'KEY=VALUE', as `mjsim run --set` takes them."""
+    seconds: float | None
+    """How long, simulated [s]; as the world says unless given."""
+
+    @property
+    def name(self) -> str:
+        """What its files are called."""
+        return f"{self.case:03d}-seed{self.seed:04d}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """All runs of a sweep."""
+
+    seeds: tuple[int, ...]
+    settings: Mapping[str, tuple[Any, ...]]
+    """Key of the world -> its values; the cases are all combinations."""
+    seconds: float | None = None
+    """How long each run is, simulated [s]; as the world says unless given."""
+    robot: str | None = None
+    """Whom the table is about; all robots unless given."""
+    keep: bool = False
+    """Whether the recordings stay."""
+
+    def __post_init__(self) -> None:
+        """Check that there is something to run, once each."""
+        if not self.seeds:
+            raise UsageError("no seeds; give at least one, such as 0:10")
+        if min(self.seeds) < 0:
+            raise UsageError(f"seed is {min(self.seeds)}; it must be 0 or more")
+        _require_once("seed", self.seeds)
+        for key, values in self.settings.items():
+            if not values:
+                raise UsageError(f"--set {key}: no value; write it as KEY=V1,V2")
+            _require_once(f"value of {key}", values)
+        if len(self) > MOST_RUNS:
+            raise UsageError(f"this sweep has {len(self)} runs; it must have at most {MOST_RUNS}")
+
+    def __len__(self) -> int:
+        """Return the number of runs."""
+        count = len(self.seeds)
+        for values in self.settings.values():
+            count *= len(values)
+        return count
+
+    def cases(self) -> list[dict[str, Any]]:
+        """Return key -> value of each combination of settings; one without keys when nothing is set."""
+        return [dict(zip(self.settings, values, strict=True)) for values in itertools.product(*self.settings.values())]
+
+    def jobs(self) -> Iterator[Job]:
+        """Yield all runs, case by case."""
+        for number, case in enumerate(self.cases()):
+            for seed in self.seeds:
+                yield Job(case=number, seed=seed, settings=setting_texts(case), seconds=self.seconds)
+
+
+def setting_texts(case: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return a case as `with_settings` takes it; JSON is YAML."""
+    return tuple(f"{key}={json.dumps(value)}" for key, value in case.items())
+
+
+def parse_seeds(text: str) -> tuple[int, ...]:
+    """Return the seeds that '0:50' (0 to 49), '7' or '1,2,10:20' name.
+
+    Raises:
+        UsageError: It is none of these.
+    """
+    seeds: list[int] = []
+    for part in text.split(","):
+        match = _SEEDS.fullmatch(part.strip())
+        if match is None:
+            raise UsageError(f"--seeds {text}: '{part}' is no seed; write 0:50 for 0 to 49, or 1,2,7")
+        first = int(match[1])
+        after = int(match[2]) if match[2] else first + 1
+        if after - first > MOST_RUNS:
+            raise UsageError(f"--seeds {text}: these are {after - first} seeds; at most {MOST_RUNS} can be run")
+        seeds += range(first, after)
+    return tuple(seeds)
+
+
+def parse_settings(texts: Iterable[str]) -> dict[str, tuple[Any, ...]]:
+    """Return key -> values of 'KEY=V1,V2' and the like; the values are YAML.
+
+    Raises:
+        UsageError: One is not written so, or a key is there twice.
+    """
+    settings: dict[str, tuple[Any, ...]] = {}
+    for text in texts:
+        key, equals, values = text.partition("=")
+        if not (key and equals and values.strip()):
+            raise UsageError(f"--set {text}: write it as KEY=V1,V2, such as robots.scout.odometry.scale=1,1.05")
+        if key in settings:
+            raise UsageError(f"--set {text}: '{key}' is set twice; give all its values at once, with commas")
+        try:
+            settings[key] = tuple(YAML(typ="safe", pure=True).load(f"[{values}]"))
+            json.dumps(settings[key])
+        except (YAMLError, TypeError):
+            raise UsageError(f"--set {text}: '{values}' are no YAML values with commas between") from None
+    return settings
+
+
+def _require_once(what: str, values: Sequence[Any]) -> None:
+    seen = set()
+    for value in values:
+        text = json.dumps(value)
+        if text in seen:
+            raise UsageError(f"{what} {text} is given twice; leave one out")
+        seen.add(text)

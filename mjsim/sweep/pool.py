@@ -1,0 +1,123 @@
+"""Runs on processes of this machine; one that dies is replaced, and none outlives who started it."""
+
+import os
+import signal
+import threading
+from collections import Counter, deque
+from collections.abc import Generator, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack, contextmanager, suppress
+from multiprocessing import Pipe, get_context
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Self
+
+from mjsim.sweep.plan import Job
+from mjsim.sweep.store import Store
+from mjsim.sweep.worker import THREADS, Outcome, died, run_job
+
+MOST_DEATHS = 3
+"""A run that its process did not survive is tried so often in all."""
+
+
+def run_on_processes(
+    world_file: Path, jobs: Iterable[Job], store: Store, *, workers: int
+) -> Generator[tuple[Job, Outcome], None, None]:
+    """Yield each job with its outcome, as it comes.
+
+    Args:
+        world_file: Of the unpacked bundle.
+        jobs: What to run.
+        store: Where recordings go.
+        workers: How many processes.
+
+    Raises:
+        MjsimError: What would fail every run on this machine.
+    """
+    waiting, deaths = deque(jobs), Counter[Job]()
+    with _environment(THREADS), ExitStack() as undo:
+        free = [undo.enter_context(_Worker()) for _ in range(min(workers, len(waiting)))]
+        busy: dict[Future[Outcome], tuple[_Worker, Job]] = {}
+        while waiting or busy:
+            while waiting and free:
+                worker, job = free.pop(), waiting.popleft()
+                busy[worker.submit(world_file, job, store)] = worker, job
+            for future in wait(busy, return_when=FIRST_COMPLETED).done:
+                worker, job = busy.pop(future)
+                try:
+                    outcome: Outcome | None = future.result()
+                except BrokenProcessPool:
+                    worker.close()
+                    worker = undo.enter_context(_Worker())
+                    deaths[job] += 1
+                    if deaths[job] < MOST_DEATHS:
+                        waiting.append(job)
+                        outcome = None
+                    else:
+                        outcome = died(job, MOST_DEATHS)
+                free.append(worker)
+                if outcome is not None:
+                    yield job, outcome
+
+
+class _Worker:
+    """A process that runs one job at a time. It ends when this object is closed, or whoever holds it is no more."""
+
+    def __init__(self) -> None:
+        # Nothing is ever sent: the other side wakes when this side is gone, for whatever reason.
+        self._listening, self._lifeline = Pipe(duplex=False)
+        self._executor = ProcessPoolExecutor(
+            1, mp_context=get_context("spawn"), initializer=_begin, initargs=(self._listening,)
+        )
+
+    def submit(self, world_file: Path, job: Job, store: Store) -> Future[Outcome]:
+        """Begin a job."""
+        return self._executor.submit(_work, world_file, job, store)
+
+    def close(self) -> None:
+        """End the process, whatever it is doing; a second call does nothing."""
+        self._lifeline.close()
+        self._executor.shutdown()
+        self._listening.close()
+
+    def __enter__(self) -> Self:
+        """Return itself; the end of the block ends the process."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """End the process."""
+        self.close()
+
+
+def _begin(listening: Connection) -> None:
+    """Make a process that has just started a worker."""
+    # Ctrl-C goes to all processes of a terminal; the one that started this one tells it when to end.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(listening,), daemon=True).start()
+
+
+def _end_with(listening: Connection) -> None:
+    with suppress(EOFError, OSError):
+        listening.recv_bytes()
+    os._exit(1)
+
+
+def _work(world_file: Path, job: Job, store: Store) -> Outcome:
+    with store.recording(job) as record:
+        return run_job(world_file, job, record=record)
+
+
+@contextmanager
+def _environment(variables: dict[str, str]) -> Iterator[None]:
+    """Set environment variables in the block; processes that are started there see them before they load anything."""
+    before = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value

@@ -1,0 +1,74 @@
+"""What a sweep leaves in its folder when all its runs are done."""
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from mjsim.sweep.plan import Plan
+from mjsim.sweep.store import Store
+from mjsim.sweep.summary import summary_of, summary_rows
+from mjsim.sweep.sweep import Sweep
+from mjsim.sweep.table import csv_text, parquet, rows_of
+from mjsim.sweep.worker import Outcome
+
+KEY_FIGURES = {
+    "position_error_m.rmse": "position error [m]",
+    "odometry_error_m.rmse": "odometry [m]",
+    "heading_error_deg.rmse": "heading [deg]",
+    "nees.mean": "NEES",
+}
+"""Figure -> the head of its column in the small table."""
+
+
+def write_results(store: Store, plan: Plan, outcomes: Sequence[Outcome], robots: Sequence[str]) -> Sweep:
+    """Write table, summary, clock and plots; return what they hold.
+
+    Args:
+        store: Where they go.
+        plan: Of the sweep.
+        outcomes: One of each job, in the order of the jobs.
+        robots: Whom the table is about.
+
+    Raises:
+        UsageError: A file cannot be written.
+    """
+    from mjsim.sweep.plots import plots
+
+    rows = rows_of(plan, outcomes, robots)
+    summary = summary_of(plan, rows)
+    store.write("table.parquet", parquet(rows))
+    store.write("table.csv", csv_text(rows))
+    store.write("summary.json", (json.dumps(summary, indent=1) + "\n").encode())
+    if flat := summary_rows(summary):
+        store.write("summary.csv", csv_text(flat))
+    store.write("clock.csv", csv_text([_clock(outcome) for outcome in outcomes]))
+    for name, data in plots(plan, rows, outcomes, robots).items():
+        store.write(f"plots/{name}", data)
+    names = [job.name for job in plan.jobs()]
+    failed = {name: each["error"] for name, each in zip(names, outcomes, strict=True) if each["error"] is not None}
+    return Sweep(folder=store.folder, rows=rows, summary=summary, failed=failed)
+
+
+def key_lines(summary: Mapping[str, Any]) -> list[str]:
+    """Return the key figures of a summary as lines for a terminal: means with their 95 % intervals."""
+    lines = []
+    for case in summary["cases"]:
+        settings = ", ".join(f"{key} {json.dumps(value)}" for key, value in case["settings"].items()) or "all runs"
+        for robot, figures in case["robots"].items():
+            counted = f"{case['runs'] - case['failed']} of {case['runs']} runs"
+            lines.append(f"{settings}: {robot}, {counted}")
+            lines += [
+                f"  {head:<22}{_interval(figures[name])}" for name, head in KEY_FIGURES.items() if name in figures
+            ]
+    return lines
+
+
+def _interval(figure: Mapping[str, float]) -> str:
+    return f"{figure['mean']:>9.4g}  [{figure['low']:.4g}, {figure['high']:.4g}]"
+
+
+def _clock(outcome: Outcome) -> dict[str, Any]:
+    """Return the wall-clock figures of a run, which are another's on another day."""
+    clock = outcome["clock"]
+    keys = ("total_seconds", "wall_seconds", "real_time_factor")
+    return {"case": outcome["case"], "seed": outcome["seed"], **{key: clock.get(key) for key in keys}}

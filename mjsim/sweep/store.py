@@ -1,0 +1,143 @@
+"""The folder of a sweep: what it is, and one file for each run that is done."""
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from mjsim.errors import UsageError
+from mjsim.sweep.bundle import Bundle
+from mjsim.sweep.plan import Job, Plan
+from mjsim.sweep.worker import Outcome
+
+FORMAT = 1
+VERSIONED = ("mjsim", "mujoco", "numpy", "scipy", "opencv-python-headless")
+"""Packages that the figures depend on."""
+
+
+def versions() -> dict[str, str]:
+    """Return the versions here of the packages that the figures depend on."""
+    return {name: version(name) for name in VERSIONED}
+
+
+@dataclass(frozen=True, slots=True)
+class Store:
+    """Reads and writes the folder of a sweep; a file is there whole or not at all."""
+
+    folder: Path
+    keep: bool
+    """Whether recordings stay."""
+
+    @property
+    def runs(self) -> Path:
+        """Where the files of the runs are."""
+        return self.folder / "runs"
+
+    def open(self, plan: Plan, bundle: Bundle) -> Path:
+        """Begin or resume a sweep; return the path of its world file.
+
+        Raises:
+            UsageError: The folder holds something else, or cannot be written.
+        """
+        identity = _identity(plan, bundle)
+        path = self.folder / "sweep.json"
+        try:
+            if path.is_file():
+                _require_same(self.folder, json.loads(path.read_bytes()), identity)
+            elif self.folder.is_dir() and any(self.folder.iterdir()):
+                raise UsageError(f"'{self.folder}' holds no sweep but other files; name a new folder")
+            self.runs.mkdir(parents=True, exist_ok=True)
+            self.write("sweep.json", _json(identity))
+            for left in self.runs.glob("*.part"):
+                left.unlink(missing_ok=True)
+            return bundle.unpack(self.folder / "world")
+        except OSError as error:
+            raise UsageError(f"cannot write '{self.folder}': {error.strerror}") from error
+        except ValueError as error:
+            raise UsageError(f"'{path}' is broken: {error}; name a new folder") from error
+
+    def outcome(self, job: Job) -> Outcome | None:
+        """Return what a run gave that is done; None for one that is still to do."""
+        try:
+            outcome: Outcome = json.loads((self.runs / f"{job.name}.json").read_bytes())
+        except (OSError, ValueError):
+            return None
+        return outcome
+
+    def put(self, job: Job, outcome: Outcome) -> None:
+        """Note that a run is done."""
+        self.write(f"runs/{job.name}.json", f"{json.dumps(outcome)}\n".encode())
+
+    def write(self, name: str, data: bytes) -> None:
+        """Write a file whole, or leave what was there.
+
+        Raises:
+            UsageError: It cannot be written.
+        """
+        path = self.folder / name
+        part = path.with_name(f"{path.name}.part")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with part.open("wb") as file:
+                file.write(data)
+                file.flush()
+                # Else a machine that goes down may keep the name without the contents.
+                os.fsync(file.fileno())
+            part.replace(path)
+        except OSError as error:
+            raise UsageError(f"cannot write '{path}': {error.strerror}") from error
+
+    @contextmanager
+    def recording(self, job: Job) -> Iterator[Path]:
+        """Yield where the recording of a run goes; it stays after the block when recordings are kept."""
+        part = self.runs / f"{job.name}.{os.getpid()}.part"
+        try:
+            yield part
+            if self.keep:
+                part.replace(self.runs / f"{job.name}.mcap")
+        finally:
+            part.unlink(missing_ok=True)
+
+
+def _identity(plan: Plan, bundle: Bundle) -> dict[str, Any]:
+    """Return all that tells one sweep from another."""
+    return {
+        "format": FORMAT,
+        "world": bundle.main,
+        "seeds": list(plan.seeds),
+        # The order of the keys is that of the cases.
+        "set": [[key, *values] for key, values in plan.settings.items()],
+        "seconds": plan.seconds,
+        "robot": plan.robot,
+        "keep": plan.keep,
+        "versions": versions(),
+        "files": bundle.digests(),
+    }
+
+
+def _require_same(folder: Path, there: Mapping[str, Any], here: Mapping[str, Any]) -> None:
+    """Raise UsageError, which names the first difference, unless two sweeps are the same."""
+    for key, value in json.loads(_json(here)).items():
+        was = there.get(key)
+        if was == value:
+            continue
+        if isinstance(was, dict) and isinstance(value, dict):
+            part = next(name for name in sorted({*was, *value}) if was.get(name) != value.get(name))
+            was, value = was.get(part), value.get(part)
+            what = f"{part} has changed" if key == "files" else f"{part} was {_short(was)} and is {_short(value)}"
+        else:
+            what = f"{key} was {_short(was)} and is {_short(value)}"
+        raise UsageError(f"'{folder}' holds another sweep: {what}; name another folder")
+
+
+def _short(value: Any) -> str:
+    text = "not given" if value is None else json.dumps(value)
+    return text if len(text) <= 60 else f"{text[:40]} ... {text[-16:]}"
+
+
+def _json(value: Any) -> bytes:
+    return (json.dumps(value, indent=1) + "\n").encode()

@@ -1,0 +1,139 @@
+"""A sweep from its plan to its tables and plots."""
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.world import World, load_checked
+
+if TYPE_CHECKING:
+    from mjsim.sweep.plan import Plan
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sweep:
+    """What a sweep gave; its folder holds the same as files."""
+
+    folder: Path
+    rows: Sequence[Mapping[str, Any]]
+    """The table: one row for each robot of each run, with case, seed, settings, robot, error, and figures such as
+    'position_error_m.rmse'."""
+    summary: Mapping[str, Any]
+    """What summary.json holds."""
+    failed: Mapping[str, str]
+    """Name of each run that failed -> why."""
+
+
+def sweep(
+    world: World | str | Path,
+    *,
+    seeds: Iterable[int],
+    folder: str | Path,
+    settings: Mapping[str, Sequence[Any]] | None = None,
+    seconds: float | None = None,
+    robot: str | None = None,
+    workers: int | None = None,
+    dask: str | None = None,
+    keep: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> Sweep:
+    """Run a world with many seeds and settings; return the table of all runs, and write it.
+
+    The processes that run it import the program that calls this: what it does, it must do under
+    `if __name__ == "__main__":`.
+
+    Args:
+        world: What is simulated, or its file.
+        seeds: One run each, in every case.
+        folder: Where everything goes; a sweep that did not come to its end goes on there.
+        settings: Key of the world, such as 'robots.scout.odometry.noise.turn' -> its values; all combinations are run.
+        seconds: How long each run is, simulated [s]; as the world says unless given.
+        robot: Whom the table is about; all robots unless given.
+        workers: Processes of this machine; one a core unless given.
+        dask: Address of the scheduler of a Dask cluster that runs it instead.
+        keep: Whether recordings stay, beside the figures of each run.
+        progress: Called with the number of runs that are done, at the start and after each.
+
+    Raises:
+        WorldError: The world is wrong.
+        UsageError: A setting does not fit the world, or the folder holds another sweep.
+    """
+    from mjsim.sweep.plan import Plan
+
+    world = world if isinstance(world, World) else load_checked(world)
+    plan = Plan(
+        seeds=tuple(seeds),
+        settings={key: tuple(values) for key, values in (settings or {}).items()},
+        seconds=seconds,
+        robot=robot,
+        keep=keep,
+    )
+    return run_plan(world, plan, Path(folder), workers=workers, dask=dask, progress=progress)
+
+
+def run_plan(
+    world: World,
+    plan: "Plan",
+    folder: Path,
+    *,
+    workers: int | None = None,
+    dask: str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Sweep:
+    """Run what of a plan is not done yet in a folder; as `sweep`, which says more."""
+    from mjsim.sweep.bundle import bundle_of
+    from mjsim.sweep.cluster import run_on_cluster
+    from mjsim.sweep.pool import run_on_processes
+    from mjsim.sweep.results import write_results
+    from mjsim.sweep.store import Store
+
+    if workers is not None and workers < 1:
+        raise UsageError(f"workers is {workers}; it takes at least one")
+    robots = _robots(world, plan.robot)
+    bundle = bundle_of(world, list(_cases(world, plan)))
+    store = Store(folder, plan.keep)
+    world_file = store.open(plan, bundle)
+    jobs = list(plan.jobs())
+    outcomes = {job: outcome for job in jobs if (outcome := store.outcome(job)) is not None}
+    missing = [job for job in jobs if job not in outcomes]
+    if progress is not None:
+        progress(len(outcomes))
+    if dask is not None:
+        coming = run_on_cluster(dask, bundle, missing, store)
+    else:
+        coming = run_on_processes(world_file, missing, store, workers=workers or len(os.sched_getaffinity(0)))
+    with closing(coming):
+        for job, outcome in coming:
+            outcomes[job] = outcome
+            if not outcome.pop("died", False):
+                store.put(job, outcome)
+            if progress is not None:
+                progress(len(outcomes))
+    return write_results(store, plan, [outcomes[job] for job in jobs], robots)
+
+
+def _robots(world: World, wanted: str | None) -> list[str]:
+    """Return the names of the robots that the table is about."""
+    names = [robot.name for robot in world.robots]
+    if not names:
+        raise UsageError(f"no robots in world '{world.name}'; a sweep is about at least one")
+    if wanted is not None and wanted not in names:
+        raise UsageError(f"no robot '{wanted}' in this world{did_you_mean(wanted, names)}")
+    return names if wanted is None else [wanted]
+
+
+def _cases(world: World, plan: "Plan") -> Iterator[World]:
+    """Yield the world of each case, checked."""
+    from mjsim.sweep.plan import setting_texts
+    from mjsim.world.settings import with_settings
+
+    for case in plan.cases():
+        changed = with_settings(world, setting_texts(case)) if case else world
+        seconds = changed.run.seconds if plan.seconds is None else plan.seconds
+        if round(seconds * changed.run.rate_hz) < 1:
+            raise UsageError(f"seconds is {seconds:g}; a run has at least one tick of {1 / changed.run.rate_hz:g} s")
+        yield changed

@@ -1,0 +1,47 @@
+"""The command `sweep`: many runs, one table."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mjsim.progress import say, tracked
+
+
+def sweep(
+    world: Annotated[Path, typer.Argument(metavar="WORLD", help="A world file.")],
+    seeds: Annotated[str, typer.Option(metavar="0:50", help="One run each: 0:50 is 0 to 49; also 1,2,7.")],
+    output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Where all goes; goes on what was begun there.")],
+    workers: Annotated[
+        int | None, typer.Option(metavar="N", help="Processes of this machine; one a core unless given.", min=1)
+    ] = None,
+    dask: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="A Dask cluster instead, such as tcp://10.0.0.5:8786.")
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=V1,V2", help="Values to try: robots.scout.odometry.scale=1,1.05"),
+    ] = None,
+    seconds: Annotated[float | None, typer.Option(help="How long each run is, simulated.", min=0.0)] = None,
+    robot: Annotated[str | None, typer.Option(metavar="R", help="Whom the table is about; all unless given.")] = None,
+    keep: Annotated[bool, typer.Option("--keep", help="Keep the recording of each run.")] = False,
+) -> None:
+    """Run a world with many seeds and settings: a table, means with intervals, plots."""
+    from mjsim.sweep import run_plan
+    from mjsim.sweep.plan import Plan, parse_seeds, parse_settings
+    from mjsim.sweep.results import key_lines
+    from mjsim.world import load_checked
+
+    checked = load_checked(world)
+    plan = Plan(
+        seeds=parse_seeds(seeds), settings=parse_settings(settings or ()), seconds=seconds, robot=robot, keep=keep
+    )
+    with tracked(f"sweep {checked.name}", total=len(plan), unit="runs") as advance:
+        result = run_plan(checked, plan, output, workers=workers, dask=dask, progress=advance)
+    print(*key_lines(result.summary), sep="\n")
+    print(result.folder / "table.parquet")
+    if result.failed:
+        for name, error in list(result.failed.items())[:10]:
+            say(f"run {name} failed: {error}")
+        say(f"{len(result.failed)} of {len(plan)} runs failed")
+        raise typer.Exit(1)
