@@ -14,6 +14,9 @@ def new(
         Path | None, typer.Option("--from", metavar="FILE", help="A map's YAML file, an SVG or a DXF drawing.")
     ] = None,
     maze: Annotated[str | None, typer.Option(metavar="9x9", help="A maze of so many cells.")] = None,
+    clutter: Annotated[
+        str | None, typer.Option(metavar="12x10", help="A room of so many metres, full of things.")
+    ] = None,
     template: Annotated[
         str | None, typer.Option(metavar="NAME", help="A shipped world: office, corridor, empty or gallery.")
     ] = None,
@@ -24,7 +27,7 @@ def new(
     robot: Annotated[
         str | None, typer.Option(metavar="PRESET", help="Which robot is put into it; the pioneer3dx unless given.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of the maze.", min=0)] = 1,
+    seed: Annotated[int, typer.Option(help="Of the maze or the things.", min=0)] = 1,
     cell: Annotated[float, typer.Option(help="Side of a cell of the maze [m].")] = 1.5,
     beacons: Annotated[int, typer.Option(help="Markers along the robot's way through the maze.", min=0)] = 0,
     scale: Annotated[float | None, typer.Option(help="Metres to one unit of the drawing.", min=1e-6)] = None,
@@ -36,12 +39,14 @@ def new(
     ] = None,
     no_robot: Annotated[bool, typer.Option("--no-robot", help="Leave the robot out.")] = False,
 ) -> None:
-    """Write a new world: from the map of a robot or a drawing, a maze, or a template."""
-    from mjsim.exchange.bring import bring_file, bring_maze, bring_template
+    """Write a new world: from the map of a robot or a drawing, a maze, a cluttered room, or a template."""
+    from mjsim.exchange.bring import bring_clutter, bring_file, bring_maze, bring_template
     from mjsim.exchange.maps import name_of
 
-    if sum(value is not None for value in (source, maze, template)) != 1:
-        raise UsageError("a world is made from one thing; give one of --from FILE, --maze 9x9, --template NAME")
+    if sum(value is not None for value in (source, maze, clutter, template)) != 1:
+        raise UsageError(
+            "a world is made from one thing; give one of --from FILE, --maze 9x9, --clutter 12x10, --template NAME"
+        )
     if template is not None and (robot is not None or no_robot):
         raise UsageError("a template has a robot of its own; change it in the new file")
     if output is not None and output.exists() and not force:
@@ -52,6 +57,8 @@ def new(
         brought = bring_file(source, preset=preset, scale=scale, thickness=thickness, layers=layer or ())
     elif maze is not None:
         brought = bring_maze(maze, preset=preset, seed=seed, cell=cell, beacons=beacons, name=name)
+    elif clutter is not None:
+        brought = bring_clutter(clutter, preset=preset, seed=seed, name=name)
     else:
         brought = bring_template(str(template), name=name)
     for line in brought.report:

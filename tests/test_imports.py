@@ -28,7 +28,7 @@ MAY_IMPORT = {
     "exchange": COMPILE | {"exchange"},
     "record": RECORD,
     "sim": SIM,
-    "safety": {"interface", "geometry"},
+    "safety": {"interface", "geometry", "safety"},
     "run": RUN,
     "report": REPORT,
     "sweep": SWEEP,

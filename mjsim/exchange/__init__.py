@@ -1,11 +1,13 @@
 """Worlds in from what people have, and out to what others read.
 
-In: maps of ROS map_server and Nav2, drawings in SVG and DXF, mazes, templates. Out: maps, SDF, plans in SVG.
+In: maps of ROS map_server and Nav2, drawings in SVG and DXF, mazes, cluttered rooms, templates. Out: maps, SDF, plans
+in SVG.
 """
 
 from collections.abc import Sequence
 from pathlib import Path
 
+from mjsim.exchange.clutter import clutter_world
 from mjsim.exchange.drawing import world_from_drawing
 from mjsim.exchange.maps import explained, name_of, world_from_map
 from mjsim.exchange.maze import maze_world
@@ -17,6 +19,7 @@ from mjsim.exchange.template import template_text
 from mjsim.world.model import World
 
 __all__ = [
+    "clutter_world",
     "explained",
     "maze_world",
     "template_text",

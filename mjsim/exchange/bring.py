@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mjsim.errors import UsageError
+from mjsim.exchange.clutter import clutter_size, clutter_world
 from mjsim.exchange.drawing import extent, world_from_drawing
 from mjsim.exchange.dxf_in import read_dxf
 from mjsim.exchange.grid import read_grid
@@ -110,6 +111,24 @@ def bring_maze(size: str, *, preset: str | None, seed: int, cell: float, beacons
     world = maze_world(sides, seed=seed, cell=cell, preset=preset, beacons=beacons, name=name or "maze")
     notes = [f"A maze of {sides[0]} x {sides[1]} cells of {cell:g} m, dug with the seed {seed}."]
     return Brought(world_text(world, notes=notes), [f"a maze of {sides[0]} x {sides[1]} cells; {_counted(world)}"])
+
+
+def bring_clutter(size: str, *, preset: str | None, seed: int, name: str | None) -> Brought:
+    """Return a room full of things, with a robot of a preset, told only to go ahead, unless that is None.
+
+    Args:
+        size: Like '12x10': metres from west to east, and from south to north.
+        preset: Of the robot.
+        seed: The same gives the same room.
+        name: Of the world.
+
+    Raises:
+        UsageError: The room would be too small or too large.
+    """
+    sides = clutter_size(size)
+    world = clutter_world(sides, seed=seed, preset=preset, name=name or "clutter")
+    notes = [f"A room of {sides[0]:g} x {sides[1]:g} m, full of things at places drawn with the seed {seed}."]
+    return Brought(world_text(world, notes=notes), [f"a room of {sides[0]:g} x {sides[1]:g} m; {_counted(world)}"])
 
 
 def bring_template(template: str, *, name: str | None) -> Brought:

@@ -1,0 +1,171 @@
+"""Cluttered rooms: boxes, cylinders, and things with a hollow, so placed that a robot comes everywhere."""
+
+import math
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.random import Generator
+
+from mjsim.errors import UsageError
+from mjsim.geometry import Array
+from mjsim.world.model import World
+from mjsim.world.outlines import footprint
+from mjsim.world.robots import Robot
+from mjsim.world.running import Modules, Run, Use
+from mjsim.world.structure import Floor, Wall
+from mjsim.world.things import BoxObstacle, CylinderObstacle, Obstacle
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+SHORTEST, LONGEST = 3.0, 40.0
+"""Sides of the room [m]."""
+AREA_OF_ONE = 5.0
+"""Of the floor, for each thing that stands on it [m^2]."""
+TRIES = 60
+"""For the place of a thing; where none is found it is left out."""
+APART = 0.25
+"""Between two things, or a thing and a wall [m]."""
+PASSAGE = 0.8
+"""All free places are joined by ways at least so wide [m]."""
+SLIVER = 0.05
+"""A free place that is smaller is none [m^2]."""
+WALL_HEIGHT, THICKNESS = 1.2, 0.1
+"""[m]"""
+COLORS = ("#5b7a99", "#b0664f", "#8c8878", "#6a8f6b", "#c2a05a", "#7d6a94")
+ROBOT, SPEED = "scout", 0.7
+"""Told only to go ahead, so fast [m/s]."""
+
+Bar = tuple[float, float, float, float]
+"""A box from above, in the frame of what it is part of: length, width, x, y [m]."""
+
+
+def clutter_world(
+    size: tuple[float, float], *, seed: int, name: str = "clutter", preset: str | None = "pioneer3dx"
+) -> World:
+    """Return a room with convex and concave things at random places, and a robot told only to go ahead.
+
+    Boxes and cylinders are convex; the letters L and U and crosses, made of boxes, are not. All free places are joined
+    by ways of 0.8 m or more.
+
+    Args:
+        size: From west to east, and from south to north, between the walls [m].
+        seed: The same gives the same room.
+        name: Of the world.
+        preset: Of the robot; None for none.
+
+    Raises:
+        UsageError: The room would be too small or too large.
+    """
+    import shapely
+
+    if not all(SHORTEST <= side <= LONGEST for side in size):
+        raise UsageError(f"the room is {size[0]:g} x {size[1]:g} m; a side has {SHORTEST:g} to {LONGEST:g} m")
+    rng = np.random.default_rng(seed)
+    room = shapely.box(0.0, 0.0, *size)
+    count = round(size[0] * size[1] / AREA_OF_ONE)
+    things: list[Obstacle] = []
+    taken: BaseGeometry = shapely.Polygon()
+    for number in range(1, count + 1):
+        for _ in range(TRIES):
+            thing = _thing(rng, number, at=rng.uniform((0.0, 0.0), size), color=COLORS[number % len(COLORS)])
+            shape = shapely.union_all([shapely.Polygon(footprint(part)) for part in thing])
+            if _fits(shape, taken, room):
+                things, taken = [*things, *thing], taken.union(shape)
+                break
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    outer = np.where(corners > 0.0, np.add(size, THICKNESS / 2), -THICKNESS / 2)
+    wall = Wall(
+        name="room",
+        points=tuple((x, y) for x, y in np.round(outer, 3).tolist()),
+        closed=True,
+        height=WALL_HEIGHT,
+        thickness=THICKNESS,
+    )
+    world = World(name=name, walls=(wall,), obstacles=tuple(things), floor=Floor(texture="floors/concrete.jpg"))
+    return world if preset is None else _with_robot(world, room.difference(taken), rng, preset=preset)
+
+
+def clutter_size(text: str) -> tuple[float, float]:
+    """Return the sides of a room that a text like '12x10' says [m].
+
+    Raises:
+        UsageError: It says none.
+    """
+    match = re.fullmatch(r"(\d{1,4}(?:\.\d{1,3})?)[xX](\d{1,4}(?:\.\d{1,3})?)", text.strip())
+    if match is None:
+        raise UsageError(f"the size of the room is '{text:.40}'; write it like 12x10")
+    return float(match[1]), float(match[2])
+
+
+def _thing(rng: Generator, number: int, *, at: Array, color: str) -> list[Obstacle]:
+    """Return a thing of a kind, a size and a heading drawn at random: a cylinder, or boxes."""
+    kind = int(rng.integers(5))
+    height, heading = float(np.round(rng.uniform(0.4, 1.0), 2)), float(np.round(rng.uniform(-180.0, 180.0)))
+    long, wide, deep = np.round(rng.uniform((0.8, 0.2, 0.6), (1.6, 0.35, 1.1)), 2).tolist()
+    if kind == 0:
+        x, y = np.round(at, 3).tolist()
+        radius = round(0.25 * long, 2)
+        return [CylinderObstacle(name=f"drum-{number}", at=(x, y), cylinder=(radius, height), color=color)]
+    name, bars = (
+        ("box", [(0.7 * long, 0.6 * deep, 0.0, 0.0)]),
+        ("angle", [(long, wide, 0.0, 0.0), (wide, deep, (wide - long) / 2, (wide + deep) / 2)]),
+        ("bay", _bay(max(long, PASSAGE + 0.1) + 2 * wide, wide, deep)),
+        ("cross", [(long, wide, 0.0, 0.0), (wide, deep + wide, 0.0, 0.0)]),
+    )[kind - 1]
+    turned = np.array([[_cosine(heading), -_sine(heading)], [_sine(heading), _cosine(heading)]])
+    boxes: list[Obstacle] = []
+    for part, (length, width, *offset) in enumerate(bars, start=1):
+        x, y = np.round(at + turned @ np.array(offset), 3).tolist()
+        boxes.append(
+            BoxObstacle(
+                name=f"{name}-{number}" if len(bars) == 1 else f"{name}-{number}-{part}",
+                at=(x, y),
+                heading_deg=heading,
+                box=(round(length, 3), round(width, 3), height),
+                color=color,
+            )
+        )
+    return boxes
+
+
+def _bay(long: float, wide: float, deep: float) -> list[Bar]:
+    """Return the letter U: a back and two sides, which a robot can drive in between."""
+    aside, off = (long - wide) / 2, (wide + deep) / 2
+    return [(long, wide, 0.0, 0.0), (wide, deep, -aside, off), (wide, deep, aside, off)]
+
+
+def _cosine(degrees: float) -> float:
+    return math.cos(math.radians(degrees))
+
+
+def _sine(degrees: float) -> float:
+    return math.sin(math.radians(degrees))
+
+
+def _fits(shape: "BaseGeometry", taken: "BaseGeometry", room: "BaseGeometry") -> bool:
+    """Say whether a thing has a place: inside, apart from all others, and it parts no free place from the rest."""
+    import shapely
+
+    if not room.buffer(-APART).contains(shape) or taken.distance(shape) < APART:
+        return False
+    free = room.buffer(-PASSAGE / 2).difference(taken.union(shape).buffer(PASSAGE / 2))
+    return bool(np.sum(shapely.area(shapely.get_parts(free)) > SLIVER) == 1)
+
+
+def _with_robot(world: World, free: "BaseGeometry", rng: Generator, *, preset: str) -> World:
+    """Return a room with a robot at a free place, told only to go ahead, its avoidance switched on."""
+    import shapely
+
+    elbow_room = free.buffer(-PASSAGE / 2 - 0.1)
+    low_x, low_y, high_x, high_y = elbow_room.bounds
+    while True:
+        x, y = np.round(rng.uniform((low_x, low_y), (high_x, high_y)), 2).tolist()
+        if elbow_room.contains(shapely.Point(x, y)):
+            break
+    heading = float(np.round(rng.uniform(-180.0, 180.0)))
+    robot = Robot(name=ROBOT, preset=preset, at=(x, y), heading_deg=heading)
+    ahead = Use.model_validate({"use": "mjsim.algorithms.constant:ConstantCommand", "forward": SPEED})
+    run = Run(seconds=900.0, drivers={ROBOT: Modules(navigator=ahead, avoidance=True)})
+    return world.model_copy(update={"robots": (robot,), "run": run})

@@ -1,0 +1,29 @@
+"""The outline of a body from above."""
+
+import math
+
+import numpy as np
+
+from mjsim.geometry import Array
+
+ROUND = 1.1
+"""A body whose outline reaches no further than so many times its nearest side is treated as round."""
+
+
+def is_round(outline: Array) -> bool:
+    """Say whether an outline around the origin, shape (n, 2), is about a circle."""
+    reach = np.hypot(outline[:, 0], outline[:, 1])
+    return bool(reach.max() < ROUND * reach.min()) and len(outline) > 8
+
+
+def rim(outline: Array, bearing: float) -> float:
+    """Return how far an outline, shape (n, 2), reaches from the origin along a bearing [m]."""
+    start = outline
+    edge = np.roll(start, -1, axis=0) - start
+    along = np.array([math.cos(bearing), math.sin(bearing)])
+    across = along[0] * edge[:, 1] - along[1] * edge[:, 0]
+    safe = np.where(across == 0.0, np.inf, across)
+    distance = (start[:, 0] * edge[:, 1] - start[:, 1] * edge[:, 0]) / safe
+    share = (start[:, 0] * along[1] - start[:, 1] * along[0]) / safe
+    met = (across != 0.0) & (share >= -1e-9) & (share <= 1 + 1e-9) & (distance >= 0.0)
+    return float(np.where(met, distance, 0.0).max())

@@ -1,0 +1,241 @@
+"""The built-in obstacle avoidance, by the ring of proximity rays."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.random import Generator
+
+from mjsim.geometry import Array, wrap_angle
+from mjsim.interface import Command, Observation, RobotInfo
+from mjsim.safety.hits import RAYS, Hits
+from mjsim.safety.outline import is_round, rim
+from mjsim.safety.sweep import ROOMY, Body
+from mjsim.safety.trail import Trail
+
+
+class RingAvoidance:
+    """Keep clear of obstacles with the ring of proximity rays, changing the command as little as can be.
+
+    What the rays hit is remembered for some seconds (`Hits`). A command whose arc is free passes as it is. Else, among
+    arcs with turn rates around the commanded one, as far as the robot can steer, the one is taken that keeps most of
+    the speed, then most of the turn; speed is bounded so that the robot can stop before the nearest point on its arc,
+    and lower where it passes near something. Past an obstacle it holds the side that it has chosen, also when it is
+    told to turn back on the spot toward what is in the way.
+
+    With no way ahead, a robot that can turns on the spot to a direction that is free, of several to the one in which it
+    has been least (`Trail`), so that it leaves dead ends and goes in no circle for ever; one that cannot, or that has
+    no room for it, backs off in the arc that has the most. A robot told to go sideways goes straight in the free
+    direction nearest to the one it is told, within 81 degrees of it, and keeps its turn rate; with none free it rests.
+
+    References:
+        Fox, Burgard, Thrun, The Dynamic Window Approach to Collision Avoidance, IEEE RAM 4(1), 1997: arcs, and
+        speeds that allow a stop. Remembered points, sides that are held and the ways out: ours.
+    """
+
+    HORIZON = 1.6
+    """How far ahead an arc is looked at [s], and further where stopping takes longer."""
+    SIGHT = 2.0
+    """How far the rays see, until one tells of more [m]; no robot goes so fast that it could not stop within it."""
+    HOLD = 1.5
+    """For how long a side is held after there was something to pass [s]."""
+    LONGEST = 30.0
+    """For how long it goes round one thing before it lets a robot turn back that is told so [s]."""
+    BACKING = 1.5
+    """For how long it backs off before it looks ahead again [s]."""
+
+    def start(self, robot: RobotInfo, rng: Generator) -> None:
+        """Forget what was seen; take the shape and the limits of the robot."""
+        self._robot, self._rng = robot, rng
+        self._body = Body(robot)
+        self._deceleration = 0.5 * robot.max_acceleration
+        rims = np.full(RAYS, robot.radius)
+        if robot.outline is not None and not is_round(robot.outline):
+            rims = np.array([rim(robot.outline, 2.0 * math.pi / RAYS * ray) for ray in range(RAYS)])
+        self._hits, self._trail = Hits(rims), Trail()
+        self._offsets = np.linspace(-1.0, 1.0, 13) * min(robot.max_turn, 1.2)
+        self._bearings: Array = np.arange(-11.0, 13.0) * (math.pi / 12)
+        self._sight, self._speed = self.SIGHT, 0.0
+        self._side, self._met, self._held = 0.0, -math.inf, -math.inf
+        self._heading: float | None = None
+        self._back, self._swing = 0, 0.0
+
+    def adjust(self, command: Command, seen: Observation) -> Command:
+        """Return the command that is safe, as near as can be to the one given."""
+        self._hits.see(seen)
+        self._trail.add(self._hits.x, self._hits.y)
+        if command.left:
+            self._forget()
+            return self._sidestep(command)
+        if abs(command.forward) > 1e-9:
+            self._speed = command.forward
+            return self._drive(command, seen.time)
+        if command.turn and self._goes_round(command.turn, seen.time):
+            return self._drive(replace(command, forward=self._speed), seen.time, told=command)
+        self._forget()
+        if not command.turn or self._body.can_spin(self._points(0.0, 0.0), command.turn):
+            return command
+        return replace(command, turn=0.0)
+
+    def _forget(self) -> None:
+        """Be done with what was in the way."""
+        self._side, self._heading, self._back, self._swing = 0.0, None, 0, 0.0
+
+    def _goes_round(self, turn: float, now: float) -> bool:
+        """Say whether a turn on the spot would lead back to what the robot goes round."""
+        if now - self._held > self.HOLD or now - self._met > self.LONGEST:
+            return False
+        return self._heading is not None or self._back > 0 or turn * self._side < 0.0
+
+    def _points(self, speed: float, seconds: float) -> Array:
+        """Return what a way could come near to, robot's frame, shape (n, 2) [m]."""
+        return self._hits.within(speed * seconds + self._body.radius + ROOMY)
+
+    def _drive(self, command: Command, now: float, *, told: Command | None = None) -> Command:
+        """Return the nearest arc that is free; or the way out of where there is none.
+
+        Args:
+            command: To drive ahead or backward.
+            now: [s]
+            told: What to give back when nothing is in the way; the command itself unless given.
+        """
+        direction, speed = math.copysign(1.0, command.forward), abs(command.forward)
+        speed = min(speed, math.sqrt(2.0 * self._deceleration * self._sight))
+        seconds = max(self.HORIZON, 0.5 * speed / self._deceleration + 0.2)
+        points = self._points(speed, seconds)
+        if self._body.round and math.isinf(self._robot.max_curvature) and not self._back:
+            # No arc of less than half a turn leads to what is behind.
+            points = points[points[:, 0] * direction > -self._body.radius]
+        if not len(points):
+            return self._free(command, speed, now, told)
+        if self._back > 0:
+            return self._back_off(command, points, now)
+        if self._heading is not None and (spin := self._spin_on(command, points, now)) is not None:
+            return spin
+        most = min(self._robot.max_turn, self._robot.max_curvature * speed)
+        wanted = min(max(command.turn, -most), most)
+        ahead = self._body.arcs(points, speed=direction * speed, turns=np.array([wanted]), seconds=seconds)
+        if ahead.times[0] >= seconds and ahead.ease[0] >= 1.0:
+            return self._free(command, speed, now, told)
+        turns = np.clip(wanted + self._offsets, -most, most)
+        ways = self._body.arcs(points, speed=direction * speed, turns=turns, seconds=seconds)
+        speeds = np.minimum(speed * ways.ease, np.sqrt(2.0 * self._deceleration * speed * ways.times))
+        best = int(np.argmax(speeds - 0.15 * np.abs(turns - wanted) - self._second_thoughts(turns, wanted, speed)))
+        if speeds[best] < 0.1 * speed:
+            return self._leave(command, points, now)
+        self._note_side(float(turns[best]) - wanted, now)
+        chosen, slow = float(turns[best]), float(speeds[best])
+        # A robot that cannot turn on the spot turns less while it is slower.
+        sharpest = self._robot.max_curvature * slow
+        return replace(command, forward=direction * slow, turn=min(max(chosen, -sharpest), sharpest))
+
+    def _free(self, command: Command, speed: float, now: float, told: Command | None) -> Command:
+        """Return the command for a way with nothing on it."""
+        if now - self._held > self.HOLD or told is not None:
+            self._forget()
+        self._heading = None
+        if told is not None:
+            return told
+        return (
+            command
+            if speed == abs(command.forward)
+            else replace(command, forward=math.copysign(speed, command.forward))
+        )
+
+    def _second_thoughts(self, turns: Array, wanted: float, speed: float) -> Array:
+        """Return what speaks against arcs besides what is in the way, shape (k,) [m/s]."""
+        if self._side:
+            return np.where((turns - wanted) * self._side < -0.05, 0.4 * speed, 0.0)
+        worn = self._trail.worn(self._hits.x, self._hits.y, self._hits.heading + turns)
+        return 0.15 * speed * worn
+
+    def _note_side(self, off: float, now: float) -> None:
+        """Remember to which side the robot goes round what is in the way, and since when."""
+        if abs(off) < 0.1:
+            if now - self._held > self.HOLD:
+                self._side = 0.0
+            return
+        if not self._side:
+            self._side, self._met = math.copysign(1.0, off), now
+        self._held = now
+
+    def _leave(self, command: Command, points: Array, now: float) -> Command:
+        """Return the way out where there is no way on: turn on the spot, or back off."""
+        if now - self._held > self.HOLD:
+            self._met = now
+        self._held = now
+        if math.isinf(self._robot.max_curvature):
+            self._heading = self._hits.heading + self._way_out(command)
+            spin = self._spin_on(command, points, now)
+            if spin is not None:
+                return spin
+        self._back = round(self.BACKING / self._robot.dt)
+        return self._back_off(command, points, now)
+
+    def _way_out(self, command: Command) -> float:
+        """Return by how much to turn to where it is free, and where the robot has been least [rad]."""
+        direction, speed = math.copysign(1.0, command.forward), max(abs(command.forward), 0.1)
+        seconds = max(self.HORIZON, 0.8 / speed)
+        bearings, points = self._bearings, self._points(speed, seconds)
+        ways = self._body.lines(points, speed=direction * speed, bearings=bearings, seconds=seconds, turned=True)
+        forward = self._hits.heading + (0.0 if direction > 0.0 else math.pi)
+        worn = self._trail.worn(self._hits.x, self._hits.y, forward + bearings)
+        chance = self._rng.uniform(0.0, 0.2, len(bearings))
+        cost = worn + chance + 0.1 * np.abs(bearings)
+        enough = ways.times >= 0.7 * float(np.max(ways.times))
+        return float(bearings[int(np.argmin(np.where(enough, cost, np.inf)))])
+
+    def _spin_on(self, command: Command, points: Array, now: float) -> Command | None:
+        """Return the turn on the spot toward the way out; None when it is done or there is no room for it."""
+        assert self._heading is not None
+        off = wrap_angle(self._heading - self._hits.heading)
+        self._held = now
+        if abs(off) < 0.1:
+            self._heading = None
+            return None
+        fastest = min(self._robot.max_turn, 1.2, math.sqrt(self._robot.max_turn_acceleration * abs(off)))
+        for turn in (math.copysign(fastest, off), -math.copysign(fastest, off)):
+            if self._body.can_spin(points, turn):
+                return replace(command, forward=0.0, turn=turn)
+        self._heading = None
+        return None
+
+    def _back_off(self, command: Command, points: Array, now: float) -> Command:
+        """Return the arc backward that has the most room, its nose swung toward the emptier side."""
+        self._back, self._held = self._back - 1, now
+        direction, speed = math.copysign(1.0, command.forward), 0.6 * abs(command.forward)
+        if not self._swing:
+            self._swing = self._emptier_side(points, direction)
+        most = min(self._robot.max_turn, self._robot.max_curvature * speed)
+        turns = math.copysign(most, self._swing) * np.array([1.0, 0.5, 0.0, -0.5, -1.0])
+        ways = self._body.arcs(points, speed=-direction * speed, turns=turns, seconds=self.HORIZON)
+        free = ways.times * speed
+        best = int(np.argmax(np.minimum(free, 0.6 * speed * self.HORIZON) - 1e-3 * np.arange(5)))
+        slow = min(speed, math.sqrt(2.0 * self._deceleration * float(free[best])))
+        if slow < 0.1 * speed:
+            self._back = 0
+        if self._back == 0:
+            self._swing = 0.0
+        return replace(command, forward=-direction * slow, turn=float(turns[best]) * slow / speed)
+
+    def _emptier_side(self, points: Array, direction: float) -> float:
+        """Return 1 when there is less to the left ahead, -1 for the right; by chance when both are alike."""
+        nearness = 1.0 / np.maximum(np.hypot(points[:, 0], points[:, 1]), 0.05)
+        balance = float(np.sum(np.sign(points[:, 1]) * nearness * (points[:, 0] * direction > 0.0)))
+        return -math.copysign(1.0, balance) if abs(balance) > 1.0 else float(self._rng.choice((-1.0, 1.0)))
+
+    def _sidestep(self, command: Command) -> Command:
+        """Return the free direction nearest to the one commanded, for robots that go in any; rest with none."""
+        speed = math.hypot(command.forward, command.left)
+        seconds = max(self.HORIZON, 0.5 * speed / self._deceleration + 0.2)
+        points = self._points(speed, seconds)
+        if not len(points):
+            return command
+        offsets = np.linspace(-1.0, 1.0, 25) * 0.45 * math.pi
+        bearings = math.atan2(command.left, command.forward) + offsets
+        ways = self._body.lines(points, speed=speed, bearings=bearings, seconds=seconds, turned=False)
+        speeds = np.minimum(speed, np.sqrt(2.0 * self._deceleration * speed * ways.times)) * ways.ease
+        best = int(np.argmax(speeds * (1.0 - 0.3 * np.abs(offsets))))
+        ahead, left = math.cos(float(bearings[best])), math.sin(float(bearings[best]))
+        turn = command.turn if not command.turn or self._body.can_spin(points, command.turn) else 0.0
+        return replace(command, forward=float(speeds[best]) * ahead, left=float(speeds[best]) * left, turn=turn)
