@@ -30,9 +30,13 @@ MAY_IMPORT = {
     "sim": SIM,
     "safety": {"interface", "geometry", "safety"},
     "run": RUN,
+    "env": RUN | {"env"},
     "report": REPORT,
+    # A log is told in ticks to a pilot, and stands in the world that the simulation would have.
+    "logs": RUN | {"logs"},
     "sweep": SWEEP,
     "video": VIDEO,
+    "experiments": RUN | REPORT | {"experiments", "algorithms"},
     "web": RUN | VIDEO | REPORT | {"web"},
 }
 """Part of mjsim -> the parts that it may import; `cli`, all `..._cli`, `doctor`, `bench` and `progress` are not."""

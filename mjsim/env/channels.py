@@ -1,0 +1,224 @@
+"""Observations as arrays of fixed shapes: what is sensed, clipped to its bounds."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.geometry import Array, wrap_angle
+from mjsim.interface import CameraFrame, Observation, RobotInfo, Sighting
+from mjsim.run.pilot import Noticed
+from mjsim.world import World
+from mjsim.world.robots import Robot
+from mjsim.world.sensors import AnySensor, BeaconSensor, Camera, Depth, Imu, Lidar, name_of
+
+SECTORS = 16
+"""Of the ring: proximity and bump, the first ahead, then counter-clockwise."""
+SPARE = 4.0
+"""Odometry is bounded by so many times what the robot can do: noise and slip make it more, hardly so much more."""
+FAR = 20_000.0
+"""Beyond any world [m]: the bound of what is believed."""
+TAIL = 6.0
+"""Standard deviations beyond which an error is clipped."""
+
+
+class Channel:
+    """One array of an observation; it holds its last reading until there is a newer one."""
+
+    def __init__(
+        self,
+        read: Callable[[Noticed], ArrayLike | None],
+        *,
+        low: ArrayLike,
+        high: ArrayLike,
+        shape: tuple[int, ...],
+        dtype: DTypeLike = np.float32,
+        first: float = 0.0,
+    ) -> None:
+        """Get ready.
+
+        Args:
+            read: Returns a reading, None when there is none at this tick.
+            low: What is smaller is told as this; broadcast to the shape.
+            high: What is larger is told as this.
+            shape: Of the array.
+            dtype: Of the array.
+            first: What fills it before the first reading.
+        """
+        self._read, self._first = read, first
+        self.low: NDArray[Any] = np.array(np.broadcast_to(low, shape), dtype=dtype)
+        self.high: NDArray[Any] = np.array(np.broadcast_to(high, shape), dtype=dtype)
+        self.start()
+
+    def start(self) -> None:
+        """Forget what was read."""
+        self._held = np.full(self.low.shape, self._first, dtype=self.low.dtype)
+
+    def look(self, noticed: Noticed) -> None:
+        """Take the reading of this tick; to be called once a tick."""
+        reading = self._read(noticed)
+        if reading is not None:
+            # What is clipped to bounds of this precision stays within them when it is rounded.
+            self._held = np.clip(np.asarray(reading), self.low, self.high).astype(self.low.dtype)
+
+    def value(self) -> NDArray[Any]:
+        """Return a copy of the newest reading."""
+        return self._held.copy()
+
+
+def channels_of(robot: Robot, info: RobotInfo, world: World, chosen: Sequence[str] | None) -> dict[str, Channel]:
+    """Return what a robot observes.
+
+    Args:
+        robot: As the world file has it.
+        info: Its data sheet.
+        world: Where it is.
+        chosen: Names of what is observed; all but its belief unless given.
+
+    Raises:
+        UsageError: It has no such thing, or two things of one name.
+    """
+    sensors = {name_of(sensor): sensor for sensor in robot.sensors}
+    rings = [sensor for sensor in robot.sensors if isinstance(sensor, BeaconSensor)]
+    built_in = {"proximity", "bump", "odometry", "sightings", "estimate"}
+    if clash := sorted(built_in & set(sensors)):
+        raise UsageError(f"sensor '{clash[0]}' of robot '{robot.name}' has the name of what every robot observes")
+    modules = world.run.drivers.get(robot.name)
+    observed = modules is not None and modules.observer is not None
+    seen = [name for name, sensor in sensors.items() if not isinstance(sensor, BeaconSensor)]
+    usual = ["proximity", "bump", "odometry", *(["sightings"] if rings else []), *seen]
+    known = [*usual, "estimate", *(["sightings"] if observed and not rings else [])]
+    names = usual if chosen is None else list(chosen)
+    channels: dict[str, Channel] = {}
+    for name in names:
+        if name not in known:
+            raise UsageError(f"robot '{robot.name}' observes no '{name}'{did_you_mean(name, known)}")
+        match name:
+            case "proximity":
+                channels[name] = _proximity(robot)
+            case "bump":
+                channels[name] = Channel(_bump, low=0, high=1, shape=(SECTORS,), dtype=np.int8)
+            case "odometry":
+                channels[name] = _odometry(info)
+            case "estimate":
+                channels[name] = _estimate()
+            case "sightings":
+                channels[name] = _sightings(world, rings)
+            case _:
+                channels |= _of_sensor(name, sensors[name], info.dt)
+    return channels
+
+
+def _of_sensor(name: str, sensor: AnySensor, dt: float) -> dict[str, Channel]:
+    match sensor:
+        case Lidar():
+            return {name: _scan(name, sensor)}
+        case Camera():
+            depth = {f"{name}_depth": _depth(name, sensor)} if sensor.depth else {}
+            return {name: _picture(name, sensor), **depth}
+        case Imu():
+            return {name: _inertial(name, sensor, dt)}
+        case _:
+            raise AssertionError(sensor)
+
+
+def _proximity(robot: Robot) -> Channel:
+    reach = robot.proximity_range
+    return Channel(lambda noticed: noticed.seen.proximity, low=0.0, high=reach, shape=(SECTORS,), first=reach)
+
+
+def _bump(noticed: Noticed) -> ArrayLike:
+    """Return 1 for each sector of the ring that is touched, shape (16,)."""
+    touched = np.zeros(SECTORS, dtype=np.int8)
+    for bearing in noticed.seen.bump:
+        touched[round(bearing * SECTORS / math.tau) % SECTORS] = 1
+    return touched
+
+
+def _odometry(info: RobotInfo) -> Channel:
+    most = np.array([info.max_speed, max(info.max_left, info.max_speed), info.max_turn]) * (SPARE * info.dt)
+
+    def read(noticed: Noticed) -> ArrayLike:
+        told = noticed.seen.odometry
+        return told.forward, told.left, told.turn
+
+    return Channel(read, low=-most, high=most, shape=(3,))
+
+
+def _estimate() -> Channel:
+    most = np.array([FAR, FAR, math.pi])
+
+    def read(noticed: Noticed) -> ArrayLike:
+        pose = noticed.belief.pose
+        return pose.x, pose.y, wrap_angle(pose.heading)
+
+    return Channel(read, low=-most, high=most, shape=(3,))
+
+
+def _scan(name: str, lidar: Lidar) -> Channel:
+    def read(noticed: Noticed) -> ArrayLike | None:
+        scan = noticed.seen.scans.get(name)
+        return None if scan is None else scan.ranges
+
+    return Channel(read, low=0.0, high=lidar.range[1], shape=(lidar.beams,), first=lidar.range[1])
+
+
+def _picture(name: str, camera: Camera) -> Channel:
+    def read(noticed: Noticed) -> ArrayLike | None:
+        frame = _frame(noticed.seen, name)
+        return None if frame is None else frame.image
+
+    return Channel(read, low=0, high=255, shape=(camera.height, camera.width, 3), dtype=np.uint8)
+
+
+def _depth(name: str, camera: Camera) -> Channel:
+    farthest = (camera.depth if isinstance(camera.depth, Depth) else Depth()).range[1]
+
+    def read(noticed: Noticed) -> ArrayLike | None:
+        frame = _frame(noticed.seen, name)
+        return None if frame is None else frame.depth
+
+    return Channel(read, low=0.0, high=farthest, shape=(camera.height, camera.width), first=farthest)
+
+
+def _frame(seen: Observation, name: str) -> CameraFrame | None:
+    return seen.cameras.get(name)
+
+
+def _inertial(name: str, imu: Imu, dt: float) -> Channel:
+    # Readings that do not divide a tick come now one more, now one less.
+    count = math.ceil(imu.rate_hz * dt - 1e-9)
+    most = np.repeat([imu.range.acceleration, imu.range.turn], 3)
+
+    def read(noticed: Noticed) -> Array:
+        rows = [(*reading.acceleration, *reading.turn) for reading in noticed.seen.imu if reading.name == name]
+        return np.array([*np.zeros((count - len(rows), 6)), *rows])
+
+    return Channel(read, low=-most, high=most, shape=(count, 6))
+
+
+def _sightings(world: World, rings: Sequence[BeaconSensor]) -> Channel:
+    """Return the channel of sightings: a row for each beacon of the world, in its order, then those without a name."""
+    rows = {beacon.name: row for row, beacon in enumerate(world.beacons)}
+    nameless = len(rows) if any(ring.anonymous for ring in rings) else 0
+    reach = [ring.range[1] + math.hypot(*ring.at[:2]) + TAIL * ring.noise.range for ring in rings]
+    farthest = max(reach, default=FAR)
+
+    def read(noticed: Noticed) -> ArrayLike:
+        told = np.zeros((len(rows) + nameless, 3))
+        unnamed: list[Sighting] = []
+        for sighting in noticed.seen.sightings:
+            row = rows.get(sighting.name) if sighting.name is not None else None
+            if row is None:
+                unnamed.append(sighting)
+            elif not told[row, 0] or sighting.range < told[row, 1]:
+                told[row] = 1.0, sighting.range, sighting.bearing
+        for row, sighting in enumerate(unnamed[:nameless], start=len(rows)):
+            told[row] = 1.0, sighting.range, sighting.bearing
+        return told
+
+    low, high = np.array([0.0, 0.0, -math.pi]), np.array([1.0, farthest, math.pi])
+    return Channel(read, low=low, high=high, shape=(len(rows) + nameless, 3))

@@ -1,0 +1,258 @@
+"""Episodes of a task: the same turn of sensing, deciding and stepping as in a run, but actions decide."""
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from numpy.random import Generator
+
+from mjsim.env.actions import Actions
+from mjsim.env.channels import channels_of
+from mjsim.env.starts import Starts, Taken
+from mjsim.env.step import Step
+from mjsim.env.task import Task, driven
+from mjsim.errors import ModuleFault, UsageError, did_you_mean
+from mjsim.geometry import Pose
+from mjsim.interface import Command, Estimate, Observation, RobotInfo, WheelCommand, WorldMap
+from mjsim.run.loop import drivers_of
+from mjsim.run.pilot import Noticed, Pilot
+from mjsim.sim import Simulation
+from mjsim.sim.streams import stream
+from mjsim.world import World
+from mjsim.world.running import Modules
+from mjsim.world.sensors import AnySensor, BeaconSensor, name_of
+
+Seen = dict[str, Any]
+"""Arrays by name; of several robots, dicts of arrays by robot."""
+
+
+class ByAction:
+    """A navigator that wants what it was told from outside."""
+
+    def __init__(self) -> None:
+        self.wanted: Command | WheelCommand = Command()
+
+    def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
+        """Begin at rest."""
+        self.wanted = Command()
+
+    def command(self, seen: Observation, belief: Estimate) -> Command | WheelCommand:
+        """Return what it was told."""
+        return self.wanted
+
+
+class Episodes:
+    """A task at work. Both kinds of environment stand on it."""
+
+    def __init__(self, task: Task) -> None:
+        """Compile the world once, for all episodes.
+
+        Raises:
+            MjsimError: The world cannot be read, or what the task names is not there.
+        """
+        world = task.loaded()
+        self.task, self.robots = task, driven(task, world)
+        self.together = task.robots is None or isinstance(task.robots, str)
+        """Whether actions and observations are those of one robot, not dicts by robot."""
+        self.world = _stripped(world, self.robots, task.observations)
+        self.sim = Simulation(self.world)
+        infos, robots = self.sim.robots, {robot.name: robot for robot in world.robots}
+        self.actions = {name: Actions(infos[name], task.actions) for name in self.robots}
+        self.channels = {n: channels_of(robots[n], infos[n], world, task.observations) for n in self.robots}
+        self._places = {name: Starts(world, robots[name]) for name in self.robots} if task.random_starts else {}
+        seconds = world.run.seconds if task.seconds is None else task.seconds
+        self.length = round(seconds / self.sim.dt)
+        """Of an episode [ticks]."""
+        if self.length < 1:
+            raise UsageError(f"seconds is {seconds:g}; an episode has at least one tick of {self.sim.dt:g} s")
+        self._agents = {name: ByAction() for name in self.robots}
+        self._pilots: dict[str, Pilot] = {}
+        self._noticed: dict[str, Noticed] = {}
+        self._step: Step | None = None
+
+    @property
+    def step(self) -> Step:
+        """What the last step came to.
+
+        Raises:
+            UsageError: There was none.
+        """
+        if self._step is None:
+            raise UsageError("reset the environment before its first step")
+        return self._step
+
+    def begin(self, seed: int) -> None:
+        """Begin an episode; everything in it follows from its seed and the actions."""
+        sim = self.sim
+        sim.reset(seed)
+        self._place(seed)
+        sim.happened()
+        drivers = drivers_of(self.world)
+        for name, agent in self._agents.items():
+            drivers[name] = replace(drivers[name], navigator=agent)
+        self._pilots = {
+            name: Pilot(driver, self._told(name), dict(sim.catalogue), sim.map, seed=seed)
+            for name, driver in drivers.items()
+            if name in self._agents or name in self.world.run.drivers
+        }
+        for channels in self.channels.values():
+            for channel in channels.values():
+                channel.start()
+        self._notice()
+        truths = sim.truths()
+        self._step = self._made(before=truths, wanted={}, command={})
+
+    def go_on(self, action: Any) -> None:
+        """Go on by one tick.
+
+        Args:
+            action: An array, or with several robots a dict of them by robot.
+
+        Raises:
+            UsageError: An action does not fit, or there was no beginning.
+            MjsimError: As `ticks`.
+        """
+        before = self.step.truth
+        for name, each in self._by_robot(action).items():
+            self._agents[name].wanted = self.actions[name].command(each)
+        orders = {name: pilot.order(self._noticed[name]) for name, pilot in self._pilots.items()}
+        for name, order in orders.items():
+            self.sim.apply(name, order.command)
+        self.sim.step()
+        self._notice()
+        blocked = {name: tuple(e for e in order.events if e.kind == "blocked") for name, order in orders.items()}
+        made = self._made(
+            before=before,
+            wanted={name: order.wanted for name, order in orders.items()},
+            command={name: order.command for name, order in orders.items()},
+        )
+        events = {name: (*blocked[name], *made.events[name]) for name in blocked}
+        self._step = replace(made, events=events)
+
+    def observation(self) -> Seen:
+        """Return new arrays of what the driven robots observe now."""
+        seen = {n: {key: channel.value() for key, channel in each.items()} for n, each in self.channels.items()}
+        return seen[self.robots[0]] if self.together else seen
+
+    def reward(self) -> float:
+        """Return the reward of the last step.
+
+        Raises:
+            ModuleFault: The task's function returned something else than a finite number.
+        """
+        value: object = self.task.reward(self.step)
+        try:
+            number = float(value)  # type: ignore[arg-type]  # what is no number is told below
+        except (TypeError, ValueError):
+            number = math.nan
+        if not math.isfinite(number):
+            raise self._fault("reward", self.task.reward, value, "a finite number")
+        return number
+
+    def terminated(self) -> bool:
+        """Say whether the last step ended the episode.
+
+        Raises:
+            ModuleFault: The task's function returned something else than True or False.
+        """
+        value: object = self.task.terminated(self.step)
+        if type(value).__name__ not in ("bool", "bool_"):
+            raise self._fault("terminated", self.task.terminated, value, "True or False")
+        return bool(value)
+
+    @property
+    def over(self) -> bool:
+        """Whether the time of the episode is over."""
+        return self.sim.tick >= self.length
+
+    def close(self) -> None:
+        """Give back what the cameras draw with."""
+        self.sim.close()
+
+    def _place(self, seed: int) -> None:
+        taken: list[Taken] = [
+            (pose.x, pose.y, self.sim.robots[name].radius)
+            for name, pose in self.sim.truths().items()
+            if name not in self._places
+        ]
+        for name, places in self._places.items():
+            pose = places.draw(stream(seed, name, "environment/start"), taken)
+            self.sim.move(name, pose)
+            taken.append((pose.x, pose.y, self.sim.robots[name].radius))
+
+    def _told(self, name: str) -> RobotInfo:
+        """Return what a robot's modules are told of it: also where it begins this time."""
+        info = self.sim.robots[name]
+        return replace(info, prior=self.sim.truth(name)) if name in self._places else info
+
+    def _notice(self) -> None:
+        seen = {name: self.sim.sense(name) for name in self._pilots}
+        self._noticed = {name: pilot.notice(seen[name]) for name, pilot in self._pilots.items()}
+        for name, channels in self.channels.items():
+            for channel in channels.values():
+                channel.look(self._noticed[name])
+
+    def _made(
+        self,
+        *,
+        before: Mapping[str, Pose],
+        wanted: Mapping[str, Command | WheelCommand],
+        command: Mapping[str, Command | WheelCommand],
+    ) -> Step:
+        return Step(
+            time=self.sim.time,
+            truth=self.sim.truths(),
+            before=before,
+            things=self.sim.things(),
+            seen={name: noticed.seen for name, noticed in self._noticed.items()},
+            belief={name: noticed.belief for name, noticed in self._noticed.items()},
+            wanted=wanted,
+            command=command,
+            events={name: noticed.events for name, noticed in self._noticed.items()},
+            happened=self.sim.happened(),
+        )
+
+    def _by_robot(self, action: Any) -> Mapping[str, object]:
+        if self.together:
+            return {self.robots[0]: action}
+        if not isinstance(action, Mapping):
+            raise UsageError(f"the action is {action!r}; it must be a dict by robot: {', '.join(self.robots)}")
+        for name in action:
+            if name not in self.actions:
+                raise UsageError(f"no robot '{name}' is driven by actions{did_you_mean(str(name), self.robots)}")
+        if missing := [name for name in self.robots if name not in action]:
+            raise UsageError(f"no action for robot '{missing[0]}'; each step needs one of {', '.join(self.robots)}")
+        return action
+
+    def _fault(self, part: str, function: object, value: object, right: str) -> ModuleFault:
+        name = getattr(function, "__name__", type(function).__name__)
+        return ModuleFault(f"{part} {name} at {self.sim.time:.2f} s returned {value!r}; it must be {right}")
+
+
+def _stripped(world: World, driven: Sequence[str], observations: Sequence[str] | None) -> World:
+    """Return the world without the modules and sensors of driven robots that nobody asks.
+
+    What stays is as it was to the last bit, since each sensor draws its chance from streams of its own.
+    """
+    chosen = set(observations or ())
+    drivers, robots = dict(world.run.drivers), list(world.robots)
+    for index, robot in enumerate(robots):
+        if robot.name not in driven:
+            continue
+        modules = drivers.get(robot.name, Modules()).model_copy(update={"navigator": None})
+        if not chosen & {"sightings", "estimate"}:
+            modules = modules.model_copy(update={"observer": None})
+        if "estimate" not in chosen:
+            modules = modules.model_copy(update={"estimator": None})
+        drivers[robot.name] = modules
+        asked = modules.observer or modules.estimator or not isinstance(modules.avoidance, bool)
+        if observations is not None and not asked:
+            sensors = tuple(sensor for sensor in robot.sensors if _is_chosen(sensor, chosen))
+            robots[index] = robot.model_copy(update={"sensors": sensors})
+    run = world.run.model_copy(update={"drivers": drivers})
+    return world.model_copy(update={"robots": tuple(robots), "run": run})
+
+
+def _is_chosen(sensor: AnySensor, chosen: Collection[str]) -> bool:
+    return name_of(sensor) in chosen or (isinstance(sensor, BeaconSensor) and "sightings" in chosen)

@@ -1,0 +1,85 @@
+"""Free places to begin at: where a robot touches nothing, and which it could reach from its own start."""
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from numpy.random import Generator
+
+from mjsim.errors import UsageError
+from mjsim.geometry import Pose
+from mjsim.world import World
+from mjsim.world.doors import leaves
+from mjsim.world.plan import SLICE, solid
+from mjsim.world.robots import Robot
+from mjsim.world.standing import Solids
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+ROOM = 0.05
+"""Left free around the body [m]."""
+TRIES = 10_000
+"""Places that are tried before there is none."""
+OPEN = 5.0
+"""How far from its start a robot begins, each way, where no walls are [m]."""
+
+Taken = tuple[float, float, float]
+"""Place [m, m] and radius [m] of a robot that stands somewhere."""
+
+
+class Starts:
+    """Draws poses for one robot."""
+
+    def __init__(self, world: World, robot: Robot) -> None:
+        """Find out where it can go."""
+        from shapely import Polygon, prepare, unary_union
+
+        self._robot, self._solids = robot, Solids(world)
+        self._radius = robot.body.radius + ROOM
+        doors = [Polygon(leaf.pose(0.0).transform(leaf.outline())) for leaf in leaves(world)]
+        self._doors = unary_union(doors).buffer(self._radius)
+        self._free = _reachable(world, robot, self._radius)
+        prepare(self._free)
+        prepare(self._doors)
+
+    def draw(self, rng: Generator, taken: Sequence[Taken]) -> Pose:
+        """Return a pose; all free places and headings are equally likely.
+
+        Args:
+            rng: Source of chance.
+            taken: Where other robots stand.
+
+        Raises:
+            UsageError: No place was found.
+        """
+        west, south, east, north = self._free.bounds
+        for _ in range(TRIES):
+            x, y, heading = rng.uniform((west, south, -math.pi), (east, north, math.pi)).tolist()
+            if self._fits(x, y) and all(
+                math.hypot(x - other_x, y - other_y) > self._radius + radius for other_x, other_y, radius in taken
+            ):
+                return Pose(x, y, heading)
+        raise UsageError(f"no free place for robot '{self._robot.name}' in {TRIES} tries; leave out random_starts")
+
+    def _fits(self, x: float, y: float) -> bool:
+        from shapely import Point
+
+        spot = Point(x, y)
+        if not self._free.intersects(spot) or self._doors.intersects(spot):
+            return False
+        disc = spot.buffer(self._radius)
+        return self._solids.reached(disc, depth=0.0, low=0.0, high=self._robot.body.height) is None
+
+
+def _reachable(world: World, robot: Robot, radius: float) -> "BaseGeometry":
+    """Return the part of the free plane that holds a robot's start, or is nearest to it; doors stand open."""
+    from shapely import Point, box, get_parts
+
+    start, walls = Point(robot.at), solid(world, height=min(SLICE, robot.body.height / 2))
+    bounds = box(*walls.bounds) if world.walls else start.buffer(OPEN, cap_style="square")
+    free = bounds.difference(walls.buffer(radius))
+    if free.is_empty:
+        raise UsageError(f"no free place for robot '{robot.name}'; it is too wide for this world")
+    nearest: BaseGeometry = min(get_parts(free), key=start.distance)
+    return nearest

@@ -1,0 +1,116 @@
+"""Tasks as Gymnasium has them: one environment, and several side by side."""
+
+import importlib
+import tomllib
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from learning import NUMBERS, ROOM, advance, alike, room, task, touched
+
+from mjsim.env import GymEnvironment, Task, register, vector_environment
+from mjsim.errors import UsageError
+from mjsim.world import parse_world
+
+register()  # Where mjsim is installed Gymnasium has done so itself.
+
+
+@pytest.mark.parametrize("keys", [{}, {"actions": "wheels", "random_starts": True}, {"robots": ["other", "scout"]}])
+def test_gymnasium_finds_nothing_to_complain_of(keys):
+    observations = ("odometry", "bump") if "robots" in keys else NUMBERS
+    env = gymnasium.make("mjsim/World-v0", task=task(observations=observations, **keys))
+    # Warnings are errors in these tests.
+    check_env(env.unwrapped, skip_render_check=True)
+    env.close()
+
+
+@pytest.mark.slow
+def test_gymnasium_finds_nothing_to_complain_of_in_pictures_either():
+    world = parse_world(ROOM.replace("noise: 3}", "noise: 3, depth: true}"))
+    env = gymnasium.make("mjsim/World-v0", task=task(world=world, observations=None), render_mode="rgb_array")
+    check_env(env.unwrapped)
+    observation, _ = env.reset(seed=1)
+    assert observation["front"].shape == (24, 32, 3)
+    assert observation["front"].dtype == np.uint8
+    assert observation["front"].std() > 10
+    assert 0.0 < observation["front_depth"].min() < observation["front_depth"].max() <= 10.0
+    picture = env.render()
+    assert picture.shape == (360, 640, 3)
+    env.step(np.array([0.0, 1.0]))
+    assert (env.render() != picture).any()
+    env.close()
+    env.close()
+
+
+def test_an_episode_is_cut_off_when_its_time_is_over_and_ends_when_the_task_says_so():
+    env = GymEnvironment(task(observations=["bump"], seconds=0.4))
+    env.reset(seed=1)
+    ends = [env.step(np.zeros(2))[2:4] for _ in range(10)]
+    assert ends == [(False, False)] * 9 + [(False, True)]
+    env.reset(seed=1)
+    env.step(np.array([-1.0, 0.0]))
+    ended = GymEnvironment(task(observations=["bump"]))
+    ended.reset(seed=1)
+    steps = [ended.step(np.array([-1.0, 0.0])) for _ in range(48)]
+    assert [step[2] for step in steps].index(True) > 20
+    assert steps[-1][3] is False
+    assert sum(step[1] for step in steps) == pytest.approx(ended.latest.truth["scout"].x - 1.0)
+
+
+def test_without_a_seed_each_episode_is_another_and_all_follow_from_the_first():
+    one, other = (GymEnvironment(task(observations=["odometry"])) for _ in range(2))
+    for env in (one, other):
+        env.reset(seed=5)
+    first, second = one.reset()[1]["seed"], one.reset()[1]["seed"]
+    assert first != second
+    assert [other.reset()[1]["seed"] for _ in range(2)] == [first, second]
+
+
+def test_what_an_action_of_one_stands_for_is_told():
+    env = GymEnvironment(task(observations=["odometry"], robots=["scout", "other"]))
+    largest = env.largest
+    assert largest["other"] == pytest.approx([0.22, 2.84], rel=1e-3)
+    assert env.action_space["other"].shape == (2,)
+    with pytest.raises(UsageError, match="render_mode is 'human'; it must be 'rgb_array' or None"):
+        GymEnvironment(task(), render_mode="human")
+
+
+def test_gymnasium_is_told_of_the_world_when_it_is_imported():
+    project = tomllib.loads((Path(__file__).parent.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    place, _, name = project["entry-points"]["gymnasium.envs"]["__root__"].partition(":")
+    getattr(importlib.import_module(place), name)()
+    assert gymnasium.spec("mjsim/World-v0").entry_point == "mjsim.env.gym:GymEnvironment"
+
+
+@pytest.mark.slow
+def test_environments_side_by_side_are_the_single_ones_of_their_seeds():
+    short = Task(world=room(), observations=["scan"], reward=advance, terminated=touched, seconds=0.4)
+    actions = np.random.default_rng(0).uniform(-1, 1, (15, 2, 2)).astype(np.float32)
+    side_by_side = vector_environment(short, 2)
+    seen = [side_by_side.reset(seed=7)[0]["scan"]]
+    rewards, cut = [], []
+    for action in actions:
+        observation, reward, _, truncated, _ = side_by_side.step(action)
+        seen.append(observation["scan"])
+        rewards.append(reward)
+        cut.append(truncated)
+    side_by_side.close()
+    for number in range(2):
+        env = GymEnvironment(short)
+        expected = [env.reset(seed=7 + number)[0]["scan"]]
+        for row, action in enumerate(actions):
+            if row == 10:  # the step after the end begins anew
+                expected.append(env.reset()[0]["scan"])
+                continue
+            observation, reward, _, truncated, _ = env.step(action[number])
+            expected.append(observation["scan"])
+            assert rewards[row][number] == reward
+            assert cut[row][number] == truncated
+        assert all(alike(row[number], each) for row, each in zip(seen, expected, strict=True))
+
+
+def test_no_environment_at_all_is_refused():
+    with pytest.raises(UsageError, match="count is 0; there is at least one environment"):
+        vector_environment(task(), 0)
