@@ -1,26 +1,20 @@
 """Tasks as Gymnasium has them: one environment, and several side by side."""
 
-import importlib
-import tomllib
-from pathlib import Path
-
 import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 from learning import NUMBERS, ROOM, advance, alike, room, task, touched
 
-from mjsim.env import GymEnvironment, Task, register, vector_environment
+from mjsim.env import GymEnvironment, Task, vector_environment
 from mjsim.errors import UsageError
 from mjsim.world import parse_world
-
-register()  # Where mjsim is installed Gymnasium has done so itself.
 
 
 @pytest.mark.parametrize("keys", [{}, {"actions": "wheels", "random_starts": True}, {"robots": ["other", "scout"]}])
 def test_gymnasium_finds_nothing_to_complain_of(keys):
     observations = ("odometry", "bump") if "robots" in keys else NUMBERS
-    env = gymnasium.make("mjsim/World-v0", task=task(observations=observations, **keys))
+    env = gymnasium.make("mjsim.env.gym:mjsim/World-v0", task=task(observations=observations, **keys))
     # Warnings are errors in these tests.
     check_env(env.unwrapped, skip_render_check=True)
     env.close()
@@ -29,7 +23,9 @@ def test_gymnasium_finds_nothing_to_complain_of(keys):
 @pytest.mark.slow
 def test_gymnasium_finds_nothing_to_complain_of_in_pictures_either():
     world = parse_world(ROOM.replace("noise: 3}", "noise: 3, depth: true}"))
-    env = gymnasium.make("mjsim/World-v0", task=task(world=world, observations=None), render_mode="rgb_array")
+    env = gymnasium.make(
+        "mjsim.env.gym:mjsim/World-v0", task=task(world=world, observations=None), render_mode="rgb_array"
+    )
     check_env(env.unwrapped)
     observation, _ = env.reset(seed=1)
     assert observation["front"].shape == (24, 32, 3)
@@ -75,13 +71,6 @@ def test_what_an_action_of_one_stands_for_is_told():
     assert env.action_space["other"].shape == (2,)
     with pytest.raises(UsageError, match="render_mode is 'human'; it must be 'rgb_array' or None"):
         GymEnvironment(task(), render_mode="human")
-
-
-def test_gymnasium_is_told_of_the_world_when_it_is_imported():
-    project = tomllib.loads((Path(__file__).parent.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    place, _, name = project["entry-points"]["gymnasium.envs"]["__root__"].partition(":")
-    getattr(importlib.import_module(place), name)()
-    assert gymnasium.spec("mjsim/World-v0").entry_point == "mjsim.env.gym:GymEnvironment"
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from mjsim.env.gym import GymEnvironment
     from mjsim.env.vector import vector_environment
 
-__all__ = ["DmEnvironment", "GymEnvironment", "Step", "Task", "register", "vector_environment"]
+__all__ = ["DmEnvironment", "GymEnvironment", "Step", "Task", "vector_environment"]
 
 _LATER = {
     "DmEnvironment": "mjsim.env.control",
@@ -26,14 +26,6 @@ _MISSING = {
     "dm_control": "dm-control is not installed, which has releases for Python 3.11 and 3.12 only; use GymEnvironment",
     "gymnasium": "gymnasium is not installed; type: pip install 'mjsim[gymnasium]'",
 }
-
-
-def register() -> None:
-    """Tell Gymnasium of `mjsim/World-v0`; it calls this by itself when it is imported."""
-    from gymnasium import register, registry
-
-    if "mjsim/World-v0" not in registry:
-        register(id="mjsim/World-v0", entry_point="mjsim.env.gym:GymEnvironment")
 
 
 def __getattr__(name: str) -> Any:

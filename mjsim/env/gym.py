@@ -103,3 +103,7 @@ def _space(channels: dict[str, Channel]) -> spaces.Dict:
     return spaces.Dict(
         {name: spaces.Box(each.low, each.high, dtype=each.low.dtype.type) for name, each in channels.items()}
     )
+
+
+# `gymnasium.make("mjsim.env.gym:mjsim/World-v0", task=...)` imports this module to learn what to make.
+gymnasium.register(id="mjsim/World-v0", entry_point="mjsim.env.gym:GymEnvironment")
