@@ -37,8 +37,10 @@ TILE_MISFIT = 0.4
 """Energy of a tile's difference, relative to the picture's contrast, above which it is taken for hidden."""
 NEEDED_CORRELATION = 0.8
 """Of a picture with its image, for it to be there."""
-SETTLED = 5e-4
-"""Correction below which the place no longer changes, of half the picture's size."""
+STRIDE = 0.8
+"""Share of a Gauss-Newton step that is taken: slopes of the smoothed picture are a fifth too small, steps too long."""
+SETTLED = 1.5e-3
+"""Correction below which the place no longer changes, of half the picture's size; what is left is a tenth of it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,6 +64,8 @@ class _Fit:
     homography: Array
     values: NDArray[np.float32]
     """Of the image at the template's inner pixels."""
+    left: NDArray[np.float32]
+    """What the solution leaves of them, 0 where they do not count."""
     seen: Mask | None
     """Which of them count; None for all."""
     inverse: Array
@@ -138,11 +142,9 @@ def _fitting(templates: tuple[Template, ...], homography: Array) -> int:
 
 def _sample(image: ImagePyramid, image_from_pixel: Array, size: tuple[int, int]) -> Gray:
     """Return the image as pixels of a template see it, from the level of the pyramid with the same detail."""
-    x, y = size[0] / 2.0, size[1] / 2.0
-    (ax, ay), (bx, by), (cx, cy) = apply_homography(
-        image_from_pixel, np.array([[x, y], [x + 1.0, y], [x, y + 1.0]])
-    ).tolist()
-    level = image.level(abs((bx - ax) * (cy - ay) - (cx - ax) * (by - ay)))
+    # At the middle a pixel covers an area of det H / w^3: the determinant of the homography's derivative.
+    w = float(image_from_pixel[2] @ (size[0] / 2.0, size[1] / 2.0, 1.0))
+    level = image.level(abs(float(np.linalg.det(image_from_pixel)) / w**3))
     mapping = image_from_pixel * np.array([[0.5**level], [0.5**level], [1.0]])
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     sampled = cv2.warpPerspective(image.image(level), mapping, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
@@ -167,7 +169,7 @@ def _refine(template: Template, image: ImagePyramid, homography: Array, *, hidde
         gain = float(solution[8])
         if gain < 0.1:
             return None
-        p = np.clip(solution[:8] / gain, -0.3, 0.3)
+        p = STRIDE * np.clip(solution[:8] / gain, -0.3, 0.3)
         a, b, c, d, e, f, g, h = p.tolist()
         # The correction in unit coordinates, brought to the plane's metres.
         k = template.unit
@@ -176,7 +178,10 @@ def _refine(template: Template, image: ImagePyramid, homography: Array, *, hidde
         settled = bool(np.abs(p).max() < SETTLED)
         if settled:
             break
-    return _Fit(homography / homography[2, 2], values, seen, inverse, solution, settled)
+    left = values - template.design @ solution.astype(np.float32)
+    if seen is not None:
+        left *= seen
+    return _Fit(homography / homography[2, 2], values, left, seen, inverse, solution, settled)
 
 
 def _seen(template: Template, size: tuple[int, int], image_from_pixel: Array, hidden: Mask | None) -> Mask | None:
@@ -196,9 +201,7 @@ def _seen(template: Template, size: tuple[int, int], image_from_pixel: Array, hi
 
 def _hidden_tiles(template: Template, fit: _Fit) -> Mask:
     """Return for each tile whether what is seen there is something else, shape (TILES^2,)."""
-    left = fit.values - template.design @ fit.solution.astype(np.float32)
-    if fit.seen is not None:
-        left = np.where(fit.seen, left, np.float32(0.0))
+    left = fit.left
     limit = TILE_MISFIT * fit.solution[8] ** 2 * template.contrast
     if float(left @ left) < limit * np.min(template.tile_pixels):
         return np.zeros(TILES**2, dtype=bool)
@@ -211,23 +214,27 @@ def _judge(template: Template, fit: _Fit) -> Alignment:
     References:
         Liang, Zeger, Biometrika 73(1), 1986: covariance of a fit whose errors depend on each other within blocks.
     """
-    left = fit.values - template.design @ fit.solution.astype(np.float32)
     values, own = fit.values, template.own
     if fit.seen is not None:
-        left = np.where(fit.seen, left, np.float32(0.0))
         values, own = values[fit.seen], own[fit.seen]
     # Summed by block first: large products of thin matrices would wake all threads of the linear algebra.
-    scores = np.stack([np.bincount(template.blocks, weights=column * left) for column in template.design.T])
-    pulls = fit.inverse[:8] @ scores
+    scores = np.add.reduceat(template.design * fit.left[:, None], template.blocks, axis=0)
+    pulls = fit.inverse[:8] @ scores.T
     correction = pulls @ pulls.T / fit.solution[8] ** 2
     D = _corners_by_correction(template, fit.homography)
     seen_area = quadrilateral_area(apply_homography(fit.homography, template.corners))
     return Alignment(
         homography=fit.homography,
         covariance=D @ correction @ D.T,
-        correlation=float(np.corrcoef(values, own)[0, 1]),
+        correlation=_correlation(values, own),
         pixel=float(np.sqrt(max(seen_area, 1.0) / template.gray.size)),
     )
+
+
+def _correlation(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
+    """Return how alike the ups and downs of two rows of values are, from -1 to 1."""
+    a, b = one - one.mean(), other - other.mean()
+    return float(a @ b / np.sqrt(max(float(a @ a) * float(b @ b), 1e-9)))
 
 
 def _corners_by_correction(template: Template, homography: Array) -> Array:

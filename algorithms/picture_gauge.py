@@ -70,18 +70,21 @@ class PictureGauge:
         if not self._plausible(homography, view.intrinsics):
             return None
         near = search_near(self._templates, view.pyramid, homography)
-        return self.at(near, view, guess=(rotation, position))
+        return self._measured(near, view, guess=(rotation, position))
 
-    def at(self, homography: Array, view: View, *, guess: tuple[Array, Array] | None = None) -> FoundPicture | None:
+    def at(self, homography: Array, view: View) -> FoundPicture | None:
         """Return the picture with its pose when it lies in the image near a homography, else None.
 
         Args:
             homography: From the picture's plane [m] to the image [px], shape (3, 3).
             view: Where to look.
-            guess: Rotation (3, 3) and position (3,) [m] near the pose.
         """
-        if not self._plausible(homography, view.intrinsics):
-            return None
+        return self._measured(homography, view) if self._plausible(homography, view.intrinsics) else None
+
+    def _measured(
+        self, homography: Array, view: View, *, guess: tuple[Array, Array] | None = None
+    ) -> FoundPicture | None:
+        """Return the picture near a homography; its pose is sought from a guess, (3, 3) and (3,), if there is one."""
         alignment = align(self._templates, view.pyramid, homography)
         if alignment is None or not self._plausible(alignment.homography, view.intrinsics):
             return None

@@ -23,7 +23,7 @@ BLUR = 0.6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Template:
-    """A picture at one size. What is by pixel leaves out a rim and has one row for each of the n others."""
+    """A picture at one size. What is by pixel leaves out a rim; it has one row for each of the n others, by block."""
 
     gray: Gray
     """Shape (rows, columns)."""
@@ -38,13 +38,13 @@ class Template:
     inner: NDArray[np.intp]
     """Index of each pixel in the raveled template, shape (n,)."""
     own: NDArray[np.float32]
-    """Its value, shape (n,)."""
+    """Its value less the mean of all, shape (n,)."""
     tiles: NDArray[np.intp]
     """Its tile, shape (n,)."""
     tile_pixels: NDArray[np.intp]
     """How many pixels each tile has, shape (TILES^2,)."""
     blocks: NDArray[np.intp]
-    """Its block of BLOCK x BLOCK neighbours, shape (n,)."""
+    """Where each block of BLOCK x BLOCK neighbours begins among the n, shape (blocks,)."""
     design: NDArray[np.float32]
     """How it changes with eight numbers of a homography, gain, offset and two slopes, shape (n, 12)."""
     normal: Array
@@ -74,6 +74,10 @@ def _make_template(gray: Gray, width: float, side: int) -> Template:
     # The image's pixels on the edge are part wall.
     rim = max(1, round(0.03 * side))
     inner = np.flatnonzero((row >= rim) & (row < rows - rim) & (column >= rim) & (column < columns - rim))
+    block = (row // BLOCK * (columns // BLOCK + 1) + column // BLOCK)[inner]
+    order = np.argsort(block, kind="stable")
+    inner = inner[order]
+    own = small.reshape(-1)[inner]
     tiles = (row * TILES // rows * TILES + column * TILES // columns)[inner]
     design = _design(small, (x0 * unit, y0 * unit), (dx * unit, dy * unit))[inner]
     normal = (design.T @ design).astype(float)
@@ -85,14 +89,14 @@ def _make_template(gray: Gray, width: float, side: int) -> Template:
         unit=unit,
         corners=np.array([[-w, -h], [w, -h], [w, h], [-w, h]]),
         inner=inner,
-        own=small.reshape(-1)[inner],
+        own=own - own.mean(),
         tiles=tiles,
         tile_pixels=np.bincount(tiles, minlength=TILES**2),
-        blocks=(row // BLOCK * (columns // BLOCK + 1) + column // BLOCK)[inner],
+        blocks=np.unique(block[order], return_index=True)[1],
         design=design,
         normal=normal,
         inverse=np.linalg.inv(normal),
-        contrast=float(np.var(small.reshape(-1)[inner])),
+        contrast=float(np.var(own)),
     )
 
 

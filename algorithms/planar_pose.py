@@ -75,8 +75,8 @@ def fit_pose(
 ) -> PlanarPose:
     """Return the pose that explains the corners best.
 
-    Without a guess, or with one that leads nowhere, both poses that a plane seen nearly head-on may have are
-    refined, and the better one is returned.
+    Without a guess, or when what it leads to explains them badly, both poses that a plane seen nearly head-on may
+    have are refined, and the better one is returned.
 
     Args:
         corners: Image of the corners from the picture's top left clockwise, shape (4, 2) [px].
@@ -94,13 +94,16 @@ def fit_pose(
         fit = _refine(*guess, points, corners, information, intrinsics)
         if fit.misfit < LIKELY_MISFIT:
             return fit
-    rotation, position = pose_from_homography(homography_between(points[:, :2], corners), intrinsics)
+        rotation, position = fit.rotation, fit.position
+    else:
+        rotation, position = pose_from_homography(homography_between(points[:, :2], corners), intrinsics)
+        fit = _refine(rotation, position, points, corners, information, intrinsics)
     sight = position / np.linalg.norm(position)
     normal = rotation[:, 2]
     # The other pose has its normal mirrored at the line of sight.
     mirrored = rotation_between(normal, 2.0 * (normal @ sight) * sight - normal) @ rotation
-    fits = [_refine(turn, position, points, corners, information, intrinsics) for turn in (rotation, mirrored)]
-    return min(fits, key=lambda fit: fit.misfit)
+    other = _refine(mirrored, position, points, corners, information, intrinsics)
+    return min(fit, other, key=lambda each: each.misfit)
 
 
 def homography_between(source: Array, target: Array) -> Array:
@@ -131,7 +134,8 @@ def _refine(
         step: Array = np.asarray(np.linalg.solve(H.T @ information @ H, H.T @ information @ error), dtype=float)
         position = position + step[:3]
         rotation = rotation_of(step[3:]) @ rotation
-        if np.abs(step).max() < 1e-5:
+        # The error after a step goes with its square.
+        if np.abs(step).max() < 1e-4:
             break
     error, H = _corner_error(rotation, position, points, corners, intrinsics)
     covariance: Array = np.asarray(np.linalg.inv(H.T @ information @ H), dtype=float)
@@ -143,15 +147,18 @@ def _corner_error(
 ) -> tuple[Array, Array]:
     """Return seen minus predicted corners, shape (8,) [px], and the derivative of the prediction, shape (8, 6)."""
     turned = points @ rotation.T
-    x, y, z = (turned + position).T
     a, b, c = turned.T
-    fu, fv, zero = intrinsics.fx / z, intrinsics.fy / z, np.zeros(4)
-    # By position, then by a small turn w of the camera's axes, which moves (a, b, c) by w x (a, b, c).
+    x, y, z = (turned + position).T
     u, v = x / z, y / z
-    by_u = np.stack([fu, zero, -fu * u, -fu * u * b, fu * (c + u * a), -fu * b], axis=1)
-    by_v = np.stack([zero, fv, -fv * v, -fv * (c + v * b), fv * v * a, fv * a], axis=1)
-    predicted = np.stack([intrinsics.fx * u + intrinsics.cx, intrinsics.fy * v + intrinsics.cy], axis=1)
-    return (corners - predicted).ravel(), np.stack([by_u, by_v], axis=1).reshape(8, 6)
+    # By position, then by a small turn w of the camera's axes, which moves (a, b, c) by w x (a, b, c).
+    H = np.zeros((4, 2, 6))
+    H[:, 0, 0] = H[:, 1, 1] = 1.0
+    H[:, 0, 2], H[:, 1, 2] = -u, -v
+    H[:, 0, 3], H[:, 0, 4], H[:, 0, 5] = -u * b, c + u * a, -b
+    H[:, 1, 3], H[:, 1, 4], H[:, 1, 5] = -c - v * b, v * a, a
+    H *= np.array([[intrinsics.fx], [intrinsics.fy]]) / z[:, None, None]
+    predicted = np.array([intrinsics.fx * u + intrinsics.cx, intrinsics.fy * v + intrinsics.cy]).T
+    return (corners - predicted).ravel(), H.reshape(8, 6)
 
 
 def rotation_of(vector: Array) -> Array:
