@@ -1,0 +1,264 @@
+"""The five experiments: each records a shipped world of `worlds/classic`, and measures the recording."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from importlib import resources
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.experiments import plots
+from mjsim.experiments.finding import Result, at_least, at_most, exactly, within
+from mjsim.experiments.offline import triangulated
+from mjsim.experiments.page import write_page
+from mjsim.geometry import Array
+from mjsim.record import Recording, Track
+from mjsim.report import metrics, statistics
+from mjsim.run import drivers_of, run, ticks
+from mjsim.sim import Simulation
+from mjsim.world import World, load_world
+from mjsim.world.plan import solid
+
+ROBOT = "scout"
+"""Every classic world has one robot, and it is called so."""
+REPEATS = 20
+"""How many runs tell whether an error is as large as predicted."""
+CORNER = 0.5
+"""Side of the square in each corner of the room that a robot which covers it touches [m]."""
+
+Progress = Callable[[str, float], None]
+"""Told which experiment is running, and how much of it is done, from 0 to 1."""
+
+
+def bump(recording: Recording) -> Result:
+    """Tell what happens to a robot that drives into a wall: it bumps, stops, wriggles, and passes nothing."""
+    track = recording.robots[ROBOT]
+    first = next((event.time for event in track.events if event.kind == "bump"), np.inf)
+    after = track.truth[track.time > first + 1.0]
+    travel = np.hypot(*(after[:, :2] - after[:1, :2]).T) if len(after) else np.array([np.inf])
+    turned = np.ptp(np.unwrap(after[:, 2])) if len(after) else 0.0
+    return Result(
+        name="bump",
+        title="1. Into the wall",
+        question="Avoidance off, told only to go forward: what does the robot do?",
+        findings=(
+            at_least("bumps", sum(event.kind == "bump" for event in track.events), 1),
+            at_most("it gets no further, after the bump [m]", travel.max(), 0.05),
+            at_least("it wriggles: turns to and fro by [deg]", np.degrees(turned), 1.0),
+            at_most("deepest its body comes into a wall [m]", _deepest(recording), 0.005),
+        ),
+        pictures=(
+            plots.way("bump", "The way into the wall", recording),
+            plots.wriggling("bump", "Speed and heading: it stops, and wriggles", track, first),
+        ),
+    )
+
+
+def odometry(recording: Recording, repeats: tuple[Array, Array, Array]) -> Result:
+    """Tell whether the error of dead reckoning grows as its covariance says.
+
+    Args:
+        recording: Of one run.
+        repeats: Truth (R, N, 3), estimate (R, N, 3) and covariance (R, N, 3, 3) of R runs with other seeds.
+    """
+    truth, estimate, covariance = repeats
+    runs, rows = truth.shape[:2]
+    nees = metrics.normalised_errors(
+        truth.reshape(-1, 3), estimate.reshape(-1, 3), covariance.reshape(-1, 3, 3)
+    ).reshape(runs, rows)
+    low, high = plots.band(runs)
+    mean = nees[:, rows // 20 :].mean(axis=0)
+    error = np.sqrt(np.mean(np.sum((estimate - truth)[..., :2] ** 2, axis=-1), axis=0))
+    sigma = np.sqrt(np.mean(covariance[..., 0, 0] + covariance[..., 1, 1], axis=0))
+    quarter = rows // 4
+    return Result(
+        name="odometry",
+        title="2. Odometry alone",
+        question="No beacons: do the error and its predicted covariance grow together?",
+        findings=(
+            at_least("error at the end, over that after a quarter", error[-1] / error[quarter], 1.5),
+            at_least("predicted deviation at the end, over that after a quarter", sigma[-1] / sigma[quarter], 1.5),
+            within("error at the end, over the predicted deviation", error[-1] / sigma[-1], 0.7, 1.3),
+            at_least(f"share of times when the NEES of {runs} runs is in its 95 % band", _share(mean, low, high), 0.8),
+        ),
+        pictures=(
+            plots.way("odometry", "Where the robot believes it goes, and where it goes; 95 % ellipses", recording),
+            plots.growth("odometry", f"Error of {runs} runs, and what was predicted", recording.time, repeats),
+        ),
+    )
+
+
+def avoidance(recording: Recording) -> Result:
+    """Tell whether a robot told only to go forward comes everywhere without a bump."""
+    track = recording.robots[ROBOT]
+    figures = statistics(recording)[ROBOT]
+    return Result(
+        name="avoidance",
+        title="3. Avoidance",
+        question="Avoidance on, told only to go forward: does it come to every corner without a bump?",
+        findings=(
+            at_least("minutes driven", track.time[-1] / 60.0, 10),
+            exactly("bumps", figures["bumps"], 0),
+            exactly("corners of the room that it came to", _corners(recording.world, track), 4),
+            at_least("coverage of the floor that it can reach", figures["coverage"], 0.75),
+        ),
+        pictures=(plots.trail("avoidance", "A quarter of an hour", recording),),
+    )
+
+
+def triangulation(recording: Recording) -> Result:
+    """Tell how well recorded pictures say where they were taken."""
+    fixes = triangulated(recording, ROBOT, "front")
+    errors = np.hypot(*(fixes.position - fixes.truth).T)
+    return Result(
+        name="triangulation",
+        title="4. Triangulation",
+        question="Recorded pictures, triangulated offline: how far is the estimated from the true position?",
+        findings=(
+            at_least("positions triangulated", len(errors), 100),
+            at_most("error, mean [m]", errors.mean(), 0.10),
+            at_most("error, largest [m]", errors.max(), 0.50),
+            exactly("pictures taken for another one", fixes.wrong, 0),
+        ),
+        pictures=(
+            plots.fixes("triangulation", "True and triangulated positions", recording, fixes),
+            plots.fix_errors("triangulation", "Error of each position", fixes),
+        ),
+    )
+
+
+def slam(recording: Recording) -> Result:
+    """Tell how well a robot that knows nothing of the room finds itself and maps it."""
+    track, figures = recording.robots[ROBOT], statistics(recording)[ROBOT]
+    errors = metrics.position_errors(track.truth, track.estimate)
+    drift = metrics.position_errors(track.truth, track.odometry)
+    last = track.time > 2.0 / 3.0 * track.time[-1]
+    beacons = len(recording.world.beacons)
+    return Result(
+        name="slam",
+        title="5. SLAM",
+        question="Nothing known of the room: does the robot find itself, and what hangs on the walls?",
+        findings=(
+            at_most("position error, mean [m]", errors.mean(), 0.10),
+            at_most("on the last round, over that of odometry", errors[last].mean() / drift[last].mean(), 0.25),
+            exactly("pictures in the map", figures["landmark_error_m"]["count"], beacons),
+            at_most("error of the map, aligned [m]", figures["landmark_error_m"]["aligned_rms"], 0.05),
+        ),
+        pictures=(
+            plots.way("slam", "Whole view: path and map, with 95 % ellipses", recording),
+            plots.enlarged("slam", "Enlarged view: ellipses of robot and pictures, four times as large", recording),
+            plots.transient("slam", "Transient localization error, with 3-sigma bounds", track),
+        ),
+    )
+
+
+def _odometry_in_full(recording: Recording) -> Result:
+    return odometry(recording, repeated(recording.world, REPEATS))
+
+
+EXPERIMENTS: Mapping[str, Callable[[Recording], Result]] = MappingProxyType(
+    {
+        "bump": bump,
+        "odometry": _odometry_in_full,
+        "avoidance": avoidance,
+        "triangulation": triangulation,
+        "slam": slam,
+    }
+)
+"""Name -> what measures a recording of `worlds/classic/NAME.yaml`."""
+
+
+def run_experiments(
+    folder: str | Path, *, only: Sequence[str] = (), progress: Progress | None = None
+) -> tuple[Result, ...]:
+    """Make the classic experiments, and write a page with their figures, plots and recordings.
+
+    Args:
+        folder: Where `index.html`, `results.json`, and a folder for each experiment go; made if need be.
+        only: Names of those to make; all of them unless given.
+        progress: Told how far it is.
+
+    Raises:
+        UsageError: There is no such experiment, or the folder cannot be written.
+        MjsimError: A run failed.
+    """
+    for name in only:
+        if name not in EXPERIMENTS:
+            raise UsageError(f"no experiment '{name:.40}'{did_you_mean(name, EXPERIMENTS)}")
+    results = []
+    for name in only or EXPERIMENTS:
+        place = Path(folder) / name
+        try:
+            place.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise UsageError(f"cannot write '{place}': {error.strerror}") from error
+        recording = recorded(name, place / "run.mcap", progress)
+        results.append(EXPERIMENTS[name](recording))
+    write_page(Path(folder), results)
+    return tuple(results)
+
+
+def recorded(name: str, path: Path, progress: Progress | None = None) -> Recording:
+    """Run the world of an experiment and return the recording."""
+    with classic_world(name) as world, Simulation(world) as sim:
+        return run(
+            sim,
+            record=path,
+            watch=None if progress is None else lambda tick: progress(name, tick.time / world.run.seconds),
+        )
+
+
+def repeated(world: World, runs: int) -> tuple[Array, Array, Array]:
+    """Run a world with other seeds; nothing is recorded.
+
+    Returns:
+        Truth (runs, N, 3), estimate (runs, N, 3), and its covariance (runs, N, 3, 3).
+    """
+    rows: list[list[tuple[Array, Array, Array]]] = []
+    with Simulation(world) as sim, threadpool_limits(1, user_api="blas"):
+        for seed in range(2, runs + 2):
+            sim.reset(seed)
+            rows.append([])
+            for tick in ticks(sim, drivers_of(world)):
+                if tick.time >= world.run.seconds:
+                    break
+                belief = tick.orders[ROBOT].estimate
+                rows[-1].append((tick.truth[ROBOT].as_array(), belief.pose.as_array(), belief.covariance))
+    truth, estimate, covariance = (np.array([[row[k] for row in each] for each in rows]) for k in range(3))
+    return truth, estimate, covariance
+
+
+@contextmanager
+def classic_world(name: str) -> Iterator[World]:
+    """Yield the shipped world of an experiment."""
+    with resources.as_file(resources.files("mjsim.worlds") / "classic" / f"{name}.yaml") as path:
+        yield load_world(path)
+
+
+def _deepest(recording: Recording) -> float:
+    """Return how far a round body came into anything solid [m]; 0 when it never did."""
+    import shapely
+
+    radius = recording.world.robots[0].body.radius
+    apart = shapely.distance(solid(recording.world), shapely.points(recording.robots[ROBOT].truth[:, :2]))
+    return float(max(0.0, radius - apart.min()))
+
+
+def _corners(world: World, track: Track) -> int:
+    """Return to how many corners of the room's outer wall the body of the robot came."""
+    import shapely
+
+    corners, half = np.array(world.walls[0].points), world.walls[0].thickness / 2.0
+    (west, south), (east, north) = corners.min(axis=0) + half, corners.max(axis=0) - half
+    swept = shapely.LineString(track.truth[:, :2]).buffer(world.robots[0].body.radius)
+    squares = [
+        shapely.box(x, y, x + CORNER, y + CORNER) for x in (west, east - CORNER) for y in (south, north - CORNER)
+    ]
+    return sum(bool(swept.intersects(square)) for square in squares)
+
+
+def _share(values: Array, low: float, high: float) -> float:
+    return float(np.mean((values >= low) & (values <= high)))

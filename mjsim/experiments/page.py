@@ -1,0 +1,92 @@
+"""The page of the classic experiments: verdicts, figures and plots, in files that open offline."""
+
+import html
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from mjsim.errors import UsageError
+from mjsim.experiments.finding import Finding, Result
+from mjsim.report.page import STYLE
+
+MORE = """
+.holds { color: #1a7f37; } .fails { color: #c62828; }
+@media (prefers-color-scheme: dark) { .holds { color: #57c46f; } .fails { color: #ff8a80; } }
+td:last-child, th:last-child { text-align: left; } figcaption { color: var(--soft); } figure { margin: 1.5rem 0; }
+"""
+
+
+def write_page(folder: Path, results: Sequence[Result]) -> None:
+    """Write `index.html`, `results.json`, and the plots of each experiment into its folder.
+
+    Raises:
+        UsageError: The folder cannot be written.
+    """
+    files = {"index.html": _page(results).encode(), "results.json": _json(results).encode()}
+    for result in results:
+        files |= {f"{result.name}/{picture.name}.png": picture.png for picture in result.pictures}
+    try:
+        for name, data in files.items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_bytes(data)
+    except OSError as error:
+        raise UsageError(f"cannot write '{folder}': {error.strerror}") from error
+
+
+def lines(results: Sequence[Result]) -> list[str]:
+    """Return the figures of experiments as lines for a terminal."""
+    said = []
+    for result in results:
+        said.append(f"{result.title}: {verdict(result.holds)}")
+        said += [f"  {f.what:<56}{number(f):>9}  {f.wanted:<14}{verdict(f.holds)}" for f in result.findings]
+    return said
+
+
+def verdict(holds: bool) -> str:
+    """Return the word for it."""
+    return "holds" if holds else "does not hold"
+
+
+def number(finding: Finding) -> str:
+    """Return the value of a figure, in as many digits as it is worth."""
+    return f"{finding.value:.0f}" if finding.value == round(finding.value) else f"{finding.value:.3g}"
+
+
+def _json(results: Sequence[Result]) -> str:
+    shown = {
+        result.name: {
+            "holds": result.holds,
+            "findings": [
+                {"what": f.what, "value": f.value, "wanted": f.wanted, "holds": f.holds} for f in result.findings
+            ],
+        }
+        for result in results
+    }
+    return json.dumps(shown, indent=1) + "\n"
+
+
+def _page(results: Sequence[Result]) -> str:
+    body = "".join(_section(result) for result in results)
+    return (
+        '<!doctype html><html lang="en"><meta charset="utf-8"><title>The classic experiments - mjsim</title>'
+        f'<meta name="viewport" content="width=device-width"><style>{STYLE}{MORE}</style>'
+        f"<h1>The classic experiments</h1>{body}</html>\n"
+    )
+
+
+def _section(result: Result) -> str:
+    rows = "".join(
+        f"<tr><td>{html.escape(f.what)}</td><td>{number(f)}</td><td>{html.escape(f.wanted)}</td>"
+        f'<td class="{"holds" if f.holds else "fails"}">{verdict(f.holds)}</td></tr>'
+        for f in result.findings
+    )
+    figures = "".join(
+        f'<figure><img alt="{html.escape(p.caption)}" src="{result.name}/{p.name}.png">'
+        f"<figcaption>{html.escape(p.caption)}</figcaption></figure>"
+        for p in result.pictures
+    )
+    return (
+        f"<h2>{html.escape(result.title)}</h2><p>{html.escape(result.question)}</p>"
+        "<table><thead><tr><th></th><th>measured</th><th>wanted</th><th></th></tr></thead>"
+        f"<tbody>{rows}</tbody></table>{figures}"
+    )

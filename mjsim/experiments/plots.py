@@ -1,0 +1,221 @@
+"""The plots of the classic experiments, drawn with matplotlib."""
+
+import io
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
+from scipy.stats import chi2
+
+from mjsim.experiments.finding import Picture
+from mjsim.experiments.offline import Fixes
+from mjsim.geometry import Array, ellipse_points
+from mjsim.record import Recording, Track
+from mjsim.report import metrics
+from mjsim.report.plots import ESTIMATE, MAP, ODOMETRY, TRUTH
+from mjsim.world import World
+from mjsim.world.plan import obstacle_polygons, wall_polygons
+
+WALL, THING = "#8a8a86", "#d9d4c8"
+LARGER = 4.0
+"""How much larger ellipses are drawn in the enlarged view."""
+AROUND = 1.6
+"""How far the enlarged view reaches to each side of the robot [m]."""
+
+
+def way(name: str, caption: str, recording: Recording) -> Picture:
+    """Draw the plan with the true and the estimated path, ellipses of both poses and map."""
+    (track,) = recording.robots.values()
+    figure, axes = _plan(recording.world)
+    axes.plot(*track.truth[:, :2].T, color=TRUTH, lw=1.4, label="truth")
+    axes.plot(*track.estimate[:, :2].T, color=ESTIMATE, lw=1.2, label="estimate")
+    every = max(1, len(track.time) // 30)
+    _draw_ellipses(axes, track.estimate[every::every], track.covariance[every::every], ESTIMATE)
+    _draw_map(axes, track)
+    _draw_ends(axes, track)
+    return _picture(f"{name}_path", caption, figure)
+
+
+def trail(name: str, caption: str, recording: Recording) -> Picture:
+    """Draw the plan with the true path, and what of the floor the body has been over."""
+    import shapely
+
+    (track,) = recording.robots.values()
+    figure, axes = _plan(recording.world)
+    swept = shapely.LineString(track.truth[:, :2]).simplify(0.01).buffer(recording.world.robots[0].body.radius)
+    path = Path.make_compound_path(
+        *(Path(shapely.get_coordinates(ring)) for ring in (swept.exterior, *swept.interiors))
+    )
+    axes.add_patch(PathPatch(path, facecolor=MAP, alpha=0.15, lw=0, label="floor that it has been over"))
+    axes.plot(*track.truth[:, :2].T, color=TRUTH, lw=0.8, label="truth")
+    _draw_ends(axes, track)
+    return _picture(f"{name}_path", caption, figure)
+
+
+def wriggling(name: str, caption: str, track: Track, first: float) -> Picture:
+    """Draw speed and heading over time, and when the robot first bumped."""
+    figure, (above, below) = _panels(2, height=4.6)
+    speed = np.hypot(*np.diff(track.truth[:, :2], axis=0).T) / np.diff(track.time)
+    above.plot(track.time[1:], speed, color=TRUTH, lw=0.9)
+    above.set(ylabel="speed [m/s]")
+    below.plot(track.time, np.degrees(np.unwrap(track.truth[:, 2])), color=TRUTH, lw=0.9)
+    below.set(xlabel="time [s]", ylabel="heading [deg]")
+    for axes in (above, below):
+        axes.axvline(first, color=ODOMETRY, lw=1.4, label="first bump")
+    above.legend(frameon=False)
+    return _picture(f"{name}_motion", caption, figure)
+
+
+def growth(name: str, caption: str, time: Array, repeats: tuple[Array, Array, Array]) -> Picture:
+    """Draw errors of many runs with the predicted deviation, and their average NEES with its band."""
+    truth, estimate, covariance = repeats
+    runs, rows = truth.shape[:2]
+    times = time[:rows]
+    errors = np.linalg.norm((estimate - truth)[..., :2], axis=-1)
+    sigma = np.sqrt(np.mean(covariance[..., 0, 0] + covariance[..., 1, 1], axis=0))
+    flat = truth.reshape(-1, 3), estimate.reshape(-1, 3), covariance.reshape(-1, 3, 3)
+    nees = metrics.normalised_errors(*flat).reshape(runs, rows).mean(axis=0)
+    figure, (above, below) = _panels(2, height=6.4)
+    above.plot(times, errors.T, color=ODOMETRY, lw=0.5, alpha=0.5)
+    above.plot([], [], color=ODOMETRY, lw=0.5, label="each run")
+    above.plot(times, np.sqrt(np.mean(errors**2, axis=0)), color=TRUTH, lw=1.8, label="root mean square of the runs")
+    above.plot(times, sigma, "--", color=ESTIMATE, lw=1.8, label="predicted")
+    above.set(ylabel="position error [m]")
+    above.set_ylim(bottom=0.0)
+    above.legend(loc="upper left", frameon=False)
+    low, high = band(runs)
+    below.axhspan(low, high, color=MAP, alpha=0.15, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
+    below.plot(times[1:], nees[1:], color=ESTIMATE, lw=1.0, label=f"NEES, mean of {runs} runs")
+    below.set(xlabel="time [s]", ylabel="NEES")
+    below.set_ylim(0.0, 2.0 * high)
+    below.legend(loc="upper left", frameon=False, ncols=2)
+    return _picture(f"{name}_growth", caption, figure)
+
+
+def fixes(name: str, caption: str, recording: Recording, found: Fixes) -> Picture:
+    """Draw where pictures were taken, and where they say they were."""
+    figure, axes = _plan(recording.world)
+    (track,) = recording.robots.values()
+    axes.plot(*found.places.T, "+", color=TRUTH, ms=7, label="beacons")
+    axes.plot(*track.truth[:, :2].T, color=TRUTH, lw=1.0, label="true path")
+    pairs = np.stack([found.truth, found.position], axis=1)
+    axes.add_collection(LineCollection(list(pairs), colors=ODOMETRY, linewidths=0.8))
+    axes.plot(*found.position.T, ".", color=ESTIMATE, ms=6, label="triangulated")
+    _draw_legend(axes)
+    return _picture(f"{name}_fixes", caption, figure)
+
+
+def fix_errors(name: str, caption: str, found: Fixes) -> Picture:
+    """Draw the error of each triangulated position over time."""
+    figure, (axes,) = _panels(1, height=3.2)
+    errors = np.hypot(*(found.position - found.truth).T)
+    axes.plot(found.time, 100.0 * errors, ".", color=ESTIMATE, ms=5)
+    axes.axhline(100.0 * errors.mean(), color=TRUTH, lw=1.0, label=f"mean, {100.0 * errors.mean():.2f} cm")
+    axes.set(xlabel="time [s]", ylabel="error [cm]", yscale="log")
+    axes.legend(frameon=False)
+    return _picture(f"{name}_errors", caption, figure)
+
+
+def enlarged(name: str, caption: str, recording: Recording) -> Picture:
+    """Draw where the robot came nearest to a beacon on its last round, ellipses larger than they are."""
+    (track,) = recording.robots.values()
+    figure, axes = _plan(recording.world)
+    beacons = np.array([beacon.at for beacon in recording.world.beacons])
+    axes.plot(*beacons.T, "+", color=TRUTH, ms=10, label="beacons")
+    axes.plot(*track.truth[:, :2].T, color=TRUTH, lw=1.2, label="truth")
+    axes.plot(*track.estimate[:, :2].T, color=ESTIMATE, lw=1.0, label="estimate")
+    _draw_map(axes, track, larger=LARGER)
+    every = max(1, round(0.5 / (track.time[1] - track.time[0])))
+    late = np.arange(2 * len(track.time) // 3, len(track.time))
+    apart = np.linalg.norm(track.truth[late, None, :2] - beacons, axis=2)
+    row, near = np.unravel_index(int(np.argmin(apart)), apart.shape)
+    around = slice(max(0, late[row] - 8 * every), late[row] + 8 * every, every)
+    _draw_ellipses(axes, track.estimate[around], LARGER**2 * track.covariance[around], ESTIMATE)
+    x, y = (track.truth[late[row], :2] + beacons[near]) / 2.0
+    axes.set_xlim(x - 1.5 * AROUND, x + 1.5 * AROUND)
+    axes.set_ylim(y - AROUND, y + AROUND)
+    _draw_legend(axes)
+    return _picture(f"{name}_enlarged", caption, figure)
+
+
+def transient(name: str, caption: str, track: Track) -> Picture:
+    """Draw the errors in x, y and heading between their 3-sigma bounds, and the distance beside odometry's."""
+    figure, panels = _panels(4, height=8.0)
+    errors = track.estimate - track.truth
+    errors[:, 2] = metrics.heading_errors(track.truth, track.estimate)
+    sigmas = np.sqrt(np.maximum(np.einsum("nii->ni", track.covariance), 0.0))
+    labels = ("x error [m]", "y error [m]", "heading error [deg]")
+    for column, (axes, label) in enumerate(zip(panels[:3], labels, strict=True)):
+        scale = np.degrees(1.0) if column == 2 else 1.0
+        bound = 3.0 * scale * sigmas[:, column]
+        axes.fill_between(track.time, -bound, bound, color=ESTIMATE, alpha=0.15, lw=0, label="3-sigma bounds")
+        axes.plot(track.time, scale * errors[:, column], color=ESTIMATE, lw=0.9, label="estimate - truth")
+        axes.set_ylabel(label)
+    panels[0].legend(loc="upper left", frameon=False, ncols=2)
+    for poses, color, label in ((track.odometry, ODOMETRY, "odometry"), (track.estimate, ESTIMATE, "estimate")):
+        panels[3].plot(track.time, metrics.position_errors(track.truth, poses), color=color, lw=1.1, label=label)
+    panels[3].set(xlabel="time [s]", ylabel="position error [m]")
+    panels[3].legend(loc="upper left", frameon=False, ncols=2)
+    return _picture(f"{name}_transient", caption, figure)
+
+
+def band(runs: int) -> tuple[float, float]:
+    """Return the 95 % bounds of the average NEES of three states over independent runs.
+
+    References:
+        Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), section 5.4.2.
+    """
+    low, high = chi2.ppf((0.025, 0.975), 3 * runs) / runs
+    return float(low), float(high)
+
+
+def _panels(rows: int, *, height: float) -> tuple[Figure, list[Axes]]:
+    figure = Figure(figsize=(9.6, height), dpi=100, layout="constrained")
+    panels = list(np.atleast_1d(figure.subplots(rows, 1, sharex=True)))
+    for axes in panels:
+        axes.grid(color="#e2e2de", lw=0.6)
+        axes.set_axisbelow(True)
+        axes.spines[["top", "right"]].set_visible(False)
+    return figure, panels
+
+
+def _plan(world: World) -> tuple[Figure, Axes]:
+    figure, (axes,) = _panels(1, height=6.6)
+    axes.add_collection(PolyCollection(list(wall_polygons(world)), facecolors=WALL, edgecolors=WALL, linewidths=0.4))
+    things = [np.asarray(outline) for outline in obstacle_polygons(world)]
+    axes.add_collection(PolyCollection(things, facecolors=THING, edgecolors=WALL, linewidths=0.8))
+    axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
+    axes.autoscale_view()
+    return figure, axes
+
+
+def _draw_ends(axes: Axes, track: Track) -> None:
+    axes.plot(*track.truth[0, :2], "o", color=MAP, ms=8, label="start")
+    axes.plot(*track.truth[-1, :2], "s", color=TRUTH, ms=7, label="end")
+    _draw_legend(axes)
+
+
+def _draw_legend(axes: Axes) -> None:
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=6, frameon=False)
+
+
+def _draw_map(axes: Axes, track: Track, *, larger: float = 1.0) -> None:
+    mean, covariance = track.landmarks.mean[-1:], track.landmarks.covariance[-1:]
+    known = np.isfinite(mean).all(axis=2)
+    if known.any():
+        axes.plot(*mean[known].T, ".", color=MAP, ms=5, label="map")
+        _draw_ellipses(axes, mean[known], larger**2 * covariance[known], MAP)
+
+
+def _draw_ellipses(axes: Axes, means: Array, covariances: Array, color: str) -> None:
+    outlines = [ellipse_points(m[:2], c[:2, :2]) for m, c in zip(means, covariances, strict=True)]
+    axes.add_collection(PolyCollection(outlines, facecolors="none", edgecolors=color, linewidths=0.8, alpha=0.9))
+
+
+def _picture(name: str, caption: str, figure: Figure) -> Picture:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png")
+    return Picture(name=name, caption=caption, png=buffer.getvalue())

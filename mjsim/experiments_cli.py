@@ -1,0 +1,27 @@
+"""The command of the classic experiments."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mjsim.progress import say, tracked
+
+
+def experiments(
+    output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder of the page.")],
+    only: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME]...", help="bump, odometry, avoidance, triangulation, slam.")
+    ] = None,
+) -> None:
+    """Make the classic experiments; write a page with figures, plots and verdicts."""
+    from mjsim.experiments import EXPERIMENTS, run_experiments
+    from mjsim.experiments.page import lines
+
+    names = only or list(EXPERIMENTS)
+    with tracked("experiments", total=len(names), unit="experiments") as advance:
+        results = run_experiments(output, only=names, progress=lambda name, share: advance(names.index(name) + share))
+    print(*lines(results), sep="\n")
+    say(f"open {output / 'index.html'}")
+    if not all(result.holds for result in results):
+        raise typer.Exit(1)
