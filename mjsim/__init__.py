@@ -59,6 +59,7 @@ if TYPE_CHECKING:
         write_sdf,
         write_svg,
     )
+    from mjsim.logs import import_mrclam, import_victoria_park
     from mjsim.record import Recording, Tick, read_recording
     from mjsim.report import statistics
     from mjsim.run.replay import replay
@@ -70,6 +71,8 @@ _LATER = {
     "Simulation": "mjsim.sim",
     "Tick": "mjsim.record",
     "compile_world": "mjsim.compile",
+    "import_mrclam": "mjsim.logs",
+    "import_victoria_park": "mjsim.logs",
     "maze_world": "mjsim.exchange",
     "read_recording": "mjsim.record",
     "replay": "mjsim.run.replay",
@@ -121,6 +124,8 @@ __all__ = [
     "WorldMap",
     "compile_world",
     "format_world",
+    "import_mrclam",
+    "import_victoria_park",
     "load_world",
     "maze_world",
     "parse_world",

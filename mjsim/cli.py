@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mjsim import exchange_cli, experiments_cli, replay_cli, sweep_cli
+from mjsim import exchange_cli, experiments_cli, logs_cli, replay_cli, sweep_cli
 from mjsim.errors import MjsimError, UsageError, WorldError
 from mjsim.progress import say, tracked
 
@@ -33,6 +33,7 @@ app.command("new")(exchange_cli.new)
 app.command("export-world")(exchange_cli.export_world)
 app.command("sweep")(sweep_cli.sweep)
 app.command("replay")(replay_cli.replay)
+app.command("import-log")(logs_cli.import_log)
 app.command("experiments")(experiments_cli.experiments)
 
 WorldFile = Annotated[Path, typer.Argument(metavar="WORLD", help="A world file.")]

@@ -27,7 +27,7 @@ from mjsim.video.ink import (
 from mjsim.video.layout import HEIGHT, MARGIN, WIDTH, Box, arrange
 from mjsim.video.moment import Moment
 from mjsim.video.overlay import LIFTED, Trails, draw_moment, draw_others
-from mjsim.video.plan import draw_background, draw_scale_bar, world_bounds
+from mjsim.video.plan import bounds_with, draw_background, draw_scale_bar
 from mjsim.video.scans import mounts_of
 from mjsim.video.things import Things
 from mjsim.video.view import View
@@ -107,7 +107,13 @@ class Frame:
     """Composes pictures of one robot's run, 1280 x 720: `add` every moment, `draw` those that are to be shown."""
 
     def __init__(
-        self, world: World, robot: str | None = None, *, look: Look | None = None, seconds: float | None = None
+        self,
+        world: World,
+        robot: str | None = None,
+        *,
+        look: Look | None = None,
+        seconds: float | None = None,
+        reach: Array | None = None,
     ) -> None:
         """Draw once all that stays.
 
@@ -116,6 +122,7 @@ class Frame:
             robot: Whose run; the first one's unless given.
             look: What is shown; as the world says unless given.
             seconds: Time at the right edge of the chart [s]; that of the world's run unless given.
+            reach: Places that the plan shows even where the world ends before them, shape (n, 2) [m].
 
         Raises:
             UsageError: There is no such robot.
@@ -128,7 +135,7 @@ class Frame:
         self._letters = Letters()
         self._page = np.empty((HEIGHT, WIDTH, 3), np.uint8)
         self._page[:] = PAGE
-        bounds = world_bounds(world)
+        bounds = bounds_with(world, reach)
         self._middle = bounds.mean(axis=0)
         """Where a close-up looks that follows nothing [m]."""
         camera = next((sensor for sensor in robots[self.robot].sensors if isinstance(sensor, Camera)), None)
@@ -153,6 +160,8 @@ class Frame:
         self._whole.add(moment)
         self._close.add(moment)
         self._chart.add(moment)
+        if not np.isfinite(moment.truth).all():
+            return
         if self._last is not None and moment.time > self._last[0]:
             step = float(np.hypot(*(moment.truth - self._last[1])[:2]))
             if step > LIFTED:
@@ -179,9 +188,8 @@ class Frame:
 
     def _draw_close_up(self, moment: Moment) -> None:
         middles = {"truth": moment.truth, "estimate": moment.estimate, "nothing": self._middle}
-        middle = middles[self._look.follow]
-        if not np.isfinite(middle).all():
-            middle = moment.truth
+        wanted = (middles[self._look.follow], moment.truth, moment.estimate, moment.odometry, self._middle)
+        middle = next(place for place in wanted if np.isfinite(place).all())
         height, width = self._close_part.shape[:2]
         view = self._close.draw(self._close_part, moment, around=middle[:2])
         draw_scale_bar(self._close_part, view.scale, self._letters, (width - 12, height - 12))
@@ -212,10 +220,10 @@ class Frame:
 class PlanFrame:
     """The plan alone, 1280 x 720: `add` every moment, `draw` those that are to be shown."""
 
-    def __init__(self, world: World, robot: str, *, look: Look) -> None:
-        """Draw the plan once."""
+    def __init__(self, world: World, robot: str, *, look: Look, reach: Array | None = None) -> None:
+        """Draw the plan once; it also shows the places of `reach`, shape (n, 2) [m]."""
         self._page = np.empty((HEIGHT, WIDTH, 3), np.uint8)
-        view = View.fit(world_bounds(world), WIDTH, HEIGHT, margin=MARGIN)
+        view = View.fit(bounds_with(world, reach), WIDTH, HEIGHT, margin=MARGIN)
         self._panel = Panel(world, view, look=look, robot=robot)
         self._letters = Letters()
 

@@ -66,6 +66,8 @@ class Trails:
 def draw_others(image: Picture, view: View, moment: Moment, radii: Mapping[str, float]) -> None:
     """Draw the other robots as discs of their radii, by name [m]."""
     for name, pose in moment.others.items():
+        if not np.isfinite(pose).all():
+            continue
         _draw_robot(image, view, pose, max(radii[name], 5.0 / view.scale), MUTED, filled=True)
 
 
@@ -88,7 +90,8 @@ def draw_moment(image: Picture, view: View, moment: Moment, *, look: Look, radiu
     _draw_map(image, view, moment, ellipses=look.ellipses)
     # The true robot is a filled disc, the believed one an outline over it: where they agree both are seen.
     size = max(radius, 5.0 / view.scale)
-    _draw_robot(image, view, moment.truth, size, TRUTH, filled=True)
+    if np.isfinite(moment.truth).all():
+        _draw_robot(image, view, moment.truth, size, TRUTH, filled=True)
     if believes:
         _draw_robot(image, view, moment.estimate, size, ESTIMATE, filled=False)
     if believes and look.ellipses:

@@ -48,6 +48,21 @@ def world_bounds(world: World) -> Array:
     return np.stack([low - short, high + short])
 
 
+def bounds_with(world: World, reach: Array | None) -> Array:
+    """Return the bounds of the world and of some places (n, 2) [m], which have a metre of floor around them."""
+    bounds = world_bounds(world)
+    if reach is None or not len(reach):
+        return bounds
+    low, high = reach.min(axis=0), reach.max(axis=0)
+    # Where walls hold all places in, they alone bound the plan.
+    return np.stack(
+        [
+            np.where(low < bounds[0], low - 1.0, bounds[0]),
+            np.where(high > bounds[1], high + 1.0, bounds[1]),
+        ]
+    )
+
+
 def draw_background(
     image: Picture, world: World, view: View, *, removed: frozenset[str] = frozenset(), letters: Letters | None = None
 ) -> None:

@@ -66,8 +66,9 @@ class Things:
     def _places(self, moment: Moment, robot: str) -> dict[str, Pose]:
         """Return where each thing that is no door is, by its name, and where robots truly are."""
         things = {name: _pose(moment, f"obstacle/{name}", start) for name, start, *_ in self._obstacles}
-        robots = {name: Pose.from_array(pose) for name, pose in moment.others.items()}
-        return self._starts | things | robots | {robot: Pose.from_array(moment.truth)}
+        told = {**moment.others, robot: moment.truth}
+        robots = {name: Pose.from_array(pose) for name, pose in told.items() if np.isfinite(pose).all()}
+        return self._starts | things | robots
 
 
 def _pose(moment: Moment, name: str, start: Pose) -> Pose:

@@ -6,6 +6,7 @@ from itertools import groupby, repeat
 import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
+from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.record import Recording
 from mjsim.sim.playback import Playback
@@ -25,13 +26,15 @@ def known_views(recording: Recording) -> list[str]:
 def composed_pictures(recording: Recording, rows: Sequence[int], look: Look) -> Iterator[Picture]:
     """Yield the plan with close-up, onboard picture and error at rows of a recording, which ascend."""
     seconds = float(recording.time[-1]) + 1e-3
-    yield from _drawn(Frame(recording.world, _first_robot(recording), look=look, seconds=seconds), recording, rows)
+    robot = _first_robot(recording)
+    frame = Frame(recording.world, robot, look=look, seconds=seconds, reach=_reach(recording))
+    yield from _drawn(frame, recording, rows)
 
 
 def plan_pictures(recording: Recording, rows: Sequence[int], look: Look) -> Iterator[Picture]:
     """Yield the plan alone at rows of a recording, which ascend."""
     robot = _first_robot(recording)
-    yield from _drawn(PlanFrame(recording.world, robot, look=look), recording, rows)
+    yield from _drawn(PlanFrame(recording.world, robot, look=look, reach=_reach(recording)), recording, rows)
 
 
 def scene_pictures(recording: Recording, rows: Sequence[int], view: str) -> Iterator[Picture]:
@@ -84,6 +87,15 @@ def _first_robot(recording: Recording) -> str:
         raise UsageError(f"no robot in {recording.path}; there is nothing to show")
     driven = (name for name, track in recording.robots.items() if np.isfinite(track.estimate).all(axis=1).any())
     return next(driven, next(iter(recording.robots)))
+
+
+def _reach(recording: Recording) -> Array:
+    """Return where robots were, shape (n, 2) [m]; where they thought to be, of one whose truth is never told."""
+    ways = []
+    for track in recording.robots.values():
+        known = [places[np.isfinite(places).all(axis=1), :2] for places in (track.truth, track.odometry)]
+        ways.append(known[0] if len(known[0]) else known[1])
+    return np.concatenate(ways)
 
 
 def _sensor(recording: Recording, view: str) -> Camera | None:

@@ -1,0 +1,93 @@
+"""Logs with times of their own -> ticks: motion is integrated, truth is taken from its neighbours in time."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.geometry import Array, Pose, wrap_angles
+from mjsim.interface import Odometry
+from mjsim.sim.odometry import arc_end, arc_end_slopes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotionNoise:
+    """How far the motion that a log tells is off: variances grow with the way and with what was turned."""
+
+    distance: float
+    """Of the way, for one metre driven [m/sqrt(m)]."""
+    turn: float
+    """Of the heading, for one radian turned [rad/sqrt(rad)]."""
+    veer: float
+    """Of the heading, for one metre driven, as steering errs and commands are not quite obeyed [rad/sqrt(m)]."""
+    aside: float = 0.004
+    """Of the place aside, for one metre driven; tyres slip [m/sqrt(m)]."""
+
+
+def motions(twists: Array, edges: Array, noise: MotionNoise) -> list[Odometry]:
+    """Return the motion from each edge to the next, as an arc for each twist that held on the way.
+
+    Args:
+        twists: Rows of time [s], forward [m/s] and turn [rad/s], in the order of time; each holds until the next, and
+            before the first the robot rests.
+        edges: Times of the ticks, shape (K,), ascending [s].
+        noise: Makes the covariances.
+
+    Returns:
+        K - 1 increments, each in the robot's frame at its beginning.
+    """
+    times = twists[:, 0]
+    return [
+        _motion(twists[max(first, 0) : last], begin, end, noise)
+        for begin, end, first, last in zip(
+            edges[:-1].tolist(),
+            edges[1:].tolist(),
+            (np.searchsorted(times, edges[:-1], side="right") - 1).tolist(),
+            np.searchsorted(times, edges[1:], side="left").tolist(),
+            strict=True,
+        )
+    ]
+
+
+def _motion(twists: Array, begin: float, end: float, noise: MotionNoise) -> Odometry:
+    """Return the motion from one time to another, under the twists that hold between them."""
+    place, heading, way, turned = Pose(0.0, 0.0, 0.0), 0.0, 0.0, 0.0
+    rows = twists.tolist()
+    for (since, forward, turn), until in zip(rows, [row[0] for row in rows[1:]] + [end], strict=False):
+        seconds = max(until - max(since, begin), 0.0)
+        place = place @ Pose(*arc_end(forward * seconds, turn * seconds), turn * seconds)
+        heading += turn * seconds
+        way, turned = way + abs(forward) * seconds, turned + abs(turn) * seconds
+    return Odometry(place.x, place.y, heading, _covariance(way, turned, heading, noise))
+
+
+def _covariance(way: float, turned: float, heading: float, noise: MotionNoise) -> Array:
+    """Return the covariance of (forward, left, turn) of one arc, to first order, shape (3, 3)."""
+    along, around = noise.distance**2 * way, noise.turn**2 * turned + noise.veer**2 * way
+    (f_d, f_t), (l_d, l_t) = arc_end_slopes(way, heading)
+    G = np.array([[f_d, f_t], [l_d, l_t], [0.0, 1.0]])
+    return np.asarray(G @ np.diag([along, around]) @ G.T + np.diag([0.0, noise.aside**2 * way, 0.0]), dtype=float)
+
+
+def places_at(times: Array, track: Array, *, gap: float) -> Array:
+    """Return where a robot was at some times, NaN where the log does not tell.
+
+    Args:
+        times: Shape (K,) [s].
+        track: Rows of time [s], x, y [m] and heading [rad], in the order of time.
+        gap: Between two rows that are farther apart than this nothing is known [s].
+
+    Returns:
+        (x, y, heading), shape (K, 3): on the straight line between the rows before and after.
+    """
+    since = track[:, 0]
+    # Of rows with one time the last counts.
+    after = np.searchsorted(since, times, side="right").clip(1, len(since) - 1)
+    before = after - 1
+    length = since[after] - since[before]
+    inside = (times >= since[before]) & (times <= since[after])
+    share = np.where(length > 0.0, (times - since[before]) / np.where(length > 0.0, length, 1.0), 0.0)
+    steps = track[after, 1:] - track[before, 1:]
+    steps[:, 2] = wrap_angles(steps[:, 2])
+    places = track[before, 1:] + share[:, None] * steps
+    places[:, 2] = wrap_angles(places[:, 2])
+    return np.where((inside & (length <= gap))[:, None], places, np.nan)

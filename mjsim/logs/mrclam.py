@@ -1,0 +1,204 @@
+"""The UTIAS Multi-Robot Cooperative Localization and Mapping data sets.
+
+Five robots drive among fifteen tubes with barcodes; a motion capture system watches. One folder a data set:
+
+    Barcodes.dat                 subject, barcode
+    Landmark_Groundtruth.dat     subject, x [m], y [m], their standard deviations [m]
+    Robot1_Groundtruth.dat       time [s], x [m], y [m], heading [rad]; at about 100 Hz
+    Robot1_Odometry.dat          time [s], forward velocity [m/s], turn [rad/s], as commanded; at about 67 Hz
+    Robot1_Measurement.dat       time [s], barcode, range [m], bearing [rad], left positive
+
+Subjects 1 to 5 are the robots, 6 to 20 the landmarks. The camera's frame is that of the robot.
+
+References:
+    Leung, Halpern, Barfoot, Liu, The UTIAS multi-robot cooperative localization and mapping dataset, IJRR 30(8), 2011.
+"""
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.geometry import Array
+from mjsim.interface import Sighting
+from mjsim.logs.merge import MotionNoise, places_at
+from mjsim.logs.table import TIME, read_table, whole_numbers
+from mjsim.logs.ticks import RobotLog, cut, name_from, write_log
+from mjsim.record import Recording
+from mjsim.world import World, parse_world
+
+MOTION = MotionNoise(distance=0.05, turn=0.1, veer=0.03)
+"""The log holds commands, which an iRobot Create does not quite obey. The data set does not tell how far; a guess."""
+RANGE, BEARING = 0.15, math.radians(2.0)
+"""Standard deviations of a sighting [m, rad]. The data set does not tell them; a guess."""
+RATE = 10.0
+"""Ticks a second, unless asked for."""
+GAP = 0.1
+"""The motion capture lost the robot where its poses are farther apart [s]."""
+FARTHEST = 12.0
+"""No barcode is read from farther away; the data sheet of the sensor says so, nothing depends on it [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Files:
+    """The text files of one robot."""
+
+    truth: Array
+    twists: Array
+    sightings: tuple[Sighting, ...]
+    unknown: int
+    """Measurements of what is no landmark: of other robots, and of barcodes that there are not."""
+
+
+def import_mrclam(
+    folder: str | Path,
+    *,
+    robots: Sequence[int] | None = None,
+    rate_hz: float = RATE,
+    begin: float = 0.0,
+    seconds: float | None = None,
+    known_map: bool = False,
+    motion: MotionNoise = MOTION,
+    sighting: tuple[float, float] = (RANGE, BEARING),
+    record: str | Path | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Recording:
+    """Return a data set as a recording: robots 'robot1' and so on, landmarks 'landmark6' and so on.
+
+    Time begins when all files of these robots have begun. Sightings of other robots are left out.
+
+    Args:
+        folder: Where the text files are.
+        robots: Numbers of the robots; all that are there unless given.
+        rate_hz: Ticks a second.
+        begin: How much of the beginning is left out [s].
+        seconds: How much is taken [s]; all unless given.
+        known_map: Whether modules are told where the landmarks are.
+        motion: How far the motion that the log tells is off.
+        sighting: Standard deviations of range and bearing [m, rad].
+        record: The MCAP file to write; a temporary one, gone with the recording, unless given.
+        progress: Called with how much of it is done [%].
+
+    Raises:
+        UsageError: A file is not there or not as it must be; names file and line.
+        RecordingError: The file cannot be written.
+    """
+    folder = Path(folder)
+    subjects = _subjects(folder)
+    landmarks = _landmarks(folder)
+    files = {f"robot{n}": _read_robot(folder, n, subjects, landmarks, sighting) for n in _numbers(folder, robots)}
+    tables = [table for each in files.values() for table in (each.truth, each.twists)]
+    first, last = max(float(table[0, 0]) for table in tables), min(float(table[-1, 0]) for table in tables)
+    span = cut(first, last, begin=begin, seconds=seconds, rate_hz=rate_hz)
+    logs = {
+        name: RobotLog(
+            twists=each.twists,
+            sightings=each.sightings,
+            identities=[str(seen.name) for seen in each.sightings],
+            truth=each.truth,
+            gap=GAP,
+        )
+        for name, each in files.items()
+    }
+    world = _world(folder, files, landmarks, span, rate_hz=rate_hz, known_map=known_map, sighting=sighting)
+    left_out = {f"{name} measurements of no landmark": str(each.unknown) for name, each in files.items()}
+    metadata = {"log": "mrclam", "log folder": str(folder), **left_out}
+    return write_log(world, logs, span=span, noise=motion, metadata=metadata, record=record, progress=progress)
+
+
+def _numbers(folder: Path, wanted: Sequence[int] | None) -> list[int]:
+    """Return the numbers of the robots that are read."""
+    files = (re.fullmatch(r"Robot(\d+)_Odometry\.dat", path.name) for path in folder.iterdir())
+    there = sorted(int(match[1]) for match in files if match)
+    if not there:
+        raise UsageError(f"no file Robot1_Odometry.dat in '{folder}'; it is no MRCLAM data set")
+    for number in wanted or ():
+        if number not in there:
+            raise UsageError(f"no robot {number} in '{folder}'{did_you_mean(str(number), map(str, there))}")
+    return sorted(set(wanted)) if wanted else there
+
+
+def _subjects(folder: Path) -> dict[int, int]:
+    """Return barcode -> subject."""
+    path = folder / "Barcodes.dat"
+    table = read_table(path, ("subject", "barcode"))
+    subjects, barcodes = (whole_numbers(path, table[:, k], name) for k, name in enumerate(("subject", "barcode")))
+    if len(set(barcodes)) < len(barcodes):
+        twice = next(code for code in barcodes if barcodes.count(code) > 1)
+        raise UsageError(f"'{path}': barcode {twice} stands for two subjects; each has its own")
+    return dict(zip(barcodes, subjects, strict=True))
+
+
+def _landmarks(folder: Path) -> dict[int, tuple[float, float]]:
+    """Return subject -> where it stands [m]."""
+    path = folder / "Landmark_Groundtruth.dat"
+    table = read_table(path, ("subject", "x", "y", "x deviation", "y deviation"))
+    numbers = whole_numbers(path, table[:, 0], "subject")
+    if len(set(numbers)) < len(numbers):
+        raise UsageError(f"'{path}': a landmark stands at two places; each subject has one line")
+    return {number: (float(x), float(y)) for number, (x, y) in zip(numbers, table[:, 1:3], strict=True)}
+
+
+def _read_robot(
+    folder: Path,
+    number: int,
+    subjects: Mapping[int, int],
+    landmarks: Mapping[int, tuple[float, float]],
+    deviations: tuple[float, float],
+) -> _Files:
+    path = folder / f"Robot{number}_Measurement.dat"
+    seen = read_table(path, (TIME, "barcode", "range", "bearing"), positive={"range"})
+    codes = whole_numbers(path, seen[:, 1], "barcode")
+    covariance = np.diag(np.square(deviations))
+    sightings = [
+        Sighting(stamp, f"landmark{subjects[code]}", distance, bearing, covariance)
+        for code, (stamp, _, distance, bearing) in zip(codes, seen.tolist(), strict=True)
+        if subjects.get(code) in landmarks
+    ]
+    return _Files(
+        truth=read_table(folder / f"Robot{number}_Groundtruth.dat", (TIME, "x", "y", "heading")),
+        twists=read_table(folder / f"Robot{number}_Odometry.dat", (TIME, "forward velocity", "turn")),
+        sightings=tuple(sightings),
+        unknown=len(codes) - len(sightings),
+    )
+
+
+def _world(
+    folder: Path,
+    files: Mapping[str, _Files],
+    landmarks: Mapping[int, tuple[float, float]],
+    span: tuple[float, float],
+    *,
+    rate_hz: float,
+    known_map: bool,
+    sighting: tuple[float, float],
+) -> World:
+    """Return the room: no walls, the landmarks as reflectors, the robots where they are at the beginning."""
+    beacons = [
+        f"  - {{name: landmark{number}, at: [{x!r}, {y!r}], width: 0.15, center: 0.4}}"
+        for number, (x, y) in landmarks.items()
+    ]
+    camera = (
+        f"     sensors: [{{beacons: camera, range: [0.1, {FARTHEST}], fov_deg: 65, rate_hz: {rate_hz!r},\n"
+        f"                noise: {{range: {sighting[0]!r}, bearing_deg: {math.degrees(sighting[1])!r}}}}}]}}"
+    )
+    robots = []
+    for name, each in files.items():
+        x, y, heading = places_at(np.array([span[0]]), each.truth, gap=math.inf)[0].tolist()
+        at = f"at: [{x!r}, {y!r}], heading_deg: {math.degrees(heading)!r}"
+        robots += [f"  - {{name: {name}, preset: create3, {at},", camera]
+    lines = [
+        "# From a data set of MRCLAM. It tells of no walls, and noise of the sensor is a guess.",
+        "mjsim: 1",
+        f"name: {name_from(folder)}",
+        "beacons:",
+        *beacons,
+        "robots:",
+        *robots,
+        f"run: {{seconds: {span[1] - span[0]!r}, rate_hz: {rate_hz!r}, map: {'known' if known_map else 'unknown'}}}",
+    ]
+    return parse_world("\n".join(lines) + "\n")

@@ -1,0 +1,80 @@
+"""Text files of numbers in columns, read strictly: every fault is named with its line."""
+
+import math
+from collections.abc import Collection, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.geometry import Array
+
+TIME = "time"
+"""Name of a column whose values never fall from one line to the next."""
+
+
+def read_table(path: Path, columns: Sequence[str], *, positive: Collection[str] = ()) -> Array:
+    """Return the numbers of a file, one row a line, shape (N, columns), N at least 1.
+
+    Numbers are separated by blanks. Empty lines, and what follows a '#', are left out.
+
+    Args:
+        path: A text file.
+        columns: What each column is called, such as 'range'.
+        positive: Those whose values are above 0.
+
+    Raises:
+        UsageError: The file cannot be read, holds no line, or a line is not as it must be; names file and line.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError as error:
+        raise UsageError(f"cannot read '{path}': {error.strerror}") from None
+    rows: list[list[float]] = []
+    latest = -math.inf
+    for number, line in enumerate(lines, start=1):
+        words = line.partition("#")[0].split()
+        if not words:
+            continue
+        try:
+            row = _row(words, columns, positive)
+            if columns[0] == TIME:
+                if row[0] < latest:
+                    raise ValueError(f"time is {row[0]:.15g} after {latest:.15g}; lines must be in the order of time")
+                latest = row[0]
+        except ValueError as error:
+            raise UsageError(f"{path}:{number}: {error}"[:LONGEST_MESSAGE]) from None
+        rows.append(row)
+    if not rows:
+        raise UsageError(f"'{path}' holds no numbers; each line has {len(columns)}: {', '.join(columns)}")
+    return np.array(rows)
+
+
+def _row(words: Sequence[str], columns: Sequence[str], positive: Collection[str]) -> list[float]:
+    """Return the numbers of a line."""
+    if len(words) != len(columns):
+        raise ValueError(f"{len(words)} values; a line has {len(columns)}: {', '.join(columns)}")
+    row = []
+    for word, column in zip(words, columns, strict=True):
+        try:
+            value = float(word)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise ValueError(f"{column} is {word[:40]!r}; it must be a finite number")
+        if column in positive and value <= 0.0:
+            raise ValueError(f"{column} is {value:g}; it must be above 0")
+        row.append(value)
+    return row
+
+
+def whole_numbers(path: Path, values: Array, column: str) -> list[int]:
+    """Return the values of a column that holds whole numbers, such as those of barcodes, shape (N,).
+
+    Raises:
+        UsageError: One is not whole.
+    """
+    odd = values[values != np.rint(values)]
+    if len(odd):
+        raise UsageError(f"'{path}': {column} is {odd[0]:g}; it must be a whole number")
+    return [int(value) for value in values]

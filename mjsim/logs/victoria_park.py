@@ -1,0 +1,190 @@
+"""The Victoria Park data set, as the RFS-SLAM project keeps it: a car among trees, seen by a laser scanner.
+
+One folder, three text files; the times of all count from one start:
+
+    inputs.dat         time [s], velocity [m/s] of the left rear wheel, steering angle [rad], left positive
+    measurements.dat   time [s], range [m], bearing [rad], diameter [m] of a tree trunk; a bearing of 0 is to the right
+                       of the scanner, pi / 2 is ahead
+    gps.dat            time [s], x [m], y [m] of the antenna; may be missing
+
+The car's axles are 2.83 m apart, its left rear wheel is 0.76 m from the middle of the axle, its scanner 3.78 m ahead of
+it and 0.50 m to the left. These numbers, and the standard deviations below, are those of the project's configuration
+(cfg/rbphdslam_VictoriaPark.xml); the columns and the meaning of the bearing are as its programs read them
+(src/rbphdslam_VictoriaPark.cpp, src/MeasurementModel_VictoriaPark.cpp, src/ProcessModel_Ackerman2D.cpp).
+
+References:
+    Guivant, Nebot, Optimization of the simultaneous localization and map-building algorithm for real-time
+    implementation, IEEE T-RA 17(3), 2001: the data and the model of the car.
+"""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array, Pose
+from mjsim.interface import Sighting
+from mjsim.logs.merge import MotionNoise
+from mjsim.logs.table import TIME, read_table
+from mjsim.logs.ticks import RobotLog, cut, name_from, write_log
+from mjsim.record import Recording
+from mjsim.world import World, parse_world
+
+WHEELBASE, ENCODER = 2.83, 0.76
+"""Between the axles, and from the middle of the rear one to the wheel whose speed is told [m]."""
+SCANNER = (3.78, 0.50)
+"""Ahead of the middle of the rear axle, and to its left [m]."""
+MOTION = MotionNoise(distance=0.04, turn=0.0, veer=0.015)
+"""Variances of 0.2 (m/s)^2 and 0.025 rad^2 of each input at 40 Hz, as they add up over one metre at 3 m/s."""
+RANGE, BEARING = math.sqrt(0.025), math.sqrt(0.000025)
+"""Standard deviations of a sighting by the scanner [m, rad]."""
+RATE = 25.0
+"""Ticks a second, unless asked for."""
+GAP = 0.5
+"""Fixes come every 0.2 s; where they are farther apart, too many were lost to tell where the car was [s]."""
+COURSE = 1.0
+"""A heading is the direction between fixes at least so far before and after [m]."""
+NAME = "car"
+
+
+def import_victoria_park(
+    folder: str | Path,
+    *,
+    rate_hz: float = RATE,
+    begin: float = 0.0,
+    seconds: float | None = None,
+    motion: MotionNoise = MOTION,
+    sighting: tuple[float, float] = (RANGE, BEARING),
+    record: str | Path | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Recording:
+    """Return the data set as a recording of the robot 'car', whose sightings have no names.
+
+    The car begins at the first fix, looking along the first metres of its way, or at the origin, looking along x,
+    without gps.dat. Truth is the place of the antenna where fixes are near in time; its heading is the course.
+
+    Args:
+        folder: Where the text files are.
+        rate_hz: Ticks a second.
+        begin: How much of the beginning is left out [s].
+        seconds: How much is taken [s]; all unless given.
+        motion: How far the motion that the log tells is off.
+        sighting: Standard deviations of range and bearing by the scanner [m, rad].
+        record: The MCAP file to write; a temporary one, gone with the recording, unless given.
+        progress: Called with how much of it is done [%].
+
+    Raises:
+        UsageError: A file is not there or not as it must be; names file and line.
+        RecordingError: The file cannot be written.
+    """
+    folder = Path(folder)
+    inputs = read_table(folder / "inputs.dat", (TIME, "velocity", "steering"))
+    seen = read_table(folder / "measurements.dat", (TIME, "range", "bearing", "diameter"), positive={"range"})
+    gps = folder / "gps.dat"
+    truth = with_course(read_table(gps, (TIME, "x", "y"))) if gps.exists() else None
+    span = cut(float(inputs[0, 0]), float(inputs[-1, 0]), begin=begin, seconds=seconds, rate_hz=rate_hz)
+    log = RobotLog(
+        twists=twists_of(inputs),
+        sightings=[sighting_of(row, np.diag(np.square(sighting))) for row in seen],
+        truth=truth if truth is not None and len(truth) else None,
+        gap=GAP,
+    )
+    world = _world(folder, _first(truth, span[0]), span, rate_hz=rate_hz, sighting=sighting)
+    metadata = {"log": "victoria park", "log folder": str(folder)}
+    return write_log(world, {NAME: log}, span=span, noise=motion, metadata=metadata, record=record, progress=progress)
+
+
+def twists_of(inputs: Array) -> Array:
+    """Return time, forward and turn of the middle of the rear axle, shape (N, 3) [s, m/s, rad/s].
+
+    Args:
+        inputs: Rows of time [s], velocity of the left rear wheel [m/s] and steering angle [rad].
+
+    References:
+        Guivant, Nebot (2001), the equations of the car: v = v_wheel / (1 - tan(steering) H / L).
+    """
+    curvature = np.tan(inputs[:, 2]) / WHEELBASE
+    forward = inputs[:, 1] / (1.0 - curvature * ENCODER)
+    return np.stack([inputs[:, 0], forward, forward * curvature], axis=-1)
+
+
+def sighting_of(row: Array, covariance: Array) -> Sighting:
+    """Return a tree as seen from the middle of the rear axle, without a name.
+
+    Args:
+        row: Time [s], range [m] and bearing [rad] from the scanner, diameter [m].
+        covariance: Of range and bearing from the scanner, shape (2, 2).
+    """
+    stamp, distance, bearing = row[:3].tolist()
+    c, s = math.cos(bearing - math.pi / 2), math.sin(bearing - math.pi / 2)
+    x, y = SCANNER[0] + distance * c, SCANNER[1] + distance * s
+    away = math.hypot(x, y)
+    polar = np.array([[x / away, y / away], [-y / away**2, x / away**2]])
+    J = polar @ np.array([[c, -distance * s], [s, distance * c]])
+    return Sighting(stamp, None, away, math.atan2(y, x), J @ covariance @ J.T)
+
+
+def with_course(fixes: Array) -> Array:
+    """Return fixes with headings: where the car went from a metre before to a metre after.
+
+    A car that stands has the heading in which it came and went on. What goes backwards is not told from what turned.
+
+    Args:
+        fixes: Rows of time [s], x and y [m].
+
+    Returns:
+        Rows of time [s], x, y [m] and heading [rad], without those from whose neighbours the car never went away.
+    """
+    ends = np.flatnonzero(np.diff(fixes[:, 0]) > GAP) + 1
+    parts = [np.column_stack([part, _courses(part[:, 1:])]) for part in np.split(fixes, ends)]
+    rows = np.concatenate(parts)
+    return rows[np.isfinite(rows[:, 3])]
+
+
+def _courses(places: Array) -> Array:
+    """Return the heading at each of some places (N, 2) that follow each other closely, NaN where there was no way."""
+    ahead = _away(places)
+    back = len(places) - 1 - _away(places[::-1])[::-1]
+    way = places[ahead] - places[back]
+    moved = np.hypot(*way.T) >= COURSE
+    return np.where(moved, np.arctan2(way[:, 1], way[:, 0]), np.nan)
+
+
+def _away(places: Array) -> NDArray[np.intp]:
+    """Return, for each place, the first after it that is `COURSE` away, else the last."""
+    found, last = np.empty(len(places), dtype=np.intp), 0
+    for row, place in enumerate(places):
+        last = max(last, row)
+        while last < len(places) - 1 and np.hypot(*(places[last] - place)) < COURSE:
+            last += 1
+        found[row] = last
+    return found
+
+
+def _first(truth: Array | None, start: float) -> Pose:
+    """Return where the car begins."""
+    if truth is None or not len(truth):
+        return Pose(0.0, 0.0, 0.0)
+    return Pose.from_array(truth[min(int(np.searchsorted(truth[:, 0], start)), len(truth) - 1), 1:])
+
+
+def _world(
+    folder: Path, first: Pose, span: tuple[float, float], *, rate_hz: float, sighting: tuple[float, float]
+) -> World:
+    """Return the park: nothing in it is known but the car."""
+    noise = f"{{range: {sighting[0]!r}, bearing_deg: {math.degrees(sighting[1])!r}}}"
+    text = (
+        "# From the Victoria Park data set. Where the trees stand nobody knows.\n"
+        f"mjsim: 1\nname: {name_from(folder)}\n"
+        f"robots:\n  - name: {NAME}\n    at: [{first.x!r}, {first.y!r}]\n"
+        f"    heading_deg: {math.degrees(first.heading)!r}\n"
+        f"    drive: {{type: ackermann, wheel_radius: 0.35, track: {2 * ENCODER}, wheelbase: {WHEELBASE},\n"
+        "            max_speed: 8, max_acceleration: 3, max_steer_deg: 35}\n"
+        "    body: {radius: 1.0, height: 1.2, mass: 1200}  # for the eye; nothing depends on it\n"
+        f"    sensors: [{{beacons: laser, at: [{SCANNER[0]}, {SCANNER[1]}, 0.6], range: [0.5, 80], fov_deg: 180,\n"
+        f"               rate_hz: {rate_hz!r}, anonymous: true, noise: {noise}}}]\n"
+        f"run: {{seconds: {span[1] - span[0]!r}, rate_hz: {rate_hz!r}}}\n"
+    )
+    return parse_world(text)
