@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mjsim.errors import UsageError
-from mjsim.record import Recording
+from mjsim.record import Recording, Track
 from mjsim.report.statistics import known_part, statistics_file
 from mjsim.report.tables import csv_table, key_figures, latex_table
+from mjsim.world import World
 from mjsim.world.events import said_of
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 60rem;
   margin: 2rem auto; padding: 0 1rem; }
 h1 { font-size: 1.6rem; margin-bottom: 0; } h2 { font-size: 1.2rem; margin-top: 2.5rem; }
-p.fault { color: #b3261e; } p.run { color: var(--soft); margin-top: 0.2rem; }
+.wide { overflow-x: auto; } p.fault { color: #b3261e; } p.run { color: var(--soft); margin-top: 0.2rem; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
 th, td { text-align: right; padding: 0.3rem 0.6rem; border-bottom: 1px solid var(--line); }
 th:first-child, td:first-child { text-align: left; }
@@ -41,20 +42,26 @@ def write_report(recording: Recording, folder: Path) -> dict[str, Any]:
         UsageError: The folder cannot be written.
     """
     figures = statistics_file(recording)
-    files = _files(recording, figures)
+    write_files(folder, _files(recording, figures))
+    return figures
+
+
+def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Write files into a folder, made if need be.
+
+    Raises:
+        UsageError: It cannot be written.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, data in files.items():
             (folder / name).write_bytes(data)
     except OSError as error:
         raise UsageError(f"cannot write '{folder}': {error.strerror}") from error
-    return figures
 
 
 def _files(recording: Recording, figures: dict[str, Any]) -> dict[str, bytes]:
     """Return what is written, by the names of the files."""
-    from mjsim.report.plots import PLOTS
-
     files = {
         "statistics.json": (json.dumps(figures, indent=1, allow_nan=False) + "\n").encode(),
         "table.csv": csv_table(figures).encode(),
@@ -63,17 +70,30 @@ def _files(recording: Recording, figures: dict[str, Any]) -> dict[str, bytes]:
     sections = []
     for robot, track in recording.robots.items():
         part = known_part(track)
-        drawn = {} if part is None else {name: _png(draw(recording.world, part)) for name, draw in PLOTS}
+        drawn = {} if part is None else draw_all(recording.world, part)
         files |= {f"{robot}_{name}.png": data for name, data in drawn.items()}
         sections.append(_section(robot, figures["robots"][robot], drawn))
     files["report.html"] = _page(recording, figures["run"], sections).encode()
     return files
 
 
-def _png(figure: "Figure") -> bytes:
+def draw_all(world: World, track: Track) -> dict[str, bytes]:
+    """Return the plots of a track by their names, as the contents of PNG files."""
+    from mjsim.report.plots import PLOTS
+
+    return {name: png_of(figure) for name, draw in PLOTS if (figure := draw(world, track)) is not None}
+
+
+def png_of(figure: "Figure") -> bytes:
+    """Return a drawing as the contents of a PNG file."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png")
     return buffer.getvalue()
+
+
+def picture(title: str, png: bytes) -> str:
+    """Return a picture that is part of its page."""
+    return f'<img alt="{html.escape(title)}" src="data:image/png;base64,{base64.b64encode(png).decode()}">'
 
 
 def _section(robot: str, figures: dict[str, Any], pictures: Mapping[str, bytes]) -> str:
@@ -81,10 +101,7 @@ def _section(robot: str, figures: dict[str, Any], pictures: Mapping[str, bytes])
         f"<tr><td>{html.escape(what)}</td><td>{estimate}</td><td>{odometry}</td></tr>"
         for what, estimate, odometry in key_figures(figures)
     )
-    images = "".join(
-        f'<img alt="{name} of {html.escape(robot)}" src="data:image/png;base64,{base64.b64encode(png).decode()}">'
-        for name, png in pictures.items()
-    )
+    images = "".join(picture(f"{name} of {robot}", png) for name, png in pictures.items())
     fault = f'<p class="fault">{html.escape(figures["fault"])}</p>' if figures["fault"] else ""
     return (
         f"<h2>{html.escape(robot)}</h2>{fault}<table><thead><tr><th></th><th>estimate</th><th>odometry</th></tr></thead>"

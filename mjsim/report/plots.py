@@ -6,20 +6,24 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from mjsim.geometry import ellipse_points
 from mjsim.record import Track
 from mjsim.report import metrics
-from mjsim.report.consistency import STATES, chi_square_bounds
+from mjsim.report.consistency import STATES, chi_square_bounds, normalised_innovations
+from mjsim.report.statistics import landmark_figures
 from mjsim.world import World
 
-TRUTH, ESTIMATE, ODOMETRY, MAP = "#333333", "#0072b2", "#e69f00", "#009e73"
+TRUTH, ESTIMATE, ODOMETRY, MAP, BUMP = "#333333", "#0072b2", "#e69f00", "#009e73", "#d55e00"
 """Colours that people with colour blindness tell apart (Okabe and Ito, 2008)."""
+MOST_BARS = 30
+"""Landmarks that are drawn."""
 
 
 def path_plot(world: World, track: Track) -> Figure:
     """Draw the plan with the true, estimated and dead-reckoned path, 95 % ellipses, and the map."""
-    figure, (axes,) = _figure(1, height=7.0)
+    figure, (axes,) = sheet(1, height=7.0)
     _draw_walls(axes, world)
     axes.plot(*track.odometry[:, :2].T, color=ODOMETRY, lw=1.0, label="odometry")
     axes.plot(*track.truth[:, :2].T, color=TRUTH, lw=1.6, label="truth")
@@ -39,7 +43,7 @@ def path_plot(world: World, track: Track) -> Figure:
 
 def error_plot(world: World, track: Track) -> Figure:
     """Draw the errors in x, y and heading over time between their 3-sigma bounds."""
-    figure, panels = _figure(3, height=7.0)
+    figure, panels = sheet(3, height=7.0)
     errors = track.estimate - track.truth
     errors[:, 2] = metrics.heading_errors(track.truth, track.estimate)
     sigmas = np.sqrt(np.maximum(np.einsum("nii->ni", track.covariance), 0.0))
@@ -59,40 +63,85 @@ def error_plot(world: World, track: Track) -> Figure:
 
 
 def distance_plot(world: World, track: Track) -> Figure:
-    """Draw the position error of the estimate and of dead reckoning over time."""
-    figure, (axes,) = _figure(1, height=3.6)
+    """Draw the position error of the estimate and of dead reckoning over time, and when the robot bumped."""
+    figure, (axes,) = sheet(1, height=3.6)
     for poses, color, label in ((track.odometry, ODOMETRY, "odometry"), (track.estimate, ESTIMATE, "estimate")):
         axes.plot(track.time, metrics.position_errors(track.truth, poses), color=color, lw=1.2, label=label)
+    bumps = [event.time for event in track.events if event.kind == "bump"]
+    if bumps:
+        axes.plot(bumps, np.zeros(len(bumps)), "|", color=BUMP, ms=14, mew=1.6, label="bump", clip_on=False)
     axes.set(xlabel="time [s]", ylabel="position error [m]", title="Localization error, not aligned")
-    axes.set_ylim(bottom=0.0)
-    axes.legend(loc="upper left", frameon=False)
-    return figure
-
-
-def nees_plot(world: World, track: Track) -> Figure:
-    """Draw the NEES over time with its 95 % band."""
-    figure, (axes,) = _figure(1, height=3.6)
-    low, high = chi_square_bounds(STATES)
-    nees = metrics.normalised_errors(track.truth, track.estimate, track.covariance)
-    axes.axhspan(low, high, color=MAP, alpha=0.15, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
-    axes.axhline(3.0, color=MAP, lw=0.8, label="expected, 3")
-    axes.plot(track.time, nees, color=ESTIMATE, lw=1.0, label="NEES of x, y, heading")
-    axes.set(xlabel="time [s]", ylabel="NEES", title="Consistency of the estimate", yscale="symlog")
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="upper left", frameon=False, ncols=3)
     return figure
 
 
-PLOTS: tuple[tuple[str, Callable[[World, Track], Figure]], ...] = (
+def nees_plot(world: World, track: Track) -> Figure:
+    """Draw NEES and NIS over time with their 95 % bands; of the NIS each innovation is a point."""
+    rows, nis = normalised_innovations(track)
+    figure, panels = sheet(2 if len(nis) else 1, height=5.6 if len(nis) else 3.6)
+    nees = metrics.normalised_errors(track.truth, track.estimate, track.covariance)
+    _draw_band(panels[0], STATES)
+    panels[0].plot(track.time, nees, color=ESTIMATE, lw=1.0, label="NEES of x, y, heading")
+    panels[0].set_ylabel("NEES")
+    panels[0].set_title("Consistency of the estimate", loc="left")
+    if len(nis):
+        _draw_band(panels[1], 2)
+        panels[1].plot(track.time[rows], nis, ".", color=ESTIMATE, ms=2.5, alpha=0.5, label="NIS of a sighting")
+        panels[1].set_ylabel("NIS")
+    for axes in panels:
+        scale_nees(axes)
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), frameon=False, ncols=3)
+    panels[-1].set_xlabel("time [s]")
+    return figure
+
+
+def scale_nees(axes: Axes) -> None:
+    """Make the axis of a NEES or NIS linear up to 1 and logarithmic beyond, with plain numbers."""
+    axes.set_yscale("symlog", linthresh=1.0)
+    top = max(axes.get_ylim()[1], 12.0)
+    axes.set_yticks([tick for tick in (0, 1, 3, 10, 30, 100, 300, 1e3, 1e4, 1e5, 1e6) if tick <= top])
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.set_ylim(0.0, top)
+
+
+def _draw_band(axes: Axes, freedom: int) -> None:
+    low, high = chi_square_bounds(freedom)
+    axes.axhspan(low, high, color=MAP, alpha=0.15, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
+    axes.axhline(freedom, color=MAP, lw=0.8, label=f"expected, {freedom}")
+
+
+def landmark_plot(world: World, track: Track) -> Figure | None:
+    """Draw the error of each landmark at the end, as estimated and after alignment; None without a map."""
+    errors = landmark_figures(world, track)
+    if not errors.get("each"):
+        return None
+    names = sorted(errors["each"], key=lambda name: -errors["each"][name])[:MOST_BARS]
+    figure, (axes,) = sheet(1, height=3.6)
+    places = np.arange(len(names))
+    for shift, key, color, label in ((-0.2, "each", ESTIMATE, "as estimated"), (0.2, "aligned_each", MAP, "aligned")):
+        axes.bar(places + shift, [errors[key][name] for name in names], 0.4, color=color, label=label)
+    axes.set_xticks(places, names, rotation=45 if len(names) > 8 else 0, ha="right" if len(names) > 8 else "center")
+    some = "" if len(names) == len(errors["each"]) else f", the worst {MOST_BARS} of {len(errors['each'])}"
+    axes.set(ylabel="error [m]", title=f"Landmarks at the end{some}")
+    axes.grid(axis="x", visible=False)
+    axes.legend(loc="upper right", frameon=False, ncols=2)
+    return figure
+
+
+PLOTS: tuple[tuple[str, Callable[[World, Track], Figure | None]], ...] = (
     ("path", path_plot),
     ("error", distance_plot),
     ("bounds", error_plot),
     ("nees", nees_plot),
+    ("landmarks", landmark_plot),
 )
-"""Name of the file and what draws it, in the order in which a page shows them."""
+"""Name of the file and what draws it, in the order in which a page shows them; None where there is nothing to draw."""
 
 
-def _figure(rows: int, *, height: float) -> tuple[Figure, list[Axes]]:
+def sheet(rows: int, *, height: float) -> tuple[Figure, list[Axes]]:
+    """Return an empty figure of a height [inches] and its panels, one below the other."""
     figure = Figure(figsize=(9.6, height), dpi=110, layout="constrained")
     panels = list(np.atleast_1d(figure.subplots(rows, 1, sharex=True)))
     for axes in panels:

@@ -1,5 +1,6 @@
 """The one loop, as a generator of ticks; `run` consumes it into a recording."""
 
+import json
 import shutil
 import sys
 import tempfile
@@ -126,7 +127,7 @@ def run(
     if record is None:
         folder = tempfile.mkdtemp(prefix="mjsim-")
         record = Path(folder) / "run.mcap"
-    metadata = {"command": " ".join(sys.argv), "seconds": str(count * sim.dt)}
+    metadata = {"command": " ".join(sys.argv), "seconds": str(count * sim.dt), "modules": _modules_text(drivers)}
     # One BLAS thread: small matrices are several times faster, and the same on every machine.
     with (
         threadpool_limits(1, user_api="blas"),
@@ -137,6 +138,17 @@ def run(
     if folder is not None:
         weakref.finalize(recording, shutil.rmtree, folder, ignore_errors=True)
     return recording
+
+
+def _modules_text(drivers: Mapping[str, Driver]) -> str:
+    """Return the classes of all modules as JSON: robot -> part -> name."""
+    parts = ("observer", "estimator", "navigator")
+    return json.dumps(
+        {
+            name: {part: type(module).__name__ for part in parts if (module := getattr(driver, part)) is not None}
+            for name, driver in drivers.items()
+        }
+    )
 
 
 def _consume(

@@ -1,0 +1,282 @@
+"""Statistics of many runs -> groups that have the same label, and their differences, run by run with the same seed.
+
+Nothing here reads a file: what has statistics of runs, from recordings or from a sweep, can be compared.
+"""
+
+import itertools
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.geometry import Array
+from mjsim.report.consistency import STATES
+from mjsim.report.figures import FIGURES, Figure, figure_value
+from mjsim.report.paired import CONFIDENCE, Difference, mean_interval, paired_difference
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Series:
+    """How one robot fared over one run, at N moments."""
+
+    time: Array
+    """Shape (N,) [s]."""
+    position_error_m: Array
+    """Shape (N,)."""
+    nees: Array
+    """Shape (N,); NaN where the covariance is singular."""
+    truth: Array | None = None
+    """Positions, shape (N, 2) [m]; None when they were not kept."""
+    estimate: Array | None = None
+    """The same."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunFigures:
+    """The statistics of one run, and what it is compared as."""
+
+    label: str
+    """Of all runs that differ only in their seed."""
+    seed: int
+    robots: Mapping[str, Mapping[str, Any]]
+    """As under 'robots' in `statistics.json`."""
+    series: Mapping[str, Series] = field(default_factory=dict)
+    """By robot; only plots need them."""
+    failed: bool = False
+    """Whether it ended before its time; its figures are counted as failed, and left out."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spread:
+    """A figure over the runs of a group."""
+
+    count: int
+    """Runs that have the figure."""
+    mean: float
+    median: float
+    std: float
+    """Of the sample; 0 of one run."""
+    low: float | None
+    """Bounds of the mean with 95 % confidence; None of too few runs."""
+    high: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Group:
+    """One robot in all runs of one label."""
+
+    label: str
+    robot: str
+    values: Mapping[str, Mapping[int, float]]
+    """Figure -> seed -> value."""
+    spreads: Mapping[str, Spread]
+    """Figure -> its spread."""
+    failed: tuple[int, ...]
+    """Seeds of runs that ended before their time."""
+    series: Mapping[int, Series]
+    """Seed -> how it fared."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Compared:
+    """One figure of two groups."""
+
+    figure: Figure
+    first: str
+    """Label of a group."""
+    second: str
+    difference: Difference
+    """Second less first."""
+
+    @property
+    def sentence(self) -> str:
+        """What can be said of it."""
+        figure, told = self.figure, self.difference
+        if not told.verdict:
+            return f"{self.first} and {self.second} in {figure.title}: {told.reason}"
+        return f"{self.better} is better than {self.worse} in {figure.title}: by {self.size}, {told.pairs} pairs"
+
+    @property
+    def better(self) -> str:
+        """Label of the better group, if that is certain, else empty."""
+        return {"first": self.first, "second": self.second, "": ""}[self.difference.verdict]
+
+    @property
+    def worse(self) -> str:
+        """Label of the other one, if that is certain, else empty."""
+        return {"first": self.second, "second": self.first, "": ""}[self.difference.verdict]
+
+    @property
+    def size(self) -> str:
+        """By how much the better one is better, with the interval and the unit."""
+        told = self.difference
+        low, high = sorted(abs(value) for value in (told.low or 0.0, told.high or 0.0))
+        return f"{abs(told.mean or 0.0):.3g} [{low:.3g}, {high:.3g}] {self.figure.unit}".rstrip()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison:
+    """What runs tell of those that were compared."""
+
+    groups: tuple[Group, ...]
+    differences: tuple[Compared, ...]
+    """Every figure of every two groups."""
+    remarks: tuple[str, ...]
+    """What a reader has to know before believing a figure."""
+
+    @property
+    def verdicts(self) -> tuple[str, ...]:
+        """What is certain, in sentences."""
+        return tuple(item.sentence for item in self.differences if item.difference.verdict)
+
+    @property
+    def consistency(self) -> tuple[str, ...]:
+        """Whether the estimators of the groups are as sure as they may be, in sentences."""
+        return tuple(told for group in self.groups if (told := _consistency(group)))
+
+
+def compare_tables(runs: Iterable[RunFigures], *, confidence: float = CONFIDENCE) -> Comparison:
+    """Compare statistics of many runs.
+
+    Args:
+        runs: Those with the same label differ in nothing but their seed.
+        confidence: That all intervals of one figure hold at once: with more than two groups each interval is wider
+            (Bonferroni).
+
+    Raises:
+        UsageError: There is no run, or a label has a seed twice.
+    """
+    kept = tuple(runs)
+    if not kept:
+        raise UsageError("nothing to compare; name at least one recording")
+    if not 0.5 <= confidence < 1.0:
+        raise UsageError(f"confidence is {confidence:g}; it must be at least 0.5 and below 1")
+    _require_once(kept)
+    groups = tuple(_group(label, robot, members) for label, robot, members in _members(kept))
+    pairs = [pair for pair in itertools.combinations(groups, 2) if _comparable(groups, *pair)]
+    each = 1.0 - (1.0 - confidence) / max(len(pairs), 1)
+    differences = [
+        Compared(figure=figure, first=a.label, second=b.label, difference=_difference(a, b, figure, each))
+        for a, b in pairs
+        for figure in FIGURES
+        if a.values[figure.key] and b.values[figure.key]
+    ]
+    return Comparison(
+        groups=groups, differences=tuple(differences), remarks=tuple(_remarks(groups, pairs, differences, each))
+    )
+
+
+def _require_once(runs: Sequence[RunFigures]) -> None:
+    seen = set()
+    for run in runs:
+        if (run.label, run.seed) in seen:
+            raise UsageError(f"'{run.label}' has seed {run.seed} twice; give what differs labels of its own")
+        seen.add((run.label, run.seed))
+
+
+def _members(runs: Sequence[RunFigures]) -> list[tuple[str, str, list[RunFigures]]]:
+    """Return label, robot and runs of each group; a robot is part of the label where a label has several."""
+    labels = dict.fromkeys(run.label for run in runs)
+    found = {label: _robots([run for run in runs if run.label == label]) for label in labels}
+    names = {name for robots in found.values() for name in robots}
+    members = []
+    for label, robots in found.items():
+        for robot in robots:
+            shown = label if len(names) == 1 else robot if len(found) == 1 else f"{label}, {robot}"
+            members.append((shown, robot, [run for run in runs if run.label == label]))
+    return members
+
+
+def _robots(runs: Sequence[RunFigures]) -> list[str]:
+    """Return the robots of runs that believed something; all when none did."""
+    names = dict.fromkeys(name for run in runs for name in run.robots)
+    believing = [name for name in names if any(run.robots.get(name, {}).get("position_error_m") for run in runs)]
+    return believing or list(names)
+
+
+def _comparable(groups: Sequence[Group], a: Group, b: Group) -> bool:
+    """Say whether two groups are of one robot; of several robots, too, where no robot is in two groups."""
+    robots = [group.robot for group in groups]
+    return a.robot == b.robot or len(set(robots)) == len(robots)
+
+
+def _group(label: str, robot: str, runs: Sequence[RunFigures]) -> Group:
+    sound = [run for run in runs if not run.failed and robot in run.robots]
+    values = {
+        figure.key: {
+            run.seed: value for run in sound if (value := figure_value(run.robots[robot], figure.key)) is not None
+        }
+        for figure in FIGURES
+    }
+    return Group(
+        label=label,
+        robot=robot,
+        values=values,
+        spreads={key: _spread(list(found.values())) for key, found in values.items() if found},
+        failed=tuple(run.seed for run in runs if run.failed),
+        series={run.seed: run.series[robot] for run in sound if robot in run.series},
+    )
+
+
+def _spread(values: Sequence[float]) -> Spread:
+    interval = mean_interval(values)
+    return Spread(
+        count=len(values),
+        mean=float(np.mean(values)),
+        median=float(np.median(values)),
+        std=float(np.std(values, ddof=1)) if len(values) > 1 else 0.0,
+        low=interval[0] if interval else None,
+        high=interval[1] if interval else None,
+    )
+
+
+def _difference(a: Group, b: Group, figure: Figure, confidence: float) -> Difference:
+    """Return the difference of two groups; one that failed more often than the other is not called better."""
+    found = paired_difference(a.values[figure.key], b.values[figure.key], better=figure.better, confidence=confidence)
+    worse = a if len(a.failed) > len(b.failed) else b if len(b.failed) > len(a.failed) else None
+    if worse is not None and found.verdict == ("first" if worse is a else "second"):
+        return replace(found, verdict="", reason=f"{worse.label} failed more often; what is left cannot decide")
+    return found
+
+
+def _consistency(group: Group) -> str:
+    """Say what the mean NEES of independent runs tells; nothing of too few runs."""
+    spread = group.spreads.get("nees.mean")
+    if spread is None or spread.low is None or spread.high is None:
+        return ""
+    told = f"NEES {spread.mean:.2f} [{spread.low:.2f}, {spread.high:.2f}], {STATES} expected"
+    if spread.low > STATES:
+        return f"{group.label} is surer of itself than it may be: {told}"
+    if spread.high < STATES:
+        return f"{group.label} is less sure of itself than it could be: {told}"
+    return f"{group.label} may well be consistent: {told}"
+
+
+def _remarks(
+    groups: Sequence[Group],
+    pairs: Sequence[tuple[Group, Group]],
+    differences: Sequence[Compared],
+    confidence: float,
+) -> Iterable[str]:
+    for group in groups:
+        if group.failed:
+            seeds = ", ".join(map(str, group.failed[:10])) + (", ..." if len(group.failed) > 10 else "")
+            yield f"{group.label}: {len(group.failed)} runs ended before their time and are left out (seeds {seeds})"
+    if not pairs:
+        yield "all runs have the same settings and differ only in their seed; there is nothing to compare"
+    if len(pairs) > 1:
+        yield f"{len(pairs)} pairs are compared, so each interval holds with {confidence:.1%} (Bonferroni)"
+    if any(item.figure.better and item.difference.low is not None for item in differences):
+        yield (
+            "each figure is a question of its own: of figures in which nothing differs, one in twenty may be said to"
+            " differ; choose the one that decides before you look"
+        )
+    for a, b in pairs:
+        seeds_a, seeds_b = ({seed for found in group.values.values() for seed in found} for group in (a, b))
+        both = len(seeds_a & seeds_b)
+        if both == 1:
+            yield f"{a.label} and {b.label} have one seed in common; a single pair cannot decide which is better"
+        elif seeds_a != seeds_b:
+            yield f"{a.label} and {b.label} have {both} seeds in common; others are in no difference"

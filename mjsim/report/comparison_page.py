@@ -1,0 +1,59 @@
+"""A comparison as files: tables, plots, and one HTML page that opens offline."""
+
+import html
+import json
+from pathlib import Path
+
+from mjsim.report.comparison import Comparison
+from mjsim.report.comparison_tables import comparison_csv, comparison_json, comparison_latex, interval_text
+from mjsim.report.figures import FIGURES
+from mjsim.report.page import STYLE, picture, png_of, write_files
+
+
+def write_comparison(comparison: Comparison, folder: Path) -> None:
+    """Write `comparison.json`, `table.csv`, `table.tex`, the plots as PNG and `comparison.html` into a folder.
+
+    Raises:
+        UsageError: The folder cannot be written.
+    """
+    from mjsim.report.comparison_plots import PLOTS
+
+    drawn = {name: png_of(drawing) for name, draw in PLOTS if (drawing := draw(comparison)) is not None}
+    files = {
+        "comparison.json": (json.dumps(comparison_json(comparison), indent=1, allow_nan=False) + "\n").encode(),
+        "table.csv": comparison_csv(comparison).encode(),
+        "table.tex": comparison_latex(comparison).encode(),
+        **{f"{name}.png": data for name, data in drawn.items()},
+        "comparison.html": _page(comparison, drawn).encode(),
+    }
+    write_files(folder, files)
+
+
+def _page(comparison: Comparison, pictures: dict[str, bytes]) -> str:
+    title = " and ".join(group.label for group in comparison.groups[:4])
+    verdicts = "".join(f"<li>{html.escape(told)}</li>" for told in comparison.verdicts)
+    remarks = "".join(f"<li>{html.escape(told)}</li>" for told in comparison.remarks)
+    said = f"<ul>{verdicts}</ul>" if verdicts else "<p>No figure is certain to be better in one than in another.</p>"
+    return (
+        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(title)} - mjsim compare</title>'
+        f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style>'
+        f"<h1>{html.escape(title)}</h1>"
+        f"<h2>What is certain</h2>{said}"
+        + (f"<h2>What to know</h2><ul>{remarks}</ul>" if remarks else "")
+        + f"<h2>Means, with 95 % intervals</h2>{_table(comparison)}"
+        + "".join(picture(name, data) for name, data in pictures.items())
+        + "</html>\n"
+    )
+
+
+def _table(comparison: Comparison) -> str:
+    groups = comparison.groups
+    heads = "".join(f"<th>{html.escape(group.label)}</th>" for group in groups)
+    rows = "".join(
+        f"<tr><td>{html.escape(figure.heading)}</td>"
+        + "".join(f"<td>{interval_text(figure, group)}</td>" for group in groups)
+        + "</tr>"
+        for figure in FIGURES
+        if any(figure.key in group.spreads for group in groups)
+    )
+    return f'<div class="wide"><table><thead><tr><th></th>{heads}</tr></thead><tbody>{rows}</tbody></table></div>'

@@ -1,0 +1,219 @@
+"""The plots of a comparison; each function returns one figure, or None when there is nothing to draw."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Drawing
+
+from mjsim.geometry import Array
+from mjsim.report.comparison import Compared, Comparison, Group, Series
+from mjsim.report.consistency import STATES, chi_square_bounds
+from mjsim.report.figures import FIGURES, Figure
+from mjsim.report.plots import TRUTH, scale_nees, sheet
+
+COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999999")
+"""Colours that people with colour blindness tell apart (Okabe and Ito, 2008); more groups begin again."""
+FEW = 3
+"""Runs of a group that are drawn one by one; of more, their median and where nine of ten lie."""
+MOST_PAIRS = 10
+"""Pairs of groups whose differences are drawn; tables have all."""
+BOXED = 5
+"""Runs from which on boxes are drawn."""
+KEYS = ("position_error_m.mean", "heading_error_deg.mean", "ate_m.rmse", "nees.mean", "landmark_error_m.aligned_rms")
+"""Figures that have boxes."""
+
+
+def error_plot(comparison: Comparison) -> Drawing | None:
+    """Draw the position error of all groups over time."""
+    figure, (axes,) = sheet(1, height=4.2)
+    if not _draw_over_time(axes, comparison.groups, lambda series: series.position_error_m):
+        return None
+    axes.set(xlabel="time [s]", ylabel="position error [m]", title="Localization error, not aligned")
+    axes.set_ylim(bottom=0.0)
+    _legend(figure, axes)
+    return figure
+
+
+def nees_plot(comparison: Comparison) -> Drawing | None:
+    """Draw the NEES of all groups over time, averaged over runs, with the band of a consistent estimator."""
+    figure, (axes,) = sheet(1, height=4.2)
+    drawn = [group for group in comparison.groups if group.series]
+    if not drawn:
+        return None
+    most = max(len(group.series) for group in drawn)
+    low, high = chi_square_bounds(STATES, count=most)
+    axes.axhspan(low, high, color=TRUTH, alpha=0.12, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
+    axes.axhline(STATES, color=TRUTH, lw=0.8)
+    for color, width, group in _styled(comparison.groups):
+        time, values = on_one_clock(list(group.series.values()), lambda series: series.nees)
+        if len(time):
+            known = np.isfinite(values).any(axis=0)
+            axes.plot(time[known], np.nanmean(values[:, known], axis=0), color=color, lw=width, label=group.label)
+    averaged = "one run each" if most == 1 else f"averaged over up to {most} runs"
+    axes.set(xlabel="time [s]", ylabel="NEES", title=f"Consistency, {averaged}")
+    scale_nees(axes)
+    _legend(figure, axes)
+    return figure
+
+
+def path_plot(comparison: Comparison) -> Drawing | None:
+    """Draw where the robots were and believed to be, in the runs of the first seed that most groups have."""
+    figure, (axes,) = sheet(1, height=7.0)
+    counts: dict[int, int] = {}
+    for group in comparison.groups:
+        for seed in (seed for seed, series in group.series.items() if series.truth is not None):
+            counts[seed] = counts.get(seed, 0) + 1
+    if not counts:
+        return None
+    seed = max(sorted(counts), key=lambda each: counts[each])
+    shown = [
+        (color, width, group.label, group.series[seed])
+        for color, width, group in _styled(comparison.groups)
+        if seed in group.series
+    ]
+    truths = [series.truth for *_, series in shown if series.truth is not None]
+    alike = all(np.array_equal(truths[0], other) for other in truths)
+    if alike:
+        axes.plot(*truths[0].T, color=TRUTH, lw=3.0, alpha=0.4, label="truth")
+    for color, width, label, series in shown:
+        if series.truth is None or series.estimate is None:
+            continue
+        if not alike:
+            axes.plot(*series.truth.T, color=color, lw=4.0, alpha=0.3, label=f"{label}: truth")
+        axes.plot(*series.estimate.T, color=color, lw=width, label=label)
+    axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", title=f"Paths of seed {seed}, not aligned")
+    _legend(figure, axes)
+    return figure
+
+
+def box_plot(comparison: Comparison) -> Drawing | None:
+    """Draw how key figures spread over the runs of each group; None when no group has five."""
+    groups = comparison.groups
+    figures = [f for f in FIGURES if f.key in KEYS and any(len(g.values[f.key]) >= BOXED for g in groups)]
+    if not figures:
+        return None
+    drawing = Drawing(figsize=(9.6, 0.9 + len(figures) * (0.6 + 0.32 * len(groups))), dpi=110, layout="constrained")
+    panels = np.atleast_1d(drawing.subplots(len(figures), 1))
+    for axes, figure in zip(panels, figures, strict=True):
+        _draw_boxes(axes, figure, groups)
+    panels[0].set_title("Each point is a run; boxes hold the middle half, lines the median")
+    return drawing
+
+
+def difference_plot(comparison: Comparison) -> Drawing | None:
+    """Draw the mean differences of the errors of every two groups, with intervals, in per cent of the first's mean."""
+    rows = [(item, scale) for item in comparison.differences if (scale := _scale(comparison, item)) is not None]
+    pairs = list(dict.fromkeys((item.first, item.second) for item, _ in rows))[:MOST_PAIRS]
+    if not pairs:
+        return None
+    own = [[(item, scale) for item, scale in rows if (item.first, item.second) == pair] for pair in pairs]
+    height = 0.3 + sum(0.95 + 0.26 * len(each) for each in own)
+    drawing = Drawing(figsize=(9.6, height), dpi=110, layout="constrained")
+    panels = np.atleast_1d(drawing.subplots(len(pairs), 1, height_ratios=[3 + len(each) for each in own]))
+    for axes, (first, second), each in zip(panels, pairs, own, strict=True):
+        axes.set_title(f"{second} less {first}", fontsize=10)
+        _draw_differences(axes, each)
+    panels[-1].set_xlabel("mean difference of pairs [% of the first's mean]; grey: not decided")
+    return drawing
+
+
+def _draw_differences(axes: Axes, rows: Sequence[tuple[Compared, float]]) -> None:
+    axes.axvline(0.0, color=TRUTH, lw=0.8)
+    for row, (item, scale) in enumerate(rows):
+        told = item.difference
+        color = {"first": COLORS[0], "second": COLORS[1], "": "#888888"}[told.verdict]
+        low, mean, high = (100.0 * float(value or 0.0) / scale for value in (told.low, told.mean, told.high))
+        axes.plot([low, high], [row, row], color=color, lw=2.2, solid_capstyle="round")
+        axes.plot(mean, row, "o", color=color, ms=5)
+    axes.set_yticks(range(len(rows)), [item.figure.title for item, _ in rows])
+    axes.set_ylim(len(rows) - 0.4, -0.6)
+    axes.grid(axis="x", color="#dddddd", lw=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+PLOTS: tuple[tuple[str, Callable[[Comparison], Drawing | None]], ...] = (
+    ("errors", error_plot),
+    ("differences", difference_plot),
+    ("boxes", box_plot),
+    ("nees", nees_plot),
+    ("paths", path_plot),
+)
+"""Name of the file and what draws it, in the order in which a page shows them."""
+
+
+def on_one_clock(runs: Sequence[Series], values: Callable[[Series], Array]) -> tuple[Array, Array]:
+    """Return times (T,) [s] and the values of runs at them, shape (runs, T); NaN where a run had ended."""
+    if not runs:
+        return np.zeros(0), np.zeros((0, 0))
+    time = max((series.time for series in runs), key=lambda each: float(each[-1]))
+    rows = [np.interp(time, series.time, values(series), left=np.nan, right=np.nan) for series in runs]
+    return time, np.array(rows)
+
+
+def _draw_over_time(axes: Axes, groups: Sequence[Group], values: Callable[[Series], Array]) -> bool:
+    """Draw few runs one by one, of many their median and where nine of ten lie; say whether there was one."""
+    for color, width, group in _styled(groups):
+        runs = list(group.series.values())
+        if len(runs) <= FEW:
+            for number, series in enumerate(runs):
+                axes.plot(series.time, values(series), color=color, lw=width, label=None if number else group.label)
+            continue
+        time, each = on_one_clock(runs, values)
+        known = np.isfinite(each).any(axis=0)
+        low, median, high = np.nanquantile(each[:, known], (0.05, 0.5, 0.95), axis=0)
+        axes.fill_between(time[known], low, high, color=color, alpha=0.15, lw=0)
+        label = f"{group.label}: median of {len(runs)}, nine of ten"
+        axes.plot(time[known], median, color=color, lw=width, label=label)
+    return any(group.series for group in groups)
+
+
+def _draw_boxes(axes: Axes, figure: Figure, groups: Sequence[Group]) -> None:
+    rng = np.random.default_rng(0)  # Points of one group are moved apart a little, always the same.
+    for row, (color, _, group) in enumerate(_styled(groups)):
+        values = np.array(list(group.values[figure.key].values()))
+        if not len(values):
+            continue
+        axes.boxplot(
+            values,
+            positions=[row],
+            orientation="horizontal",
+            widths=0.55,
+            showfliers=False,
+            patch_artist=True,
+            boxprops={"facecolor": f"{color}30", "edgecolor": color},
+            medianprops={"color": color, "linewidth": 1.8},
+            whiskerprops={"color": color},
+            capprops={"color": color},
+        )
+        axes.plot(values, row + rng.uniform(-0.16, 0.16, len(values)), ".", color=color, ms=4, alpha=0.6)
+    axes.set_yticks(range(len(groups)), [group.label for group in groups])
+    axes.set_ylim(len(groups) - 0.4, -0.6)
+    axes.set_xlabel(figure.heading)
+    axes.grid(axis="x", color="#dddddd", lw=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _scale(comparison: Comparison, item: Compared) -> float | None:
+    """Return the mean of the first group, when the difference has an interval and is one of errors."""
+    if item.difference.low is None or not item.figure.better or not item.figure.unit:
+        return None
+    first = next(group for group in comparison.groups if group.label == item.first)
+    mean = first.spreads[item.figure.key].mean
+    return mean if mean > 0.0 else None
+
+
+def _styled(groups: Sequence[Group]) -> list[tuple[str, float, Group]]:
+    """Return colour and width of the line of each group; later ones are thinner, so that equal lines all show."""
+    widths = np.linspace(2.4, 1.0, len(groups)) if len(groups) > 1 else [1.4]
+    return [
+        (COLORS[k % len(COLORS)], float(width), group)
+        for k, (width, group) in enumerate(zip(widths, groups, strict=True))
+    ]
+
+
+def _legend(figure: Drawing, axes: Axes) -> None:
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2 if len(labels) > 2 else 3, frameon=False)

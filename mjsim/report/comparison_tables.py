@@ -1,0 +1,155 @@
+"""A comparison as tables: lines for a terminal, CSV, LaTeX and JSON."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from mjsim.report.comparison import Compared, Comparison, Group
+from mjsim.report.figures import FIGURES, Figure
+from mjsim.report.paired import CONFIDENCE
+from mjsim.report.tables import csv_text, latex_float, latex_row, latex_text
+
+ABREAST = 3
+"""Groups beside each other in a table; more of them come below."""
+WIDTH = 32
+"""Of a column in a terminal, at most [characters]."""
+
+
+def comparison_lines(comparison: Comparison) -> list[str]:
+    """Return a comparison as lines for a terminal: means with their intervals, what is certain, what to know."""
+    lines = []
+    for groups in _abreast(comparison.groups):
+        lines += [*_lines_of(groups), ""]
+    lines += _verdict_lines(comparison)
+    if comparison.differences and not comparison.verdicts:
+        lines.append("No figure is certain to be better in one than in another.")
+    lines += [*(f"{told}." for told in comparison.consistency), *(f"Note: {told}." for told in comparison.remarks)]
+    return lines
+
+
+def _verdict_lines(comparison: Comparison) -> Iterator[str]:
+    """Yield what is certain, the figures of two groups below each other."""
+    said = [item for item in comparison.differences if item.difference.verdict]
+    for better, worse in dict.fromkeys((item.better, item.worse) for item in said):
+        own = [item for item in said if (item.better, item.worse) == (better, worse)]
+        yield f"{better} is better than {worse} ({own[0].difference.pairs} pairs), by:"
+        yield from (f"  {item.figure.title:<30}{item.size}" for item in own)
+
+
+def comparison_csv(comparison: Comparison) -> str:
+    """Return a row for each group and figure, then one for each difference, with every digit."""
+    columns = ("kind", "label", "robot", "figure", "unit", "count", "mean", "low", "high", "confidence", "verdict")
+    spreads = [
+        (
+            *("mean", group.label, group.robot, figure.key, figure.unit),
+            *(spread.count, spread.mean, spread.low, spread.high, CONFIDENCE, None),
+        )
+        for group in comparison.groups
+        for figure in FIGURES
+        if (spread := group.spreads.get(figure.key)) is not None
+    ]
+    return csv_text(columns, [*spreads, *map(_difference_row, comparison.differences)])
+
+
+def _difference_row(item: Compared) -> Sequence[Any]:
+    told, sentence = item.difference, item.sentence if item.difference.verdict else None
+    what = ("difference", f"{item.second} - {item.first}", None, item.figure.key, item.figure.unit)
+    return (*what, told.pairs, told.mean, told.low, told.high, told.confidence, sentence)
+
+
+def comparison_latex(comparison: Comparison) -> str:
+    """Return the means and their intervals for LaTeX with booktabs; a table for every three groups."""
+    tables = []
+    for groups in _abreast(comparison.groups):
+        rows = [
+            latex_row((latex_text(figure.heading), *(_latex_cell(figure, group) for group in groups)))
+            for figure in _shown(groups)
+        ]
+        counts = ", ".join(f"{group.label}: {_counted(group)}" for group in groups)
+        heads = ("", *(group.label for group in groups))
+        caption = f"Means with 95 % intervals; {counts}. {' '.join(f'{told}.' for told in comparison.verdicts)}"
+        tables.append(latex_float("l" + "r" * len(groups), heads, rows, caption=caption.strip()))
+    return "\n".join(tables)
+
+
+def comparison_json(comparison: Comparison) -> dict[str, Any]:
+    """Return what `comparison.json` holds: lists of 'groups', 'differences', 'verdicts', 'consistency', 'remarks'."""
+    return {
+        "groups": [
+            {
+                "label": group.label,
+                "robot": group.robot,
+                "failed": list(group.failed),
+                "figures": {
+                    key: {**asdict(spread), "values": {str(seed): value for seed, value in group.values[key].items()}}
+                    for key, spread in group.spreads.items()
+                },
+            }
+            for group in comparison.groups
+        ],
+        "differences": [
+            {
+                "figure": item.figure.key,
+                "unit": item.figure.unit,
+                "first": item.first,
+                "second": item.second,
+                **asdict(item.difference),
+            }
+            for item in comparison.differences
+        ],
+        "verdicts": list(comparison.verdicts),
+        "consistency": list(comparison.consistency),
+        "remarks": list(comparison.remarks),
+    }
+
+
+def interval_text(figure: Figure, group: Group) -> str:
+    """Return the mean of a figure and its interval; of few runs its least and largest value, in round brackets."""
+    spread = group.spreads.get(figure.key)
+    if spread is None:
+        return "-"
+    mean = figure.text(spread.mean) if figure.digits else f"{spread.mean:.3g}"
+    if spread.low is not None and spread.high is not None:
+        return f"{mean} [{_short(figure, spread.low)}, {_short(figure, spread.high)}]"
+    values = group.values[figure.key].values()
+    return mean if spread.count == 1 else f"{mean} ({_short(figure, min(values))} to {_short(figure, max(values))})"
+
+
+def _short(figure: Figure, value: float) -> str:
+    return figure.text(value) if figure.digits else f"{value:.3g}"
+
+
+def _abreast(groups: Sequence[Group]) -> Iterator[Sequence[Group]]:
+    """Yield the groups that stand beside each other."""
+    return (groups[first : first + ABREAST] for first in range(0, len(groups), ABREAST))
+
+
+def _shown(groups: Sequence[Group]) -> Iterator[Figure]:
+    """Yield the figures that one of the groups has."""
+    return (figure for figure in FIGURES if any(figure.key in group.spreads for group in groups))
+
+
+def _counted(group: Group) -> str:
+    count = max((spread.count for spread in group.spreads.values()), default=0)
+    return "1 run" if count == 1 else f"{count} runs"
+
+
+def _lines_of(groups: Sequence[Group]) -> Iterator[str]:
+    """Yield the lines of a table of groups beside each other."""
+    columns = [[_fitted(group.label), _counted(group)] for group in groups]
+    figures = list(_shown(groups))
+    for column, group in zip(columns, groups, strict=True):
+        column += [interval_text(figure, group) for figure in figures]
+    widths = [max(map(len, column)) for column in columns]
+    heads = ["", "mean, 95 % interval", *(figure.heading for figure in figures)]
+    for head, *cells in zip(heads, *columns, strict=True):
+        yield f"{head:<32}" + "".join(f"   {cell:>{width}}" for cell, width in zip(cells, widths, strict=True))
+
+
+def _fitted(label: str) -> str:
+    """Return a label no wider than a column; its end tells most."""
+    return label if len(label) <= WIDTH else f"...{label[3 - WIDTH :]}"
+
+
+def _latex_cell(figure: Figure, group: Group) -> str:
+    return latex_text(interval_text(figure, group))

@@ -1,0 +1,128 @@
+"""What runs are called that are compared: by the settings that differ, else by their files."""
+
+import json
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from mjsim.world import World
+
+MOST_SETTINGS = 4
+"""Worlds that differ in more are called by their names."""
+PARTS = ("observer", "estimator", "navigator")
+"""Of a driver, whose classes a recording tells."""
+_LEFT_OUT = ("run.seed", "run.view", "mjsim")
+"""Keys of a world that change nothing in a run, but its seed."""
+_NUMBERED = re.compile(r"[-_. ]*(?:seed|run)?[-_. ]*\d+$", re.IGNORECASE)
+
+
+def settings_of(world: World, metadata: Mapping[str, str]) -> dict[str, str]:
+    """Return all settings of a run as text, by keys such as 'robots.scout.odometry.noise.turn'.
+
+    Args:
+        world: Where it took place.
+        metadata: Of its recording, which tells which modules were at work when they are not those of the world.
+    """
+    leaves = dict(_leaves(world.model_dump(mode="json"), ""))
+    if "modules" in metadata:
+        told = json.loads(metadata["modules"])
+        for robot in {*told, *world.run.drivers}:
+            for part in PARTS:
+                _put_module(leaves, f"run.drivers.{robot}.{part}", told.get(robot, {}).get(part))
+    for part in PARTS:
+        if f"replayed {part}" in metadata:
+            _put_module(leaves, f"run.drivers.{metadata['replayed robot']}.{part}", metadata[f"replayed {part}"])
+    return {key: value for key, value in leaves.items() if not key.startswith(_LEFT_OUT)}
+
+
+def _put_module(leaves: dict[str, str], key: str, name: str | None) -> None:
+    """Note which class was at work, or none; what the world says of another one does not hold."""
+    if leaves.get(f"{key}.use") == name:
+        return
+    for other in [leaf for leaf in leaves if leaf == key or leaf.startswith(f"{key}.")]:
+        del leaves[other]
+    if name is not None:
+        leaves[f"{key}.use"] = name
+
+
+def _leaves(value: Any, path: str) -> Iterable[tuple[str, str]]:
+    """Yield key and text of each value in a tree; items of lists go by their names."""
+    before = f"{path}." if path else ""
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            yield from _leaves(item, f"{before}{key}")
+    elif isinstance(value, list) and any(isinstance(item, Mapping) for item in value):
+        for number, item in enumerate(value):
+            name = item.get("name") if isinstance(item, Mapping) else None
+            yield from _leaves(item, f"{before}{name or number}")
+    elif path.endswith(".use"):
+        yield path, str(value).rpartition(":")[2]
+    elif value is not None:
+        yield path, f"{value:g}" if isinstance(value, float) else value if isinstance(value, str) else json.dumps(value)
+
+
+def setting_labels(settings: Sequence[Mapping[str, str]], names: Sequence[str]) -> list[str] | None:
+    """Return a label for each run, made of the settings in which the runs differ.
+
+    Args:
+        settings: Of each run, as `settings_of` gives them.
+        names: Of their worlds, for runs in which nothing differs, or too much.
+
+    Returns:
+        Labels such as 'EkfSlam, jacobians=invariant', equal for equal settings; None when too much differs for that,
+        and the names do not tell the worlds apart.
+    """
+    keys = [key for key in _differing(settings) if not _told_by_class(key, settings)]
+    if len(keys) <= MOST_SETTINGS:
+        return [", ".join(_said(each, keys, settings)) for each in settings] if keys else list(names)
+    kinds = {tuple(sorted(each.items())) for each in settings}
+    return list(names) if len(set(names)) == len(kinds) else None
+
+
+def _differing(settings: Sequence[Mapping[str, str]]) -> list[str]:
+    everything = dict.fromkeys(key for each in settings for key in each)
+    return [key for key in everything if len({each.get(key) for each in settings}) > 1]
+
+
+def _told_by_class(key: str, settings: Sequence[Mapping[str, str]]) -> bool:
+    """Say whether an argument of a module is the same wherever its class is, so that the class tells it."""
+    use = f"{key.rpartition('.')[0]}.use"
+    if key.endswith(".use") or not any(use in each for each in settings):
+        return False
+    classes = {each.get(use) for each in settings}
+    return len(classes) > 1 and len({(each.get(use), each.get(key)) for each in settings}) == len(classes)
+
+
+def _said(own: Mapping[str, str], keys: Sequence[str], settings: Sequence[Mapping[str, str]]) -> Iterable[str]:
+    """Yield what is said of each key in a label; an argument that the class of the run never has is not told."""
+    shorts = _short_keys(keys)
+    for key in keys:
+        use = f"{key.rpartition('.')[0]}.use"
+        if key.endswith(".use"):
+            yield own.get(key, "odometry" if key.endswith(".estimator.use") else f"no {key.split('.')[-2]}")
+        elif any(key in each and each.get(use) == own.get(use) for each in settings):
+            yield f"{shorts[key]}={own.get(key, 'default')}"
+
+
+def _short_keys(keys: Sequence[str]) -> dict[str, str]:
+    """Return the shortest end of each key that tells it from the others; of a module its last part may do."""
+    shorts = {}
+    for key in keys:
+        parts = key.split(".")
+        least = 1 if key.startswith("run.drivers.") else min(2, len(parts))
+        ends = (".".join(parts[-count:]) for count in range(least, len(parts) + 1))
+        shorts[key] = next(end for end in ends if sum(f".{other}".endswith(f".{end}") for other in keys) == 1)
+    return shorts
+
+
+def file_labels(paths: Sequence[Path]) -> list[str]:
+    """Return a label for each recording from its file: equal for files that differ in a number at the end alone.
+
+    'ekf-1.mcap' and 'ekf-2.mcap' are both 'ekf'; of files that are called alike the folder tells.
+    """
+    stems = [_NUMBERED.sub("", path.stem) for path in paths]
+    if len(set(stems)) > 1 and all(stems):
+        return stems
+    folders = [path.absolute().parent.name for path in paths]
+    return folders if len(set(folders)) > 1 else [path.stem for path in paths]
