@@ -166,23 +166,24 @@ class EkfSlamFilter:
         Args:
             names: k landmarks.
             measurements: Range [m] and bearing [rad, left positive], shape (k, 2).
-            measurement_covariance: Of each (k, 2, 2), or one for all (2, 2).
+            measurement_covariance: Of each (k, 2, 2), one for all (2, 2), or of all together (2 k, 2 k) when errors
+                are shared.
         """
         Z = np.asarray(measurements, dtype=float).reshape(-1, 2)
-        R = np.broadcast_to(np.asarray(measurement_covariance, dtype=float), (len(Z), 2, 2))
         if len(names) != len(Z):
             raise ValueError(f"{len(names)} names for {len(Z)} measurements; give one a measurement")
+        R = _together(np.asarray(measurement_covariance, dtype=float), len(Z))
         known = [i for i, name in enumerate(names) if name in self._order]
         if known:
-            self._correct(self._places([names[i] for i in known]), Z[known], R[known])
+            self._correct(self._places([names[i] for i in known]), Z[known], R[known][:, :, known])
         again = []
         for i in sorted(set(range(len(Z))).difference(known)):
             if names[i] in self._order:  # seen twice in its first batch
                 again.append(i)
             else:
-                self._add(names[i], Z[i], R[i])
+                self._add(names[i], Z[i], R[i, :, i])
         if again:
-            self._correct(self._places([names[i] for i in again]), Z[again], R[again])
+            self._correct(self._places([names[i] for i in again]), Z[again], R[again][:, :, again])
 
     @property
     def _size(self) -> int:
@@ -214,9 +215,7 @@ class EkfSlamFilter:
         HP = (H_pose @ P[:3] + H_landmark @ P[columns]).reshape(count, size)
         S = (HP[:, :3] @ H_pose.reshape(count, 3).T).reshape(count, -1, 2)
         S += np.einsum("akj,kij->aki", HP[:, columns], H_landmark)
-        pairs = np.arange(len(places))
-        S.reshape(-1, 2, len(places), 2)[pairs, :, pairs] += R
-        L = np.linalg.cholesky(S.reshape(count, count))
+        L = np.linalg.cholesky(S.reshape(count, count) + R.reshape(count, count))
         W = scipy.linalg.solve_triangular(L, HP, lower=True, check_finite=False)
         gained = scipy.linalg.solve_triangular(L, nu.ravel(), lower=True, check_finite=False)
         loss = self._spare[: size * size].reshape(size, size)
@@ -256,3 +255,12 @@ class EkfSlamFilter:
         mean[:size], anchor[:size], P[:size, :size] = self._mean, self._anchor, self._P
         self._mean, self._anchor, self._P = mean, anchor, P
         self._spare = np.empty(room * room)
+
+
+def _together(R: Array, count: int) -> Array:
+    """Return the covariance of all measurements together, shape (k, 2, k, 2), of one for all, of each or of all."""
+    if R.shape == (2 * count, 2 * count):
+        return R.reshape(count, 2, count, 2)
+    together, each = np.zeros((count, 2, count, 2)), np.arange(count)
+    together[each, :, each] = R
+    return together

@@ -10,6 +10,7 @@ Sightings come with the name of their beacon or without; those without are paire
 """
 
 import itertools
+import math
 from collections.abc import Hashable, Mapping, Sequence
 from typing import Literal
 
@@ -24,6 +25,7 @@ from .ekf_filter import EkfSlamFilter, Jacobians
 from .ekf_models import bicycle_motion, landmark_from, odometry_motion
 from .invariant_ekf import InvariantEkfSlamFilter
 from .map_management import Look, Probation
+from .picture_errors import PictureErrors, each_of
 
 __all__ = ["EkfSlam", "EkfSlamFilter", "InvariantEkfSlamFilter", "bicycle_motion", "odometry_motion"]
 
@@ -47,6 +49,8 @@ class EkfSlam:
         patience: float = 5.0,
         odometry_scale: float = 1.0,
         sighting_scale: float = 1.0,
+        nod_deg: float = 0.15,
+        repeat: float = 0.5,
         association: Literal["known", "nearest", "joint"] = "known",
         joint_covariance: bool = False,
     ) -> None:
@@ -59,8 +63,11 @@ class EkfSlam:
             confirmations: How many sightings must agree before a beacon enters the map.
             patience: How long a sighting waits for others to agree with it [s].
             odometry_scale: Factor on the standard deviation of odometry, for slip that its data sheet leaves out.
-            sighting_scale: Factor on the standard deviation of sightings, for errors that repeat from one picture
-                to the next, which a Kalman filter takes for independent.
+            sighting_scale: Factor on the standard deviation of sightings.
+            nod_deg: How far the robot nods and sways while it drives, standard deviation; what a camera sees at one
+                moment shifts together then.
+            repeat: Share of the variance of a camera's sightings that repeats from image to image, times the way over
+                which it does [m]; a Kalman filter takes each sighting for a new one.
             association: What becomes of sightings without a name: with 'known' nothing; 'nearest' pairs each with
                 the landmark that fits it best, 'joint' finds the largest pairing that can be true as a whole.
                 Landmarks without a name are numbered from 0.
@@ -77,6 +84,7 @@ class EkfSlam:
         self._rules = confirmations, patience
         self._odometry_scale = odometry_scale
         self._sighting_scale = sighting_scale
+        self._nod, self._repeat = math.radians(nod_deg), repeat
         self._joint = joint_covariance
         self._motion = odometry_motion()
         self._filter = _new_filter(jacobians, pose=np.zeros(3), covariance=np.zeros((3, 3)))
@@ -84,6 +92,7 @@ class EkfSlam:
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Begin at the robot's prior with an empty map."""
+        self._errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
         self._filter = _new_filter(self._jacobians, pose=robot.prior.as_array(), covariance=robot.prior_covariance)
         self._usual = np.zeros(3)
         confirmations, patience = self._rules
@@ -94,6 +103,7 @@ class EkfSlam:
         moved = seen.odometry
         covariance = self._steadied(moved.covariance) * self._odometry_scale**2
         self._filter.predict(self._motion, (moved.forward, moved.left, moved.turn), covariance)
+        self._errors.move(moved, seen.sightings)
         named = [sighting for sighting in seen.sightings if sighting.name is not None]
         known = [sighting for sighting in named if sighting.name in self._filter]
         innovations = self._correct([sighting.name for sighting in known], known) if known else ()
@@ -126,7 +136,8 @@ class EkfSlam:
         nu, S = self._filter.innovations(names, Z, R)
         good = np.flatnonzero(_squared_distances(nu, S) < self._gate).tolist()
         if good:
-            self._filter.update([names[i] for i in good], Z[good], R[good])
+            together = self._errors.covariance([sightings[i] for i in good], scale=self._sighting_scale)
+            self._filter.update([names[i] for i in good], Z[good], together)
         return tuple((names[i], nu[i], S[i]) for i in good)
 
     def _add(self, sightings: Sequence[Sighting], time: float) -> None:
@@ -170,7 +181,7 @@ class EkfSlam:
     def _measured(self, sightings: Sequence[Sighting]) -> tuple[Array, Array]:
         """Return measurements (k, 2) [m, rad] and their covariances (k, 2, 2)."""
         Z = np.array([(sighting.range, sighting.bearing) for sighting in sightings])
-        return Z, np.array([sighting.covariance for sighting in sightings]) * self._sighting_scale**2
+        return Z, each_of(self._errors.covariance(sightings, scale=self._sighting_scale))
 
 
 def _new_filter(jacobians: Jacobians | Literal["invariant"], *, pose: Array, covariance: Array) -> EkfSlamFilter:
