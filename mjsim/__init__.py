@@ -61,7 +61,7 @@ if TYPE_CHECKING:
     )
     from mjsim.logs import import_mrclam, import_victoria_park
     from mjsim.record import Recording, Tick, read_recording
-    from mjsim.report import statistics
+    from mjsim.report import compare, statistics
     from mjsim.run.replay import replay
     from mjsim.sim import Simulation
 
@@ -70,6 +70,7 @@ _LATER = {
     "Recording": "mjsim.record",
     "Simulation": "mjsim.sim",
     "Tick": "mjsim.record",
+    "compare": "mjsim.report",
     "compile_world": "mjsim.compile",
     "import_mrclam": "mjsim.logs",
     "import_victoria_park": "mjsim.logs",
@@ -122,6 +123,7 @@ __all__ = [
     "World",
     "WorldError",
     "WorldMap",
+    "compare",
     "compile_world",
     "format_world",
     "import_mrclam",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mjsim import exchange_cli, experiments_cli, logs_cli, replay_cli, sweep_cli
+from mjsim import exchange_cli, experiments_cli, logs_cli, replay_cli, report_cli, sweep_cli
 from mjsim.errors import MjsimError, UsageError, WorldError
 from mjsim.progress import say, tracked
 
@@ -35,6 +35,8 @@ app.command("sweep")(sweep_cli.sweep)
 app.command("replay")(replay_cli.replay)
 app.command("import-log")(logs_cli.import_log)
 app.command("experiments")(experiments_cli.experiments)
+app.command("report")(report_cli.report)
+app.command("compare")(report_cli.compare)
 
 WorldFile = Annotated[Path, typer.Argument(metavar="WORLD", help="A world file.")]
 RunFile = Annotated[Path, typer.Argument(metavar="RUN.mcap", help="A recording.")]
@@ -176,18 +178,6 @@ def run(
     print(path)
     if video is not None:
         _film(recording, video)
-
-
-@app.command()
-def report(
-    recording: RunFile, output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder of the report.")]
-) -> None:
-    """Write statistics.json, report.html and the plots; print the key figures."""
-    from mjsim.record import read_recording
-    from mjsim.report import key_table, write_report
-
-    figures = write_report(read_recording(recording), output)
-    print(*key_table(figures), sep="\n")
 
 
 @app.command()
