@@ -75,7 +75,7 @@ class FastSlam:
         mean, log_weights = expected.copy(), np.zeros(self._number)
         for sighting in sightings:
             i, R = self._index[sighting.name or ""], self._noise(sighting)
-            nu, H, H_landmark = _innovation(mean, self._means[:, i], sighting)
+            nu, H, H_landmark = particle_innovations(mean, self._means[:, i], sighting)
             Q = R + H_landmark @ self._covariances[:, i] @ H_landmark.transpose(0, 2, 1)
             S = Q + H @ P @ H.transpose(0, 2, 1)
             solved = np.linalg.solve(S, nu[..., None])[..., 0]
@@ -97,7 +97,7 @@ class FastSlam:
     def _correct(self, sighting: Sighting) -> None:
         """Correct a landmark in each particle's map: a Kalman update of two states."""
         i = self._index[sighting.name or ""]
-        nu, _, H = _innovation(self._poses, self._means[:, i], sighting)
+        nu, _, H = particle_innovations(self._poses, self._means[:, i], sighting)
         P, R = self._covariances[:, i], self._noise(sighting)
         S = R + H @ P @ H.transpose(0, 2, 1)
         K = P @ H.transpose(0, 2, 1) @ np.linalg.inv(S)
@@ -153,7 +153,7 @@ def _compounded(poses: Array, step: Array) -> Array:
     )
 
 
-def _innovation(poses: Array, landmarks: Array, sighting: Sighting) -> tuple[Array, Array, Array]:
+def particle_innovations(poses: Array, landmarks: Array, sighting: Sighting) -> tuple[Array, Array, Array]:
     """Return nu (n, 2) and the derivatives of the measurement by pose (n, 2, 3) and landmark (n, 2, 2)."""
     dx, dy = (landmarks - poses[:, :2]).T
     squared = dx**2 + dy**2

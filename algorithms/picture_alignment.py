@@ -221,7 +221,7 @@ def _judge(template: Template, fit: _Fit) -> Alignment:
     scores = np.add.reduceat(template.design * fit.left[:, None], template.blocks, axis=0)
     pulls = fit.inverse[:8] @ scores.T
     correction = pulls @ pulls.T / fit.solution[8] ** 2
-    D = _corners_by_correction(template, fit.homography)
+    D = corners_by_correction(template, fit.homography)
     seen_area = quadrilateral_area(apply_homography(fit.homography, template.corners))
     return Alignment(
         homography=fit.homography,
@@ -237,7 +237,7 @@ def _correlation(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
     return float(a @ b / np.sqrt(max(float(a @ a) * float(b @ b), 1e-9)))
 
 
-def _corners_by_correction(template: Template, homography: Array) -> Array:
+def corners_by_correction(template: Template, homography: Array) -> Array:
     """Return how the corners move with the eight numbers of the correction, shape (8, 8) [px]."""
     k = template.unit
     rows = []

@@ -79,7 +79,7 @@ def _make_template(gray: Gray, width: float, side: int) -> Template:
     inner = inner[order]
     own = small.reshape(-1)[inner]
     tiles = (row * TILES // rows * TILES + column * TILES // columns)[inner]
-    design = _design(small, (x0 * unit, y0 * unit), (dx * unit, dy * unit))[inner]
+    design = warp_slopes(small, (x0 * unit, y0 * unit), (dx * unit, dy * unit))[inner]
     normal = (design.T @ design).astype(float)
     w, h = width / 2.0, height / 2.0
     return Template(
@@ -100,7 +100,9 @@ def _make_template(gray: Gray, width: float, side: int) -> Template:
     )
 
 
-def _design(small: NDArray[np.float32], first: tuple[float, float], step: tuple[float, float]) -> NDArray[np.float32]:
+def warp_slopes(
+    small: NDArray[np.float32], first: tuple[float, float], step: tuple[float, float]
+) -> NDArray[np.float32]:
     """Return how each pixel changes with homography, gain, offset and slopes, shape (pixels, 12).
 
     Args:

@@ -130,19 +130,19 @@ def _refine(
 ) -> PlanarPose:
     """Return the pose after Gauss-Newton from a first guess."""
     for _ in range(STEPS):
-        error, H = _corner_error(rotation, position, points, corners, intrinsics)
+        error, H = corner_error(rotation, position, points, corners, intrinsics)
         step: Array = np.asarray(np.linalg.solve(H.T @ information @ H, H.T @ information @ error), dtype=float)
         position = position + step[:3]
         rotation = rotation_of(step[3:]) @ rotation
         # The error after a step goes with its square.
         if np.abs(step).max() < 1e-4:
             break
-    error, H = _corner_error(rotation, position, points, corners, intrinsics)
+    error, H = corner_error(rotation, position, points, corners, intrinsics)
     covariance: Array = np.asarray(np.linalg.inv(H.T @ information @ H), dtype=float)
     return PlanarPose(rotation, position, covariance, float(error @ information @ error))
 
 
-def _corner_error(
+def corner_error(
     rotation: Array, position: Array, points: Array, corners: Array, intrinsics: Intrinsics
 ) -> tuple[Array, Array]:
     """Return seen minus predicted corners, shape (8,) [px], and the derivative of the prediction, shape (8, 6)."""

@@ -64,7 +64,7 @@ class PoseGraph:
         """Return H (3 n, 3 n) and b (3 n,) of the normal equations, and each step's squared error."""
         number = len(self.poses)
         first, second = np.array(self.ends).reshape(-1, 2).T
-        error, A, B = _errors(self.poses[first], self.poses[second], np.array(self.steps).reshape(-1, 3))
+        error, A, B = step_errors(self.poses[first], self.poses[second], np.array(self.steps).reshape(-1, 3))
         information = np.array(self.informations).reshape(-1, 3, 3)
         squared = np.einsum("ki,kij,kj->k", error, information, error)
         # Steps along the way are trusted; those that close a loop might be wrong.
@@ -93,7 +93,7 @@ def step_between(one: Array, other: Array) -> Array:
     return np.stack([c * dx + s * dy, c * dy - s * dx, wrap_angles(other[..., 2] - one[..., 2])], axis=-1)
 
 
-def _errors(ones: Array, others: Array, steps: Array) -> tuple[Array, Array, Array]:
+def step_errors(ones: Array, others: Array, steps: Array) -> tuple[Array, Array, Array]:
     """Return how far poses are from measured steps (k, 3), and the derivatives by both poses (k, 3, 3)."""
     found = step_between(ones, others)
     error = found - steps

@@ -88,15 +88,11 @@ def align(surface: Surface, points: Array, guess: Array, information: Array, *, 
     pose, tree = np.array(guess, dtype=float), cKDTree(surface.points)
     H, share, reach = np.asarray(information, dtype=float), 0.0, 0.5
     for _ in range(rounds):
-        placed = points @ _rotation(pose[2]).T + pose[:2]
-        distance, nearest = tree.query(placed)
-        normals = surface.normals[nearest]
-        miss = np.sum(normals * (placed - surface.points[nearest]), axis=1)
+        distance, nearest = tree.query(points @ _rotation(pose[2]).T + pose[:2])
+        miss, J = misses(pose, points, surface.points[nearest], surface.normals[nearest])
         used = distance < reach
         # Huber: beyond two standard deviations a miss counts less than its square.
         weight = np.where(used, np.minimum(1.0, 2.0 * SIGMA / np.maximum(np.abs(miss), 1e-9)), 0.0) / SIGMA**2
-        arm = placed - pose[:2]
-        J = np.column_stack([normals, normals[:, 1] * arm[:, 0] - normals[:, 0] * arm[:, 1]])
         off = pose - guess
         off[2] = wrap_angle(off[2])
         # Neighbouring beams err alike, for walls are not quite lines: a scan counts for a tenth of its points.
@@ -109,6 +105,23 @@ def align(surface: Surface, points: Array, guess: Array, information: Array, *, 
             break
     pose[2] = wrap_angle(pose[2])
     return Match(pose, np.asarray(H, dtype=float), share)
+
+
+def misses(pose: Array, points: Array, places: Array, normals: Array) -> tuple[Array, Array]:
+    """Return how far points are in front of lines, and how that changes with the pose of the points' frame.
+
+    Args:
+        pose: Of the points' frame in that of the lines, shape (3,).
+        points: In their own frame, shape (n, 2) [m].
+        places: A point of each one's line, shape (n, 2) [m].
+        normals: Unit vectors across the lines, shape (n, 2).
+
+    Returns:
+        Distances, shape (n,) [m], and their derivative by (x, y, heading), shape (n, 3).
+    """
+    arm = points @ _rotation(float(pose[2])).T
+    miss = np.sum(normals * (arm + pose[:2] - places), axis=1)
+    return miss, np.column_stack([normals, normals[:, 1] * arm[:, 0] - normals[:, 0] * arm[:, 1]])
 
 
 def search(surface: Surface, points: Array, guess: Array, *, reach: float = 1.0, turn: float = 0.5) -> Array:

@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 from mjsim.geometry import Array, Pose, wrap_angles
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo
 
-from .ekf_models import odometry_motion
+from .ekf_models import odometry_motion, range_bearing
 from .localization import known_places
 
 
@@ -45,13 +45,10 @@ def bearings_only(places: ArrayLike, bearings: ArrayLike, deviations: ArrayLike)
         raise ValueError(f"{len(beacons)} beacons are in view; a pose needs three")
 
     def misses(pose: Array) -> Array:
-        apart = beacons - pose[:2]
-        return np.asarray(wrap_angles(np.arctan2(apart[:, 1], apart[:, 0]) - pose[2] - angles) / sigma)
+        return np.asarray(wrap_angles(range_bearing(pose, beacons)[0][:, 1] - angles) / sigma)
 
     def slopes(pose: Array) -> Array:
-        dx, dy = (beacons - pose[:2]).T
-        squared = dx**2 + dy**2
-        return np.asarray(np.column_stack([dy / squared, -dx / squared, -np.ones(len(dx))]) / sigma[:, None])
+        return np.asarray(range_bearing(pose, beacons)[1][:, 1] / sigma[:, None])
 
     found = least_squares(misses, _linear_solution(beacons, angles), jac=slopes, method="lm")
     information = found.jac.T @ found.jac
