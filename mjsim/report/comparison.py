@@ -263,7 +263,12 @@ def _remarks(
     for group in groups:
         if group.failed:
             seeds = ", ".join(map(str, group.failed[:10])) + (", ..." if len(group.failed) > 10 else "")
-            yield f"{group.label}: {len(group.failed)} runs ended before their time and are left out (seeds {seeds})"
+            told = (
+                "1 run ended before its time and is"
+                if len(group.failed) == 1
+                else (f"{len(group.failed)} runs ended before their time and are")
+            )
+            yield f"{group.label}: {told} left out (seed {seeds})"
     if not pairs:
         yield "all runs have the same settings and differ only in their seed; there is nothing to compare"
     if len(pairs) > 1:

@@ -1,0 +1,215 @@
+"""Recordings compared: labels from what differs in them, pairs by seed, and the files that are written."""
+
+import json
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import mjsim
+from mjsim.errors import UsageError
+from mjsim.report import write_comparison
+from mjsim.report.labels import file_labels, setting_labels, settings_of
+from mjsim.world.settings import with_settings
+
+RING = """
+mjsim: 1
+name: ring
+walls: [{points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true}]
+beacons:
+  - {name: a, at: [5.9, 1]}
+  - {name: b, at: [0.1, 3]}
+  - {name: c, at: [3, 3.9]}
+  - {name: d, at: [3, 0.1]}
+robots:
+  - {name: scout, at: [1, 1], odometry: {noise: {distance: 0.05, turn: 0.1}},
+     sensors: [{beacons: ring, range: [0.3, 8], fov_deg: 240, rate_hz: 5, noise: {range: 0.02, bearing_deg: 0.5}}]}
+run: {seconds: 8, rate_hz: 10, map: known, drivers: {scout: {
+    estimator: {use: "mjsim.algorithms.localization:EkfLocalization"},
+    navigator: {use: "mjsim.algorithms.constant:ConstantCommand", forward: 0.4, turn: 0.4}}}}
+"""
+WHEELS = RING.replace('    estimator: {use: "mjsim.algorithms.localization:EkfLocalization"},\n', "")
+
+
+def record(text, path, *, seed=1, seconds=1.0, settings=(), **modules):
+    """Return the file of a run."""
+    world = with_settings(mjsim.parse_world(text), settings)
+    with mjsim.Simulation(world, seed=seed) as sim:
+        drivers = {"scout": mjsim.Driver(**modules)} if modules else None
+        mjsim.run(sim, seconds=seconds, record=path, drivers=drivers)
+    return path
+
+
+def labels(comparison):
+    return [group.label for group in comparison.groups]
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory):
+    """One run with beacons and one by wheels alone, same seed."""
+    folder = tmp_path_factory.mktemp("pair")
+    return record(RING, folder / "one.mcap"), record(WHEELS, folder / "two.mcap")
+
+
+def test_runs_are_called_by_the_estimators_in_which_they_differ(pair):
+    found = mjsim.compare(pair)
+    assert labels(found) == ["EkfLocalization", "odometry"]
+    assert found.verdicts == ()
+    assert any("single pair cannot decide" in remark for remark in found.remarks)
+    own = [mjsim.statistics(mjsim.read_recording(path))["scout"] for path in pair]
+    (difference,) = [d.difference for d in found.differences if d.figure.key == "ate_m.rmse"]
+    assert difference.mean == own[1]["ate_m"]["rmse"] - own[0]["ate_m"]["rmse"]
+
+
+def test_the_same_run_twice_differs_by_exactly_0(pair, tmp_path):
+    again = shutil.copy(pair[0], tmp_path / "again.mcap")
+    found = mjsim.compare([pair[0], again])
+    assert labels(found) == ["one", "again"]
+    assert {item.difference.mean for item in found.differences} == {0.0}
+    assert found.verdicts == ()
+
+
+def test_labels_that_are_given_are_kept_and_recordings_in_memory_do(pair):
+    first, second = (mjsim.read_recording(path) for path in pair)
+    assert labels(mjsim.compare({"mine": first, "theirs": [second]})) == ["mine", "theirs"]
+
+
+def test_several_folders_are_groups_of_their_names(pair, tmp_path):
+    for name, path in zip(("sharp", "blunt"), pair, strict=True):
+        (tmp_path / name).mkdir()
+        shutil.copy(path, tmp_path / name / "run.mcap")
+    assert labels(mjsim.compare([tmp_path / "sharp", tmp_path / "blunt"])) == ["sharp", "blunt"]
+    assert sorted(labels(mjsim.compare(tmp_path))) == ["EkfLocalization", "odometry"]
+
+
+def test_modules_given_in_python_are_told_by_the_recording(tmp_path):
+    from mjsim.algorithms.ekf_slam import EkfSlam
+    from mjsim.algorithms.filterpy_slam import FilterpySlam
+
+    files = [
+        record(RING, tmp_path / f"{k}.mcap", seconds=0.4, estimator=estimator)
+        for k, estimator in enumerate((EkfSlam(), FilterpySlam()))
+    ]
+    assert labels(mjsim.compare(files)) == ["EkfSlam", "FilterpySlam"]
+
+
+def test_a_run_that_a_fault_ended_is_counted_and_left_out(pair, tmp_path):
+    class Failing:
+        def start(self, robot, catalogue, rng):
+            self.prior = robot.prior
+
+        def update(self, seen):
+            if seen.time > 0.5:
+                raise RuntimeError("lost")
+            return mjsim.Estimate(self.prior, np.eye(3))
+
+    with pytest.raises(mjsim.ModuleFault):
+        record(RING, tmp_path / "bad.mcap", estimator=Failing())
+    found = mjsim.compare([pair[0], tmp_path / "bad.mcap"])
+    assert found.groups[1].failed == (1,)
+    assert found.differences == ()
+    assert any("1 run ended before its time" in remark for remark in found.remarks)
+    write_comparison(found, tmp_path / "out")
+
+
+def settings(text, **metadata):
+    return settings_of(mjsim.parse_world(text), metadata)
+
+
+def test_labels_are_the_shortest_ends_of_keys_that_tell_settings_apart():
+    noisy = RING.replace("turn: 0.1}", "turn: 0.2}")
+    assert setting_labels([settings(RING), settings(noisy)], ["ring", "ring"]) == ["noise.turn=0.1", "noise.turn=0.2"]
+    slow = noisy.replace("forward: 0.4", "forward: 0.2")
+    assert setting_labels([settings(RING), settings(noisy), settings(slow)], ["ring"] * 3) == [
+        "noise.turn=0.1, forward=0.4",
+        "noise.turn=0.2, forward=0.4",
+        "noise.turn=0.2, forward=0.2",
+    ]
+    assert setting_labels([settings(RING)] * 2, ["ring"] * 2) == ["ring", "ring"]
+
+
+def test_arguments_are_told_only_where_the_class_does_not_tell_them():
+    slam = RING.replace("localization:EkfLocalization", "ekf_slam:EkfSlam")
+    given = [settings(text) for text in (RING, slam.replace('EkfSlam"', 'EkfSlam", jacobians: standard'))]
+    assert setting_labels(given, ["ring"] * 2) == ["EkfLocalization", "EkfSlam"]
+    given.append(settings(slam.replace('EkfSlam"', 'EkfSlam", jacobians: invariant')))
+    assert setting_labels(given, ["ring"] * 3) == [
+        "EkfLocalization",
+        "EkfSlam, jacobians=standard",
+        "EkfSlam, jacobians=invariant",
+    ]
+
+
+def test_a_replay_is_called_by_the_estimator_that_was_at_work():
+    replayed = {"replayed robot": "scout", "replayed estimator": "EkfSlam"}
+    given = [settings(RING), settings(RING, **replayed)]
+    assert setting_labels(given, ["ring"] * 2) == ["EkfLocalization", "EkfSlam"]
+
+
+def test_worlds_that_differ_in_much_are_called_by_their_names():
+    other = mjsim.parse_world("mjsim: 1\nname: field\nrobots: [{name: scout, preset: turtlebot3_burger, at: [0, 0]}]\n")
+    given = [settings(RING), settings_of(other, {})]
+    assert setting_labels(given, ["ring", "field"]) == ["ring", "field"]
+    assert setting_labels(given, ["same", "same"]) is None
+
+
+def test_files_that_differ_in_a_number_at_the_end_have_one_label(tmp_path):
+    names = ("ekf-1", "ekf-2", "ukf_seed10", "ukf_seed11")
+    assert file_labels([tmp_path / f"{name}.mcap" for name in names]) == ["ekf", "ekf", "ukf", "ukf"]
+    assert file_labels([tmp_path / "a" / "run.mcap", tmp_path / "b" / "run.mcap"]) == ["a", "b"]
+
+
+def test_what_cannot_be_compared_is_refused_in_a_line(tmp_path):
+    with pytest.raises(UsageError, match="no recording in"):
+        mjsim.compare(tmp_path)
+    with pytest.raises(UsageError, match="cannot read"):
+        mjsim.compare([tmp_path / "none.mcap"])
+
+
+def test_the_runs_of_a_sweep_are_compared_by_its_settings(tmp_path):
+    (tmp_path / "runs").mkdir()
+    plan = {
+        "world": "hall.yaml",
+        "set": [["robots.scout.odometry.noise.turn", 0.1, 0.2], ["run.map", "known", "unknown"]],
+    }
+    (tmp_path / "sweep.json").write_text(json.dumps(plan))
+    for case in range(4):
+        for seed in range(10):
+            error = 0.1 + 0.01 * seed + 0.5 * (case // 2)
+            series = {"time": [0.0, 1.0], "position_error_m": [0.0, error], "nees": [None, 3.0]}
+            outcome = {
+                "case": case,
+                "seed": seed,
+                "error": "lost" if (case, seed) == (3, 7) else None,
+                "robots": {"scout": {"position_error_m": {"mean": error}}},
+                "series": {"scout": series},
+            }
+            (tmp_path / "runs" / f"{case}-{seed}.json").write_text(json.dumps(outcome))
+    found = mjsim.compare(tmp_path)
+    assert labels(found) == [
+        f"noise.turn={turn}, run.map={known}" for turn in ("0.1", "0.2") for known in ("known", "unknown")
+    ]
+    assert found.groups[3].failed == (7,)
+    assert len(found.verdicts) == 4  # Less noise is better, whatever is known; the map changes nothing.
+    write_comparison(found, tmp_path / "out")
+    assert (tmp_path / "out" / "errors.png").stat().st_size > 5000
+    assert not (tmp_path / "out" / "paths.png").exists()
+
+
+@pytest.mark.slow
+def test_a_better_estimator_is_said_to_be_better_over_ten_runs_and_all_files_are_written(tmp_path):
+    for seed in range(10):
+        record(RING, tmp_path / f"beacons-{seed}.mcap", seed=seed, seconds=8.0)
+        record(WHEELS, tmp_path / f"wheels-{seed}.mcap", seed=seed, seconds=8.0)
+    command = [sys.executable, "-m", "mjsim.cli", "compare", str(tmp_path), "-o", str(tmp_path / "out")]
+    told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    assert "EkfLocalization is better than odometry (10 pairs), by:\n  position error, mean" in told
+    held = json.loads((tmp_path / "out" / "comparison.json").read_text())
+    (difference,) = [item for item in held["differences"] if item["figure"] == "position_error_m.mean"]
+    assert difference["first"] == "EkfLocalization"
+    assert 0.0 < difference["low"] < difference["mean"] < difference["high"]
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    plots = {f"{name}.png" for name in ("errors", "differences", "boxes", "nees", "paths")}
+    assert names == {"comparison.json", "comparison.html", "table.csv", "table.tex"} | plots
