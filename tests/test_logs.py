@@ -156,6 +156,7 @@ def test_trees_are_seen_from_the_rear_axle_where_they_stand(park):
     assert count == len(np.loadtxt(Path(recording.metadata["log folder"]) / "measurements.dat"))
 
 
+@pytest.mark.slow
 def test_a_filter_that_pairs_anonymous_sightings_finds_the_trees(park):
     again = mjsim.replay(park[0], robot="car", estimator=EkfSlam(association="joint"))
     track = again.robots["car"]
@@ -244,7 +245,7 @@ def test_the_command_tells_the_kind_of_a_log_by_its_files(tmp_path, capsys):
 @pytest.mark.slow
 def test_report_film_and_export_take_a_log_that_was_imported_and_replayed(park, tmp_path):
     # From the time when fixes end.
-    short = mjsim.import_victoria_park(park[0].metadata["log folder"], begin=7.0, seconds=1.6)
+    short = mjsim.import_victoria_park(park[0].metadata["log folder"], begin=7.0, seconds=1.2)
     again = mjsim.replay(short, robot="car", estimator=EkfSlam(association="joint"), record=tmp_path / "run.mcap")
     for command in (
         ("report", again.path, "-o", tmp_path / "report"),

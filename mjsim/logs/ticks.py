@@ -150,6 +150,8 @@ class _Teller:
         self._pilot = Pilot(Driver(), info, dict(sim.catalogue), sim.map, seed=SEED)
         self._free = int(sim.model.joint(f"{name}/free").qposadr[0])
         self._place = info.prior
+        known = np.flatnonzero(np.isfinite(self._truth).all(axis=1))
+        self._known_from = int(known[0]) if len(known) else count
 
     def observe(self, row: int) -> Observation:
         """Return what the robot sensed since the tick before."""
@@ -183,7 +185,7 @@ class _Teller:
         known = self.truth(row)
         if known is not None:
             self._place = known
-        elif not np.isfinite(self._truth[: row + 1]).any():
+        elif row < self._known_from:
             self._place = believed
         half = self._place.heading / 2
         start = self._free

@@ -148,7 +148,8 @@ def _courses(places: Array) -> Array:
     ahead = _away(places)
     back = len(places) - 1 - _away(places[::-1])[::-1]
     way = places[ahead] - places[back]
-    moved = np.hypot(*way.T) >= COURSE
+    # Of a car that stands, the nearest fixes that tell its way may lie on one side only.
+    moved = np.hypot(*way.T) >= COURSE / 2
     return np.where(moved, np.arctan2(way[:, 1], way[:, 0]), np.nan)
 
 
