@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mjsim.geometry import Array
-from mjsim.interface import CameraFrame
+from mjsim.interface import CameraFrame, Command
 from mjsim.sim import Simulation
 from mjsim.world import parse_world
 
@@ -93,6 +93,31 @@ def test_two_cameras_side_by_side_see_one_instant_and_the_disparity_of_a_base():
     for name, far in (("obstacle/crate", 2.0), ("beacon/lion", 3.89)):
         middles = [float(np.nonzero(e.segmentation[60] == e.instances.index(name))[0].mean()) for e in (left, right)]
         assert middles[0] - middles[1] == pytest.approx(FOCAL * base / far, abs=0.75), name
+
+
+@pytest.mark.parametrize("latency", [0, 2])
+def test_in_a_moving_scene_picture_depth_and_instances_of_a_frame_are_of_its_stamp(latency):
+    robot = "  - {name: other, at: [2, -0.6], heading_deg: 90, body: {height: 0.6, color: '#ff00ff'}}\n"
+    columns, seen = {}, []
+    with simulation(f"{CAMERA}, depth: true, segmentation: true, latency: {latency}", more=robot) as sim:
+        for tick in range(30):
+            # Between the two lines of sight that touch its round body at this instant.
+            other = sim.truth("other")
+            bearing, half = math.atan2(other.y, other.x), math.asin(0.22 / math.hypot(other.x, other.y))
+            tangents = math.tan(bearing - half) + math.tan(bearing + half)
+            columns[round(tick * sim.dt, 6)] = 79.5 - FOCAL * tangents / 2
+            seen += sim.sense("r").cameras.values()
+            sim.apply("other", Command(0.7))
+            sim.step()
+    assert abs(columns[0.0] - columns[1.16]) > 30
+    for frame in seen:
+        there = frame.segmentation[66] == frame.instances.index("other")
+        red, green, blue = frame.image[66].astype(int).T
+        pink = (red - green > 60) & (blue - green > 60)
+        near = frame.depth[66] < 1.99
+        for mask in (there, pink, near):
+            assert np.flatnonzero(mask).mean() == pytest.approx(columns[round(frame.stamp, 6)], abs=1.0), frame.stamp
+        np.testing.assert_array_equal(there, pink)
 
 
 def test_exposure_multiplies_and_clips_and_automatic_exposure_ends_at_a_middle_grey():

@@ -142,24 +142,52 @@ def test_a_wheel_that_is_thought_too_large_bends_the_way():
     assert math.hypot(seen.forward, seen.left) == pytest.approx(1.005, abs=1e-4)
 
 
+NOISY = "drive: {noise: {speed: 0.02, turn: 0.02}}, odometry: {noise: {distance: 0.01, turn: 0.02}}"
+
+
+def normalised_errors(keys: str, *, count: int, ticks: int) -> np.ndarray:
+    """Return the NEES of dead reckoning on changing arcs at each tick, summed over the robots, shape (ticks,)."""
+    lines = [f"  - {{name: r{k}, at: [{30 * (k % 8)}, {30 * (k // 8)}], {keys}}}" for k in range(count)]
+    rng, nees = np.random.default_rng(0), np.zeros(ticks)
+    with Simulation(parse_world("mjsim: 1\nrobots:\n" + "\n".join(lines)), seed=7) as sim:
+        beliefs = {name: DeadReckoning(robot) for name, robot in sim.robots.items()}
+        for tick in range(ticks):
+            if tick % 50 == 0:
+                for name, robot in sim.robots.items():
+                    left = rng.uniform(-0.4, 0.4) * robot.max_left if robot.max_left else 0.0
+                    sim.apply(name, Command(rng.uniform(0.0, 0.5), left, rng.uniform(-1.0, 1.0)))
+            sim.step()
+            for name, belief in beliefs.items():
+                belief.add(sim.sense(name))
+                error = belief.pose.as_array() - sim.truth(name).as_array()
+                error[2] = wrap_angle(error[2])
+                nees[tick] += error @ np.linalg.solve(belief.covariance, error)
+    return nees
+
+
 @pytest.mark.slow
 def test_dead_reckoning_errs_as_its_covariance_says():
-    count, ticks = 50, 500
-    keys = "drive: {noise: {speed: 0.02, turn: 0.02}}, odometry: {noise: {distance: 0.01, turn: 0.02}}"
-    lines = [f"  - {{name: r{k}, at: [{30 * (k % 8)}, {30 * (k // 8)}], {keys}}}" for k in range(count)]
-    sim = Simulation(parse_world("mjsim: 1\nrobots:\n" + "\n".join(lines)), seed=7)
-    beliefs = {name: DeadReckoning(robot) for name, robot in sim.robots.items()}
-    rng = np.random.default_rng(0)
-    nees = np.zeros(ticks)
-    for tick in range(ticks):
-        if tick % 50 == 0:
-            for name in beliefs:
-                sim.apply(name, Command(rng.uniform(0.0, 0.5), turn=rng.uniform(-1.0, 1.0)))
-        sim.step()
-        for name, belief in beliefs.items():
-            belief.add(sim.sense(name))
-            error = belief.pose.as_array() - sim.truth(name).as_array()
-            error[2] = wrap_angle(error[2])
-            nees[tick] += error @ np.linalg.solve(belief.covariance, error)
+    count = 50
+    nees = normalised_errors(NOISY, count=count, ticks=500)
     low, high = chi2.ppf([0.025, 0.975], 3 * count)
     assert np.mean((low < nees) & (nees < high)) >= 0.9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "keys",
+    [
+        f"preset: f1tenth, {NOISY}",
+        f"preset: forklift, {NOISY}",
+        f"preset: robotino, {NOISY}",
+        # What slips by nature errs as much as is told without any noise, too.
+        f"preset: husky, {NOISY}",
+        "preset: husky",
+        "preset: youbot",
+    ],
+)
+def test_every_drive_tells_an_honest_covariance(keys):
+    count, ticks = 12, 250
+    nees = normalised_errors(keys, count=count, ticks=ticks)
+    # The mean over all times wanders less than that at one time, which has the deviation sqrt(6 / count).
+    assert np.mean(nees[ticks // 5 :]) / count == pytest.approx(3.0, abs=2.0 * math.sqrt(6.0 / count))

@@ -20,7 +20,7 @@ from mjsim.sim.kinematics import (
     steering_names,
     wheel_names,
 )
-from mjsim.sim.odometry import Motion, Slip, WheelOdometer
+from mjsim.sim.odometry import ROLLER_SLIP, SKID_SLIP, STEERED_SLIP, Motion, Slip, WheelOdometer
 from mjsim.sim.streams import stream
 from mjsim.world import drives
 from mjsim.world.robots import Robot
@@ -172,7 +172,19 @@ def _odometer(robot: Robot, motion: Motion, seed: int) -> WheelOdometer:
         robot.odometry,
         motion=motion,
         wheels=len(wheel_names(robot.drive)),
-        slip=Slip(),
+        slip=_slip(robot.drive),
         sideways=sideways,
         stream=stream(seed, robot.name, "odometry/increments"),
     )
+
+
+def _slip(drive: drives.Drive) -> Slip:
+    match drive:
+        case drives.SkidSteerDrive():
+            return SKID_SLIP
+        case drives.MecanumDrive():
+            return ROLLER_SLIP
+        case drives.TricycleDrive():
+            return STEERED_SLIP
+        case _:
+            return Slip()

@@ -30,6 +30,16 @@ class Slip:
     """Standard deviation of the heading for one radian turned [rad/sqrt(rad)]."""
 
 
+# Fitted to drives without noise at changing speeds and turns (scripts/measure_odometry.py), where those that slip by
+# nature err by far more than tyres that roll.
+SKID_SLIP = Slip(forward=0.028, left=0.036, turn=0.028)
+"""Of four fixed wheels, which turn by slipping sideways."""
+ROLLER_SLIP = Slip(forward=0.0045, left=0.008, turn=0.0075)
+"""Of mecanum wheels, which roll from one roller onto the next."""
+STEERED_SLIP = Slip(turn=0.003)
+"""Of one wheel that drives and steers, while its angle changes."""
+
+
 def arc_end(distance: float, turn: float) -> tuple[float, float]:
     """Return where an arc ends (forward, left) [m], seen from its start; exact, so that poses are `start @ end`.
 
