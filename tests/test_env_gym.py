@@ -7,7 +7,7 @@ from gymnasium.utils.env_checker import check_env
 from learning import NUMBERS, ROOM, advance, alike, room, task, touched
 
 from mjsim.env import GymEnvironment, Task, vector_environment
-from mjsim.errors import UsageError
+from mjsim.errors import MjsimError, UsageError
 from mjsim.world import parse_world
 
 
@@ -100,6 +100,29 @@ def test_environments_side_by_side_are_the_single_ones_of_their_seeds():
         assert all(alike(row[number], each) for row, each in zip(seen, expected, strict=True))
 
 
-def test_no_environment_at_all_is_refused():
-    with pytest.raises(UsageError, match="count is 0; there is at least one environment"):
-        vector_environment(task(), 0)
+@pytest.mark.slow
+def test_what_goes_wrong_in_a_process_is_told_in_a_line_and_the_others_go_on():
+    def rude(step):
+        if step.time > 0.06:
+            raise KeyError("door")
+        return 0.0
+
+    several = vector_environment(task(observations=["odometry"], reward=rude), 3, processes=2)
+    several.reset(seed=[5, 6, 7])
+    with pytest.raises(UsageError, match="2 seeds for 3 environments; give one, or one for each"):
+        several.reset(seed=[5, 6])
+    with pytest.raises(UsageError, match=r"the action for robot 'scout' is .*nan.*; its numbers must be finite"):
+        several.step(np.full((3, 2), np.nan))
+    several.step(np.zeros((3, 2)))
+    with pytest.raises(MjsimError, match=r"an environment raised KeyError: 'door' \(test_env_gym.py:\d+\)"):
+        several.step(np.zeros((3, 2)))
+    assert several.reset(seed=[5, 6, 7])[1]["seed"].tolist() == [5, 6, 7]
+    several.close()
+    several.close()
+
+
+@pytest.mark.parametrize(("keys", "message"), [((0, 1), "count is 0"), ((1, 0), "processes is 0")])
+def test_nothing_at_all_is_refused(keys, message):
+    count, processes = keys
+    with pytest.raises(UsageError, match=f"{message}; it must be 1 or more"):
+        vector_environment(task(), count, processes=processes)

@@ -1,38 +1,190 @@
-"""Many environments of one task at once, each in a process of its own."""
+"""Many environments of one task side by side: a few processes, each of which steps its share of them."""
 
+import copy
+import multiprocessing
 import os
+import traceback
+from collections.abc import Callable, Sequence
 from functools import partial
+from multiprocessing.connection import Connection
+from typing import Any
 
-from gymnasium.vector import AsyncVectorEnv
+import numpy as np
+from gymnasium.spaces import Space
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import (
+    CloudpickleWrapper,
+    batch_space,
+    create_shared_memory,
+    iterate,
+    read_from_shared_memory,
+    write_to_shared_memory,
+)
+from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from mjsim.env.gym import GymEnvironment
 from mjsim.env.task import Task
-from mjsim.errors import UsageError
+from mjsim.errors import MjsimError, UsageError
+
+Told = tuple[float, bool, bool, dict[str, Any]]
+"""Reward, whether it ended, whether it was cut off, and info; observations go through shared memory."""
+Make = Callable[[], GymEnvironment]
 
 
-def vector_environment(task: Task, count: int) -> AsyncVectorEnv:
-    """Return environments that step side by side; their actions and observations are stacked.
+class VectorEnvironment(VectorEnv[Any, Any, Any]):
+    """Environments that step side by side; their actions, observations and rewards are stacked.
 
-    Each is a process of its own, as many at work at a time as there are processors. `reset(seed=7)` seeds the first
-    with 7, the next with 8 and so on. An episode that is over begins anew at the next step.
-
-    Args:
-        task: What is to be learned; its functions are sent to the processes.
-        count: How many.
-
-    Raises:
-        UsageError: There is not one.
-        MjsimError: As `GymEnvironment`.
+    `reset(seed=7)` seeds the first with 7, the next with 8 and so on. An episode that is over begins anew at the next
+    step, whose action is ignored and whose reward is 0 (Gymnasium's autoreset mode `NEXT_STEP`). As with all that
+    begins processes, a script that makes one has `if __name__ == "__main__":` around what it does.
     """
-    if count < 1:
-        raise UsageError(f"count is {count}; there is at least one environment")
-    makers = [partial(_worker, task)] * count
-    makers[0] = partial(GymEnvironment, task)
-    return AsyncVectorEnv(makers, context="spawn", max_concurrency=os.cpu_count())
+
+    def __init__(self, task: Task, count: int, *, processes: int | None = None) -> None:
+        """Begin the processes, each of which compiles the world for itself.
+
+        Args:
+            task: What is to be learned; its functions are sent to the processes.
+            count: How many environments.
+            processes: How many processes share them; as many as there are processors unless given.
+
+        Raises:
+            UsageError: There is not one environment or not one process.
+            MjsimError: As `GymEnvironment`.
+        """
+        processes = (os.cpu_count() or 1) if processes is None else processes
+        for what, number in (("count", count), ("processes", processes)):
+            if number < 1:
+                raise UsageError(f"{what} is {number}; it must be 1 or more")
+        self.num_envs = count
+        model = GymEnvironment(task)
+        self.metadata = {**model.metadata, "autoreset_mode": AutoresetMode.NEXT_STEP}
+        self.single_action_space, self.single_observation_space = model.action_space, model.observation_space
+        model.close()
+        self.action_space = batch_space(self.single_action_space, count)
+        self.observation_space = batch_space(self.single_observation_space, count)
+        context = multiprocessing.get_context("spawn")
+        # Kept, since its locks are gone with it.
+        self._memory = memory = create_shared_memory(self.single_observation_space, count, context)  # type: ignore[arg-type]  # a context has all that it uses of the module
+        self._seen = read_from_shared_memory(self.single_observation_space, memory, count)
+        self._shares = [share.tolist() for share in np.array_split(np.arange(count), min(processes, count))]
+        self._pipes: list[Connection] = []
+        self._workers = []
+        make = CloudpickleWrapper(partial(GymEnvironment, task))
+        for share in self._shares:
+            ours, theirs = context.Pipe()
+            sent = make, self.single_observation_space, memory, share, theirs
+            worker = context.Process(target=_work, args=sent, daemon=True)
+            worker.start()
+            theirs.close()
+            self._pipes.append(ours)
+            self._workers.append(worker)
+
+    @property
+    def workers(self) -> list[int]:
+        """Numbers of the processes."""
+        return [worker.pid for worker in self._workers if worker.pid is not None]
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin an episode in each; return their first observations, and their times and seeds."""
+        if seed is None or isinstance(seed, int):
+            seed = [None if seed is None else seed + number for number in range(self.num_envs)]
+        if len(seed) != self.num_envs:
+            raise UsageError(f"{len(seed)} seeds for {self.num_envs} environments; give one, or one for each")
+        *_, infos = self._asked("reset", list(seed))
+        return copy.deepcopy(self._seen), infos
+
+    def step(self, actions: Any) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], Any]:
+        """Go on by one tick; return observations, rewards, which ended, which were cut off, and their times."""
+        rewards, ended, cut, infos = self._asked("step", list(iterate(self.action_space, actions)))
+        return copy.deepcopy(self._seen), rewards, ended, cut, infos
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """End the processes."""
+        for pipe in self._pipes:
+            pipe.close()
+        for worker in self._workers:
+            worker.join()
+
+    def _asked(self, what: str, values: list[Any]) -> tuple[Any, Any, Any, dict[str, Any]]:
+        """Return what all tell of something they were asked to do, each with a value of its own."""
+        if len(values) != self.num_envs:
+            raise UsageError(f"{len(values)} actions for {self.num_envs} environments; give one for each")
+        try:
+            for pipe, share in zip(self._pipes, self._shares, strict=True):
+                pipe.send((what, [values[number] for number in share]))
+            answers = [pipe.recv() for pipe in self._pipes]
+        except (EOFError, BrokenPipeError, OSError):
+            raise MjsimError("a process of the environments has ended; make them anew") from None
+        for answer in answers:
+            if isinstance(answer, MjsimError):
+                raise answer
+        told: list[Told] = [each for answer in answers for each in answer]
+        infos: dict[str, Any] = {}
+        for number, (*_, info) in enumerate(told):
+            infos = self._add_info(infos, info, number)
+        rewards, ended, cut, _ = zip(*told, strict=True)
+        return np.array(rewards, dtype=float), np.array(ended, dtype=bool), np.array(cut, dtype=bool), infos
 
 
-def _worker(task: Task) -> GymEnvironment:
-    # For the life of the process: what is parallel are the processes.
-    threadpool_limits(1, user_api="blas")
-    return GymEnvironment(task)
+def vector_environment(task: Task, count: int, *, processes: int | None = None) -> VectorEnvironment:
+    """Return environments that step side by side; see `VectorEnvironment`."""
+    return VectorEnvironment(task, count, processes=processes)
+
+
+class _Share:
+    """The environments of one process."""
+
+    def __init__(self, make: Make, space: Space[Any], memory: Any, numbers: Sequence[int]) -> None:
+        self._environments = [make() for _ in numbers]
+        self._over = [False for _ in numbers]
+        self._space, self._memory, self._numbers = space, memory, numbers
+
+    def do(self, what: str, values: Sequence[Any]) -> list[Told]:
+        """Reset or step all, each with a value of its own."""
+        return [self._one(place, what, value) for place, value in enumerate(values)]
+
+    def _one(self, place: int, what: str, value: Any) -> Told:
+        environment = self._environments[place]
+        seen: Any
+        reward, ended, cut = 0.0, False, False
+        if what == "reset":
+            seen, info = environment.reset(seed=value)
+        elif self._over[place]:
+            seen, info = environment.reset()
+        else:
+            seen, reward, ended, cut, info = environment.step(value)
+        self._over[place] = ended or cut
+        write_to_shared_memory(self._space, self._numbers[place], seen, self._memory)
+        return reward, ended, cut, info
+
+    def close(self) -> None:
+        """Close them."""
+        for environment in self._environments:
+            environment.close()
+
+
+def _work(make: Make, space: Space[Any], memory: Any, numbers: Sequence[int], pipe: Connection) -> None:
+    """Do what the pipe asks until it closes."""
+    share = None
+    # One BLAS thread: what is parallel are the processes.
+    with threadpool_limits(1, user_api="blas"):
+        while True:
+            try:
+                what, values = pipe.recv()
+            except (EOFError, KeyboardInterrupt):
+                break
+            try:
+                share = share or _Share(make, space, memory, numbers)
+                pipe.send(share.do(what, values))
+            except MjsimError as error:
+                pipe.send(error)
+            # Whatever the functions of a task raise is told in one line; this is the boundary to that code.
+            except Exception as error:
+                frame = traceback.extract_tb(error.__traceback__)[-1]
+                where = f"{frame.filename.rpartition('/')[2]}:{frame.lineno}"
+                pipe.send(MjsimError(f"an environment raised {type(error).__name__}: {error} ({where})"))
+    if share is not None:
+        share.close()
