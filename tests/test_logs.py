@@ -52,7 +52,7 @@ def test_truth_lies_between_its_neighbours_and_is_unknown_where_they_are_far_apa
 @pytest.fixture(scope="module")
 def mrclam(tmp_path_factory):
     folder = tmp_path_factory.mktemp("logs") / "MRCLAM_Dataset1"
-    write_mrclam(folder, numbers=(1, 2), seconds=12.0)
+    write_mrclam(folder, numbers=(1, 2), seconds=6.0)
     return mjsim.import_mrclam(folder, record=folder.parent / "log.mcap")
 
 
@@ -63,7 +63,7 @@ def test_a_log_of_mrclam_becomes_a_recording_of_its_robots_and_landmarks(mrclam)
     }
     assert mrclam.world.walls == ()
     np.testing.assert_allclose(mrclam.time, 0.1 * np.arange(len(mrclam.time)), atol=1e-12)
-    assert 118 <= len(mrclam.time) <= 120
+    assert 58 <= len(mrclam.time) <= 60
     assert float(mrclam.metadata["log start"]) == pytest.approx(START, abs=1e-6)
     for number in (1, 2):
         track = mrclam.robots[f"robot{number}"]
@@ -72,6 +72,8 @@ def test_a_log_of_mrclam_becomes_a_recording_of_its_robots_and_landmarks(mrclam)
         # Velocities were told without error, so dead reckoning is the truth.
         np.testing.assert_allclose(track.odometry[:, :2], truth[:, :2], atol=1e-5)
         np.testing.assert_allclose(wrap_angles(track.odometry[:, 2] - truth[:, 2]), 0.0, atol=1e-5)
+        # The state of the scene has the robot there, so that it can be seen in 3-D.
+        assert any((mrclam.qpos[:, k : k + 2] == track.truth[:, :2]).all() for k in range(mrclam.qpos.shape[1]))
         assert (np.diff(track.odometry_covariance[:, 2, 2]) > 0.0).all()
         np.testing.assert_allclose(track.command[1:], np.tile([0.3, 0.0, 0.25], (len(truth) - 1, 1)))
 
@@ -93,10 +95,10 @@ def test_every_sighting_keeps_its_stamp_and_comes_at_the_tick_after_it(mrclam):
 def test_the_class_that_runs_in_simulation_maps_the_landmarks_of_a_log(mrclam):
     again = mjsim.replay(mrclam, robot="robot1", estimator=EkfSlam())
     figures = statistics(again)["robot1"]
-    # Sightings come up to 0.1 s late at 0.3 m/s: half of that on average.
+    # Sightings come up to a tick late, 0.05 s on average: 1.5 cm at 0.3 m/s, and 5 cm at 4 m by a turn of 0.25 rad/s.
     assert figures["position_error_m"]["max"] < 0.05
     assert figures["landmark_error_m"]["count"] == len(LANDMARKS)
-    assert figures["landmark_error_m"]["rms"] < 0.05
+    assert figures["landmark_error_m"]["rms"] < 0.08
     assert statistics(again)["robot2"]["position_error_m"]["max"] < 0.01
 
 
@@ -110,7 +112,7 @@ def test_only_the_robots_and_the_seconds_that_were_asked_for_are_read(mrclam):
     assert part.world.run.map == "known"
     with pytest.raises(UsageError, match=r"no robot 7 in '.*'; there are 1, 2"):
         mjsim.import_mrclam(mrclam.metadata["log folder"], robots=[7])
-    with pytest.raises(UsageError, match=r"0 s of a log of 11\.98\d+ s are left; two ticks are 0.1 s apart"):
+    with pytest.raises(UsageError, match=r"0 s of a log of 5\.9\d+ s are left; two ticks are 0.1 s apart"):
         mjsim.import_mrclam(mrclam.metadata["log folder"], begin=100.0)
 
 
@@ -118,7 +120,7 @@ def test_only_the_robots_and_the_seconds_that_were_asked_for_are_read(mrclam):
 def park(tmp_path_factory):
     folder = tmp_path_factory.mktemp("park") / "VictoriaPark"
     start = write_victoria_park(folder)
-    return mjsim.import_victoria_park(folder, record=folder.parent / "log.mcap"), start
+    return mjsim.import_victoria_park(folder, rate_hz=12.5, record=folder.parent / "log.mcap"), start
 
 
 def test_the_car_of_victoria_park_follows_its_wheel_and_its_steering(park):
@@ -250,7 +252,6 @@ def test_report_film_and_export_take_a_log_that_was_imported_and_replayed(park, 
     for command in (
         ("report", again.path, "-o", tmp_path / "report"),
         ("video", again.path, "-o", tmp_path / "run.mp4"),
-        ("video", again.path, "-o", tmp_path / "chase.mp4", "--view", "chase"),
         ("export", again.path, "--tum", tmp_path, "--csv", tmp_path),
     ):
         assert run_command(*command) == 0
