@@ -14,7 +14,7 @@ from .planar_pose import homography_between
 
 MODULE = 12
 """Side of a module in the picture that is compared [px]."""
-FLOOR = 0.026
+FLOOR = 0.027
 """What no number of pixels averages away, standard deviation of a corner [pixels compared]: hard edges between black
 and white alias more than pictures do; measured by scripts/measure_vision.py."""
 DICTIONARIES = {

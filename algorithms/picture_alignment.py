@@ -39,7 +39,7 @@ NEEDED_CORRELATION = 0.8
 """Of a picture with its image, for it to be there."""
 STRIDE = 0.8
 """Share of a Gauss-Newton step that is taken: slopes of the smoothed picture are a fifth too small, steps too long."""
-SETTLED = 1.5e-3
+SETTLED = 1e-3
 """Correction below which the place no longer changes, of half the picture's size; what is left is a tenth of it."""
 
 
