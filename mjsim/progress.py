@@ -3,10 +3,12 @@
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 
 EVERY = 10.0
 """Least time between two plain lines [s]."""
+COUNTED_EVERY = 60.0
+"""The same where each thing that is counted takes long [s]."""
 
 
 def say(text: str) -> None:
@@ -70,3 +72,50 @@ def _pace(done: float, seconds: float, unit: str) -> str:
     if seconds <= 0.0:
         return ""
     return f" ({done / seconds:.1f} times real time)" if unit == "s" else f" ({done / seconds:.0f} {unit} a second)"
+
+
+@contextmanager
+def counted(label: str, *, total: int, unit: str) -> Iterator[Callable[[float], None]]:
+    """Show how many of some long things are done, and the time left; a line a minute where there is no terminal.
+
+    The first call of the function that it gets tells how many were done before.
+    """
+    began = shown = time.perf_counter()
+    before: float | None = None
+    text = f"{label}: 0 of {total} {unit}"
+    with _line_on_terminal(total) if sys.stderr.isatty() else nullcontext() as bar:
+
+        def advance(done: float) -> None:
+            nonlocal before, shown, text
+            before = done if before is None else before
+            now = time.perf_counter()
+            left = (total - done) * (now - began) / (done - before) if done > before else None
+            text = f"{label}: {done:.0f} of {total} {unit}"
+            told = text if left is None or done >= total else f"{text}, {_duration(left)} left"
+            if bar is not None:
+                bar(done, told)
+            elif now - shown >= COUNTED_EVERY and done < total:
+                shown = now
+                say(told)
+
+        yield advance
+    say(f"{text} in {_duration(time.perf_counter() - began)}")
+
+
+@contextmanager
+def _line_on_terminal(total: int) -> Iterator[Callable[[float, str], None]]:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task("", total=total)
+        yield lambda done, text: progress.update(task, completed=done, description=text)
+
+
+def _duration(seconds: float) -> str:
+    """Return a time for people: '8 s', '12 min', '3 h 20 min'."""
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60.0)
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"

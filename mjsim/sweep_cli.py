@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from mjsim.progress import say, tracked
+from mjsim.progress import counted, say
 
 
 def sweep(
@@ -36,7 +36,7 @@ def sweep(
     plan = Plan(
         seeds=parse_seeds(seeds), settings=parse_settings(settings or ()), seconds=seconds, robot=robot, keep=keep
     )
-    with tracked(f"sweep {checked.name}", total=len(plan), unit="runs") as advance:
+    with counted(f"sweep {checked.name}", total=len(plan), unit="runs") as advance:
         result = run_plan(checked, plan, output, workers=workers, dask=dask, progress=advance)
     print(*key_lines(result.summary), sep="\n")
     print(result.folder / "table.parquet")

@@ -12,6 +12,13 @@ with tracked("run room", total=4.0, unit="s") as advance:
         advance(done)
 """
 
+COUNTED = """
+from mjsim.progress import counted
+with counted("sweep room", total=4, unit="runs") as advance:
+    for done in (1, 2, 3, 4):
+        advance(done)
+"""
+
 
 def test_where_nobody_watches_one_plain_line_says_how_it_ended():
     done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True)
@@ -20,10 +27,28 @@ def test_where_nobody_watches_one_plain_line_says_how_it_ended():
     assert done.stderr.count("\n") == 1
 
 
+def test_what_takes_long_is_counted_in_one_line_where_nobody_watches():
+    done = subprocess.run([sys.executable, "-c", COUNTED], capture_output=True, text=True, check=True)
+    assert done.stderr == "mjsim: sweep room: 4 of 4 runs in 0 s\n"
+
+
+def test_on_a_terminal_what_is_counted_has_a_bar_and_a_time_left():
+    shown = on_a_terminal(COUNTED)
+    assert "━" in shown
+    assert "3 of 4 runs, 0 s left" in shown or "4 of 4 runs" in shown
+
+
 def test_on_a_terminal_there_is_a_bar():
+    shown = on_a_terminal(PROGRAM)
+    assert "━" in shown
+    assert "4/4 s" in shown
+
+
+def on_a_terminal(program):
+    """Run a program whose stderr is a terminal; return what that shows."""
     ours, theirs = pty.openpty()
     environment = {**os.environ, "TERM": "xterm", "COLUMNS": "100"}
-    process = subprocess.Popen([sys.executable, "-c", PROGRAM], stderr=theirs, env=environment)
+    process = subprocess.Popen([sys.executable, "-c", program], stderr=theirs, env=environment)
     os.close(theirs)
     shown = b""
     try:
@@ -33,5 +58,4 @@ def test_on_a_terminal_there_is_a_bar():
         pass  # the other end has closed: all is read
     assert process.wait(timeout=30) == 0
     os.close(ours)
-    assert "━" in shown.decode()
-    assert "4/4 s" in shown.decode()
+    return shown.decode()

@@ -1,12 +1,198 @@
-"""The plots of a sweep."""
+"""The plots of a sweep: errors against the settings, and over time with what a consistent estimator would have."""
 
-from collections.abc import Sequence
+import io
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
 
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mjsim.geometry import Array
+from mjsim.report.consistency import chi_square_bounds
 from mjsim.sweep.plan import Plan
+from mjsim.sweep.summary import interval_of_mean
 from mjsim.sweep.table import Row
 from mjsim.sweep.worker import Outcome
 
+COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#8c6d1f", "#332288", "#882255")
+"""Colours that people with colour blindness tell apart (after Okabe and Ito, 2008)."""
+ODOMETRY, BAND = "#e69f00", "#009e73"
+MOST_SHADES = 3
+"""Cases of which more than the medians is drawn."""
+ERROR, DEAD_RECKONING = "position_error_m.rmse", "odometry_error_m.rmse"
+Series = Mapping[str, Sequence[float | None]]
+
 
 def plots(plan: Plan, rows: Sequence[Row], outcomes: Sequence[Outcome], robots: Sequence[str]) -> dict[str, bytes]:
-    """Return the plots as files of PNG by their names."""
-    return {}
+    """Return the plots as files of PNG by their names; none of a robot that nothing drove, or whose runs all failed."""
+    files = {}
+    for robot in robots:
+        own = [row for row in rows if row["robot"] == robot and row.get(ERROR) is not None]
+        if not own:
+            continue
+        series = [
+            [each["series"][robot] for each in outcomes if each["case"] == case and robot in each["series"]]
+            for case in range(len(plan.cases()))
+        ]
+        drawn = {
+            "settings": settings_plot(plan, own),
+            "error": error_plot(plan, series),
+            "nees": nees_plot(plan, series),
+        }
+        for name, figure in drawn.items():
+            figure.axes[0].set_title(f"{robot}: {figure.axes[0].get_title()}")
+            buffer = io.BytesIO()
+            figure.savefig(buffer, format="png")
+            files[f"{robot}_{name}.png"] = buffer.getvalue()
+    return files
+
+
+def settings_plot(plan: Plan, rows: Sequence[Row]) -> Figure:
+    """Draw the position error of each run, and the means with their intervals, against the setting that varies most.
+
+    Args:
+        plan: Of the sweep.
+        rows: Of one robot, of runs that gave figures.
+    """
+    figure, (above, below) = _sheet(rows=2, height=6.4)
+    key = max(plan.settings, key=lambda name: len(plan.settings[name]), default=None)
+    values: Sequence[Any] = plan.settings[key] if key is not None else ("",)
+    places = np.arange(len(values), dtype=float)
+    others = [name for name in plan.settings if name != key]
+    groups = list(dict.fromkeys(_label({name: row[name] for name in others}) for row in rows))
+    for axes, figure_name in ((above, ERROR), (below, DEAD_RECKONING)):
+        for lane, group in enumerate(groups):
+            offset = (lane - (len(groups) - 1) / 2) * 0.7 / len(groups)
+            found = [_column(rows, figure_name, key, value, others, group) for value in values]
+            _draw_lane(axes, places + offset, found, COLORS[lane % len(COLORS)], group)
+        axes.set_ylim(bottom=0.0)
+        axes.grid(visible=False, axis="x")
+    above.set(
+        ylabel="position error, rmse [m]", title=f"the estimate of each run, means and 95 % intervals ({_count(plan)})"
+    )
+    below.set(ylabel="position error, rmse [m]", xlabel=key or "", title="Odometry alone")
+    below.set_xticks(places, [json.dumps(value) if key else "all runs" for value in values])
+    below.set_xlim(-0.6, len(values) - 0.4)
+    if groups != [""]:
+        _legend(below)
+    return figure
+
+
+def error_plot(plan: Plan, series: Sequence[Sequence[Series]]) -> Figure:
+    """Draw the median position error over time and where 80 % of the runs lie, for each case; and odometry's."""
+    figure, (axes,) = _sheet(rows=1, height=4.8)
+    drawn = _drawn(plan, series)
+    for label, color, runs in drawn:
+        time, values = _stacked(runs, "position_error_m")
+        low, middle, high = np.nanquantile(values, (0.1, 0.5, 0.9), axis=0)
+        if len(drawn) <= MOST_SHADES:
+            axes.fill_between(time, low, high, color=color, alpha=0.15, lw=0)
+        axes.plot(time, middle, color=color, lw=1.5, label=label or "estimate")
+    shade = ", 80 % of them in the shade" if len(drawn) <= MOST_SHADES else ""
+    if len(drawn) == 1:
+        time, values = _stacked(drawn[0][2], "odometry_error_m")
+        axes.plot(time, np.nanmedian(values, axis=0), color=ODOMETRY, lw=1.2, ls="--", label="odometry")
+    title = f"position error, median of the runs{shade} ({_count(plan)})"
+    axes.set(xlabel="time [s]", ylabel="position error [m]", title=title)
+    axes.set_xlim(time[0], time[-1])
+    axes.set_ylim(bottom=0.0)
+    _legend(axes)
+    return figure
+
+
+def nees_plot(plan: Plan, series: Sequence[Sequence[Series]]) -> Figure:
+    """Draw the NEES over time, averaged over the runs of each case, with the 95 % band of such an average.
+
+    References:
+        Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), eq. 5.4.2-7.
+    """
+    figure, (axes,) = _sheet(rows=1, height=4.8)
+    count = max(len(runs) for runs in series)
+    low, high = chi_square_bounds(3, count=count)
+    axes.axhspan(low, high, color=BAND, alpha=0.15, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
+    axes.axhline(3.0, color=BAND, lw=0.8)
+    for label, color, runs in _drawn(plan, series):
+        time, values = _stacked(runs, "nees")
+        known = np.isfinite(values)
+        mean = np.where(known.any(axis=0), np.nansum(values, axis=0) / np.maximum(known.sum(axis=0), 1), np.nan)
+        axes.plot(time, mean, color=color, lw=1.3, label=label or "mean of all runs")
+    axes.set(
+        xlabel="time [s]",
+        ylabel="NEES of x, y, heading",
+        title=f"consistency, the NEES averaged over the runs ({_count(plan)})",
+    )
+    axes.set_yscale("symlog", linthresh=10.0)
+    axes.set_yticks([0, 2, 4, 6, 8, 10], [str(n) for n in (0, 2, 4, 6, 8, 10)])
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlim(time[0], time[-1])
+    _legend(axes)
+    return figure
+
+
+def _draw_lane(axes: Axes, places: Array, found: Sequence[Array], color: str, label: str) -> None:
+    """Draw one series of groups of values, each at its place: dots, mean and interval."""
+    for place, values in zip(places, found, strict=True):
+        # Side by side in their order, so that runs with the same error are all seen.
+        spread = np.linspace(-0.05, 0.05, len(values)) if len(values) > 1 else np.zeros(len(values))
+        axes.plot(place + spread, values, "o", color=color, ms=3.5, mew=0, alpha=0.35)
+    there = [n for n, values in enumerate(found) if len(values)]
+    means = np.array([found[n].mean() for n in there])
+    bounds = np.array([interval_of_mean(found[n]) for n in there]).T
+    axes.errorbar(
+        places[there], means, yerr=np.abs(bounds - means), color=color, fmt="D-", ms=5, lw=1.0, elinewidth=1.8,
+        capsize=4, mec="white", mew=0.6, label=label,
+    )  # fmt: skip
+
+
+def _column(rows: Sequence[Row], name: str, key: str | None, value: Any, others: Sequence[str], group: str) -> Array:
+    """Return a figure of all runs with a value of the key, and whose other settings have this label."""
+    return np.array(
+        [
+            row[name]
+            for row in rows
+            if (key is None or row[key] == value) and _label({other: row[other] for other in others}) == group
+        ],
+        dtype=float,
+    )
+
+
+def _drawn(plan: Plan, series: Sequence[Sequence[Series]]) -> list[tuple[str, str, Sequence[Series]]]:
+    """Return label, colour and runs of each case that is drawn over time: the first eight with any run."""
+    cases = [(_label(case), runs) for case, runs in zip(plan.cases(), series, strict=True) if runs]
+    return [(label, color, runs) for (label, runs), color in zip(cases, COLORS, strict=False)]
+
+
+def _stacked(runs: Sequence[Series], name: str) -> tuple[Array, Array]:
+    """Return times (n,) and the values of all runs (count, n), as far as the shortest one goes."""
+    length = min(len(run["time"]) for run in runs)
+    values = [[np.nan if value is None else value for value in run[name][:length]] for run in runs]
+    return np.array(runs[0]["time"][:length], dtype=float), np.array(values, dtype=float)
+
+
+def _label(case: Mapping[str, Any]) -> str:
+    """Return the settings of a case for people, each key by its last two parts."""
+    return ", ".join(f"{'.'.join(key.split('.')[-2:])} {json.dumps(value)}" for key, value in case.items())
+
+
+def _count(plan: Plan) -> str:
+    runs = "1 run" if len(plan.seeds) == 1 else f"{len(plan.seeds)} runs"
+    return f"{runs} a case" if plan.settings else runs
+
+
+def _legend(axes: Axes) -> None:
+    """Put the legend below, in as many columns as its longest label lets it have."""
+    longest = max(len(text) for text in axes.get_legend_handles_labels()[1])
+    columns = max(1, min(3, 110 // (longest + 8)))
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=columns, frameon=False)
+
+
+def _sheet(*, rows: int, height: float) -> tuple[Figure, list[Axes]]:
+    figure = Figure(figsize=(9.6, height), dpi=110, layout="constrained")
+    panels = list(np.atleast_1d(figure.subplots(rows, 1, sharex=True)))
+    for axes in panels:
+        axes.grid(color="#dddddd", lw=0.6)
+        axes.set_axisbelow(True)
+        axes.spines[["top", "right"]].set_visible(False)
+    return figure, panels

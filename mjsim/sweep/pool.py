@@ -13,9 +13,10 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Self
 
+from mjsim.sweep.bench import THREADS
 from mjsim.sweep.plan import Job
 from mjsim.sweep.store import Store
-from mjsim.sweep.worker import THREADS, Outcome, died, run_job
+from mjsim.sweep.worker import Outcome, died, run_job
 
 MOST_DEATHS = 3
 """A run that its process did not survive is tried so often in all."""

@@ -11,8 +11,8 @@ from mjsim.sweep.worker import Outcome
 
 KEYS = ("case", "seed", "robot", "error")
 """Columns of every table besides the settings and the figures."""
-EACH = frozenset({"aligned_each"})
-"""Figures that are mappings by name, such as of each landmark; what they have in all is told beside them."""
+EACH = frozenset({"each", "aligned_each"})
+"""Figures that are mappings by the names of landmarks; what they come to in all stands beside them."""
 
 Row = dict[str, Any]
 """One robot of one run: case, seed, settings by their keys, robot, error, figures such as 'nees.mean'."""

@@ -1,16 +1,9 @@
 """One run of a sweep, on whichever machine: a world file and a job in, an outcome out."""
 
-import functools
-import os
-import random
-import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 
 from mjsim.errors import ModuleFault, PhysicsFault, UsageError
@@ -18,16 +11,11 @@ from mjsim.record import Recording, Track
 from mjsim.report import metrics
 from mjsim.report.statistics import statistics_file
 from mjsim.run import run
-from mjsim.sweep.modules import INSTALLED
+from mjsim.sweep.bench import bench, own_modules, seed_the_rest, settle
 from mjsim.sweep.plan import Job
-from mjsim.world import World, load_world
-from mjsim.world.settings import with_settings
 
 MOST_POINTS = 400
 """Points of a series over time that are kept of each run."""
-THREADS = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "LP_NUM_THREADS": "1"}
-"""What keeps a worker on one core: BLAS, and OpenGL drawn in software."""
-
 Outcome = dict[str, Any]
 """What becomes of a job, fit for JSON: `case`, `seed`, `error` (None when all went well), `run` and `robots` as in
 statistics.json, `series` (by robot: time, nees, position_error_m, odometry_error_m), `clock` (wall-clock figures)."""
@@ -44,14 +32,12 @@ def run_job(world_file: Path, job: Job, *, record: Path) -> Outcome:
     Raises:
         MjsimError: What would fail every run on this machine: no way to draw pictures, no room for the recording.
     """
-    from mjsim.sim import Simulation
-
     settle()
     began = time.perf_counter()
     outcome = empty_outcome(job)
-    _seed_the_rest(job.seed)
+    seed_the_rest(job.seed)
     try:
-        with _own_modules(world_file.parent), Simulation(_world(world_file, job.settings), seed=job.seed) as sim:
+        with own_modules(world_file.parent), bench().simulation(world_file, job) as sim:
             recording = run(sim, seconds=job.seconds, record=record)
         outcome |= _figures(recording)
     except (ModuleFault, PhysicsFault, UsageError) as error:
@@ -70,43 +56,6 @@ def empty_outcome(job: Job, *, error: str | None = None) -> Outcome:
 def died(job: Job, times: int) -> Outcome:
     """Return the outcome of a job that no process survived; it is not kept, and so tried again the next time."""
     return empty_outcome(job, error=f"its process died {times} times") | {"died": True}
-
-
-@functools.cache  # A fact of the process.
-def settle() -> None:
-    """Keep this process to one core; what else runs here are other workers."""
-    os.environ |= THREADS
-    cv2.setNumThreads(1)
-    # The folder of a bundle holds what the sweep was made of and nothing else.
-    sys.dont_write_bytecode = True
-
-
-@functools.lru_cache(maxsize=1)  # Runs of a case follow each other, and a world is never changed.
-def _world(world_file: Path, settings: tuple[str, ...]) -> World:
-    return with_settings(load_world(world_file), settings)
-
-
-def _seed_the_rest(seed: int) -> None:
-    """Begin the generators that modules should not use, but do, the same in every run."""
-    random.seed(seed)
-    np.random.seed(seed % 2**32)  # noqa: NPY002 - it is this one that such modules use
-    cv2.setRNGSeed(seed % 2**31)
-
-
-@contextmanager
-def _own_modules(folder: Path) -> Iterator[None]:
-    """Let the user's modules be imported in the block, and found as new by the next run, whatever it is of."""
-    folder = folder.resolve()
-    path, known = list(sys.path), set(sys.modules)
-    sys.path.append(str(folder / INSTALLED))
-    try:
-        yield
-    finally:
-        sys.path[:] = path
-        for name in set(sys.modules).difference(known):
-            file = getattr(sys.modules[name], "__file__", None)
-            if file is not None and Path(file).is_relative_to(folder):
-                del sys.modules[name]
 
 
 def _figures(recording: Recording) -> Outcome:

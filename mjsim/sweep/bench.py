@@ -1,0 +1,94 @@
+"""What a process keeps between its runs, and what it must not."""
+
+import functools
+import os
+import random
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from mjsim.sweep.modules import INSTALLED
+from mjsim.sweep.plan import Job
+from mjsim.world import load_world
+from mjsim.world.settings import with_settings
+
+if TYPE_CHECKING:
+    from mjsim.sim import Simulation
+
+THREADS = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "LP_NUM_THREADS": "1"}
+"""What keeps a worker on one core: BLAS, and OpenGL drawn in software."""
+
+
+class Bench:
+    """The simulation of the last run: one of the same case with another seed needs no new one."""
+
+    def __init__(self) -> None:
+        self._case: tuple[Path, tuple[str, ...]] | None = None
+        self._sim: Simulation | None = None
+
+    @contextmanager
+    def simulation(self, world_file: Path, job: Job) -> Iterator["Simulation"]:
+        """Yield a simulation at the start of a job; after a run that failed it is not used again."""
+        case = (world_file, job.settings)
+        if self._sim is not None and case == self._case:
+            self._sim.reset(job.seed)
+        else:
+            from mjsim.sim import Simulation
+
+            self.clear()
+            self._sim = Simulation(with_settings(load_world(world_file), job.settings), seed=job.seed)
+            self._case = case
+        try:
+            yield self._sim
+        except BaseException:
+            self.clear()
+            raise
+
+    def clear(self) -> None:
+        """Close what is kept."""
+        sim, self._sim = self._sim, None
+        if sim is not None:
+            sim.close()
+
+
+@functools.cache  # A fact of the process, as its one OpenGL library is.
+def bench() -> Bench:
+    """Return the bench of this process."""
+    return Bench()
+
+
+@functools.cache  # A fact of the process.
+def settle() -> None:
+    """Keep this process to one core; what else runs here are other workers."""
+    os.environ |= THREADS
+    cv2.setNumThreads(1)
+    # The folder of a bundle holds what the sweep was made of and nothing else.
+    sys.dont_write_bytecode = True
+
+
+def seed_the_rest(seed: int) -> None:
+    """Begin the generators that modules should not use, but do, the same in every run."""
+    random.seed(seed)
+    np.random.seed(seed % 2**32)  # noqa: NPY002 - it is this one that such modules use
+    cv2.setRNGSeed(seed % 2**31)
+
+
+@contextmanager
+def own_modules(folder: Path) -> Iterator[None]:
+    """Let the user's modules be imported in the block, and found as new by the next run, whatever it is of."""
+    folder = folder.resolve()
+    path, known = list(sys.path), set(sys.modules)
+    sys.path.append(str(folder / INSTALLED))
+    try:
+        yield
+    finally:
+        sys.path[:] = path
+        for name in set(sys.modules).difference(known):
+            file = getattr(sys.modules[name], "__file__", None)
+            if file is not None and Path(file).is_relative_to(folder):
+                del sys.modules[name]
