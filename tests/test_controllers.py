@@ -65,6 +65,16 @@ def test_lqr_gains_are_those_of_the_continuous_regulator_for_short_periods():
     np.testing.assert_allclose(lqr_gains(v, 1e-4, lateral=q1, heading=q2, effort=r), (k1, k2), rtol=1e-3)
 
 
+def test_lqr_gains_are_those_to_which_a_long_horizon_leads():
+    v, dt, Q, r = 0.4, 0.1, np.diag([3.0, 0.7]), 0.5
+    A, B = np.array([[1.0, v * dt], [0.0, 1.0]]), np.array([[0.5 * v * dt**2], [dt]])
+    P = Q
+    for _ in range(2000):  # Bellman's recursion from the last step backwards
+        K = np.linalg.solve(B.T @ P @ B + r, B.T @ P @ A)
+        P = Q + A.T @ P @ (A - B @ K)
+    np.testing.assert_allclose(lqr_gains(v, dt, lateral=3.0, heading=0.7, effort=r), K[0], rtol=1e-9)
+
+
 def test_lqr_leads_a_robot_back_to_its_path():
     K, pose = lqr_gains(0.5, 0.04), Pose(0.0, 0.6, 0.8)
     for _ in range(400):

@@ -107,6 +107,26 @@ def test_it_follows_the_wall_at_its_distance_all_around(side):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("side", "heading"), [("left", 0), ("right", 180)])
+def test_it_follows_a_block_around_its_outer_corners(side, heading):
+    block = (
+        ROOMS.split("walls:")[0]
+        + f"""walls:
+  - {{points: [[0, 0], [9, 0], [9, 8], [0, 8]], closed: true}}
+  - {{points: [[3, 3], [6, 3], [6, 5], [3, 5]], closed: true}}
+robots:
+  - {{name: scout, preset: pioneer3dx, at: [3.4, 2.3], heading_deg: {heading}}}
+"""
+    )
+    poses, bumps = drive(WallFollow(side=side, distance=0.4), 48.0, text=block)
+    apart = shapely.distance(shapely.points(poses[100:, :2]), shapely.box(2.95, 2.95, 6.05, 5.05)) - 0.22
+    assert bumps == 0
+    assert np.abs(apart - 0.4).max() < 0.12
+    around = np.unwrap(np.arctan2(poses[:, 1] - 4.0, poses[:, 0] - 4.5))
+    assert (around[-1] - around[0]) * (1 if side == "left" else -1) > 2 * math.pi
+
+
+@pytest.mark.slow
 def test_exploring_sees_both_rooms_and_knows_when_it_is_done():
     navigator = Explore()
     _, bumps = drive(navigator, 90.0)

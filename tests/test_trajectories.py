@@ -50,6 +50,13 @@ def test_the_fastest_motion_on_a_line_is_the_trapezoid():
     np.testing.assert_allclose(profile.speed([0.25, 5.0, 9.75]), [0.5, 1.0, 0.5], rtol=0.02)
 
 
+def test_a_way_too_short_for_the_top_speed_is_bang_bang():
+    profile = fastest_profile(SplinePath([(0, 0), (1, 0)]), **LIMITS)
+    # Half the way faster and faster, half slower and slower: 2 sqrt(length / acceleration), at most sqrt(length a).
+    assert profile.duration == pytest.approx(2 * np.sqrt(1 / 0.5), rel=0.01)
+    assert profile.speeds.max() == pytest.approx(np.sqrt(0.5), rel=0.01)
+
+
 def test_on_a_tight_circle_the_turn_rate_bounds_the_speed():
     profile = fastest_profile(circle_path(0.3), **LIMITS)
     assert profile.speed(0.7) == pytest.approx(2.0 * 0.3, rel=0.03)
