@@ -150,6 +150,15 @@ def test_a_module_that_fails_ends_the_replay_as_it_ends_a_run(ringed, tmp_path):
     assert [json.loads(data)["kind"] for data in again.messages("/scout/events")] == faults[:-1]
 
 
+def test_the_fault_of_another_robot_stays_in_the_recording(tmp_path):
+    path = tmp_path / "run.mcap"
+    with mjsim.Simulation(mjsim.parse_world(RINGED)) as sim, pytest.raises(ModuleFault):
+        mjsim.run(sim, drivers={"scout": mjsim.Driver(), "idle": mjsim.Driver(estimator=Failing())}, record=path)
+    again = replay(path, robot="scout", estimator=Still())
+    assert [event.kind for event in again.robots["idle"].events] == ["fault"]
+    assert len(again.time) == 13
+
+
 TURNING = ConstantCommand(forward=0.1, turn=-0.1)
 PICTURES = f"""mjsim: 1
 {WALLS}

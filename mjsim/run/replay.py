@@ -137,8 +137,7 @@ class _Again:
     def take(self, message: RawMessage) -> bool:
         """Take the next message of the recording; returns whether it ended a tick."""
         topic, robot = message.topic, self._robot
-        # Of a file that was cut, the last tick may not be whole.
-        if message.time > self._last or topic in self._made_anew or self._is_fault(message):
+        if self._is_of_no_whole_tick(message) or topic in self._made_anew or self._is_fault(message):
             return False
         if topic == f"/{robot}/observation":
             self._copy.keep(message)
@@ -158,6 +157,10 @@ class _Again:
     @property
     def _now(self) -> float:
         return float(self._run.time[self._row])
+
+    def _is_of_no_whole_tick(self, message: RawMessage) -> bool:
+        """Say whether a message is of the last tick of a file that was cut in it; events need no tick."""
+        return message.time > self._last and not message.topic.endswith("/events")
 
     def _is_fault(self, message: RawMessage) -> bool:
         """Say whether a message tells of a module that failed in the run."""
