@@ -31,19 +31,31 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
 
 def _page(comparison: Comparison, pictures: dict[str, bytes]) -> str:
     title = " and ".join(group.label for group in comparison.groups[:4])
-    verdicts = "".join(f"<li>{html.escape(told)}</li>" for told in comparison.verdicts)
-    remarks = "".join(f"<li>{html.escape(told)}</li>" for told in comparison.remarks)
-    said = f"<ul>{verdicts}</ul>" if verdicts else "<p>No figure is certain to be better in one than in another.</p>"
+    know = "".join(f"<li>{html.escape(told)}</li>" for told in (*comparison.consistency, *comparison.remarks))
     return (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(title)} - mjsim compare</title>'
         f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style>'
         f"<h1>{html.escape(title)}</h1>"
-        f"<h2>What is certain</h2>{said}"
-        + (f"<h2>What to know</h2><ul>{remarks}</ul>" if remarks else "")
+        f"<h2>What is certain</h2>{_verdicts(comparison)}"
+        + (f"<h2>What to know</h2><ul>{know}</ul>" if know else "")
         + f"<h2>Means, with 95 % intervals</h2>{_table(comparison)}"
         + "".join(picture(name, data) for name, data in pictures.items())
         + "</html>\n"
     )
+
+
+def _verdicts(comparison: Comparison) -> str:
+    """Return the table of what is certain."""
+    rows = "".join(
+        f"<tr><td>{html.escape(item.better)}</td><td>{html.escape(item.worse)}</td>"
+        f"<td>{html.escape(item.figure.title)}</td><td>{item.size}</td><td>{item.difference.pairs}</td></tr>"
+        for item in comparison.differences
+        if item.difference.verdict
+    )
+    if not rows:
+        return "<p>No figure is certain to be better in one than in another.</p>"
+    heads = "".join(f"<th>{head}</th>" for head in ("better", "than", "in", "by [interval]", "pairs"))
+    return f'<div class="wide"><table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table></div>'
 
 
 def _table(comparison: Comparison) -> str:

@@ -19,14 +19,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 STYLE = """
-:root { color-scheme: light dark; --ink: #1c1c1c; --paper: #fdfdfb; --soft: #6b6b6b; --line: #ddddd8; }
+:root { color-scheme: light dark; --ink: #1c1c1c; --paper: #fdfdfb; --soft: #6b6b6b; --line: #ddddd8;
+  --bad: #a5201a; }
 @media (prefers-color-scheme: dark) {
-  :root { --ink: #e8e8e4; --paper: #1b1c1e; --soft: #a5a5a0; --line: #3a3b3e; }
+  :root { --ink: #e8e8e4; --paper: #1b1c1e; --soft: #a5a5a0; --line: #3a3b3e; --bad: #ff9d94; }
 }
 body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 60rem;
   margin: 2rem auto; padding: 0 1rem; }
 h1 { font-size: 1.6rem; margin-bottom: 0; } h2 { font-size: 1.2rem; margin-top: 2.5rem; }
-.wide { overflow-x: auto; } p.fault { color: #b3261e; } p.run { color: var(--soft); margin-top: 0.2rem; }
+.wide { overflow-x: auto; } .wide td { white-space: nowrap; }
+p.fault { color: var(--bad); }
+p.run { color: var(--soft); margin-top: 0.2rem; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
 th, td { text-align: right; padding: 0.3rem 0.6rem; border-bottom: 1px solid var(--line); }
 th:first-child, td:first-child { text-align: left; }
