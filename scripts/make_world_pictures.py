@@ -19,7 +19,7 @@ from mjsim.world.sensors import Camera
 ROOT = Path(__file__).resolve().parents[1]
 WORLDS, PAGE, PICTURES = ROOT / "worlds", ROOT / "docs" / "worlds.md", ROOT / "docs" / "images" / "worlds"
 ROOMS = ("empty", "gallery", "museum", "cloister", "corridor")
-MORE = ("office", "warehouse", "maze", "ramps", "clutter", "dark", "arena", "sensors")
+MORE = ("office", "warehouse", "maze", "ramps", "clutter", "avoidance", "dark", "arena", "cooperative", "sensors")
 ORDER = (*ROOMS, *MORE)
 OUTSIDE = {"corridor": "scout/chase"}
 """Views from outside other than the overview."""

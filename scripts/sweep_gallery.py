@@ -1,7 +1,7 @@
 """Run the gallery with many seeds and print how well it went: one row a seed, then what the project asks for.
 
     python scripts/sweep_gallery.py [--seeds 20] [--first 1] [--seconds S] [--workers 2]
-        [--world FILE] [--set KEY=VALUE]
+        [--world FILE] [--set KEY=VALUE] [-o DIR]
 
 All noise is on: wheels slip on the floor and err, the drive does not do what it is told, and so do the pixels of the
 camera. The project asks for a NEES, averaged over the seeds, below 5 at 90 % of the ticks, and for a mean error on the
@@ -42,6 +42,20 @@ COLUMNS = {
     "bumps": "5d",
     "x_realtime": "10.2f",
 }
+
+
+def kept_or_run(
+    seed: int, world_file: Path, seconds: float | None, settings: Sequence[str], folder: Path
+) -> tuple[Row, Array]:
+    """Return the row of one seed and its NEES, from the file of a sweep that was interrupted if it is there."""
+    file = folder / f"{seed}.npz"
+    if file.exists():
+        with np.load(file) as kept:
+            return dict(zip(COLUMNS, kept["row"].tolist(), strict=True)), kept["nees"]
+    row, nees = run_seed(seed, world_file, seconds, settings)
+    folder.mkdir(parents=True, exist_ok=True)
+    np.savez(file, row=[row[name] for name in COLUMNS], nees=nees)
+    return row, nees
 
 
 def run_seed(seed: int, world_file: Path, seconds: float | None, settings: Sequence[str]) -> tuple[Row, Array]:
@@ -99,7 +113,7 @@ def print_table(runs: Iterable[tuple[Row, Array]]) -> tuple[list[Row], Array]:
     rows, nees = [], []
     print("  ".join(f"{name:>{form.split('.')[0].rstrip('df')}}" for name, form in COLUMNS.items()))
     for row, own in runs:
-        print("  ".join(f"{row[name]:{form}}" for name, form in COLUMNS.items()), flush=True)
+        print("  ".join(f"{row[name]:{form.replace('d', '.0f')}}" for name, form in COLUMNS.items()), flush=True)
         rows.append(row)
         nees.append(own)
     return rows, np.array(nees)
@@ -114,12 +128,17 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--world", type=Path, default=GALLERY)
     parser.add_argument("--set", action="append", metavar="KEY=VALUE", help=f"in place of {NOISY}")
+    parser.add_argument(
+        "-o", "--output", type=Path, default=Path("out/sweep_gallery"), help="a file a seed; go on there"
+    )
     options = parser.parse_args()
     os.environ |= {"OMP_NUM_THREADS": "1", "LP_NUM_THREADS": "1"}  # one core a worker
     seeds = range(options.first, options.first + options.seeds)
     with ProcessPoolExecutor(options.workers, mp_context=multiprocessing.get_context("spawn")) as pool:
         changes = repeat(options.set or [NOISY])
-        runs = pool.map(run_seed, seeds, repeat(options.world), repeat(options.seconds), changes)
+        runs = pool.map(
+            kept_or_run, seeds, repeat(options.world), repeat(options.seconds), changes, repeat(options.output)
+        )
         rows, nees = print_table(runs)
     print_summary(rows, nees)
 
