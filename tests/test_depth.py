@@ -106,7 +106,9 @@ def test_in_a_moving_scene_picture_depth_and_instances_of_a_frame_are_of_its_sta
             bearing, half = math.atan2(other.y, other.x), math.asin(0.22 / math.hypot(other.x, other.y))
             tangents = math.tan(bearing - half) + math.tan(bearing + half)
             columns[round(tick * sim.dt, 6)] = 79.5 - FOCAL * tangents / 2
-            seen += sim.sense("r").cameras.values()
+            frames = sim.sense("r").cameras
+            assert [frame.stamp for frame in frames.values()] == [(tick - latency) * sim.dt] * (tick >= latency)
+            seen += frames.values()
             sim.apply("other", Command(0.7))
             sim.step()
     assert abs(columns[0.0] - columns[1.16]) > 30
