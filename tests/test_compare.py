@@ -142,6 +142,16 @@ def test_arguments_are_told_only_where_the_class_does_not_tell_them():
     ]
 
 
+def test_what_differs_a_little_differs():
+    near = RING.replace("turn: 0.1}", "turn: 0.10000001}")
+    assert len(set(setting_labels([settings(RING), settings(near)], ["ring"] * 2))) == 2
+    first, second = (RING.replace("mjsim.algorithms.localization:Ekf", f"{name}.py:Ekf") for name in ("a", "b"))
+    assert setting_labels([settings(first), settings(second)], ["ring"] * 2) == [
+        "a.py:EkfLocalization",
+        "b.py:EkfLocalization",
+    ]
+
+
 def test_a_replay_is_called_by_the_estimator_that_was_at_work():
     replayed = {"replayed robot": "scout", "replayed estimator": "EkfSlam"}
     given = [settings(RING), settings(RING, **replayed)]

@@ -38,12 +38,17 @@ def settings_of(world: World, metadata: Mapping[str, str]) -> dict[str, str]:
 
 def _put_module(leaves: dict[str, str], key: str, name: str | None) -> None:
     """Note which class was at work, or none; what the world says of another one does not hold."""
-    if leaves.get(f"{key}.use") == name:
+    if name is not None and _class(leaves.get(f"{key}.use", "")) == name:
         return
     for other in [leaf for leaf in leaves if leaf == key or leaf.startswith(f"{key}.")]:
         del leaves[other]
     if name is not None:
         leaves[f"{key}.use"] = name
+
+
+def _class(use: str) -> str:
+    """Return the class of 'dotted.module:Class'."""
+    return use.rpartition(":")[2]
 
 
 def _leaves(value: Any, path: str) -> Iterable[tuple[str, str]]:
@@ -56,10 +61,9 @@ def _leaves(value: Any, path: str) -> Iterable[tuple[str, str]]:
         for number, item in enumerate(value):
             name = item.get("name") if isinstance(item, Mapping) else None
             yield from _leaves(item, f"{before}{name or number}")
-    elif path.endswith(".use"):
-        yield path, str(value).rpartition(":")[2]
     elif value is not None:
-        yield path, f"{value:g}" if isinstance(value, float) else value if isinstance(value, str) else json.dumps(value)
+        # Every digit: what differs in the last one differs.
+        yield path, value if isinstance(value, str) else json.dumps(value)
 
 
 def setting_labels(settings: Sequence[Mapping[str, str]], names: Sequence[str]) -> list[str] | None:
@@ -100,9 +104,16 @@ def _said(own: Mapping[str, str], keys: Sequence[str], settings: Sequence[Mappin
     for key in keys:
         use = f"{key.rpartition('.')[0]}.use"
         if key.endswith(".use"):
-            yield own.get(key, "odometry" if key.endswith(".estimator.use") else f"no {key.split('.')[-2]}")
+            yield _said_of_class(own.get(key), key, [each[key] for each in settings if key in each])
         elif any(key in each and each.get(use) == own.get(use) for each in settings):
             yield f"{shorts[key]}={own.get(key, 'default')}"
+
+
+def _said_of_class(use: str | None, key: str, uses: Sequence[str]) -> str:
+    """Return a class without its module, where that tells it from the others."""
+    if use is None:
+        return "odometry" if key.endswith(".estimator.use") else f"no {key.split('.')[-2]}"
+    return use if len({_class(each) for each in uses}) < len(set(uses)) else _class(use)
 
 
 def _short_keys(keys: Sequence[str]) -> dict[str, str]:
