@@ -140,7 +140,7 @@ def with_course(fixes: Array) -> Array:
     ends = np.flatnonzero(np.diff(fixes[:, 0]) > GAP) + 1
     parts = [np.column_stack([part, _courses(part[:, 1:])]) for part in np.split(fixes, ends)]
     rows = np.concatenate(parts)
-    return rows[np.isfinite(rows[:, 3])]
+    return np.asarray(rows[np.isfinite(rows[:, 3])])
 
 
 def _courses(places: Array) -> Array:
