@@ -1,12 +1,14 @@
 """What every environment does, whatever its interface: actions in, arrays out, the same simulation in between."""
 
 import math
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from learning import ROOM, alike, room, task
 
+import mjsim.env
 from mjsim.env.episodes import Episodes
 from mjsim.errors import ModuleFault, UsageError
 from mjsim.interface import Command, WheelCommand
@@ -176,6 +178,20 @@ def test_wheels_are_driven_by_shares_of_their_largest_speed():
     episodes.begin(1)
     episodes.go_on([0.5, -0.5])
     assert episodes.step.wanted["scout"] == command
+
+
+@pytest.mark.parametrize(
+    ("package", "module", "name", "message"),
+    [
+        ("gymnasium", "gym", "GymEnvironment", "gymnasium is not installed; type: pip install"),
+        ("dm_control.rl", "control", "DmEnvironment", "dm-control is not installed, which has releases for"),
+    ],
+)
+def test_what_is_not_installed_is_told_with_what_to_do(monkeypatch, package, module, name, message):
+    monkeypatch.delitem(sys.modules, f"mjsim.env.{module}", raising=False)
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(UsageError, match=message):
+        getattr(mjsim.env, name)
 
 
 def test_several_robots_are_driven_by_dicts():

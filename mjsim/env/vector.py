@@ -30,6 +30,7 @@ from mjsim.errors import MjsimError, UsageError
 Told = tuple[float, bool, bool, dict[str, Any]]
 """Reward, whether it ended, whether it was cut off, and info; observations go through shared memory."""
 Make = Callable[[], GymEnvironment]
+"""Makes an environment; it can be sent to a process."""
 
 
 class VectorEnvironment(VectorEnv[Any, Any, Any]):
@@ -64,8 +65,9 @@ class VectorEnvironment(VectorEnv[Any, Any, Any]):
         self.action_space = batch_space(self.single_action_space, count)
         self.observation_space = batch_space(self.single_observation_space, count)
         context = multiprocessing.get_context("spawn")
-        # Kept, since its locks are gone with it.
-        self._memory = memory = create_shared_memory(self.single_observation_space, count, context)  # type: ignore[arg-type]  # a context has all that it uses of the module
+        # Kept, since its locks are gone with it. Of the module it uses what a context has too.
+        memory = create_shared_memory(self.single_observation_space, count, context)  # type: ignore[arg-type]
+        self._memory = memory
         self._seen = read_from_shared_memory(self.single_observation_space, memory, count)
         self._shares = [share.tolist() for share in np.array_split(np.arange(count), min(processes, count))]
         self._pipes: list[Connection] = []
