@@ -54,6 +54,8 @@ class MarkerBeacons:
         settings.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
         settings.minMarkerPerimeterRate = 0.06
         settings.useAruco3Detection = False
+        # A marker of another dictionary is one of this one but for a bit or two: all bits must be right.
+        settings.errorCorrectionRate = 0.0
         self._detector = cv2.aruco.ArucoDetector(self._dictionary, settings)
         self._width = width
         self._names = names

@@ -43,6 +43,13 @@ def test_without_names_it_is_called_by_its_number_and_its_corners_are_those_of_t
     np.testing.assert_allclose(corners, expected, atol=1.0)
 
 
+@pytest.mark.parametrize("dictionary", ["5x5_100", "apriltag_36h11", "apriltag_16h5"])
+def test_markers_of_another_dictionary_are_never_reported(studio, dictionary):
+    others, rng = MarkerBeacons(dictionary, WIDTH), np.random.default_rng(2)
+    for name, distance, yaw in (("tag-1", 1.5, 0.0), ("tag-6", 3.0, 30.0), ("tag-10", 7.0, -10.0)):
+        assert others.detect(studio.before(name, distance, yaw, rng=rng).image, INTRINSICS) == []
+
+
 def test_a_dictionary_that_is_not_there_is_told():
     with pytest.raises(ValueError, match="no dictionary '4x4_51'"):
         MarkerBeacons("4x4_51", 0.3)
