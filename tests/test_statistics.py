@@ -259,3 +259,25 @@ def test_what_latex_takes_for_commands_is_escaped():
     assert latex_text("a_b & 5% {x} #1 $ ~ ^ \\") == (
         r"a\_b \& 5\% \{x\} \#1 \$ \textasciitilde{} \textasciicircum{} \textbackslash{}"
     )
+
+
+class Lost:
+    """Believes to be where no robot can be, and to know it badly."""
+
+    def start(self, robot, catalogue, rng):
+        """Need nothing."""
+
+    def update(self, seen):
+        return mjsim.Estimate(mjsim.Pose(1e200, 0.0, 0.0), np.diag([1e-300, 1e300, 1.0]))
+
+
+def test_an_estimate_beyond_all_numbers_gives_null_where_a_figure_overflows():
+    with mjsim.Simulation(mjsim.parse_world(ROOM)) as sim:
+        figures = plain(
+            mjsim.statistics(mjsim.run(sim, drivers={"scout": mjsim.Driver(estimator=Lost())}, seconds=0.2))
+        )
+    assert figures["scout"]["position_error_m"]["max"] == pytest.approx(1e200)
+    assert figures["scout"]["position_error_m"]["rmse"] is None
+    assert figures["scout"]["nees"] | {"band": None} == {
+        "mean": None, "in_band": None, "band": None, "mean_band": None, "singular": 5, "independent": None,
+    }  # fmt: skip

@@ -137,6 +137,7 @@ class Comparison:
         return tuple(told for group in self.groups if (told := _consistency(group)))
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def compare_tables(runs: Iterable[RunFigures], *, confidence: float = CONFIDENCE) -> Comparison:
     """Compare statistics of many runs.
 

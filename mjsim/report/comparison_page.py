@@ -4,12 +4,15 @@ import html
 import json
 from pathlib import Path
 
+import numpy as np
+
 from mjsim.report.comparison import Comparison
 from mjsim.report.comparison_tables import comparison_csv, comparison_json, comparison_latex, interval_text
 from mjsim.report.figures import FIGURES
 from mjsim.report.page import STYLE, picture, png_of, write_files
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def write_comparison(comparison: Comparison, folder: Path) -> None:
     """Write `comparison.json`, `table.csv`, `table.tex`, the plots as PNG and `comparison.html` into a folder.
 

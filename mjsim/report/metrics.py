@@ -12,7 +12,7 @@ from mjsim.geometry import Array, align_rigid, wrap_angles
 
 def position_errors(truth: Array, estimate: Array) -> Array:
     """Return the distance between both positions at each time, not aligned, shape (N,) [m]."""
-    return np.asarray(np.linalg.norm(estimate[:, :2] - truth[:, :2], axis=1))
+    return np.asarray(np.hypot(*(estimate[:, :2] - truth[:, :2]).T))
 
 
 def heading_errors(truth: Array, estimate: Array) -> Array:
@@ -124,7 +124,8 @@ def normalised_squares(errors: Array, covariance: Array) -> Array:
     scale = np.sqrt(variances[regular])
     correlation = covariance[regular] / (scale[:, :, None] * scale[:, None, :])
     # Singular relative to its own scale: states that are told to be the same, or more alike than can be.
-    definite = np.linalg.eigvalsh(correlation)[:, 0] > 1e-12
+    definite = np.isfinite(correlation).all(axis=(1, 2))
+    definite[definite] = np.linalg.eigvalsh(correlation[definite])[:, 0] > 1e-12
     regular[regular] = definite
     e = errors[regular] / scale[definite]
     squares[regular] = np.einsum("ni,ni->n", e, np.linalg.solve(correlation[definite], e[..., None])[..., 0])

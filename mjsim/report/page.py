@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from mjsim.errors import UsageError
 from mjsim.record import Recording, Track
 from mjsim.report.statistics import known_part, statistics_file
@@ -80,6 +82,7 @@ def _files(recording: Recording, figures: dict[str, Any]) -> dict[str, bytes]:
     return files
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def draw_all(world: World, track: Track) -> dict[str, bytes]:
     """Return the plots of a track by their names, as the contents of PNG files."""
     from mjsim.report.plots import PLOTS

@@ -116,6 +116,7 @@ def _readers(source: RunSource) -> list[Callable[[], list[Found]]]:
     raise UsageError(f"no recording in '{path}'; name a folder with .mcap files, or one that mjsim sweep made")
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def run_of(recording: Recording) -> Found:
     """Return the statistics of a recording, its settings, and how its robots fared over time."""
     figures = statistics_file(recording)

@@ -35,6 +35,7 @@ def statistics(recording: Recording) -> dict[str, Any]:
     return {**figures["robots"], "run": figures["run"]}
 
 
+@np.errstate(over="ignore", invalid="ignore")  # An estimate may be anywhere; what overflows is told as None.
 def statistics_file(recording: Recording) -> dict[str, Any]:
     """Return what `statistics.json` holds: {"run": {...}, "robots": {name: {...}}}."""
     seconds = float(recording.time[-1] - recording.time[0]) + _period(recording)
