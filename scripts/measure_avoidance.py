@@ -24,7 +24,7 @@ from mjsim.world.plan import solid
 
 SIZE = (12.0, 10.0)
 """Of the room [m]."""
-WITHOUT = 300.0
+WITHOUT = 60.0
 """How long a run without the avoidance lasts [s]."""
 
 

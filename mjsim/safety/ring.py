@@ -10,7 +10,7 @@ from mjsim.geometry import Array, wrap_angle
 from mjsim.interface import Command, Observation, RobotInfo
 from mjsim.safety.hits import RAYS, Hits
 from mjsim.safety.outline import is_round, rim
-from mjsim.safety.sweep import ROOMY, Body
+from mjsim.safety.sweep import Body
 from mjsim.safety.trail import Trail
 
 
@@ -25,8 +25,8 @@ class RingAvoidance:
 
     With no way ahead, a robot that can turns on the spot to a direction that is free, of several to the one in which it
     has been least (`Trail`), so that it leaves dead ends and goes in no circle for ever; one that cannot, or that has
-    no room for it, backs off in the arc that has the most. A robot told to go sideways goes straight in the free
-    direction nearest to the one it is told, within 81 degrees of it, and keeps its turn rate; with none free it rests.
+    no room for it, backs off, its nose swung toward that direction. A robot told to go sideways goes straight in the
+    free direction nearest to the one it is told, within 81 degrees of it, and keeps its turn rate; with none it rests.
 
     References:
         Fox, Burgard, Thrun, The Dynamic Window Approach to Collision Avoidance, IEEE RAM 4(1), 1997: arcs, and
@@ -35,8 +35,12 @@ class RingAvoidance:
 
     HORIZON = 1.6
     """How far ahead an arc is looked at [s], and further where stopping takes longer."""
+    NEAREST = 0.6
+    """A slow robot looks at least so far [m]."""
+    TURN = 1.2
+    """Turn rate of the sharpest arc, lower where it is looked further ahead [rad/s]."""
     SIGHT = 2.0
-    """How far the rays see, until one tells of more [m]; no robot goes so fast that it could not stop within it."""
+    """How far the rays see unless the world says otherwise [m]; none goes faster than it can stop within that."""
     HOLD = 1.5
     """For how long a side is held after there was something to pass [s]."""
     LONGEST = 30.0
@@ -48,17 +52,22 @@ class RingAvoidance:
         """Forget what was seen; take the shape and the limits of the robot."""
         self._robot, self._rng = robot, rng
         self._body = Body(robot)
+        # Who avoids keeps room to turn on the spot; a car cannot turn so.
+        self._swing = Body(robot, swing=True) if math.isinf(robot.max_curvature) else self._body
         self._deceleration = 0.5 * robot.max_acceleration
         rims = np.full(RAYS, robot.radius)
         if robot.outline is not None and not is_round(robot.outline):
             rims = np.array([rim(robot.outline, 2.0 * math.pi / RAYS * ray) for ray in range(RAYS)])
         self._hits, self._trail = Hits(rims), Trail()
-        self._offsets = np.linspace(-1.0, 1.0, 13) * min(robot.max_turn, 1.2)
+        self._fan: Array = np.linspace(-1.0, 1.0, 13)
+        if not self._swing.round:
+            # Beside a wall a long body can only leave it gently, as its tail swings to the wall.
+            self._fan = self._fan * np.abs(self._fan)
         self._bearings: Array = np.arange(-11.0, 13.0) * (math.pi / 12)
-        self._sight, self._speed = self.SIGHT, 0.0
+        self._speed = 0.0
         self._side, self._met, self._held = 0.0, -math.inf, -math.inf
         self._heading: float | None = None
-        self._back, self._swing = 0, 0.0
+        self._back = 0
 
     def adjust(self, command: Command, seen: Observation) -> Command:
         """Return the command that is safe, as near as can be to the one given."""
@@ -79,7 +88,7 @@ class RingAvoidance:
 
     def _forget(self) -> None:
         """Be done with what was in the way."""
-        self._side, self._heading, self._back, self._swing = 0.0, None, 0, 0.0
+        self._side, self._heading, self._back = 0.0, None, 0
 
     def _goes_round(self, turn: float, now: float) -> bool:
         """Say whether a turn on the spot would lead back to what the robot goes round."""
@@ -89,7 +98,7 @@ class RingAvoidance:
 
     def _points(self, speed: float, seconds: float) -> Array:
         """Return what a way could come near to, robot's frame, shape (n, 2) [m]."""
-        return self._hits.within(speed * seconds + self._body.radius + ROOMY)
+        return self._hits.within(speed * seconds + self._body.radius + self._body.roomy)
 
     def _drive(self, command: Command, now: float, *, told: Command | None = None) -> Command:
         """Return the nearest arc that is free; or the way out of where there is none.
@@ -100,47 +109,44 @@ class RingAvoidance:
             told: What to give back when nothing is in the way; the command itself unless given.
         """
         direction, speed = math.copysign(1.0, command.forward), abs(command.forward)
-        speed = min(speed, math.sqrt(2.0 * self._deceleration * self._sight))
-        seconds = max(self.HORIZON, 0.5 * speed / self._deceleration + 0.2)
+        speed = min(speed, math.sqrt(2.0 * self._deceleration * self.SIGHT))
+        seconds = max(self.HORIZON, 0.5 * speed / self._deceleration + 0.2, self.NEAREST / speed)
         points = self._points(speed, seconds)
-        if self._body.round and math.isinf(self._robot.max_curvature) and not self._back:
+        if self._swing.round and math.isinf(self._robot.max_curvature) and self._heading is None:
             # No arc of less than half a turn leads to what is behind.
             points = points[points[:, 0] * direction > -self._body.radius]
         if not len(points):
             return self._free(command, speed, now, told)
-        if self._back > 0:
-            return self._back_off(command, points, now)
-        if self._heading is not None and (spin := self._spin_on(command, points, now)) is not None:
-            return spin
+        if self._heading is not None and (out := self._on_the_way_out(command, points, now)) is not None:
+            return out
         most = min(self._robot.max_turn, self._robot.max_curvature * speed)
         wanted = min(max(command.turn, -most), most)
         ahead = self._body.arcs(points, speed=direction * speed, turns=np.array([wanted]), seconds=seconds)
         if ahead.times[0] >= seconds and ahead.ease[0] >= 1.0:
             return self._free(command, speed, now, told)
-        turns = np.clip(wanted + self._offsets, -most, most)
-        ways = self._body.arcs(points, speed=direction * speed, turns=turns, seconds=seconds)
+        sharpest = min(self._robot.max_turn, self.TURN * (self.HORIZON / seconds))
+        turns = np.clip(wanted + self._fan * sharpest, -most, most)
+        ways = self._swing.arcs(points, speed=direction * speed, turns=turns, seconds=seconds)
         speeds = np.minimum(speed * ways.ease, np.sqrt(2.0 * self._deceleration * speed * ways.times))
-        best = int(np.argmax(speeds - 0.15 * np.abs(turns - wanted) - self._second_thoughts(turns, wanted, speed)))
+        # A turn rate off by 1 rad/s is as bad as 0.15 of 0.7 m/s lost.
+        off = 0.15 * (speed / 0.7) * (seconds / self.HORIZON) * np.abs(turns - wanted)
+        best = int(np.argmax(speeds - off - self._second_thoughts(turns, wanted, speed)))
         if speeds[best] < 0.1 * speed:
             return self._leave(command, points, now)
         self._note_side(float(turns[best]) - wanted, now)
         chosen, slow = float(turns[best]), float(speeds[best])
         # A robot that cannot turn on the spot turns less while it is slower.
-        sharpest = self._robot.max_curvature * slow
-        return replace(command, forward=direction * slow, turn=min(max(chosen, -sharpest), sharpest))
+        most = self._robot.max_curvature * slow
+        return replace(command, forward=direction * slow, turn=min(max(chosen, -most), most))
 
     def _free(self, command: Command, speed: float, now: float, told: Command | None) -> Command:
         """Return the command for a way with nothing on it."""
         if now - self._held > self.HOLD or told is not None:
             self._forget()
         self._heading = None
-        if told is not None:
-            return told
-        return (
-            command
-            if speed == abs(command.forward)
-            else replace(command, forward=math.copysign(speed, command.forward))
-        )
+        if told is not None or speed == abs(command.forward):
+            return told or command
+        return replace(command, forward=math.copysign(speed, command.forward))
 
     def _second_thoughts(self, turns: Array, wanted: float, speed: float) -> Array:
         """Return what speaks against arcs besides what is in the way, shape (k,) [m/s]."""
@@ -164,20 +170,16 @@ class RingAvoidance:
         if now - self._held > self.HOLD:
             self._met = now
         self._held = now
-        if math.isinf(self._robot.max_curvature):
-            self._heading = self._hits.heading + self._way_out(command)
-            spin = self._spin_on(command, points, now)
-            if spin is not None:
-                return spin
-        self._back = round(self.BACKING / self._robot.dt)
-        return self._back_off(command, points, now)
+        self._heading = self._hits.heading + self._way_out(command)
+        out = self._on_the_way_out(command, points, now)
+        return replace(command, forward=0.0, turn=0.0) if out is None else out
 
     def _way_out(self, command: Command) -> float:
         """Return by how much to turn to where it is free, and where the robot has been least [rad]."""
         direction, speed = math.copysign(1.0, command.forward), max(abs(command.forward), 0.1)
         seconds = max(self.HORIZON, 0.8 / speed)
         bearings, points = self._bearings, self._points(speed, seconds)
-        ways = self._body.lines(points, speed=direction * speed, bearings=bearings, seconds=seconds, turned=True)
+        ways = self._swing.lines(points, speed=direction * speed, bearings=bearings, seconds=seconds, turned=True)
         forward = self._hits.heading + (0.0 if direction > 0.0 else math.pi)
         worn = self._trail.worn(self._hits.x, self._hits.y, forward + bearings)
         chance = self._rng.uniform(0.0, 0.2, len(bearings))
@@ -185,44 +187,59 @@ class RingAvoidance:
         enough = ways.times >= 0.7 * float(np.max(ways.times))
         return float(bearings[int(np.argmin(np.where(enough, cost, np.inf)))])
 
-    def _spin_on(self, command: Command, points: Array, now: float) -> Command | None:
-        """Return the turn on the spot toward the way out; None when it is done or there is no room for it."""
+    def _on_the_way_out(self, command: Command, points: Array, now: float) -> Command | None:
+        """Return the turn toward the way out, on the spot where there is room, else backward; None when it is done."""
         assert self._heading is not None
         off = wrap_angle(self._heading - self._hits.heading)
         self._held = now
         if abs(off) < 0.1:
-            self._heading = None
+            self._heading, self._back = None, 0
             return None
+        spins = math.isinf(self._robot.max_curvature)
         fastest = min(self._robot.max_turn, 1.2, math.sqrt(self._robot.max_turn_acceleration * abs(off)))
-        for turn in (math.copysign(fastest, off), -math.copysign(fastest, off)):
-            if self._body.can_spin(points, turn):
-                return replace(command, forward=0.0, turn=turn)
-        self._heading = None
-        return None
+        turn = math.copysign(fastest, off)
+        if spins and self._body.can_spin(points, turn):
+            self._back = 0
+            return replace(command, forward=0.0, turn=turn)
+        if (back := self._back_off(command, points, off)) is not None:
+            return back
+        # No room to turn nor behind: squeeze on ahead, or turn the other way.
+        self._heading, self._side = None, math.copysign(1.0, off)
+        ahead = self._squeeze(command, points, off, share=0.4, direction=math.copysign(1.0, command.forward))
+        if ahead is not None or not spins or not self._body.can_spin(points, -turn):
+            return ahead
+        return replace(command, forward=0.0, turn=-turn)
 
-    def _back_off(self, command: Command, points: Array, now: float) -> Command:
-        """Return the arc backward that has the most room, its nose swung toward the emptier side."""
-        self._back, self._held = self._back - 1, now
-        direction, speed = math.copysign(1.0, command.forward), 0.6 * abs(command.forward)
-        if not self._swing:
-            self._swing = self._emptier_side(points, direction)
+    def _back_off(self, command: Command, points: Array, off: float) -> Command | None:
+        """Return the arc backward that has the most room, its nose swung toward the way out; None at its end."""
+        if self._back == 0:
+            self._back = round(self.BACKING / self._robot.dt)
+        self._back -= 1
+        back = self._squeeze(command, points, off, share=0.6, direction=-math.copysign(1.0, command.forward))
+        return None if self._back == 0 else back
+
+    def _squeeze(
+        self, command: Command, points: Array, off: float, *, share: float, direction: float
+    ) -> Command | None:
+        """Return the arc with the most room for the body as it is, turning toward a side; None if there is none.
+
+        Args:
+            command: Whose speed is taken.
+            points: What is in the way, robot's frame, shape (n, 2) [m].
+            off: To which side to turn, by its sign.
+            share: Of the speed.
+            direction: 1 ahead, -1 backward.
+        """
+        speed = share * abs(command.forward)
         most = min(self._robot.max_turn, self._robot.max_curvature * speed)
-        turns = math.copysign(most, self._swing) * np.array([1.0, 0.5, 0.0, -0.5, -1.0])
-        ways = self._body.arcs(points, speed=-direction * speed, turns=turns, seconds=self.HORIZON)
+        turns = math.copysign(most, off) * np.array([1.0, 0.5, 0.2, 0.05, 0.0, -0.05, -0.2, -0.5, -1.0])
+        ways = self._body.arcs(points, speed=direction * speed, turns=turns, seconds=self.HORIZON)
         free = ways.times * speed
-        best = int(np.argmax(np.minimum(free, 0.6 * speed * self.HORIZON) - 1e-3 * np.arange(5)))
+        best = int(np.argmax(np.minimum(free, 0.6 * speed * self.HORIZON) - 1e-3 * np.arange(9)))
         slow = min(speed, math.sqrt(2.0 * self._deceleration * float(free[best])))
         if slow < 0.1 * speed:
-            self._back = 0
-        if self._back == 0:
-            self._swing = 0.0
-        return replace(command, forward=-direction * slow, turn=float(turns[best]) * slow / speed)
-
-    def _emptier_side(self, points: Array, direction: float) -> float:
-        """Return 1 when there is less to the left ahead, -1 for the right; by chance when both are alike."""
-        nearness = 1.0 / np.maximum(np.hypot(points[:, 0], points[:, 1]), 0.05)
-        balance = float(np.sum(np.sign(points[:, 1]) * nearness * (points[:, 0] * direction > 0.0)))
-        return -math.copysign(1.0, balance) if abs(balance) > 1.0 else float(self._rng.choice((-1.0, 1.0)))
+            return None
+        return replace(command, forward=direction * slow, turn=float(turns[best]) * slow / speed)
 
     def _sidestep(self, command: Command) -> Command:
         """Return the free direction nearest to the one commanded, for robots that go in any; rest with none."""

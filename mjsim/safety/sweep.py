@@ -11,6 +11,8 @@ from mjsim.safety.outline import is_round
 
 NEAREST = 0.05
 """Between the rim and anything on a way that counts as free [m]."""
+TOUCHING = 0.03
+"""Nearer than this nothing comes that does not touch [m]."""
 ROOMY = 0.12
 """From this far on, what is beside the way does not slow the robot [m]."""
 CREEP = 0.35
@@ -32,19 +34,25 @@ class Ways:
 class Body:
     """The shape of a robot, swept along arcs: a circle, or the box around what is not round."""
 
-    def __init__(self, robot: RobotInfo) -> None:
-        """Take the shape from the data sheet."""
+    def __init__(self, robot: RobotInfo, *, swing: bool = False) -> None:
+        """Take the shape from the data sheet.
+
+        Args:
+            robot: Whose body it is.
+            swing: Take the circle in which it turns on the spot, whatever its shape.
+        """
         self.radius = robot.radius
         self._shares = np.arange(1, LOOKS + 1) / LOOKS
         self._box: tuple[Array, Array] | None = None
         outline = robot.outline
-        if outline is not None and not is_round(outline):
+        if outline is not None and not swing and not is_round(outline):
             low, high = outline.min(axis=0), outline.max(axis=0)
             self._box = (low + high) / 2, (high - low) / 2
+        self.roomy = ROOMY
 
     @property
     def round(self) -> bool:
-        """Whether it can turn on the spot wherever it is."""
+        """Whether it is a circle."""
         return self._box is None
 
     def arcs(self, points: Array, *, speed: float, turns: Array, seconds: float) -> Ways:
@@ -100,9 +108,11 @@ class Body:
             c, s = np.cos(headings)[..., None], np.sin(headings)[..., None]
             room = np.maximum(np.abs(c * dx + s * dy - middle_x) - half_x, np.abs(c * dy - s * dx - middle_y) - half_y)
             now = np.maximum(np.abs(points[:, 0] - middle_x) - half_x, np.abs(points[:, 1] - middle_y) - half_y)
-            limit = np.where(now > 0.0, np.minimum(NEAREST, now - 0.002), -np.inf)
+            # What is nearer already, beside a long body, may come to half of that while the body swings clear.
+            near = np.where(now > TOUCHING, np.maximum(0.5 * now, TOUCHING), now - 0.002)
+            limit = np.where(now > 0.0, np.minimum(NEAREST, near), -np.inf)
             gap = room[:, : LOOKS // 2].min(axis=(1, 2))
         blocked = (room < limit).any(axis=-1)
         first = np.where(blocked.any(axis=1), blocked.argmax(axis=1), LOOKS)
         free = np.where(first == 0, 0.0, times[np.maximum(first, 1) - 1])
-        return Ways(free, np.clip(CREEP + (1.0 - CREEP) * (gap - NEAREST) / (ROOMY - NEAREST), CREEP, 1.0))
+        return Ways(free, np.clip(CREEP + (1.0 - CREEP) * (gap - NEAREST) / (self.roomy - NEAREST), CREEP, 1.0))
