@@ -57,7 +57,8 @@ class InvariantEkfSlamFilter(EkfSlamFilter):
         P, column = self._P[:size, :size], np.zeros(size)
         _set_points(column, moved)
         heading = P[2] + 0.5 * P[2, 2] * column
-        P += np.outer(column, heading) + np.outer(heading, column)
+        pair, gain = np.stack([column, heading]), self._spare[: size * size].reshape(size, size)
+        P += np.matmul(pair.T, pair[::-1], out=gain)
 
 
 def _points(state: Array) -> Array:
