@@ -46,6 +46,7 @@ class Recorder:
         seed: Of the run.
         robots: What the modules are told of each robot.
         metadata: Versions, command line and the like.
+        pictures: Whether those of the cameras are written; they can be drawn again from the states.
 
     Raises:
         RecordingError: The file cannot be written; also from `write`, `event` and `close`. What was written stays.
@@ -59,7 +60,9 @@ class Recorder:
         seed: int,
         robots: Mapping[str, RobotInfo],
         metadata: Mapping[str, str],
+        pictures: bool = True,
     ) -> None:
+        self._with_pictures = pictures
         self._writer = Writer(Path(path), world=world, seed=seed, robots=robots, metadata=metadata)
         dt = min((info.dt for info in robots.values()), default=KEPT_BACK)
         self._queue: queue.Queue[Job | None] = queue.Queue(min(max(round(KEPT_BACK / dt), 2), 64))
@@ -101,7 +104,7 @@ class Recorder:
                     for robot, order in tick.orders.items()
                     if order.estimate.joint_covariance is not None
                 ],
-                pictures=_pictures(tick.seen),
+                pictures=_pictures(tick.seen) if self._with_pictures else (),
                 scans=[(robot, name, scan) for robot, seen in tick.seen.items() for name, scan in seen.scans.items()],
                 frames=frames,
                 looks=tick.looks if tick.events else None,

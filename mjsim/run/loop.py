@@ -100,6 +100,7 @@ def run(
     record: str | Path | None = None,
     watch: Callable[[Tick], None] | None = None,
     realtime: bool = False,
+    pictures: bool = True,
 ) -> "Recording":
     """Run a simulation from now on and return its recording.
 
@@ -110,6 +111,7 @@ def run(
         record: The MCAP file to write; a temporary one, gone with the recording, unless given.
         watch: Called with each tick, after it is recorded.
         realtime: Go no faster than the clock.
+        pictures: Whether the recording holds those of the cameras, which are most of it; they can be drawn again.
 
     Raises:
         UsageError: It would have no tick, or the file cannot be written.
@@ -131,7 +133,9 @@ def run(
     # One BLAS thread: small matrices are several times faster, and the same on every machine.
     with (
         threadpool_limits(1, user_api="blas"),
-        Recorder(record, world=sim.world, seed=sim.seed, robots=sim.robots, metadata=metadata) as recorder,
+        Recorder(
+            record, world=sim.world, seed=sim.seed, robots=sim.robots, metadata=metadata, pictures=pictures
+        ) as recorder,
     ):
         _consume(sim, drivers, count, recorder.write, recorder.event, watch, realtime)
     recording = read_recording(record)

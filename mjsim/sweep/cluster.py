@@ -99,7 +99,7 @@ def _work(bundle: Bundle, job: Job, keep: bool, expected: dict[str, str]) -> tup
     world_file = Path(_unpacked(bundle, worker.local_directory).name) / bundle.main
     with tempfile.TemporaryDirectory(dir=worker.local_directory) as folder:
         record = Path(folder) / "run.mcap"
-        outcome = run_job(world_file, job, record=record)
+        outcome = run_job(world_file, job, record=record, pictures=keep)
         return outcome, record.read_bytes() if keep and record.is_file() else None
 
 

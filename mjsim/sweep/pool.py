@@ -106,7 +106,7 @@ def _end_with(listening: Connection) -> None:
 
 def _work(world_file: Path, job: Job, store: Store) -> Outcome:
     with store.recording(job) as record:
-        return run_job(world_file, job, record=record)
+        return run_job(world_file, job, record=record, pictures=store.keep)
 
 
 @contextmanager

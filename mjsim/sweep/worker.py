@@ -21,13 +21,14 @@ Outcome = dict[str, Any]
 statistics.json, `series` (by robot: time, nees, position_error_m, odometry_error_m), `clock` (wall-clock figures)."""
 
 
-def run_job(world_file: Path, job: Job, *, record: Path) -> Outcome:
+def run_job(world_file: Path, job: Job, *, record: Path, pictures: bool) -> Outcome:
     """Run a job and return its outcome; what fails by the fault of a module or of physics is an outcome, too.
 
     Args:
         world_file: Of the unpacked bundle.
         job: What to run.
         record: Where the recording goes.
+        pictures: Whether that holds those of the cameras; the figures do not need them.
 
     Raises:
         MjsimError: What would fail every run on this machine: no way to draw pictures, no room for the recording.
@@ -38,7 +39,7 @@ def run_job(world_file: Path, job: Job, *, record: Path) -> Outcome:
     seed_the_rest(job.seed)
     try:
         with own_modules(world_file.parent), bench().simulation(world_file, job) as sim:
-            recording = run(sim, seconds=job.seconds, record=record)
+            recording = run(sim, seconds=job.seconds, record=record, pictures=pictures)
         outcome |= _figures(recording)
     except (ModuleFault, PhysicsFault, UsageError) as error:
         outcome["error"] = str(error)
