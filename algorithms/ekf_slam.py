@@ -64,8 +64,8 @@ class EkfSlam:
             patience: How long a sighting waits for others to agree with it [s].
             odometry_scale: Factor on the standard deviation of odometry, for slip that its data sheet leaves out.
             sighting_scale: Factor on the standard deviation of sightings.
-            nod_deg: How far the robot nods and sways while it drives, standard deviation; what a camera sees at one
-                moment shifts together then.
+            nod_deg: How far the robot nods and sways while it drives at a steady speed, standard deviation; what a
+                camera sees at one moment shifts together then. As its speed changes it nods farther.
             repeat: Share of the variance of a camera's sightings that repeats from image to image, times the way over
                 which it does [m]; a Kalman filter takes each sighting for a new one.
             association: What becomes of sightings without a name: with 'known' nothing; 'nearest' pairs each with

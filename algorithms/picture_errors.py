@@ -20,6 +20,11 @@ from mjsim.interface import Odometry, RobotInfo, Sighting
 
 NEAREST = 1e-3
 """Between two images the robot counts as moved at least so far [m], so that sightings at rest tell a little."""
+LEAN = 5.0
+"""How much farther a robot nods that changes its speed by 1 m/s^2; one that starts with all its power leans back by
+some 0.7 degrees on tyres and caster, just when its first landmarks enter the map."""
+SMOOTH = 0.2
+"""Over so long the change of speed is taken: odometry's noise hides that of one tick [s]."""
 
 
 class PictureErrors:
@@ -39,15 +44,22 @@ class PictureErrors:
 
         Args:
             robot: Its highest camera tells how far the view shifts as it nods; without one it is taken for level.
-            nod: How far it nods and sways, standard deviation [rad].
+            nod: How far it nods and sways at a steady speed, standard deviation [rad].
             repeat: Share of the variance that repeats times the way over which it does [m].
         """
         cameras = [sensor for sensor in robot.sensors.values() if sensor.intrinsics is not None]
-        self._shift = nod * max((float(camera.robot_from_sensor[2, 3]) for camera in cameras), default=0.0)
+        self._usual = nod * max((float(camera.robot_from_sensor[2, 3]) for camera in cameras), default=0.0)
+        self._shift, self._speed, self._dt = self._usual, 0.0, robot.dt
         self._repeat, self._way, self._since = repeat, math.inf, math.inf
 
     def move(self, step: Odometry, sightings: Sequence[Sighting]) -> None:
-        """Count the way since pictures were seen before; a turn of a radian counts as a metre."""
+        """Take the speed, which tells how far the robot nods, and the way since pictures were seen before.
+
+        A turn of a radian counts as a metre of way.
+        """
+        speed = step.forward / self._dt
+        self._speed += min(self._dt / SMOOTH, 1.0) * (speed - self._speed)
+        self._shift = self._usual * math.hypot(1.0, LEAN * (speed - self._speed) / SMOOTH)
         self._way += math.hypot(step.forward, step.left) + abs(step.turn)
         if any(sighting.corners is not None for sighting in sightings):
             self._since, self._way = max(self._way, NEAREST), 0.0

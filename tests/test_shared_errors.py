@@ -135,3 +135,15 @@ def test_looks_at_rest_tell_next_to_nothing_more_and_those_of_a_beacon_sensor_al
         errors.move(Odometry(0.0, 0.0, 0.0, Q), picture)
     assert errors.covariance(picture, scale=1.0)[0, 0] > 100.0
     np.testing.assert_allclose(errors.covariance(reflector, scale=2.0), 4.0 * np.eye(2))
+
+
+def test_a_robot_that_starts_or_brakes_is_taken_to_nod_farther():
+    look = [Sighting(0.0, "lion", 3.0, 0.0, np.eye(2), corners=np.zeros((4, 2)))]
+    errors, spread = PictureErrors(with_camera(1.0), nod=0.01, repeat=0.0), []
+    for speed in [0.0] * 5 + [0.5] * 60 + [0.0] * 5:
+        errors.move(Odometry(0.04 * speed, 0.0, 0.0, Q), look)
+        spread.append(float(np.sqrt(errors.covariance(look, scale=1.0)[0, 0] - 1.0)))
+    assert spread[4] == pytest.approx(0.01, rel=1e-6)
+    assert spread[5] == pytest.approx(0.01 * np.hypot(1.0, 5.0 * 0.8 * 0.5 / 0.2), rel=1e-6)
+    assert spread[64] == pytest.approx(0.01, rel=1e-3)
+    assert spread[65] == pytest.approx(spread[5], rel=1e-3)
