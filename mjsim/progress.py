@@ -69,7 +69,7 @@ def _lines(label: str, total: float, unit: str) -> Iterator[Callable[[float], No
 
 
 def _pace(done: float, seconds: float, unit: str) -> str:
-    if seconds <= 0.0:
+    if seconds <= 0.0 or unit == "%":
         return ""
     return f" ({done / seconds:.1f} times real time)" if unit == "s" else f" ({done / seconds:.0f} {unit} a second)"
 

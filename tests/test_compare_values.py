@@ -121,6 +121,17 @@ def test_two_single_runs_cannot_decide_and_that_is_said():
     assert "No figure is certain" in "\n".join(comparison_lines(found))
 
 
+def test_few_pairs_cannot_decide_and_how_many_can_is_said():
+    found = compare_tables([*runs("a", ERRORS[:3]), *runs("b", ERRORS[:3] * 0.5)])
+    assert "a and b have 3 seeds in common; at least 6 can decide" in found.remarks
+
+
+def test_brackets_are_called_what_they_are():
+    for count, told in ((1, "mean"), (3, "mean (least to largest)"), (8, "mean [95 % interval]")):
+        head = comparison_lines(compare_tables(runs("it", ERRORS[:count])))[1]
+        assert head.partition("   ")[0] == told
+
+
 def test_intervals_are_wider_where_more_groups_are_compared():
     two = compare_tables([*runs("a", ERRORS), *runs("b", ERRORS**2)])
     four = compare_tables([run for k in range(4) for run in runs("abcd"[k], ERRORS ** (k + 1))])
@@ -164,7 +175,9 @@ def test_with_several_robots_each_is_compared_with_itself():
 
 
 def test_a_label_with_a_seed_twice_and_no_runs_are_refused_in_a_line():
-    with pytest.raises(UsageError, match=r"^'a' has seed 1 twice; give what differs labels of its own$"):
+    with pytest.raises(
+        UsageError, match=r"^'a' has seed 1 twice; name each run once, what differs by labels of its own$"
+    ):
         compare_tables([*runs("a", [1.0]), *runs("a", [2.0])])
     with pytest.raises(UsageError, match="nothing to compare"):
         compare_tables([])

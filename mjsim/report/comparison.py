@@ -14,7 +14,7 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.report.consistency import STATES
 from mjsim.report.figures import FIGURES, Figure, figure_value
-from mjsim.report.paired import CONFIDENCE, Difference, mean_interval, paired_difference
+from mjsim.report.paired import CONFIDENCE, Difference, fewest_pairs, mean_interval, paired_difference
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -173,7 +173,9 @@ def _require_once(runs: Sequence[RunFigures]) -> None:
     seen = set()
     for run in runs:
         if (run.label, run.seed) in seen:
-            raise UsageError(f"'{run.label}' has seed {run.seed} twice; give what differs labels of its own")
+            raise UsageError(
+                f"'{run.label}' has seed {run.seed} twice; name each run once, what differs by labels of its own"
+            )
         seen.add((run.label, run.seed))
 
 
@@ -284,5 +286,7 @@ def _remarks(
         both = len(seeds_a & seeds_b)
         if both == 1:
             yield f"{a.label} and {b.label} have one seed in common; a single pair cannot decide which is better"
+        elif 1 < both < fewest_pairs(confidence):
+            yield f"{a.label} and {b.label} have {both} seeds in common; at least {fewest_pairs(confidence)} can decide"
         elif seeds_a != seeds_b:
             yield f"{a.label} and {b.label} have {both} seeds in common; others are in no difference"

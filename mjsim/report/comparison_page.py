@@ -7,7 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from mjsim.report.comparison import Comparison
-from mjsim.report.comparison_tables import comparison_csv, comparison_json, comparison_latex, interval_text
+from mjsim.report.comparison_tables import (
+    comparison_csv,
+    comparison_json,
+    comparison_latex,
+    interval_text,
+    told_in_cells,
+)
 from mjsim.report.figures import FIGURES
 from mjsim.report.page import STYLE, picture, png_of, write_files
 
@@ -41,7 +47,7 @@ def _page(comparison: Comparison, pictures: dict[str, bytes]) -> str:
         f"<h1>{html.escape(title)}</h1>"
         f"<h2>What is certain</h2>{_verdicts(comparison)}"
         + (f"<h2>What to know</h2><ul>{know}</ul>" if know else "")
-        + f"<h2>Means, with 95 % intervals</h2>{_table(comparison)}"
+        + f"<h2>Figures: {told_in_cells(comparison.groups)}</h2>{_table(comparison)}"
         + "".join(picture(name, data) for name, data in pictures.items())
         + "</html>\n"
     )

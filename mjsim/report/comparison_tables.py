@@ -67,7 +67,8 @@ def comparison_latex(comparison: Comparison) -> str:
         ]
         counts = ", ".join(f"{group.label}: {_counted(group)}" for group in groups)
         heads = ("", *(group.label for group in groups))
-        caption = f"Means with 95 % intervals; {counts}. {' '.join(f'{told}.' for told in comparison.verdicts)}"
+        certain = " ".join(f"{told}." for told in comparison.verdicts)
+        caption = f"{told_in_cells(groups).capitalize()}; {counts}. {certain}"
         tables.append(latex_float("l" + "r" * len(groups), heads, rows, caption=caption.strip()))
     return "\n".join(tables)
 
@@ -115,6 +116,14 @@ def interval_text(figure: Figure, group: Group) -> str:
     return mean if spread.count == 1 else f"{mean} ({_short(figure, min(values))} to {_short(figure, max(values))})"
 
 
+def told_in_cells(groups: Sequence[Group]) -> str:
+    """Return what the cells of a table tell, as the brackets of `interval_text` have it."""
+    spreads = [spread for group in groups for spread in group.spreads.values()]
+    sure = any(spread.low is not None for spread in spreads)
+    few = any(spread.low is None and spread.count > 1 for spread in spreads)
+    return "mean" + " [95 % interval]" * sure + " (least to largest)" * few
+
+
 def _short(figure: Figure, value: float) -> str:
     return figure.text(value) if figure.digits else f"{value:.3g}"
 
@@ -141,9 +150,10 @@ def _lines_of(groups: Sequence[Group]) -> Iterator[str]:
     for column, group in zip(columns, groups, strict=True):
         column += [interval_text(figure, group) for figure in figures]
     widths = [max(map(len, column)) for column in columns]
-    heads = ["", "mean, 95 % interval", *(figure.heading for figure in figures)]
+    heads = ["", told_in_cells(groups), *(figure.heading for figure in figures)]
+    first = max(map(len, heads))
     for head, *cells in zip(heads, *columns, strict=True):
-        yield f"{head:<32}" + "".join(f"   {cell:>{width}}" for cell, width in zip(cells, widths, strict=True))
+        yield f"{head:<{first}}" + "".join(f"   {cell:>{width}}" for cell, width in zip(cells, widths, strict=True))
 
 
 def _fitted(label: str) -> str:
