@@ -11,7 +11,6 @@ from mjsim.cli import main
 from mjsim.experiments import EXPERIMENTS, run_experiments
 from mjsim.experiments.classic import classic_world, odometry, recorded
 from mjsim.experiments.offline import triangulated
-from mjsim.experiments.plots import band
 
 
 @pytest.fixture(scope="module")
@@ -65,13 +64,6 @@ def test_a_covariance_half_as_large_as_the_error_is_found_out(bumped):
     honest = 1e-4 * np.arange(1, rows + 1)[None, :, None, None] * np.eye(3) * np.ones((20, 1, 1, 1))
     assert odometry(recording, (truth, estimate, honest)).findings[-1].holds
     assert not odometry(recording, (truth, estimate, honest / 2.0)).findings[-1].holds
-
-
-def test_the_band_of_an_average_is_that_of_drawn_ones():
-    low, high = band(20)
-    drawn = np.random.default_rng(3).chisquare(3, (20_000, 20)).mean(axis=1)
-    assert np.mean(drawn < low) == pytest.approx(0.025, abs=0.004)
-    assert np.mean(drawn > high) == pytest.approx(0.025, abs=0.004)
 
 
 @pytest.mark.slow

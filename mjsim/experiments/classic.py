@@ -17,6 +17,7 @@ from mjsim.experiments.page import write_page
 from mjsim.geometry import Array
 from mjsim.record import Recording, Track
 from mjsim.report import metrics, statistics
+from mjsim.report.consistency import STATES, chi_square_bounds
 from mjsim.run import drivers_of, run, ticks
 from mjsim.sim import Simulation
 from mjsim.world import World, load_world
@@ -69,7 +70,7 @@ def odometry(recording: Recording, repeats: tuple[Array, Array, Array]) -> Resul
     nees = metrics.normalised_errors(
         truth.reshape(-1, 3), estimate.reshape(-1, 3), covariance.reshape(-1, 3, 3)
     ).reshape(runs, rows)
-    low, high = plots.band(runs)
+    low, high = chi_square_bounds(STATES, count=runs)
     mean = nees[:, rows // 20 :].mean(axis=0)
     error = np.sqrt(np.mean(np.sum((estimate - truth)[..., :2] ** 2, axis=-1), axis=0))
     sigma = np.sqrt(np.mean(covariance[..., 0, 0] + covariance[..., 1, 1], axis=0))

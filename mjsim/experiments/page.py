@@ -5,9 +5,8 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from mjsim.errors import UsageError
 from mjsim.experiments.finding import Finding, Result
-from mjsim.report.page import STYLE
+from mjsim.report.page import STYLE, write_files
 
 MORE = """
 .holds { color: #1a7f37; } .fails { color: #c62828; }
@@ -25,12 +24,7 @@ def write_page(folder: Path, results: Sequence[Result]) -> None:
     files = {"index.html": _page(results).encode(), "results.json": _json(results).encode()}
     for result in results:
         files |= {f"{result.name}/{picture.name}.png": picture.png for picture in result.pictures}
-    try:
-        for name, data in files.items():
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_bytes(data)
-    except OSError as error:
-        raise UsageError(f"cannot write '{folder}': {error.strerror}") from error
+    write_files(folder, files)
 
 
 def lines(results: Sequence[Result]) -> list[str]:

@@ -1,21 +1,20 @@
 """The plots of the classic experiments, drawn with matplotlib."""
 
-import io
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
-from scipy.stats import chi2
 
 from mjsim.experiments.finding import Picture
 from mjsim.experiments.offline import Fixes
 from mjsim.geometry import Array, ellipse_points
 from mjsim.record import Recording, Track
 from mjsim.report import metrics
-from mjsim.report.plots import ESTIMATE, MAP, ODOMETRY, TRUTH
+from mjsim.report.consistency import STATES, chi_square_bounds
+from mjsim.report.page import png_of
+from mjsim.report.plots import ESTIMATE, MAP, ODOMETRY, TRUTH, sheet
 from mjsim.world import World
 from mjsim.world.plan import obstacle_polygons, wall_polygons
 
@@ -57,7 +56,7 @@ def trail(name: str, caption: str, recording: Recording) -> Picture:
 
 def wriggling(name: str, caption: str, track: Track, first: float) -> Picture:
     """Draw speed and heading over time, and when the robot first bumped."""
-    figure, (above, below) = _panels(2, height=4.6)
+    figure, (above, below) = sheet(2, height=4.6)
     speed = np.hypot(*np.diff(track.truth[:, :2], axis=0).T) / np.diff(track.time)
     above.plot(track.time[1:], speed, color=TRUTH, lw=0.9)
     above.set(ylabel="speed [m/s]")
@@ -78,7 +77,7 @@ def growth(name: str, caption: str, time: Array, repeats: tuple[Array, Array, Ar
     sigma = np.sqrt(np.mean(covariance[..., 0, 0] + covariance[..., 1, 1], axis=0))
     flat = truth.reshape(-1, 3), estimate.reshape(-1, 3), covariance.reshape(-1, 3, 3)
     nees = metrics.normalised_errors(*flat).reshape(runs, rows).mean(axis=0)
-    figure, (above, below) = _panels(2, height=6.4)
+    figure, (above, below) = sheet(2, height=6.4)
     above.plot(times, errors.T, color=ODOMETRY, lw=0.5, alpha=0.5)
     above.plot([], [], color=ODOMETRY, lw=0.5, label="each run")
     above.plot(times, np.sqrt(np.mean(errors**2, axis=0)), color=TRUTH, lw=1.8, label="root mean square of the runs")
@@ -86,7 +85,7 @@ def growth(name: str, caption: str, time: Array, repeats: tuple[Array, Array, Ar
     above.set(ylabel="position error [m]")
     above.set_ylim(bottom=0.0)
     above.legend(loc="upper left", frameon=False)
-    low, high = band(runs)
+    low, high = chi_square_bounds(STATES, count=runs)
     below.axhspan(low, high, color=MAP, alpha=0.15, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
     below.plot(times[1:], nees[1:], color=ESTIMATE, lw=1.0, label=f"NEES, mean of {runs} runs")
     below.set(xlabel="time [s]", ylabel="NEES")
@@ -110,7 +109,7 @@ def fixes(name: str, caption: str, recording: Recording, found: Fixes) -> Pictur
 
 def fix_errors(name: str, caption: str, found: Fixes) -> Picture:
     """Draw the error of each triangulated position over time."""
-    figure, (axes,) = _panels(1, height=3.2)
+    figure, (axes,) = sheet(1, height=3.2)
     errors = np.hypot(*(found.position - found.truth).T)
     axes.plot(found.time, 100.0 * errors, ".", color=ESTIMATE, ms=5)
     axes.axhline(100.0 * errors.mean(), color=TRUTH, lw=1.0, label=f"mean, {100.0 * errors.mean():.2f} cm")
@@ -143,7 +142,7 @@ def enlarged(name: str, caption: str, recording: Recording) -> Picture:
 
 def transient(name: str, caption: str, track: Track) -> Picture:
     """Draw the errors in x, y and heading between their 3-sigma bounds, and the distance beside odometry's."""
-    figure, panels = _panels(4, height=8.0)
+    figure, panels = sheet(4, height=8.0)
     errors = track.estimate - track.truth
     errors[:, 2] = metrics.heading_errors(track.truth, track.estimate)
     sigmas = np.sqrt(np.maximum(np.einsum("nii->ni", track.covariance), 0.0))
@@ -162,28 +161,8 @@ def transient(name: str, caption: str, track: Track) -> Picture:
     return _picture(f"{name}_transient", caption, figure)
 
 
-def band(runs: int) -> tuple[float, float]:
-    """Return the 95 % bounds of the average NEES of three states over independent runs.
-
-    References:
-        Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), section 5.4.2.
-    """
-    low, high = chi2.ppf((0.025, 0.975), 3 * runs) / runs
-    return float(low), float(high)
-
-
-def _panels(rows: int, *, height: float) -> tuple[Figure, list[Axes]]:
-    figure = Figure(figsize=(9.6, height), dpi=100, layout="constrained")
-    panels = list(np.atleast_1d(figure.subplots(rows, 1, sharex=True)))
-    for axes in panels:
-        axes.grid(color="#e2e2de", lw=0.6)
-        axes.set_axisbelow(True)
-        axes.spines[["top", "right"]].set_visible(False)
-    return figure, panels
-
-
 def _plan(world: World) -> tuple[Figure, Axes]:
-    figure, (axes,) = _panels(1, height=6.6)
+    figure, (axes,) = sheet(1, height=6.6)
     axes.add_collection(PolyCollection(list(wall_polygons(world)), facecolors=WALL, edgecolors=WALL, linewidths=0.4))
     things = [np.asarray(outline) for outline in obstacle_polygons(world)]
     axes.add_collection(PolyCollection(things, facecolors=THING, edgecolors=WALL, linewidths=0.8))
@@ -216,6 +195,4 @@ def _draw_ellipses(axes: Axes, means: Array, covariances: Array, color: str) -> 
 
 
 def _picture(name: str, caption: str, figure: Figure) -> Picture:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png")
-    return Picture(name=name, caption=caption, png=buffer.getvalue())
+    return Picture(name=name, caption=caption, png=png_of(figure))

@@ -52,14 +52,14 @@ def write_report(recording: Recording, folder: Path) -> dict[str, Any]:
 
 
 def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Write files into a folder, made if need be.
+    """Write files into a folder, which is made if need be, as those within it that their names have.
 
     Raises:
         UsageError: It cannot be written.
     """
     try:
-        folder.mkdir(parents=True, exist_ok=True)
         for name, data in files.items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_bytes(data)
     except OSError as error:
         raise UsageError(f"cannot write '{folder}': {error.strerror}") from error

@@ -1,6 +1,5 @@
 """The plots of a sweep: errors against the settings, and over time with what a consistent estimator would have."""
 
-import io
 import json
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -10,7 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mjsim.geometry import Array
-from mjsim.report.consistency import chi_square_bounds
+from mjsim.report.consistency import STATES, chi_square_bounds
+from mjsim.report.page import png_of
+from mjsim.report.plots import ODOMETRY, sheet
 from mjsim.sweep.plan import Plan
 from mjsim.sweep.summary import interval_of_mean
 from mjsim.sweep.table import Row
@@ -18,7 +19,7 @@ from mjsim.sweep.worker import Outcome
 
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#8c6d1f", "#332288", "#882255")
 """Colours that people with colour blindness tell apart (after Okabe and Ito, 2008)."""
-ODOMETRY, BAND = "#e69f00", "#009e73"
+BAND = "#009e73"
 MOST_SHADES = 3
 """Cases of which more than the medians is drawn."""
 ERROR, DEAD_RECKONING = "position_error_m.rmse", "odometry_error_m.rmse"
@@ -43,9 +44,7 @@ def plots(plan: Plan, rows: Sequence[Row], outcomes: Sequence[Outcome], robots: 
         }
         for name, figure in drawn.items():
             figure.axes[0].set_title(f"{robot}: {figure.axes[0].get_title()}")
-            buffer = io.BytesIO()
-            figure.savefig(buffer, format="png")
-            files[f"{robot}_{name}.png"] = buffer.getvalue()
+            files[f"{robot}_{name}.png"] = png_of(figure)
     return files
 
 
@@ -56,7 +55,7 @@ def settings_plot(plan: Plan, rows: Sequence[Row]) -> Figure:
         plan: Of the sweep.
         rows: Of one robot, of runs that gave figures.
     """
-    figure, (above, below) = _sheet(rows=2, height=6.4)
+    figure, (above, below) = sheet(2, height=6.4)
     key = max(plan.settings, key=lambda name: len(plan.settings[name]), default=None)
     values: Sequence[Any] = plan.settings[key] if key is not None else ("",)
     places = np.arange(len(values), dtype=float)
@@ -82,7 +81,7 @@ def settings_plot(plan: Plan, rows: Sequence[Row]) -> Figure:
 
 def error_plot(plan: Plan, series: Sequence[Sequence[Series]]) -> Figure:
     """Draw the median position error over time and where 80 % of the runs lie, for each case; and odometry's."""
-    figure, (axes,) = _sheet(rows=1, height=4.8)
+    figure, (axes,) = sheet(1, height=4.8)
     drawn = _drawn(plan, series)
     for label, color, runs in drawn:
         time, values = _stacked(runs, "position_error_m")
@@ -108,11 +107,11 @@ def nees_plot(plan: Plan, series: Sequence[Sequence[Series]]) -> Figure:
     References:
         Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), eq. 5.4.2-7.
     """
-    figure, (axes,) = _sheet(rows=1, height=4.8)
+    figure, (axes,) = sheet(1, height=4.8)
     count = max(len(runs) for runs in series)
-    low, high = chi_square_bounds(3, count=count)
+    low, high = chi_square_bounds(STATES, count=count)
     axes.axhspan(low, high, color=BAND, alpha=0.15, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
-    axes.axhline(3.0, color=BAND, lw=0.8)
+    axes.axhline(STATES, color=BAND, lw=0.8)
     for label, color, runs in _drawn(plan, series):
         time, values = _stacked(runs, "nees")
         known = np.isfinite(values)
@@ -124,7 +123,9 @@ def nees_plot(plan: Plan, series: Sequence[Sequence[Series]]) -> Figure:
         title=f"consistency, the NEES averaged over the runs ({_count(plan)})",
     )
     axes.set_yscale("symlog", linthresh=10.0)
-    axes.set_yticks([0, 2, 4, 6, 8, 10], [str(n) for n in (0, 2, 4, 6, 8, 10)])
+    top = axes.get_ylim()[1]
+    axes.set_yticks([0, 2, 4, 6, 8, 10, *(tick for tick in (30, 100, 300, 1e3, 1e4, 1e5, 1e6) if tick <= top)])
+    axes.yaxis.set_major_formatter("{x:g}")
     axes.set_ylim(bottom=0.0)
     axes.set_xlim(time[0], time[-1])
     _legend(axes)
@@ -186,13 +187,3 @@ def _legend(axes: Axes) -> None:
     longest = max(len(text) for text in axes.get_legend_handles_labels()[1])
     columns = max(1, min(3, 110 // (longest + 8)))
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=columns, frameon=False)
-
-
-def _sheet(*, rows: int, height: float) -> tuple[Figure, list[Axes]]:
-    figure = Figure(figsize=(9.6, height), dpi=110, layout="constrained")
-    panels = list(np.atleast_1d(figure.subplots(rows, 1, sharex=True)))
-    for axes in panels:
-        axes.grid(color="#dddddd", lw=0.6)
-        axes.set_axisbelow(True)
-        axes.spines[["top", "right"]].set_visible(False)
-    return figure, panels
