@@ -26,7 +26,7 @@ def test_seeds_are_ranges_without_their_end_and_single_numbers():
     assert parse_seeds("7, 1:3") == (7, 1, 2)
 
 
-@pytest.mark.parametrize("text", ["", "a", "0:", "1-3", "-1", "0:99999999"])
+@pytest.mark.parametrize("text", ["", "a", "0:", "1-3", "-1", "0:99999999", "3:0", "1,4:4"])
 def test_what_are_no_seeds_is_refused(text):
     with pytest.raises(UsageError, match="--seeds"):
         parse_seeds(text)
@@ -136,6 +136,11 @@ def test_a_folder_that_holds_something_else_is_left_alone(room, tmp_path):
             Plan(seeds=(1,), settings={}), bundle_of(mjsim.load_world(room / "room.yaml"), [])
         )
     assert [path.name for path in (tmp_path / "photos").iterdir()] == ["cat.jpg"]
+
+
+def test_an_address_that_is_none_is_refused_before_anything_is_asked(room, tmp_path):
+    with pytest.raises(UsageError, match=r"^'nonsense' is no address of a Dask scheduler; write it as tcp://"):
+        mjsim.sweep(room / "room.yaml", seeds=[0], folder=tmp_path / "out", dask="nonsense")
 
 
 def test_the_interval_of_a_mean_is_that_of_students_t():

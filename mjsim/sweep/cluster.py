@@ -66,8 +66,13 @@ def run_on_cluster(
 def _client(address: str) -> Iterator["Client"]:
     try:
         from distributed import Client
+        from distributed.comm.addressing import parse_address, parse_host_port
     except ModuleNotFoundError as error:
         raise UsageError("Dask is not installed here; type: pip install 'mjsim[dask]'") from error
+    try:
+        parse_host_port(parse_address(address)[1])  # A client would leave threads behind before it finds out.
+    except ValueError as error:
+        raise UsageError(f"'{address}' is no address of a Dask scheduler; write it as tcp://10.0.0.5:8786") from error
     try:
         client = Client(address, timeout=ANSWERS_WITHIN, set_as_default=False)
     except (OSError, ValueError) as error:

@@ -98,6 +98,8 @@ def parse_seeds(text: str) -> tuple[int, ...]:
             raise UsageError(f"--seeds {text}: '{part}' is no seed; write 0:50 for 0 to 49, or 1,2,7")
         first = int(match[1])
         after = int(match[2]) if match[2] else first + 1
+        if after <= first:
+            raise UsageError(f"--seeds {text}: '{part}' names no seed; the second number is the one after the last")
         if after - first > MOST_RUNS:
             raise UsageError(f"--seeds {text}: these are {after - first} seeds; at most {MOST_RUNS} can be run")
         seeds += range(first, after)
