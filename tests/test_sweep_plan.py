@@ -143,6 +143,15 @@ def test_an_address_that_is_none_is_refused_before_anything_is_asked(room, tmp_p
         mjsim.sweep(room / "room.yaml", seeds=[0], folder=tmp_path / "out", dask="nonsense")
 
 
+def test_two_sweeps_at_once_do_not_share_a_folder(room, tmp_path):
+    with (
+        Store(tmp_path / "out", keep=False).held(),
+        pytest.raises(UsageError, match=r"^a sweep is at work in '.*out'; let it end, or name another folder$"),
+    ):
+        mjsim.sweep(room / "room.yaml", seeds=[0], folder=tmp_path / "out")
+    assert list((tmp_path / "out").iterdir()) == []
+
+
 def test_the_interval_of_a_mean_is_that_of_students_t():
     values = np.random.default_rng(0).gamma(2.0, size=11)
     expected = stats.ttest_1samp(values, 0.0).confidence_interval(0.95)

@@ -1,5 +1,6 @@
 """The folder of a sweep: what it is, and one file for each run that is done."""
 
+import fcntl
 import json
 import os
 from collections.abc import Iterator, Mapping
@@ -36,6 +37,24 @@ class Store:
     def runs(self) -> Path:
         """Where the files of the runs are."""
         return self.folder / "runs"
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Keep other sweeps out of the folder in the block, as they would delete what is begun; make it if need be.
+
+        Raises:
+            UsageError: Another sweep is at work there, or there can be no such folder.
+        """
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            place = os.open(self.folder, os.O_RDONLY)
+        except OSError as error:
+            raise UsageError(f"cannot write '{self.folder}': {error.strerror}") from error
+        try:
+            _lock(place, self.folder)
+            yield
+        finally:
+            os.close(place)
 
     def open(self, plan: Plan, bundle: Bundle) -> Path:
         """Begin or resume a sweep; return the path of its world file.
@@ -101,6 +120,16 @@ class Store:
                 part.replace(self.runs / f"{job.name}.mcap")
         finally:
             part.unlink(missing_ok=True)
+
+
+def _lock(place: int, folder: Path) -> None:
+    """Take the one lock of a folder that is open as `place`; the system gives it back when the process ends."""
+    try:
+        fcntl.flock(place, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise UsageError(f"a sweep is at work in '{folder}'; let it end, or name another folder") from None
+    except OSError:
+        return  # Some network file systems have no locks; there nobody is kept out.
 
 
 def _identity(plan: Plan, bundle: Bundle) -> dict[str, Any]:

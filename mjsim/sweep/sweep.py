@@ -96,24 +96,25 @@ def run_plan(
     robots = _robots(world, plan.robot)
     bundle = bundle_of(world, list(_cases(world, plan)))
     store = Store(folder, plan.keep)
-    world_file = store.open(plan, bundle)
-    jobs = list(plan.jobs())
-    outcomes = {job: outcome for job in jobs if (outcome := store.outcome(job)) is not None}
-    missing = [job for job in jobs if job not in outcomes]
-    if progress is not None:
-        progress(len(outcomes))
-    if dask is not None:
-        coming = run_on_cluster(dask, bundle, missing, store)
-    else:
-        coming = run_on_processes(world_file, missing, store, workers=workers or len(os.sched_getaffinity(0)))
-    with closing(coming):
-        for job, outcome in coming:
-            outcomes[job] = outcome
-            if not outcome.pop("died", False):
-                store.put(job, outcome)
-            if progress is not None:
-                progress(len(outcomes))
-    return write_results(store, plan, [outcomes[job] for job in jobs], robots)
+    with store.held():
+        world_file = store.open(plan, bundle)
+        jobs = list(plan.jobs())
+        outcomes = {job: outcome for job in jobs if (outcome := store.outcome(job)) is not None}
+        missing = [job for job in jobs if job not in outcomes]
+        if progress is not None:
+            progress(len(outcomes))
+        if dask is not None:
+            coming = run_on_cluster(dask, bundle, missing, store)
+        else:
+            coming = run_on_processes(world_file, missing, store, workers=workers or len(os.sched_getaffinity(0)))
+        with closing(coming):
+            for job, outcome in coming:
+                outcomes[job] = outcome
+                if not outcome.pop("died", False):
+                    store.put(job, outcome)
+                if progress is not None:
+                    progress(len(outcomes))
+        return write_results(store, plan, [outcomes[job] for job in jobs], robots)
 
 
 def _robots(world: World, wanted: str | None) -> list[str]:
