@@ -143,6 +143,17 @@ def test_an_address_that_is_none_is_refused_before_anything_is_asked(room, tmp_p
         mjsim.sweep(room / "room.yaml", seeds=[0], folder=tmp_path / "out", dask="nonsense")
 
 
+def test_values_of_arrays_are_taken_and_a_text_in_place_of_a_list_is_refused(room, tmp_path):
+    with pytest.raises(UsageError, match=r"the values of 'run\.rate_hz' are the text '25'; give them as a list"):
+        mjsim.sweep(room / "room.yaml", seeds=[0], folder=tmp_path, settings={"run.rate_hz": "25"})
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "else").touch()
+    rates = {"run.rate_hz": np.array([25, 50])}
+    # The seeds and the values were understood by then.
+    with pytest.raises(UsageError, match="holds no sweep but other files"):
+        mjsim.sweep(room / "room.yaml", seeds=np.arange(2), folder=tmp_path / "out", settings=rates)
+
+
 def test_two_sweeps_at_once_do_not_share_a_folder(room, tmp_path):
     with (
         Store(tmp_path / "out", keep=False).held(),

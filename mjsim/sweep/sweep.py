@@ -4,8 +4,11 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from operator import index
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.world import World, load_checked
@@ -66,8 +69,8 @@ def sweep(
 
     world = world if isinstance(world, World) else load_checked(world)
     plan = Plan(
-        seeds=tuple(seeds),
-        settings={key: tuple(values) for key, values in (settings or {}).items()},
+        seeds=tuple(map(index, seeds)),
+        settings={key: _values(key, values) for key, values in (settings or {}).items()},
         seconds=seconds,
         robot=robot,
         keep=keep,
@@ -115,6 +118,13 @@ def run_plan(
                 if progress is not None:
                     progress(len(outcomes))
         return write_results(store, plan, [outcomes[job] for job in jobs], robots)
+
+
+def _values(key: str, values: Sequence[Any]) -> tuple[Any, ...]:
+    """Return the values of a setting as Python has them, which may come from an array."""
+    if isinstance(values, str):
+        raise UsageError(f"the values of '{key}' are the text '{values}'; give them as a list")
+    return tuple(value.item() if isinstance(value, np.generic) else value for value in values)
 
 
 def _robots(world: World, wanted: str | None) -> list[str]:
