@@ -4,25 +4,34 @@ python scripts/measure_odometry.py [PRESET]...   (all of them unless some are na
 
 Each robot drives for 20 s at speeds, turns and ways sideways that change every two seconds, on a level floor of
 friction 1 and with constant errors off; once with the noise of a good robot, once with none: slip alone is left then.
+The lot of 50 is told of its drive several times, each time by odometers with chance of their own.
 """
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import chi2
 
-from mjsim.geometry import Array, wrap_angle
-from mjsim.interface import Command, RobotInfo
+from mjsim.geometry import Array, Pose, wrap_angle
+from mjsim.interface import Command, Observation, Odometry, RobotInfo
 from mjsim.run.pilot import DeadReckoning
 from mjsim.sim import Simulation
+from mjsim.sim.gear import slip_of
+from mjsim.sim.odometry import WheelOdometer, arc_end
 from mjsim.world import parse_world
+from mjsim.world.drives import OdometryNoise, WheelOdometry
 from mjsim.world.presets import preset_names
+from mjsim.world.robots import Robot
 
-ROBOTS, TICKS, HELD, SEED = 50, 500, 50, 7
-TOGETHER = 10
+ROBOTS, TICKS, HELD, LOTS, SEED = 50, 500, 50, 8, 11
+TOGETHER = 5
 """Robots in one simulation: fifty with rollers would be one large system of contacts."""
-NOISE = "drive: {noise: {speed: 0.02, turn: 0.02}}, odometry: {noise: {distance: 0.01, turn: 0.02}}"
-SLIP_ALONE = "drive: {noise: {speed: 0, turn: 0}}, odometry: {noise: {distance: 0, turn: 0}}"
+JUDGED = 5
+"""Every so many ticks errors are compared with what was told of them."""
+KEYS = "drive: {noise: {speed: 0.02, turn: 0.02}}, odometry: {noise: {distance: 0, turn: 0}}"
+NOISE = OdometryNoise(distance=0.01, turn=0.02)
+SILENCE = OdometryNoise(distance=0.0, turn=0.0)
 SINGULAR = 1e-30
 """Of a determinant: encoders that have not yet counted a step tell nothing, not even a covariance."""
 
@@ -33,37 +42,74 @@ def some_command(robot: RobotInfo, rng: np.random.Generator) -> Command:
     return Command(rng.uniform(0.0, speed), rng.uniform(-aside, aside), rng.uniform(-turn, turn))
 
 
-def errors_of(preset: str, keys: str, numbers: range) -> tuple[Array, Array]:
-    """Return the NEES of some robots at each tick, shape (ticks, robots), and how far off each is in the end [m]."""
-    lines = [f"  - {{name: r{k}, preset: {preset}, at: [{50 * k}, 0], {keys}}}\n" for k in numbers]
-    nees = np.full((TICKS, len(numbers)), np.nan)
+def driven(preset: str, numbers: range) -> tuple[Array, Array]:
+    """Return how some robots drove.
+
+    Returns:
+        What wheels tell of each tick: ways ahead and to the left [m], turn [rad], shape (robots, ticks, 3).
+        Poses at all ticks, the start among them, shape (robots, ticks + 1, 3).
+    """
+    lines = [f"  - {{name: {preset}{k}, preset: {preset}, at: [{50 * k}, 0], {KEYS}}}\n" for k in numbers]
     with Simulation(parse_world("mjsim: 1\nrobots:\n" + "".join(lines)), seed=SEED) as sim:
-        beliefs = {name: DeadReckoning(robot) for name, robot in sim.robots.items()}
-        chances = {name: np.random.default_rng([SEED, *name.encode()]) for name in beliefs}
+        chances = {name: np.random.default_rng([SEED, *name.encode()]) for name in sim.robots}
+        told, poses = [], [[pose.as_array() for pose in sim.truths().values()]]
         for tick in range(TICKS):
             if tick % HELD == 0:
                 for name, rng in chances.items():
                     sim.apply(name, some_command(sim.robots[name], rng))
             sim.step()
-            for column, (name, belief) in enumerate(beliefs.items()):
-                belief.add(sim.sense(name))
-                error = belief.pose.as_array() - sim.truth(name).as_array()
-                error[2] = wrap_angle(error[2])
-                if np.linalg.det(belief.covariance) > SINGULAR:
-                    nees[tick, column] = error @ np.linalg.solve(belief.covariance, error)
-        off = [np.hypot(*(beliefs[name].pose.as_array() - sim.truth(name).as_array())[:2]) for name in beliefs]
-    return nees, np.array(off, dtype=float)
+            told.append([along_the_arc(sim.sense(name).odometry) for name in chances])
+            poses.append([pose.as_array() for pose in sim.truths().values()])
+    return np.swapaxes(np.array(told), 0, 1), np.swapaxes(np.array(poses), 0, 1)
 
 
-def row(preset: str, keys: str) -> str:
+def along_the_arc(told: Odometry) -> tuple[float, float, float]:
+    """Return the ways ahead and to the left [m] and the turn [rad] of an increment without noise."""
+    way = complex(told.forward, told.left) / complex(*arc_end(1.0, told.turn))
+    return way.real, way.imag, told.turn
+
+
+def judged(told: Array, poses: Array, robot: RobotInfo, odometer: WheelOdometer) -> tuple[Array, float]:
+    """Return the NEES of one robot's dead reckoning at the times judged, and how far off it is in the end [m]."""
+    belief, nees = DeadReckoning(robot), []
+    for tick, motion in enumerate(told.tolist(), start=1):
+        belief.add(Observation(tick * robot.dt, robot.dt, odometer.increment(motion)))
+        if tick % JUDGED == 0:
+            error = belief.pose.as_array() - poses[tick]
+            error[2] = wrap_angle(error[2])
+            known = np.linalg.det(belief.covariance) > SINGULAR
+            nees.append(error @ np.linalg.solve(belief.covariance, error) if known else np.nan)
+    return np.array(nees, dtype=float), float(np.hypot(error[0], error[1]))
+
+
+def cells(preset: str, told: Array, poses: Array, noise: OdometryNoise, lots: int) -> str:
     """Return mean NEES, share of times in the 95 % band, and error in the end, as cells of a table."""
-    parts = [errors_of(preset, keys, range(first, first + TOGETHER)) for first in range(0, ROBOTS, TOGETHER)]
-    nees, off = np.concatenate([part[0] for part in parts], axis=1), np.concatenate([part[1] for part in parts])
-    told = np.isfinite(nees).all(axis=1)
-    low, high = chi2.ppf([0.025, 0.975], 3 * ROBOTS)
-    sums = nees[told].sum(axis=1)
-    inside = float(np.mean((low < sums) & (sums < high)))
-    return f"{np.mean(nees[told]):.2f} | {inside:.0%} | {1000 * np.sqrt(np.mean(off**2)):.0f} mm"
+    drive = Robot(name="it", preset=preset, at=(0.0, 0.0)).drive
+    with Simulation(parse_world(f"mjsim: 1\nrobots: [{{name: it, preset: {preset}, at: [0, 0]}}]\n")) as sim:
+        robot = sim.robots["it"]
+    low, high = chi2.ppf([0.025, 0.975], 3 * len(told))
+    means, shares, offs = [], [], []
+    for lot in range(lots):
+        runs = []
+        for number, (motions, path) in enumerate(zip(told, poses, strict=True)):
+            odometer = WheelOdometer(
+                WheelOdometry(noise=noise),
+                motion=lambda motion, _: (motion[0], motion[1], motion[2]),
+                wheels=3,
+                slip=slip_of(drive),
+                sideways=robot.max_left > 0.0,
+                dt=robot.dt,
+                stream=np.random.default_rng([SEED, lot, number, *preset.encode()]),
+            )
+            start = replace(robot, prior=Pose(*path[0]))
+            runs.append(judged(motions, path, start, odometer))
+        nees = np.array([run[0] for run in runs])
+        sums = nees[:, np.isfinite(nees).all(axis=0)].sum(axis=0)
+        means.append(sums.mean() / len(told))
+        shares.append(np.mean((low < sums) & (sums < high)))
+        offs.append(np.mean([run[1] ** 2 for run in runs]))
+    off = 1000 * np.sqrt(np.mean(offs))
+    return f"{np.mean(means):.2f} | {np.mean(shares):.0%} | {off:.0f} mm"
 
 
 def main() -> None:
@@ -71,7 +117,10 @@ def main() -> None:
     print("| preset | NEES | in the band | off after 20 s | NEES, no noise | in the band | off after 20 s |")
     print("|---|---|---|---|---|---|---|")
     for preset in sys.argv[1:] or preset_names():
-        print(f"| `{preset}` | {row(preset, NOISE)} | {row(preset, SLIP_ALONE)} |", flush=True)
+        parts = [driven(preset, range(first, first + TOGETHER)) for first in range(0, ROBOTS, TOGETHER)]
+        told, poses = (np.concatenate(part) for part in zip(*parts, strict=True))
+        noisy = cells(preset, told, poses, NOISE, LOTS)
+        print(f"| `{preset}` | {noisy} | {cells(preset, told, poses, SILENCE, 1)} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -17,13 +17,14 @@ from mjsim.world.drives import OdometryNoise, WheelOdometry
 WHEELS = DifferentialKinematics(wheel_radius=0.1, track=0.4)
 
 
-def odometer(seed: int = 0, **errors: Any) -> WheelOdometer:
+def odometer(seed: int = 0, dt: float = 1.0, **errors: Any) -> WheelOdometer:
     return WheelOdometer(
         WheelOdometry(**errors),
         motion=lambda rotations, _: WHEELS.twist_from_wheels(rotations),
         wheels=2,
         slip=Slip(),
         sideways=False,
+        dt=dt,
         stream=np.random.default_rng(seed),
     )
 
@@ -112,6 +113,27 @@ def test_the_covariance_told_is_that_of_the_increments():
     np.testing.assert_allclose(
         sample / np.outer(deviations, deviations), mean / np.outer(deviations, deviations), atol=0.05
     )
+
+
+def test_the_covariance_of_a_second_on_an_arc_does_not_depend_on_the_ticks_and_holds_what_tyres_creep_outward():
+    speed, rate = 0.6, 0.9
+    for dt in (0.05, 0.01):
+        meter = odometer(dt=dt)
+        wheels = WHEELS.wheels_from_twist(speed * dt, 0.0, rate * dt)
+        aside = sum(meter.increment(wheels).covariance[1, 1] for _ in range(round(1.0 / dt)))
+        assert aside == pytest.approx((0.0076 * speed * rate) ** 2 + 0.001**2 * speed)
+
+
+def test_tyres_creep_outward_by_as_much_as_the_covariance_allows_for():
+    sim = Simulation(parse_world("mjsim: 1\nrobots: [{name: r, preset: pioneer3dx, at: [0, 0]}]\n"))
+    sim.apply("r", Command(0.5, turn=0.8))
+    creep = []
+    for _ in range(100):
+        before = sim.truth("r")
+        sim.step()
+        creep.append((before.inverse() @ sim.truth("r")).y - sim.sense("r").odometry.left)
+    # A speed outward, to the right when it turns to the left, once its own speed is steady.
+    assert np.mean(creep[50:]) / sim.dt == pytest.approx(-Slip().outward * 0.5 * 0.8, rel=0.05)
 
 
 def test_covariance_is_symmetric_and_never_negative():

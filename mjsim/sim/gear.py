@@ -20,7 +20,7 @@ from mjsim.sim.kinematics import (
     steering_names,
     wheel_names,
 )
-from mjsim.sim.odometry import ROLLER_SLIP, SKID_SLIP, STEERED_SLIP, Motion, Slip, WheelOdometer
+from mjsim.sim.odometry import OMNI_SLIP, ROLLER_SLIP, SKID_SLIP, STEERED_SLIP, Motion, Slip, WheelOdometer
 from mjsim.sim.streams import stream
 from mjsim.world import drives
 from mjsim.world.robots import Robot
@@ -99,8 +99,9 @@ def _users(robot: Robot, drive: drives.UserDrive, dt: float, seed: int, source: 
             robot.odometry,
             motion=motion,
             wheels=len(model.wheels),
-            slip=Slip(),
+            slip=slip_of(drive),
             sideways=drive.max_left > 0.0,
+            dt=dt,
             stream=stream(seed, robot.name, "odometry/increments"),
         ),
         motion=motion,
@@ -122,7 +123,7 @@ def _turning(robot: Robot, kinematics: Kinematics, dt: float, seed: int, *, trac
         wheels=wheel_names(robot.drive),
         steering=(),
         drive=drive,
-        odometer=_odometer(robot, motion, seed),
+        odometer=_odometer(robot, motion, dt, seed),
         motion=motion,
         track=track,
         max_left=max_left,
@@ -139,7 +140,7 @@ def _car(robot: Robot, drive: drives.AckermannDrive, dt: float, seed: int) -> Ru
         wheels=wheel_names(drive),
         steering=steering_names(drive),
         drive=CarDrive(drive, dt=dt, stream=stream(seed, robot.name, "drive/twist")),
-        odometer=_odometer(robot, motion, seed),
+        odometer=_odometer(robot, motion, dt, seed),
         motion=motion,
         track=drive.track,
         max_curvature=math.tan(math.radians(drive.max_steer_deg)) / drive.wheelbase,
@@ -159,31 +160,35 @@ def _tricycle(robot: Robot, drive: drives.TricycleDrive, dt: float, seed: int) -
         wheels=wheel_names(drive),
         steering=steering_names(drive),
         drive=TricycleDrive(drive, kinematics=kinematics, dt=dt, stream=source),
-        odometer=_odometer(robot, motion, seed),
+        odometer=_odometer(robot, motion, dt, seed),
         motion=motion,
         track=drive.track,
         max_curvature=math.inf if steep else math.tan(math.radians(drive.max_steer_deg)) / drive.wheelbase,
     )
 
 
-def _odometer(robot: Robot, motion: Motion, seed: int) -> WheelOdometer:
+def _odometer(robot: Robot, motion: Motion, dt: float, seed: int) -> WheelOdometer:
     sideways = isinstance(robot.drive, drives.Omni3Drive | drives.MecanumDrive)
     return WheelOdometer(
         robot.odometry,
         motion=motion,
         wheels=len(wheel_names(robot.drive)),
-        slip=_slip(robot.drive),
+        slip=slip_of(robot.drive),
         sideways=sideways,
+        dt=dt,
         stream=stream(seed, robot.name, "odometry/increments"),
     )
 
 
-def _slip(drive: drives.Drive) -> Slip:
+def slip_of(drive: drives.AnyDrive) -> Slip:
+    """Return what the odometry of a drive allows for slip."""
     match drive:
         case drives.SkidSteerDrive():
             return SKID_SLIP
         case drives.MecanumDrive():
             return ROLLER_SLIP
+        case drives.Omni3Drive():
+            return OMNI_SLIP
         case drives.TricycleDrive():
             return STEERED_SLIP
         case _:

@@ -24,20 +24,26 @@ class Slip:
 
     forward: float = 0.001
     """Standard deviation along for one metre driven [m/sqrt(m)]."""
-    left: float = 0.004
-    """Standard deviation aside for one metre driven [m/sqrt(m)]; on arcs tyres slip outward."""
+    left: float = 0.001
+    """Standard deviation aside for one metre driven [m/sqrt(m)]."""
     turn: float = 0.002
     """Standard deviation of the heading for one radian turned [rad/sqrt(rad)]."""
+    outward: float = 0.0076
+    """What tyres creep outward on an arc, a speed of so much for one metre a second and one radian a second [s]."""
 
 
 # Fitted to drives without noise at changing speeds and turns (scripts/measure_odometry.py), where those that slip by
 # nature err by far more than tyres that roll.
-SKID_SLIP = Slip(forward=0.028, left=0.036, turn=0.028)
+SKID_SLIP = Slip(forward=0.026, left=0.031, turn=0.031, outward=0.0)
 """Of four fixed wheels, which turn by slipping sideways."""
-ROLLER_SLIP = Slip(forward=0.0045, left=0.008, turn=0.0075)
+ROLLER_SLIP = Slip(forward=0.0045, left=0.008, turn=0.0075, outward=0.0)
 """Of mecanum wheels, which roll from one roller onto the next."""
-STEERED_SLIP = Slip(turn=0.003)
+OMNI_SLIP = Slip(forward=0.0015, left=0.0015, outward=0.0)
+"""Of wheels whose rollers lie across, and which creep every way alike."""
+STEERED_SLIP = Slip(forward=0.002, turn=0.0045)
 """Of one wheel that drives and steers, while its angle changes."""
+KEPT = 1.0
+"""How long a robot is taken to keep to an arc, and its tyres to creep to the same side [s]."""
 
 
 def arc_end(distance: float, turn: float) -> tuple[float, float]:
@@ -75,14 +81,24 @@ class WheelOdometer:
     `scale`, the turn over 1 + `track_error`. Then noise with variances a^2 |d|, a^2 |l| and b^2 |turn|. The increment
     that is told is the end of the arc of that length and turn, so that `pose @ Pose(forward, left, turn)` is exact for
     a robot that keeps its twist during a tick. Its covariance is that of (d, l, turn), carried over to first order,
-    and an allowance for slip. It holds no part for the counting, whose error never grows beyond one step.
+    and an allowance for slip. Creep outward grows with speed times turn rate and keeps its side for a while: an error
+    of c each tick for a time T has the variance c^2 T / dt a tick, whatever the tick. The covariance holds no part for
+    the counting, whose error never grows beyond one step.
 
     References:
         Thrun, Burgard, Fox, Probabilistic Robotics (2005), section 5.4, for variances that grow with the motion.
     """
 
     def __init__(
-        self, errors: WheelOdometry, *, motion: Motion, wheels: int, slip: Slip, sideways: bool, stream: Generator
+        self,
+        errors: WheelOdometry,
+        *,
+        motion: Motion,
+        wheels: int,
+        slip: Slip,
+        sideways: bool,
+        dt: float,
+        stream: Generator,
     ) -> None:
         """Get ready.
 
@@ -92,10 +108,12 @@ class WheelOdometer:
             wheels: How many have encoders.
             slip: What tyres slip.
             sideways: Whether the drive moves sideways.
+            dt: Period of the loop [s].
             stream: Source of chance; two numbers are drawn a tick, three for a drive that moves sideways.
         """
         self._motion, self._slip, self._sideways, self._stream = motion, slip, sideways, stream
         self._scale, self._track = errors.scale, 1.0 + errors.track_error
+        self._creep = slip.outward**2 * KEPT / dt**3
         self._noise = errors.noise.distance, errors.noise.turn
         self._variance = errors.noise.distance**2, errors.noise.turn**2
         self._step = 2.0 * math.pi / errors.ticks if errors.ticks is not None else None
@@ -139,13 +157,16 @@ class WheelOdometer:
         (f_d, f_t), (l_d, l_t) = arc_end_slopes(distance, turn)
         way = abs(distance)
         across = 0.0
+        creep = self._creep * turn * turn
         if self._sideways:
             # The part driven sideways is the same arc, a quarter turned to the left.
             (_, s_t), (_, b_t) = arc_end_slopes(aside, turn)
             f_t, l_t, across = f_t - b_t, l_t + s_t, self._variance[0] * abs(aside)
             way = math.hypot(distance, aside)
-        forward = f_d * f_d * along + l_d * l_d * across + f_t * f_t * around + self._slip.forward**2 * way
-        left = l_d * l_d * along + f_d * f_d * across + l_t * l_t * around + self._slip.left**2 * way
+        forward = f_d * f_d * along + l_d * l_d * across + f_t * f_t * around
+        forward += self._slip.forward**2 * way + creep * aside * aside
+        left = l_d * l_d * along + f_d * f_d * across + l_t * l_t * around
+        left += self._slip.left**2 * way + creep * distance * distance
         heading = around + self._slip.turn**2 * abs(turn)
         both = f_d * l_d * (along - across) + f_t * l_t * around
         f_around, l_around = f_t * around, l_t * around
