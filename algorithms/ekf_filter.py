@@ -218,14 +218,15 @@ class EkfSlamFilter:
         L = np.linalg.cholesky(S.reshape(count, count) + R.reshape(count, count))
         W = scipy.linalg.solve_triangular(L, HP, lower=True, check_finite=False)
         gained = scipy.linalg.solve_triangular(L, nu.ravel(), lower=True, check_finite=False)
-        loss = self._spare[: size * size].reshape(size, size)
-        P -= np.matmul(W.T, W, out=loss)
-        self._move(W.T @ gained)
+        self._apply(W.T @ gained, W)
 
-    def _move(self, step: Array) -> None:
-        """Correct the mean, P being that of the corrected state already: step has shape (3 + 2 n,)."""
-        self._mean[: self._size] += step
+    def _apply(self, step: Array, W: Array) -> None:
+        """Correct the mean by a step, shape (3 + 2 n,), and take W^T W from P, W of shape (m, 3 + 2 n)."""
+        size = self._size
+        self._mean[:size] += step
         self._mean[2] = wrap_angle(self._mean[2])
+        loss = self._spare[: size * size].reshape(size, size)
+        self._P[:size, :size] -= np.matmul(W.T, W, out=loss)
 
     def _add(self, name: Hashable, z: Array, R: Array) -> None:
         """Write mean and covariance of a new landmark behind the others.

@@ -9,6 +9,9 @@ from mjsim.geometry import Array, wrap_angle
 
 from .ekf_filter import EkfSlamFilter
 
+BLOCK = 64
+"""Rows of P that are changed at a time, so that they stay in the processor's cache."""
+
 
 class InvariantEkfSlamFilter(EkfSlamFilter):
     """The right-invariant EKF: consistent without first estimates, with the newest ones everywhere.
@@ -41,7 +44,7 @@ class InvariantEkfSlamFilter(EkfSlamFilter):
         """
         super().__init__(jacobians="standard", pose=pose, covariance=covariance)
 
-    def _move(self, step: Array) -> None:
+    def _apply(self, step: Array, W: Array) -> None:
         """Move the mean along the exponential of the correction, and P to the errors about the new mean."""
         size, turn = self._size, float(step[2])
         old = _points(self._mean[:size])
@@ -49,16 +52,36 @@ class InvariantEkfSlamFilter(EkfSlamFilter):
         new = old @ _rotation(turn).T + shifts @ _arc(turn).T
         self._mean[2] = wrap_angle(self._mean[2] + turn)
         _set_points(self._mean[:size], new)
-        self._shear(_turned_left(new - old))
+        self._shear(_turned_left(new - old), W)
 
-    def _shear(self, moved: Array) -> None:
-        """Add to the error of each point, shape (1 + n, 2) [m/rad] times the error of the heading: P <- S P S^T."""
-        size = self._size
-        P, column = self._P[:size, :size], np.zeros(size)
+    def _shear(self, moved: Array, W: Array) -> None:
+        """Take W^T W from P, then add `moved` times the heading's error to that of each point: P <- S P S^T.
+
+        With c the column of S and h the heading's row of P, S P S^T = P + c h^T + h c^T, h having half of its own
+        share of c in it. That is P + u u^T - v v^T, which stays symmetric to the last bit and goes over P once.
+
+        Args:
+            moved: Of position and landmarks, shape (1 + n, 2) [m/rad].
+            W: Shape (m, 3 + 2 n).
+        """
+        size, column = self._size, np.zeros(self._size)
         _set_points(column, moved)
-        heading = P[2] + 0.5 * P[2, 2] * column
-        pair, gain = np.stack([column, heading]), self._spare[: size * size].reshape(size, size)
-        P += np.matmul(pair.T, pair[::-1], out=gain)
+        P, loss = self._P[:size, :size], self._spare[: size * size].reshape(size, size)
+        heading = P[2] - W[:, 2] @ W
+        heading += 0.5 * heading[2] * column
+        # Brought to one size, so that as little as can be is lost where u u^T and v v^T are nearly alike.
+        sizes = float(np.linalg.norm(column)), float(np.linalg.norm(heading))
+        scale = math.sqrt(sizes[0] / sizes[1]) if all(sizes) else 1.0
+        along, across = column / scale, heading * scale
+        u, v = (along + across) / math.sqrt(2.0), (along - across) / math.sqrt(2.0)
+        taken = np.vstack([W, v])
+        np.matmul(taken.T, taken, out=loss)
+        given = np.empty((BLOCK, size))
+        for start in range(0, size, BLOCK):
+            rows = slice(start, min(start + BLOCK, size))
+            block = np.multiply(u[rows, None], u, out=given[: rows.stop - start])
+            block -= loss[rows]
+            P[rows] += block
 
 
 def _points(state: Array) -> Array:
