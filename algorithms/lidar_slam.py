@@ -11,7 +11,7 @@ from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Scan
 
 from .ekf_models import odometry_motion
 from .occupancy import OccupancyGrid, lidar_of
-from .pose_graph import PoseGraph, step_between
+from .pose_graph import PoseGraph, carried, step_between
 from .scan_matching import Match, Surface, align, joined, search, surface_of
 
 LOCAL = 6
@@ -159,8 +159,7 @@ class LidarSlam:
         self.graph.add_step(near, newest, match.pose, match.information)
         self.graph.solve()
         # The graph holds its first pose; how unsure that one is turns and shifts all.
-        dx, dy = self.graph.poses[newest, :2] - self.graph.poses[0, :2]
-        by_first = np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])
+        by_first = carried(self.graph.poses[newest], self.graph.poses[0])
         self._covariance = self.graph.covariance(newest) + by_first @ self._prior_covariance @ by_first.T
         self._closed, self.loops = newest, self.loops + 1
 

@@ -104,3 +104,9 @@ def step_errors(ones: Array, others: Array, steps: Array) -> tuple[Array, Array,
     A[:, :, :2] = -B[:, :, :2]
     A[:, 0, 2], A[:, 1, 2], A[:, 2, 2] = found[:, 1], -found[:, 0], -1.0
     return error, A, B
+
+
+def carried(pose: Array, first: Array) -> Array:
+    """Return how a pose changes with the first one of its graph, which turns and shifts all of it, shape (3, 3)."""
+    dx, dy = pose[:2] - first[:2]
+    return np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])

@@ -8,10 +8,11 @@ from robots import pioneer
 
 from mjsim.algorithms.ekf_models import landmark_from
 from mjsim.algorithms.fastslam import FastSlam, particle_innovations
+from mjsim.algorithms.filterpy_slam import FilterpySlam
 from mjsim.algorithms.picture_alignment import corners_by_correction
 from mjsim.algorithms.picture_templates import apply_homography, make_templates, warp_slopes
 from mjsim.algorithms.planar_pose import corner_error, picture_corners, rotation_of
-from mjsim.algorithms.pose_graph import step_errors
+from mjsim.algorithms.pose_graph import carried, step_between, step_errors
 from mjsim.algorithms.scan_matching import misses
 from mjsim.geometry import Pose
 from mjsim.interface import Intrinsics, Observation, Odometry, Sighting
@@ -44,6 +45,28 @@ def test_of_the_error_of_a_step_in_a_graph_of_poses():
             (B, lambda p, one=one, step=step: step_errors(one[None], p[None], step[None])[0][0]),
         ):
             np.testing.assert_allclose(J[0], slopes(moved, one if J is A else other), atol=1e-8)
+
+
+def test_of_a_pose_by_the_first_one_of_its_graph():
+    rng = np.random.default_rng(8)
+    for first, pose in rng.uniform(-1.5, 1.5, (10, 2, 3)):
+        step = step_between(first, pose)
+        J = slopes(lambda f, step=step: (Pose(*f) @ Pose(*step)).as_array(), first)
+        np.testing.assert_allclose(carried(pose, first), J, atol=1e-8)
+
+
+def test_of_a_new_beacon_in_the_filter_of_filterpy():
+    prior, spread = np.array([1.0, 2.0, 0.7]), np.diag([0.1, 0.2, 0.05]) ** 2
+    look = Sighting(0.0, "post", 2.0, 0.4, np.diag([0.05, 0.02]) ** 2)
+    estimator = FilterpySlam()
+    robot = dataclasses.replace(pioneer(), prior=Pose(*prior), prior_covariance=spread)
+    estimator.start(robot, {}, np.random.default_rng(0))
+    still = Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
+    _, covariance = estimator.update(Observation(0.0, 0.1, still, sightings=(look,))).landmarks["post"]
+    z = np.array([look.range, look.bearing])
+    J = slopes(lambda v: landmark_from(v[:3], v[3:])[0], np.append(prior, z))
+    errors = np.block([[spread, np.zeros((3, 2))], [np.zeros((2, 3)), look.covariance]])
+    np.testing.assert_allclose(covariance, J @ errors @ J.T, rtol=1e-6)
 
 
 def test_of_a_particles_innovation_and_of_its_new_landmark():
