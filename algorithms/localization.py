@@ -4,6 +4,7 @@ The world must say `map: known`; each beacon's place then stands in the catalogu
 the mean, `UkfLocalization` carries seven points through motion and measurement instead of derivatives.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any
 
@@ -39,7 +40,7 @@ def difference(one: Array, other: Array) -> Array:
     return apart
 
 
-class _Localization:
+class _Localization(ABC):
     """What both filters share: odometry moves the belief, sightings of known beacons within the gate correct it."""
 
     def __init__(self, *, confidence: float = 0.999) -> None:
@@ -89,14 +90,17 @@ class _Localization:
         nu = difference(np.array([sighting.range, sighting.bearing]), z[0])
         return nu, np.asarray(H[0] @ self._filter.P @ H[0].T + sighting.covariance)
 
+    @abstractmethod
     def _new_filter(self) -> Any:
-        raise NotImplementedError
+        """Return a filter of filterpy for three states."""
 
+    @abstractmethod
     def _predict(self, step: Array, covariance: Array) -> None:
-        raise NotImplementedError
+        """Move the belief by what odometry says."""
 
+    @abstractmethod
     def _correct(self, sighting: Sighting, place: Array) -> None:
-        raise NotImplementedError
+        """Correct the belief by a sighting of a beacon at a known place."""
 
 
 class EkfLocalization(_Localization):

@@ -15,7 +15,8 @@ import numpy as np
 from museum_motifs import MUSEUM
 from numpy.random import Generator
 from numpy.typing import NDArray
-from poster_motifs import MOTIFS, Layer, Outline, bar, disc, poly, star
+from poster_motifs import MOTIFS
+from poster_shapes import Layer, Outline, bar, disc, poly, star
 
 Picture = NDArray[np.uint8]
 Color = tuple[int, int, int]

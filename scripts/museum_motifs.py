@@ -1,6 +1,6 @@
 """Four more motifs, so that a museum of forty pictures shows none twice."""
 
-from poster_motifs import Layer, arc, bar, disc, oval, pie, poly, star
+from poster_shapes import Layer, arc, bar, disc, oval, pie, poly, star
 
 MUSEUM: dict[str, list[Layer]] = {
     "bell": [
