@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mjsim.errors import WorldError
 from mjsim.interface import Command
 from mjsim.sim import Simulation
 from mjsim.world import parse_world
@@ -41,6 +42,12 @@ def test_thirty_two_robots_sense_bump_and_hear_each_other():
             assert [message.sender for message in seen.messages] == [each for each in sim.robots if each != name]
             assert len(seen.imu) == 5, name
             assert sim.truth(name).y == pytest.approx(3 * (number // 2), abs=0.01), name
+
+
+def test_a_thirty_third_robot_is_refused():
+    with pytest.raises(WorldError) as caught:
+        team(33)
+    assert str(caught.value) == "world.yaml:3:3: robots is a list of 33 items; it must have at most 32 items"
 
 
 def chances(sim: Simulation, ticks: int) -> list[bytes]:

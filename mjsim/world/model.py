@@ -37,8 +37,8 @@ class World(Model):
     """General light from everywhere; 0 leaves the lamps alone."""
     lamps: Annotated[tuple[Lamp, ...], Field(strict=False, max_length=100)] = ()
     """Lamps, besides the general light."""
-    robots: Annotated[tuple[Robot, ...], Field(strict=False)] = ()
-    """Wheeled robots."""
+    robots: Annotated[tuple[Robot, ...], Field(strict=False, max_length=32)] = ()
+    """Wheeled robots, up to 32."""
     radio: Radio = Radio()
     """How robots hear each other."""
     run: Run = Run()
