@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mjsim import exchange_cli, experiments_cli, logs_cli, replay_cli, report_cli, sweep_cli
+from mjsim import exchange_cli, experiments_cli, logs_cli, replay_cli, report_cli, studio_cli, sweep_cli
 from mjsim.errors import MjsimError, UsageError, WorldError
 from mjsim.progress import say, tracked
 
@@ -37,6 +37,7 @@ app.command("import-log")(logs_cli.import_log)
 app.command("experiments")(experiments_cli.experiments)
 app.command("report")(report_cli.report)
 app.command("compare")(report_cli.compare)
+app.command("studio")(studio_cli.studio)
 
 WorldFile = Annotated[Path, typer.Argument(metavar="WORLD", help="A world file.")]
 RunFile = Annotated[Path, typer.Argument(metavar="RUN.mcap", help="A recording.")]

@@ -37,7 +37,7 @@ MAY_IMPORT = {
     "sweep": SWEEP,
     "video": VIDEO,
     "experiments": RUN | REPORT | {"experiments", "algorithms"},
-    "web": RUN | VIDEO | REPORT | {"web"},
+    "web": SWEEP | VIDEO | {"exchange", "session", "web"},
 }
 """Part of mjsim -> the parts that it may import; `cli`, all `..._cli`, `doctor`, `bench` and `progress` are not."""
 

@@ -1,0 +1,100 @@
+"""How the page's requests are read and answered: JSON in, JSON out, one line for what is wrong."""
+
+from collections.abc import Awaitable, Callable
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import JSONResponse, Response
+
+from mjsim.errors import MjsimError
+from mjsim.web.local import HEADERS
+
+MOST_JSON = 12_000_000
+"""Of a request [bytes]: the text of a world and what is to be done to it."""
+
+
+class RefusedError(Exception):
+    """A request that is not done; holds the status of HTTP, a sentence, and what else the page should know."""
+
+    def __init__(self, status: int, message: str, **more: Any) -> None:
+        super().__init__(message)
+        self.status, self.message, self.more = status, message, more
+
+
+class Ask(BaseModel):
+    """What the page sends."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+Asked = TypeVar("Asked", bound=Ask)
+Endpoint = Callable[[Request], Awaitable[Response]]
+
+
+def posted(kind: type[Asked], work: Callable[[Asked], Any]) -> Endpoint:
+    """Return what answers a POST of JSON with what `work` makes of it: JSON, or a response that it made itself."""
+
+    async def endpoint(request: Request) -> Response:
+        if request.headers.get("content-type", "").partition(";")[0].strip() != "application/json":
+            return refusal(RefusedError(415, "send this as application/json"))
+        try:
+            data = await body_of(request, most=MOST_JSON)
+        except RefusedError as refused:
+            return refusal(refused)
+        return await answered(lambda: work(_read(kind, data)))
+
+    return endpoint
+
+
+def asked(work: Callable[[Request], Any]) -> Endpoint:
+    """Return what answers a GET with what `work` makes of it: JSON, or a response that it made itself."""
+
+    async def endpoint(request: Request) -> Response:
+        return await answered(lambda: work(request))
+
+    return endpoint
+
+
+async def answered(work: Callable[[], Any]) -> Response:
+    """Return the answer to a request, worked out beside the server's own thread."""
+    try:
+        made = await run_in_threadpool(work)
+    except RefusedError as refused:
+        return refusal(refused)
+    except MjsimError as error:
+        return refusal(RefusedError(400, str(error)))
+    return made if isinstance(made, Response) else JSONResponse(made, headers=HEADERS)
+
+
+def refusal(refused: RefusedError) -> Response:
+    """Return the answer that says why a request is not done."""
+    return JSONResponse({"error": refused.message, **refused.more}, refused.status, headers=HEADERS)
+
+
+async def body_of(request: Request, *, most: int) -> bytes:
+    """Return what was sent with a request.
+
+    Raises:
+        RefusedError: It is more than so many bytes; the rest is not read.
+    """
+    parts, size = [], 0
+    try:
+        async for part in request.stream():
+            size += len(part)
+            if size > most:
+                raise RefusedError(413, f"this is larger than {most / 1e6:.0f} MB; send less")
+            parts.append(part)
+    except ClientDisconnect:
+        raise RefusedError(400, "the request was cut short; send it again") from None
+    return b"".join(parts)
+
+
+def _read(kind: type[Asked], data: bytes) -> Asked:
+    try:
+        return kind.model_validate_json(data)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        where = ".".join(map(str, first["loc"])) or "the request"
+        raise RefusedError(400, f"{where}: {first['msg'][0].lower()}{first['msg'][1:]}") from None

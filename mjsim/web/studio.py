@@ -1,0 +1,67 @@
+"""The studio: one page to edit worlds, to run them, and to look at what was recorded."""
+
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from mjsim.errors import UsageError
+from mjsim.web import edit_api
+from mjsim.web.folder import Folder
+from mjsim.web.local import LOOPBACK
+from mjsim.web.server import Server
+from mjsim.web.static_page import page_routes
+from mjsim.web.trust import Trust
+
+
+class Studio:
+    """Serves the studio for the files of one folder, in threads of its own, until it is closed."""
+
+    def __init__(
+        self,
+        folder: str | Path = ".",
+        *,
+        world: str | None = None,
+        host: str = LOOPBACK,
+        port: int = 0,
+        token: str | None = None,
+    ) -> None:
+        """Begin to serve.
+
+        Args:
+            folder: Worlds, pictures and modules of this folder are seen; nothing outside of it is read or written.
+            world: What the page opens at first, from the folder.
+            host: Address to listen at; another than this machine's own needs a token, which is made unless given.
+            port: Of the page; a free one unless given.
+            token: That everybody must have.
+
+        Raises:
+            UsageError: There is no such folder or world, or the page cannot be served there.
+        """
+        place, trust = Folder(Path(folder)), Trust()
+        if world is not None and not place.path(world).is_file():
+            raise UsageError(f"no file '{world}' in {place.root}; name a world file")
+        routes = [*page_routes(), *edit_api.routes(place, trust, world=world)]
+        self._server = Server(routes, host=host, port=port, token=token)
+
+    @property
+    def url(self) -> str:
+        """Address of the page, with its token when it has one."""
+        return self._server.url
+
+    def wait(self) -> None:
+        """Serve until it is closed from elsewhere, or Ctrl-C interrupts."""
+        self._server.wait()
+
+    def close(self) -> None:
+        """Stop serving; closing twice is no fault."""
+        self._server.close()
+
+    def __enter__(self) -> Self:
+        """Serve while the block runs."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Stop serving."""
+        self.close()
