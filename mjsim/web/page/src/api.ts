@@ -1,0 +1,177 @@
+/** What the server offers: its values, and one call for each of its addresses. */
+
+export type Point = [number, number];
+export type Path = (string | number)[];
+export type Values = Record<string, unknown>;
+export type Bounds = [number, number, number, number];
+
+export interface Item {
+  path: Path;
+  kind: string;
+  name: string | null;
+  label: string;
+  at: Point | null;
+  heading_deg: number | null;
+  /** Outlines in the world frame [m]. */
+  polygons: Point[][];
+  values: Values;
+  written: string[];
+  /** As it stands in the text: before defaults, presets and arithmetic. */
+  raw?: Values;
+  /** Name of its definition in the schema. */
+  type: string;
+  /** Why it cannot be changed here. */
+  fixed: string | null;
+  line: number;
+}
+
+export interface Problem {
+  line: number;
+  column: number;
+  message: string;
+  path: Path | null;
+  kind: "error" | "warning";
+}
+
+export interface WorldValues {
+  values: Values;
+  written: string[];
+  raw?: Values;
+}
+
+export interface Parsed {
+  problems: Problem[];
+  /** null: the text cannot be read; keep the last ones. */
+  items: Item[] | null;
+  bounds: Bounds;
+  name: string;
+  run: Values;
+  needs_trust: string[];
+  world?: WorldValues;
+}
+
+export interface Opened extends Parsed {
+  path: string;
+  text: string;
+  stamp: string | null;
+}
+
+export interface Edited extends Parsed {
+  text: string;
+}
+
+export interface Folder {
+  folder: string;
+  worlds: string[];
+  recordings: string[];
+  pictures: string[];
+  world: string | null;
+  mode: "studio" | "live";
+  shipped: {
+    worlds: string[];
+    pictures: string[];
+    presets: { name: string; about: string }[];
+    templates: string[];
+  };
+}
+
+export type Change =
+  | { op: "set"; path: Path; value: unknown }
+  | { op: "unset"; path: Path }
+  | { op: "add"; path: Path; value: unknown }
+  | { op: "remove"; path: Path };
+
+export interface Module {
+  use: string;
+  title: string;
+  about: string;
+  keys: unknown;
+}
+
+export interface Modules {
+  observers: Module[];
+  estimators: Module[];
+  navigators: Module[];
+  avoidances: Module[];
+}
+
+export interface PreviewAsk {
+  path: string;
+  text: string;
+  robot: string;
+  camera: string;
+  at: Point;
+  heading_deg: number;
+  width: number;
+}
+
+/** The server said no, or could not be reached (status 0); the message is for people. */
+export class ApiError extends Error {
+  constructor(
+    readonly status: number,
+    message: string,
+    readonly data: Values = {},
+  ) {
+    super(message);
+  }
+}
+
+const GONE = "the studio does not answer; see whether `mjsim studio` still runs, then try again";
+
+/** Ask the server for JSON. Raises ApiError. */
+export async function getJson<T>(address: string): Promise<T> {
+  return (await (await answer(address, {})).json()) as T;
+}
+
+/** Send JSON to the server and get JSON back. Raises ApiError. */
+export async function postJson<T>(address: string, body: unknown): Promise<T> {
+  return (await (await post(address, body)).json()) as T;
+}
+
+/** Send JSON and get back the bytes of a picture. Raises ApiError. */
+export async function postForBlob(address: string, body: unknown): Promise<Blob> {
+  return (await post(address, body)).blob();
+}
+
+/** The calls of editing. */
+export const api = {
+  folder: () => getJson<Folder>("/api/folder"),
+  schema: () => getJson<Values>("/api/schema"),
+  modules: () => getJson<Modules>("/api/modules"),
+  open: (path: string) => postJson<Opened>("/api/open", { path }),
+  create: (template?: string) => postJson<Opened>("/api/new", template ? { template } : {}),
+  parse: (path: string, text: string) => postJson<Parsed>("/api/parse", { path, text }),
+  edit: (path: string, text: string, changes: Change[]) => postJson<Edited>("/api/edit", { path, text, changes }),
+  save: (path: string, text: string, stamp: string | null, overwrite = false) =>
+    postJson<{ stamp: string }>("/api/save", { path, text, stamp, ...(overwrite ? { overwrite } : {}) }),
+  trust: (path: string, text: string) => postJson<Values>("/api/trust", { path, text }),
+  preview: (ask: PreviewAsk) => postForBlob("/api/preview", ask),
+  picture: (path: string, size: number) => `/api/picture?${new URLSearchParams({ path, size: String(size) })}`,
+  upload: async (file: File) => {
+    const address = `/api/upload?${new URLSearchParams({ name: file.name })}`;
+    return (await (await answer(address, { method: "POST", body: file })).json()) as { path: string };
+  },
+};
+
+export type Api = typeof api;
+
+function post(address: string, body: unknown): Promise<Response> {
+  return answer(address, {
+    method: "POST",
+    headers: { "content-type": "application/json" },
+    body: JSON.stringify(body),
+  });
+}
+
+async function answer(address: string, request: RequestInit): Promise<Response> {
+  let response: Response;
+  try {
+    response = await fetch(address, request);
+  } catch {
+    throw new ApiError(0, GONE);
+  }
+  if (response.ok) return response;
+  const data = (await response.json().catch(() => ({}))) as Values;
+  const message = typeof data["error"] === "string" ? data["error"] : `the studio answered ${response.status}`;
+  throw new ApiError(response.status, message, data);
+}

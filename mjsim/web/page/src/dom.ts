@@ -1,0 +1,56 @@
+/** Building the page: elements with attributes, listeners and children; text is always text, never markup. */
+
+type Listener = (event: never) => void;
+export type Attributes = Record<string, string | number | boolean | Listener | null | undefined>;
+export type Child = Node | string | null | undefined | false;
+
+/** Make an element; `on...` attributes are listeners, true is an empty attribute, false and null none. */
+export function el<K extends keyof HTMLElementTagNameMap>(
+  tag: K,
+  attributes: Attributes = {},
+  ...children: Child[]
+): HTMLElementTagNameMap[K] {
+  const element = document.createElement(tag);
+  setAttributes(element, attributes);
+  element.append(...present(children));
+  return element;
+}
+
+/** Put these in the place of an element's children. */
+export function fill(element: Element, ...children: Child[]): void {
+  element.replaceChildren(...present(children));
+}
+
+/** Draw an icon from the path of an SVG of 20 x 20, in lines of the text's colour. */
+export function icon(path: string): SVGSVGElement {
+  const space = "http://www.w3.org/2000/svg";
+  const svg = document.createElementNS(space, "svg");
+  setAttributes(svg, { viewBox: "0 0 20 20", class: "icon", "aria-hidden": "true" });
+  const line = document.createElementNS(space, "path");
+  line.setAttribute("d", path);
+  svg.append(line);
+  return svg;
+}
+
+/** Tell whether keys belong to what is being typed, so that they are no shortcuts. */
+export function isTyping(target: EventTarget | null): boolean {
+  if (!(target instanceof HTMLElement)) return false;
+  return target.isContentEditable || ["INPUT", "TEXTAREA", "SELECT"].includes(target.tagName);
+}
+
+/** Tell whether the key for shortcuts is held: Ctrl, or Cmd on a Mac. */
+export function isCommand(event: KeyboardEvent | MouseEvent): boolean {
+  return event.ctrlKey || event.metaKey;
+}
+
+function present(children: Child[]): (Node | string)[] {
+  return children.filter((child): child is Node | string => child !== null && child !== undefined && child !== false);
+}
+
+function setAttributes(element: Element, attributes: Attributes): void {
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === null || value === undefined || value === false) continue;
+    if (typeof value === "function") element.addEventListener(name.slice(2), value as EventListener);
+    else element.setAttribute(name, value === true ? "" : String(value));
+  }
+}

@@ -1,0 +1,26 @@
+/** Start the studio: colours first, then the folder, then the frame with its views. */
+
+import "./theme.css";
+import "./shell/shell.css";
+import "./plan/plan.css";
+import { api } from "./api";
+import { el, fill } from "./dom";
+import { Shell } from "./shell/shell";
+import { startTheme } from "./shell/theme";
+
+startTheme();
+void start();
+
+async function start(): Promise<void> {
+  const root = document.getElementById("studio");
+  if (!root) return;
+  try {
+    new Shell(root, await api.folder());
+  } catch (error) {
+    if (!(error instanceof Error)) throw error;
+    const again = el("button", { class: "primary", onclick: () => location.reload() }, "Try again");
+    const state = el("div", { class: "state", role: "alert" }, el("h2", {}, "The studio cannot be opened"), el("p", {}, error.message), again);
+    fill(root, el("header", { class: "bar" }, el("span", { class: "brand" }, "mjsim")), state);
+    console.error(error);
+  }
+}

@@ -1,0 +1,299 @@
+/**
+ * The plan of a world, to scale: grid, rulers, items, and room for more to be drawn over them.
+ *
+ *     const plan = new Plan(host);               // fills `host`, an element with a size; follows its size and the theme
+ *     plan.setItems(items, bounds);              // draws them; the first time all of them are fitted into the view
+ *     plan.stands.set("scout", {at, heading_deg}); plan.refresh(); // things that moved, by name
+ *     plan.hiddenKinds.add("robot");             // when you draw the robots yourself
+ *
+ * Your own drawing, above the items and repainted alone (not with walls and beacons), in one of two ways:
+ *
+ *     plan.overlay.push((context, plan) => {...});        // native 2D context in pixels: plan.view.toScreen([x, y])
+ *     const group = plan.group("trails");                 // Konva group in metres, y up; line widths: plan.px(2)
+ *     plan.drawOver();                                    // repaint (at most once a frame, call it as often as you like)
+ *
+ * Pan: drag (with no tool), Space + drag, middle or right button, two fingers. Zoom: wheel, pinch, `zoomAt`, `key(event)`
+ * (+ - 0 arrows). `plan.follow([x, y])` keeps a point in the middle. `plan.itemAt(screen)` is what lies under a pixel.
+ * `plan.viewChanged.on(f)` after a pan, zoom or resize. `plan.dispose()` at the end.
+ */
+
+import Konva from "konva/lib/Core";
+import type { Bounds, Item, Path, Point } from "../api";
+import { Signal } from "../signal";
+import { themeChanged } from "../shell/theme";
+import { boundsOf, distance, distanceTo, overlaps } from "./geometry";
+import { Gestures, type Tool } from "./gestures";
+import { drawGrid, drawRulers, gridStep, RULER } from "./grid";
+import { drawItem, inOrder, outlines, type Look, type Stand } from "./items";
+import { drawLabels } from "./labels";
+import { readPalette, type Palette } from "./palette";
+import { PlanView } from "./view";
+
+export type Painter = (context: CanvasRenderingContext2D, plan: Plan) => void;
+
+export const keyOf = (path: Path): string => JSON.stringify(path);
+
+export class Plan {
+  readonly view = new PlanView();
+  readonly viewChanged = new Signal();
+  /** Where things stand that are not where their items say, by name or by the key of their path. */
+  readonly stands = new Map<string, Stand>();
+  /** How items are shown, by the key of their path. */
+  looks = new Map<string, Look>();
+  readonly hiddenKinds = new Set<string>();
+  readonly overlay: Painter[] = [];
+  rulers = true;
+  labels = true;
+  palette: Palette = readPalette();
+  items: Item[] = [];
+  bounds: Bounds = [0, 0, 10, 8];
+  private held: Tool | null = null;
+  private fitted = false;
+  private readonly stage: Konva.Stage;
+  private readonly under = new Konva.Layer({ listening: false });
+  private readonly over = new Konva.Layer({ listening: false });
+  private readonly world = new Konva.Group();
+  private readonly gestures: Gestures;
+  private readonly endings: (() => void)[] = [];
+
+  constructor(readonly host: HTMLElement) {
+    const paper = document.createElement("div");
+    paper.className = "plan-paper";
+    host.append(paper);
+    this.stage = new Konva.Stage({ container: paper, width: 10, height: 10, listening: false });
+    this.stage.add(this.under, this.over);
+    this.under.add(shape((context) => this.paintUnder(context)));
+    this.over.add(this.world, shape((context) => this.paintOver(context)));
+    this.gestures = new Gestures(this);
+    const sizes = new ResizeObserver(() => this.resize());
+    sizes.observe(host);
+    this.endings.push(() => sizes.disconnect(), () => this.gestures.dispose(), () => this.stage.destroy());
+    this.endings.push(themeChanged.on(() => this.recolor()));
+  }
+
+  dispose(): void {
+    for (const end of this.endings) end();
+  }
+
+  /** What the pointer does; null: it moves the paper. */
+  get tool(): Tool | null {
+    return this.held;
+  }
+
+  set tool(tool: Tool | null) {
+    if (this.held !== tool) this.gestures.cancel();
+    this.held = tool;
+    this.gestures.showCursor();
+  }
+
+  get dragging(): boolean {
+    return this.gestures.dragging;
+  }
+
+  /** Take the drag under way back; true if there was one. */
+  cancelDrag(): boolean {
+    return this.gestures.cancel();
+  }
+
+  setItems(items: Item[], bounds: Bounds): void {
+    this.items = inOrder(items);
+    this.bounds = bounds;
+    if (!this.fitted) this.fit();
+    this.refresh();
+  }
+
+  /** Fit the world into the view anew with the next items: another world was opened. */
+  forgetView(): void {
+    this.fitted = false;
+  }
+
+  /** A group in metres, y up, above the items; made when it is first asked for. */
+  group(name: string): Konva.Group {
+    const there = this.world.findOne<Konva.Group>(`#${name}`);
+    if (there) return there;
+    const group = new Konva.Group({ id: name });
+    this.world.add(group);
+    return group;
+  }
+
+  /** So many pixels in metres. */
+  px(pixels: number): number {
+    return pixels / this.view.scale;
+  }
+
+  /** The step of the grid that is seen [m]. */
+  get step(): number {
+    return gridStep(this.view);
+  }
+
+  toWorld(screen: Point): Point {
+    return this.view.toWorld(screen);
+  }
+
+  panBy(dx: number, dy: number): void {
+    this.view.left += dx;
+    this.view.top += dy;
+    this.changed();
+  }
+
+  /** Zoom about a pixel, or about the middle. */
+  zoomAt(factor: number, screen: Point = [this.view.width / 2, this.view.height / 2]): void {
+    this.view.zoom(factor, screen);
+    this.changed();
+  }
+
+  /** Show all of the world, or all of these bounds [m]. */
+  fit(bounds: Bounds = this.bounds): void {
+    this.view.fit(bounds, this.rulers ? RULER + 22 : 16);
+    if (this.rulers) this.view.left += RULER / 2;
+    if (this.rulers) this.view.top += RULER / 2;
+    this.fitted = this.view.width > 20;
+    this.changed();
+  }
+
+  /** Bring a point of the world to the middle. */
+  follow(at: Point): void {
+    this.view.centre(at);
+    this.changed();
+  }
+
+  /** Keys that any plan knows: + and - zoom, 0 fits, arrows pan; true when it was one of them. */
+  key(event: KeyboardEvent): boolean {
+    if (event.ctrlKey || event.metaKey || event.altKey) return false;
+    const pan: Record<string, Point> = { ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60] };
+    const move = pan[event.key];
+    if (move) this.panBy(...move);
+    else if (event.key === "+" || event.key === "=") this.zoomAt(1.25);
+    else if (event.key === "-") this.zoomAt(0.8);
+    else if (event.key === "0") this.fit();
+    else return false;
+    event.preventDefault();
+    return true;
+  }
+
+  /** Where an item stands, when it is not where it says. */
+  standOf(item: Item): Stand | undefined {
+    return this.stands.get(keyOf(item.path)) ?? (item.name ? this.stands.get(item.name) : undefined);
+  }
+
+  /** What is drawn under a pixel, topmost first: within a few pixels of it. */
+  itemsAt(screen: Point, reach = 6): Item[] {
+    const at = this.view.toWorld(screen);
+    const far = this.px(reach);
+    const near = this.shown().filter((item) => this.reaches(item, at, far));
+    // What is inside counts before what is near; of equals what is drawn last.
+    return near.reverse().sort((a, b) => Number(this.reaches(b, at, 0)) - Number(this.reaches(a, at, 0)));
+  }
+
+  itemAt(screen: Point, reach = 6): Item | null {
+    return this.itemsAt(screen, reach)[0] ?? null;
+  }
+
+  /** Items that lie wholly within bounds [m]. */
+  itemsWithin(bounds: Bounds): Item[] {
+    return this.shown().filter((item) => {
+      const points = outlines(item, this.standOf(item)).flat();
+      if (points.length === 0) return item.at !== null && overlaps([...item.at, ...item.at], bounds);
+      const [x0, y0, x1, y1] = boundsOf(points);
+      return bounds[0] <= x0 && bounds[1] <= y0 && x1 <= bounds[2] && y1 <= bounds[3];
+    });
+  }
+
+  /** Draw all anew. */
+  refresh(): void {
+    this.under.batchDraw();
+    this.over.batchDraw();
+  }
+
+  /** Draw anew what is over the items, and what moves. */
+  drawOver(): void {
+    this.over.batchDraw();
+  }
+
+  private reaches(item: Item, at: Point, far: number): boolean {
+    const stand = this.standOf(item);
+    const shapes = outlines(item, stand);
+    const place = stand?.at ?? item.at;
+    if (shapes.length === 0) return place !== null && distance(place, at) <= Math.max(far, this.px(12));
+    return shapes.some((polygon) => distanceTo(at, polygon) <= far);
+  }
+
+  private shown(): Item[] {
+    return this.items.filter((item) => !this.hiddenKinds.has(item.kind));
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.host;
+    if (width === 0 || height === 0) return;
+    const middle = this.view.toWorld([this.view.width / 2, this.view.height / 2]);
+    Object.assign(this.view, { width, height });
+    this.stage.size({ width, height });
+    if (this.fitted) this.view.centre(middle);
+    else this.fit();
+    this.changed();
+  }
+
+  private recolor(): void {
+    this.palette = readPalette();
+    this.refresh();
+  }
+
+  private changed(): void {
+    const { left: x, top: y, scale } = this.view;
+    this.world.setAttrs({ x, y, scaleX: scale, scaleY: -scale });
+    this.refresh();
+    this.viewChanged.emit();
+  }
+
+  private paintUnder(context: CanvasRenderingContext2D): void {
+    drawGrid(context, this.view, this.palette);
+    this.paintItems(context, this.shown().filter((item) => !this.standOf(item)));
+  }
+
+  private paintOver(context: CanvasRenderingContext2D): void {
+    this.paintItems(context, this.shown().filter((item) => this.standOf(item)));
+    for (const paint of this.overlay) paint(context, this);
+    if (this.rulers) drawRulers(context, this.view, this.palette);
+  }
+
+  private paintItems(context: CanvasRenderingContext2D, items: Item[]): void {
+    const seen = this.view.bounds;
+    const near = items.filter((item) => this.isNear(item, seen));
+    for (const item of near) drawItem(context, item, this.view, this.palette, this.lookOf(item), this.standOf(item));
+    if (!this.labels) return;
+    const named = near.map((item) => {
+      const look = this.lookOf(item);
+      return { item, first: Boolean(look.selected || look.hovered), ...given(this.standOf(item)) };
+    });
+    drawLabels(context, named, this.view, this.palette);
+  }
+
+  private lookOf(item: Item): Look {
+    return this.looks.get(keyOf(item.path)) ?? {};
+  }
+
+  private isNear(item: Item, seen: Bounds): boolean {
+    const points = outlines(item, this.standOf(item)).flat();
+    return points.length === 0 || overlaps(boundsOf(points), seen);
+  }
+}
+
+function given(stand: Stand | undefined): { stand?: Stand } {
+  return stand ? { stand } : {};
+}
+
+/** A Konva shape that is painted with the browser's own context, in pixels of the page. */
+function shape(paint: Painter1): Konva.Shape {
+  return new Konva.Shape({
+    listening: false,
+    perfectDrawEnabled: false,
+    sceneFunc: (context) => {
+      const native = context._context as CanvasRenderingContext2D;
+      native.save();
+      paint(native);
+      native.restore();
+    },
+  });
+}
+
+type Painter1 = (context: CanvasRenderingContext2D) => void;

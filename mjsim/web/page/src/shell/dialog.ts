@@ -1,0 +1,55 @@
+/** Questions: a dialog over the page that keeps the keyboard until it is answered. */
+
+import { el, type Child } from "../dom";
+
+export interface Choice<T> {
+  text: string;
+  value: T;
+  kind?: "primary" | "danger";
+}
+
+/** Ask with a title, something to read or fill in, and buttons. Escape gives null. */
+export function ask<T>(title: string, body: Child[], choices: Choice<T>[]): Promise<T | null> {
+  return new Promise((resolve) => {
+    let given: T | null = null;
+    const buttons = choices.map(({ text, value, kind }) =>
+      el("button", { type: "submit", class: kind ?? "", onclick: () => (given = value) }, text),
+    );
+    const form = el("form", { method: "dialog" }, el("h2", { id: "dialog-title" }, title), ...body);
+    form.append(el("div", { class: "choices" }, ...buttons));
+    const dialog = el("dialog", { "aria-labelledby": "dialog-title" }, form);
+    dialog.addEventListener("close", () => {
+      dialog.remove();
+      resolve(given);
+    });
+    // Enter in a field gives the main answer.
+    form.addEventListener("submit", (event) => {
+      if (event.submitter === null) given = (choices.find((choice) => choice.kind === "primary") ?? choices[0])?.value ?? null;
+    });
+    document.body.append(dialog);
+    dialog.showModal();
+    (dialog.querySelector<HTMLElement>("[autofocus], input, [role=option]") ?? buttons.find((button) => button.className === "primary"))?.focus();
+  });
+}
+
+/** Ask with a dialog that closes itself: `make` gets how to give the answer. */
+export function askWith<T>(title: string, make: (answer: (value: T | null) => void) => Child[]): Promise<T | null> {
+  return new Promise((resolve) => {
+    let given: T | null = null;
+    const answer = (value: T | null): void => {
+      given = value;
+      dialog.close();
+    };
+    const close = el("button", { type: "button", class: "quiet square", "aria-label": "Close", onclick: () => answer(null) }, "✕");
+    const head = el("div", { class: "dialog-head" }, el("h2", { id: "dialog-title" }, title), close);
+    const dialog = el("dialog", { "aria-labelledby": "dialog-title" }, head, ...make(answer));
+    dialog.addEventListener("close", () => {
+      dialog.remove();
+      resolve(given);
+    });
+    dialog.addEventListener("click", (event) => event.target === dialog && answer(null));
+    document.body.append(dialog);
+    dialog.showModal();
+    (dialog.querySelector<HTMLElement>("[autofocus]") ?? close).focus();
+  });
+}

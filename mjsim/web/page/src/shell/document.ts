@@ -1,0 +1,203 @@
+/** The world that is open: its text with all texts it had before, what the server reads from it, and what is selected. */
+
+import { type Api, type Change, type Edited, type Item, type Opened, type Parsed, type Path } from "../api";
+import { debounced, Signal } from "../signal";
+
+const EMPTY: Parsed = { problems: [], items: [], bounds: [0, 0, 10, 8], name: "", run: {}, needs_trust: [] };
+/** Typing is read after so long a pause [ms]. */
+const PAUSE = 250;
+/** Letters typed within so long are one step of undo [ms]. */
+const STROKE = 1000;
+
+export type Origin = "open" | "type" | "edit" | "history";
+
+export class WorldDocument {
+  path: string | null = null;
+  text = "";
+  parsed: Parsed = EMPTY;
+  /** Those of the last text that could be read. */
+  items: Item[] = [];
+  stamp: string | null = null;
+  selection: Path[] = [];
+  /** Another world was opened. */
+  readonly opened = new Signal();
+  readonly textChanged = new Signal<Origin>();
+  readonly parsedChanged = new Signal();
+  readonly selectionChanged = new Signal();
+  /** Saved, or no longer as saved. */
+  readonly stateChanged = new Signal();
+  /** What a call to the server could not do. */
+  readonly failed = new Signal<unknown>();
+  private saved = "";
+  private steps: string[] = [""];
+  private step = 0;
+  private typedAt = 0;
+  private asked = 0;
+  private work: Promise<unknown> = Promise.resolve();
+  private readonly readSoon = debounced(() => void this.read(), PAUSE);
+
+  constructor(private readonly api: Api) {}
+
+  get isOpen(): boolean {
+    return this.path !== null;
+  }
+
+  get isChanged(): boolean {
+    return this.isOpen && this.text !== this.saved;
+  }
+
+  /** Whether it needs a name before it can be saved: new, or one that came with mjsim. */
+  get needsName(): boolean {
+    return this.path === null || this.path === "" || this.path.startsWith("shipped:") || this.isNew;
+  }
+
+  private isNew = false;
+
+  /** Take up a world as the server gave it. */
+  take(world: Opened, isNew = false): void {
+    this.path = world.path;
+    this.text = world.text;
+    this.stamp = world.stamp ?? null;
+    this.saved = world.text;
+    this.isNew = isNew;
+    [this.steps, this.step, this.typedAt] = [[world.text], 0, 0];
+    this.selection = [];
+    this.items = [];
+    this.asked++;
+    this.opened.emit();
+    this.textChanged.emit("open");
+    this.stateChanged.emit();
+    this.adopt(world);
+    this.selectionChanged.emit();
+  }
+
+  /** The person typed: read it after a pause. */
+  type(text: string): void {
+    if (text === this.text) return;
+    const now = Date.now();
+    const goesOn = now - this.typedAt < STROKE && this.step > 0;
+    this.typedAt = now;
+    this.push(text, goesOn);
+    this.textChanged.emit("type");
+    this.stateChanged.emit();
+    this.readSoon();
+  }
+
+  /** Change the text through the server, as one step of undo; done one after the other. False: it was refused. */
+  async change(changes: Change[]): Promise<boolean> {
+    if (changes.length === 0 || this.path === null) return false;
+    const done = this.work.then(() => this.changeNow(changes));
+    this.work = done;
+    return done;
+  }
+
+  private async changeNow(changes: Change[]): Promise<boolean> {
+    const { path, text } = this;
+    let edited: Edited;
+    try {
+      edited = await this.api.edit(path ?? "", text, changes);
+    } catch (error) {
+      this.failed.emit(error);
+      this.parsedChanged.emit(); // what was dragged goes back to where it is
+      return false;
+    }
+    if (this.text !== text || this.path !== path) return false;
+    this.asked++;
+    this.typedAt = 0;
+    this.push(edited.text, false);
+    this.textChanged.emit("edit");
+    this.stateChanged.emit();
+    this.adopt(edited);
+    return true;
+  }
+
+  get canUndo(): boolean {
+    return this.step > 0;
+  }
+
+  get canRedo(): boolean {
+    return this.step < this.steps.length - 1;
+  }
+
+  undo(): void {
+    if (this.canUndo) this.go(this.step - 1);
+  }
+
+  redo(): void {
+    if (this.canRedo) this.go(this.step + 1);
+  }
+
+  select(paths: Path[]): void {
+    const same = JSON.stringify(paths) === JSON.stringify(this.selection);
+    this.selection = paths;
+    if (!same) this.selectionChanged.emit();
+  }
+
+  itemAt(path: Path): Item | null {
+    const key = JSON.stringify(path);
+    return this.items.find((item) => JSON.stringify(item.path) === key) ?? null;
+  }
+
+  get selectedItems(): Item[] {
+    return this.selection.map((path) => this.itemAt(path)).filter((item) => item !== null);
+  }
+
+  /** It was saved: under this path, with this stamp. */
+  noteSaved(path: string, stamp: string, text: string): void {
+    Object.assign(this, { path, stamp, saved: text, isNew: false });
+    this.stateChanged.emit();
+  }
+
+  /** Wait until all edits asked for are in the text, and what was typed is read. */
+  async settled(): Promise<void> {
+    this.readSoon.now();
+    await this.work;
+    await this.reading;
+  }
+
+  private reading: Promise<void> = Promise.resolve();
+
+  /** Have the server read the text as it is now. */
+  read(): Promise<void> {
+    this.reading = this.readNow();
+    return this.reading;
+  }
+
+  private async readNow(): Promise<void> {
+    if (this.path === null) return;
+    const mine = ++this.asked;
+    try {
+      const parsed = await this.api.parse(this.path, this.text);
+      if (mine === this.asked) this.adopt(parsed);
+    } catch (error) {
+      this.failed.emit(error);
+    }
+  }
+
+  private push(text: string, inPlace: boolean): void {
+    this.text = text;
+    if (text === this.steps[this.step]) return;
+    this.steps.length = this.step + 1;
+    if (inPlace) this.steps[this.step] = text;
+    else this.step = this.steps.push(text) - 1;
+  }
+
+  private go(step: number): void {
+    this.step = step;
+    this.text = this.steps[step] ?? "";
+    this.typedAt = 0;
+    this.textChanged.emit("history");
+    this.stateChanged.emit();
+    void this.read();
+  }
+
+  private adopt(parsed: Parsed): void {
+    this.parsed = parsed;
+    if (parsed.items) this.items = parsed.items;
+    const kept = this.selection.filter((path) => this.itemAt(path) !== null);
+    const lost = kept.length !== this.selection.length;
+    this.selection = kept;
+    this.parsedChanged.emit();
+    if (lost) this.selectionChanged.emit();
+  }
+}

@@ -1,0 +1,174 @@
+/** Opening, making and saving worlds; a file that changed on disk is never overwritten without asking. */
+
+import { ApiError, type Opened } from "../api";
+import { el, type Child } from "../dom";
+import { ask, askWith } from "./dialog";
+import type { Studio } from "./view";
+
+type Wanted = { open: string } | { make: string | undefined };
+
+export class Files {
+  constructor(private readonly studio: Studio) {}
+
+  /** Let the person choose a world of the folder, or one that comes with mjsim. */
+  async ask(): Promise<void> {
+    await this.studio.refresh().catch((error) => this.studio.toasts.error(error));
+    const wanted = await askWith<Wanted>("Open a world", (answer) => this.worldList(answer));
+    if (wanted) await this.take(wanted);
+  }
+
+  /** Let the person choose what a new world begins with. */
+  async askNew(): Promise<void> {
+    const wanted = await askWith<Wanted>("New world", (answer) => [
+      el("p", { class: "hint" }, "Nothing is written to disk until you save."),
+      el("div", { class: "cards" }, ...this.templates(answer)),
+    ]);
+    if (wanted) await this.take(wanted);
+  }
+
+  async openPath(path: string): Promise<void> {
+    await this.load(() => this.studio.api.open(path), false);
+  }
+
+  async create(template?: string): Promise<void> {
+    await this.load(() => this.studio.api.create(template), true);
+  }
+
+  /** Save where it came from; a new one is asked for its name. */
+  async save(): Promise<void> {
+    const { document: world } = this.studio;
+    if (!world.isOpen) return;
+    await world.settled();
+    if (world.needsName) return this.saveAs();
+    await this.write(world.path ?? "", world.stamp, false);
+  }
+
+  async saveAs(): Promise<void> {
+    const { document: world } = this.studio;
+    await world.settled();
+    const field = el("input", { value: this.freshName(), spellcheck: false, required: true, "aria-label": "File" });
+    const note = el("p", { class: "hint" }, `In ${this.studio.folder.folder}`);
+    const answer = await ask("Save as", [note, field], [
+      { text: "Cancel", value: false },
+      { text: "Save", value: true, kind: "primary" },
+    ]);
+    const name = field.value.trim();
+    if (!answer || !name) return;
+    await this.write(/\.ya?ml$/.test(name) ? name : `${name}.yaml`, null, false);
+  }
+
+  private async take(wanted: Wanted): Promise<void> {
+    if ("open" in wanted) await this.openPath(wanted.open);
+    else await this.create(wanted.make);
+  }
+
+  private async load(get: () => Promise<Opened>, isNew: boolean): Promise<void> {
+    if (!(await this.mayLeave())) return;
+    try {
+      this.studio.document.take(await get(), isNew);
+      this.studio.show("edit");
+    } catch (error) {
+      this.studio.toasts.error(error);
+    }
+  }
+
+  /** Ask before changes would be lost. */
+  private async mayLeave(): Promise<boolean> {
+    const { document: world } = this.studio;
+    if (!world.isChanged) return true;
+    const text = `What you changed in ${world.path || "the new world"} is not saved.`;
+    const answer = await ask<"save" | "drop">("Save first?", [el("p", {}, text)], [
+      { text: "Drop the changes", value: "drop", kind: "danger" },
+      { text: "Save", value: "save", kind: "primary" },
+    ]);
+    if (answer === "save") await this.save();
+    return answer === "drop" || (answer === "save" && !world.isChanged);
+  }
+
+  private async write(path: string, stamp: string | null, overwrite: boolean): Promise<void> {
+    const { document: world, toasts, api } = this.studio;
+    const { text } = world;
+    try {
+      const saved = await api.save(path, text, stamp, overwrite);
+      const moved = path !== world.path;
+      world.noteSaved(path, saved.stamp, text);
+      toasts.done(`Saved ${path}`);
+      await this.studio.refresh();
+      if (moved) await world.read(); // what stands beside the file is looked for from its new place
+    } catch (error) {
+      if (error instanceof ApiError && error.status === 409 && !overwrite) await this.conflict(path, error);
+      else toasts.error(error);
+    }
+  }
+
+  /** The file is not as it was when it was read: whose text shall stand? */
+  private async conflict(path: string, error: ApiError): Promise<void> {
+    const body = [
+      el("p", {}, error.message),
+      el("p", { class: "hint" }, "Your text is kept here until you decide; nothing was written."),
+    ];
+    const same = path === this.studio.document.path;
+    const answer = await ask<"mine" | "theirs" | "name">(`${path} is not as it was read`, body, [
+      { text: "Overwrite it", value: "mine", kind: "danger" },
+      ...(same ? [{ text: "Load the one on disk", value: "theirs" as const }] : []),
+      { text: "Save under another name", value: "name", kind: "primary" },
+    ]);
+    if (answer === "mine") {
+      const stamp = typeof error.data["stamp"] === "string" ? error.data["stamp"] : null;
+      await this.write(path, stamp, true);
+    } else if (answer === "theirs") await this.reload(path);
+    else if (answer === "name") await this.saveAs();
+  }
+
+  private async reload(path: string): Promise<void> {
+    try {
+      this.studio.document.take(await this.studio.api.open(path));
+    } catch (error) {
+      this.studio.toasts.error(error);
+    }
+  }
+
+  private freshName(): string {
+    const { document: world, folder } = this.studio;
+    const base = (world.path || world.parsed.name || "world").replace(/^shipped:/, "").replace(/\.ya?ml$/, "");
+    const names = [base, ...Array.from({ length: 99 }, (_, index) => `${base}-${index + 2}`)];
+    return `${names.find((name) => !folder.worlds.includes(`${name}.yaml`)) ?? base}.yaml`;
+  }
+
+  private worldList(answer: (wanted: Wanted) => void): Child[] {
+    const { folder } = this.studio;
+    const cards = (worlds: string[], prefix: string): HTMLElement[] =>
+      worlds.map((world) =>
+        el("button", { class: "card", onclick: () => answer({ open: prefix + world }) }, el("b", {}, world)),
+      );
+    const own = folder.worlds.length
+      ? el("div", { class: "cards" }, ...cards(folder.worlds, ""))
+      : el("p", { class: "hint" }, "No world file in this folder yet: begin with one below, or make a new one.");
+    const search = el("input", { type: "search", class: "search", placeholder: "Find a world", "aria-label": "Find a world", autofocus: true });
+    const rest = el(
+      "div",
+      {},
+      el("p", { class: "list-title" }, folder.folder),
+      own,
+      el("p", { class: "list-title" }, "Come with mjsim (saved under a name of your own)"),
+      el("div", { class: "cards" }, ...cards(folder.shipped.worlds, "shipped:")),
+      el("p", { class: "list-title" }, "New"),
+      el("div", { class: "cards" }, ...this.templates(answer)),
+    );
+    search.addEventListener("input", () => filter(rest, search.value));
+    return [search, rest];
+  }
+
+  private templates(answer: (wanted: Wanted) => void): HTMLElement[] {
+    const empty = el("button", { class: "card", autofocus: true, onclick: () => answer({ make: undefined }) }, el("b", {}, "Empty room"));
+    const names = this.studio.folder.shipped.templates;
+    const others = names.map((name) => el("button", { class: "card", onclick: () => answer({ make: name }) }, el("b", {}, name)));
+    return [empty, ...others];
+  }
+}
+
+function filter(list: HTMLElement, words: string): void {
+  for (const card of list.querySelectorAll<HTMLElement>(".card")) {
+    card.hidden = !(card.textContent ?? "").toLowerCase().includes(words.trim().toLowerCase());
+  }
+}

@@ -1,0 +1,29 @@
+/** All keys of the studio on one sheet. */
+
+import { el } from "../dom";
+import { askWith } from "./dialog";
+
+const KEYS: [string, string][] = [
+  ["Alt 1 / 2 / 3", "Edit, Run, Review"],
+  ["Ctrl S, Ctrl Shift S", "save, save under another name"],
+  ["Ctrl O", "open a world"],
+  ["Ctrl Z, Ctrl Shift Z", "undo, redo: back to the first letter"],
+  ["V  H", "select, move the paper (or hold Space)"],
+  ["W  D  N", "draw a wall, put in a doorway, a window"],
+  ["B  C  P  R", "put in a box, a cylinder, a picture, a robot"],
+  ["Enter, Esc", "end the wall, give it up"],
+  ["Tab, Shift Tab", "next, previous thing on the plan"],
+  ["Arrows", "move what is selected by a step of the grid; with Shift by 1 cm; else the paper or the cross of a tool"],
+  ["[  ]", "turn by 15°; with Shift by 1°"],
+  ["Ctrl D, Delete", "duplicate, delete"],
+  ["Ctrl C, Ctrl X, Ctrl V, Ctrl A", "copy, cut, paste, select all"],
+  ["+  −  0", "zoom in, zoom out, show all"],
+  ["Alt while dragging", "do not snap"],
+  ["T", "show or hide the text"],
+];
+
+export async function askHelp(): Promise<void> {
+  await askWith<void>("Keys", () => [
+    el("div", { class: "keys" }, ...KEYS.flatMap(([keys, what]) => [el("kbd", {}, keys), el("span", {}, what)])),
+  ]);
+}

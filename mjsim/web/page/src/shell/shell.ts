@@ -1,0 +1,180 @@
+/** The frame of the page: tabs, the world's name, open and save, the switch of colours, and the keys for them. */
+
+import { api, type Folder } from "../api";
+import { el, fill, icon, isCommand, isTyping } from "../dom";
+import { makeEditView } from "../edit/edit";
+import { makeReviewView } from "../review/index";
+import { makeRunView } from "../run/index";
+import { WorldDocument } from "./document";
+import { Files } from "./files";
+import { askHelp } from "./help";
+import { ICONS } from "./icons";
+import { switchTheme, theme, themeChanged } from "./theme";
+import { Toasts } from "./toasts";
+import { askTrust } from "./trust";
+import type { Studio, View, ViewName } from "./view";
+
+const MAKERS: Record<ViewName, (studio: Studio) => View> = {
+  edit: makeEditView,
+  run: makeRunView,
+  review: makeReviewView,
+};
+const TITLES: Record<ViewName, string> = { edit: "Edit", run: "Run", review: "Review" };
+const NAMES = Object.keys(TITLES) as ViewName[];
+
+export class Shell implements Studio {
+  readonly api = api;
+  readonly document = new WorldDocument(api);
+  readonly toasts = new Toasts();
+  recording: string | null = null;
+  private readonly files = new Files(this);
+  private readonly views = new Map<ViewName, View>();
+  private readonly place = el("main", { class: "views" });
+  private readonly tabs = new Map<ViewName, HTMLButtonElement>();
+  private readonly name = el("span", { class: "name" });
+  private readonly changed = el("span", { class: "dot", title: "Not saved yet", role: "img", "aria-label": "Not saved yet" }, "•");
+  private readonly save = tool("save", "Save (Ctrl+S)", () => void this.files.save());
+  private readonly undo = tool("undo", "Undo (Ctrl+Z)", () => this.document.undo());
+  private readonly redo = tool("redo", "Redo (Ctrl+Shift+Z)", () => this.document.redo());
+  private now: ViewName | null = null;
+
+  constructor(
+    root: HTMLElement,
+    public folder: Folder,
+  ) {
+    const live = folder.mode === "live";
+    fill(root, this.bar(live), this.place, this.toasts.element);
+    root.removeAttribute("aria-busy");
+    const note = (): void => this.note();
+    this.document.stateChanged.on(note);
+    this.document.opened.on(note);
+    this.document.failed.on((error) => this.toasts.error(error));
+    window.addEventListener("keydown", (event) => this.key(event));
+    window.addEventListener("beforeunload", (event) => this.document.isChanged && event.preventDefault());
+    this.note();
+    this.show(live ? "run" : (NAMES.find((name) => `#${name}` === location.hash) ?? "edit"));
+    if (!live && folder.world) void this.files.openPath(folder.world);
+  }
+
+  show(name: ViewName, recording?: string): void {
+    if (recording !== undefined) this.recording = recording;
+    if (this.folder.mode === "live" && name !== "run") return;
+    const again = this.now === name;
+    if (this.now && !again) this.views.get(this.now)?.hidden();
+    let view = this.views.get(name);
+    if (!view) {
+      view = MAKERS[name](this);
+      view.element.id = `view-${name}`;
+      this.views.set(name, view);
+    }
+    for (const [other, tab] of this.tabs) {
+      tab.setAttribute("aria-selected", String(other === name));
+      tab.tabIndex = other === name ? 0 : -1;
+    }
+    this.now = name;
+    this.place.replaceChildren(view.element);
+    history.replaceState(null, "", `#${name}`);
+    if (!again || recording !== undefined) view.shown();
+  }
+
+  async refresh(): Promise<void> {
+    this.folder = await api.folder();
+  }
+
+  askTrust(): Promise<boolean> {
+    return askTrust(this);
+  }
+
+  private bar(live: boolean): HTMLElement {
+    const light = tool("sun", "Light or dark", switchTheme);
+    const paint = (): void => {
+      fill(light, icon(theme() === "dark" ? ICONS.sun : ICONS.moon));
+      light.title = theme() === "dark" ? "Light colours" : "Dark colours";
+      light.setAttribute("aria-label", light.title);
+    };
+    themeChanged.on(paint);
+    paint();
+    const help = tool("help", "Keys (?)", () => void askHelp());
+    const world = el("button", { class: "quiet world", title: "Open a world (Ctrl+O)", onclick: () => void this.files.ask() });
+    world.append(this.name, this.changed, icon(ICONS.down));
+    return el(
+      "header",
+      { class: "bar" },
+      el("span", { class: "brand" }, "mjsim"),
+      ...(live ? [] : [world, tool("new", "New world", () => void this.files.askNew()), this.save]),
+      ...(live ? [] : [el("span", { class: "divider" }), this.undo, this.redo]),
+      el("span", { class: "space" }),
+      live ? null : this.tabList(),
+      el("span", { class: "space" }),
+      help,
+      light,
+    );
+  }
+
+  private tabList(): HTMLElement {
+    const list = el("div", { class: "tabs", role: "tablist", "aria-label": "Views" });
+    NAMES.forEach((name, index) => {
+      const title = `${TITLES[name]} (Alt+${index + 1})`;
+      const tab = el("button", { role: "tab", title, "aria-controls": `view-${name}`, onclick: () => this.show(name) }, TITLES[name]);
+      tab.addEventListener("keydown", (event) => this.tabKey(event, index));
+      this.tabs.set(name, tab);
+      list.append(tab);
+    });
+    return list;
+  }
+
+  /** Arrows go through the tabs, as everywhere. */
+  private tabKey(event: KeyboardEvent, index: number): void {
+    const step = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
+    const next = NAMES[(index + step + NAMES.length) % NAMES.length];
+    if (step === 0 || !next) return;
+    event.stopPropagation();
+    this.show(next);
+    this.tabs.get(next)?.focus();
+  }
+
+  private note(): void {
+    const { document: world } = this;
+    const called = world.path ? world.path.replace(/^shipped:/, "") : "New world";
+    this.name.textContent = world.isOpen ? called : "Open a world";
+    this.changed.hidden = !world.isChanged;
+    this.save.disabled = !world.isOpen;
+    this.undo.disabled = !world.canUndo;
+    this.redo.disabled = !world.canRedo;
+    document.title = world.isOpen ? `${world.isChanged ? "• " : ""}${called} – mjsim studio` : "mjsim studio";
+  }
+
+  private key(event: KeyboardEvent): void {
+    if (document.querySelector("dialog[open]")) return;
+    if (this.globalKey(event)) return event.preventDefault();
+    const isText = isTyping(event.target);
+    if (!isText && !event.defaultPrevented && this.now && this.views.get(this.now)?.key?.(event)) event.preventDefault();
+  }
+
+  private globalKey(event: KeyboardEvent): boolean {
+    const live = this.folder.mode === "live";
+    if (event.altKey && !isCommand(event) && /^Digit[123]$/.test(event.code) && !live) {
+      this.show(NAMES[Number(event.code.slice(5)) - 1] ?? "edit");
+      return true;
+    }
+    if (event.key === "?" && !isTyping(event.target)) return void askHelp(), true;
+    if (!isCommand(event) || event.altKey || live) return false;
+    return this.commandKey(event);
+  }
+
+  private commandKey(event: KeyboardEvent): boolean {
+    const key = event.key.toLowerCase();
+    // A field of the panel has its own undo until it is left.
+    const inField = event.target instanceof HTMLInputElement;
+    if (key === "s") void (event.shiftKey ? this.files.saveAs() : this.files.save());
+    else if (key === "o") void this.files.ask();
+    else if (key === "z" && !inField) event.shiftKey ? this.document.redo() : this.document.undo();
+    else if (key === "y" && !inField) this.document.redo();
+    else return false;
+    return true;
+  }
+}
+
+function tool(name: keyof typeof ICONS, title: string, onclick: () => void): HTMLButtonElement {
+  return el("button", { class: "quiet square", title, "aria-label": title, onclick }, icon(ICONS[name]));
+}

@@ -1,0 +1,35 @@
+/** What the three views have in common, and what the shell gives to each of them. */
+
+import type { Api, Folder } from "../api";
+import type { WorldDocument } from "./document";
+import type { Toasts } from "./toasts";
+
+export type ViewName = "edit" | "run" | "review";
+
+/** One of the tabs. It is made once, when it is first shown. */
+export interface View {
+  readonly element: HTMLElement;
+  /** It has come on the screen: measure, begin to draw. */
+  shown(): void;
+  /** Another has taken its place: stop drawing. */
+  hidden(): void;
+  /** A key that nobody was typing; true when it was for this view. */
+  key?(event: KeyboardEvent): boolean;
+}
+
+export interface Studio {
+  readonly api: Api;
+  /** What the folder held when the studio was opened or last asked. */
+  folder: Folder;
+  /** The world that is open: its path and text, saved or not. */
+  readonly document: WorldDocument;
+  readonly toasts: Toasts;
+  /** Show a tab; Review may be told which recording to open. */
+  show(view: ViewName, recording?: string): void;
+  /** The recording that Review was last told to open. */
+  recording: string | null;
+  /** Ask for the folder's files again. */
+  refresh(): Promise<void>;
+  /** Let the person allow the world's own code, once; false: they would rather not. */
+  askTrust(): Promise<boolean>;
+}

@@ -1,0 +1,49 @@
+/** Telling others: who wants to know subscribes, and gets back how to stop. */
+export class Signal<T = void> {
+  private readonly listeners = new Set<(value: T) => void>();
+
+  on(listener: (value: T) => void): () => void {
+    this.listeners.add(listener);
+    return () => this.listeners.delete(listener);
+  }
+
+  emit(value: T): void {
+    for (const listener of [...this.listeners]) listener(value);
+  }
+}
+
+/** Call once things have been quiet for so long [ms]; `now` calls at once when a call is due. */
+export function debounced(work: () => void, quiet: number): { (): void; now(): void } {
+  let timer: number | undefined;
+  const run = (): void => {
+    timer = undefined;
+    work();
+  };
+  const call = (): void => {
+    window.clearTimeout(timer);
+    timer = window.setTimeout(run, quiet);
+  };
+  call.now = (): void => {
+    if (timer === undefined) return;
+    window.clearTimeout(timer);
+    run();
+  };
+  return call;
+}
+
+/** Do one piece of work at a time; of those asked for meanwhile only the newest is done. */
+export function newestWins<T>(work: (wanted: T) => Promise<void>): (wanted: T) => void {
+  let busy = false;
+  let next: { wanted: T } | null = null;
+  return async (wanted: T): Promise<void> => {
+    next = { wanted };
+    if (busy) return;
+    busy = true;
+    while (next) {
+      const { wanted: now }: { wanted: T } = next;
+      next = null;
+      await work(now);
+    }
+    busy = false;
+  };
+}
