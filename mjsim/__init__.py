@@ -63,13 +63,16 @@ if TYPE_CHECKING:
     from mjsim.record import Recording, Tick, read_recording
     from mjsim.report import compare, statistics
     from mjsim.run.replay import replay
+    from mjsim.session import Session, Watcher
     from mjsim.sim import Simulation
 
 # What needs MuJoCo or reads files is brought in when it is first asked for, so that `import mjsim` stays quick.
 _LATER = {
     "Recording": "mjsim.record",
+    "Session": "mjsim.session",
     "Simulation": "mjsim.sim",
     "Tick": "mjsim.record",
+    "Watcher": "mjsim.session",
     "compare": "mjsim.report",
     "compile_world": "mjsim.compile",
     "import_mrclam": "mjsim.logs",
@@ -114,11 +117,13 @@ __all__ = [
     "RobotInfo",
     "Scan",
     "SensorInfo",
+    "Session",
     "Sighting",
     "Simulation",
     "TakesMap",
     "Tick",
     "UsageError",
+    "Watcher",
     "WheelCommand",
     "World",
     "WorldError",

@@ -15,6 +15,7 @@ RECORD = VALUES | {"record"}
 SIM = COMPILE | {"sim"}
 RUN = SIM | {"record", "safety", "run"}
 VIDEO = RECORD | {"compile", "sim", "video"}
+SESSION = RUN | {"session"}
 REPORT = WORLD | {"record", "report"}
 SWEEP = RUN | REPORT | {"sweep"}
 MAY_IMPORT = {
@@ -30,6 +31,7 @@ MAY_IMPORT = {
     "sim": SIM,
     "safety": {"interface", "geometry", "safety"},
     "run": RUN,
+    "session": SESSION,
     "env": RUN | {"env"},
     "report": REPORT,
     # A log is told in ticks to a pilot, and stands in the world that the simulation would have.

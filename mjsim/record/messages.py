@@ -35,7 +35,7 @@ Message = dict[str, Any]
 _WORLD_EVENT: TypeAdapter[WorldEvent] = TypeAdapter(WorldEvent)
 
 _ENCODER = json.JSONEncoder(separators=(",", ":"), allow_nan=False, check_circular=False)
-_LEVELS = {"blocked": 2, "bump": 3, "fault": 4}
+_LEVELS = {"changed": 2, "blocked": 2, "bump": 3, "fault": 4}
 """Information, warning and error, as Foxglove counts them."""
 
 

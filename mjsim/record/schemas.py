@@ -193,7 +193,7 @@ EVENT = _topic(
         "name": _text("Of the robot"),
         "file": _text("Empty"),
         "line": {"type": "integer", "description": "0"},
-        "kind": _text("bump, blocked or fault"),
+        "kind": _text("bump, blocked, fault or changed"),
         "bearing": _number("Where it was touched, left positive [rad]; left out otherwise"),
     },
 )

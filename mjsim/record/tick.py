@@ -16,8 +16,9 @@ class Event:
 
     time: float
     """[s]"""
-    kind: Literal["bump", "blocked", "fault"]
-    """bump: it touched something; blocked: a command was not let through; fault: a module failed."""
+    kind: Literal["bump", "blocked", "fault", "changed"]
+    """bump: it touched something; blocked: a command was not let through; fault: a module failed; changed: somebody
+    changed how far it errs."""
     text: str
     """For people."""
     bearing: float | None = None

@@ -14,17 +14,22 @@ from threadpoolctl import threadpool_limits
 
 from mjsim.errors import ModuleFault, UsageError, did_you_mean
 from mjsim.record.tick import Event, Tick
-from mjsim.run.pilot import Driver, Pilot
+from mjsim.run.pilot import Driver, Pilot, Steer
 from mjsim.world import World
 from mjsim.world.use import make_module
 
 if TYPE_CHECKING:
-    from mjsim.record import Recording
+    from mjsim.record import Recorder, Recording
     from mjsim.sim import Simulation
 
 
-def ticks(sim: "Simulation", drivers: Mapping[str, Driver]) -> Iterator[Tick]:
+def ticks(sim: "Simulation", drivers: Mapping[str, Driver], *, steer: Steer | None = None) -> Iterator[Tick]:
     """Yield one Tick per period, for as long as the caller asks for more.
+
+    Args:
+        sim: Where the robots are.
+        drivers: The modules of each robot that is driven.
+        steer: Asked for each of them at each tick; a command that it returns takes the place of the navigator's.
 
     Raises:
         UsageError: A driver is for a robot that is not there.
@@ -35,7 +40,7 @@ def ticks(sim: "Simulation", drivers: Mapping[str, Driver]) -> Iterator[Tick]:
         if name not in sim.robots:
             raise UsageError(f"no robot '{name}' in this world{did_you_mean(name, sim.robots)}")
     pilots = {
-        name: Pilot(driver, sim.robots[name], dict(sim.catalogue), sim.map, seed=sim.seed)
+        name: Pilot(driver, sim.robots[name], dict(sim.catalogue), sim.map, seed=sim.seed, steer=steer)
         for name, driver in drivers.items()
     }
     physics = 0.0
@@ -117,31 +122,53 @@ def run(
         UsageError: It would have no tick, or the file cannot be written.
         MjsimError: As `ticks`; what was recorded until then stays readable in `record`.
     """
-    from mjsim.record import Recorder, read_recording
+    from mjsim.record import read_recording
 
     if drivers is None:
         drivers = drivers_of(sim.world)
-    seconds = sim.world.run.seconds if seconds is None else seconds
-    count = round(seconds / sim.dt)
-    if count < 1:
-        raise UsageError(f"seconds is {seconds:g}; a run has at least one tick of {sim.dt:g} s")
+    count = tick_count(sim, seconds)
     folder = None
     if record is None:
         folder = tempfile.mkdtemp(prefix="mjsim-")
         record = Path(folder) / "run.mcap"
-    metadata = {"command": " ".join(sys.argv), "seconds": str(count * sim.dt), "modules": _modules_text(drivers)}
-    # One BLAS thread: small matrices are several times faster, and the same on every machine.
-    with (
-        threadpool_limits(1, user_api="blas"),
-        Recorder(
-            record, world=sim.world, seed=sim.seed, robots=sim.robots, metadata=metadata, pictures=pictures
-        ) as recorder,
-    ):
+    with one_blas_thread(), recorder_of(sim, drivers, count, record, pictures=pictures) as recorder:
         _consume(sim, drivers, count, recorder.write, recorder.event, watch, realtime)
     recording = read_recording(record)
     if folder is not None:
         weakref.finalize(recording, shutil.rmtree, folder, ignore_errors=True)
     return recording
+
+
+def tick_count(sim: "Simulation", seconds: float | None) -> int:
+    """Return how many ticks a run of so many seconds has, as long as the world says unless given.
+
+    Raises:
+        UsageError: It would have none.
+    """
+    seconds = sim.world.run.seconds if seconds is None else seconds
+    count = round(seconds / sim.dt)
+    if count < 1:
+        raise UsageError(f"seconds is {seconds:g}; a run has at least one tick of {sim.dt:g} s")
+    return count
+
+
+def one_blas_thread() -> threadpool_limits:
+    """Return what keeps BLAS to one thread: small matrices are several times faster, and the same on every machine."""
+    return threadpool_limits(1, user_api="blas")
+
+
+def recorder_of(
+    sim: "Simulation", drivers: Mapping[str, Driver], count: int, path: str | Path, *, pictures: bool = True
+) -> "Recorder":
+    """Return what records a run of so many ticks.
+
+    Raises:
+        RecordingError: The file cannot be written.
+    """
+    from mjsim.record import Recorder
+
+    metadata = {"command": " ".join(sys.argv), "seconds": str(count * sim.dt), "modules": _modules_text(drivers)}
+    return Recorder(path, world=sim.world, seed=sim.seed, robots=sim.robots, metadata=metadata, pictures=pictures)
 
 
 def _modules_text(drivers: Mapping[str, Driver]) -> str:

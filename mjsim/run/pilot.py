@@ -30,6 +30,8 @@ from mjsim.run.checks import checked_command, checked_estimate, checked_sighting
 from mjsim.safety import RingAvoidance, react_to_bump
 
 T = TypeVar("T")
+Steer = Callable[[str, float], Command | None]
+"""Robot and simulated time [s] -> the command that takes the place of its navigator's; None to let that one decide."""
 
 BUMP_ENDS_AFTER = 0.5
 """A bump begins at contact and ends after this long without [s]."""
@@ -89,9 +91,17 @@ class Pilot:
     """One robot's driver during a run: it holds what changes from tick to tick."""
 
     def __init__(
-        self, driver: Driver, robot: RobotInfo, catalogue: dict[str, BeaconInfo], map: WorldMap | None, *, seed: int
+        self,
+        driver: Driver,
+        robot: RobotInfo,
+        catalogue: dict[str, BeaconInfo],
+        map: WorldMap | None,
+        *,
+        seed: int,
+        steer: Steer | None = None,
     ) -> None:
         self._driver = driver
+        self._steer = steer
         self._robot = robot
         self._dead_reckoning = DeadReckoning(robot)
         self._touched = -np.inf
@@ -131,7 +141,9 @@ class Pilot:
     def order(self, noticed: Noticed) -> Order:
         """Let the navigator decide on what was noticed; then let safety have the last word."""
         seen, belief = noticed.seen, noticed.belief
-        wanted = self._navigate(seen, belief)
+        # The navigator is asked all the same, so that it knows where it is when it drives again.
+        navigated = self._navigate(seen, belief)
+        wanted = self._steered(seen.time) or navigated
         command = wanted
         if self._avoidance is not None and isinstance(wanted, Command):
             command = self._ask("avoidance", self._avoidance, seen.time, self._avoidance.adjust, wanted, seen)
@@ -171,6 +183,10 @@ class Pilot:
             return Command()
         command = self._ask("navigator", navigator, seen.time, navigator.command, seen, belief)
         return self._check("navigator", navigator, seen.time, checked_command, command, self._robot)
+
+    def _steered(self, now: float) -> Command | None:
+        """Return what somebody who took over wants, None when nobody has."""
+        return self._steer(self._robot.name, now) if self._steer is not None else None
 
     def _bump(self, seen: Observation) -> tuple[Event, ...]:
         """Return the bump that begins now, if one does."""

@@ -55,7 +55,7 @@ class BeaconSensor:
             beacons: All of the world.
             streams: Sources of chance of this sensor; each option draws from one of its own.
         """
-        self._sensor, self._model, self._data = sensor, model, data
+        self._model, self._data, self._streams = model, data, streams
         self._names = [beacon.name for beacon in beacons]
         self._geoms = np.array([model.geom(f"beacon/{name}").id for name in self._names], dtype=int)
         self._all_round = np.array([beacon.image is None and beacon.marker is None for beacon in beacons], dtype=bool)
@@ -66,9 +66,14 @@ class BeaconSensor:
         self._nearest, self._farthest = sensor.range
         self._half_fov = math.radians(sensor.fov_deg) / 2
         self._rays = Rays(model, data, robot, most=len(beacons))
+        self._errors = streams("errors")
+        self.retune(sensor)
+
+    def retune(self, sensor: models.BeaconSensor) -> None:
+        """Err as said from now on; chance goes on where it was."""
+        self._sensor, streams = sensor, self._streams
         self._sigma = np.array([sensor.noise.range, math.radians(sensor.noise.bearing_deg)])
         self._sheet = np.maximum(self._sigma, (FINEST_RANGE, FINEST_BEARING))
-        self._errors = streams("errors")
         self._missed = streams("missed") if sensor.missed else None
         self._outliers = streams("outliers") if sensor.outliers else None
         self._false = _FalseSightings(sensor, streams("false")) if sensor.false_rate else None

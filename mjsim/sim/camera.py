@@ -55,7 +55,7 @@ class OnboardCamera:
             UsageError: The camera's rate does not divide the loop's.
         """
         self.name = camera.camera
-        self._model, self._camera = model, camera
+        self._model = model
         self._index = model.camera(f"{robot.name}/{camera.camera}").id
         self.intrinsics = intrinsics_of(camera)
         self.robot_from_camera = robot_from_camera(camera)
@@ -67,13 +67,18 @@ class OnboardCamera:
         streams = streams_of(seed, robot.name, self.name)
         self.chances = streams("pixels"), streams("depth")
         """All that a picture draws from."""
-        self._noise = PixelNoise(camera.noise, self.chances[0]) if camera.noise else None
-        self._depth = depth_of(camera)
-        self._far = self.chances[1] if self._depth is not None and self._depth.noise else None
+        self.retune(camera)
         self._shutter = Shutter(model, robot.name, camera, focal=self.intrinsics.fx)
         self._names: tuple[str, ...] = ()
         if camera.segmentation:
             self._instances, self._names = instances_of(model)
+
+    def retune(self, camera: Camera) -> None:
+        """Err as far as said from now on; chance goes on where it was."""
+        self._camera = camera
+        self._noise = PixelNoise(camera.noise, self.chances[0]) if camera.noise else None
+        self._depth = depth_of(camera)
+        self._far = self.chances[1] if self._depth is not None and self._depth.noise else None
 
     def due(self, tick: int) -> bool:
         """Say whether the camera takes a picture at a tick, counted from 0."""

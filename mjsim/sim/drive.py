@@ -24,6 +24,9 @@ class Drive(Protocol):
     def advance(self) -> Sequence[float]:
         """Return what the servos are told to reach in the next tick: wheels [rad/s], then steering [rad]."""
 
+    def retune(self, noise: models.DriveNoise) -> None:
+        """Err as far as said from now on."""
+
 
 class TwistDrive:
     """A drive without steering: it follows commands within its limits, with noise on the twist.
@@ -51,7 +54,8 @@ class TwistDrive:
         self._kinematics = kinematics
         self._limits = drive.max_speed, max_left, math.radians(drive.max_turn_deg)
         self._changes = drive.max_acceleration * dt, math.radians(drive.max_turn_acceleration_deg) * dt
-        self._noise = drive.noise.speed / math.sqrt(dt), drive.noise.turn / math.sqrt(dt)
+        self._root = math.sqrt(dt)
+        self.retune(drive.noise)
         # What lag the servos of a user's own robot have is not known here.
         lag = RESPONSE if isinstance(drive, models.DifferentialDrive) else LAG
         self._reach = 1.0 if isinstance(drive, models.UserDrive) else _reach(dt, lag)
@@ -66,6 +70,10 @@ class TwistDrive:
         else:
             twist = command.forward, command.left, command.turn
         self._target = _scaled(twist, self._limits)
+
+    def retune(self, noise: models.DriveNoise) -> None:
+        """Err as far as said from now on."""
+        self._noise = noise.speed / self._root, noise.turn / self._root
 
     def advance(self) -> Sequence[float]:
         """Return the speeds of the wheels to reach in the next tick [rad/s]."""
@@ -101,7 +109,8 @@ class CarDrive:
         self._limits = drive.max_speed, 0.0, math.radians(drive.max_turn_deg)
         self._most = math.radians(drive.max_steer_deg)
         self._changes = drive.max_acceleration * dt, math.radians(drive.max_steer_rate_deg) * dt
-        self._noise = drive.noise.speed / math.sqrt(dt), drive.noise.turn / math.sqrt(dt)
+        self._root = math.sqrt(dt)
+        self.retune(drive.noise)
         self._reach = _reach(dt, LAG)
         self._stream = stream
         self._target = self._state = 0.0, 0.0
@@ -117,6 +126,10 @@ class CarDrive:
             self._target = 0.0, self._target[1]
         else:
             self._target = speed, self._steer(turn / speed)
+
+    def retune(self, noise: models.DriveNoise) -> None:
+        """Err as far as said from now on."""
+        self._noise = noise.speed / self._root, noise.turn / self._root
 
     def advance(self) -> Sequence[float]:
         """Return the speeds of the driven wheels [rad/s], then the angles of the steered ones [rad]."""
@@ -151,7 +164,8 @@ class TricycleDrive:
         self._limits = drive.max_speed, 0.0, math.radians(drive.max_turn_deg)
         self._most = math.radians(drive.max_steer_deg)
         self._changes = drive.max_acceleration * dt, math.radians(drive.max_steer_rate_deg) * dt
-        self._noise = drive.noise.speed / math.sqrt(dt), drive.noise.turn / math.sqrt(dt)
+        self._root = math.sqrt(dt)
+        self.retune(drive.noise)
         self._reach = _reach(dt, LAG)
         self._stream = stream
         self._target = self._state = 0.0, 0.0
@@ -172,6 +186,10 @@ class TricycleDrive:
             self._target = forward / math.cos(steer), steer
         else:
             self._target = rim, steer
+
+    def retune(self, noise: models.DriveNoise) -> None:
+        """Err as far as said from now on."""
+        self._noise = noise.speed / self._root, noise.turn / self._root
 
     def advance(self) -> Sequence[float]:
         """Return the speed of the driven wheel [rad/s] and its angle [rad]."""

@@ -34,15 +34,20 @@ class Imu:
             streams: Sources of chance of this sensor.
             gravity: World frame, shape (3,) [m/s^2].
         """
-        self._imu, self._gravity = imu, gravity
+        self._gravity = gravity
         self._robot_from_sensor = robot_from_sensor(imu.at, yaw_deg=imu.yaw_deg, pitch_deg=imu.pitch_deg)
         self._steps = round(1.0 / (imu.rate_hz * PHYSICS_STEP))
         self._period = self._steps * PHYSICS_STEP
         self._limit = np.repeat([imu.range.acceleration, imu.range.turn], 3)
-        self._noise, self._walk = (np.repeat([each.acceleration, each.turn], 3) for each in (imu.noise, imu.walk))
+        self.retune(imu)
         self._white, self._wander = streams("white"), streams("walk")
         self._bias = np.repeat([imu.bias.acceleration, imu.bias.turn], 3) * streams("bias").standard_normal(6)
         self._felt = np.zeros((0, 6))
+
+    def retune(self, imu: models.Imu) -> None:
+        """Err as far as said from now on; the constant error and what has wandered stay."""
+        self._imu = imu
+        self._noise, self._walk = (np.repeat([each.acceleration, each.turn], 3) for each in (imu.noise, imu.walk))
 
     def info(self) -> SensorInfo:
         """Return its data sheet."""

@@ -40,7 +40,13 @@ class Lidar:
             lidar: As the world file has it.
             streams: Sources of chance of this sensor; each option draws from one of its own.
         """
-        self._lidar = lidar
+        self._model, self._data, self._robot, self._streams = model, data, robot, streams
+        self._brightness = model.geom_rgba[:, :3] @ BRIGHT
+        self.retune(lidar)
+
+    def retune(self, lidar: models.Lidar) -> None:
+        """Look and err as said from now on; chance goes on where it was."""
+        self._lidar, streams = lidar, self._streams
         self._nearest, self._farthest = lidar.range
         self._first, self._step = beam_angles(lidar)
         angles = self._first + self._step * np.arange(lidar.beams)
@@ -52,8 +58,7 @@ class Lidar:
         level = np.stack([np.cos(fan), np.sin(fan), np.zeros(len(fan))], axis=-1)
         self._beams = level @ self._robot_from_sensor[:3, :3].T
         self._directions = np.empty_like(self._beams)
-        self._rays = Rays(model, data, robot, most=len(fan))
-        self._brightness = model.geom_rgba[:, :3] @ BRIGHT
+        self._rays = Rays(self._model, self._data, self._robot, most=len(fan))
         self._noise = streams("range") if lidar.noise.range else None
         self._missed = streams("missed") if lidar.missed else None
         self._mixed = streams("mixed") if lidar.mixed_pixels else None

@@ -112,12 +112,16 @@ class WheelOdometer:
             stream: Source of chance; two numbers are drawn a tick, three for a drive that moves sideways.
         """
         self._motion, self._slip, self._sideways, self._stream = motion, slip, sideways, stream
-        self._scale, self._track = errors.scale, 1.0 + errors.track_error
         self._creep = slip.outward**2 * KEPT / dt**3
-        self._noise = errors.noise.distance, errors.noise.turn
-        self._variance = errors.noise.distance**2, errors.noise.turn**2
         self._step = 2.0 * math.pi / errors.ticks if errors.ticks is not None else None
         self._uncounted = [0.0] * wheels
+        self.retune(errors)
+
+    def retune(self, errors: WheelOdometry) -> None:
+        """Err as far as said from now on; what the encoders have counted stays."""
+        self._scale, self._track = errors.scale, 1.0 + errors.track_error
+        self._noise = errors.noise.distance, errors.noise.turn
+        self._variance = errors.noise.distance**2, errors.noise.turn**2
         self._radii = [1.0 + error for error in errors.wheel_errors] if errors.wheel_errors else None
 
     def at_rest(self) -> Odometry:

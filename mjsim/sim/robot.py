@@ -91,6 +91,13 @@ class SimulatedRobot:
             )
         self._gear.drive.command(command)
 
+    def retune(self, robot: Robot) -> None:
+        """Err as far as said from now on; `robot` differs from what it was in noise alone."""
+        self._robot = robot
+        self._gear.drive.retune(robot.drive.noise)
+        self._gear.odometer.retune(robot.odometry)
+        self._sensors.retune(robot)
+
     def before_step(self, tick: int) -> None:
         """Tell the servos of the wheels what to reach in the step that ends a tick."""
         if self._seen is None:

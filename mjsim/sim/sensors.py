@@ -15,7 +15,7 @@ from mjsim.sim.camera import OnboardCamera, ticks_between
 from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.imu import ROW, Imu
 from mjsim.sim.lidar import Lidar
-from mjsim.sim.streams import streams_of
+from mjsim.sim.streams import kept, streams_of
 from mjsim.world import sensors as models
 from mjsim.world.robots import Robot
 from mjsim.world.things import Beacon
@@ -106,6 +106,7 @@ class Sensors:
         self._scans: dict[str, Timed[Scan]] = {}
         self._looks: list[Timed[Look]] = []
         self._imus: list[Timed[tuple[ImuReading, ...]]] = []
+        self._retune: dict[str, Callable[[Any], None]] = {}
         free = model.joint(f"{robot.name}/free")
         self._turned, self._moved = int(free.qposadr[0]) + 3, int(free.dofadr[0])
         self._data = data
@@ -113,28 +114,33 @@ class Sensors:
         self._felt = np.zeros((1, ROW))
         for sensor in robot.sensors:
             name = models.name_of(sensor)
-            streams = streams_of(seed, robot.name, name)
+            streams = kept(streams_of(seed, robot.name, name))
             if isinstance(sensor, models.Imu):
                 imu = Imu(sensor, streams, gravity=model.opt.gravity.copy())
                 self._imus.append(
                     Timed(partial(self._feel, imu), partial(self._feel, imu, 0.0), latency=sensor.latency)
                 )
-                self.info[name] = imu.info()
+                self.info[name], self._retune[name] = imu.info(), imu.retune
                 continue
             period = ticks_between(rate_hz, sensor.rate_hz)
             if isinstance(sensor, models.Camera):
                 camera = OnboardCamera(model, robot, sensor, rate_hz=rate_hz, seed=seed, canvas=canvas(sensor.quality))
                 take = partial(camera.frame, data)
                 self._cameras[name] = Timed(take, camera.pass_over, period=period, latency=sensor.latency)
-                self.info[name] = camera.info()
+                self.info[name], self._retune[name] = camera.info(), camera.retune
             elif isinstance(sensor, models.Lidar):
                 lidar = Lidar(model, data, robot.name, sensor, streams)
                 self._scans[name] = Timed(lidar.take, lidar.pass_over, period=period, latency=sensor.latency)
-                self.info[name] = lidar.info()
+                self.info[name], self._retune[name] = lidar.info(), lidar.retune
             else:
                 ring = BeaconSensor(model, data, robot.name, sensor, beacons, streams)
                 self._looks.append(Timed(ring.take, ring.pass_over, period=period, latency=sensor.latency))
-                self.info[name] = ring.info()
+                self.info[name], self._retune[name] = ring.info(), ring.retune
+
+    def retune(self, robot: Robot) -> None:
+        """Err as far as said from now on; `robot` differs from what it was in noise alone."""
+        for sensor in robot.sensors:
+            self._retune[models.name_of(sensor)](sensor)
 
     @property
     def feels(self) -> bool:

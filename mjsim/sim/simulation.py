@@ -24,6 +24,7 @@ from mjsim.world.events import CloseEvent, Event, LampEvent, LightEvent, MoveEve
 from mjsim.world.hung import hung
 from mjsim.world.looks import Looks
 from mjsim.world.model import World
+from mjsim.world.noise import require_same_but_noise
 from mjsim.world.plan import segments
 from mjsim.world.words import path_of, sentence
 
@@ -85,6 +86,23 @@ class Simulation:
         mujoco.mj_resetData(self.model, self.data)
         self.tick = 0
         self._set_up()
+
+    def retune(self, world: World) -> None:
+        """Let drives, odometry and sensors err as another world has it, from now on; all else goes on as it was.
+
+        Sources of chance go on where they are, and one that was not in use begins. What modules were told of their
+        robot at the start stays as it was. `reset` keeps the new noise.
+
+        Args:
+            world: The same world but for its noise.
+
+        Raises:
+            UsageError: It differs in something else; names the first key.
+        """
+        require_same_but_noise(self.world, world)
+        self.world = world
+        for robot in world.robots:
+            self._robots[robot.name].retune(robot)
 
     @property
     def time(self) -> float:

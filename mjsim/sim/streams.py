@@ -17,3 +17,15 @@ def stream(seed: int, robot: str, purpose: str) -> Generator:
 def streams_of(seed: int, robot: str, sensor: str) -> Streams:
     """Return what gives the sources of chance of one sensor."""
     return lambda purpose: stream(seed, robot, f"{sensor}/{purpose}")
+
+
+def kept(streams: Streams) -> Streams:
+    """Return what gives the same source again when a purpose is asked for again, so that its chance goes on."""
+    made: dict[str, Generator] = {}
+
+    def source(purpose: str) -> Generator:
+        if purpose not in made:
+            made[purpose] = streams(purpose)
+        return made[purpose]
+
+    return source

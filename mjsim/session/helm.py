@@ -1,0 +1,53 @@
+"""What somebody who drives by hand has said last, for each robot."""
+
+import math
+import threading
+from collections.abc import Iterable
+
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.interface import Command
+
+
+class Helm:
+    """Holds commands for robots until they are too old; set from any thread, asked by the run."""
+
+    def __init__(self, robots: Iterable[str]) -> None:
+        """Let nobody be driven by hand."""
+        self._robots = tuple(robots)
+        self._lock = threading.Lock()
+        self._new: dict[str, tuple[Command, float]] = {}
+        self._until: dict[str, tuple[Command, float]] = {}
+
+    def take(self, robot: str, command: Command | None, *, hold: float) -> None:
+        """Drive a robot by hand from its next tick on, for a simulated time [s]; None gives it back.
+
+        Raises:
+            UsageError: There is no such robot, or a number is not finite.
+        """
+        if robot not in self._robots:
+            raise UsageError(f"no robot '{robot}' to drive in this world{did_you_mean(robot, self._robots)}")
+        if command is not None and not all(map(math.isfinite, (command.forward, command.left, command.turn, hold))):
+            raise UsageError(f"the command for robot '{robot}' is {command}; its numbers must be finite")
+        with self._lock:
+            self._until.pop(robot, None)
+            self._new.pop(robot, None)
+            if command is not None:
+                self._new[robot] = command, hold
+
+    def let_go(self) -> None:
+        """Give all robots back."""
+        with self._lock:
+            self._new.clear()
+            self._until.clear()
+
+    def command(self, robot: str, now: float) -> Command | None:
+        """Return what a robot is to do at a simulated time [s]; None when nobody drives it by hand."""
+        with self._lock:
+            if robot in self._new:
+                command, hold = self._new.pop(robot)
+                self._until[robot] = command, now + hold
+            held = self._until.get(robot)
+            if held is None or now > held[1]:
+                self._until.pop(robot, None)
+                return None
+            return held[0]

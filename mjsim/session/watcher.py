@@ -1,0 +1,42 @@
+"""Who watches a run gets its newest tick, and misses what it has no time for."""
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mjsim.record import Tick
+
+
+class Watcher:
+    """The newest tick of a session, each at most once. It never holds the run up, however slow it is."""
+
+    def __init__(self, newer: Callable[[int, float | None], tuple[int, "Tick"] | None]) -> None:
+        """Watch.
+
+        Args:
+            newer: Waits for a tick after one of a number, at most so long [s]; its number and itself, None when there
+                will be no more.
+        """
+        self._newer = newer
+        self._seen = 0
+
+    def next(self, timeout: float | None = None) -> "Tick | None":
+        """Wait for a tick that is newer than the last one, and return the newest; None when the run is over.
+
+        Args:
+            timeout: How long at most [s]; without end unless given.
+
+        Raises:
+            TimeoutError: Nothing came in that time.
+            MjsimError: The run failed; after the last tick, this is why.
+        """
+        found = self._newer(self._seen, timeout)
+        if found is None:
+            return None
+        self._seen, tick = found
+        return tick
+
+    def __iter__(self) -> Iterator["Tick"]:
+        """Yield the newest tick again and again, until the run is over."""
+        while (tick := self.next()) is not None:
+            yield tick

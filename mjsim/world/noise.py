@@ -1,0 +1,99 @@
+"""How far drives, odometry and sensors err: the figures of a world that may change while it runs."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel
+
+from mjsim.errors import UsageError
+from mjsim.world.model import World
+from mjsim.world.sensors import KINDS, Depth, kind_of, name_of
+from mjsim.world.settings import called
+
+NOISE: Mapping[str, tuple[str, ...]] = {
+    "drive": ("noise",),
+    "odometry": ("noise", "scale", "track_error", "wheel_errors"),
+    "camera": ("noise", "depth"),
+    "lidar": ("noise", "missed", "mixed_pixels"),
+    "beacons": ("noise", "missed", "false_rate", "outliers", "heavy_tails"),
+    "imu": ("noise", "walk"),
+}
+"""Keys of a drive, of its odometry and of each kind of sensor; of a depth camera's depth the noise alone."""
+_UNIT = re.compile(r"\[([^]]+)\]")
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseFigure:
+    """One number that says how far something errs."""
+
+    key: str
+    """As `--set` has it: 'robots.scout.odometry.noise.turn'."""
+    value: float
+    unit: str | None
+    """None for a bare number."""
+    about: str
+    """What it means, in a sentence."""
+
+
+def noise_figures(world: World) -> Iterator[NoiseFigure]:
+    """Yield all figures that may change while a world runs."""
+    for robot in world.robots:
+        for part in ("drive", "odometry"):
+            yield from _figures(f"robots.{robot.name}.{part}", getattr(robot, part), NOISE[part])
+        for sensor in robot.sensors:
+            key = f"robots.{robot.name}.sensors.{name_of(sensor)}"
+            yield from _figures(key, sensor, NOISE[kind_of(sensor)])
+
+
+def require_same_but_noise(before: World, after: World) -> None:
+    """Check that worlds differ in nothing but noise.
+
+    Raises:
+        UsageError: They do; names the first key.
+    """
+    different = _difference(_quiet(before), _quiet(after))
+    if different is not None:
+        raise UsageError(f"{different} cannot change while the run goes on, only noise can; start it anew with that")
+
+
+def _figures(key: str, model: BaseModel, fields: tuple[str, ...], about: str = "") -> Iterator[NoiseFigure]:
+    for name in fields:
+        value, text = getattr(model, name), type(model).model_fields[name].description or ""
+        unit = _UNIT.search(text)
+        told = _UNIT.sub("", text).strip(" ,.;")
+        told = f"{told}." if told else about
+        if isinstance(value, Depth):
+            yield from _figures(f"{key}.{name}", value, ("noise",), told)
+        elif isinstance(value, BaseModel):
+            yield from _figures(f"{key}.{name}", value, tuple(type(value).model_fields), told)
+        elif isinstance(value, float | int) and not isinstance(value, bool):
+            yield NoiseFigure(f"{key}.{name}", float(value), unit[1] if unit else None, told)
+
+
+def _quiet(world: World) -> dict[str, Any]:
+    """Return all that a world says but for its noise."""
+    tree = world.model_dump()
+    for robot in tree["robots"]:
+        for part in ("drive", "odometry"):
+            robot[part] |= dict.fromkeys(NOISE[part])
+        for sensor in robot["sensors"]:
+            depth = sensor.get("depth")
+            kind = next(kind for kind in KINDS if isinstance(sensor.get(kind), str))
+            sensor |= dict.fromkeys(NOISE[kind])
+            if depth:
+                sensor["depth"] = {"range": Depth().range if depth is True else depth["range"]}
+    return tree
+
+
+def _difference(one: Any, other: Any, path: str = "") -> str | None:
+    """Return the key of the first value that differs, None when there is none."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        pairs = [(str(key), one.get(key), other.get(key)) for key in {**one, **other}]
+    elif isinstance(one, list | tuple) and isinstance(other, list | tuple) and len(one) == len(other):
+        pairs = [(called(a, str(k)), a, b) for k, (a, b) in enumerate(zip(one, other, strict=True))]
+    else:
+        return None if one == other else path
+    found = (_difference(a, b, f"{path}.{key}" if path else key) for key, a, b in pairs if a != b)
+    return next((each for each in found if each is not None), None)
