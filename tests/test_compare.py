@@ -1,5 +1,6 @@
 """Recordings compared: labels from what differs in them, pairs by seed, and the files that are written."""
 
+import itertools
 import json
 import shutil
 import subprocess
@@ -95,6 +96,7 @@ def test_modules_given_in_python_are_told_by_the_recording(tmp_path):
     assert labels(mjsim.compare(files)) == ["EkfSlam", "FilterpySlam"]
 
 
+@pytest.mark.slow
 def test_a_run_that_a_fault_ended_is_counted_and_left_out(pair, tmp_path):
     class Failing:
         def start(self, robot, catalogue, rng):
@@ -178,34 +180,89 @@ def test_what_cannot_be_compared_is_refused_in_a_line(tmp_path):
         mjsim.compare([tmp_path / "none.mcap"])
 
 
+def fake_sweep(folder, settings, *, seeds, world=RING, lost=()):
+    """Write what a sweep leaves in its folder: errors grow with the seed, and with the first setting."""
+    (folder / "runs").mkdir(parents=True)
+    (folder / "world").mkdir()
+    (folder / "world" / "hall.yaml").write_text(world)
+    (folder / "sweep.json").write_text(json.dumps({"world": "hall.yaml", "set": settings}))
+    cases = int(np.prod([len(values) for _, *values in settings]))
+    for case, seed in itertools.product(range(cases), range(seeds)):
+        error = 0.1 + 0.01 * seed + 0.5 * (case // 2)
+        series = {"time": [0.0, 1.0], "position_error_m": [0.0, error], "nees": [None, 3.0]}
+        outcome = {
+            "case": case,
+            "seed": seed,
+            "error": "lost" if (case, seed) in lost else None,
+            "robots": {"scout": {"position_error_m": {"mean": error}}},
+            "series": {"scout": series},
+        }
+        (folder / "runs" / f"{case}-{seed}.json").write_text(json.dumps(outcome))
+    return folder
+
+
+TURN = "robots.scout.odometry.noise.turn"
+
+
 def test_the_runs_of_a_sweep_are_compared_by_its_settings(tmp_path):
-    (tmp_path / "runs").mkdir()
-    plan = {
-        "world": "hall.yaml",
-        "set": [["robots.scout.odometry.noise.turn", 0.1, 0.2], ["run.map", "known", "unknown"]],
-    }
-    (tmp_path / "sweep.json").write_text(json.dumps(plan))
-    for case in range(4):
-        for seed in range(10):
-            error = 0.1 + 0.01 * seed + 0.5 * (case // 2)
-            series = {"time": [0.0, 1.0], "position_error_m": [0.0, error], "nees": [None, 3.0]}
-            outcome = {
-                "case": case,
-                "seed": seed,
-                "error": "lost" if (case, seed) == (3, 7) else None,
-                "robots": {"scout": {"position_error_m": {"mean": error}}},
-                "series": {"scout": series},
-            }
-            (tmp_path / "runs" / f"{case}-{seed}.json").write_text(json.dumps(outcome))
-    found = mjsim.compare(tmp_path)
+    settings = [[TURN, 0.1, 0.2], ["run.map", "known", "unknown"]]
+    found = mjsim.compare(fake_sweep(tmp_path / "sweep", settings, seeds=10, lost=[(3, 7)]))
     assert labels(found) == [
         f"noise.turn={turn}, run.map={known}" for turn in ("0.1", "0.2") for known in ("known", "unknown")
     ]
     assert found.groups[3].failed == (7,)
     assert len(found.verdicts) == 4  # Less noise is better, whatever is known; the map changes nothing.
+
+
+@pytest.mark.slow
+def test_the_plots_of_a_sweep_are_drawn_but_for_the_paths_that_it_does_not_keep(tmp_path):
+    found = mjsim.compare(fake_sweep(tmp_path / "sweep", [[TURN, 0.1, 0.2]], seeds=6))
     write_comparison(found, tmp_path / "out")
     assert (tmp_path / "out" / "errors.png").stat().st_size > 5000
     assert not (tmp_path / "out" / "paths.png").exists()
+
+
+def test_a_sweep_beside_recordings_goes_by_its_folder_and_they_by_their_files(pair, tmp_path):
+    one = fake_sweep(tmp_path / "one", [], seeds=2)
+    two = fake_sweep(tmp_path / "two", [[TURN, 0.1, 0.2]], seeds=2)
+    again = shutil.copy(pair[1], tmp_path / "wheels-1.mcap")
+    assert labels(mjsim.compare([one, again])) == ["one", "wheels"]
+    # The first is swept with what the world says, the second with that and another: all keys of the worlds tell.
+    assert labels(mjsim.compare([one, two])) == ["one, noise.turn=0.1", "two, noise.turn=0.1", "two, noise.turn=0.2"]
+    assert labels(mjsim.compare([two, again])) == [
+        "two, noise.turn=0.1, EkfLocalization",
+        "two, noise.turn=0.2, EkfLocalization",
+        "wheels, noise.turn=0.1, odometry",
+    ]
+
+
+def test_folders_of_one_name_keep_apart(tmp_path):
+    folders = [fake_sweep(tmp_path / name / "out", [], seeds=2) for name in "ab"]
+    assert labels(mjsim.compare(folders)) == list(map(str, folders))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "told"),
+    [
+        ("sweep.json", '{"world": "hall.yaml"}', "sweep.json: 'set': field required"),
+        ("sweep.json", '{"world": "hall.yaml", "set": [["a"]]}', "sweep.json: 'set.0': list should have at least 2"),
+        ("sweep.json", "[]", "sweep.json: input should be an object"),
+        ("sweep.json", "{", "sweep.json: invalid JSON"),
+        ("runs/0-0.json", "{}", "0-0.json: 'case': field required"),
+        (
+            "runs/0-0.json",
+            '{"case": 7, "seed": 0, "error": null, "robots": {}, "series": {}}',
+            "0-0.json: case is 7; cases are 0 to 1",
+        ),
+    ],
+)
+def test_a_broken_file_of_a_sweep_is_told_in_a_line(tmp_path, name, text, told):
+    folder = fake_sweep(tmp_path / "sweep", [[TURN, 0.1, 0.2]], seeds=1)
+    (folder / name).write_text(text)
+    with pytest.raises(UsageError) as caught:
+        mjsim.compare(folder)
+    assert str(caught.value).startswith(f"the sweep in '{folder}' cannot be read: {told}")
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.slow

@@ -2,10 +2,12 @@
 
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from mjsim.report.comparison import RunFigures
 from mjsim.world import World
 
 MOST_SETTINGS = 4
@@ -15,6 +17,19 @@ PARTS = ("observer", "estimator", "navigator")
 _LEFT_OUT = ("run.seed", "run.view", "mjsim")
 """Keys of a world that change nothing in a run, but its seed."""
 _NUMBERED = re.compile(r"[-_. ]*(?:seed|run)?[-_. ]*\d+$", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Found:
+    """A run as it was found, not yet labelled among others."""
+
+    run: RunFigures
+    path: Path
+    settings: Mapping[str, str]
+    world: str
+    """Its name."""
+    folder: str = ""
+    """The label that was given with it, or the folder of several that it was in."""
 
 
 def settings_of(world: World, metadata: Mapping[str, str]) -> dict[str, str]:
@@ -137,3 +152,31 @@ def file_labels(paths: Sequence[Path]) -> list[str]:
         return stems
     folders = [path.absolute().parent.name for path in paths]
     return folders if len(set(folders)) > 1 else [path.stem for path in paths]
+
+
+def labelled(found: Sequence[Found]) -> list[RunFigures]:
+    """Return runs with their labels: those given, the settings that differ, or their files, whichever can be paired.
+
+    Where some have a folder's name or one that was given, the names of the files stand for it with the others.
+    """
+    files = file_labels([each.path for each in found])
+    settings = setting_labels([each.settings for each in found], [each.world for each in found]) or files
+    choices = [settings, files, _joined(settings, files)]
+    if any(each.folder for each in found):
+        given = [each.folder or _NUMBERED.sub("", each.path.stem) or each.path.stem for each in found]
+        choices = [given, _joined(given, settings), _joined(given, files)]
+    kinds = [tuple(sorted(each.settings.items())) for each in found]
+    runs = list(zip(kinds, (each.run.seed for each in found), strict=True))
+    labels = next((choice for choice in choices if _fit(choice, runs)), [str(each.path) for each in found])
+    return [replace(each.run, label=label) for each, label in zip(found, labels, strict=True)]
+
+
+def _fit(labels: Sequence[str], runs: Sequence[tuple[Hashable, int]]) -> bool:
+    """Say whether runs of one label have one setting and differ in their seeds; settings and seed of each are given."""
+    kinds = {(label, settings) for label, (settings, _) in zip(labels, runs, strict=True)}
+    seeds = {(label, seed) for label, (_, seed) in zip(labels, runs, strict=True)}
+    return all(labels) and len(kinds) == len(set(labels)) and len(seeds) == len(labels)
+
+
+def _joined(first: Sequence[str], second: Sequence[str]) -> list[str]:
+    return [", ".join(part for part in pair if part) for pair in zip(first, second, strict=True)]

@@ -1,10 +1,10 @@
-"""Runs that are to be compared, from wherever they are: recordings, folders of them, sweeps, reports."""
+"""Runs that are to be compared, from wherever they are: recordings, folders of them, sweeps."""
 
-import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -12,28 +12,16 @@ from mjsim.errors import UsageError
 from mjsim.record import Recording, Track, read_recording
 from mjsim.report import metrics
 from mjsim.report.comparison import Comparison, RunFigures, Series, compare_tables
-from mjsim.report.labels import file_labels, setting_labels, settings_of
+from mjsim.report.labels import Found, labelled, settings_of
 from mjsim.report.paired import CONFIDENCE
 from mjsim.report.statistics import known_part, statistics_file
+from mjsim.report.sweep_runs import sweep_runs
 
 MOST_POINTS = 1000
 """Of a series that is kept of each run, for plots."""
 
 RunSource = str | Path | Recording
-"""A recording or its file, or a folder that holds recordings, a sweep or reports."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Found:
-    """A run as it was found, not yet labelled among others."""
-
-    run: RunFigures
-    path: Path
-    settings: Mapping[str, str]
-    world: str
-    """Its name."""
-    folder: str = ""
-    """The label that was given with it, or the folder of several that it was in."""
+"""A recording or its file, or a folder that holds recordings or a sweep."""
 
 
 def compare(
@@ -46,7 +34,8 @@ def compare(
 
     Args:
         runs: Recordings, their files, or folders of them; with labels, when given as a mapping. Unlabelled ones are
-            grouped by the settings in which they differ, else by the names of their files; several folders by folder.
+            grouped by the settings in which they differ, else by the names of their files; folders among others by
+            folder.
         confidence: That all intervals of one figure hold at once.
         progress: Called with the share of what is to be read that has been.
 
@@ -55,7 +44,8 @@ def compare(
         RecordingError: A file is not a recording.
     """
     found: list[Found] = []
-    readers = [(label, read) for label, source in _sources(runs) for read in _readers(source)]
+    sources = list(_sources(runs))
+    readers = [(label, read) for label, source in sources for read in _readers(source, alone=len(sources) == 1)]
     for done, (label, read) in enumerate(readers, start=1):
         found += [replace(each, folder=label) for each in read()]
         if progress is not None:
@@ -73,47 +63,33 @@ def _sources(
             yield from ((label, source) for source in each)
         return
     listed = [runs] if isinstance(runs, (str, Path, Recording)) else list(runs)
-    folders = [source for source in listed if not isinstance(source, Recording) and Path(source).is_dir()]
+    folders = [Path(each) for each in listed if not isinstance(each, Recording) and Path(each).is_dir()]
+    names = Counter(folder.resolve().name for folder in folders)
     for source in listed:
-        several = len(listed) > 1 and source in folders
-        yield (Path(str(source)).resolve().name if several else "", source)
+        if len(listed) == 1 or isinstance(source, Recording) or not Path(source).is_dir():
+            yield "", source
+        else:
+            name = Path(source).resolve().name
+            yield name if names[name] == 1 else str(source), source
 
 
-def labelled(found: Sequence[Found]) -> list[RunFigures]:
-    """Return runs with their labels: those given, the settings that differ, or their files, whichever can be paired."""
-    given = [each.folder for each in found]
-    files = file_labels([each.path for each in found])
-    settings = setting_labels([each.settings for each in found], [each.world for each in found]) or files
-    choices = [given, _joined(given, settings)] if any(given) else [settings, files, _joined(settings, files)]
-    runs = list(zip(settings, (each.run.seed for each in found), strict=True))
-    labels = next((choice for choice in choices if _fit(choice, runs)), [str(each.path) for each in found])
-    return [replace(each.run, label=label) for each, label in zip(found, labels, strict=True)]
-
-
-def _fit(labels: Sequence[str], runs: Sequence[tuple[str, int]]) -> bool:
-    """Say whether runs of one label have one setting and differ in their seeds; settings and seed of each are given."""
-    kinds = {(label, settings) for label, (settings, _) in zip(labels, runs, strict=True)}
-    seeds = {(label, seed) for label, (_, seed) in zip(labels, runs, strict=True)}
-    return all(labels) and len(kinds) == len(set(labels)) and len(seeds) == len(labels)
-
-
-def _joined(first: Sequence[str], second: Sequence[str]) -> list[str]:
-    return [", ".join(part for part in pair if part) for pair in zip(first, second, strict=True)]
-
-
-def _readers(source: RunSource) -> list[Callable[[], list[Found]]]:
+def _readers(source: RunSource, *, alone: bool) -> list[Callable[[], list[Found]]]:
     """Return what reads the runs of a source, one call each, so that only one is in memory."""
     if isinstance(source, Recording):
         return [lambda: [run_of(source)]]
     path = Path(source)
     if not path.is_dir():
-        return [lambda: [run_of(read_recording(path))]]
+        return [partial(_recorded, path)]
     if (path / "sweep.json").is_file():
-        return [lambda: _sweep_runs(path)]
+        return [partial(sweep_runs, path, alone=alone)]
     recordings = sorted(path.rglob("*.mcap"))
     if recordings:
-        return [lambda file=file: [run_of(read_recording(file))] for file in recordings]  # type: ignore[misc]
+        return [partial(_recorded, file) for file in recordings]
     raise UsageError(f"no recording in '{path}'; name a folder with .mcap files, or one that mjsim sweep made")
+
+
+def _recorded(file: Path) -> list[Found]:
+    return [run_of(read_recording(file))]
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -146,42 +122,4 @@ def _series(track: Track) -> Series:
         nees=metrics.normalised_errors(truth, estimate, track.covariance[rows]),
         truth=truth[:, :2],
         estimate=estimate[:, :2],
-    )
-
-
-def _sweep_runs(folder: Path) -> list[Found]:
-    """Return the runs of a sweep, from the file of each."""
-    try:
-        plan = json.loads((folder / "sweep.json").read_bytes())
-        files = sorted((folder / "runs").glob("*.json"))
-        outcomes = [(file, json.loads(file.read_bytes())) for file in files]
-    except (OSError, ValueError) as error:
-        raise UsageError(f"the sweep in '{folder}' cannot be read: {error}") from None
-    if not outcomes:
-        raise UsageError(f"no run in '{folder}' is done yet; let mjsim sweep go on")
-    return [_sweep_run(file, plan, outcome) for file, outcome in outcomes]
-
-
-def _sweep_run(file: Path, plan: Mapping[str, Any], outcome: Mapping[str, Any]) -> Found:
-    """Return a run of a sweep; `case` counts the combinations of settings, the last key fastest."""
-    number, settings = int(outcome["case"]), {}
-    for key, *values in reversed(plan["set"]):
-        number, choice = divmod(number, len(values))
-        value = values[choice]
-        settings[key] = value if isinstance(value, str) else json.dumps(value)
-    series = {
-        robot: Series(**{name: np.array(each[name], dtype=float) for name in ("time", "position_error_m", "nees")})
-        for robot, each in outcome["series"].items()
-    }
-    return Found(
-        run=RunFigures(
-            label="",
-            seed=int(outcome["seed"]),
-            robots=outcome["robots"],
-            series=series,
-            failed=outcome["error"] is not None,
-        ),
-        path=file,
-        settings=dict(reversed(settings.items())),
-        world=Path(plan["world"]).stem,
     )

@@ -1,0 +1,126 @@
+"""The runs of a sweep, from the files in its folder, as they are compared."""
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import numpy as np
+from pydantic import BaseModel, Field, ValidationError
+
+from mjsim.errors import UsageError
+from mjsim.report.comparison import RunFigures, Series
+from mjsim.report.labels import Found, settings_of
+from mjsim.world import load_world
+from mjsim.world.settings import with_settings
+
+Values = list[float | None]
+Setting = Annotated[list[Any], Field(min_length=2)]
+"""A key of the world, then its values."""
+
+
+class _Plan(BaseModel):
+    """What is read of `sweep.json`."""
+
+    world: str
+    set: list[Setting]
+
+    @property
+    def cases(self) -> int:
+        """How many combinations of settings there are."""
+        return math.prod(len(values) for _, *values in self.set)
+
+    def case(self, number: int) -> dict[str, Any]:
+        """Return a combination of settings; the last key goes fastest."""
+        settings = {}
+        for key, *values in reversed(self.set):
+            number, choice = divmod(number, len(values))
+            settings[str(key)] = values[choice]
+        return dict(reversed(settings.items()))
+
+
+class _Series(BaseModel):
+    """How one robot fared over time."""
+
+    time: list[float]
+    position_error_m: Values
+    nees: Values
+
+
+class _Outcome(BaseModel):
+    """What is read of the file of a run."""
+
+    case: Annotated[int, Field(ge=0)]
+    seed: int
+    error: str | None
+    robots: dict[str, dict[str, Any]]
+    series: dict[str, _Series]
+
+
+File = TypeVar("File", bound=BaseModel)
+
+
+def sweep_runs(folder: Path, *, alone: bool) -> list[Found]:
+    """Return the runs of a sweep that are done.
+
+    Args:
+        folder: Where it left its files.
+        alone: Whether nothing else is compared: then what was set tells its runs apart, and else all settings do.
+
+    Raises:
+        UsageError: A file cannot be read, or no run is done.
+        WorldError: The world that was swept is no longer there.
+    """
+    plan = _read(folder, folder / "sweep.json", _Plan)
+    files = {file: _read(folder, file, _Outcome) for file in sorted((folder / "runs").glob("*.json"))}
+    if not files:
+        raise UsageError(f"no run in '{folder}' is done yet; let mjsim sweep go on")
+    for file, outcome in files.items():
+        if outcome.case >= plan.cases:
+            raise _unreadable(folder, f"{file.name}: case is {outcome.case}; cases are 0 to {plan.cases - 1}")
+    numbers = sorted({outcome.case for outcome in files.values()})
+    settings = {number: _told(plan.case(number)) for number in numbers} if alone else _all(folder, plan, numbers)
+    return [_found(file, outcome, settings[outcome.case], plan.world) for file, outcome in files.items()]
+
+
+def _told(case: Mapping[str, Any]) -> dict[str, str]:
+    return {key: value if isinstance(value, str) else json.dumps(value) for key, value in case.items()}
+
+
+def _all(folder: Path, plan: _Plan, numbers: list[int]) -> dict[int, dict[str, str]]:
+    """Return all settings of each case, as a recording tells them."""
+    world = load_world(folder / "world" / plan.world)
+    cases = {number: [f"{key}={json.dumps(value)}" for key, value in plan.case(number).items()] for number in numbers}
+    return {number: settings_of(with_settings(world, case), {}) for number, case in cases.items()}
+
+
+def _found(file: Path, outcome: _Outcome, settings: Mapping[str, str], world: str) -> Found:
+    series = {
+        robot: Series(
+            time=np.array(each.time, dtype=float),
+            position_error_m=np.array(each.position_error_m, dtype=float),
+            nees=np.array(each.nees, dtype=float),
+        )
+        for robot, each in outcome.series.items()
+    }
+    run = RunFigures(
+        label="", seed=outcome.seed, robots=outcome.robots, series=series, failed=outcome.error is not None
+    )
+    return Found(run=run, path=file, settings=settings, world=Path(world).stem)
+
+
+def _read(folder: Path, file: Path, kind: type[File]) -> File:
+    try:
+        return kind.model_validate_json(file.read_bytes())
+    except OSError as error:
+        raise _unreadable(folder, f"{file.name}: {error.strerror}") from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(map(str, first["loc"]))
+        message = f"{first['msg'][0].lower()}{first['msg'][1:]}"
+        raise _unreadable(folder, f"{file.name}: {f'{place!r}: ' if place else ''}{message}") from None
+
+
+def _unreadable(folder: Path, why: str) -> UsageError:
+    return UsageError(f"the sweep in '{folder}' cannot be read: {why}; sweep again into a new folder")
