@@ -11,8 +11,8 @@ export class PlanView {
   /** Where the world's origin lies [px]. */
   left = 60;
   top = 400;
-  width = 800;
-  height = 600;
+  width = 0;
+  height = 0;
 
   toScreen([x, y]: Point): Point {
     return [this.left + x * this.scale, this.top - y * this.scale];

@@ -1,9 +1,12 @@
-/** The Review view. */
+/** The Review view: what was recorded, at any time of it. */
 
-import { el } from "../dom";
 import type { Studio, View } from "../shell/view";
+import { ReviewView } from "./view";
+import "uplot/dist/uPlot.min.css";
+import "../run/run.css";
+import "../charts/charts.css";
+import "./review.css";
 
-export function makeReviewView(_studio: Studio): View {
-  const element = el("section", { class: "view review", "aria-label": "Review" });
-  return { element, shown: () => undefined, hidden: () => undefined };
+export function makeReviewView(studio: Studio): View {
+  return new ReviewView(studio);
 }

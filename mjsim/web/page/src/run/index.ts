@@ -1,9 +1,11 @@
-/** The Run view. */
+/** The Run view: what goes on in a simulated world, live. */
 
-import { el } from "../dom";
 import type { Studio, View } from "../shell/view";
+import { RunView } from "./view";
+import "uplot/dist/uPlot.min.css";
+import "./run.css";
+import "../charts/charts.css";
 
-export function makeRunView(_studio: Studio): View {
-  const element = el("section", { class: "view run", "aria-label": "Run" });
-  return { element, shown: () => undefined, hidden: () => undefined };
+export function makeRunView(studio: Studio): View {
+  return new RunView(studio);
 }

@@ -1,0 +1,287 @@
+/** uPlot, dressed as the page: colours from the style sheet, bands, marks, a size that follows its box. */
+
+import uPlot from "uplot";
+
+import { faded, readTokens } from "../run/ink";
+import { themeChanged } from "../shell/theme";
+
+type Column = (number | null | undefined)[];
+
+export interface Line {
+  label: string;
+  /** Read whenever it is drawn, as light may turn to dark. */
+  color(): string;
+  width?: number;
+  dash?: number[];
+  /** The area between this line and the one of that index (counted from 1) is filled. */
+  fillTo?: number;
+  fill?(): string;
+}
+
+export interface ChartSettings {
+  title: string;
+  unit: string;
+  lines: Line[];
+  /** A band behind all lines: from, to. */
+  band?: [number, number];
+  /** A line right across. */
+  expected?: number;
+  /** Linear up to 1, logarithmic beyond. */
+  logarithmic?: boolean;
+  /** The axis begins at 0. */
+  fromZero?: boolean;
+  /** The axis shows at least from and to these. */
+  atLeast?: [number, number];
+  /** Figures shown after the point. */
+  digits?: number;
+}
+
+/** What stands across a chart at times: the scrub bar, a marked part, events. */
+export interface Marks {
+  now: number | null;
+  from: number | null;
+  to: number | null;
+  events: number[];
+}
+
+export const NO_MARKS: Marks = { now: null, from: null, to: null, events: [] };
+
+export interface Handlers {
+  /** The pointer chose a time [s]. */
+  pick?(time: number): void;
+  /** A part was marked by dragging [s]. */
+  select?(from: number, to: number): void;
+}
+
+/** One chart over time in a box of its own. */
+export class Chart {
+  readonly element = document.createElement("figure");
+  private readonly plot: uPlot;
+  private readonly reading = document.createElement("output");
+  private marks = NO_MARKS;
+
+  constructor(
+    private readonly settings: ChartSettings,
+    private readonly handlers: Handlers = {},
+    sync?: string,
+  ) {
+    this.element.className = "chart";
+    const head = document.createElement("figcaption");
+    head.append(heading(settings), legend(settings.lines), this.reading);
+    const box = document.createElement("div");
+    box.className = "chart-box";
+    this.element.append(head, box);
+    const empty = [[], ...settings.lines.map(() => [])] as unknown as uPlot.AlignedData;
+    this.plot = new uPlot(this.options(sync), empty, box);
+    new ResizeObserver(() => this.fit(box)).observe(box);
+    themeChanged.on(() => this.plot.redraw(false, true));
+  }
+
+  /** Show columns: time, then one a line. */
+  show(columns: [Column, ...Column[]]): void {
+    this.plot.setData(columns as unknown as uPlot.AlignedData);
+  }
+
+  mark(marks: Marks): void {
+    this.marks = marks;
+    this.plot.redraw(false, false);
+    this.read(marks.now);
+  }
+
+  close(): void {
+    this.plot.destroy();
+    this.element.remove();
+  }
+
+  private fit(box: HTMLElement): void {
+    const [width, height] = [box.clientWidth, box.clientHeight];
+    if (width && height) this.plot.setSize({ width, height });
+  }
+
+  private options(sync?: string): uPlot.Options {
+    const { settings } = this;
+    const axis = (values: uPlot.Axis): uPlot.Axis => ({
+      stroke: () => readTokens().muted,
+      grid: { stroke: () => readTokens().hair, width: 1 },
+      ticks: { show: false },
+      font: "11px system-ui, sans-serif",
+      gap: 4,
+      ...values,
+    });
+    return {
+      width: 240,
+      height: 120,
+      legend: { show: false },
+      padding: [6, 8, 0, 0],
+      scales: {
+        x: { time: false },
+        y: {
+          ...(settings.logarithmic ? { distr: 4, asinh: 1 } : {}),
+          range: (_plot, low, high) => this.range(low, high),
+        },
+      },
+      axes: [axis({ size: 22, space: 48 }), axis({ size: 44, space: 22, values: (_plot, ticks) => ticks.map((tick) => this.label(tick)) })],
+      series: [{}, ...settings.lines.map(series)],
+      bands: settings.lines.flatMap(bands),
+      cursor: {
+        y: false,
+        points: { show: false },
+        drag: { x: Boolean(this.handlers.select), y: false, setScale: false },
+        ...(sync ? { sync: { key: sync, setSeries: false } } : {}),
+      },
+      hooks: {
+        drawClear: [(plot) => this.behind(plot)],
+        draw: [(plot) => this.before(plot)],
+        setCursor: [(plot) => this.read(plot.cursor.idx == null ? this.marks.now : (plot.data[0][plot.cursor.idx] ?? null))],
+        setSelect: [(plot) => this.selected(plot)],
+        ready: [(plot) => this.listen(plot)],
+      },
+    };
+  }
+
+  private label(tick: number): string {
+    return this.settings.logarithmic && tick < 0 ? "" : plain(tick);
+  }
+
+  private range(low: number | null, high: number | null): [number, number] {
+    const [least, most] = this.settings.atLeast ?? [0, 1e-6];
+    let [from, to] = [Math.min(low ?? least, least), Math.max(high ?? most, most)];
+    const room = (to - from) * 0.06;
+    to += room;
+    from = this.settings.fromZero ? 0 : from - room;
+    return [from, to];
+  }
+
+  /** Choose a time by a press, unless the press became a drag. */
+  private listen(plot: uPlot): void {
+    const pick = this.handlers.pick;
+    if (!pick) return;
+    let pressed = 0;
+    plot.over.addEventListener("pointerdown", (event) => (pressed = event.clientX));
+    plot.over.addEventListener("pointerup", (event) => {
+      if (Math.abs(event.clientX - pressed) < 4) pick(plot.posToVal(event.offsetX, "x"));
+    });
+  }
+
+  private selected(plot: uPlot): void {
+    const { left, width } = plot.select;
+    if (width < 4) return;
+    this.handlers.select?.(plot.posToVal(left, "x"), plot.posToVal(left + width, "x"));
+    plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+  }
+
+  private behind(plot: uPlot): void {
+    const { ctx, bbox } = plot;
+    const { seen, accent } = readTokens();
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+    ctx.clip();
+    if (this.settings.band) {
+      const [low, high] = this.settings.band.map((value) => plot.valToPos(value, "y", true)) as [number, number];
+      ctx.fillStyle = faded(seen, 0.18);
+      ctx.fillRect(bbox.left, high, bbox.width, low - high);
+    }
+    if (this.settings.expected !== undefined) across(plot, this.settings.expected, seen);
+    if (this.marks.from !== null && this.marks.to !== null) {
+      const [left, right] = [this.marks.from, this.marks.to].map((time) => plot.valToPos(time, "x", true));
+      ctx.fillStyle = faded(accent, 0.16);
+      ctx.fillRect(left ?? 0, bbox.top, (right ?? 0) - (left ?? 0), bbox.height);
+    }
+    ctx.restore();
+  }
+
+  private before(plot: uPlot): void {
+    const { accent, ink } = readTokens();
+    for (const time of this.marks.events) upright(plot, time, faded(accent, 0.6), 1);
+    for (const time of [this.marks.from, this.marks.to]) if (time !== null) upright(plot, time, accent, 1.5);
+    if (this.marks.now !== null) upright(plot, this.marks.now, ink, 1.5);
+  }
+
+  /** Write the values of one time into the heading. */
+  private read(time: number | null): void {
+    const times = this.plot?.data[0];
+    if (time === null || !times?.length) {
+      this.reading.value = "";
+      return;
+    }
+    const row = uPlotIndex(times, time);
+    const value = this.plot.data[1]?.[row];
+    this.reading.value = typeof value === "number" ? `${value.toFixed(this.settings.digits ?? 3)} ${this.settings.unit}` : "";
+  }
+}
+
+/** Index of the last time that is not after a given one. */
+export function uPlotIndex(times: ArrayLike<number>, time: number): number {
+  let [low, high] = [0, times.length - 1];
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if ((times[middle] ?? 0) <= time) low = middle;
+    else high = middle - 1;
+  }
+  return low;
+}
+
+function heading({ title, unit }: ChartSettings): HTMLElement {
+  const element = document.createElement("strong");
+  element.textContent = unit ? `${title} [${unit}]` : title;
+  return element;
+}
+
+function legend(lines: Line[]): HTMLElement {
+  const list = document.createElement("span");
+  list.className = "chart-legend";
+  for (const line of lines.filter((each) => each.label)) {
+    const entry = document.createElement("span");
+    const swatch = document.createElement("i");
+    const paint = (): void => void (swatch.style.background = line.color());
+    paint();
+    themeChanged.on(paint);
+    entry.append(swatch, line.label);
+    list.append(entry);
+  }
+  return list;
+}
+
+function series(line: Line): uPlot.Series {
+  return {
+    stroke: () => line.color(),
+    width: line.width ?? 1.25,
+    points: { show: false },
+    spanGaps: false,
+    ...(line.dash ? { dash: line.dash } : {}),
+  };
+}
+
+function bands(line: Line, k: number): uPlot.Band[] {
+  if (line.fillTo === undefined) return [];
+  return [{ series: [line.fillTo, k + 1], fill: () => line.fill?.() ?? "transparent" }];
+}
+
+function across(plot: uPlot, value: number, color: string): void {
+  const y = plot.valToPos(value, "y", true);
+  stroke(plot.ctx, [plot.bbox.left, y, plot.bbox.left + plot.bbox.width, y], color, 1);
+}
+
+function upright(plot: uPlot, time: number, color: string, width: number): void {
+  const x = plot.valToPos(time, "x", true);
+  const { left, top, height } = plot.bbox;
+  if (x < left - 1 || x > left + plot.bbox.width + 1) return;
+  stroke(plot.ctx, [x, top, x, top + height], color, width * devicePixelRatio);
+}
+
+function stroke(context: CanvasRenderingContext2D, [x0, y0, x1, y1]: [number, number, number, number], color: string, width: number): void {
+  context.save();
+  context.strokeStyle = color;
+  context.lineWidth = width;
+  context.beginPath();
+  context.moveTo(x0, y0);
+  context.lineTo(x1, y1);
+  context.stroke();
+  context.restore();
+}
+
+/** A number as short as it can be. */
+function plain(value: number | null): string {
+  return value === null ? "" : String(Number(value.toPrecision(4)));
+}

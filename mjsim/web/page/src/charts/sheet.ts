@@ -1,0 +1,161 @@
+/** The charts of a robot's run: errors within their bounds, NEES, time a module. */
+
+import { faded, readTokens, rowColor } from "../run/ink";
+import type { History } from "../run/history";
+import { Chart, NO_MARKS, type ChartSettings, type Handlers, type Line, type Marks } from "./chart";
+
+type Column = (number | null)[];
+
+/** 2.5 % and 97.5 % quantiles of chi-square with three degrees of freedom. */
+const NEES_BAND: [number, number] = [0.216, 9.348];
+const NEES_EXPECTED = 3;
+
+export type Kind = "distance" | "x" | "y" | "heading" | "nees" | "timing";
+
+export const KINDS: { kind: Kind; label: string }[] = [
+  { kind: "distance", label: "Position" },
+  { kind: "x", label: "x" },
+  { kind: "y", label: "y" },
+  { kind: "heading", label: "Heading" },
+  { kind: "nees", label: "NEES" },
+  { kind: "timing", label: "Time per module" },
+];
+
+const AXES = { x: 0, y: 1, heading: 2 } as const;
+
+function bounded(title: string, unit: string, atLeast: number): ChartSettings {
+  const bound = (label: string, share: number, fillTo?: number): Line => ({
+    label,
+    color: () => faded(readTokens().estimate, share),
+    width: 0.75,
+    ...(fillTo === undefined ? {} : { fillTo, fill: () => faded(readTokens().estimate, 0.11) }),
+  });
+  const lines = [
+    { label: "", color: () => readTokens().estimate, width: 1.5 },
+    bound("3σ", 0.45),
+    bound("", 0.45, 2),
+    bound("2σ", 0.75),
+    bound("", 0.75, 4),
+  ];
+  return { title, unit, lines, atLeast: [-atLeast, atLeast], expected: 0 };
+}
+
+function settingsOf(kind: Kind, modules: string[]): ChartSettings {
+  const { estimate, odometry } = { estimate: () => readTokens().estimate, odometry: () => readTokens().odometry };
+  switch (kind) {
+    case "distance":
+      return {
+        title: "Position error",
+        unit: "m",
+        lines: [
+          { label: "estimate", color: estimate, width: 1.5 },
+          { label: "odometry", color: odometry },
+        ],
+        fromZero: true,
+        atLeast: [0, 0.02],
+      };
+    case "x":
+      return bounded("x error", "m", 0.02);
+    case "y":
+      return bounded("y error", "m", 0.02);
+    case "heading":
+      return { ...bounded("Heading error", "deg", 0.5), digits: 2 };
+    case "nees":
+      return {
+        title: "NEES, 95 % band",
+        unit: "",
+        lines: [{ label: "", color: estimate, width: 1.25 }],
+        band: NEES_BAND,
+        expected: NEES_EXPECTED,
+        logarithmic: true,
+        fromZero: true,
+        atLeast: [0, 12],
+        digits: 2,
+      };
+    case "timing":
+      return {
+        title: "Time",
+        unit: "ms",
+        lines: modules.map((label, k) => ({ label, color: () => rowColor(k) })),
+        fromZero: true,
+        atLeast: [0, 1],
+        digits: 1,
+      };
+  }
+}
+
+function columnsOf(kind: Kind, history: History, modules: string[]): Column[] {
+  switch (kind) {
+    case "distance":
+      return [...history.distance];
+    case "nees":
+      return [history.nees];
+    case "timing":
+      return modules.map((name) => history.timing.get(name) ?? []);
+    default: {
+      const k = AXES[kind];
+      const times = (factor: number): Column => history.sigmas[k].map((each) => (each === null ? null : factor * each));
+      return [history.errors[k], times(3), times(-3), times(2), times(-2)];
+    }
+  }
+}
+
+/** A row of charts that show the same run. */
+export class Sheet {
+  readonly element = document.createElement("div");
+  private readonly charts = new Map<Kind, Chart>();
+  private modules: string[] = [];
+  private drawn: [History | null, number] = [null, -1];
+  private marks = NO_MARKS;
+
+  constructor(
+    private kinds: Kind[],
+    private readonly handlers: Handlers = {},
+    private readonly sync?: string,
+  ) {
+    this.element.className = "sheet";
+    this.arrange();
+  }
+
+  choose(kinds: Kind[]): void {
+    this.kinds = kinds;
+    this.drawn = [null, -1];
+    this.arrange();
+  }
+
+  /** Draw a history, unless it is as it was. */
+  show(history: History): void {
+    if (this.drawn[0] === history && this.drawn[1] === history.version) return;
+    this.drawn = [history, history.version];
+    const modules = [...history.timing.keys()];
+    if (modules.join() !== this.modules.join()) {
+      this.modules = modules;
+      this.drop("timing");
+      this.arrange();
+    }
+    for (const [kind, chart] of this.charts) chart.show([history.time, ...columnsOf(kind, history, this.modules)]);
+  }
+
+  mark(marks: Marks): void {
+    this.marks = marks;
+    for (const chart of this.charts.values()) chart.mark(marks);
+  }
+
+  private drop(kind: Kind): void {
+    this.charts.get(kind)?.close();
+    this.charts.delete(kind);
+  }
+
+  private arrange(): void {
+    for (const kind of [...this.charts.keys()]) if (!this.kinds.includes(kind)) this.drop(kind);
+    for (const kind of this.kinds) {
+      let chart = this.charts.get(kind);
+      if (!chart) {
+        chart = new Chart(settingsOf(kind, this.modules), this.handlers, this.sync);
+        this.charts.set(kind, chart);
+        if (this.marks !== NO_MARKS) chart.mark(this.marks);
+      }
+      this.element.append(chart.element);
+    }
+  }
+}

@@ -1,0 +1,74 @@
+/** The marked part as a film: which view, how far it is, where it lies. */
+
+import { ApiError } from "../api";
+import { el, fill } from "../dom";
+import { button, sign } from "../run/controls";
+import { recordings, type Recording } from "./recording";
+
+/** The server is asked how far it is so often [ms]. */
+const ASK = 400;
+
+export class Film {
+  readonly element = el("div", { class: "film" });
+  private readonly views = el("select", { "aria-label": "View of the video" });
+  private readonly start: HTMLButtonElement;
+  private readonly what = el("p", { class: "hint" });
+  private readonly progress = el("div", { class: "film-jobs", "aria-live": "polite" });
+  private recording: Recording | null = null;
+  private part: [number, number] = [0, 0];
+
+  constructor() {
+    this.start = button({ class: "primary" }, () => void this.make(), sign("film"), "Export video");
+    this.element.append(this.what, el("label", { class: "field" }, el("span", {}, "View"), this.views), this.start, this.progress);
+    this.start.disabled = true;
+  }
+
+  load(recording: Recording): void {
+    this.recording = recording;
+    const views = recording.views ?? ["plan", "chase", "overview", ...recording.cameras];
+    fill(this.views, ...views.map((view) => el("option", { value: view }, titleOf(view))));
+    this.start.disabled = false;
+    this.mark(0, recording.seconds, false);
+  }
+
+  mark(from: number, to: number, marked: boolean): void {
+    this.part = [from, to];
+    const length = `${from.toFixed(2)} s to ${to.toFixed(2)} s`;
+    this.what.textContent = marked ? `The marked part, ${length}.` : `The whole recording, ${length}; mark a part to export only that.`;
+  }
+
+  private async make(): Promise<void> {
+    if (!this.recording) return;
+    const [from, to] = this.part;
+    const view = this.views.value;
+    const bar = el("progress", { max: 1, value: 0, "aria-label": "Progress" });
+    const note = el("span", {}, `${titleOf(view)}, ${(to - from).toFixed(1)} s`);
+    const row = el("div", { class: "film-job" }, note, bar);
+    this.progress.prepend(row);
+    try {
+      const { job } = await recordings.film(this.recording.path, from, to, view);
+      const path = await this.follow(job, bar);
+      fill(row, note, el("a", { href: recordings.file(path), download: path.split("/").pop() ?? "video.mp4" }, path));
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      fill(row, note, el("span", { class: "problem" }, error.message));
+    }
+  }
+
+  /** Wait until it is done and return where it lies. */
+  private async follow(id: string, bar: HTMLProgressElement): Promise<string> {
+    for (;;) {
+      const job = await recordings.job(id);
+      if (job.error) throw new ApiError(500, job.error);
+      if (job.path) return job.path;
+      bar.max = Math.max(job.total, 1);
+      bar.value = job.done;
+      await new Promise((done) => setTimeout(done, ASK));
+    }
+  }
+}
+
+export function titleOf(view: string): string {
+  const titles: Record<string, string> = { plan: "Plan", frame: "Plan, close-up, camera, errors", chase: "Behind the robot", overview: "From above", outside: "Outside" };
+  return titles[view] ?? view.replace("/", " · ");
+}

@@ -1,0 +1,60 @@
+/** What the server knows of a recording. */
+
+import { getJson, postJson, type Bounds, type Item } from "../api";
+import type { EventNews, Outside, RobotFacts, TickNews, Track } from "../run/protocol";
+
+export interface Recording {
+  path: string;
+  name: string;
+  robots: RobotFacts[];
+  /** Time of the last tick [s]. */
+  seconds: number;
+  /** One tick [s]. */
+  dt: number;
+  seed: number | null;
+  scene: { items: Item[]; bounds: Bounds };
+  tracks: Record<string, Track>;
+  events: EventNews[];
+  /** `ROBOT/CAMERA`. */
+  cameras: string[];
+  /** All that a picture or a film can show. */
+  views?: string[];
+}
+
+export interface Figures {
+  run: Record<string, unknown>;
+  robots: Record<string, Record<string, unknown>>;
+}
+
+export interface Job {
+  done: number;
+  total: number;
+  path: string | null;
+  error: string | null;
+}
+
+function query(address: string, values: Record<string, string | number>): string {
+  const pairs = Object.entries(values).map(([key, value]): [string, string] => [key, String(value)]);
+  return `${address}?${new URLSearchParams(pairs)}`;
+}
+
+export const recordings = {
+  open: (path: string) => getJson<Recording>(query("/api/recording", { path })),
+  tick: (path: string, time: number) => getJson<TickNews>(query("/api/recording/tick", { path, time })),
+  statistics: (path: string, from: number, to: number) =>
+    getJson<Figures>(query("/api/recording/statistics", { path, from, to })),
+  film: (path: string, from: number, to: number, view: string) =>
+    postJson<{ job: string }>("/api/recording/video", { path, from, to, view }),
+  job: (id: string) => getJson<Job>(query("/api/job", { id })),
+  file: (path: string) => query("/api/file", { path }),
+  picture: (path: string, time: number, view: string, outside?: Outside) => {
+    const from = outside && {
+      azimuth_deg: outside.azimuth_deg,
+      elevation_deg: outside.elevation_deg,
+      distance: outside.distance,
+      x: outside.at[0],
+      y: outside.at[1],
+    };
+    return query("/api/recording/picture", { path, time, view, ...from });
+  },
+};

@@ -1,0 +1,145 @@
+/** The figures between two times, as a table and as CSV. */
+
+import { el, fill } from "../dom";
+import { button, sign } from "../run/controls";
+import type { Figures } from "./recording";
+
+interface Row {
+  robot: string;
+  group: string;
+  /** Which of the group: mean, RMSE and so on; empty where there is one only. */
+  part: string;
+  value: number;
+  unit: string;
+}
+
+/** Units at the end of a key, and how they are written. */
+const UNITS: [suffix: string, unit: string][] = [
+  ["_m", "m"],
+  ["_deg", "deg"],
+  ["_ms", "ms"],
+  ["_s", "s"],
+  ["_seconds", "s"],
+];
+/** What most people ask for comes first. */
+const FIRST = ["position_error", "heading_error", "odometry_error", "nees", "nis", "ate", "rpe", "landmark_error", "distance", "bumps", "coverage"];
+/** Lists, and what says how a figure was made, do not belong into a short table. */
+const LEFT_OUT = new Set(["band", "mean_band", "each", "aligned_each", "transient", "recovery", "fault", "milliseconds"]);
+
+/** Counts and shares have no unit though their group has one. */
+const PLAIN = new Set(["count", "false", "singular", "in_band", "independent"]);
+
+/** All numbers of all robots, each with its unit. */
+export function rowsOf(figures: Figures): Row[] {
+  return Object.entries(figures.robots).flatMap(([robot, values]) => {
+    const rows = Object.entries(values).flatMap(([key, value]) => leaves(robot, key, value));
+    return rows.sort((a, b) => rank(a.group) - rank(b.group));
+  });
+}
+
+function leaves(robot: string, key: string, value: unknown): Row[] {
+  const { label: group, unit } = named(key);
+  if (typeof value === "number") return [{ robot, group, part: "", value, unit }];
+  if (typeof value !== "object" || value === null || Array.isArray(value) || LEFT_OUT.has(key)) return [];
+  return Object.entries(value as Record<string, unknown>)
+    .filter(([part]) => !LEFT_OUT.has(part))
+    .flatMap(([part, each]) =>
+      typeof each === "number" ? [{ robot, group, part: words(part), value: each, unit: PLAIN.has(part) ? "" : unit }] : [],
+    );
+}
+
+function named(key: string): { label: string; unit: string } {
+  const found = UNITS.find(([suffix]) => key.endsWith(suffix));
+  const label = words(found ? key.slice(0, -found[0].length) : key);
+  return { label: /^(nees|nis|ate|rpe)/.test(label) ? label.toUpperCase() : label.charAt(0).toUpperCase() + label.slice(1), unit: found?.[1] ?? "" };
+}
+
+function words(key: string): string {
+  return key.replaceAll("_", " ").replace("rmse", "RMSE").replace(/^rms$/, "RMS");
+}
+
+function rank(label: string): number {
+  const key = label.toLowerCase().replaceAll(" ", "_");
+  const found = FIRST.findIndex((first) => key.startsWith(first));
+  return found < 0 ? FIRST.length : found;
+}
+
+function shown(value: number): string {
+  if (Number.isInteger(value)) return String(value);
+  return Math.abs(value) >= 100 ? value.toFixed(1) : value.toPrecision(4);
+}
+
+export class Table {
+  readonly element = el("div", { class: "figures" });
+  private rows: Row[] = [];
+  private title = "";
+
+  constructor(private readonly tell: (text: string) => void) {
+    this.ask();
+  }
+
+  /** Say how a part is marked. */
+  ask(): void {
+    this.rows = [];
+    fill(this.element, el("p", { class: "hint" }, "Mark a part to get its figures: drag over a chart, or press I where it begins and O where it ends."));
+  }
+
+  wait(): void {
+    fill(this.element, el("p", { class: "hint", role: "status" }, "Working out the figures …"));
+  }
+
+  fail(message: string): void {
+    fill(this.element, el("p", { class: "problem", role: "alert" }, message));
+  }
+
+  show(figures: Figures, from: number, to: number): void {
+    this.rows = rowsOf(figures);
+    this.title = `${from.toFixed(2)} s to ${to.toFixed(2)} s`;
+    const copy = button({ class: "small", title: "Copy as CSV" }, () => void this.copy(), sign("copy"), "Copy as CSV");
+    fill(this.element, el("div", { class: "figures-head" }, el("strong", {}, this.title), copy), this.table());
+  }
+
+  /** The table as text: robot, figure, value in full, unit. */
+  csv(): string {
+    const cell = (text: string): string => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    const lines = this.rows.map(({ robot, group, part, value, unit }) => [robot, group, part, String(value), unit].map(cell).join(","));
+    return ["robot,figure,part,value,unit", ...lines, ""].join("\n");
+  }
+
+  private table(): HTMLElement {
+    const several = new Set(this.rows.map((row) => row.robot)).size > 1;
+    let last = "";
+    const body = this.rows.flatMap((row) => {
+      const group = several ? `${row.robot}: ${row.group}` : row.group;
+      const begins = group !== last && row.part !== "";
+      last = group;
+      const line = rowOf(row, row.part || group);
+      return begins ? [el("tr", {}, el("th", { colspan: 3, scope: "rowgroup" }, group)), line] : [line];
+    });
+    const head = el("tr", {}, el("th", { scope: "col" }, "Figure"), el("th", { scope: "col" }, "Value"), el("th", { scope: "col" }, "Unit"));
+    return el("table", {}, el("thead", {}, head), el("tbody", {}, ...body));
+  }
+
+  private async copy(): Promise<void> {
+    const text = this.csv();
+    try {
+      await navigator.clipboard.writeText(text);
+      this.tell("Copied as CSV");
+    } catch {
+      // A page that is not served from this machine may not write to the clipboard: offer a file.
+      const link = el("a", { href: URL.createObjectURL(new Blob([text], { type: "text/csv" })), download: "statistics.csv" });
+      link.click();
+      this.tell("The browser does not allow copying; it was saved as statistics.csv");
+    }
+  }
+}
+
+function rowOf({ robot, group, part, value, unit }: Row, label: string): HTMLElement {
+  return el(
+    "tr",
+    { "data-figure": part ? `${group}, ${part}` : group, "data-robot": robot },
+    el("th", part ? { scope: "row" } : { class: "alone" }, label),
+    el("td", { "data-value": value }, shown(value)),
+    el("td", { class: "unit" }, unit),
+  );
+}

@@ -1,0 +1,314 @@
+/** All that is seen of a recording, at one time of it. */
+
+import { ApiError } from "../api";
+import { uPlotIndex, type Marks } from "../charts/chart";
+import { KINDS, Sheet, type Kind } from "../charts/sheet";
+import { el, fill } from "../dom";
+import { newestWins } from "../signal";
+import type { Studio, View } from "../shell/view";
+import { clock } from "../run/bar";
+import { button, choice, remembered, sign, toggle, write } from "../run/controls";
+import { EventList } from "../run/events";
+import { Floor } from "../run/floor";
+import type { RobotTick, TickNews } from "../run/protocol";
+import { RunRecord } from "../run/record";
+import { Tabs } from "../run/tabs";
+import { Stage } from "../run/tile";
+import { Film } from "./film";
+import { Library } from "./library";
+import { Pictures } from "./pictures";
+import { Player } from "./player";
+import { recordings, type Recording } from "./recording";
+import { Scrub, type Part } from "./scrub";
+import { Table } from "./table";
+
+const SPEEDS = [["0.25", "¼ ×"], ["0.5", "½ ×"], ["1", "1 ×"], ["2", "2 ×"], ["4", "4 ×"], ["10", "10 ×"]] as const;
+const FIRST_CHARTS: Kind[] = ["distance", "x", "y", "heading", "nees"];
+
+export class ReviewView implements View {
+  readonly element = el("section", { class: "view review", "aria-label": "Review" });
+  private readonly player = new Player();
+  private readonly record = new RunRecord();
+  private readonly whole = new RunRecord();
+  private readonly floor = new Floor(this.record);
+  private readonly stage = new Stage();
+  private readonly pictures = new Pictures();
+  private readonly scrub = new Scrub((time) => this.player.seek(time));
+  private readonly film = new Film();
+  private readonly events = new EventList("Nothing happened in this recording.", (time) => this.player.seek(time));
+  private readonly table: Table;
+  private readonly library: Library;
+  private readonly tabs: Tabs;
+  private readonly sheet: Sheet;
+  private readonly robot = el("select", { "aria-label": "Robot", hidden: true, onchange: () => this.choose(this.robot.value) });
+  private readonly playButton = button({ class: "primary run-main", title: "Play (space)" }, () => this.player.toggle(), sign("play"), "Play");
+  private readonly time = el("output", { class: "figure run-time" }, "–");
+  private readonly title = el("strong", { class: "review-title" }, "No recording");
+  private readonly empty = el("div", { class: "state" });
+  private readonly content: HTMLElement;
+  private recording: Recording | null = null;
+  private chosen = "";
+  private part: Part = { from: null, to: null };
+  private tick: TickNews | null = null;
+  private readonly askTick = newestWins((time: number) => this.fetchTick(time));
+  private readonly askFigures = newestWins((part: [number, number]) => this.fetchFigures(part));
+
+  constructor(private readonly studio: Studio) {
+    this.table = new Table((text) => this.studio.toasts.done(text));
+    this.library = new Library(studio, (path) => void this.open(path));
+    this.sheet = new Sheet(FIRST_CHARTS, { pick: (time) => this.player.seek(time), select: (from, to) => this.mark({ from, to }) }, "review");
+    this.tabs = new Tabs("review.tab", [
+      ["recordings", "Recordings", this.library.element],
+      ["figures", "Figures", el("div", {}, this.table.element, this.film.element)],
+      ["events", "Events", this.events.element],
+    ]);
+    this.content = this.build();
+    this.library.takeDrops(this.element);
+    this.player.changed.on((time) => this.show(time));
+    this.player.playingChanged.on((playing) => fill(this.playButton, sign(playing ? "pause" : "play"), playing ? "Pause" : "Play"));
+    this.showEmpty();
+  }
+
+  shown(): void {
+    void this.studio.refresh().then(() => {
+      this.library.show(this.recording?.path ?? null);
+      if (!this.recording) this.showEmpty();
+    });
+    this.library.show(this.recording?.path ?? null);
+    const wanted = this.studio.recording;
+    if (wanted && wanted !== this.recording?.path) void this.open(wanted);
+  }
+
+  hidden(): void {
+    this.player.pause();
+  }
+
+  key(event: KeyboardEvent): boolean {
+    if (!this.recording || event.ctrlKey || event.metaKey || event.altKey) return false;
+    const keys: Record<string, () => void> = {
+      " ": () => this.player.toggle(),
+      ".": () => this.player.step(1),
+      ",": () => this.player.step(-1),
+      ArrowRight: () => this.player.seek(this.player.time + 1),
+      ArrowLeft: () => this.player.seek(this.player.time - 1),
+      Home: () => this.player.seek(0),
+      End: () => this.player.seek(this.recording?.seconds ?? 0),
+      i: () => this.markFrom(),
+      o: () => this.markTo(),
+      Escape: () => this.mark({ from: null, to: null }),
+    };
+    const act = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    if (!act) return this.floor.key(event);
+    event.preventDefault();
+    act();
+    return true;
+  }
+
+  private build(): HTMLElement {
+    const bar = this.bar();
+    const side = el("aside", { class: "run-side" }, this.tabs.element);
+    const body = el("div", { class: "run-body" }, side, this.stage.element, el("div", { class: "run-rail" }, el("span", {}), this.stage.rail));
+    const chips = el("div", { class: "chips", role: "group", "aria-label": "Charts" }, ...this.chips());
+    const dock = el("div", { class: "run-dock" }, this.scrub.element, el("div", { class: "dock-head" }, this.robot, chips), this.sheet.element);
+    this.element.append(bar, body, dock);
+    this.stage.element.append(this.empty);
+    return body;
+  }
+
+  private bar(): HTMLElement {
+    const speeds = choice({ "aria-label": "Speed" }, SPEEDS, "1", (value) => (this.player.speed = Number(value)));
+    return el(
+      "div",
+      { class: "run-bar", role: "toolbar", "aria-label": "Recording" },
+      this.playButton,
+      el(
+        "div",
+        { class: "group" },
+        button({ class: "square", title: "One tick back (,)" }, () => this.player.step(-1), sign("left")),
+        button({ class: "square", title: "One tick on (.)" }, () => this.player.step(1), sign("right")),
+      ),
+      el("label", { class: "run-figure" }, el("span", {}, "Speed"), speeds),
+      el(
+        "div",
+        { class: "group" },
+        button({ title: "The part begins here (I)" }, () => this.markFrom(), "Mark begin"),
+        button({ title: "The part ends here (O)" }, () => this.markTo(), "Mark end"),
+        button({ class: "quiet", title: "Mark nothing (Escape)" }, () => this.mark({ from: null, to: null }), "Clear"),
+      ),
+      el("span", { class: "spring" }),
+      this.title,
+      el("label", { class: "run-figure" }, el("span", {}, "Time"), this.time),
+    );
+  }
+
+  private chips(): HTMLElement[] {
+    const kept = remembered("review.charts");
+    const now = new Set(kept === null ? FIRST_CHARTS : KINDS.map(({ kind }) => kind).filter((kind) => kept.split(" ").includes(kind)));
+    this.sheet.choose([...now]);
+    return KINDS.map(({ kind, label }) =>
+      toggle(
+        { class: "quiet small" },
+        now.has(kind),
+        (on) => {
+          if (on) now.add(kind);
+          else now.delete(kind);
+          const kinds = KINDS.map((each) => each.kind).filter((each) => now.has(each));
+          remembered("review.charts", kinds.join(" "));
+          this.sheet.choose(kinds);
+          this.drawCharts();
+        },
+        label,
+      ),
+    );
+  }
+
+  private async open(path: string): Promise<void> {
+    this.player.pause();
+    write(this.title, "Opening …");
+    try {
+      this.take(await recordings.open(path));
+    } catch (error) {
+      write(this.title, this.recording?.path ?? "No recording");
+      this.studio.toasts.error(error);
+    }
+  }
+
+  private take(recording: Recording): void {
+    this.recording = recording;
+    this.studio.recording = recording.path;
+    this.tick = null;
+    write(this.title, recording.path);
+    this.empty.remove();
+    this.whole.fill(recording.tracks);
+    this.record.clear();
+    this.events.fill(recording.events);
+    this.scrub.load(recording.seconds, recording.dt, recording.events);
+    this.film.load(recording);
+    this.pictures.load(recording);
+    this.stage.show([this.floor.tile, ...this.pictures.tiles()]);
+    this.floor.scene(recording.scene.items, recording.scene.bounds);
+    fill(this.robot, ...recording.robots.map(({ name }) => el("option", { value: name }, name)));
+    this.robot.hidden = recording.robots.length < 2;
+    this.library.show(recording.path);
+    this.element.toggleAttribute("data-open", true);
+    this.choose(recording.robots[0]?.name ?? "");
+    this.mark({ from: null, to: null });
+    this.player.load(recording.seconds, recording.dt);
+  }
+
+  private choose(robot: string): void {
+    this.chosen = robot;
+    this.robot.value = robot;
+    this.floor.run(this.recording?.robots ?? [], robot);
+    this.drawCharts();
+  }
+
+  private drawCharts(): void {
+    this.sheet.show(this.whole.of(this.chosen).history);
+    this.sheet.mark(this.marks());
+  }
+
+  private marks(): Marks {
+    const events = this.recording?.events.map((event) => event.time) ?? [];
+    return { now: this.recording ? this.player.time : null, ...this.part, events };
+  }
+
+  private show(time: number): void {
+    const recording = this.recording;
+    if (!recording) return;
+    write(this.time, `${clock(time)} of ${clock(recording.seconds)}`);
+    this.scrub.show(time);
+    this.sheet.mark(this.marks());
+    this.showFloor(recording, time);
+    this.askTick(time);
+    this.pictures.show(time);
+  }
+
+  /** Draw robots where the tracks have them, with what the last tick that came had seen. */
+  private showFloor(recording: Recording, time: number): void {
+    const robots: Record<string, RobotTick> = {};
+    for (const [name, track] of Object.entries(recording.tracks)) {
+      const k = uPlotIndex(track.time, time + 1e-6);
+      const [truth, estimate, odometry] = [track.truth[k], track.estimate[k], track.odometry[k]];
+      if (!truth || !estimate || !odometry) continue;
+      const known = this.tick?.robots[name];
+      const close = known && Math.abs((this.tick?.time ?? 0) - time) < 0.5 * recording.dt;
+      robots[name] = close ? known : { ...(known ?? NOTHING), sightings: [], truth, estimate, odometry };
+      const { trails } = this.record.of(name);
+      trails.truth.fill(track.truth.slice(0, k + 1));
+      trails.estimate.fill(track.estimate.slice(0, k + 1));
+      trails.odometry.fill(track.odometry.slice(0, k + 1));
+    }
+    this.floor.show({ robots, things: this.tick?.things ?? {} });
+  }
+
+  private async fetchTick(time: number): Promise<void> {
+    const recording = this.recording;
+    if (!recording) return;
+    try {
+      const tick = await recordings.tick(recording.path, time);
+      if (this.recording !== recording) return;
+      this.tick = tick;
+      this.showFloor(recording, this.player.time);
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+    }
+  }
+
+  private markFrom(): void {
+    const { time } = this.player;
+    this.mark({ from: time, to: this.part.to !== null && this.part.to > time ? this.part.to : null });
+  }
+
+  private markTo(): void {
+    const { time } = this.player;
+    this.mark({ from: this.part.from !== null && this.part.from < time ? this.part.from : null, to: time });
+  }
+
+  private mark(part: Part): void {
+    this.part = part;
+    this.scrub.mark(part);
+    this.sheet.mark(this.marks());
+    const { from, to } = part;
+    const whole = from === null && to === null;
+    this.film.mark(from ?? 0, to ?? this.recording?.seconds ?? 0, !whole);
+    if (from === null || to === null) return this.table.ask();
+    this.tabs.show("figures");
+    this.table.wait();
+    this.askFigures([from, to]);
+  }
+
+  private async fetchFigures([from, to]: [number, number]): Promise<void> {
+    const recording = this.recording;
+    if (!recording) return;
+    try {
+      const figures = await recordings.statistics(recording.path, from, to);
+      if (this.recording === recording && this.part.from === from && this.part.to === to) this.table.show(figures, from, to);
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      this.table.fail(error.message);
+    }
+  }
+
+  private showEmpty(): void {
+    const some = this.studio.folder.recordings.length > 0;
+    const hint = some ? "Choose one on the left, or drop an .mcap file here." : "Record a run first, or drop an .mcap file here.";
+    const run = button({ class: "primary" }, () => this.studio.show("run"), "Go to Run");
+    fill(this.empty, el("h2", {}, "No recording is open"), el("p", { class: "hint" }, hint), some ? null : run);
+    this.content.querySelector(".stage")?.append(this.empty);
+  }
+}
+
+const NOTHING: RobotTick = {
+  truth: [0, 0, 0],
+  estimate: [0, 0, 0],
+  odometry: [0, 0, 0],
+  covariance: [],
+  landmarks: {},
+  sightings: [],
+  error: 0,
+  heading_error: 0,
+  nees: null,
+  timing: {},
+  command: [0, 0, 0],
+};

@@ -1,0 +1,145 @@
+/** The strip above a run: start, pause, speed, time. */
+
+import { el } from "../dom";
+import { button, choice, sign, write } from "./controls";
+import type { LinkState } from "./link";
+import type { RunNews, TickNews } from "./protocol";
+
+const SPEEDS = [
+  ["0.25", "¼ ×"],
+  ["0.5", "½ ×"],
+  ["1", "1 ×"],
+  ["2", "2 ×"],
+  ["4", "4 ×"],
+  ["10", "10 ×"],
+  ["max", "max"],
+] as const;
+
+type Speed = (typeof SPEEDS)[number][0];
+
+const STATES: Record<RunNews["state"], string> = {
+  idle: "Ready",
+  loading: "Loading",
+  running: "Running",
+  paused: "Paused",
+  ended: "Ended",
+  failed: "Failed",
+};
+
+export interface BarOrders {
+  start(): void;
+  pause(): void;
+  go(): void;
+  tick(): void;
+  restart(): void;
+  stop(): void;
+  speed(value: number | null): void;
+}
+
+/** Seconds as people read them. */
+export function clock(seconds: number): string {
+  if (seconds < 60) return `${seconds.toFixed(2)} s`;
+  const minutes = Math.floor(seconds / 60);
+  return `${minutes}:${(seconds - 60 * minutes).toFixed(2).padStart(5, "0")}`;
+}
+
+/** The strip; it shows what the server says and sends what is pressed. */
+export class Bar {
+  readonly element = el("div", { class: "run-bar", role: "toolbar", "aria-label": "Run" });
+  private readonly main: HTMLButtonElement;
+  private readonly step: HTMLButtonElement;
+  private readonly again: HTMLButtonElement;
+  private readonly halt: HTMLButtonElement;
+  private readonly speeds: HTMLSelectElement;
+  private readonly time = el("output", { class: "figure run-time", title: "Simulated time" }, "–");
+  private readonly pace = el("output", { class: "figure", title: "Simulated seconds a second" }, "–");
+  private readonly pictures = el("output", { class: "figure", title: "Pictures shown a second" }, "–");
+  private readonly status = el("span", { class: "run-state", role: "status" }, "Connecting");
+  private news: RunNews | null = null;
+  private link: LinkState = "connecting";
+
+  constructor(private readonly orders: BarOrders) {
+    this.main = button({ class: "primary run-main" }, () => this.press(), sign("play"), el("span", {}, "Start"));
+    this.step = button({ class: "square", title: "Single tick (.)" }, () => orders.tick(), sign("step"));
+    this.again = button({ class: "square", title: "Restart from the beginning" }, () => orders.restart(), sign("restart"));
+    this.halt = button({ class: "square", title: "Stop the run" }, () => orders.stop(), sign("stop"));
+    this.speeds = choice<Speed>({ "aria-label": "Speed" }, SPEEDS, "1", (value) => orders.speed(speedOf(value)));
+    const figure = (label: string, value: HTMLElement): HTMLElement => el("label", { class: "run-figure" }, el("span", {}, label), value);
+    this.element.append(
+      this.main,
+      el("div", { class: "group" }, this.step, this.again, this.halt),
+      el("label", { class: "run-figure" }, el("span", {}, "Speed"), this.speeds),
+      el("span", { class: "spring" }),
+      figure("Time", this.time),
+      figure("Pace", this.pace),
+      figure("Pictures", this.pictures),
+      this.status,
+    );
+    this.refresh();
+  }
+
+  /** The speed that is chosen; null for as fast as it goes. */
+  get speed(): number | null {
+    return speedOf(this.speeds.value as Speed);
+  }
+
+  /** Start, pause or go on, whichever makes sense now. */
+  press(): void {
+    if (this.main.disabled) return;
+    const state = this.news?.state ?? "idle";
+    if (state === "running") this.orders.pause();
+    else if (state === "paused") this.orders.go();
+    else this.orders.start();
+  }
+
+  connection(link: LinkState): void {
+    this.link = link;
+    this.refresh();
+  }
+
+  run(news: RunNews): void {
+    this.news = news;
+    const speed = news.speed === null ? "max" : String(news.speed);
+    if (news.state !== "idle" && SPEEDS.some(([value]) => value === speed)) this.speeds.value = speed;
+    this.showTime(news.time);
+    if (news.state !== "running") write(this.pace, "–");
+    this.refresh();
+  }
+
+  tick(news: TickNews): void {
+    this.showTime(news.time);
+    write(this.pace, news.pace > 0 ? `${news.pace.toFixed(2)} ×` : "–");
+  }
+
+  rate(pictures: number): void {
+    write(this.pictures, pictures > 0 ? `${pictures.toFixed(pictures < 10 ? 1 : 0)} /s` : "–");
+  }
+
+  private showTime(time: number): void {
+    const whole = this.news?.seconds;
+    write(this.time, this.news?.state === "idle" ? "–" : clock(time) + (whole ? ` of ${clock(whole).replace(".00", "")}` : ""));
+  }
+
+  private refresh(): void {
+    const state = this.news?.state ?? "idle";
+    const open = this.link === "open";
+    const mine = open && (this.news?.controllable ?? false);
+    const alive = state === "running" || state === "paused";
+    const label = state === "running" ? "Pause" : state === "paused" ? "Go on" : "Start";
+    this.main.replaceChildren(sign(state === "running" ? "pause" : "play"), el("span", {}, label));
+    this.main.title = `${label} (space)`;
+    this.main.disabled = !mine || state === "loading";
+    this.step.disabled = !mine || state !== "paused";
+    this.again.disabled = !mine || state === "idle" || state === "loading";
+    this.halt.disabled = !mine || !(alive || state === "loading");
+    this.speeds.disabled = !mine;
+    this.element.toggleAttribute("data-watching", open && this.news?.controllable === false);
+    const text = open ? STATES[state] : this.link === "lost" ? "Server lost; trying again" : "Connecting";
+    write(this.status, text);
+    this.status.dataset.state = open ? state : "lost";
+  }
+}
+
+function speedOf(value: Speed): number | null {
+  return value === "max" ? null : Number(value);
+}

@@ -1,0 +1,138 @@
+/** The pictures of a run: every camera, with depth and segmentation where wanted, and the view from outside. */
+
+import { el } from "../dom";
+import type { Bounds } from "../api";
+import { remembered, toggle } from "./controls";
+import { Orbit, overlook } from "./orbit";
+import type { FrameHead, Order, Outside, RobotFacts } from "./protocol";
+import { Screen } from "./screen";
+import { makeTile, type Tile } from "./tile";
+
+/** The server is asked for another view from outside at most this often [ms]. */
+const CALM = 60;
+const KINDS = ["depth", "segmentation"] as const;
+
+type Kind = (typeof KINDS)[number];
+
+/** Makes a tile for each picture and says to the server which ones are wanted. */
+export class Cameras {
+  /** Switches for the kinds of pictures. */
+  readonly switches = el("div", { class: "group switches", role: "group", "aria-label": "Pictures" });
+  private readonly screens = new Map<string, { screen: Screen; tile: Tile }>();
+  private readonly wanted: Record<Kind | "outside", boolean>;
+  private orbit: Orbit | null = null;
+  private robots: RobotFacts[] = [];
+  private timer = 0;
+
+  constructor(
+    private readonly send: (order: Order) => void,
+    /** Told when there are other tiles. */
+    private readonly changed: () => void,
+  ) {
+    this.wanted = {
+      depth: remembered("run.depth") === "yes",
+      segmentation: remembered("run.segmentation") === "yes",
+      outside: remembered("run.outside") !== "no",
+    };
+    for (const [kind, label] of [["depth", "Depth"], ["segmentation", "Segments"], ["outside", "Outside"]] as const) {
+      this.switches.append(toggle({ class: "quiet small" }, this.wanted[kind], (on) => this.want(kind, on), label));
+    }
+  }
+
+  /** Tiles in the order in which they are shown. */
+  tiles(): Tile[] {
+    return this.keys().map((key) => this.place(key).tile);
+  }
+
+  /** Take up the robots of a run and the part of the world it is in. */
+  run(robots: RobotFacts[]): void {
+    const before = this.keys().join();
+    this.robots = robots;
+    if (this.keys().join() === before) return;
+    this.changed();
+    this.watch();
+  }
+
+  scene(bounds: Bounds): void {
+    const view = overlook(bounds);
+    if (this.orbit) this.orbit.view = view;
+    else this.makeOrbit(view);
+    this.watch();
+  }
+
+  clear(): void {
+    for (const { screen } of this.screens.values()) screen.clear();
+  }
+
+  show(head: FrameHead, jpeg: Blob): void {
+    const found = this.screens.get(head.view);
+    if (found) found.screen.show(head, jpeg);
+    else this.send({ do: "shown", number: head.number });
+  }
+
+  /** Say what is to be sent; called too when the connection has come back. */
+  watch(): void {
+    const cameras = this.robots.flatMap((robot) => robot.cameras.map((camera) => `${robot.name}/${camera.name}`));
+    const { depth, segmentation, outside } = this.wanted;
+    const view: Outside | null = outside && this.orbit ? this.orbit.view : null;
+    this.send({ do: "watch", cameras, depth, segmentation, outside: view });
+  }
+
+  /** Pictures shown a second, of the view that shows most. */
+  rate(): number {
+    return Math.max(0, ...[...this.screens.values()].map(({ screen }) => screen.rate.value()));
+  }
+
+  private want(kind: Kind | "outside", on: boolean): void {
+    this.wanted[kind] = on;
+    remembered(`run.${kind}`, on ? "yes" : "no");
+    this.changed();
+    this.watch();
+  }
+
+  private keys(): string[] {
+    const cameras = this.robots.flatMap((robot) =>
+      robot.cameras.flatMap((camera) => {
+        const key = `${robot.name}/${camera.name}`;
+        return [key, ...KINDS.filter((kind) => this.wanted[kind]).map((kind) => `${key}:${kind}`)];
+      }),
+    );
+    return this.wanted.outside && this.robots.length ? [...cameras, "outside"] : cameras;
+  }
+
+  private place(key: string): { screen: Screen; tile: Tile } {
+    const found = this.screens.get(key);
+    if (found) return found;
+    const title = titleOf(key);
+    const screen = new Screen(title, (head) => this.send({ do: "shown", number: head.number }));
+    const camera = this.robots.flatMap((robot) => robot.cameras.filter((each) => key.startsWith(`${robot.name}/${each.name}`)))[0];
+    if (camera) screen.shape(camera.width, camera.height);
+    const body = el("div", { class: "picture" }, screen.canvas, el("p", { class: "hint waiting" }, "No picture yet"));
+    const made = { screen, tile: makeTile(key, title, body) };
+    this.screens.set(key, made);
+    if (key === "outside") this.makeOrbit(this.orbit?.view ?? overlook([0, 0, 8, 8]));
+    return made;
+  }
+
+  private makeOrbit(view: Outside): void {
+    const screen = this.screens.get("outside")?.screen;
+    if (!screen || this.orbit) return;
+    screen.canvas.setAttribute("aria-label", "View from outside; drag, wheel, arrows and + - turn it");
+    screen.canvas.classList.add("orbit");
+    this.orbit = new Orbit(screen.canvas, view, () => this.soon());
+  }
+
+  private soon(): void {
+    if (this.timer) return;
+    this.timer = window.setTimeout(() => {
+      this.timer = 0;
+      this.watch();
+    }, CALM);
+  }
+}
+
+function titleOf(key: string): string {
+  if (key === "outside") return "Outside";
+  const [camera, kind] = key.split(":");
+  return `${(camera ?? key).replace("/", " · ")}${kind ? `, ${kind}` : ""}`;
+}

@@ -1,0 +1,48 @@
+/** What happened, newest first. */
+
+import { clock } from "./bar";
+import { el } from "../dom";
+import { button } from "./controls";
+import type { EventNews } from "./protocol";
+
+/** Most that are shown. */
+const MOST = 300;
+
+/** A list of events; each can be pressed where there is something to do. */
+export class EventList {
+  readonly element = el("div", { class: "events" });
+  private readonly list = el("ol", { "aria-label": "Events, newest first" });
+  private readonly empty: HTMLElement;
+
+  constructor(
+    hint: string,
+    private readonly pick?: (time: number) => void,
+  ) {
+    this.list.setAttribute("aria-live", "polite");
+    this.empty = el("p", { class: "hint" }, hint);
+    this.element.append(this.empty, this.list);
+  }
+
+  clear(): void {
+    this.list.replaceChildren();
+    this.empty.hidden = false;
+  }
+
+  add(event: EventNews): void {
+    this.empty.hidden = true;
+    const parts = [
+      el("time", {}, clock(event.time)),
+      el("b", { "data-event": event.event }, event.event),
+      el("span", {}, event.robot ? `${event.robot}: ${event.text}` : event.text),
+    ];
+    const pick = this.pick;
+    const row = pick ? button({}, () => pick(event.time), ...parts) : el("div", {}, ...parts);
+    this.list.prepend(el("li", {}, row));
+    while (this.list.childElementCount > MOST) this.list.lastElementChild?.remove();
+  }
+
+  fill(events: EventNews[]): void {
+    this.clear();
+    for (const event of events) this.add(event);
+  }
+}

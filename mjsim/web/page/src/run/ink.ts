@@ -1,0 +1,31 @@
+/** Colours of what is drawn on canvases, as the theme has them now. */
+
+import { color, themeChanged } from "../shell/theme";
+
+const NAMES = ["truth", "estimate", "odometry", "seen", "beacon", "accent", "paper", "ink", "muted", "hair", "grid-strong"] as const;
+/** Of modules and other rows of a chart; told apart by those who do not see all colours. */
+const ROWS = ["--truth", "--estimate", "--seen", "--scanned", "--beacon", "--odometry"];
+
+export type Tokens = Record<(typeof NAMES)[number], string>;
+
+let tokens: Tokens | null = null;
+themeChanged.on(() => {
+  tokens = null;
+});
+
+/** Return the colours of now. */
+export function readTokens(): Tokens {
+  tokens ??= Object.fromEntries(NAMES.map((name) => [name, color(`--${name}`)])) as Tokens;
+  return tokens;
+}
+
+/** Return the colour of row k of a chart. */
+export function rowColor(k: number): string {
+  return color(ROWS[k % ROWS.length] ?? "--muted");
+}
+
+/** The same colour '#rrggbb', part of which lets through what is behind it. */
+export function faded(rgb: string, share: number): string {
+  const alpha = Math.round(255 * share);
+  return rgb + alpha.toString(16).padStart(2, "0");
+}

@@ -1,0 +1,71 @@
+/** The connection to the run: it comes back by itself when the server does. */
+
+import { splitFrame } from "./frames";
+import type { FrameHead, News, Order } from "./protocol";
+
+/** Shortest and longest wait before the next try [ms]. */
+const FIRST_WAIT = 300;
+const LONGEST_WAIT = 3000;
+
+/** Whether the server can be talked to; `lost` while the page tries again. */
+export type LinkState = "connecting" | "open" | "lost";
+
+export interface LinkListener {
+  state(state: LinkState): void;
+  news(news: News): void;
+  picture(head: FrameHead, jpeg: Blob): void;
+}
+
+/** Talks to `/api/run` for as long as it is open, through as many sockets as it takes. */
+export class Link {
+  private socket: WebSocket | null = null;
+  private wait = FIRST_WAIT;
+  private timer = 0;
+  private closed = false;
+
+  constructor(private readonly listener: LinkListener) {
+    this.connect();
+  }
+
+  /** Send an order; false when there is nobody to take it. */
+  send(order: Order): boolean {
+    if (this.socket?.readyState !== WebSocket.OPEN) return false;
+    this.socket.send(JSON.stringify(order));
+    return true;
+  }
+
+  close(): void {
+    this.closed = true;
+    window.clearTimeout(this.timer);
+    this.socket?.close();
+  }
+
+  private connect(): void {
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    const socket = new WebSocket(`${scheme}://${location.host}/api/run`);
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => {
+      this.wait = FIRST_WAIT;
+      this.listener.state("open");
+    };
+    socket.onmessage = (message: MessageEvent<string | ArrayBuffer>) => this.take(message.data);
+    socket.onclose = () => this.lose(socket);
+    this.socket = socket;
+  }
+
+  private take(data: string | ArrayBuffer): void {
+    if (typeof data === "string") {
+      this.listener.news(JSON.parse(data) as News);
+      return;
+    }
+    const { head, jpeg } = splitFrame(data);
+    this.listener.picture(head, jpeg);
+  }
+
+  private lose(socket: WebSocket): void {
+    if (this.closed || this.socket !== socket) return;
+    this.listener.state("lost");
+    this.timer = window.setTimeout(() => this.connect(), this.wait);
+    this.wait = Math.min(LONGEST_WAIT, this.wait * 1.7);
+  }
+}

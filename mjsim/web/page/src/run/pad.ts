@@ -1,0 +1,45 @@
+/** Arrows on the screen for those who drive with a finger. */
+
+import { el } from "../dom";
+import { sign, type IconName } from "./controls";
+import type { Wheel } from "./keys";
+
+const WAYS: [IconName, string, [number, number, number]][] = [
+  ["turnLeft", "Turn left (A)", [0, 0, 1]],
+  ["up", "Forward (W)", [1, 0, 0]],
+  ["turnRight", "Turn right (D)", [0, 0, -1]],
+  ["left", "Left (Q)", [0, 1, 0]],
+  ["down", "Back (S)", [-1, 0, 0]],
+  ["right", "Right (E)", [0, -1, 0]],
+];
+
+/** Six buttons that push while they are held; those aside only for robots that can. */
+export class Pad {
+  readonly element = el("div", { class: "pad", role: "group", "aria-label": "Drive" });
+  private readonly aside: HTMLButtonElement[] = [];
+
+  constructor(wheel: Wheel) {
+    for (const [picture, title, way] of WAYS) {
+      const push = el("button", { type: "button", class: "square", title, "aria-label": title }, sign(picture));
+      push.addEventListener("pointerdown", (event) => {
+        event.preventDefault();
+        push.setPointerCapture(event.pointerId);
+        wheel.press(picture, way);
+      });
+      for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) push.addEventListener(end, () => wheel.release(picture));
+      push.addEventListener("keydown", (event) => {
+        if ((event.key === " " || event.key === "Enter") && !event.repeat) wheel.press(picture, way);
+        if (event.key === " " || event.key === "Enter") event.stopPropagation();
+      });
+      push.addEventListener("keyup", () => wheel.release(picture));
+      push.addEventListener("blur", () => wheel.release(picture));
+      push.addEventListener("contextmenu", (event) => event.preventDefault());
+      if (way[1]) this.aside.push(push);
+      this.element.append(push);
+    }
+  }
+
+  canStrafe(can: boolean): void {
+    for (const push of this.aside) push.style.visibility = can ? "" : "hidden";
+  }
+}

@@ -1,0 +1,58 @@
+/** A framed view with a heading; one of them is large, the others stand beside it. */
+
+import { el, type Child } from "../dom";
+import { button, sign } from "./controls";
+
+export interface Tile {
+  key: string;
+  element: HTMLElement;
+}
+
+/** Frame a view. */
+export function makeTile(key: string, title: string, body: HTMLElement, ...actions: Child[]): Tile {
+  const head = el("header", {}, el("h2", {}, title), ...actions);
+  return { key, element: el("section", { class: "tile", "data-view": key, "aria-label": title }, head, body) };
+}
+
+/** The large view, and a rail with the others. */
+export class Stage {
+  readonly element = el("div", { class: "stage" });
+  readonly rail = el("div", { class: "rail" });
+  private tiles: Tile[] = [];
+  private large = "";
+
+  /** Show these; the first one is large unless another of them was chosen. */
+  show(tiles: Tile[]): void {
+    for (const tile of tiles) if (!this.tiles.includes(tile)) this.addButton(tile);
+    this.tiles = tiles;
+    if (!tiles.some((tile) => tile.key === this.large)) this.large = tiles[0]?.key ?? "";
+    this.arrange();
+  }
+
+  /** Make one of them large. */
+  enlarge(key: string): void {
+    this.large = key;
+    this.arrange();
+  }
+
+  private addButton(tile: Tile): void {
+    const enlarge = button({ class: "quiet square enlarge", title: "Show large" }, () => this.enlarge(tile.key), sign("enlarge"));
+    tile.element.querySelector("header")?.append(enlarge);
+  }
+
+  private arrange(): void {
+    const large = this.tiles.find((tile) => tile.key === this.large);
+    const others = this.tiles.filter((tile) => tile !== large);
+    put(this.element, large ? [large.element] : []);
+    put(this.rail, others.map((tile) => tile.element));
+    this.rail.hidden = others.length === 0;
+  }
+}
+
+/** Set the children, touching only what is elsewhere: a view that is moved loses its focus and its scroll. */
+function put(parent: HTMLElement, children: HTMLElement[]): void {
+  for (const child of [...parent.children]) if (!children.includes(child as HTMLElement)) child.remove();
+  children.forEach((child, k) => {
+    if (parent.children[k] !== child) parent.insertBefore(child, parent.children[k] ?? null);
+  });
+}

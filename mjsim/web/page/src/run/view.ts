@@ -1,0 +1,281 @@
+/** All that is seen of a run, and what is done to it. */
+
+import { el, fill } from "../dom";
+import { KINDS, Sheet, type Kind } from "../charts/sheet";
+import type { Studio, View } from "../shell/view";
+import { Bar } from "./bar";
+import { Cameras } from "./cameras";
+import { remembered, setPressed, sign, toggle } from "./controls";
+import { EventList } from "./events";
+import { Floor } from "./floor";
+import { Wheel, type Push } from "./keys";
+import { Link, type LinkState } from "./link";
+import { NoisePanel } from "./noise";
+import { Pad } from "./pad";
+import type { News, Order, RunNews, TickNews } from "./protocol";
+import { RunRecord } from "./record";
+import { Setup } from "./setup";
+import { Tabs } from "./tabs";
+import { Stage } from "./tile";
+
+/** Charts are drawn at most this often [ms]. */
+const CALM = 120;
+const FIRST_CHARTS: Kind[] = ["x", "y", "heading", "nees", "timing"];
+
+export class RunView implements View {
+  readonly element = el("section", { class: "view run", "aria-label": "Run" });
+  private readonly record = new RunRecord();
+  private readonly floor = new Floor(this.record);
+  private readonly stage = new Stage();
+  private readonly sheet: Sheet;
+  private readonly bar: Bar;
+  private readonly setup = new Setup();
+  private readonly noise = new NoisePanel((key, value) => this.send({ do: "set", key, value }));
+  private readonly events = new EventList("What happens to robots and world stands here: bumps, doors, lights, faults.");
+  private readonly wheel = new Wheel(() => this.canDrive(), (push) => this.drive(push));
+  private readonly pad = new Pad(this.wheel);
+  private readonly cameras = new Cameras((order) => void this.link?.send(order), () => this.arrange());
+  private readonly banner = el("p", { class: "run-banner", role: "alert", hidden: true });
+  private readonly robot = el("select", { "aria-label": "Robot", hidden: true, onchange: () => this.chooseRobot(this.robot.value) });
+  private link: Link | null = null;
+  private run: RunNews | null = null;
+  private newest: TickNews | null = null;
+  private chosen = "";
+  private visible = false;
+  private drawing = 0;
+  private drawnCharts = 0;
+
+  constructor(private readonly studio: Studio) {
+    this.bar = new Bar({
+      start: () => void this.start(),
+      pause: () => this.send({ do: "pause" }),
+      go: () => this.send({ do: "go" }),
+      tick: () => this.send({ do: "tick" }),
+      restart: () => this.send({ do: "restart" }),
+      stop: () => this.send({ do: "stop" }),
+      speed: (value) => this.running() && this.send({ do: "speed", value }),
+    });
+    const kept = remembered("run.charts");
+    const kinds = kept === null ? FIRST_CHARTS : KINDS.map(({ kind }) => kind).filter((kind) => kept.split(" ").includes(kind));
+    this.sheet = new Sheet(kinds, {}, "run");
+    this.build(kinds);
+    this.arrange();
+    window.setInterval(() => this.bar.rate(this.cameras.rate()), 500);
+  }
+
+  shown(): void {
+    this.visible = true;
+    if (!this.link) this.connect();
+    this.cameras.watch();
+    this.takeWorld();
+    this.soon();
+  }
+
+  hidden(): void {
+    this.visible = false;
+    this.wheel.releaseAll();
+    // What nobody sees need not be drawn.
+    this.send({ do: "watch", cameras: [], depth: false, segmentation: false, outside: null });
+  }
+
+  key(event: KeyboardEvent): boolean {
+    if (this.wheel.down(event)) return true;
+    if (event.key === " ") this.bar.press();
+    else if (event.key === "." && this.run?.state === "paused") this.send({ do: "tick" });
+    else return this.floor.key(event);
+    return true;
+  }
+
+  private build(kinds: Kind[]): void {
+    const tabs = new Tabs("run.tab", [
+      ["setup", "Setup", this.setup.element],
+      ["noise", "Noise", this.noise.element],
+      ["events", "Events", this.events.element],
+    ]);
+    const side = el("aside", { class: "run-side" }, tabs.element);
+    const chips = el("div", { class: "chips", role: "group", "aria-label": "Charts" });
+    const now = new Set(kinds);
+    for (const { kind, label } of KINDS) {
+      chips.append(toggle({ class: "quiet small" }, now.has(kind), (on) => this.chooseChart(now, kind, on), label));
+    }
+    this.floor.host.append(this.pad.element);
+    this.bar.element.prepend(this.sideSwitch(side));
+    const dock = el("div", { class: "run-dock" }, el("div", { class: "dock-head" }, this.robot, chips), this.sheet.element);
+    const rail = el("div", { class: "run-rail" }, this.cameras.switches, this.stage.rail);
+    this.element.append(this.bar.element, this.banner, el("div", { class: "run-body" }, side, this.stage.element, rail), dock);
+  }
+
+  private sideSwitch(side: HTMLElement): HTMLButtonElement {
+    const narrow = window.matchMedia("(max-width: 1100px)");
+    const put = (open: boolean): void => {
+      side.hidden = !open;
+      setPressed(button, open);
+    };
+    const button = toggle({ class: "quiet square", title: "Setup, noise and events" }, true, (open) => {
+      put(open);
+      remembered("run.side", open ? "yes" : "no");
+    }, sign("side"));
+    put(remembered("run.side") === null ? !narrow.matches : remembered("run.side") === "yes");
+    return button;
+  }
+
+  private arrange(): void {
+    this.stage.show([this.floor.tile, ...this.cameras.tiles()]);
+  }
+
+  private chooseChart(now: Set<Kind>, kind: Kind, on: boolean): void {
+    if (on) now.add(kind);
+    else now.delete(kind);
+    const kinds = KINDS.map((each) => each.kind).filter((each) => now.has(each));
+    remembered("run.charts", kinds.join(" "));
+    this.sheet.choose(kinds);
+    this.soon();
+  }
+
+  private connect(): void {
+    this.link = new Link({
+      state: (state) => this.connection(state),
+      news: (news) => this.take(news),
+      picture: (head, jpeg) => this.cameras.show(head, jpeg),
+    });
+  }
+
+  private connection(state: LinkState): void {
+    this.bar.connection(state);
+    this.banner.hidden = state !== "lost";
+    this.banner.textContent = "The server does not answer. Is mjsim still running? This page goes on by itself once it is back.";
+    if (state === "open" && this.visible) this.cameras.watch();
+    if (state !== "open") this.wheel.releaseAll();
+  }
+
+  private send(order: Order): void {
+    this.link?.send(order);
+  }
+
+  private take(news: News): void {
+    if (news.kind === "tick") this.takeTick(news);
+    else if (news.kind === "run") this.takeRun(news);
+    else if (news.kind === "event") this.events.add(news);
+    else if (news.kind === "scene") {
+      this.floor.scene(news.items, news.bounds);
+      this.cameras.scene(news.bounds);
+    } else {
+      this.record.fill(news.robots);
+      this.events.fill(news.events);
+      this.soon();
+    }
+  }
+
+  private takeRun(news: RunNews): void {
+    const fresh = news.state === "loading" && this.run?.state !== "loading";
+    this.run = news;
+    if (fresh) this.forget();
+    this.bar.run(news);
+    this.offerRobots(news);
+    this.cameras.run(news.robots);
+    this.noise.show(news.noise ?? [], this.running() && news.controllable);
+    if (news.state === "failed" && news.error) this.say(news.error);
+    else if (this.banner.dataset["kind"] === "failed") this.say(null);
+    this.pad.element.hidden = !this.canDrive();
+    this.element.dataset["state"] = news.state;
+    this.soon();
+  }
+
+  private takeTick(news: TickNews): void {
+    if (this.newest && news.time < this.newest.time) this.forget();
+    this.newest = news;
+    this.record.add(news);
+    this.soon();
+  }
+
+  private forget(): void {
+    this.record.clear();
+    this.events.clear();
+    this.newest = null;
+    this.floor.clear();
+    this.cameras.clear();
+  }
+
+  /** Draw with the next frame of the screen, once. */
+  private soon(): void {
+    if (this.drawing || !this.visible) return;
+    this.drawing = requestAnimationFrame(() => {
+      this.drawing = 0;
+      this.draw();
+    });
+  }
+
+  private draw(): void {
+    if (this.newest) {
+      this.bar.tick(this.newest);
+      this.floor.show(this.newest);
+    }
+    const now = performance.now();
+    if (now - this.drawnCharts >= CALM) {
+      this.drawnCharts = now;
+      this.sheet.show(this.record.of(this.chosen).history);
+    } else window.setTimeout(() => this.soon(), CALM);
+  }
+
+  private running(): boolean {
+    return this.run?.state === "running" || this.run?.state === "paused";
+  }
+
+  /** Take up the robots of the world that is open, for the setup. */
+  private takeWorld(): void {
+    const { parsed, items } = this.studio.document;
+    const robots = items.filter((item) => item.kind === "robot").map((item) => item.name ?? item.label);
+    this.setup.world(parsed.name, robots, parsed.run);
+    if (this.run && this.run.state !== "idle") return;
+    this.floor.scene(items, parsed.bounds);
+    this.floor.showRobots(true);
+  }
+
+  private async start(): Promise<void> {
+    const { document, toasts } = this.studio;
+    await document.settled();
+    const { path, text, parsed } = document;
+    if (path === null) return toasts.error("No world is open; open one, or make a new one, then start it");
+    const wrong = parsed.problems.find((problem) => problem.kind === "error");
+    if (wrong) return toasts.error(`Line ${wrong.line} of the world is wrong: ${wrong.message}`);
+    if (parsed.needs_trust.length && !(await this.studio.askTrust())) return;
+    this.say(null);
+    this.send({ do: "start", path, text, speed: this.bar.speed, ...this.setup.settings() });
+  }
+
+  private offerRobots(news: RunNews): void {
+    const names = news.robots.map((robot) => robot.name);
+    if (!names.includes(this.chosen)) this.chosen = names[0] ?? "";
+    const there = [...this.robot.options].map((option) => option.value);
+    if (there.join() !== names.join()) fill(this.robot, ...names.map((name) => el("option", { value: name }, name)));
+    this.robot.value = this.chosen;
+    this.robot.hidden = names.length < 2;
+    this.chooseRobot(this.chosen);
+    this.floor.showRobots(news.state === "idle");
+  }
+
+  private chooseRobot(name: string): void {
+    this.wheel.releaseAll();
+    this.chosen = name;
+    const robot = this.run?.robots.find((each) => each.name === name);
+    this.pad.canStrafe(robot?.can_strafe ?? false);
+    this.floor.run(this.run?.robots ?? [], name);
+    this.soon();
+  }
+
+  private canDrive(): boolean {
+    return this.visible && this.running() && (this.run?.controllable ?? false) && this.chosen !== "";
+  }
+
+  private drive(push: Push | null): void {
+    const nothing = { forward: null, left: null, turn: null };
+    this.send({ do: "drive", robot: this.chosen, ...(push ?? nothing) });
+  }
+
+  /** Say above the views why the run failed; null takes it away. */
+  private say(error: string | null): void {
+    this.banner.hidden = error === null;
+    this.banner.textContent = error ?? "";
+    this.banner.dataset["kind"] = error === null ? "" : "failed";
+  }
+}
