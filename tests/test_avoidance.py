@@ -88,6 +88,16 @@ def test_two_robots_in_one_room_do_not_bump_into_each_other():
     assert bumps == 0
 
 
+@pytest.mark.parametrize("angle", [180, 140, 100])
+def test_two_robots_that_would_meet_in_the_middle_stop_in_time(angle):
+    away = 1.6 * np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle))])
+    two = "robots:\n  - {name: a, preset: pioneer3dx, at: [2.4, 3]}\n"
+    two += f"  - {{name: b, preset: pioneer3dx, at: {(np.array([4.0, 3.0]) - away).tolist()}, heading_deg: {angle}}}\n"
+    poses, bumps = drive(parse_world(ROOM + two), 3.0)
+    assert bumps == 0
+    assert np.hypot(*(poses[0] - poses[1])[:, :2].T).min() < 1.0
+
+
 def test_a_thing_that_comes_and_goes_across_the_way_is_let_pass():
     walker = "obstacles: [{cylinder: [0.25, 1.5], at: [4, 0.6], path: {points: [[4, 5.4]], speed: 0.4}}]\n"
     _, bumps = drive(parse_world(ROOM + walker + SCOUT), 12.0)

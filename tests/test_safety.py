@@ -110,6 +110,18 @@ def test_it_backs_off_with_an_eye_on_what_is_behind():
     assert math.isclose(poses[0, 0], -0.02, abs_tol=1e-6)
 
 
+def test_what_a_ray_finds_ahead_leaves_it_room_to_stop_whichever_way_it_turns():
+    avoidance = RingAvoidance()
+    avoidance.start(ROBOT, np.random.default_rng(0))
+    ring, still = np.full(16, np.inf), Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
+    ring[2] = 0.25
+    told = avoidance.adjust(AHEAD, Observation(0.0, 0.04, still, proximity=ring))
+    assert 0.1 < told.forward < 0.7
+    # At half of what its brakes could do, along the ray at 45 degrees.
+    stops = (told.forward * math.cos(math.pi / 4)) ** 2 / (2.0 * 0.5 * ROBOT.max_acceleration)
+    assert stops <= 0.6 * 0.25
+
+
 CAR = pioneer(
     radius=0.48,
     max_curvature=1.35,

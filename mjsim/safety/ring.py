@@ -10,7 +10,7 @@ from mjsim.geometry import Array, wrap_angle
 from mjsim.interface import Command, Observation, RobotInfo
 from mjsim.safety.hits import RAYS, Hits
 from mjsim.safety.outline import is_round, rim
-from mjsim.safety.sweep import Body
+from mjsim.safety.sweep import TOUCHING, Body
 from mjsim.safety.trail import Trail
 
 
@@ -20,8 +20,9 @@ class RingAvoidance:
     What the rays hit is remembered for some seconds (`Hits`). A command whose arc is free passes as it is. Else, among
     arcs with turn rates around the commanded one, as far as the robot can steer, the one is taken that keeps most of
     the speed, then most of the turn; speed is bounded so that the robot can stop before the nearest point on its arc,
-    and lower where it passes near something. Past an obstacle it holds the side that it has chosen, also when it is
-    told to turn back on the spot toward what is in the way.
+    and lower where it passes near something. It can always stop in a part of the room that the rays find ahead now, as
+    what is there may be a robot that comes to meet it. Past an obstacle it holds the side that it has chosen, also when
+    it is told to turn back on the spot toward what is in the way.
 
     With no way ahead, a robot that can turns on the spot to a direction that is free, of several to the one in which it
     has been least (`Trail`), so that it leaves dead ends and goes in no circle for ever; one that cannot, or that has
@@ -41,6 +42,10 @@ class RingAvoidance:
     """Turn rate of the sharpest arc, lower where it is looked further ahead [rad/s]."""
     SIGHT = 2.0
     """How far the rays see unless the world says otherwise [m]; none goes faster than it can stop within that."""
+    OWN = 0.6
+    """Share of the room ahead in which it can stop, whatever its arc, so that two that meet stop before they touch."""
+    AHEAD = 0.3
+    """A ray looks ahead when the cosine of its angle to the way is more than this."""
     HOLD = 1.5
     """For how long a side is held after there was something to pass [s]."""
     LONGEST = 30.0
@@ -59,6 +64,8 @@ class RingAvoidance:
         if robot.outline is not None and not is_round(robot.outline):
             rims = np.array([rim(robot.outline, 2.0 * math.pi / RAYS * ray) for ray in range(RAYS)])
         self._hits, self._trail = Hits(rims), Trail()
+        self._ring: Array = np.full(RAYS, np.inf)
+        self._cosines: Array = np.cos(np.arange(RAYS) * (2.0 * math.pi / RAYS))
         self._fan: Array = np.linspace(-1.0, 1.0, 13)
         if not self._swing.round:
             # Beside a wall a long body can only leave it gently, as its tail swings to the wall.
@@ -72,6 +79,7 @@ class RingAvoidance:
     def adjust(self, command: Command, seen: Observation) -> Command:
         """Return the command that is safe, as near as can be to the one given."""
         self._hits.see(seen)
+        self._ring = seen.proximity
         self._trail.add(self._hits.x, self._hits.y)
         if command.left:
             self._forget()
@@ -110,20 +118,21 @@ class RingAvoidance:
         """
         direction, speed = math.copysign(1.0, command.forward), abs(command.forward)
         speed = min(speed, math.sqrt(2.0 * self._deceleration * self.SIGHT))
+        wary = max(self._wary(direction), 0.1 * speed)
         seconds = max(self.HORIZON, 0.5 * speed / self._deceleration + 0.2, self.NEAREST / speed)
         points = self._points(speed, seconds)
         if self._swing.round and math.isinf(self._robot.max_curvature) and self._heading is None:
             # No arc of less than half a turn leads to what is behind.
             points = points[points[:, 0] * direction > -self._body.radius]
         if not len(points):
-            return self._free(command, speed, now, told)
+            return self._free(command, min(speed, wary), now, told)
         if self._heading is not None and (out := self._on_the_way_out(command, points, now)) is not None:
             return out
         most = min(self._robot.max_turn, self._robot.max_curvature * speed)
         wanted = min(max(command.turn, -most), most)
         ahead = self._body.arcs(points, speed=direction * speed, turns=np.array([wanted]), seconds=seconds)
         if ahead.times[0] >= seconds and ahead.ease[0] >= 1.0:
-            return self._free(command, speed, now, told)
+            return self._free(command, min(speed, wary), now, told)
         sharpest = min(self._robot.max_turn, self.TURN * (self.HORIZON / seconds))
         turns = np.clip(wanted + self._fan * sharpest, -most, most)
         ways = self._swing.arcs(points, speed=direction * speed, turns=turns, seconds=seconds)
@@ -134,10 +143,17 @@ class RingAvoidance:
         if speeds[best] < 0.1 * speed:
             return self._leave(command, points, now)
         self._note_side(float(turns[best]) - wanted, now)
-        chosen, slow = float(turns[best]), float(speeds[best])
+        chosen, slow = float(turns[best]), min(float(speeds[best]), wary)
         # A robot that cannot turn on the spot turns less while it is slower.
         most = self._robot.max_curvature * slow
         return replace(command, forward=direction * slow, turn=min(max(chosen, -most), most))
+
+    def _wary(self, direction: float) -> float:
+        """Return the speed from which it can stop in its share of the room that rays find ahead now [m/s]."""
+        nears = direction * self._cosines
+        ahead = nears > self.AHEAD
+        room = self.OWN * np.maximum(self._ring[ahead] - TOUCHING, 0.0)
+        return float(np.min(np.sqrt(2.0 * self._deceleration * room) / nears[ahead]))
 
     def _free(self, command: Command, speed: float, now: float, told: Command | None) -> Command:
         """Return the command for a way with nothing on it."""
