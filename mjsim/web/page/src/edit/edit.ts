@@ -1,14 +1,138 @@
-/** The Edit view. */
+/** The Edit view: tools, the plan, the text and the panel, side by side. */
 
-import { el } from "../dom";
+import "./edit.css";
+import "../panel/panel.css";
+import type { Values } from "../api";
+import { el, fill, icon } from "../dom";
+import { Panel } from "../panel/panel";
+import { uploadPicture } from "../panel/pictures";
+import { SchemaBook } from "../panel/schema";
 import { Plan } from "../plan/plan";
+import { ICONS } from "../shell/icons";
 import type { Studio, View } from "../shell/view";
+import { TextPane } from "../text/text";
+import { Editor } from "./editor";
+import { EditKeys } from "./keys";
+import { Preview } from "./preview";
+import { splitter } from "./splitter";
+import { emptyState } from "./start";
+import { Tools } from "./tools";
 
 export function makeEditView(studio: Studio): View {
-  const host = el("div", { class: "plan", tabindex: 0 });
-  const element = el("section", { class: "view edit", "aria-label": "Edit" }, host);
-  const plan = new Plan(host);
-  studio.document.opened.on(() => plan.forgetView());
-  studio.document.parsedChanged.on(() => plan.setItems(studio.document.items, studio.document.parsed.bounds));
-  return { element, shown: () => plan.refresh(), hidden: () => undefined, key: (event) => plan.key(event) };
+  const element = el("section", { class: "view edit", "aria-label": "Edit" });
+  const waiting = el("p", { class: "hint state" }, "Loading …");
+  element.append(waiting);
+  let inner: EditView | null = null;
+  const begin = async (): Promise<void> => {
+    try {
+      inner = new EditView(studio, element, await studio.api.schema());
+    } catch (error) {
+      studio.toasts.error(error);
+      fill(waiting, "The form of worlds could not be loaded. ", el("button", { onclick: () => void begin() }, "Try again"));
+    }
+  };
+  void begin();
+  return { element, shown: () => inner?.shown(), hidden: () => undefined, key: (event) => inner?.keys.key(event) ?? false };
+}
+
+class EditView {
+  readonly keys: EditKeys;
+  private readonly host = el("div", {
+    class: "plan",
+    tabindex: 0,
+    role: "application",
+    "aria-label": "Plan of the world. Tab goes from thing to thing, arrows move it, Enter goes to its fields.",
+  });
+  private readonly plan = new Plan(this.host);
+  private readonly editor: Editor;
+  private readonly tools: Tools;
+  private readonly text: TextPane;
+  private readonly problems = el("div", { class: "problems" });
+  private readonly dock = el("section", { class: "dock", "aria-label": "Text" });
+
+  constructor(
+    private readonly studio: Studio,
+    private readonly element: HTMLElement,
+    schema: Values,
+  ) {
+    this.editor = new Editor(studio, this.plan);
+    this.tools = new Tools(this.editor);
+    this.text = new TextPane(studio.document);
+    const panel = new Panel(this.editor, new SchemaBook(schema));
+    const preview = new Preview(this.editor);
+    panel.element.append(preview.element);
+    this.keys = new EditKeys(this.editor, this.tools, panel, () => this.toggleText());
+    this.layOut(panel.element);
+    this.listen();
+    this.showState();
+    this.showProblems();
+    this.shown();
+  }
+
+  shown(): void {
+    const { document } = this.studio;
+    if (document.isOpen) this.plan.setItems(document.items, document.parsed.bounds);
+    this.text.view.requestMeasure();
+  }
+
+  private layOut(panel: HTMLElement): void {
+    const hide = el("button", { class: "quiet", title: "Hide the text (T)", onclick: () => this.toggleText() }, "Hide");
+    this.dock.append(el("header", { class: "dock-head" }, icon(ICONS.text), el("h3", {}, "Text"), this.problems, el("span", { class: "space" }), hide), this.text.element);
+    const show = el("button", { class: "show-text", title: "Show the text (T)", onclick: () => this.toggleText() }, icon(ICONS.text), "Text");
+    const zoom = el("div", { class: "zoom" }, this.zoomButton("plus", "Zoom in (+)", () => this.plan.zoomAt(1.25)), this.zoomButton("minus", "Zoom out (-)", () => this.plan.zoomAt(0.8)), this.zoomButton("fit", "Show all (0)", () => this.plan.fit()));
+    const said = el("p", { class: "sr", role: "status", "aria-live": "polite" });
+    this.editor.said.on((text) => (said.textContent = text));
+    const stage = el("div", { class: "stage" }, this.host, this.tools.strip, zoom, show, said);
+    const split = splitter(this.element);
+    fill(this.element, this.tools.bar, stage, split, this.dock, panel, emptyState(this.studio));
+  }
+
+  private zoomButton(name: keyof typeof ICONS, title: string, onclick: () => void): HTMLElement {
+    return el("button", { class: "square", title, "aria-label": title, onclick }, icon(ICONS[name]));
+  }
+
+  private listen(): void {
+    const { document } = this.studio;
+    document.opened.on(() => this.showState());
+    document.parsedChanged.on(() => this.showProblems());
+    this.host.addEventListener("dragover", (event) => event.preventDefault());
+    this.host.addEventListener("drop", (event) => void this.drop(event));
+    this.host.addEventListener("focus", () => this.host.matches(":focus-visible") && this.editor.said.emit("Plan"));
+  }
+
+  /** A picture that is dropped on the plan is hung up where it fell. */
+  private async drop(event: DragEvent): Promise<void> {
+    event.preventDefault();
+    const file = event.dataTransfer?.files[0];
+    if (!file || !this.studio.document.isOpen) return;
+    const box = this.host.getBoundingClientRect();
+    const screen: [number, number] = [event.clientX - box.left, event.clientY - box.top];
+    const path = await uploadPicture(this.studio, file);
+    if (!path) return;
+    const spot = { world: this.plan.toWorld(screen), screen, shift: false, alt: false, command: false, touch: false };
+    const hang = this.tools.beaconOf(path);
+    hang.down(spot);
+    hang.up(spot);
+  }
+
+  private showState(): void {
+    this.element.classList.toggle("closed", !this.studio.document.isOpen);
+  }
+
+  private showProblems(): void {
+    const { problems } = this.studio.document.parsed;
+    const errors = problems.filter((problem) => problem.kind === "error").length;
+    const [first] = problems;
+    if (!this.studio.document.isOpen) return;
+    if (!first) return fill(this.problems, el("span", { class: "hint" }, "No problems"));
+    const count = [errors ? `${errors} ${errors === 1 ? "error" : "errors"}` : "", problems.length - errors ? `${problems.length - errors} to look at` : ""];
+    const go = (): void => this.text.goTo(first.line, first.column);
+    const text = `${count.filter(Boolean).join(", ")}: line ${first.line}: ${first.message}`;
+    fill(this.problems, el("button", { class: `quiet problem ${first.kind}`, title: `${text} (F8 goes to the next)`, onclick: go }, icon(ICONS.warning), el("span", {}, text)));
+  }
+
+  private toggleText(): void {
+    this.element.classList.toggle("no-text");
+    this.text.view.requestMeasure();
+  }
 }

@@ -8,15 +8,10 @@ export const RULER = 22;
 const FINE = 14;
 const STRONG = 70;
 
-/** The step of the fine grid, to which things snap [m]. */
-export function gridStep(view: PlanView): number {
-  return roundStep(view.scale, FINE);
-}
-
 export function drawGrid(context: CanvasRenderingContext2D, view: PlanView, palette: Palette): void {
   context.fillStyle = palette.ground;
   context.fillRect(0, 0, view.width, view.height);
-  drawLines(context, view, gridStep(view), palette.grid);
+  drawLines(context, view, roundStep(view.scale, FINE), palette.grid);
   drawLines(context, view, roundStep(view.scale, STRONG), palette["grid-strong"]);
 }
 

@@ -15,6 +15,8 @@ export interface Named {
   stand?: Stand;
   /** Selected and hovered things are named first. */
   first: boolean;
+  /** It has a handle before its face. */
+  selected: boolean;
 }
 
 export function drawLabels(context: CanvasRenderingContext2D, things: Named[], view: PlanView, palette: Palette): void {
@@ -47,13 +49,14 @@ function write(context: CanvasRenderingContext2D, thing: Named, view: PlanView, 
 }
 
 /** Where a name begins: within a large thing, else before a beacon's face or to the right below. */
-function place({ item, stand }: Named, view: PlanView, width: number): Point {
+function place({ item, stand, selected }: Named, view: PlanView, width: number): Point {
   const points = outlines(item, stand).flat().map((point) => view.toScreen(point));
   const [x0, y0, x1, y1] = points.length ? boundsOf(points) : boundsOf([view.toScreen(stand?.at ?? item.at ?? [0, 0])]);
   const [x, y] = [(x0 + x1) / 2, (y0 + y1) / 2];
   if (item.kind === "beacon" || item.kind === "marker") {
     const [c, s] = direction(stand?.heading_deg ?? item.heading_deg ?? 0);
-    return [x + c * 14 - (c < -0.3 ? width : c > 0.3 ? 0 : width / 2), y - s * 17];
+    const far = selected ? 60 : 14;
+    return [x + c * far - (c < -0.3 ? width : c > 0.3 ? 0 : width / 2), y - s * (far + 3)];
   }
   if (item.kind !== "robot" && x1 - x0 > width + 8 && y1 - y0 > SIZE + 6) return [x - width / 2, y];
   return [x - width / 2, y1 + SIZE];

@@ -23,11 +23,11 @@ import { Signal } from "../signal";
 import { themeChanged } from "../shell/theme";
 import { boundsOf, distance, distanceTo, overlaps } from "./geometry";
 import { Gestures, type Tool } from "./gestures";
-import { drawGrid, drawRulers, gridStep, RULER } from "./grid";
+import { drawGrid, drawRulers, RULER } from "./grid";
 import { drawItem, inOrder, outlines, type Look, type Stand } from "./items";
 import { drawLabels } from "./labels";
 import { readPalette, type Palette } from "./palette";
-import { PlanView } from "./view";
+import { PlanView, roundStep } from "./view";
 
 export type Painter = (context: CanvasRenderingContext2D, plan: Plan) => void;
 
@@ -38,6 +38,8 @@ export class Plan {
   readonly viewChanged = new Signal();
   /** Where things stand that are not where their items say, by name or by the key of their path. */
   readonly stands = new Map<string, Stand>();
+  /** Items as a drag has them now, by the key of their path. */
+  readonly ghosts = new Map<string, Item>();
   /** How items are shown, by the key of their path. */
   looks = new Map<string, Look>();
   readonly hiddenKinds = new Set<string>();
@@ -121,9 +123,9 @@ export class Plan {
     return pixels / this.view.scale;
   }
 
-  /** The step of the grid that is seen [m]. */
+  /** The step to which things snap: five pixels at least, finer than the lines that are seen [m]. */
   get step(): number {
-    return gridStep(this.view);
+    return roundStep(this.view.scale, 5);
   }
 
   toWorld(screen: Point): Point {
@@ -222,6 +224,10 @@ export class Plan {
     return this.items.filter((item) => !this.hiddenKinds.has(item.kind));
   }
 
+  private moves(item: Item): boolean {
+    return this.ghosts.has(keyOf(item.path)) || this.standOf(item) !== undefined;
+  }
+
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.host;
     if (width === 0 || height === 0) return;
@@ -247,11 +253,12 @@ export class Plan {
 
   private paintUnder(context: CanvasRenderingContext2D): void {
     drawGrid(context, this.view, this.palette);
-    this.paintItems(context, this.shown().filter((item) => !this.standOf(item)));
+    this.paintItems(context, this.shown().filter((item) => !this.moves(item)));
   }
 
   private paintOver(context: CanvasRenderingContext2D): void {
-    this.paintItems(context, this.shown().filter((item) => this.standOf(item)));
+    const moving = this.shown().filter((item) => this.moves(item));
+    this.paintItems(context, moving.map((item) => this.ghosts.get(keyOf(item.path)) ?? item));
     for (const paint of this.overlay) paint(context, this);
     if (this.rulers) drawRulers(context, this.view, this.palette);
   }
@@ -263,7 +270,7 @@ export class Plan {
     if (!this.labels) return;
     const named = near.map((item) => {
       const look = this.lookOf(item);
-      return { item, first: Boolean(look.selected || look.hovered), ...given(this.standOf(item)) };
+      return { item, first: Boolean(look.selected || look.hovered), selected: look.selected ?? false, ...given(this.standOf(item)) };
     });
     drawLabels(context, named, this.view, this.palette);
   }

@@ -1,0 +1,264 @@
+/** What is done to the world in the Edit view, whether by mouse, by keys or by a button. */
+
+import type { Change, Item, Path, Point, Values } from "../api";
+
+import { keyOf, type Plan } from "../plan/plan";
+import type { Look } from "../plan/items";
+import type { Studio } from "../shell/view";
+import { Signal } from "../signal";
+import { canTurn, type Changed, moved, spun } from "./shapes";
+
+export class Editor {
+  /** Items as a drag has them now; empty when it is over. */
+  readonly dragged = new Signal<Item[]>();
+  /** What is to be read out and shown at the foot of the plan. */
+  readonly said = new Signal<string>();
+  private hovered: string | null = null;
+  private copied: { list: string; value: Values }[] = [];
+
+  constructor(
+    readonly studio: Studio,
+    readonly plan: Plan,
+  ) {
+    const { document } = studio;
+    document.opened.on(() => plan.forgetView());
+    document.parsedChanged.on(() => this.show());
+    document.selectionChanged.on(() => this.look());
+  }
+
+  get document(): Studio["document"] {
+    return this.studio.document;
+  }
+
+  get items(): Item[] {
+    return this.document.items;
+  }
+
+  get selected(): Item[] {
+    return this.document.selectedItems;
+  }
+
+  select(items: Item[]): void {
+    this.document.select(items.map((item) => item.path));
+    const [first] = items;
+    if (items.length === 1 && first) this.said.emit(described(first));
+    else if (items.length > 1) this.said.emit(`${items.length} things selected`);
+  }
+
+  hover(item: Item | null): void {
+    const key = item ? keyOf(item.path) : null;
+    if (key === this.hovered) return;
+    this.hovered = key;
+    this.look();
+  }
+
+  /** Show items as a drag has them, without changing the text yet. */
+  preview(changed: Changed[]): void {
+    this.plan.ghosts.clear();
+    for (const { ghost } of changed) this.plan.ghosts.set(keyOf(ghost.path), ghost);
+    this.plan.refresh();
+    this.dragged.emit(changed.map(({ ghost }) => ghost));
+  }
+
+  /** Give up what was dragged. */
+  forget(): void {
+    this.plan.ghosts.clear();
+    this.plan.refresh();
+    this.dragged.emit([]);
+  }
+
+  /** Write changes into the text; the plan shows them when the server has read it. */
+  async apply(changes: Change[]): Promise<boolean> {
+    const done = await this.document.change(changes);
+    if (!done) this.forget();
+    return done;
+  }
+
+  /** Put a new item at the end of a list, and select it. */
+  async add(list: Path, value: Values): Promise<void> {
+    if (!(await this.apply([{ op: "add", path: list, value }]))) return;
+    const last = this.inList(list).at(-1);
+    if (last) this.select([last]);
+  }
+
+  /** Those of some items that can be changed here; says why when one cannot. */
+  free(items: Item[]): Item[] {
+    const held = items.find((item) => item.fixed);
+    if (held?.fixed) this.studio.toasts.error(`${held.label}: ${held.fixed}`);
+    return items.filter((item) => !item.fixed);
+  }
+
+  /** Shift what is selected. */
+  nudge(by: Point): void {
+    const changes = this.free(this.selected).flatMap((item) => moved(item, by, this.items).changes);
+    void this.apply(changes);
+  }
+
+  /** Turn what is selected, each about its own middle. */
+  turn(degrees: number): void {
+    const changes = this.free(this.selected.filter(canTurn)).flatMap((item) => spun(item, degrees).changes);
+    void this.apply(changes);
+  }
+
+  remove(): void {
+    const items = this.free(this.selected);
+    // From the last to the first, so that the places of the others hold; what lies within another goes with it.
+    const whole = items.filter((item) => !items.some((other) => other !== item && isWithin(item.path, other.path)));
+    const changes: Change[] = whole.sort((a, b) => comparePaths(b.path, a.path)).map(({ path }) => ({ op: "remove", path }));
+    for (const { name, type } of whole) {
+      if (type === "Robot" && name && this.hasDriver(name)) changes.push({ op: "unset", path: ["run", "drivers", name] });
+    }
+    this.document.select([]);
+    void this.apply(changes);
+    if (whole.length) this.said.emit(`${whole.length === 1 ? whole[0]?.label : `${whole.length} things`} deleted`);
+  }
+
+  copy(): void {
+    const items = this.selected.filter((item) => item.type !== "Opening");
+    this.copied = items.map((item) => ({ list: String(item.path[0]), value: asWritten(item) }));
+    if (items.length) this.said.emit(`${items.length === 1 ? items[0]?.label : `${items.length} things`} copied`);
+  }
+
+  cut(): void {
+    this.copy();
+    this.remove();
+  }
+
+  paste(): void {
+    void this.insert(this.copied);
+    // Pasted again, it goes on in the same direction.
+    this.copied = this.copied.map(({ list, value }) => ({ list, value: offset(value, this.shift) }));
+  }
+
+  duplicate(): void {
+    const items = this.selected.filter((item) => item.type !== "Opening");
+    void this.insert(items.map((item) => ({ list: String(item.path[0]), value: asWritten(item) })));
+  }
+
+  selectAll(): void {
+    this.select(this.items.filter((item) => item.type !== "Opening"));
+  }
+
+  /** The next item in the order of the text, as Tab goes; null at the end. */
+  next(step: 1 | -1): Item | null {
+    const items = [...this.items].sort((a, b) => a.line - b.line || comparePaths(a.path, b.path));
+    const [first] = this.document.selection;
+    const now = first ? items.findIndex((item) => keyOf(item.path) === keyOf(first)) : step === 1 ? -1 : items.length;
+    return items[now + step] ?? null;
+  }
+
+  /** A name that nothing has yet: as wished, or with a number. */
+  freshName(wish: string, taken: Set<string> = this.names()): string {
+    const base = wish.replace(/[^A-Za-z0-9_.-]/g, "-").replace(/^[^A-Za-z0-9_]+/, "") || "thing";
+    const stem = base.replace(/-\d+$/, "");
+    for (let number = 1; ; number++) {
+      const name = number === 1 ? base : `${stem}-${number}`;
+      if (!taken.has(name)) return name;
+    }
+  }
+
+  private get shift(): Point {
+    const step = Math.max(this.plan.step * 5, this.plan.px(24));
+    return [Number(step.toFixed(1)), -Number(step.toFixed(1))];
+  }
+
+  private async insert(pieces: { list: string; value: Values }[]): Promise<void> {
+    if (pieces.length === 0) return;
+    const taken = this.names();
+    const changes = pieces.map(({ list, value }): Change => {
+      const fresh = offset(value, this.shift);
+      if (typeof fresh["name"] === "string") taken.add((fresh["name"] = this.freshName(fresh["name"], taken)));
+      return { op: "add", path: list === "floor" ? ["floor", "patches"] : [list], value: fresh };
+    });
+    if (!(await this.apply(changes))) return;
+    const lists = [...new Set(changes.map((change) => keyOf(change.path)))];
+    const added = lists.flatMap((key) => {
+      const path = JSON.parse(key) as Path;
+      return this.inList(path).slice(-changes.filter((change) => keyOf(change.path) === key).length);
+    });
+    this.select(added);
+  }
+
+  private names(): Set<string> {
+    return new Set(this.items.map((item) => item.name).filter((name) => name !== null));
+  }
+
+  private inList(list: Path): Item[] {
+    const found = this.items.filter((item) => item.path.length === list.length + 1 && isWithin(item.path, list));
+    return found.filter((item) => !item.fixed).sort((a, b) => comparePaths(a.path, b.path));
+  }
+
+  private hasDriver(name: string): boolean {
+    const drivers = this.document.parsed.run["drivers"];
+    return typeof drivers === "object" && drivers !== null && name in drivers;
+  }
+
+  private show(): void {
+    const { items, parsed } = this.document;
+    this.plan.ghosts.clear();
+    this.look();
+    this.plan.setItems(items, parsed.bounds);
+    this.dragged.emit([]);
+  }
+
+  private look(): void {
+    const looks = new Map<string, Look>();
+    const put = (key: string, look: Look): void => void looks.set(key, { ...looks.get(key), ...look });
+    for (const problem of this.document.parsed.problems) {
+      const item = itemOf(problem.path, this.items);
+      if (item) put(keyOf(item.path), { problem: problem.kind });
+    }
+    if (this.hovered) put(this.hovered, { hovered: true });
+    for (const path of this.document.selection) put(keyOf(path), { selected: true });
+    this.plan.looks = looks;
+    this.plan.refresh();
+  }
+}
+
+/** The innermost item that a path of the text lies in. */
+export function itemOf(path: Path | null, items: Item[]): Item | null {
+  if (!path) return null;
+  const around = items.filter((item) => isWithin(path, item.path) || keyOf(path) === keyOf(item.path));
+  return around.sort((a, b) => b.path.length - a.path.length)[0] ?? null;
+}
+
+export function isWithin(path: Path, outer: Path): boolean {
+  return path.length > outer.length && outer.every((key, index) => key === path[index]);
+}
+
+/** A sentence about an item, for who hears the plan. */
+export function described(item: Item): string {
+  const place = item.at ? ` at ${item.at.map((value) => value.toFixed(2)).join(", ")} m` : "";
+  const facing = item.heading_deg !== null && item.type !== "Opening" ? `, ${Math.round(item.heading_deg)}°` : "";
+  const held = item.fixed ? `; ${item.fixed}` : "";
+  return `${item.label}${place}${facing}${held}`;
+}
+
+/** What stands of an item in the text, so that a copy says the same. */
+function asWritten(item: Item): Values {
+  const { repeat: _, ...raw } = item.raw ?? Object.fromEntries(item.written.map((key) => [key, item.values[key]]));
+  return structuredClone(raw);
+}
+
+function offset(value: Values, [dx, dy]: Point): Values {
+  const shift = (point: unknown): unknown =>
+    Array.isArray(point) && typeof point[0] === "number" && typeof point[1] === "number"
+      ? [short4(point[0] + dx), short4(point[1] + dy), ...point.slice(2)]
+      : point;
+  const fresh: Values = { ...value };
+  if ("at" in fresh) fresh["at"] = shift(fresh["at"]);
+  if (Array.isArray(fresh["points"])) fresh["points"] = fresh["points"].map(shift);
+  return fresh;
+}
+
+const short4 = (value: number): number => Number(value.toFixed(4));
+
+function comparePaths(a: Path, b: Path): number {
+  for (let k = 0; k < Math.min(a.length, b.length); k++) {
+    const [one, other] = [a[k], b[k]];
+    if (one === other) continue;
+    return typeof one === "number" && typeof other === "number" ? one - other : String(one) < String(other) ? -1 : 1;
+  }
+  return a.length - b.length;
+}
+

@@ -1,0 +1,130 @@
+/** The keys of the Edit view: the plan can be worked without a mouse. */
+
+import type { Point } from "../api";
+import { isCommand } from "../dom";
+import type { Spot } from "../plan/gestures";
+import type { Editor } from "./editor";
+import type { Tools } from "./tools";
+
+const ARROWS: Record<string, Point> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+/** Arrows with Shift move by so much [m]. */
+const FINE = 0.01;
+
+export class EditKeys {
+  /** Where the cross of a tool stands that is moved by keys. */
+  private cross: Point | null = null;
+
+  constructor(
+    private readonly editor: Editor,
+    private readonly tools: Tools,
+    private readonly panel: { focus(): void },
+    private readonly toggleText: () => void,
+  ) {
+    tools.changed.on(() => (this.cross = null));
+    editor.plan.host.addEventListener("pointermove", () => (this.cross = null));
+    editor.plan.host.addEventListener("keydown", (event) => this.tab(event));
+  }
+
+  /** True when the key was one of ours. */
+  key(event: KeyboardEvent): boolean {
+    if (!this.editor.document.isOpen) return false;
+    if (isCommand(event)) return this.command(event.key.toLowerCase());
+    if (event.altKey) return false;
+    const onButton = event.target instanceof HTMLButtonElement || (event.target instanceof HTMLElement && event.target.tagName === "SUMMARY");
+    if (onButton && (event.key === "Enter" || event.key === " ")) return false;
+    return this.arrow(event) || this.act(event) || this.editor.plan.key(event) || this.letter(event.key);
+  }
+
+  private command(key: string): boolean {
+    const work: Record<string, () => void> = {
+      a: () => this.editor.selectAll(),
+      c: () => this.editor.copy(),
+      d: () => this.editor.duplicate(),
+      v: () => this.editor.paste(),
+      x: () => this.editor.cut(),
+    };
+    // What is marked in the page as text is copied as text.
+    if ((key === "c" || key === "x") && window.getSelection()?.type === "Range") return false;
+    work[key]?.();
+    return key in work;
+  }
+
+  private letter(key: string): boolean {
+    if (key.toLowerCase() === "t") return this.toggleText(), true;
+    return key.length === 1 && this.tools.takeKey(key);
+  }
+
+  private act(event: KeyboardEvent): boolean {
+    const { key } = event;
+    if (key === "Escape") return this.escape();
+    if (key === "Enter") return this.enter();
+    if (key === " " && this.cross) return this.place(), true;
+    if (key === "Delete" || key === "Backspace") return this.remove();
+    if (key === "[" || key === "{") return this.editor.turn(event.shiftKey ? 1 : 15), true;
+    if (key === "]" || key === "}") return this.editor.turn(event.shiftKey ? -1 : -15), true;
+    return false;
+  }
+
+  private remove(): boolean {
+    if (this.tools.now === "wall" && this.tools.wall.back()) return true;
+    if (this.editor.selected.length) this.editor.remove();
+    return true;
+  }
+
+  /** Out of what is innermost: the drag, the wall begun, the tool, the selection. */
+  private escape(): boolean {
+    if (this.editor.plan.cancelDrag()) return true;
+    if (this.tools.wall.isDrawing) return this.tools.wall.cancel(), true;
+    if (this.tools.now !== "select") return this.tools.take("select"), true;
+    if (this.editor.selected.length === 0) return false;
+    this.editor.select([]);
+    return true;
+  }
+
+  private enter(): boolean {
+    if (this.tools.wall.isDrawing) return this.tools.wall.finish(false), true;
+    if (this.cross) return this.place(), true;
+    if (this.editor.selected.length === 0) return false;
+    this.panel.focus();
+    return true;
+  }
+
+  private arrow(event: KeyboardEvent): boolean {
+    const way = ARROWS[event.key];
+    if (!way) return false;
+    const { plan } = this.editor;
+    const far = event.shiftKey ? FINE : plan.step;
+    const by: Point = [way[0] * far, way[1] * far];
+    if (this.tools.now === "select" || this.tools.now === "hand") {
+      if (this.editor.selected.length === 0) return false;
+      this.editor.nudge(by);
+      return true;
+    }
+    const now = this.cross ?? plan.toWorld([plan.view.width / 2, plan.view.height / 2]).map((value) => Math.round(value / plan.step) * plan.step);
+    this.cross = [(now[0] ?? 0) + by[0], (now[1] ?? 0) + by[1]];
+    this.tools.tool?.hover?.(this.spot(this.cross));
+    this.editor.said.emit(this.cross.map((value) => value.toFixed(2)).join(", "));
+    return true;
+  }
+
+  private place(): void {
+    if (!this.cross) return;
+    const spot = this.spot(this.cross);
+    this.tools.tool?.down(spot);
+    this.tools.tool?.up?.(spot);
+  }
+
+  private spot(world: Point): Spot {
+    const screen = this.editor.plan.view.toScreen(world);
+    return { world, screen, shift: false, alt: false, command: false, touch: false };
+  }
+
+  /** Tab goes from thing to thing on the plan, and leaves it after the last. */
+  private tab(event: KeyboardEvent): void {
+    if (event.key !== "Tab" || isCommand(event) || event.altKey) return;
+    const next = this.editor.next(event.shiftKey ? -1 : 1);
+    if (!next) return this.editor.select([]);
+    event.preventDefault();
+    this.editor.select([next]);
+  }
+}

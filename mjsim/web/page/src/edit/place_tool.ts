@@ -1,0 +1,135 @@
+/** Put in a box, a cylinder, a picture or a robot: a click sets it down, a drag gives its size or where it looks. */
+
+import type { Item, Path, Point, Values } from "../api";
+import { distance, heading, minus, short } from "../plan/geometry";
+import type { Spot, Tool } from "../plan/gestures";
+import { drawItem } from "../plan/items";
+import type { Plan } from "../plan/plan";
+import type { Editor } from "./editor";
+import { paintNote } from "./select_tool";
+import { faceNear, isWall, rectangle } from "./shapes";
+import { toGrid } from "./snap";
+
+/** What is being put in. */
+export interface Piece {
+  list: Path;
+  value: Values;
+  ghost: Item;
+  note: string;
+}
+
+/** Make it: from where the pointer went down to where it is, or at one point when it did not move. */
+export type Make = (editor: Editor, at: Point, to: Point | null, free: boolean) => Piece;
+
+export class PlaceTool implements Tool {
+  readonly cursor = "crosshair";
+  private piece: Piece | null = null;
+  private from: Spot | null = null;
+  private screen: Point = [0, 0];
+
+  constructor(
+    private readonly editor: Editor,
+    private readonly make: Make,
+  ) {
+    editor.plan.overlay.push((context, plan) => plan.tool === this && this.paint(context, plan));
+  }
+
+  down(spot: Spot): boolean {
+    this.from = spot;
+    this.show(spot);
+    return true;
+  }
+
+  drag(spot: Spot): void {
+    this.show(spot);
+  }
+
+  hover(spot: Spot): void {
+    this.show(spot);
+  }
+
+  up(spot: Spot): void {
+    this.show(spot);
+    this.from = null;
+    if (this.piece) void this.editor.add(this.piece.list, this.piece.value);
+    this.leave();
+  }
+
+  cancel(): void {
+    this.from = null;
+    this.leave();
+  }
+
+  leave(): void {
+    this.piece = null;
+    this.editor.plan.drawOver();
+  }
+
+  private show(spot: Spot): void {
+    const { plan } = this.editor;
+    this.screen = spot.screen;
+    const snap = (at: Point): Point => (spot.alt ? at : toGrid(at, plan.step));
+    const drawn = this.from && distance(this.from.screen, spot.screen) > 5;
+    const start = this.from ?? spot;
+    this.piece = this.make(this.editor, snap(start.world), drawn ? snap(spot.world) : null, spot.alt);
+    plan.drawOver();
+  }
+
+  private paint(context: CanvasRenderingContext2D, plan: Plan): void {
+    if (!this.piece) return;
+    context.globalAlpha = 0.7;
+    drawItem(context, this.piece.ghost, plan.view, plan.palette, {});
+    context.globalAlpha = 1;
+    paintNote(context, plan, this.screen, this.piece.note);
+  }
+}
+
+export const makeBox: Make = (_editor, at, to) => {
+  const size = to ? [Math.abs(to[0] - at[0]) || 0.1, Math.abs(to[1] - at[1]) || 0.1].map((side) => short(side)) : [0.6, 0.6];
+  const place: Point = to ? [short((at[0] + to[0]) / 2), short((at[1] + to[1]) / 2)] : at;
+  const value = { box: [...size, 0.6], at: place };
+  const ghost = made("obstacle", place, 0, [rectangle(place, 0, size[0] ?? 1, size[1] ?? 1)]);
+  return { list: ["obstacles"], value, ghost, note: `${size.join(" × ")} m` };
+};
+
+export const makeCylinder: Make = (_editor, at, to) => {
+  const radius = to ? Math.max(short(distance(at, to), 2), 0.02) : 0.2;
+  const value = { cylinder: [radius, 0.8], at };
+  return { list: ["obstacles"], value, ghost: made("obstacle", at, 0, [circle(at, radius)]), note: `radius ${radius} m` };
+};
+
+/** How a picture, a marker or a reflector is put in: on the wall close by, looking into the room. */
+export function beaconMaker(look: () => { name: string; value: Values }): Make {
+  return (editor, at, to, free) => {
+    const { name, value } = look();
+    const walls = editor.items.filter(isWall);
+    const face = free ? null : faceNear(to ?? at, walls, Math.max(editor.plan.px(40), 0.6));
+    const place: Point = face ? [short(face.at[0]), short(face.at[1])] : at;
+    const turn = face ? face.heading_deg : to ? Math.round(heading(minus(to, at))) : 0;
+    const width = typeof value["width"] === "number" ? value["width"] : 0.6;
+    const written = { name: editor.freshName(name), ...value, at: place, ...(turn ? { heading_deg: turn } : {}) };
+    const ghost = made("beacon", place, turn, [rectangle(place, turn, 0.02, width)], value);
+    return { list: ["beacons"], value: written, ghost, note: face ? `on the wall, ${Math.round(turn)}°` : `${place[0]}, ${place[1]} m` };
+  };
+}
+
+export function robotMaker(look: () => Values): Make {
+  return (editor, at, to) => {
+    const turn = to ? Math.round(heading(minus(to, at)) / 5) * 5 : 0;
+    const { name, ...rest } = look();
+    const value = { name: editor.freshName(String(name)), ...rest, at, heading_deg: turn };
+    const { preset, sensors, ...place } = value as Values;
+    const written = { ...(preset ? { name: place["name"], preset } : {}), ...place, ...(sensors ? { sensors } : {}) };
+    return { list: ["robots"], value: written, ghost: made("robot", at, turn, [circle(at, 0.22)]), note: `looks to ${turn}°` };
+  };
+}
+
+function made(kind: string, at: Point, turn: number, polygons: Point[][], values: Values = {}): Item {
+  const rest = { path: [], name: null, label: kind, written: [], type: "", fixed: null, line: 0 };
+  return { ...rest, kind, at, heading_deg: turn, polygons, values };
+}
+
+function circle([x, y]: Point, radius: number): Point[] {
+  const angles = Array.from({ length: 32 }, (_, index) => (index * Math.PI) / 16);
+  return angles.map((angle) => [x + radius * Math.cos(angle), y + radius * Math.sin(angle)]);
+}

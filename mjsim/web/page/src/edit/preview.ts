@@ -1,0 +1,77 @@
+/** What the camera of the selected robot would see; follows the drag. */
+
+import type { Item, PreviewAsk, Values } from "../api";
+import { ApiError } from "../api";
+import { el, fill } from "../dom";
+import { newestWins } from "../signal";
+import type { Editor } from "./editor";
+
+const WIDTH = 320;
+
+export class Preview {
+  readonly element = el("figure", { class: "preview", hidden: true });
+  private readonly picture = el("img", { alt: "" });
+  private readonly caption = el("figcaption", {});
+  private readonly choice = el("select", { "aria-label": "Camera" });
+  private readonly wanted: (ask: PreviewAsk) => void;
+  private last = "";
+  private ghosts: Item[] = [];
+
+  constructor(private readonly editor: Editor) {
+    this.element.append(el("div", { class: "preview-head" }, el("span", {}, "Camera"), this.choice), this.picture, this.caption);
+    this.wanted = newestWins((ask: PreviewAsk) => this.load(ask));
+    this.choice.addEventListener("change", () => this.draw());
+    editor.document.parsedChanged.on(() => this.draw());
+    editor.document.selectionChanged.on(() => this.draw());
+    editor.dragged.on((ghosts) => {
+      this.ghosts = ghosts;
+      this.draw();
+    });
+  }
+
+  private draw(): void {
+    const robot = this.robot();
+    const cameras = robot ? camerasOf(robot.values) : [];
+    this.element.hidden = cameras.length === 0;
+    if (!robot?.name || !robot.at || cameras.length === 0) return;
+    this.offer(cameras);
+    const { document } = this.editor;
+    const camera = this.choice.value;
+    const ask = { path: document.path ?? "", text: document.text, robot: robot.name, camera, at: robot.at, heading_deg: robot.heading_deg ?? 0, width: WIDTH };
+    const key = JSON.stringify(ask);
+    if (key === this.last) return;
+    this.last = key;
+    this.picture.alt = `What camera ${camera} of ${robot.name} sees`;
+    this.wanted(ask);
+  }
+
+  private robot(): Item | null {
+    const [only, more] = this.editor.selected;
+    if (!only || more || only.type !== "Robot") return null;
+    return this.ghosts.find((ghost) => ghost.type === "Robot" && ghost.name === only.name) ?? only;
+  }
+
+  private offer(cameras: string[]): void {
+    const there = [...this.choice.options].map((option) => option.value);
+    if (JSON.stringify(there) === JSON.stringify(cameras)) return;
+    fill(this.choice, ...cameras.map((camera) => el("option", { value: camera }, camera)));
+  }
+
+  private async load(ask: PreviewAsk): Promise<void> {
+    try {
+      const picture = URL.createObjectURL(await this.editor.studio.api.preview(ask));
+      const old = this.picture.src;
+      this.picture.src = picture;
+      this.caption.textContent = "";
+      if (old.startsWith("blob:")) URL.revokeObjectURL(old);
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      this.caption.textContent = error.message;
+    }
+  }
+}
+
+export function camerasOf(values: Values): string[] {
+  const sensors = Array.isArray(values["sensors"]) ? (values["sensors"] as Values[]) : [];
+  return sensors.map((sensor) => sensor["camera"]).filter((name) => typeof name === "string");
+}

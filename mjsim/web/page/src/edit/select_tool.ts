@@ -1,0 +1,298 @@
+/** Select, drag, turn and resize with the pointer. */
+
+import type { Bounds, Item, Point } from "../api";
+import { boundsOf, distance, heading, minus, turned } from "../plan/geometry";
+import type { Spot, Tool } from "../plan/gestures";
+import { disc, line } from "../plan/items";
+import { keyOf, type Plan } from "../plan/plan";
+import type { Editor } from "./editor";
+import { type Changed, canTurn, cornersOf, faceNear, type Handle, handlesOf, isWall, moved, pivotOf, spun } from "./shapes";
+import { snapCorner, toGrid } from "./snap";
+
+/** A drag begins after so many pixels; before that it is a click. */
+const THRESHOLD = 3;
+const HANDLE = 4.5;
+const STEM = 30;
+
+type Drag =
+  | { kind: "items"; items: Item[]; grabbed: Item }
+  | { kind: "handle"; handle: Handle; item: Item }
+  | { kind: "turn"; item: Item; pivot: Point; from: number }
+  | { kind: "band"; kept: Item[] };
+
+export class SelectTool implements Tool {
+  readonly cursor = "default";
+  private drag_: Drag | null = null;
+  private from: Spot | null = null;
+  private now: Spot | null = null;
+  private moving = false;
+  private changed: Changed[] = [];
+  private note = "";
+
+  constructor(private readonly editor: Editor) {
+    editor.plan.overlay.push((context, plan) => editor.plan.tool === this && this.paint(context, plan));
+  }
+
+  down(spot: Spot): boolean {
+    [this.from, this.now, this.moving, this.changed] = [spot, spot, false, []];
+    this.drag_ = this.grab(spot);
+    return this.drag_ !== null;
+  }
+
+  drag(spot: Spot): void {
+    this.now = spot;
+    if (!this.from || !this.drag_) return;
+    this.moving ||= distance(spot.screen, this.from.screen) > THRESHOLD;
+    if (!this.moving) return;
+    if (this.drag_.kind === "band") this.editor.select([...this.drag_.kept, ...this.banded()]);
+    else this.editor.preview((this.changed = this.changes(this.drag_, spot)));
+    this.editor.plan.drawOver();
+  }
+
+  up(spot: Spot): void {
+    const drag = this.drag_;
+    if (drag && this.moving && drag.kind !== "band") void this.editor.apply(this.changed.flatMap(({ changes }) => changes));
+    else if (drag?.kind === "items" && !spot.shift) this.editor.select([drag.grabbed]);
+    else if (drag?.kind === "band" && !this.moving && !spot.shift) this.editor.select([]);
+    this.drag_ = null;
+    this.note = "";
+    this.editor.plan.drawOver();
+  }
+
+  cancel(): void {
+    this.drag_ = null;
+    this.note = "";
+    this.editor.forget();
+  }
+
+  hover(spot: Spot): void {
+    const handle = this.handleAt(spot);
+    const turner = !handle && this.turnerAt(spot);
+    const item = handle || turner ? null : this.editor.plan.itemAt(spot.screen);
+    this.editor.hover(item);
+    this.editor.plan.host.style.cursor = handle ? handle.handle.cursor : turner ? "grab" : item ? "move" : "default";
+  }
+
+  leave(): void {
+    this.editor.hover(null);
+  }
+
+  private grab(spot: Spot): Drag | null {
+    const held = this.handleAt(spot);
+    if (held) return { kind: "handle", ...held };
+    const turner = this.turnerAt(spot);
+    if (turner) return turner;
+    const item = this.editor.plan.itemAt(spot.screen, spot.touch ? 12 : 6);
+    if (item) return this.grabItem(item, spot.shift);
+    if (spot.touch) {
+      this.editor.select([]);
+      return null; // a finger on free paper moves it
+    }
+    return { kind: "band", kept: spot.shift ? this.editor.selected : [] };
+  }
+
+  private grabItem(item: Item, shift: boolean): Drag | null {
+    const selected = this.editor.selected;
+    const isIn = selected.some((other) => keyOf(other.path) === keyOf(item.path));
+    if (shift) this.editor.select(isIn ? selected.filter((other) => keyOf(other.path) !== keyOf(item.path)) : [...selected, item]);
+    else if (!isIn) this.editor.select([item]);
+    if (shift && isIn) return { kind: "band", kept: this.editor.selected };
+    return { kind: "items", items: this.editor.selected, grabbed: item };
+  }
+
+  private changes(drag: Drag, spot: Spot): Changed[] {
+    if (drag.kind === "handle") return [this.resized(drag.handle, spot)];
+    if (drag.kind === "turn") return [this.spun(drag, spot)];
+    if (drag.kind === "band") return [];
+    const items = drag.items.filter((item) => !item.fixed);
+    if (items.length < drag.items.length && this.changed.length === 0) this.editor.free(drag.items);
+    return items.length ? this.shifted(items, drag.grabbed, spot) : [];
+  }
+
+  private resized(handle: Handle, spot: Spot): Changed {
+    const { plan, items } = this.editor;
+    const mine = this.drag_?.kind === "handle" ? keyOf(this.drag_.item.path) : "";
+    const walls = items.filter((item) => isWall(item) && keyOf(item.path) !== mine);
+    const snap = { step: plan.step, reach: plan.px(9), walls };
+    const to = spot.alt ? spot.world : handle.corner !== undefined ? snapCorner(spot.world, snap).at : toGrid(spot.world, plan.step);
+    const changed = handle.drawn(to);
+    this.note = sizeNote(changed.ghost, handle.corner);
+    return changed;
+  }
+
+  private spun(drag: { item: Item; pivot: Point; from: number }, spot: Spot): Changed {
+    const angle = turned(heading(minus(spot.world, drag.pivot)) - drag.from);
+    const base = isWall(drag.item) ? 0 : (drag.item.heading_deg ?? 0);
+    const step = spot.alt || spot.shift ? 1 : 15;
+    const by = Math.round((base + angle) / step) * step - base;
+    const changed = spun(drag.item, by);
+    this.note = `${Math.round(turned(base + by))}°`;
+    return changed;
+  }
+
+  private shifted(items: Item[], grabbed: Item, spot: Spot): Changed[] {
+    const { plan } = this.editor;
+    const raw = minus(spot.world, this.from?.world ?? spot.world);
+    const alone = items.length === 1 ? items[0] : undefined;
+    if (alone?.type === "Beacon" && !spot.alt && typeof alone.values["on"] !== "string") {
+      const hung = this.hung(alone, spot);
+      if (hung) return [hung];
+    }
+    const anchor = isWall(grabbed) ? cornersOf(grabbed)[0] : grabbed.at;
+    const isOpening = grabbed.type === "Opening";
+    let by: Point = raw;
+    if (!spot.alt && anchor && !isOpening) {
+      const aim = toGrid([anchor[0] + raw[0], anchor[1] + raw[1]], plan.step);
+      by = spot.shift && Math.abs(raw[0]) < Math.abs(raw[1]) ? [0, aim[1] - anchor[1]] : spot.shift ? [aim[0] - anchor[0], 0] : minus(aim, anchor);
+    }
+    this.note = isOpening ? "" : `${signed(by[0])}, ${signed(by[1])} m`;
+    const whole = items.filter((item) => item.type !== "Opening" || items.length === 1);
+    const changed = whole.map((item) => moved(item, by, this.editor.items));
+    if (isOpening && changed[0]) this.note = `${Number(changed[0].ghost.values["at"]).toFixed(2)} m from the corner`;
+    return [...changed, ...this.openingsOf(whole, by)];
+  }
+
+  /** Openings of walls that are moved are drawn where they go; the text has them by their wall, so nothing is written. */
+  private openingsOf(walls: Item[], by: Point): Changed[] {
+    const keys = new Set(walls.filter(isWall).map((wall) => keyOf(wall.path)));
+    const openings = this.editor.items.filter((item) => item.type === "Opening" && keys.has(keyOf(item.path.slice(0, -2))));
+    return openings.map((item) => {
+      const polygons = item.polygons.map((polygon) => polygon.map(([x, y]): Point => [x + by[0], y + by[1]]));
+      return { ghost: { ...item, polygons }, changes: [] };
+    });
+  }
+
+  /** A picture near a wall hangs on its face and looks into the room. */
+  private hung(item: Item, spot: Spot): Changed | null {
+    const { plan, items } = this.editor;
+    const face = faceNear(spot.world, items.filter(isWall), Math.max(plan.px(14), 0.15));
+    if (!face || !item.at) return null;
+    const turn = spun(item, turned(face.heading_deg - (item.heading_deg ?? 0)));
+    const place = moved(turn.ghost, minus(face.at, item.at), items);
+    this.note = `on the wall, ${Math.round(face.heading_deg)}°`;
+    const isTurned = Math.abs(turned(face.heading_deg - (item.heading_deg ?? 0))) > 0.01;
+    return { ghost: place.ghost, changes: [...place.changes, ...(isTurned ? turn.changes : [])] };
+  }
+
+  private banded(): Item[] {
+    if (!this.from || !this.now) return [];
+    const [a, b] = [this.from.world, this.now.world];
+    const bounds: Bounds = [Math.min(a[0], b[0]), Math.min(a[1], b[1]), Math.max(a[0], b[0]), Math.max(a[1], b[1])];
+    return this.editor.plan.itemsWithin(bounds).filter((item) => item.type !== "Opening");
+  }
+
+  private alone(): Item | null {
+    const items = this.editor.selected;
+    return items.length === 1 ? (items[0] ?? null) : null;
+  }
+
+  /** Handles of an item, when it is drawn large enough to have room for them. */
+  private handles(item: Item): Handle[] {
+    const { plan, items } = this.editor;
+    const handles = handlesOf(item, items);
+    if (isWall(item)) return handles;
+    const [x0, y0, x1, y1] = boundsOf(handles.map(({ at }) => plan.view.toScreen(at)));
+    const room = Math.max(x1 - x0, y1 - y0);
+    return handles.slice(0, room < 18 ? 0 : room < 40 ? 4 : handles.length);
+  }
+
+  private handleAt(spot: Spot): { handle: Handle; item: Item } | null {
+    const item = this.alone();
+    if (!item) return null;
+    const near = spot.touch ? 20 : 9;
+    const far = (handle: Handle): number => distance(this.editor.plan.view.toScreen(handle.at), spot.screen);
+    const handle = this.handles(item).sort((a, b) => far(a) - far(b))[0];
+    return handle && far(handle) <= near ? { handle, item } : null;
+  }
+
+  private turnerAt(spot: Spot): Drag | null {
+    const item = this.alone();
+    const ends = item && this.turner(item);
+    if (!item || !ends || distance(ends[1], spot.screen) > (spot.touch ? 20 : 10)) return null;
+    const pivot = pivotOf(item);
+    return { kind: "turn", item, pivot, from: heading(minus(this.editor.plan.view.toWorld(ends[1]), pivot)) };
+  }
+
+  /** Stem and knob of the handle for turning, in pixels. */
+  private turner(item: Item): [Point, Point] | null {
+    if (item.fixed || !canTurn(item)) return null;
+    const { view } = this.editor.plan;
+    const shown = this.editor.plan.ghosts.get(keyOf(item.path)) ?? item;
+    const pivot = view.toScreen(pivotOf(shown));
+    const angle = isWall(shown) ? 90 : (shown.heading_deg ?? 0);
+    const far = Math.max(0, ...shown.polygons.flat().map((point) => distance(view.toScreen(point), pivot)));
+    const reach = (isWall(shown) ? Math.min(far, 40) : far) + STEM;
+    const [c, s] = [Math.cos((angle * Math.PI) / 180), Math.sin((angle * Math.PI) / 180)];
+    return [pivot, [pivot[0] + c * reach, pivot[1] - s * reach]];
+  }
+
+  private paint(context: CanvasRenderingContext2D, plan: Plan): void {
+    const item = this.alone();
+    context.lineWidth = 1.5;
+    if (item) this.paintHandles(context, plan, item);
+    if (this.drag_?.kind === "band" && this.moving && this.from && this.now) paintBand(context, plan, this.from.screen, this.now.screen);
+    if (this.note && this.now && this.moving) paintNote(context, plan, this.now.screen, this.note);
+  }
+
+  private paintHandles(context: CanvasRenderingContext2D, plan: Plan, item: Item): void {
+    const shown = plan.ghosts.get(keyOf(item.path)) ?? item;
+    context.strokeStyle = plan.palette.accent;
+    context.fillStyle = plan.palette.paper;
+    const stem = this.turner(item);
+    if (stem) {
+      context.globalAlpha = 0.6;
+      line(context, ...stem);
+      context.globalAlpha = 1;
+      disc(context, stem[1], 5.5);
+      context.fill();
+      context.stroke();
+    }
+    for (const { at, corner } of this.handles(shown)) {
+      const [x, y] = plan.view.toScreen(at);
+      context.beginPath();
+      if (corner === undefined) context.rect(x - HANDLE, y - HANDLE, 2 * HANDLE, 2 * HANDLE);
+      else context.arc(x, y, HANDLE + 1, 0, 2 * Math.PI);
+      context.fill();
+      context.stroke();
+    }
+  }
+}
+
+/** A few words beside the pointer. */
+export function paintNote(context: CanvasRenderingContext2D, plan: Plan, [x, y]: Point, text: string): void {
+  context.font = "600 12px system-ui, sans-serif";
+  context.textBaseline = "middle";
+  context.textAlign = "left";
+  const width = context.measureText(text).width;
+  const left = Math.min(x + 16, plan.view.width - width - 20);
+  context.fillStyle = plan.palette.ink;
+  context.beginPath();
+  context.roundRect(left, y - 32, width + 16, 22, 5);
+  context.fill();
+  context.fillStyle = plan.palette.paper;
+  context.fillText(text, left + 8, y - 20.5);
+}
+
+function paintBand(context: CanvasRenderingContext2D, plan: Plan, a: Point, b: Point): void {
+  context.strokeStyle = plan.palette.accent;
+  context.fillStyle = plan.palette.accent;
+  context.lineWidth = 1;
+  context.globalAlpha = 0.12;
+  context.fillRect(a[0], a[1], b[0] - a[0], b[1] - a[1]);
+  context.globalAlpha = 1;
+  context.strokeRect(a[0], a[1], b[0] - a[0], b[1] - a[1]);
+}
+
+function sizeNote(ghost: Item, corner: number | undefined): string {
+  const points = cornersOf(ghost);
+  if (corner !== undefined) {
+    const [now, before] = [points[corner], points[corner - 1] ?? points[corner + 1]];
+    return now && before ? `${distance(now, before).toFixed(2)} m` : "";
+  }
+  const value = ["box", "ramp", "steps", "size", "cylinder", "sphere", "width"].map((key) => ghost.values[key]).find((size) => size !== undefined);
+  return Array.isArray(value) ? `${value.slice(0, 2).join(" × ")} m` : `${String(value)} m`;
+}
+
+function signed(value: number): string {
+  return `${value < 0 ? "−" : "+"}${Math.abs(value).toFixed(2)}`;
+}

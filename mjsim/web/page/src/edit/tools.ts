@@ -1,0 +1,191 @@
+/** The tools of the Edit view, their buttons, and what can be chosen for them. */
+
+import type { Values } from "../api";
+import { el, fill, icon } from "../dom";
+import type { Tool } from "../plan/gestures";
+import { choosePicture } from "../panel/pictures";
+import { ICONS } from "../shell/icons";
+import { Signal } from "../signal";
+import type { Editor } from "./editor";
+import { OpeningTool } from "./opening_tool";
+import { beaconMaker, makeBox, makeCylinder, PlaceTool, robotMaker } from "./place_tool";
+import { SelectTool } from "./select_tool";
+import { WallTool } from "./wall_tool";
+
+export const TOOLS = [
+  { name: "select", title: "Select", key: "V" },
+  { name: "hand", title: "Move the paper", key: "H" },
+  { name: "wall", title: "Wall", key: "W" },
+  { name: "door", title: "Doorway", key: "D" },
+  { name: "window", title: "Window", key: "N" },
+  { name: "box", title: "Box", key: "B" },
+  { name: "cylinder", title: "Cylinder", key: "C" },
+  { name: "beacon", title: "Picture or marker", key: "P" },
+  { name: "robot", title: "Robot", key: "R" },
+] as const;
+
+export type ToolName = (typeof TOOLS)[number]["name"];
+
+const HINTS: Record<ToolName, string> = {
+  select: "",
+  hand: "Drag the paper.",
+  wall: "Click corner by corner. Enter or a double click ends, a click on the first corner closes the room, Esc gives up.",
+  door: "Click on a wall.",
+  window: "Click on a wall.",
+  box: "Click, or drag from corner to corner.",
+  cylinder: "Click, or drag from its middle.",
+  beacon: "Click near a wall: it hangs there and looks into the room.",
+  robot: "Click, or drag to where it looks.",
+};
+const SENSORS: Record<string, Values> = {
+  camera: { camera: "front", at: [0.1, 0, 0.5] },
+  lidar: { lidar: "scan" },
+  "beacon sensor": { beacons: "ring" },
+};
+
+export class Tools {
+  readonly bar = el("div", { class: "tools", role: "toolbar", "aria-label": "Tools", "aria-orientation": "vertical" });
+  readonly strip = el("div", { class: "strip" });
+  readonly changed = new Signal<ToolName>();
+  readonly wall: WallTool;
+  now: ToolName = "select";
+  private picture = "posters/lion.jpg";
+  private look: "picture" | "marker" | "reflector" = "picture";
+  private preset = "";
+  private readonly sensors = new Set(["camera"]);
+  private readonly tools: Record<ToolName, Tool | null>;
+  private readonly buttons = new Map<ToolName, HTMLButtonElement>();
+
+  constructor(private readonly editor: Editor) {
+    const { shipped } = editor.studio.folder;
+    if (!shipped.pictures.includes(this.picture)) this.picture = shipped.pictures[0] ?? this.picture;
+    this.preset = (shipped.presets.find(({ name }) => name === "pioneer3dx") ?? shipped.presets[0])?.name ?? "";
+    this.wall = new WallTool(editor);
+    this.tools = {
+      select: new SelectTool(editor),
+      hand: null,
+      wall: this.wall,
+      door: new OpeningTool(editor, "door"),
+      window: new OpeningTool(editor, "window"),
+      box: new PlaceTool(editor, makeBox),
+      cylinder: new PlaceTool(editor, makeCylinder),
+      beacon: new PlaceTool(editor, beaconMaker(() => this.beacon())),
+      robot: new PlaceTool(editor, robotMaker(() => this.robot())),
+    };
+    this.addButtons();
+    this.take("select");
+  }
+
+  get tool(): Tool | null {
+    return this.tools[this.now];
+  }
+
+  take(name: ToolName): void {
+    if (name !== "wall") this.wall.finish(false);
+    this.now = name;
+    this.editor.plan.tool = this.tools[name];
+    for (const [other, button] of this.buttons) {
+      button.setAttribute("aria-pressed", String(other === name));
+      button.tabIndex = other === name ? 0 : -1;
+    }
+    this.drawStrip();
+    this.changed.emit(name);
+  }
+
+  /** The tool of a letter; false when there is none. */
+  takeKey(key: string): boolean {
+    const found = TOOLS.find((tool) => tool.key === key.toUpperCase());
+    if (found) this.take(found.name);
+    return found !== undefined;
+  }
+
+  /** How a dropped picture is put in. */
+  beaconOf(path: string): PlaceTool {
+    return new PlaceTool(this.editor, beaconMaker(() => pictureBeacon(path)));
+  }
+
+  private addButtons(): void {
+    for (const { name, title, key } of TOOLS) {
+      const label = `${title} (${key})`;
+      const button = el("button", { class: "quiet square", title: label, "aria-label": label, "aria-keyshortcuts": key, onclick: () => this.take(name) }, icon(ICONS[name]));
+      button.addEventListener("keydown", (event) => this.arrow(event, name));
+      this.buttons.set(name, button);
+      this.bar.append(button);
+      if (name === "hand" || name === "window" || name === "cylinder") this.bar.append(el("span", { class: "tool-gap" }));
+    }
+  }
+
+  /** Up and down go through the tools, as in any tool bar. */
+  private arrow(event: KeyboardEvent, name: ToolName): void {
+    const step = event.key === "ArrowDown" ? 1 : event.key === "ArrowUp" ? -1 : 0;
+    if (!step) return;
+    event.preventDefault();
+    event.stopPropagation();
+    const index = TOOLS.findIndex((tool) => tool.name === name) + step;
+    const next = TOOLS[(index + TOOLS.length) % TOOLS.length];
+    if (!next) return;
+    this.take(next.name);
+    this.buttons.get(next.name)?.focus();
+  }
+
+  private drawStrip(): void {
+    const hint = HINTS[this.now];
+    this.strip.hidden = hint === "";
+    const title = TOOLS.find((tool) => tool.name === this.now)?.title ?? "";
+    fill(this.strip, el("b", {}, title), ...this.choices(), el("span", { class: "hint" }, hint));
+  }
+
+  private choices(): HTMLElement[] {
+    if (this.now === "beacon") return this.beaconChoices();
+    return this.now === "robot" ? this.robotChoices() : [];
+  }
+
+  private beaconChoices(): HTMLElement[] {
+    const kinds = ["picture", "marker", "reflector"] as const;
+    const select = el("select", { "aria-label": "Kind" }, ...kinds.map((kind) => el("option", { selected: kind === this.look }, kind)));
+    select.addEventListener("change", () => {
+      this.look = kinds[select.selectedIndex] ?? "picture";
+      this.drawStrip();
+    });
+    if (this.look !== "picture") return [select];
+    const choose = async (): Promise<void> => {
+      const chosen = await choosePicture(this.editor.studio);
+      if (chosen) this.picture = chosen;
+      this.drawStrip();
+    };
+    const image = el("img", { src: this.editor.studio.api.picture(this.picture, 96), alt: "" });
+    const name = this.picture.replace(/^.*\//, "");
+    return [select, el("button", { class: "pick", title: "Choose a picture", onclick: () => void choose() }, image, el("span", { class: "path" }, name))];
+  }
+
+  private robotChoices(): HTMLElement[] {
+    const { presets } = this.editor.studio.folder.shipped;
+    const options = presets.map(({ name, about }) => el("option", { value: name, selected: name === this.preset, title: about }, name));
+    const select = el("select", { "aria-label": "Preset" }, ...options);
+    select.addEventListener("change", () => (this.preset = select.value));
+    const boxes = Object.keys(SENSORS).map((name) => {
+      const box = el("input", { type: "checkbox", checked: this.sensors.has(name) });
+      box.addEventListener("change", () => (box.checked ? this.sensors.add(name) : this.sensors.delete(name)));
+      return el("label", { class: "check" }, box, name);
+    });
+    return [select, ...boxes];
+  }
+
+  private beacon(): { name: string; value: Values } {
+    if (this.look === "picture") return pictureBeacon(this.picture);
+    if (this.look === "reflector") return { name: "reflector", value: {} };
+    const ids = this.editor.items.map((item) => item.values["marker"] as Values | null | undefined).map((marker) => Number(marker?.["id"] ?? -1));
+    const id = Math.max(-1, ...ids) + 1;
+    return { name: `tag${id}`, value: { marker: { dictionary: "4x4_50", id: id % 50 }, width: 0.3 } };
+  }
+
+  private robot(): Values {
+    const sensors = Object.entries(SENSORS).filter(([name]) => this.sensors.has(name)).map(([, sensor]) => sensor);
+    return { name: "robot", ...(this.preset ? { preset: this.preset } : {}), ...(sensors.length ? { sensors } : {}) };
+  }
+}
+
+function pictureBeacon(path: string): { name: string; value: Values } {
+  const stem = path.replace(/^.*\//, "").replace(/\.\w+$/, "");
+  return { name: stem, value: { image: path, width: 0.6 } };
+}

@@ -1,0 +1,202 @@
+/** One control for each kind of value. What was entered is given on when it is complete: at Enter, or when it is left. */
+
+import { el, fill, icon } from "../dom";
+import type { Api } from "../api";
+import { ICONS } from "../shell/icons";
+import type { Field, Kind } from "./schema";
+
+export interface Entry {
+  /** Stands for it when the page is drawn anew: keeps the keyboard's place. */
+  id: string;
+  field: Field;
+  value: unknown;
+  /** Whether it stands in the text; else the value is a default, shown pale. */
+  written: boolean;
+  disabled: boolean;
+  error: string | null;
+  label: string;
+  give(value: unknown): void;
+}
+
+export interface Tools {
+  api: Api;
+  choosePicture(): Promise<string | null>;
+}
+
+/** The control of a simple value; null for what is made of parts. */
+export function control(entry: Entry, tools: Tools): HTMLElement | null {
+  const { kind } = entry.field;
+  switch (kind.is) {
+    case "number":
+      return withUnit(numberField(entry, kind), entry.field.unit);
+    case "numbers":
+      return numberRow(entry, kind.parts);
+    case "text":
+      return textField(entry);
+    case "switch":
+      return switchField(entry);
+    case "choice":
+      return choiceField(entry, kind.options);
+    case "color":
+      return colorField(entry);
+    case "picture":
+      return pictureField(entry, tools);
+    case "data":
+      return dataField(entry);
+    default:
+      return null;
+  }
+}
+
+/** Give the text of a field on when it is complete. */
+function commit(input: HTMLInputElement, read: (text: string) => void): HTMLInputElement {
+  input.addEventListener("change", () => read(input.value.trim()));
+  input.addEventListener("input", () => (input.dataset["touched"] = ""));
+  input.addEventListener("keydown", (event) => {
+    if (event.key === "Enter") input.blur();
+    if (event.key === "Escape") {
+      input.value = input.defaultValue;
+      input.blur();
+    }
+  });
+  return input;
+}
+
+function base(entry: Entry, text: string, part = ""): Record<string, string | boolean | null> {
+  return {
+    "data-id": entry.id + part,
+    value: entry.written ? text : "",
+    placeholder: entry.written ? "" : text,
+    disabled: entry.disabled,
+    "aria-label": part ? `${entry.label} ${part}` : entry.label,
+    "aria-invalid": entry.error ? "true" : null,
+    "aria-describedby": entry.error ? `${entry.id}-error` : `${entry.id}-meaning`,
+    autocomplete: "off",
+    spellcheck: "false",
+  };
+}
+
+function shown(value: unknown): string {
+  if (value === null || value === undefined) return "–";
+  return typeof value === "number" ? String(Number(value.toFixed(4))) : String(value);
+}
+
+/** A number, or arithmetic such as ${width / 2}; undefined when it is neither. */
+function readNumber(text: string): number | string | undefined {
+  if (text.includes("${")) return text;
+  const value = Number(text.replace(",", ".").replace("−", "-"));
+  return text === "" || !Number.isFinite(value) ? undefined : value;
+}
+
+function numberField(entry: Entry, kind: Extract<Kind, { is: "number" }>): HTMLInputElement {
+  const input = el("input", { ...base(entry, shown(entry.value)), inputmode: "decimal", class: "number" });
+  const step = kind.whole ? 1 : entry.field.unit.startsWith("°") ? 5 : 0.1;
+  return stepping(input, entry, step, (value) => entry.give(value));
+}
+
+/** Arrows up and down change a number by a step, with Shift by a tenth of it. */
+function stepping(input: HTMLInputElement, entry: Entry, step: number, give: (value: number | string) => void): HTMLInputElement {
+  input.addEventListener("keydown", (event) => {
+    const sign = event.key === "ArrowUp" ? 1 : event.key === "ArrowDown" ? -1 : 0;
+    const now = Number(input.value || input.placeholder);
+    if (!sign || !Number.isFinite(now)) return;
+    event.preventDefault();
+    input.value = String(Number((now + sign * step * (event.shiftKey && step < 1 ? 0.1 : 1)).toFixed(4)));
+    input.dataset["touched"] = "";
+    give(Number(input.value));
+  });
+  return commit(input, (text) => {
+    if (text === input.defaultValue) return;
+    const value = readNumber(text);
+    if (value !== undefined) give(value);
+    else if (text === "" && !entry.field.required) entry.give(undefined);
+    else refuse(input, entry, `'${text}' is no number`);
+  });
+}
+
+function refuse(input: HTMLInputElement, entry: Entry, message: string): void {
+  input.setAttribute("aria-invalid", "true");
+  const row = input.closest(".field");
+  row?.querySelector(".field-error")?.remove();
+  row?.append(el("p", { class: "field-error", role: "alert", id: `${entry.id}-error` }, message));
+}
+
+function numberRow(entry: Entry, parts: string[]): HTMLElement {
+  const values = Array.isArray(entry.value) ? (entry.value as unknown[]) : parts.map(() => 0);
+  const step = 0.1;
+  const inputs = parts.map((part, index) => {
+    const input = el("input", { ...base(entry, shown(values[index]), ` ${part}`), inputmode: "decimal", class: "number" });
+    const give = (value: number | string): void => entry.give(values.map((old, k) => (k === index ? value : old)));
+    return el("label", { class: "part" }, el("span", {}, part), stepping(input, entry, step, give));
+  });
+  return el("div", { class: `parts${parts.length > 2 || parts.some((part) => part.length > 1) ? " words" : ""}`, "data-parts": parts.length }, ...inputs);
+}
+
+function textField(entry: Entry): HTMLInputElement {
+  const input = el("input", base(entry, shown(entry.value)));
+  return commit(input, (text) => {
+    if (text === input.defaultValue) return;
+    if (text === "" && entry.field.required) refuse(input, entry, "give it a name");
+    else entry.give(text === "" ? undefined : text);
+  });
+}
+
+function switchField(entry: Entry): HTMLElement {
+  const input = el("input", { type: "checkbox", "data-id": entry.id, role: "switch", disabled: entry.disabled, "aria-label": entry.label, "aria-describedby": `${entry.id}-meaning` });
+  input.checked = entry.value === true;
+  input.addEventListener("change", () => entry.give(input.checked));
+  return el("label", { class: "switch" }, input, el("span", { class: "hint" }, input.checked ? "yes" : "no"));
+}
+
+function choiceField(entry: Entry, options: (string | number)[]): HTMLSelectElement {
+  const all = entry.field.nullable ? ["", ...options] : options;
+  const nodes = all.map((option) => el("option", { value: option, selected: option === (entry.value ?? "") }, option === "" ? "–" : String(option)));
+  const select = el("select", { "data-id": entry.id, disabled: entry.disabled, "aria-label": entry.label, class: entry.written ? "" : "pale" }, ...nodes);
+  select.addEventListener("change", () => {
+    const chosen = all[select.selectedIndex];
+    entry.give(chosen === "" ? undefined : chosen);
+  });
+  return select;
+}
+
+function colorField(entry: Entry): HTMLElement {
+  const value = typeof entry.value === "string" ? entry.value : "";
+  const input = commit(el("input", { ...base(entry, shown(entry.value)), class: "mono" }), (text) => {
+    if (text === input.defaultValue) return;
+    if (/^#[0-9a-f]{6}$/i.test(text) || text.includes("${")) entry.give(text);
+    else if (text === "" && !entry.field.required) entry.give(undefined);
+    else refuse(input, entry, `'${text}' is no colour; write it as #rrggbb`);
+  });
+  const swatch = el("input", { type: "color", value: /^#[0-9a-f]{6}$/i.test(value) ? value : "#888888", disabled: entry.disabled, "aria-label": `${entry.label}: choose`, "data-id": `${entry.id} swatch` });
+  swatch.addEventListener("change", () => entry.give(swatch.value));
+  return el("div", { class: "joined" }, swatch, input);
+}
+
+function pictureField(entry: Entry, tools: Tools): HTMLElement {
+  const path = typeof entry.value === "string" ? entry.value : null;
+  const choose = async (): Promise<void> => {
+    const chosen = await tools.choosePicture();
+    if (chosen) entry.give(chosen);
+  };
+  const picture = path ? el("img", { src: tools.api.picture(path, 96), alt: "", loading: "lazy" }) : icon(ICONS.beacon);
+  const button = el("button", { type: "button", class: "pick", "data-id": entry.id, disabled: entry.disabled, "aria-label": `${entry.label}: choose a picture`, onclick: () => void choose() });
+  fill(button, picture, el("span", { class: "path" }, path ?? "Choose a picture …"));
+  return button;
+}
+
+/** What has no control of its own is written as JSON. */
+function dataField(entry: Entry): HTMLInputElement {
+  const input = el("input", { ...base(entry, JSON.stringify(entry.value ?? null)), class: "mono" });
+  return commit(input, (text) => {
+    if (text === input.defaultValue) return;
+    try {
+      entry.give(text === "" ? undefined : (JSON.parse(text) as unknown));
+    } catch {
+      entry.give(text);
+    }
+  });
+}
+
+function withUnit(input: HTMLElement, unit: string): HTMLElement {
+  return unit ? el("div", { class: "with-unit" }, input, el("span", { class: "unit" }, unit)) : input;
+}

@@ -1,0 +1,187 @@
+/** The panel of what is selected: every field of it, or of the world when nothing is. */
+
+import type { Change, Item, Problem, Values } from "../api";
+import { el, fill, icon, type Child } from "../dom";
+import { type Editor, itemOf } from "../edit/editor";
+import { keyOf } from "../plan/plan";
+import { ICONS } from "../shell/icons";
+import { choosePicture } from "./pictures";
+import { objectRows, type Sheet, type Subject } from "./rows";
+import type { SchemaBook } from "./schema";
+
+/** Keys of the world that have a plan of their own, and those that nobody needs to see. */
+const LISTS = ["walls", "obstacles", "beacons", "robots", "lamps", "mjsim", "include", "variables"];
+const KINDS: Record<string, string> = { Opening: "Opening", Wall: "Wall", Beacon: "Beacon", Robot: "Robot", Lamp: "Lamp", FloorPatch: "Patch of floor" };
+
+export class Panel {
+  readonly element = el("aside", { class: "panel", "aria-label": "Properties" });
+  private readonly body = el("div", { class: "panel-body" });
+  private readonly open = new Map<string, boolean>();
+  private ghosts: Item[] = [];
+  private due = false;
+
+  constructor(
+    private readonly editor: Editor,
+    private readonly book: SchemaBook,
+  ) {
+    this.element.append(this.body);
+    const { document } = editor;
+    document.parsedChanged.on(() => this.soon());
+    document.selectionChanged.on(() => {
+      this.body.scrollTop = 0;
+      this.soon();
+    });
+    editor.dragged.on((ghosts) => {
+      this.ghosts = ghosts;
+      this.soon();
+    });
+    this.draw();
+  }
+
+  /** Go to the first field, as Enter on the plan does. */
+  focus(): void {
+    this.body.querySelector<HTMLElement>("input, select, button, summary")?.focus();
+  }
+
+  /** Draw anew with the next picture, however often it was asked for. */
+  private soon(): void {
+    if (this.due) return;
+    this.due = true;
+    requestAnimationFrame(() => {
+      this.due = false;
+      this.draw();
+    });
+  }
+
+  private draw(): void {
+    const { selected } = this.editor;
+    const keep = this.keyboard();
+    if (!this.editor.document.isOpen) fill(this.body, el("p", { class: "hint pad" }, "Nothing is open yet."));
+    else if (selected.length === 0) this.drawWorld();
+    else if (selected.length === 1 && selected[0]) this.drawItem(selected[0]);
+    else this.drawMany(selected);
+    keep();
+  }
+
+  private drawItem(selected: Item): void {
+    const key = keyOf(selected.path);
+    const item = this.ghosts.find((ghost) => keyOf(ghost.path) === key) ?? selected;
+    const schema = this.book.definition(item.type);
+    const subject = { path: item.path, values: item.values, raw: item.raw, written: item.written, fixed: item.fixed !== null };
+    fill(
+      this.body,
+      this.head(KINDS[item.type] ?? kindName(item), item.name ?? item.label, this.buttons(item.type !== "Opening")),
+      item.fixed ? el("p", { class: "note" }, icon(ICONS.lock), item.fixed) : null,
+      ...this.general(item),
+      ...(schema ? objectRows(this.sheet(), schema, subject) : [el("p", { class: "hint pad" }, "Edit it in the text.")]),
+    );
+  }
+
+  /** Problems of the item that no row shows. */
+  private general(item: Item): Child[] {
+    const own = this.problems().filter((problem) => problem.path && keyOf(problem.path) === keyOf(item.path));
+    return own.map((problem) => el("p", { class: `note ${problem.kind}` }, icon(ICONS.warning), problem.message));
+  }
+
+  private drawWorld(): void {
+    const { parsed } = this.editor.document;
+    const schema = this.book.definition("");
+    const loose = parsed.problems.filter((problem) => !itemOf(problem.path, this.editor.items) && !this.isShown(problem));
+    const subject: Subject | null = parsed.world ? { path: [], ...given(parsed.world), fixed: false } : null;
+    fill(
+      this.body,
+      this.head("World", parsed.name || "", []),
+      ...loose.map((problem) => el("p", { class: `note ${problem.kind}` }, icon(ICONS.warning), `Line ${problem.line}: ${problem.message}`)),
+      ...(schema && subject ? objectRows(this.sheet(), schema, subject, LISTS) : []),
+      el("p", { class: "hint pad" }, "Select a thing on the plan to see its fields."),
+    );
+  }
+
+  private isShown(problem: Problem): boolean {
+    return problem.path !== null && problem.path.length > 0 && !LISTS.includes(String(problem.path[0]));
+  }
+
+  /** Several of one type share their fields; a change is made to all. */
+  private drawMany(items: Item[]): void {
+    const types = new Set(items.map((item) => item.type));
+    const [first] = items;
+    const counted = `${items.length} selected`;
+    const title = types.size === 1 && first ? (KINDS[first.type] ?? kindName(first)) : "Several things";
+    const rows: Child[] = [this.head(title, counted, this.buttons(true))];
+    const schema = types.size === 1 && first ? this.book.definition(first.type) : null;
+    if (schema && first) rows.push(...objectRows(this.sheet(items), schema, common(items), ["name", "at", "points", "openings", "sensors"]));
+    else rows.push(el("p", { class: "hint pad" }, "Drag them together, turn them with [ and ], or delete them."));
+    fill(this.body, ...rows);
+  }
+
+  private sheet(items: Item[] = []): Sheet {
+    const change = (changes: Change[]): void => {
+      const all = items.length ? items.flatMap((item) => changes.map((one) => retold(one, items[0], item))) : changes;
+      void this.editor.apply(all);
+    };
+    const tools = { api: this.editor.studio.api, choosePicture: () => choosePicture(this.editor.studio) };
+    return { book: this.book, tools, problems: this.problems(), open: this.open, change };
+  }
+
+  private problems(): Problem[] {
+    return this.editor.document.parsed.problems;
+  }
+
+  private head(kind: string, name: string, buttons: Child[]): HTMLElement {
+    return el("div", { class: "panel-head" }, el("div", {}, el("span", { class: "kind" }, kind), el("h2", {}, name)), el("div", { class: "head-buttons" }, ...buttons));
+  }
+
+  private buttons(copies: boolean): Child[] {
+    const one = (name: "copy" | "trash", title: string, onclick: () => void): HTMLElement =>
+      el("button", { class: "quiet square", title, "aria-label": title, onclick, "data-id": name }, icon(ICONS[name]));
+    return [
+      copies ? one("copy", "Duplicate (Ctrl+D)", () => this.editor.duplicate()) : null,
+      one("trash", "Delete (Del)", () => this.editor.remove()),
+    ];
+  }
+
+  /** Remember where the keyboard is, and what was typed and not given on; gives back how to restore it. */
+  private keyboard(): () => void {
+    const active = document.activeElement;
+    if (!(active instanceof HTMLElement) || !this.body.contains(active)) return () => undefined;
+    const id = active.dataset["id"];
+    const text = active instanceof HTMLInputElement && "touched" in active.dataset ? active.value : null;
+    const top = this.body.scrollTop;
+    return () => {
+      const again = [...this.body.querySelectorAll<HTMLElement>("[data-id]")].find((other) => other.dataset["id"] === id);
+      again?.focus({ preventScroll: true });
+      if (again instanceof HTMLInputElement && text !== null && text !== again.value && document.activeElement === again) keepTyped(again, text);
+      this.body.scrollTop = top;
+    };
+  }
+}
+
+function keepTyped(input: HTMLInputElement, text: string): void {
+  if (input.type === "checkbox" || input.type === "color") return;
+  input.value = text;
+  input.dataset["touched"] = "";
+}
+
+function given(world: { values: Values; written: string[]; raw?: Values }): { values: Values; written: string[]; raw: unknown } {
+  return { values: world.values, written: world.written, raw: world.raw };
+}
+
+/** The same change for another item. */
+function retold(change: Change, from: Item | undefined, to: Item): Change {
+  return from ? { ...change, path: [...to.path, ...change.path.slice(from.path.length)] } : change;
+}
+
+/** What several items have in common: values that differ are not shown as written. */
+function common(items: Item[]): Subject {
+  const [first] = items;
+  if (!first) return { path: [], values: {}, raw: undefined, written: [], fixed: true };
+  const same = (key: string): boolean => items.every((item) => JSON.stringify(item.values[key]) === JSON.stringify(first.values[key]));
+  const values = Object.fromEntries(Object.entries(first.values).map(([key, value]) => [key, same(key) ? value : typeof value === "object" ? value : "several"]));
+  const written = first.written.filter((key) => same(key));
+  return { path: first.path, values, raw: undefined, written, fixed: items.some((item) => item.fixed !== null) };
+}
+
+function kindName(item: Item): string {
+  const words = item.type.replace(/Obstacle$/, "") || item.kind;
+  return words.charAt(0).toUpperCase() + words.slice(1).toLowerCase();
+}

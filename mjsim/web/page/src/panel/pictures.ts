@@ -1,0 +1,52 @@
+/** Choosing a picture: of the folder, of those that come with mjsim, or one of the person's own. */
+
+import { el, type Child } from "../dom";
+import { askWith } from "../shell/dialog";
+import type { Studio } from "../shell/view";
+
+/** Let the person choose; null when they would rather not. */
+export async function choosePicture(studio: Studio): Promise<string | null> {
+  return askWith<string>("Choose a picture", (answer) => [dropPlace(studio, answer), ...grids(studio, answer)]);
+}
+
+/** Bring a picture of the person's own into the folder; null when it was refused. */
+export async function uploadPicture(studio: Studio, file: File): Promise<string | null> {
+  try {
+    const { path } = await studio.api.upload(file);
+    await studio.refresh();
+    return path;
+  } catch (error) {
+    studio.toasts.error(error);
+    return null;
+  }
+}
+
+function dropPlace(studio: Studio, answer: (path: string) => void): HTMLElement {
+  const take = async (file: File | undefined): Promise<void> => {
+    const path = file && (await uploadPicture(studio, file));
+    if (path) answer(path);
+  };
+  const input = el("input", { type: "file", accept: "image/*", class: "sr", tabindex: -1, "aria-hidden": "true" });
+  input.addEventListener("change", () => void take(input.files?.[0]));
+  const place = el("button", { type: "button", class: "drop", onclick: () => input.click() }, "Drop a picture here, or choose a file …");
+  place.addEventListener("dragover", (event) => event.preventDefault());
+  place.addEventListener("drop", (event) => {
+    event.preventDefault();
+    void take(event.dataTransfer?.files[0]);
+  });
+  return el("div", {}, place, input);
+}
+
+function grids(studio: Studio, answer: (path: string) => void): Child[] {
+  const { pictures, shipped } = studio.folder;
+  const card = (path: string): HTMLElement =>
+    el(
+      "button",
+      { type: "button", class: "card", title: path, onclick: () => answer(path) },
+      el("img", { src: studio.api.picture(path, 160), alt: "", loading: "lazy" }),
+      el("span", {}, path.replace(/^.*\//, "")),
+    );
+  const grid = (title: string, paths: string[]): Child[] =>
+    paths.length ? [el("p", { class: "list-title" }, title), el("div", { class: "cards pictures" }, ...paths.map(card))] : [];
+  return [...grid("In this folder", pictures), ...grid("Come with mjsim", shipped.pictures)];
+}

@@ -1,0 +1,228 @@
+/** Rows of the panel: a field with its name, unit, meaning, reset and error; groups of fields; lists. */
+
+import type { Change, Path, Problem, Values } from "../api";
+import { el, icon, type Child } from "../dom";
+import { keyOf } from "../plan/plan";
+import { ICONS } from "../shell/icons";
+import { control, type Tools } from "./controls";
+import { type Field, labelOf, type Option, type Schema, type SchemaBook } from "./schema";
+
+/** What the rows of one item are made from. */
+export interface Subject {
+  path: Path;
+  values: Values;
+  /** As it stands in the text, and how it goes down into it. */
+  raw: unknown;
+  written: string[];
+  fixed: boolean;
+}
+
+export interface Sheet {
+  book: SchemaBook;
+  tools: Tools;
+  problems: Problem[];
+  /** Groups that are open, by the key of their path. */
+  open: Map<string, boolean>;
+  change(changes: Change[]): void;
+}
+
+/** All fields of an object; simple ones first, in the order of the schema, then groups. */
+export function objectRows(sheet: Sheet, schema: Schema, subject: Subject, skip: string[] = []): Child[] {
+  const fields = sheet.book.fields(schema).filter((field) => !skip.includes(field.key));
+  const isSimple = (field: Field): boolean => !["object", "union", "list", "map"].includes(field.kind.is);
+  return [...fields.filter(isSimple), ...fields.filter((field) => !isSimple(field))].map((field) => row(sheet, field, subject));
+}
+
+function row(sheet: Sheet, field: Field, subject: Subject): Child {
+  const path = [...subject.path, field.key];
+  const value = subject.values[field.key] ?? (field.key in subject.values ? null : field.fallback);
+  const written = isWritten(subject, field.key);
+  const give = (fresh: unknown): void => sheet.change([fresh === undefined ? { op: "unset", path } : { op: "set", path, value: fresh }]);
+  return valueRow(sheet, { field, path, value, raw: under(subject.raw, field.key), written, fixed: subject.fixed, give });
+}
+
+interface Place {
+  field: Field;
+  path: Path;
+  value: unknown;
+  raw: unknown;
+  written: boolean;
+  fixed: boolean;
+  give(value: unknown): void;
+}
+
+function valueRow(sheet: Sheet, place: Place): Child {
+  const { kind } = place.field;
+  if (kind.is === "object") return place.value === null ? emptyRow(sheet, place, kind.schema) : objectGroup(sheet, place, kind.schema);
+  if (kind.is === "union") return unionGroup(sheet, place, kind.options);
+  if (kind.is === "list") return listGroup(sheet, place, kind.entry);
+  if (kind.is === "map") return mapGroup(sheet, place, kind.entry);
+  return simpleRow(sheet, place);
+}
+
+function simpleRow(sheet: Sheet, place: Place): HTMLElement {
+  const { field, path, written, fixed } = place;
+  const error = errorAt(sheet, path, true);
+  const id = keyOf(path);
+  // Arithmetic is shown as it is written; what it comes to is in the tooltip.
+  const value = typeof place.raw === "string" && place.raw.includes("${") ? place.raw : place.value;
+  const input = control({ id, field, value, written, disabled: fixed, error, label: field.label, give: place.give }, sheet.tools);
+  const reset = written && !field.required && !fixed ? resetButton(place) : null;
+  const standard = field.fallback === null || field.fallback === undefined ? "" : `Default ${plain(field.fallback)}${field.unit && typeof field.fallback === "number" ? ` ${field.unit}` : ""}.`;
+  const meaning = [field.meaning, standard].filter(Boolean).join(" ");
+  return el(
+    "div",
+    { class: `field${written ? " written" : ""}${error ? " bad" : ""}` },
+    el("span", { class: "label", title: meaning }, field.label),
+    el("div", { class: "value" }, input, reset),
+    el("p", { class: "meaning", id: `${id}-meaning` }, meaning),
+    error ? el("p", { class: "field-error", id: `${id}-error` }, error) : null,
+  );
+}
+
+function resetButton({ field, path, give }: Place): HTMLElement {
+  const title = `Reset ${field.label.toLowerCase()} to its default`;
+  return el("button", { type: "button", class: "quiet reset", title, "aria-label": title, "data-id": `${keyOf(path)} reset`, onclick: () => give(undefined) }, icon(ICONS.reset));
+}
+
+/** An object that is not there, with a button that puts it in. */
+function emptyRow(sheet: Sheet, { field, fixed, give }: Place, schema: Schema): HTMLElement {
+  const add = el("button", { type: "button", class: "quiet add", disabled: fixed, onclick: () => give(sheet.book.fresh(schema)) }, icon(ICONS.plus), field.label);
+  return el("div", { class: "field-add", title: field.meaning }, add);
+}
+
+function objectGroup(sheet: Sheet, place: Place, schema: Schema): HTMLElement {
+  const values = (typeof place.value === "object" && place.value !== null ? place.value : {}) as Values;
+  const written = typeof place.raw === "object" && place.raw !== null ? Object.keys(place.raw) : [];
+  const subject = { path: place.path, values, raw: place.raw, written, fixed: place.fixed };
+  return group(sheet, place, place.written && !place.field.required ? resetButton(place) : null, objectRows(sheet, schema, subject));
+}
+
+function unionGroup(sheet: Sheet, place: Place, options: Option[]): HTMLElement {
+  const now = sheet.book.optionOf(options, place.value);
+  const titles = [...(place.field.nullable ? ["none"] : []), ...options.map((option) => option.title)];
+  const chosen = now ? now.title : "none";
+  const select = el(
+    "select",
+    { "data-id": `${keyOf(place.path)} form`, disabled: place.fixed, "aria-label": `${place.field.label}: which form` },
+    ...titles.map((title) => el("option", { value: title, selected: title === chosen }, title)),
+  );
+  select.addEventListener("change", () => {
+    const wanted = options.find((option) => option.title === select.value);
+    place.give(wanted ? sheet.book.fresh(wanted.schema) : undefined);
+  });
+  const inside = now && now.schema["type"] === "object" ? objectInside(sheet, place, now.schema) : now ? [plainInside(sheet, place, now.schema)] : [];
+  const form = el("div", { class: "field" }, el("span", { class: "label" }, "Form"), el("div", { class: "value" }, select));
+  return group(sheet, place, place.written && !place.field.required ? resetButton(place) : null, [form, ...inside], chosen);
+}
+
+function objectInside(sheet: Sheet, place: Place, schema: Schema): Child[] {
+  const values = place.value as Values;
+  const written = typeof place.raw === "object" && place.raw !== null ? Object.keys(place.raw) : [];
+  return objectRows(sheet, schema, { path: place.path, values, raw: place.raw, written, fixed: place.fixed }, ["type"]);
+}
+
+function plainInside(sheet: Sheet, place: Place, schema: Schema): Child {
+  return simpleRow(sheet, { ...place, field: { ...sheet.book.field(place.field.key, schema, true), label: "Value", meaning: "" } });
+}
+
+function listGroup(sheet: Sheet, place: Place, entry: Schema): HTMLElement {
+  const values = Array.isArray(place.value) ? (place.value as unknown[]) : [];
+  const raws = Array.isArray(place.raw) ? (place.raw as unknown[]) : [];
+  const rows = values.map((value, index) => listEntry(sheet, place, entry, value, raws[index], index));
+  return group(sheet, place, null, [...rows, adder(sheet, place, entry)], values.length ? String(values.length) : "none");
+}
+
+function listEntry(sheet: Sheet, place: Place, entry: Schema, value: unknown, raw: unknown, index: number): HTMLElement {
+  const path = [...place.path, index];
+  const field = { ...sheet.book.field(place.field.key, entry, true), label: entryTitle(value, index), key: String(index) };
+  const give = (fresh: unknown): void => sheet.change([{ op: "set", path, value: fresh }]);
+  const remove = el("button", { type: "button", class: "quiet reset", disabled: place.fixed, title: "Take it out", "aria-label": `Take ${field.label} out`, onclick: () => sheet.change([{ op: "remove", path }]) }, icon(ICONS.trash));
+  const inner = { field, path, value, raw, written: true, fixed: place.fixed, give };
+  const schema = field.kind.is === "union" ? sheet.book.optionOf(field.kind.options, value)?.schema : field.kind.is === "object" ? field.kind.schema : null;
+  if (schema && schema["type"] === "object") return group(sheet, inner, remove, objectInside(sheet, inner, schema));
+  const simple = simpleRow(sheet, inner);
+  simple.querySelector(".value")?.append(remove);
+  return simple;
+}
+
+/** Adds an entry to a list: at once, or after the choice of its form. */
+function adder(sheet: Sheet, place: Place, entry: Schema): HTMLElement {
+  const field = sheet.book.field(place.field.key, entry, true);
+  const add = (schema: Schema): void => sheet.change([{ op: "add", path: place.path, value: sheet.book.fresh(schema) }]);
+  const options = field.kind.is === "union" ? field.kind.options : [{ title: singular(place.field.label), schema: entry }];
+  const buttons = options.map(({ title, schema }) =>
+    el("button", { type: "button", class: "quiet add", disabled: place.fixed, "data-id": `${keyOf(place.path)} add ${title}`, onclick: () => add(schema) }, icon(ICONS.plus), title),
+  );
+  return el("div", { class: "adders" }, ...buttons);
+}
+
+function mapGroup(sheet: Sheet, place: Place, entry: Schema): HTMLElement {
+  const values = (typeof place.value === "object" && place.value !== null ? place.value : {}) as Values;
+  const rows = Object.entries(values).map(([key, value]) => {
+    const field = { ...sheet.book.field(key, entry, false), label: key };
+    const path = [...place.path, key];
+    const give = (fresh: unknown): void => sheet.change([fresh === undefined ? { op: "unset", path } : { op: "set", path, value: fresh }]);
+    return valueRow(sheet, { field, path, value, raw: under(place.raw, key), written: true, fixed: place.fixed, give });
+  });
+  return group(sheet, place, null, rows, rows.length ? String(rows.length) : "none");
+}
+
+function group(sheet: Sheet, { field, path }: Place, beside: Child, rows: Child[], count = ""): HTMLElement {
+  const key = keyOf(path);
+  const error = errorAt(sheet, path, false);
+  const own = errorAt(sheet, path, true);
+  const head = el(
+    "summary",
+    { title: field.meaning, "data-id": `${key} group` },
+    icon(ICONS.down),
+    el("span", { class: "group-name" }, field.label),
+    error ? el("span", { class: "bad-dot", role: "img", "aria-label": "has an error" }) : null,
+    el("span", { class: "count" }, count),
+    beside,
+  );
+  const details = el("details", { class: "group", open: sheet.open.get(key) ?? error !== null }, head, own ? el("p", { class: "field-error" }, own) : null, ...rows);
+  details.addEventListener("toggle", () => sheet.open.set(key, details.open));
+  return details;
+}
+
+/** What is wrong at a path, or anywhere within it. */
+function errorAt({ problems }: Sheet, path: Path, exact: boolean): string | null {
+  const key = keyOf(path);
+  const found = problems.filter((problem) => {
+    if (!problem.path) return false;
+    const at = exact && !isSimplePart(problem.path, path) ? problem.path : problem.path.slice(0, path.length);
+    return keyOf(at) === key;
+  });
+  return found.length ? found.map((problem) => problem.message).join("\n") : null;
+}
+
+/** Whether a problem lies in a number of a row such as [x, y], which has no row of its own. */
+function isSimplePart(problem: Path, path: Path): boolean {
+  return problem.length === path.length + 1 && typeof problem.at(-1) === "number" && typeof path.at(-1) === "string";
+}
+
+function isWritten({ raw, written }: Subject, key: string): boolean {
+  return typeof raw === "object" && raw !== null ? key in raw : written.includes(key);
+}
+
+function under(raw: unknown, key: string): unknown {
+  return typeof raw === "object" && raw !== null ? (raw as Values)[key] : undefined;
+}
+
+function entryTitle(value: unknown, index: number): string {
+  if (typeof value !== "object" || value === null || Array.isArray(value)) return String(index + 1);
+  const has = value as Values;
+  const sensor = ["camera", "lidar", "beacons", "imu"].find((key) => typeof has[key] === "string");
+  if (sensor) return `${labelOf(sensor)} ${String(has[sensor])}`;
+  return typeof has["name"] === "string" ? has["name"] : String(index + 1);
+}
+
+function singular(label: string): string {
+  return label.replace(/s$/, "").toLowerCase();
+}
+
+function plain(value: unknown): string {
+  if (typeof value === "boolean") return value ? "yes" : "no";
+  return typeof value === "object" ? JSON.stringify(value) : String(value);
+}

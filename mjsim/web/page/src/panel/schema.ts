@@ -1,0 +1,210 @@
+/** What the JSON Schema says of a field: which control it wants, its unit, its meaning and its default. */
+
+import type { Values } from "../api";
+
+export type Schema = Record<string, unknown>;
+
+export type Kind =
+  | { is: "number"; whole: boolean; least: number | null; most: number | null }
+  | { is: "text" }
+  | { is: "switch" }
+  | { is: "choice"; options: (string | number)[] }
+  | { is: "color" }
+  | { is: "picture" }
+  | { is: "numbers"; parts: string[]; entry: Schema }
+  | { is: "object"; schema: Schema }
+  | { is: "union"; options: Option[] }
+  | { is: "list"; entry: Schema }
+  | { is: "map"; entry: Schema }
+  | { is: "data" };
+
+/** One of the forms that a value may have. */
+export interface Option {
+  title: string;
+  schema: Schema;
+}
+
+export interface Field {
+  key: string;
+  label: string;
+  unit: string;
+  meaning: string;
+  fallback: unknown;
+  nullable: boolean;
+  required: boolean;
+  kind: Kind;
+}
+
+const PICTURES = ["image", "texture"];
+const AXES: Record<string, string[]> = {
+  box: ["length", "width", "height"],
+  ramp: ["length", "width", "rise"],
+  steps: ["length", "width", "rise"],
+  size: ["length", "width", "height"],
+  cylinder: ["radius", "height"],
+  range: ["near", "far"],
+};
+
+export class SchemaBook {
+  constructor(private readonly root: Schema) {}
+
+  /** The definition of a type of item; the whole world for "". */
+  definition(name: string): Schema | null {
+    if (!name) return this.root;
+    const found = (this.root["$defs"] as Record<string, Schema> | undefined)?.[name];
+    return found ?? null;
+  }
+
+  /** Fields of an object, in the order of the schema. */
+  fields(schema: Schema): Field[] {
+    const properties = (schema["properties"] ?? {}) as Record<string, Schema>;
+    const required = (schema["required"] ?? []) as string[];
+    return Object.entries(properties)
+      .filter(([, node]) => node["const"] === undefined || node["default"] === undefined)
+      .map(([key, node]) => this.field(key, node, required.includes(key)));
+  }
+
+  field(key: string, node: Schema, required: boolean): Field {
+    const said = String(node["description"] ?? this.resolve(node)["description"] ?? "");
+    const unit = typeof node["unit"] === "string" ? node["unit"] : unitOf(key, said);
+    const meaning = said.replace(/\s*\[[^\]]*\]\s*\.?$/, "").replace(/\s+/g, " ").trim();
+    const { main, nullable } = this.forms(node);
+    const label = labelOf(key);
+    return { key, label, unit, meaning, fallback: node["default"], nullable, required, kind: this.kind(key, main, node) };
+  }
+
+  /** Follow a reference to the definition that it names. */
+  resolve(node: Schema): Schema {
+    const reference = node["$ref"];
+    if (typeof reference !== "string") return node;
+    return { ...this.definition(reference.replace("#/$defs/", "")), ...rest(node) };
+  }
+
+  /** The form of a union that a value has. */
+  optionOf(options: Option[], value: unknown): Option | null {
+    const fits = options.filter(({ schema }) => this.fits(schema, value));
+    return fits[0] ?? null;
+  }
+
+  /** A value to begin with: what is required, each as simple as may be. */
+  fresh(node: Schema, key = ""): unknown {
+    const schema = this.resolve(node);
+    if (schema["default"] !== undefined && schema["default"] !== null) return schema["default"];
+    if (schema["const"] !== undefined) return schema["const"];
+    const kind = this.kind(key, this.forms(schema).main, schema);
+    if (kind.is === "number") return Math.max(kind.least === null ? 0 : kind.least, 0) || 1;
+    if (kind.is === "numbers") return kind.parts.map(() => (key === "at" ? 0 : 1));
+    if (kind.is === "choice") return kind.options[0];
+    if (kind.is === "switch") return false;
+    if (kind.is === "color") return "#8a8f98";
+    if (kind.is === "union") return kind.options[0] ? this.fresh(kind.options[0].schema) : null;
+    if (kind.is === "list") return [];
+    if (kind.is === "object") return this.freshObject(kind.schema);
+    return NAMES[key] ?? key;
+  }
+
+  private freshObject(schema: Schema): Values {
+    const required = (schema["required"] ?? []) as string[];
+    const properties = (schema["properties"] ?? {}) as Record<string, Schema>;
+    return Object.fromEntries(required.map((key) => [key, this.fresh(properties[key] ?? {}, key)]));
+  }
+
+  private fits(node: Schema, value: unknown): boolean {
+    const schema = this.resolve(node);
+    if (schema["type"] === "boolean" || schema["type"] === "string" || schema["type"] === "number") return typeof value === schema["type"];
+    if (schema["type"] !== "object" || typeof value !== "object" || value === null) return false;
+    const properties = (schema["properties"] ?? {}) as Record<string, Schema>;
+    const has = value as Values;
+    const constants = Object.entries(properties).filter(([, part]) => part["const"] !== undefined);
+    if (constants.some(([key, part]) => part["default"] === undefined && has[key] !== part["const"])) return false;
+    return ((schema["required"] ?? []) as string[]).every((key) => key in has);
+  }
+
+  /** The forms of a node without null and arithmetic. */
+  private forms(node: Schema): { main: Schema[]; nullable: boolean } {
+    const all = ((node["anyOf"] ?? node["oneOf"]) as Schema[] | undefined) ?? [node];
+    const nullable = all.some((form) => form["type"] === "null");
+    const main = all.filter((form) => form["type"] !== "null" && form["$ref"] !== "#/$defs/Expression");
+    return { main: main.map((form) => (form === node ? this.resolve(node) : form)), nullable };
+  }
+
+  private kind(key: string, forms: Schema[], node: Schema): Kind {
+    const [first] = forms;
+    if (forms.length > 1) return { is: "union", options: forms.map((form) => this.option(form)) };
+    if (!first) return { is: "data" };
+    const schema = this.resolve(first);
+    if (schema["oneOf"] || schema["anyOf"]) return this.kind(key, this.forms(schema).main, schema);
+    if (Array.isArray(schema["enum"])) return { is: "choice", options: schema["enum"] as string[] };
+    switch (schema["type"]) {
+      case "boolean":
+        return { is: "switch" };
+      case "integer":
+      case "number":
+        return { is: "number", whole: schema["type"] === "integer", ...limits(schema) };
+      case "string":
+        if (String(schema["pattern"] ?? "").startsWith("^#")) return { is: "color" };
+        return { is: PICTURES.includes(key) ? "picture" : "text" };
+      case "array":
+        return this.arrayKind(key, schema);
+      case "object":
+        return objectKind(schema, node);
+      default:
+        return { is: "data" };
+    }
+  }
+
+  private arrayKind(key: string, schema: Schema): Kind {
+    const entry = (schema["items"] ?? {}) as Schema;
+    const count = schema["maxItems"];
+    const { main } = this.forms(entry);
+    const isNumber = main.length === 1 && ["number", "integer"].includes(String(main[0]?.["type"]));
+    if (typeof count === "number" && count <= 4 && schema["minItems"] === count && isNumber) {
+      const parts = AXES[key]?.slice(0, count) ?? ["x", "y", "z", "w"].slice(0, count);
+      return { is: "numbers", parts, entry };
+    }
+    return { is: "list", entry };
+  }
+
+  private option(form: Schema): Option {
+    const schema = this.resolve(form);
+    const plain: Record<string, string> = { boolean: "on or off", string: "text", number: "number", array: "several" };
+    const title = schema["type"] === "object" ? labelOf(unCamel(String(schema["title"] ?? "more"))) : (plain[String(schema["type"])] ?? "value");
+    return { title, schema };
+  }
+}
+
+const NAMES: Record<string, string> = { camera: "front", lidar: "scan", beacons: "ring", imu: "imu", use: "my_module.py:MyClass" };
+
+function objectKind(schema: Schema, node: Schema): Kind {
+  if (schema["properties"]) return { is: "object", schema };
+  const patterns = Object.values((schema["patternProperties"] ?? node["patternProperties"] ?? {}) as Record<string, Schema>);
+  return patterns[0] ? { is: "map", entry: patterns[0] } : { is: "data" };
+}
+
+function limits(schema: Schema): { least: number | null; most: number | null } {
+  const number = (key: string): number | null => (typeof schema[key] === "number" ? schema[key] : null);
+  return { least: number("minimum") ?? number("exclusiveMinimum"), most: number("maximum") ?? number("exclusiveMaximum") };
+}
+
+function rest(node: Schema): Schema {
+  const { $ref: _, ...others } = node;
+  return others;
+}
+
+/** The unit that a description names, or a key ends in. */
+function unitOf(key: string, said: string): string {
+  const named = /\[([^\[\],]*)\]\s*[.;]?/.exec(said.replace(/\[[^\]]*,[^\]]*\]/g, ""))?.[1];
+  if (named) return named.replace("^2", "²").replace("^3", "³").replace(/^deg$/, "°").replace("deg/", "°/");
+  if (key.endsWith("_deg")) return "°";
+  return key.endsWith("_hz") ? "Hz" : "";
+}
+
+export function labelOf(key: string): string {
+  const words = key.replace(/_(deg|hz)$/, "").replaceAll("_", " ");
+  return words.charAt(0).toUpperCase() + words.slice(1);
+}
+
+function unCamel(name: string): string {
+  const words = name.replace(/(Obstacle|Event|Sensor|Drive|Body)$/, "").replace(/([a-z])([A-Z])/g, "$1 $2");
+  return words.toLowerCase();
+}
