@@ -75,21 +75,8 @@ class Playback:
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_camlight(self._model, self._data)
         if camera.endswith("/chase"):
-            self._bring_near(camera)
+            bring_near(self._model, self._data, camera)
         return self._renderer.render(self._data, camera, out)
-
-    def _bring_near(self, camera: str) -> None:
-        """Move a camera that is fixed to a robot before what would hide the robot from it."""
-        index = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
-        if index < 0:
-            return
-        body = self._model.cam_bodyid[index]
-        start = self._data.xpos[body] + (0.0, 0.0, ABOVE)
-        way = self._data.cam_xpos[index] - start
-        length = float(np.linalg.norm(way))
-        free = mujoco.mj_ray(self._model, self._data, start, way / length, SOLID, 1, body, np.empty(1, np.int32))
-        if 0.0 <= free < length:
-            self._data.cam_xpos[index] = start + way * max(free - BEFORE, 0.0) / length
 
     def close(self) -> None:
         """Give back what was made for drawing; a second call does nothing."""
@@ -104,3 +91,17 @@ class Playback:
     ) -> None:
         """Close."""
         self.close()
+
+
+def bring_near(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> None:
+    """Move a camera that is fixed to a robot before what would hide the robot from it, until places are worked out."""
+    index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
+    if index < 0:
+        return
+    body = model.cam_bodyid[index]
+    start = data.xpos[body] + (0.0, 0.0, ABOVE)
+    way = data.cam_xpos[index] - start
+    length = float(np.linalg.norm(way))
+    free = mujoco.mj_ray(model, data, start, way / length, SOLID, 1, body, np.empty(1, np.int32))
+    if 0.0 <= free < length:
+        data.cam_xpos[index] = start + way * max(free - BEFORE, 0.0) / length

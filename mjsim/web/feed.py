@@ -1,0 +1,133 @@
+"""What there is to tell of a run: taken in the run's thread, told in the server's."""
+
+import json
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from mjsim.interface import CameraFrame, Sighting
+from mjsim.record.tick import Tick
+from mjsim.web.past import Past
+from mjsim.web.telling import events_told, tick_told
+from mjsim.world import World
+
+EVENTS = 1000
+"""So many are kept for who comes late."""
+PACED_OVER = 1.0
+"""Least time over which the pace is measured [s]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shot:
+    """A picture that an onboard camera gave."""
+
+    number: int
+    """Of the tick that told it."""
+    frame: CameraFrame
+    sightings: tuple[Sighting, ...]
+    """What was recognised in it."""
+
+
+class Feed:
+    """The newest tick, the newest pictures, the past and the events of a run. To take a tick is quick."""
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        """Be empty; `wake` is called from any thread when there is news."""
+        self._wake = wake
+        self._lock = threading.Lock()
+        self.number = 0
+        """Of the newest tick, over all runs."""
+        self.run = 0
+        """Which run it is, counted from 1; a restart begins another."""
+        self.newest: Tick | None = None
+        self.shots: dict[str, Shot] = {}
+        """The newest of each camera, by 'ROBOT/CAMERA'."""
+        self._told: tuple[int, str] = (0, "")
+        self._looking: dict[str, str] = {}
+        self._pasts: dict[str, Past] = {}
+        self._events: deque[tuple[int, dict[str, Any]]] = deque(maxlen=EVENTS)
+        self._event_count = 0
+        self._paced: deque[tuple[float, float]] = deque()
+
+    def begin(self, world: World) -> None:
+        """Forget the past: the run of a world begins."""
+        with self._lock:
+            self._looking = _cameras_of_observers(world)
+            self._forget()
+        self._wake()
+
+    def take(self, tick: Tick) -> None:
+        """Take note of a tick; in the thread of the run."""
+        with self._lock:
+            if self.newest is not None and tick.time <= self.newest.time:
+                self._forget()
+            self.number += 1
+            self.newest = tick
+            for robot in tick.orders:
+                self._pasts.setdefault(robot, Past()).take(tick, robot)
+                self._take_shots(tick, robot)
+            for event in events_told(tick):
+                self._event_count += 1
+                self._events.append((self._event_count, event))
+            self._paced.append((time.perf_counter(), tick.time))
+            while self._paced[-1][0] - self._paced[0][0] > PACED_OVER and len(self._paced) > 2:
+                self._paced.popleft()
+        self._wake()
+
+    @property
+    def pace(self) -> float:
+        """Simulated seconds a second, over the last second."""
+        with self._lock:
+            if len(self._paced) < 2:
+                return 0.0
+            (began, first), (now, last) = self._paced[0], self._paced[-1]
+        return (last - first) / max(now - began, 1e-6)
+
+    def tick(self) -> tuple[int, str] | None:
+        """Return the number of the newest tick and itself as JSON, made once for all who ask."""
+        newest, number, pace = self.newest, self.number, self.pace
+        if newest is None:
+            return None
+        if self._told[0] != number:
+            self._told = number, json.dumps(tick_told(newest, number=number, pace=pace), allow_nan=False)
+        return self._told
+
+    def events(self, after: int) -> tuple[int, list[dict[str, Any]]]:
+        """Return the number of the newest event, and all after one of a number."""
+        with self._lock:
+            return self._event_count, [event for number, event in self._events if number > after]
+
+    def past(self) -> tuple[int, dict[str, Any]]:
+        """Return how many events there are, and all that was until now."""
+        with self._lock:
+            pasts = {name: past.copy() for name, past in self._pasts.items()}
+            count, events = self._event_count, [event for _, event in self._events]
+        return count, {"kind": "past", "robots": {name: each.told() for name, each in pasts.items()}, "events": events}
+
+    def _forget(self) -> None:
+        self.run += 1
+        self.newest = None
+        self.shots, self._pasts = {}, {}
+        self._events.clear()
+        self._paced.clear()
+
+    def _take_shots(self, tick: Tick, robot: str) -> None:
+        order, cameras = tick.orders[robot], tick.seen[robot].cameras
+        looking = self._looking.get(robot) or next(iter(cameras), None)
+        for name, frame in cameras.items():
+            recognised = order.sightings if name == looking else ()
+            self.shots[f"{robot}/{name}"] = Shot(
+                self.number, frame, tuple(each for each in recognised if each.corners is not None)
+            )
+
+
+def _cameras_of_observers(world: World) -> dict[str, str]:
+    """Return which camera the observer of each robot looks at, where the world says so."""
+    drivers = {} if world is None else world.run.drivers
+    cameras = {
+        name: modules.observer.arguments().get("camera") for name, modules in drivers.items() if modules.observer
+    }
+    return {name: camera for name, camera in cameras.items() if isinstance(camera, str)}

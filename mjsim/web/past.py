@@ -1,0 +1,108 @@
+"""What was of a run so far, thinned so that it never grows beyond a bound: for who comes late, and for charts."""
+
+import math
+from array import array
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.record.tick import Tick
+from mjsim.report import metrics
+
+MOST = 2000
+"""Rows that are kept; when twice as many are there, every second one goes."""
+WIDTH = 19
+"""Numbers of a row: time, truth, estimate and dead reckoning as (x, y, heading), covariance (3, 3)."""
+
+
+class Past:
+    """The way and the errors of one robot; a row a tick at first, then of every second, fourth and so on."""
+
+    def __init__(self) -> None:
+        self._rows = array("d")
+        self._timing: dict[str, array[float]] = {}
+        self._stride, self._count = 1, 0
+
+    def take(self, tick: Tick, robot: str) -> None:
+        """Take note of a tick at which the robot was driven; this is quick."""
+        self._count += 1
+        if (self._count - 1) % self._stride:
+            return
+        order, truth = tick.orders[robot], tick.truth[robot]
+        pose, reckoned = order.estimate.pose, order.dead_reckoning
+        self._rows.extend((tick.time, truth.x, truth.y, truth.heading, pose.x, pose.y, pose.heading))
+        self._rows.extend((reckoned.x, reckoned.y, reckoned.heading))
+        self._rows.extend(order.estimate.covariance.ravel().tolist())
+        rows = len(self._rows) // WIDTH
+        for name, seconds in order.timing.items():
+            column = self._timing.setdefault(name, array("d"))
+            column.extend([math.nan] * (rows - 1 - len(column)))
+            column.append(seconds)
+        if rows >= 2 * MOST:
+            self._thin(rows)
+
+    def copy(self) -> "Past":
+        """Return one of its own, which no other thread goes on writing."""
+        copied = Past()
+        copied._rows = self._rows[:]
+        copied._timing = {name: column[:] for name, column in self._timing.items()}
+        return copied
+
+    def told(self) -> dict[str, Any]:
+        """Return it as the page takes it: lists of at most MOST rows, None for what is not known."""
+        rows = np.array(self._rows).reshape(-1, WIDTH)
+        keep = slice(None, None, max(1, math.ceil(len(rows) / MOST)))
+        timing = {name: [*column, *[math.nan] * (len(rows) - len(column))] for name, column in self._timing.items()}
+        return {
+            **track_told(rows[keep, 0], rows[keep, 1:4], rows[keep, 4:7], rows[keep, 7:10], rows[keep, 10:]),
+            "timing": {name: plain(1e3 * np.array(column)[keep], 3) for name, column in timing.items()},
+        }
+
+    def _thin(self, rows: int) -> None:
+        self._stride *= 2
+        self._rows = array("d", np.array(self._rows).reshape(rows, WIDTH)[::2].ravel().tolist())
+        for name, column in self._timing.items():
+            self._timing[name] = column[::2]
+
+
+def track_told(time: Array, truth: Array, estimate: Array, odometry: Array, covariance: Array) -> dict[str, Any]:
+    """Return a way as the page takes it.
+
+    Args:
+        time: Shape (n,) [s].
+        truth: Shape (n, 3) [m, m, rad].
+        estimate: Shape (n, 3).
+        odometry: Dead reckoning, shape (n, 3).
+        covariance: Of the estimate, shape (n, 9).
+    """
+    P = covariance.reshape(-1, 3, 3)
+    with np.errstate(invalid="ignore"):
+        sigma = np.sqrt(np.einsum("nii->ni", P))
+    return {
+        "time": plain(time),
+        "truth": plain(truth),
+        "estimate": plain(estimate),
+        "odometry": plain(odometry),
+        "sigma": plain(sigma),
+        "error": plain(metrics.position_errors(truth, estimate)),
+        "heading_error": plain(metrics.heading_errors(truth, estimate)),
+        "nees": plain(metrics.normalised_errors(truth, estimate, P), 3),
+    }
+
+
+def plain(values: Any, digits: int = 4) -> Any:
+    """Return an array as lists for JSON, rounded; None for what is not finite."""
+    array = np.asarray(values, dtype=float)
+    if np.isfinite(array).all():
+        return np.round(array, digits).tolist()
+    return list(_plain(np.round(array, digits).tolist())) if array.ndim else None
+
+
+def _plain(values: list[Any]) -> Iterator[Any]:
+    for value in values:
+        if isinstance(value, list):
+            yield list(_plain(value))
+        else:
+            yield value if math.isfinite(value) else None

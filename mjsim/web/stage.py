@@ -1,0 +1,204 @@
+"""The run that all browsers see: what it is, what there is to tell of it, and who is told."""
+
+import asyncio
+import json
+import threading
+from collections.abc import Awaitable, Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mjsim.record.tick import Tick
+from mjsim.session import Session
+from mjsim.web.feed import Feed, Shot
+from mjsim.web.painter import Painter
+from mjsim.web.telling import drivers_told, noise_told, robots_told
+from mjsim.world import World
+from mjsim.world.noise import noise_figures
+
+if TYPE_CHECKING:
+    from mjsim.web.viewer import Viewer
+
+Scene = Callable[[World], Mapping[str, Any]]
+"""World -> the items of its plan and its bounds, as the page draws them."""
+REST = 0.005
+"""Browsers are looked after at most this often [s]."""
+HURRIED, BUSY = 0.3, 0.12
+"""Share of the time for views from outside while a run goes as fast as it can, and while it is later than it should."""
+LATE = 0.97
+"""A run that comes to less than this share of its speed is late."""
+
+
+class Stage:
+    """One run at a time, for as many browsers as there are. The server's thread tells; any thread brings news."""
+
+    def __init__(self, scene: Scene) -> None:
+        """Be empty."""
+        self._scene = scene
+        self.feed = Feed(self.wake)
+        self.viewers: set[Viewer] = set()
+        self.closing = False
+        """Whether browsers are to be told the last, and let go."""
+        self.world: World | None = None
+        self.session: Session | None = None
+        self.painter: Painter | None = None
+        self.show = 0
+        """Which world is shown, counted from 1."""
+        self.error: str | None = None
+        """Why no run began."""
+        self._path: str | None = None
+        self._first: str | None = None
+        self._initial: dict[str, float] = {}
+        self._scene_text = ""
+        self._lock = threading.Lock()
+        self._news, self._spread_news, self._woken = 0, 0, False
+        self.version = 0
+        """Changes with what the run is and does."""
+        self._recording: Path | None = None
+        self._made: dict[str, tuple[Shot, asyncio.Future[bytes]]] = {}
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    def put_on(
+        self,
+        world: World,
+        session: Session | None,
+        *,
+        path: str | None = None,
+        recording: Path | None = None,
+        first: str | None = None,
+    ) -> None:
+        """Show another run.
+
+        Args:
+            world: Where it is.
+            session: That runs it; None when its ticks come from elsewhere.
+            path: Of the world file.
+            recording: What is written, as the page names it.
+            first: Name of the robot that is shown first.
+        """
+        scene = {"kind": "scene", **self._scene(world)}
+        with self._lock:
+            self.world, self.session, self._path, self._first = world, session, path, first
+            self._recording = recording
+            self._initial = {figure.key: figure.value for figure in noise_figures(world)}
+            self._scene_text, self.error = json.dumps(scene, allow_nan=False), None
+            painter, self.painter = self.painter, Painter(world, self._share)
+            self.show += 1
+        self.feed.begin(world)
+        self.changed()
+        if painter is not None:
+            painter.close()
+
+    def take(self, tick: Tick) -> None:
+        """Take the next tick of the run; in its thread."""
+        self.feed.take(tick)
+
+    def changed(self) -> None:
+        """Tell that the run is or does something else; from any thread."""
+        self.version += 1
+        self.wake()
+
+    async def once(self, name: str, shot: Shot, make: Callable[[str, Shot], Awaitable[bytes]]) -> bytes:
+        """Return what is made of a shot, made for the first browser that asks and kept for the others."""
+        held = self._made.get(name)
+        if held is None or held[0] is not shot:
+            held = self._made[name] = shot, asyncio.ensure_future(make(name, shot))
+        return await asyncio.shield(held[1])
+
+    def scene_text(self) -> str:
+        """Return the scene as JSON."""
+        return self._scene_text
+
+    def run_told(self) -> dict[str, Any]:
+        """Return what the run is and does, without its time."""
+        with self._lock:
+            world, session, error = self.world, self.session, self.error
+        if world is None:
+            return {"kind": "run", "state": "failed" if error else "idle", "error": error, **_NOTHING}
+        if session is not None and session.error is not None:
+            error = str(session.error)
+        shown = world if session is None else session.world
+        state = session.state if session is not None else "ended" if self.closing else "running"
+        return {
+            "kind": "run",
+            "state": state,
+            "error": error,
+            "path": self._path,
+            "name": world.name,
+            "seconds": world.run.seconds if session is None else session.seconds,
+            "dt": 1.0 / world.run.rate_hz,
+            "seed": world.run.seed if session is None else session.seed,
+            "speed": None if session is None else session.speed,
+            "robots": robots_told(world, first=self._first),
+            "controllable": session is not None,
+            "recording": None if self._recording is None else self._recording.as_posix(),
+            "drivers": drivers_told(world),
+            "noise": noise_told(shown, self._initial),
+        }
+
+    def time(self) -> float:
+        """Return the simulated time of the newest tick [s]."""
+        newest = self.feed.newest
+        return 0.0 if newest is None else newest.time
+
+    def wake(self) -> None:
+        """Look after the browsers soon; from any thread."""
+        self._news += 1
+        loop = self._loop
+        if loop is not None and self.viewers and not self._woken:
+            self._woken = True
+            loop.call_soon_threadsafe(self._spread)
+
+    def join(self, viewer: "Viewer") -> None:
+        """Let a browser watch."""
+        self._loop = asyncio.get_running_loop()
+        self.viewers.add(viewer)
+        viewer.news.set()
+
+    def leave(self, viewer: "Viewer") -> None:
+        """Let a browser go."""
+        self.viewers.discard(viewer)
+
+    def close(self) -> None:
+        """End the run, and tell who watches the last of it; from another thread than the server's."""
+        if self.session is not None:
+            self.session.close()
+        self.closing = True
+        self.changed()
+        if self.painter is not None:
+            self.painter.close()
+
+    def _spread(self) -> None:
+        self._spread_news = self._news
+        for viewer in self.viewers:
+            viewer.news.set()
+        if self._loop is not None:
+            self._loop.call_later(REST, self._rest)
+
+    def _rest(self) -> None:
+        self._woken = False
+        if self._news != self._spread_news:
+            self.wake()
+
+    def _share(self) -> float:
+        """Return how much of the time may be spent on drawing beside the run."""
+        session = self.session
+        if session is None:
+            return HURRIED
+        if session.state != "running":
+            return 1.0
+        if session.speed is None:
+            return HURRIED
+        return 1.0 if self.feed.pace > LATE * session.speed else BUSY
+
+
+_NOTHING: Mapping[str, Any] = {
+    "path": None,
+    "name": None,
+    "seconds": None,
+    "dt": 0.04,
+    "seed": None,
+    "speed": 1.0,
+    "robots": [],
+    "controllable": True,
+    "recording": None,
+}

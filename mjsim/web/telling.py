@@ -1,0 +1,128 @@
+"""What the page is told of a run: values of the loop as JSON."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from mjsim.interface import Command, Observation, WheelCommand
+from mjsim.record.tick import Order, Tick
+from mjsim.report import metrics
+from mjsim.web.past import plain
+from mjsim.world import World
+from mjsim.world.drives import MecanumDrive, Omni3Drive, UserDrive
+from mjsim.world.events import KINDS, said_of
+from mjsim.world.noise import noise_figures
+from mjsim.world.robots import Robot
+from mjsim.world.running import Modules, Use
+from mjsim.world.sensors import Camera
+
+
+def tick_told(tick: Tick, *, number: int, pace: float) -> dict[str, Any]:
+    """Return a tick; `pace` is in simulated seconds a second."""
+    return {
+        "kind": "tick",
+        "number": number,
+        "time": round(tick.time, 6),
+        "pace": round(pace, 3),
+        "robots": {name: _robot_told(tick, name, order) for name, order in tick.orders.items()},
+        "things": {name: plain(pose.as_array()) for name, pose in tick.things.items()},
+    }
+
+
+def _robot_told(tick: Tick, name: str, order: Order) -> dict[str, Any]:
+    seen, belief, truth = tick.seen[name], order.estimate, tick.truth[name].as_array()
+    estimate, P = belief.pose.as_array(), np.asarray(belief.covariance, dtype=float)
+    nees = metrics.normalised_errors(truth[None], estimate[None], P[None])
+    return {
+        "truth": plain(truth),
+        "estimate": plain(estimate),
+        "odometry": plain(order.dead_reckoning.as_array()),
+        "covariance": plain(P.ravel(), 9),
+        "landmarks": {
+            str(key): plain([mean[0], mean[1], S[0, 0], S[0, 1], S[1, 1]], 6)
+            for key, (mean, S) in belief.landmarks.items()
+        },
+        "sightings": [[each.name, round(each.range, 4), round(each.bearing, 5)] for each in order.sightings],
+        "error": round(math.hypot(estimate[0] - truth[0], estimate[1] - truth[1]), 5),
+        "heading_error": plain(metrics.heading_errors(truth[None], estimate[None]), 5)[0],
+        "nees": plain(nees, 3)[0],
+        "timing": {part: round(1e3 * seconds, 3) for part, seconds in {**tick.timing, **order.timing}.items()},
+        "command": plain(_twist(order.command, seen)),
+        "proximity": plain(seen.proximity, 3),
+        "bump": plain(seen.bump, 3),
+    }
+
+
+def _twist(command: Command | WheelCommand, seen: Observation) -> tuple[float, float, float]:
+    """Return what the drive is told as (forward, left, turn); for speeds of wheels, what odometry says they did."""
+    if isinstance(command, Command):
+        return command.forward, command.left, command.turn
+    odometry = seen.odometry
+    return odometry.forward / seen.dt, odometry.left / seen.dt, odometry.turn / seen.dt
+
+
+def events_told(tick: Tick) -> Iterator[dict[str, Any]]:
+    """Yield what has happened at a tick, to the world and to its robots."""
+    for happened in tick.events:
+        kind = next(name for name, model in KINDS.items() if isinstance(happened, model))
+        yield {"kind": "event", "time": happened.time, "robot": None, "event": kind, "text": said_of(happened)}
+    for robot, order in tick.orders.items():
+        for event in order.events:
+            yield {"kind": "event", "time": event.time, "robot": robot, "event": event.kind, "text": event.text}
+
+
+def robots_told(world: World, *, first: str | None = None) -> list[dict[str, Any]]:
+    """Return what the page shows of each robot; one that is named comes first."""
+    return [_facts(robot) for robot in sorted(world.robots, key=lambda robot: robot.name != first)]
+
+
+def drivers_told(world: World) -> dict[str, Any]:
+    """Return which modules drive each robot."""
+    return {robot.name: _modules_told(world.run.drivers.get(robot.name, Modules())) for robot in world.robots}
+
+
+def noise_told(world: World, initial: Mapping[str, float]) -> list[dict[str, Any]]:
+    """Return the figures that may change while it runs; `initial` holds those of the start."""
+    return [
+        {
+            "key": figure.key,
+            "label": figure.key.removeprefix("robots.").replace(".", " "),
+            "value": figure.value,
+            "initial": initial.get(figure.key, figure.value),
+            "unit": figure.unit,
+            "description": figure.about,
+        }
+        for figure in noise_figures(world)
+    ]
+
+
+def _facts(robot: Robot) -> dict[str, Any]:
+    outline = robot.body.outline()
+    return {
+        "name": robot.name,
+        "radius": robot.body.radius,
+        "outline": None if outline is None else plain(outline),
+        "color": getattr(robot.body, "color", None),
+        "cameras": [
+            {"name": sensor.camera, "width": sensor.width, "height": sensor.height}
+            for sensor in robot.sensors
+            if isinstance(sensor, Camera)
+        ],
+        "can_strafe": isinstance(robot.drive, Omni3Drive | MecanumDrive)
+        or (isinstance(robot.drive, UserDrive) and robot.drive.max_left > 0.0),
+    }
+
+
+def _modules_told(modules: Modules) -> dict[str, Any]:
+    def named(use: Use | None) -> str | None:
+        return None if use is None else use.use
+
+    avoidance = modules.avoidance
+    return {
+        "observer": named(modules.observer),
+        "estimator": named(modules.estimator),
+        "navigator": named(modules.navigator),
+        "avoidance": avoidance if isinstance(avoidance, bool) else avoidance.use,
+    }

@@ -1,0 +1,198 @@
+"""One browser that watches: what it wants to see, what is on its way to it, and what it is told next."""
+
+import asyncio
+import json
+import time
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from mjsim.errors import MjsimError
+from mjsim.web.feed import Shot
+from mjsim.web.orders import Shown, Watch
+from mjsim.web.shots import FAR, NEAR, depth_shown, jpeg, segmentation_shown
+from mjsim.web.stage import Stage
+
+TICKS = 1 / 30
+"""Least time between two ticks [s]."""
+ON_THE_WAY = 2
+"""Pictures of a view that a browser has not shown yet, at most."""
+OUTSIDE = "outside"
+OUTSIDE_EVERY = 1 / 25
+"""Least time between two views from outside [s]."""
+
+
+@dataclass(slots=True)
+class _View:
+    """What a browser has got of one view."""
+
+    on_the_way: set[int] = field(default_factory=set)
+    drawing: bool = False
+    last: Any = None
+    """What the last picture was of."""
+    at: float = 0.0
+    """When it was sent, on the clock [s]."""
+
+
+class Viewer:
+    """A browser. What it has no time for is left out, never kept for later, and holds nobody else up."""
+
+    def __init__(self, socket: WebSocket, stage: Stage) -> None:
+        """Serve a browser that has been let in."""
+        self._socket, self._stage = socket, stage
+        self.news = asyncio.Event()
+        """Set when there is something to tell."""
+        self._sending = asyncio.Lock()
+        self._watch = Watch(do="watch")
+        self._views: dict[str, _View] = {}
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._frame = self._tick = self._events = 0
+        self._run = self._show = 0
+        self._version = -1
+        self._tick_at = 0.0
+
+    def watch(self, watch: Watch) -> None:
+        """Send these views from now on."""
+        self._watch = watch
+        names = _views_of(watch)
+        self._views = {name: self._views.get(name, _View()) for name in names}
+        self.news.set()
+
+    def shown(self, shown: Shown) -> None:
+        """Take note that a picture was shown; another may come."""
+        for view in self._views.values():
+            view.on_the_way.discard(shown.number)
+        self.news.set()
+
+    async def tell(self, news: dict[str, Any]) -> None:
+        """Send something to this browser alone."""
+        await self._send(json.dumps(news, allow_nan=False))
+
+    async def serve(self) -> None:
+        """Tell what is new until the browser goes, or the end."""
+        try:
+            while not self._stage.closing:
+                await self.news.wait()
+                self.news.clear()
+                await self._tell_news()
+                self._begin_pictures()
+            await self._tell_news()
+            await self._socket.close(1000, "ended")
+        finally:
+            for task in self._tasks:
+                task.cancel()
+
+    async def _tell_news(self) -> None:
+        stage, feed = self._stage, self._stage.feed
+        if self._version != stage.version:
+            self._version = stage.version
+            await self.tell({**stage.run_told(), "time": stage.time()})
+        if self._show != stage.show:
+            self._show = stage.show
+            await self._send(stage.scene_text())
+        if self._run != feed.run:
+            self._run = feed.run
+            self._events, past = await asyncio.to_thread(feed.past)
+            await self.tell(past)
+        self._events, events = feed.events(self._events)
+        for event in events:
+            await self.tell(event)
+        await self._tell_tick()
+
+    async def _tell_tick(self) -> None:
+        """Send the newest tick, unless one was sent just now: then a little later."""
+        if self._stage.feed.number == self._tick:
+            return
+        rest = self._tick_at + TICKS - time.perf_counter()
+        if rest > 0.0 and not self._stage.closing:
+            asyncio.get_running_loop().call_later(rest, self.news.set)
+        elif (told := self._stage.feed.tick()) is not None:
+            self._tick, text = told
+            self._tick_at = time.perf_counter()
+            await self._send(text)
+
+    def _begin_pictures(self) -> None:
+        """Begin to send what is new of each view."""
+        for name, view in self._views.items():
+            if view.drawing or len(view.on_the_way) >= ON_THE_WAY:
+                continue
+            source = self._outside(view) if name == OUTSIDE else self._onboard(name, view)
+            if source is not None:
+                view.drawing = True
+                task = asyncio.create_task(self._send_picture(name, view, *source))
+                self._tasks.add(task)
+                task.add_done_callback(self._tasks.discard)
+
+    def _outside(self, view: _View) -> "tuple[dict[str, Any], Callable[[], Awaitable[bytes]]] | None":
+        tick, painter, outside = self._stage.feed.newest, self._stage.painter, self._watch.outside
+        if tick is None or painter is None or outside is None or view.last == (tick, outside):
+            return None
+        rest = view.at + OUTSIDE_EVERY - time.perf_counter()
+        if rest > 0.0:
+            asyncio.get_running_loop().call_later(rest, self.news.set)
+            return None
+        view.last, view.at = (tick, outside), time.perf_counter()
+        return {"time": tick.time, "recognised": []}, partial(painter.outside, tick, outside)
+
+    def _onboard(self, name: str, view: _View) -> "tuple[dict[str, Any], Callable[[], Awaitable[bytes]]] | None":
+        camera, _, kind = name.partition(":")
+        shot = self._stage.feed.shots.get(camera)
+        if shot is None or view.last is shot:
+            return None
+        view.last, frame = shot, shot.frame
+        head: dict[str, Any] = {"time": frame.stamp, "recognised": []}
+        if kind == "depth":
+            head["scale"] = [NEAR, FAR]
+        if not kind:
+            head["recognised"] = [
+                [each.name, each.corners.round(2).tolist()] for each in shot.sightings if each.corners is not None
+            ]
+        return head, partial(self._stage.once, name, shot, self._encode)
+
+    async def _encode(self, name: str, shot: Shot) -> bytes:
+        """Return a picture of an onboard camera, or what it shows otherwise, as JPEG."""
+        camera, _, kind = name.partition(":")
+        frame, painter, tick = shot.frame, self._stage.painter, self._stage.feed.newest
+        if kind == "depth" and frame.depth is not None:
+            depth = frame.depth
+            return await asyncio.to_thread(lambda: jpeg(depth_shown(depth)))
+        if kind == "segmentation" and frame.segmentation is not None:
+            return await asyncio.to_thread(lambda: jpeg(segmentation_shown(frame)))
+        if kind and painter is not None and tick is not None:
+            return await painter.onboard(tick, camera, kind)
+        return await asyncio.to_thread(jpeg, frame.image)
+
+    async def _send_picture(
+        self, name: str, view: _View, head: dict[str, Any], make: Callable[[], Awaitable[bytes]]
+    ) -> None:
+        try:
+            data = await make()
+            self._frame += 1
+            number = self._frame
+            view.on_the_way.add(number)
+            header = json.dumps({"number": number, "view": name, **head}, allow_nan=False).encode()
+            await self._send(len(header).to_bytes(4, "little") + header + data)
+        except MjsimError as error:
+            await self.tell({"kind": "refused", "do": "watch", "error": str(error)})
+        except (WebSocketDisconnect, RuntimeError):
+            return
+        finally:
+            view.drawing = False
+            self.news.set()
+
+    async def _send(self, message: str | bytes) -> None:
+        async with self._sending:
+            if isinstance(message, str):
+                await self._socket.send_text(message)
+            else:
+                await self._socket.send_bytes(message)
+
+
+def _views_of(watch: Watch) -> list[str]:
+    """Return the names of the views that are watched."""
+    kinds = ["", *([":depth"] if watch.depth else []), *([":segmentation"] if watch.segmentation else [])]
+    names = [f"{camera}{kind}" for camera in watch.cameras for kind in kinds]
+    return [*names, OUTSIDE] if watch.outside is not None else names
