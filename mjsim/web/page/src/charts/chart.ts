@@ -32,6 +32,8 @@ export interface ChartSettings {
   fromZero?: boolean;
   /** The axis shows at least from and to these. */
   atLeast?: [number, number];
+  /** The few largest values may be cut off: one slow tick does not press all others flat. */
+  robust?: boolean;
   /** Figures shown after the point. */
   digits?: number;
 }
@@ -53,23 +55,27 @@ export interface Handlers {
   select?(from: number, to: number): void;
 }
 
+/** Share of the values that a robust axis shows. */
+const MOST_SHOWN = 0.99;
+
 /** One chart over time in a box of its own. */
 export class Chart {
   readonly element = document.createElement("figure");
   private readonly plot: uPlot;
   private readonly reading = document.createElement("output");
   private marks = NO_MARKS;
+  private most = Number.POSITIVE_INFINITY;
 
   constructor(
     private readonly settings: ChartSettings,
     private readonly handlers: Handlers = {},
     sync?: string,
   ) {
-    this.element.className = "chart";
+    this.element.className = "run-chart";
     const head = document.createElement("figcaption");
     head.append(heading(settings), legend(settings.lines), this.reading);
     const box = document.createElement("div");
-    box.className = "chart-box";
+    box.className = "run-chart-box";
     this.element.append(head, box);
     const empty = [[], ...settings.lines.map(() => [])] as unknown as uPlot.AlignedData;
     this.plot = new uPlot(this.options(sync), empty, box);
@@ -79,6 +85,7 @@ export class Chart {
 
   /** Show columns: time, then one a line. */
   show(columns: [Column, ...Column[]]): void {
+    if (this.settings.robust) this.most = 1.3 * quantile(columns.slice(1).flat(), MOST_SHOWN);
     this.plot.setData(columns as unknown as uPlot.AlignedData);
   }
 
@@ -145,7 +152,7 @@ export class Chart {
 
   private range(low: number | null, high: number | null): [number, number] {
     const [least, most] = this.settings.atLeast ?? [0, 1e-6];
-    let [from, to] = [Math.min(low ?? least, least), Math.max(high ?? most, most)];
+    let [from, to] = [Math.min(low ?? least, least), Math.max(Math.min(high ?? most, this.most), most)];
     const room = (to - from) * 0.06;
     to += room;
     from = this.settings.fromZero ? 0 : from - room;
@@ -222,6 +229,12 @@ export function uPlotIndex(times: ArrayLike<number>, time: number): number {
   return low;
 }
 
+/** The value that a share of those that are known does not exceed. */
+function quantile(values: Column, share: number): number {
+  const known = values.filter((value) => typeof value === "number").sort((a, b) => a - b);
+  return known[Math.floor(share * (known.length - 1))] ?? Number.POSITIVE_INFINITY;
+}
+
 function heading({ title, unit }: ChartSettings): HTMLElement {
   const element = document.createElement("strong");
   element.textContent = unit ? `${title} [${unit}]` : title;
@@ -230,7 +243,7 @@ function heading({ title, unit }: ChartSettings): HTMLElement {
 
 function legend(lines: Line[]): HTMLElement {
   const list = document.createElement("span");
-  list.className = "chart-legend";
+  list.className = "run-chart-legend";
   for (const line of lines.filter((each) => each.label)) {
     const entry = document.createElement("span");
     const swatch = document.createElement("i");

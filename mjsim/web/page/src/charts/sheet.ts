@@ -80,6 +80,7 @@ function settingsOf(kind: Kind, modules: string[]): ChartSettings {
         fromZero: true,
         atLeast: [0, 1],
         digits: 1,
+        robust: true,
       };
   }
 }
@@ -113,7 +114,7 @@ export class Sheet {
     private readonly handlers: Handlers = {},
     private readonly sync?: string,
   ) {
-    this.element.className = "sheet";
+    this.element.className = "run-sheet";
     this.arrange();
   }
 

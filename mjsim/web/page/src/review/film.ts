@@ -9,17 +9,17 @@ import { recordings, type Recording } from "./recording";
 const ASK = 400;
 
 export class Film {
-  readonly element = el("div", { class: "film" });
+  readonly element = el("div", { class: "run-film" });
   private readonly views = el("select", { "aria-label": "View of the video" });
   private readonly start: HTMLButtonElement;
   private readonly what = el("p", { class: "hint" });
-  private readonly progress = el("div", { class: "film-jobs", "aria-live": "polite" });
+  private readonly progress = el("div", { class: "run-film-jobs", "aria-live": "polite" });
   private recording: Recording | null = null;
   private part: [number, number] = [0, 0];
 
   constructor() {
     this.start = button({ class: "primary" }, () => void this.make(), sign("film"), "Export video");
-    this.element.append(this.what, el("label", { class: "field" }, el("span", {}, "View"), this.views), this.start, this.progress);
+    this.element.append(this.what, el("label", { class: "run-field" }, el("span", {}, "View"), this.views), this.start, this.progress);
     this.start.disabled = true;
   }
 
@@ -43,7 +43,7 @@ export class Film {
     const view = this.views.value;
     const bar = el("progress", { max: 1, value: 0, "aria-label": "Progress" });
     const note = el("span", {}, `${titleOf(view)}, ${(to - from).toFixed(1)} s`);
-    const row = el("div", { class: "film-job" }, note, bar);
+    const row = el("div", { class: "run-film-job" }, note, bar);
     this.progress.prepend(row);
     try {
       const { job } = await recordings.film(this.recording.path, from, to, view);
@@ -51,7 +51,7 @@ export class Film {
       fill(row, note, el("a", { href: recordings.file(path), download: path.split("/").pop() ?? "video.mp4" }, path));
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      fill(row, note, el("span", { class: "problem" }, error.message));
+      fill(row, note, el("span", { class: "run-problem" }, error.message));
     }
   }
 

@@ -5,7 +5,7 @@ import { el, fill } from "../dom";
 import type { Studio } from "../shell/view";
 
 export class Library {
-  readonly element = el("div", { class: "library" });
+  readonly element = el("div", { class: "run-library" });
   private readonly list = el("ul", {});
   private readonly hint = el("p", { class: "hint" });
 

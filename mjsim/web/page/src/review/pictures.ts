@@ -40,16 +40,16 @@ export class Pictures {
   }
 
   private make(view: string, bounds: Bounds): Shown {
-    const canvas = el("canvas", { class: "screen", role: "img", "aria-label": titleOf(view), width: 640, height: 480 });
-    const note = el("p", { class: "hint waiting" }, "No picture yet");
-    const body = el("div", { class: "picture" }, canvas, note);
+    const canvas = el("canvas", { class: "run-screen", role: "img", "aria-label": titleOf(view), width: 640, height: 480 });
+    const note = el("p", { class: "hint run-waiting" }, "No picture yet");
+    const body = el("div", { class: "run-picture", style: "aspect-ratio: 4 / 3" }, canvas, note);
     const ask = newestWins((time: number) => this.fetch(view, time, canvas, note));
     if (view === "outside") this.orbit(canvas, bounds, () => ask(this.time));
     return { tile: makeTile(view, titleOf(view), body), ask, again: () => ask(this.time) };
   }
 
   private orbit(canvas: HTMLCanvasElement, bounds: Bounds, again: () => void): void {
-    canvas.classList.add("orbit");
+    canvas.classList.add("run-orbit");
     canvas.setAttribute("aria-label", "View from outside; drag, wheel, arrows and + - turn it");
     new Orbit(canvas, overlook(bounds), (view) => {
       this.outside = view;
@@ -70,8 +70,10 @@ export class Pictures {
     }
     const bitmap = await createImageBitmap(await response.blob()).catch(() => null);
     if (!bitmap) return;
-    if (canvas.width !== bitmap.width) canvas.width = bitmap.width;
-    if (canvas.height !== bitmap.height) canvas.height = bitmap.height;
+    if (canvas.width !== bitmap.width || canvas.height !== bitmap.height) {
+      Object.assign(canvas, { width: bitmap.width, height: bitmap.height });
+      canvas.parentElement?.style.setProperty("aspect-ratio", `${bitmap.width} / ${bitmap.height}`);
+    }
     canvas.getContext("2d")?.drawImage(bitmap, 0, 0);
     bitmap.close();
     canvas.dataset["time"] = String(time);

@@ -9,15 +9,15 @@ export interface Part {
 }
 
 export class Scrub {
-  readonly element = el("div", { class: "scrub" });
+  readonly element = el("div", { class: "run-scrub" });
   private readonly range = el("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": "Time" });
-  private readonly band = el("div", { class: "scrub-part", hidden: true });
-  private readonly flags = el("div", { class: "scrub-events" });
+  private readonly band = el("div", { class: "run-scrub-part", hidden: true });
+  private readonly flags = el("div", { class: "run-scrub-events" });
   private seconds = 1;
 
   constructor(private readonly seek: (time: number) => void) {
     this.range.addEventListener("input", () => this.seek(Number(this.range.value)));
-    this.element.append(el("div", { class: "scrub-way" }, this.band, this.flags), this.range);
+    this.element.append(el("div", { class: "run-scrub-way" }, this.band, this.flags), this.range);
   }
 
   load(seconds: number, dt: number, events: EventNews[]): void {

@@ -70,7 +70,7 @@ function shown(value: number): string {
 }
 
 export class Table {
-  readonly element = el("div", { class: "figures" });
+  readonly element = el("div", { class: "run-figures" });
   private rows: Row[] = [];
   private title = "";
 
@@ -89,14 +89,14 @@ export class Table {
   }
 
   fail(message: string): void {
-    fill(this.element, el("p", { class: "problem", role: "alert" }, message));
+    fill(this.element, el("p", { class: "run-problem", role: "alert" }, message));
   }
 
   show(figures: Figures, from: number, to: number): void {
     this.rows = rowsOf(figures);
     this.title = `${from.toFixed(2)} s to ${to.toFixed(2)} s`;
-    const copy = button({ class: "small", title: "Copy as CSV" }, () => void this.copy(), sign("copy"), "Copy as CSV");
-    fill(this.element, el("div", { class: "figures-head" }, el("strong", {}, this.title), copy), this.table());
+    const copy = button({ class: "run-small", title: "Copy as CSV" }, () => void this.copy(), sign("copy"), "Copy as CSV");
+    fill(this.element, el("div", { class: "run-figures-head" }, el("strong", {}, this.title), copy), this.table());
   }
 
   /** The table as text: robot, figure, value in full, unit. */
@@ -138,8 +138,8 @@ function rowOf({ robot, group, part, value, unit }: Row, label: string): HTMLEle
   return el(
     "tr",
     { "data-figure": part ? `${group}, ${part}` : group, "data-robot": robot },
-    el("th", part ? { scope: "row" } : { class: "alone" }, label),
+    el("th", part ? { scope: "row" } : { class: "run-alone" }, label),
     el("td", { "data-value": value }, shown(value)),
-    el("td", { class: "unit" }, unit),
+    el("td", { class: "run-unit" }, unit),
   );
 }

@@ -42,7 +42,7 @@ export class ReviewView implements View {
   private readonly sheet: Sheet;
   private readonly robot = el("select", { "aria-label": "Robot", hidden: true, onchange: () => this.choose(this.robot.value) });
   private readonly playButton = button({ class: "primary run-main", title: "Play (space)" }, () => this.player.toggle(), sign("play"), "Play");
-  private readonly time = el("output", { class: "figure run-time" }, "–");
+  private readonly time = el("output", { class: "run-value run-time" }, "–");
   private readonly title = el("strong", { class: "review-title" }, "No recording");
   private readonly empty = el("div", { class: "state" });
   private readonly content: HTMLElement;
@@ -108,8 +108,8 @@ export class ReviewView implements View {
     const bar = this.bar();
     const side = el("aside", { class: "run-side" }, this.tabs.element);
     const body = el("div", { class: "run-body" }, side, this.stage.element, el("div", { class: "run-rail" }, el("span", {}), this.stage.rail));
-    const chips = el("div", { class: "chips", role: "group", "aria-label": "Charts" }, ...this.chips());
-    const dock = el("div", { class: "run-dock" }, this.scrub.element, el("div", { class: "dock-head" }, this.robot, chips), this.sheet.element);
+    const chips = el("div", { class: "run-chips", role: "group", "aria-label": "Charts" }, ...this.chips());
+    const dock = el("div", { class: "run-dock" }, this.scrub.element, el("div", { class: "run-dock-head" }, this.robot, chips), this.sheet.element);
     this.element.append(bar, body, dock);
     this.stage.element.append(this.empty);
     return body;
@@ -123,19 +123,19 @@ export class ReviewView implements View {
       this.playButton,
       el(
         "div",
-        { class: "group" },
+        { class: "run-group" },
         button({ class: "square", title: "One tick back (,)" }, () => this.player.step(-1), sign("left")),
         button({ class: "square", title: "One tick on (.)" }, () => this.player.step(1), sign("right")),
       ),
       el("label", { class: "run-figure" }, el("span", {}, "Speed"), speeds),
       el(
         "div",
-        { class: "group" },
+        { class: "run-group" },
         button({ title: "The part begins here (I)" }, () => this.markFrom(), "Mark begin"),
         button({ title: "The part ends here (O)" }, () => this.markTo(), "Mark end"),
         button({ class: "quiet", title: "Mark nothing (Escape)" }, () => this.mark({ from: null, to: null }), "Clear"),
       ),
-      el("span", { class: "spring" }),
+      el("span", { class: "run-spring" }),
       this.title,
       el("label", { class: "run-figure" }, el("span", {}, "Time"), this.time),
     );
@@ -147,7 +147,7 @@ export class ReviewView implements View {
     this.sheet.choose([...now]);
     return KINDS.map(({ kind, label }) =>
       toggle(
-        { class: "quiet small" },
+        { class: "quiet run-small" },
         now.has(kind),
         (on) => {
           if (on) now.add(kind);
@@ -295,7 +295,7 @@ export class ReviewView implements View {
     const hint = some ? "Choose one on the left, or drop an .mcap file here." : "Record a run first, or drop an .mcap file here.";
     const run = button({ class: "primary" }, () => this.studio.show("run"), "Go to Run");
     fill(this.empty, el("h2", {}, "No recording is open"), el("p", { class: "hint" }, hint), some ? null : run);
-    this.content.querySelector(".stage")?.append(this.empty);
+    this.content.querySelector(".run-stage")?.append(this.empty);
   }
 }
 

@@ -51,9 +51,9 @@ export class Bar {
   private readonly again: HTMLButtonElement;
   private readonly halt: HTMLButtonElement;
   private readonly speeds: HTMLSelectElement;
-  private readonly time = el("output", { class: "figure run-time", title: "Simulated time" }, "–");
-  private readonly pace = el("output", { class: "figure", title: "Simulated seconds a second" }, "–");
-  private readonly pictures = el("output", { class: "figure", title: "Pictures shown a second" }, "–");
+  private readonly time = el("output", { class: "run-value run-time", title: "Simulated time" }, "–");
+  private readonly pace = el("output", { class: "run-value", title: "Simulated seconds a second" }, "–");
+  private readonly pictures = el("output", { class: "run-value", title: "Pictures shown a second" }, "–");
   private readonly status = el("span", { class: "run-state", role: "status" }, "Connecting");
   private news: RunNews | null = null;
   private link: LinkState = "connecting";
@@ -67,9 +67,9 @@ export class Bar {
     const figure = (label: string, value: HTMLElement): HTMLElement => el("label", { class: "run-figure" }, el("span", {}, label), value);
     this.element.append(
       this.main,
-      el("div", { class: "group" }, this.step, this.again, this.halt),
+      el("div", { class: "run-group" }, this.step, this.again, this.halt),
       el("label", { class: "run-figure" }, el("span", {}, "Speed"), this.speeds),
-      el("span", { class: "spring" }),
+      el("span", { class: "run-spring" }),
       figure("Time", this.time),
       figure("Pace", this.pace),
       figure("Pictures", this.pictures),

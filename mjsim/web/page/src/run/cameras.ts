@@ -10,6 +10,8 @@ import { makeTile, type Tile } from "./tile";
 
 /** The server is asked for another view from outside at most this often [ms]. */
 const CALM = 60;
+/** Of the view from outside, as long as none has come [px]. */
+const OUTSIDE_SIZE = [960, 600] as const;
 const KINDS = ["depth", "segmentation"] as const;
 
 type Kind = (typeof KINDS)[number];
@@ -17,7 +19,7 @@ type Kind = (typeof KINDS)[number];
 /** Makes a tile for each picture and says to the server which ones are wanted. */
 export class Cameras {
   /** Switches for the kinds of pictures. */
-  readonly switches = el("div", { class: "group switches", role: "group", "aria-label": "Pictures" });
+  readonly switches = el("div", { class: "run-group run-switches", role: "group", "aria-label": "Pictures" });
   private readonly screens = new Map<string, { screen: Screen; tile: Tile }>();
   private readonly wanted: Record<Kind | "outside", boolean>;
   private orbit: Orbit | null = null;
@@ -35,7 +37,7 @@ export class Cameras {
       outside: remembered("run.outside") !== "no",
     };
     for (const [kind, label] of [["depth", "Depth"], ["segmentation", "Segments"], ["outside", "Outside"]] as const) {
-      this.switches.append(toggle({ class: "quiet small" }, this.wanted[kind], (on) => this.want(kind, on), label));
+      this.switches.append(toggle({ class: "quiet run-small" }, this.wanted[kind], (on) => this.want(kind, on), label));
     }
   }
 
@@ -106,8 +108,9 @@ export class Cameras {
     const title = titleOf(key);
     const screen = new Screen(title, (head) => this.send({ do: "shown", number: head.number }));
     const camera = this.robots.flatMap((robot) => robot.cameras.filter((each) => key.startsWith(`${robot.name}/${each.name}`)))[0];
-    if (camera) screen.shape(camera.width, camera.height);
-    const body = el("div", { class: "picture" }, screen.canvas, el("p", { class: "hint waiting" }, "No picture yet"));
+    const [width, height] = camera ? [camera.width, camera.height] : OUTSIDE_SIZE;
+    screen.shape(width, height);
+    const body = el("div", { class: "run-picture", style: `aspect-ratio: ${width} / ${height}` }, screen.canvas, el("p", { class: "hint run-waiting" }, "No picture yet"));
     const made = { screen, tile: makeTile(key, title, body) };
     this.screens.set(key, made);
     if (key === "outside") this.makeOrbit(this.orbit?.view ?? overlook([0, 0, 8, 8]));
@@ -118,7 +121,7 @@ export class Cameras {
     const screen = this.screens.get("outside")?.screen;
     if (!screen || this.orbit) return;
     screen.canvas.setAttribute("aria-label", "View from outside; drag, wheel, arrows and + - turn it");
-    screen.canvas.classList.add("orbit");
+    screen.canvas.classList.add("run-orbit");
     this.orbit = new Orbit(screen.canvas, view, () => this.soon());
   }
 

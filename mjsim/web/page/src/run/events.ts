@@ -10,7 +10,7 @@ const MOST = 300;
 
 /** A list of events; each can be pressed where there is something to do. */
 export class EventList {
-  readonly element = el("div", { class: "events" });
+  readonly element = el("div", { class: "run-events" });
   private readonly list = el("ol", { "aria-label": "Events, newest first" });
   private readonly empty: HTMLElement;
 

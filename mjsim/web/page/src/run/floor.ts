@@ -29,7 +29,7 @@ export interface Moment {
 export class Floor {
   readonly tile: Tile;
   /** Things may be laid over the plan here. */
-  readonly host = el("div", { class: "floor", tabindex: 0, "aria-label": "Plan; + - and 0 zoom" });
+  readonly host = el("div", { class: "run-floor", tabindex: 0, "aria-label": "Plan; + - and 0 zoom" });
   private readonly plan: Plan;
   private readonly follow: HTMLButtonElement;
   private readonly shown: Shown;
@@ -43,7 +43,7 @@ export class Floor {
     this.shown = Object.fromEntries(LAYERS.map(([key]) => [key, kept === null || kept.split(" ").includes(key)])) as unknown as Shown;
     this.follow = toggle({ class: "quiet square", title: "Follow the robot (F)" }, false, (on) => this.setFollow(on), sign("follow"));
     const fit = button({ class: "quiet square", title: "Show the whole plan (0)" }, () => this.fit(), sign("fit"));
-    this.tile = makeTile("plan", "Plan", this.host, legend(), el("span", { class: "spring" }), this.menu(), this.follow, fit);
+    this.tile = makeTile("plan", "Plan", this.host, legend(), el("span", { class: "run-spring" }), this.menu(), this.follow, fit);
     this.plan = new Plan(this.host);
     this.plan.hiddenKinds.add("robot");
     this.plan.overlay.push((context) => this.draw(context));
@@ -133,9 +133,9 @@ export class Floor {
       box.checked = this.shown[key];
       return el("label", {}, box, label);
     });
-    const list = el("div", { class: "menu", role: "group", "aria-label": "What is shown" }, ...boxes);
+    const list = el("div", { class: "run-menu", role: "group", "aria-label": "What is shown" }, ...boxes);
     const summary = el("summary", { class: "button quiet square", title: "What is shown", "aria-label": "What is shown" }, sign("layers"));
-    const details = el("details", { class: "layers" }, summary, list);
+    const details = el("details", { class: "run-layers" }, summary, list);
     document.addEventListener("pointerdown", (event) => {
       if (!details.contains(event.target as Node)) details.open = false;
     });
@@ -156,7 +156,7 @@ function legend(): HTMLElement {
   const entries = [["truth", "truth"], ["estimate", "estimate"], ["odometry", "odometry"], ["seen", "landmarks, sightings"]] as const;
   return el(
     "span",
-    { class: "legend" },
+    { class: "run-legend" },
     ...entries.map(([token, label]) => el("span", {}, el("i", { style: `background: var(--${token})` }), label)),
   );
 }

@@ -6,8 +6,17 @@ import type { Noise } from "./protocol";
 
 /** The slider's way is cut into so many steps. */
 const STEPS = 1000;
-/** Where the slider ends when the world's own value is 0, by unit. */
-const MOST: Record<string, number> = { deg: 10, m: 0.3, "m/s": 0.5 };
+/** Where the slider ends when the world's own value is 0: by the last word of the key, or by unit. */
+const MOST: Record<string, number> = { noise: 40, missed: 1, mixed_pixels: 1, outliers: 1, deg: 10, m: 0.3, "1/s": 2 };
+/** These are errors to both sides of a value; the slider goes evenly between. */
+const EVEN: Record<string, [number, number]> = { scale: [0.8, 1.2], track_error: [-0.2, 0.2] };
+
+/** Values at the ends of a slider; `even` unless small values get more room. */
+interface Span {
+  low: number;
+  high: number;
+  even: boolean;
+}
 
 interface Row {
   noise: Noise;
@@ -18,7 +27,7 @@ interface Row {
 
 /** A list of sliders, grouped by robot and sensor. */
 export class NoisePanel {
-  readonly element = el("div", { class: "noise" });
+  readonly element = el("div", { class: "run-noise" });
   private readonly rows = new Map<string, Row>();
   private readonly empty = el("p", { class: "hint" }, "Start a run; its noise can be changed here while it goes on.");
   private readonly all: HTMLButtonElement;
@@ -43,7 +52,7 @@ export class NoisePanel {
   }
 
   private resetAll(): void {
-    for (const { noise } of this.rows.values()) if (noise.value !== noise.initial) this.set(noise.key, noise.initial);
+    for (const { noise } of this.rows.values()) if (noise.value !== noise.initial) this.set(noise.key, noise.initial ?? 0);
   }
 
   private build(noise: Noise[]): void {
@@ -60,25 +69,24 @@ export class NoisePanel {
   }
 
   private row(noise: Noise, label: string): HTMLElement {
-    const most = mostOf(noise);
-    // The square gives small values more room.
+    const span = spanOf(noise);
     const slider = el("input", { type: "range", min: 0, max: STEPS, step: 1, "data-key": noise.key, "aria-label": label });
-    const field = el("input", { type: "number", min: 0, step: "any", "aria-label": `${label}, ${noise.unit ?? "value"}` });
-    slider.addEventListener("input", () => this.set(noise.key, rounded(most * (Number(slider.value) / STEPS) ** 2)));
+    const field = el("input", { type: "number", min: span.even ? null : 0, step: "any", "aria-label": `${label}, ${noise.unit ?? "value"}` });
+    slider.addEventListener("input", () => this.set(noise.key, valueAt(span, Number(slider.value) / STEPS)));
     field.addEventListener("change", () => {
       const value = Number(field.value);
-      if (field.value !== "" && Number.isFinite(value) && value >= 0) this.set(noise.key, value);
-      else field.value = String(noise.value);
+      if (field.value !== "" && Number.isFinite(value) && (span.even || value >= 0)) this.set(noise.key, value);
+      else field.value = String(rounded(this.rows.get(noise.key)?.noise.value ?? 0));
     });
-    const reset = button({ class: "quiet square", title: `Reset ${label} to ${noise.initial}` }, () => this.set(noise.key, noise.initial), sign("restart"));
+    const reset = button({ class: "quiet square", title: `Reset ${label} to ${noise.initial ?? 0}` }, () => this.set(noise.key, noise.initial ?? 0), sign("restart"));
     this.rows.set(noise.key, { noise, slider, field, reset });
-    const unit = el("span", { class: "unit" }, noise.unit ?? "");
+    const unit = el("span", { class: "run-unit" }, unitShown(noise));
     return el(
       "div",
-      { class: "noise-row", title: noise.description ?? undefined },
-      el("span", { class: "noise-label" }, label),
+      { class: "run-noise-row", title: noise.description ?? undefined },
+      el("span", { class: "run-noise-label" }, label),
       slider,
-      el("span", { class: "noise-value" }, field, unit, reset),
+      el("span", { class: "run-noise-value" }, field, unit, reset),
     );
   }
 
@@ -87,15 +95,29 @@ export class NoisePanel {
     if (!row) return;
     row.noise = noise;
     // What is being dragged or typed is left to the hand.
-    if (document.activeElement !== row.slider) row.slider.value = String(STEPS * Math.sqrt(Math.min(1, noise.value / mostOf(noise))));
-    if (document.activeElement !== row.field) row.field.value = String(rounded(noise.value));
+    if (document.activeElement !== row.slider) row.slider.value = String(STEPS * shareOf(spanOf(noise), noise.value ?? 0));
+    if (document.activeElement !== row.field) row.field.value = String(rounded(noise.value ?? 0));
     for (const each of [row.slider, row.field]) each.disabled = !enabled;
     row.reset.disabled = !enabled || noise.value === noise.initial;
   }
 }
 
-function mostOf({ initial, unit }: Noise): number {
-  return initial > 0 ? Math.max(8 * initial, 0.01) : (MOST[unit ?? ""] ?? 0.2);
+function spanOf({ key, initial, unit }: Noise): Span {
+  const word = key.slice(key.lastIndexOf(".") + 1);
+  const even = EVEN[word];
+  if (even) return { low: even[0], high: even[1], even: true };
+  const usual = MOST[word] ?? MOST[unit ?? ""] ?? 0.2;
+  return { low: 0, high: MOST[word] === 1 ? 1 : initial ? 8 * initial : usual, even: false };
+}
+
+/** The value at a share of the slider's way; the square gives small values more room. */
+function valueAt({ low, high, even }: Span, share: number): number {
+  return rounded(low + (high - low) * (even ? share : share ** 2));
+}
+
+function shareOf({ low, high, even }: Span, value: number): number {
+  const share = Math.min(1, Math.max(0, (value - low) / (high - low)));
+  return even ? share : Math.sqrt(share);
 }
 
 function rounded(value: number): number {
@@ -104,6 +126,13 @@ function rounded(value: number): number {
 
 /** `robots.scout.odometry.noise.turn` -> `scout, odometry` and `turn`. */
 function splitKey(key: string): [string, string] {
-  const parts = key.split(".").filter((part, k) => part !== "noise" && part !== "sensors" && !(k === 0 && part === "robots"));
-  return [parts.slice(0, -1).join(", "), (parts[parts.length - 1] ?? key).replace(/_deg$/, "").replaceAll("_", " ")];
+  const parts = key.split(".");
+  const last = (parts.pop() ?? key).replace(/_deg$/, "").replaceAll("_", " ");
+  const group = parts.filter((part, k) => part !== "noise" && part !== "sensors" && !(k === 0 && part === "robots"));
+  return [group.join(", "), last];
+}
+
+function unitShown({ key, unit }: Noise): string {
+  if (unit === null) return key.endsWith(".noise") ? "of 255" : "";
+  return unit.replace(/sqrt\((\w+)\)/, "√$1");
 }

@@ -15,7 +15,7 @@ const WAYS: [IconName, string, [number, number, number]][] = [
 
 /** Six buttons that push while they are held; those aside only for robots that can. */
 export class Pad {
-  readonly element = el("div", { class: "pad", role: "group", "aria-label": "Drive" });
+  readonly element = el("div", { class: "run-pad", role: "group", "aria-label": "Drive" });
   private readonly aside: HTMLButtonElement[] = [];
 
   constructor(wheel: Wheel) {

@@ -41,9 +41,10 @@ export interface Chosen {
 /** A figure of the world that may be changed while it runs. */
 export interface Noise {
   key: string;
-  value: number;
+  /** null: nothing is said, and there is none. */
+  value: number | null;
   /** What the world says. */
-  initial: number;
+  initial: number | null;
   unit: string | null;
   description: string | null;
 }
@@ -136,7 +137,16 @@ export interface EventNews {
   text: string;
 }
 
-export type News = RunNews | SceneNews | PastNews | TickNews | EventNews;
+/** An order that could not be obeyed. */
+export interface RefusedNews {
+  kind: "refused";
+  do: string;
+  error: string;
+  /** Files whose code the person has not allowed yet. */
+  needs_trust?: string[];
+}
+
+export type News = RunNews | SceneNews | PastNews | TickNews | EventNews | RefusedNews;
 
 /** From where the view from outside looks. */
 export interface Outside {
@@ -186,4 +196,6 @@ export interface FrameHead {
   view: string;
   time: number;
   recognised: [name: string | null, corners: [number, number][]][];
+  /** Distances at the ends of the colours of a picture of depth [m]. */
+  scale?: [near: number, far: number];
 }

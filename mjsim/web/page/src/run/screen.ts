@@ -21,7 +21,7 @@ export class Screen {
     /** Told once a picture stands on the page, or was passed over for a newer one. */
     private readonly shown: (head: FrameHead) => void,
   ) {
-    this.canvas.className = "screen";
+    this.canvas.className = "run-screen";
     this.canvas.setAttribute("role", "img");
     this.canvas.setAttribute("aria-label", label);
     this.shape(640, 480);

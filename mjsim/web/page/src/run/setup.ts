@@ -33,7 +33,7 @@ interface Pick {
 export type OwnDrivers = Record<string, Record<string, unknown>>;
 
 export class Setup {
-  readonly element = el("div", { class: "setup" });
+  readonly element = el("div", { class: "run-setup" });
   private readonly seed = el("input", { type: "number", min: 0, step: 1, "aria-label": "Seed" });
   private readonly seconds = el("input", { type: "number", min: 0, step: "any", "aria-label": "Length in seconds" });
   private readonly record = el("input", { type: "checkbox" });
@@ -46,14 +46,14 @@ export class Setup {
   private own: OwnDrivers = {};
 
   constructor() {
-    const field = (label: string, input: HTMLElement, unit = ""): HTMLElement => el("label", { class: "field" }, el("span", {}, label), input, el("span", { class: "unit" }, unit));
+    const field = (label: string, input: HTMLElement, unit = ""): HTMLElement => el("label", { class: "run-field" }, el("span", {}, label), input, el("span", { class: "run-unit" }, unit));
     this.file.disabled = true;
     this.record.addEventListener("change", () => (this.file.disabled = !this.record.checked));
     this.element.append(
       el("h3", {}, "Run"),
       field("Length", this.seconds, "s"),
       field("Seed", this.seed),
-      el("label", { class: "check" }, this.record, "Record to a file"),
+      el("label", { class: "run-check" }, this.record, "Record to a file"),
       field("File", this.file),
       this.robots,
       this.note,
@@ -116,7 +116,7 @@ export class Setup {
       this.showKeys(keys, key, modules);
     });
     this.showKeys(keys, key, modules);
-    return el("div", {}, el("label", { class: "field" }, el("span", {}, label), select), keys);
+    return el("div", {}, el("label", { class: "run-field" }, el("span", {}, label), select), keys);
   }
 
   private ownTitle(robot: string, part: Part, modules: Module[]): string {
@@ -135,7 +135,7 @@ export class Setup {
       const input = el("input", { type: "text", spellcheck: "false", placeholder: each.default === undefined ? "needed" : written(each.default) });
       input.value = pick.values[each.name] ?? "";
       input.addEventListener("change", () => (pick.values[each.name] = input.value.trim()));
-      return el("label", { class: "field", title: each.about ?? null }, el("span", {}, each.name.replaceAll("_", " ")), input);
+      return el("label", { class: "run-field", title: each.about ?? null }, el("span", {}, each.name.replaceAll("_", " ")), input);
     });
     fill(place, module.about ? el("p", { class: "hint" }, module.about) : null, ...fields);
   }

@@ -4,7 +4,7 @@ import { el } from "../dom";
 import { remembered } from "./controls";
 
 export class Tabs {
-  readonly element = el("div", { class: "tabbed" });
+  readonly element = el("div", { class: "run-tabbed" });
   private readonly heads: HTMLButtonElement[];
 
   constructor(

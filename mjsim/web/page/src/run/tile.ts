@@ -11,13 +11,13 @@ export interface Tile {
 /** Frame a view. */
 export function makeTile(key: string, title: string, body: HTMLElement, ...actions: Child[]): Tile {
   const head = el("header", {}, el("h2", {}, title), ...actions);
-  return { key, element: el("section", { class: "tile", "data-view": key, "aria-label": title }, head, body) };
+  return { key, element: el("section", { class: "run-tile", "data-view": key, "aria-label": title }, head, body) };
 }
 
 /** The large view, and a rail with the others. */
 export class Stage {
-  readonly element = el("div", { class: "stage" });
-  readonly rail = el("div", { class: "rail" });
+  readonly element = el("div", { class: "run-stage" });
+  readonly rail = el("div", { class: "run-tiles" });
   private tiles: Tile[] = [];
   private large = "";
 
@@ -36,7 +36,7 @@ export class Stage {
   }
 
   private addButton(tile: Tile): void {
-    const enlarge = button({ class: "quiet square enlarge", title: "Show large" }, () => this.enlarge(tile.key), sign("enlarge"));
+    const enlarge = button({ class: "quiet square run-enlarge", title: "Show large" }, () => this.enlarge(tile.key), sign("enlarge"));
     tile.element.querySelector("header")?.append(enlarge);
   }
 

@@ -12,7 +12,7 @@ import { Wheel, type Push } from "./keys";
 import { Link, type LinkState } from "./link";
 import { NoisePanel } from "./noise";
 import { Pad } from "./pad";
-import type { News, Order, RunNews, TickNews } from "./protocol";
+import type { News, Order, RefusedNews, RunNews, TickNews } from "./protocol";
 import { RunRecord } from "./record";
 import { Setup } from "./setup";
 import { Tabs } from "./tabs";
@@ -93,14 +93,14 @@ export class RunView implements View {
       ["events", "Events", this.events.element],
     ]);
     const side = el("aside", { class: "run-side" }, tabs.element);
-    const chips = el("div", { class: "chips", role: "group", "aria-label": "Charts" });
+    const chips = el("div", { class: "run-chips", role: "group", "aria-label": "Charts" });
     const now = new Set(kinds);
     for (const { kind, label } of KINDS) {
-      chips.append(toggle({ class: "quiet small" }, now.has(kind), (on) => this.chooseChart(now, kind, on), label));
+      chips.append(toggle({ class: "quiet run-small" }, now.has(kind), (on) => this.chooseChart(now, kind, on), label));
     }
     this.floor.host.append(this.pad.element);
     this.bar.element.prepend(this.sideSwitch(side));
-    const dock = el("div", { class: "run-dock" }, el("div", { class: "dock-head" }, this.robot, chips), this.sheet.element);
+    const dock = el("div", { class: "run-dock" }, el("div", { class: "run-dock-head" }, this.robot, chips), this.sheet.element);
     const rail = el("div", { class: "run-rail" }, this.cameras.switches, this.stage.rail);
     this.element.append(this.bar.element, this.banner, el("div", { class: "run-body" }, side, this.stage.element, rail), dock);
   }
@@ -159,7 +159,8 @@ export class RunView implements View {
     else if (news.kind === "scene") {
       this.floor.scene(news.items, news.bounds);
       this.cameras.scene(news.bounds);
-    } else {
+    } else if (news.kind === "refused") void this.refused(news);
+    else {
       this.record.fill(news.robots);
       this.events.fill(news.events);
       this.soon();
@@ -167,9 +168,10 @@ export class RunView implements View {
   }
 
   private takeRun(news: RunNews): void {
-    const fresh = news.state === "loading" && this.run?.state !== "loading";
+    const before = this.run?.state;
     this.run = news;
-    if (fresh) this.forget();
+    if (news.state !== before && (news.state === "loading" || news.state === "idle")) this.forget();
+    if (news.state === "idle" && before !== "idle") this.takeWorld();
     this.bar.run(news);
     this.offerRobots(news);
     this.cameras.run(news.robots);
@@ -241,6 +243,15 @@ export class RunView implements View {
     if (parsed.needs_trust.length && !(await this.studio.askTrust())) return;
     this.say(null);
     this.send({ do: "start", path, text, speed: this.bar.speed, ...this.setup.settings() });
+  }
+
+  /** Say why an order was not obeyed; one that waits for trust is given again once it is there. */
+  private async refused(news: RefusedNews): Promise<void> {
+    if (news.do === "start" && news.needs_trust?.length) {
+      if (await this.studio.askTrust()) await this.start();
+      return;
+    }
+    this.studio.toasts.error(news.error);
   }
 
   private offerRobots(news: RunNews): void {
