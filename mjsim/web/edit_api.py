@@ -1,21 +1,151 @@
 """What the page asks for while a world is edited."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 from starlette.requests import Request
+from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from mjsim.web.answers import asked
+from mjsim.errors import WorldError
+from mjsim.web.answers import Ask, RefusedError, answered, asked, body_of, posted, refusal
+from mjsim.web.files import listed, new_world, read_world, save_world, source_of
 from mjsim.web.folder import Folder
+from mjsim.web.items import Json
+from mjsim.web.local import HEADERS
+from mjsim.web.modules import modules_in
+from mjsim.web.parsed import Read, parsed
+from mjsim.web.pictures import MOST_BYTES, bring_picture, small_picture
 from mjsim.web.trust import Trust
-from mjsim.world import editor_schema
+from mjsim.world import World, parse_world
+from mjsim.world.edit import Change, UnwritableError, edited
+from mjsim.world.schema import panel_schema
 
 
-def routes(folder: Folder, trust: Trust, *, world: str | None) -> Sequence[BaseRoute]:
-    """Return the routes of the Edit view."""
+class OpenAsk(Ask):
+    """Which world is opened."""
 
-    def schema(_: Request) -> Any:
-        return editor_schema()
+    path: str
 
-    return [Route("/api/schema", asked(schema), methods=["GET"])]
+
+class NewAsk(Ask):
+    """A new world: how it will be called, and what it begins as."""
+
+    path: str | None = None
+    template: str | None = None
+
+
+class TextAsk(Ask):
+    """A text and where it is from."""
+
+    path: str
+    text: str
+
+
+class ChangeAsk(Ask):
+    """One change of a world."""
+
+    op: Literal["set", "unset", "add", "remove", "rename"]
+    path: tuple[str | int, ...]
+    value: Any = None
+
+
+class EditAsk(TextAsk):
+    """Changes to be made in a text."""
+
+    changes: list[ChangeAsk]
+
+
+class SaveAsk(TextAsk):
+    """A text to be written over the one that it was made from."""
+
+    stamp: str | None = None
+    overwrite: bool = False
+
+
+class EditApi:
+    """Opens, reads, changes and saves the worlds of a folder."""
+
+    def __init__(self, folder: Folder, trust: Trust, *, world: str | None = None) -> None:
+        """Take the folder, what code may run, and the world that is opened at first."""
+        self._folder, self._trust, self._world = folder, trust, world
+        self.routes: Sequence[BaseRoute] = [
+            Route("/api/folder", asked(self._list), methods=["GET"]),
+            Route("/api/schema", asked(lambda _: panel_schema()), methods=["GET"]),
+            Route("/api/modules", asked(self._modules), methods=["GET"]),
+            Route("/api/open", posted(OpenAsk, self._open), methods=["POST"]),
+            Route("/api/new", posted(NewAsk, self._new), methods=["POST"]),
+            Route("/api/parse", posted(TextAsk, self._parse), methods=["POST"]),
+            Route("/api/edit", posted(EditAsk, self._edit), methods=["POST"]),
+            Route("/api/save", posted(SaveAsk, self._save), methods=["POST"]),
+            Route("/api/trust", posted(TextAsk, self._allow), methods=["POST"]),
+            Route("/api/upload", self._upload, methods=["POST"]),
+            Route("/api/picture", asked(self._picture), methods=["GET"]),
+        ]
+
+    def world_of(self, path: str, text: str) -> World:
+        """Return the world of a text.
+
+        Raises:
+            RefusedError: The text has a mistake, or the path leaves the folder.
+        """
+        try:
+            return parse_world(text, source=source_of(self._folder, path))
+        except WorldError as error:
+            first, more = error.problems[0], len(error.problems) - 1
+            others = f" (and {more} more)" if more else ""
+            raise RefusedError(409, f"line {first.line}: {first.message}{others}") from None
+
+    def _list(self, _: Request) -> Json:
+        return {**listed(self._folder), "world": self._world, "mode": "studio"}
+
+    def _modules(self, request: Request) -> Json:
+        return modules_in(self._folder, request.query_params.get("path"))
+
+    def _open(self, ask: OpenAsk) -> Json:
+        text, stamp = read_world(self._folder, ask.path)
+        return {"path": ask.path, "text": text, "stamp": stamp, **self._told(ask.path, text)}
+
+    def _new(self, ask: NewAsk) -> Json:
+        path, text = new_world(self._folder, ask.path, ask.template)
+        return {"path": path, "text": text, "stamp": None, **self._told(path, text)}
+
+    def _parse(self, ask: TextAsk) -> Json:
+        return self._told(ask.path, ask.text)
+
+    def _edit(self, ask: EditAsk) -> Json:
+        changes = [Change(change.op, change.path, change.value) for change in ask.changes]
+        try:
+            text, node = edited(ask.text, changes, source=source_of(self._folder, ask.path))
+        except UnwritableError as error:
+            raise RefusedError(409, str(error), path=list(error.path)) from None
+        return {"text": text, **self._told(ask.path, text, read=(node, []))}
+
+    def _save(self, ask: SaveAsk) -> Json:
+        return {"stamp": save_world(self._folder, ask.path, ask.text, stamp=ask.stamp, overwrite=ask.overwrite)}
+
+    def _allow(self, ask: TextAsk) -> Json:
+        world = self.world_of(ask.path, ask.text)
+        self._trust.allow(world)
+        return {"needs_trust": self._trust.asks_for(world)}
+
+    async def _upload(self, request: Request) -> Response:
+        name, world = request.query_params.get("name", "picture"), request.query_params.get("path")
+        try:
+            data = await body_of(request, most=MOST_BYTES)
+        except RefusedError as refused:
+            return refusal(refused)
+        return await answered(lambda: bring_picture(self._folder, data, name=name, world=world))
+
+    def _picture(self, request: Request) -> Response:
+        given = request.query_params
+        size = given.get("size", "256")
+        if not size.isdecimal() or len(size) > 6:
+            raise RefusedError(400, f"size is {size:.20}; it must be a number of pixels")
+        data = small_picture(self._folder, given.get("path", ""), size=int(size), world=given.get("world"))
+        return Response(data, media_type="image/jpeg", headers={**HEADERS, "Cache-Control": "private, max-age=60"})
+
+    def _told(self, path: str, text: str, *, read: Read | None = None) -> Json:
+        found = parsed(text, source_of(self._folder, path), read=read)
+        needs = [] if found.world is None else self._trust.asks_for(found.world)
+        return {**found.told, "needs_trust": needs}

@@ -5,7 +5,7 @@ from types import TracebackType
 from typing import Self
 
 from mjsim.errors import UsageError
-from mjsim.web import edit_api
+from mjsim.web.edit_api import EditApi
 from mjsim.web.folder import Folder
 from mjsim.web.local import LOOPBACK
 from mjsim.web.server import Server
@@ -40,8 +40,8 @@ class Studio:
         place, trust = Folder(Path(folder)), Trust()
         if world is not None and not place.path(world).is_file():
             raise UsageError(f"no file '{world}' in {place.root}; name a world file")
-        routes = [*page_routes(), *edit_api.routes(place, trust, world=world)]
-        self._server = Server(routes, host=host, port=port, token=token)
+        edit = EditApi(place, trust, world=world)
+        self._server = Server([*page_routes(), *edit.routes], host=host, port=port, token=token)
 
     @property
     def url(self) -> str:

@@ -106,7 +106,7 @@ class _Formatter:
     def _sort(self, part: Part, path: Steps) -> None:
         """Put the keys of all mappings in their order."""
         if part.kind == "map" and self._ordered and path not in _UNORDERED:
-            ranks = _ranks([item.key.value for item in part.items if item.key is not None], path)
+            ranks = key_ranks([item.key.value for item in part.items if item.key is not None], path)
             part.items.sort(key=lambda item: ranks[item.key.value] if item.key is not None else 0)
         for number, item in enumerate(part.items):
             self._sort(item.part, (*path, number if item.key is None else item.key.value))
@@ -187,7 +187,7 @@ class _Formatter:
         return lines if flat or fits else None
 
 
-def _ranks(keys: list[str], path: Steps) -> dict[str, int]:
+def key_ranks(keys: list[str], path: Steps) -> dict[str, int]:
     """Return the place of each key: those that people look for, then as the models have them, then as they stand."""
     if "use" in keys:
         return {key: 0 if key == "use" else 1 for key in keys}

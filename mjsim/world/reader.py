@@ -20,7 +20,7 @@ from mjsim.world.model import World
 from mjsim.world.patience import uncollected
 from mjsim.world.places import Fault, problems_at
 from mjsim.world.source import Source
-from mjsim.world.text import MOST_BYTES, line_and_column, read_text, too_large
+from mjsim.world.text import MOST_BYTES, Node, line_and_column, read_text, too_large
 from mjsim.world.words import Path, meant_key, misspelt_kind, path_of, sentence
 
 MOST = 100
@@ -34,6 +34,7 @@ def parse_world(
     file: str = "world.yaml",
     source: Source | None = None,
     variables: Mapping[str, Value] | None = None,
+    read: tuple[Node | None, list[Problem]] | None = None,
 ) -> World:
     """Return the world that a text describes.
 
@@ -42,12 +43,14 @@ def parse_world(
         file: How errors name it.
         source: Where it comes from, and so where the pictures are that it names; instead of `file`.
         variables: Values that go before those that the text gives its variables.
+        read: What `read_text` says of the text, when it was asked before.
 
     Raises:
         WorldError: Something in it is wrong; every fault is told.
     """
     source = source or Source(file=file)
-    node, problems = read_text(text, file=source.file)
+    node, problems = read or read_text(text, file=source.file)
+    problems = list(problems)
     if node is None:
         raise WorldError(problems)
     if not isinstance(node.value, dict):

@@ -58,22 +58,32 @@ def exact_events(text: str) -> Iterator[Event]:
 
 
 def fast_events(text: str) -> Iterator[Event]:
-    """Yield the same events of a text, many times as fast; only where lists and mappings end is not the same place.
+    """Return the same events of a text, many times as fast; only where lists and mappings end is not the same place.
 
     Raises:
         UnsureError: The text is not YAML, or holds what libyaml sees differently; ask `exact_events`.
+    """
+    return map(_event, sure_events(text))
+
+
+def sure_events(text: str) -> Iterator[Any]:
+    """Yield the events of libyaml itself.
+
+    Raises:
+        UnsureError: As `fast_events` does.
     """
     if CParser is None or _DIFFERENT.search(text):
         raise UnsureError
     try:
         parser = CParser(text)
         while (event := parser.get_event()) is not None:
-            step = _event(event)
+            kind = _KINDS.get(type(event).__name__, OTHER)
             # An empty value is there for both parsers, for each in a place of its own.
-            empty = step.kind == SCALAR and (event.style in _LONG or (step.plain and not step.value))
-            if step.anchor or step.tag or empty:
+            if kind == SCALAR and (event.style in _LONG or (event.implicit[0] and not event.value)):
                 raise UnsureError
-            yield step
+            if kind == ALIAS or (kind in _VALUES and (event.anchor or event.tag)):
+                raise UnsureError
+            yield event
     except (YAMLError, ValueError, OverflowError) as error:
         raise UnsureError from error
 
@@ -93,5 +103,6 @@ def _tag(event: Any) -> str:
 
 
 _LONG = ("|", ">")
+_VALUES = (LIST, MAP, SCALAR)
 _DIFFERENT = re.compile(r"[\t\x85\u2028\u2029\ufeff]|^%|^---|^\.\.\.|(?:^|[\s\[\]{},:])\?(?:\s|$)", re.MULTILINE)
 """Tabs, ends of lines of YAML 1.1, byte order marks, directives, more documents, and long keys."""

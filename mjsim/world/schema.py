@@ -6,6 +6,7 @@ from typing import Any
 from mjsim.world.arithmetic import NAME
 from mjsim.world.model import World
 from mjsim.world.repeats import MOST_REPEATS, Repeat
+from mjsim.world.words import unit_of
 
 Schema = dict[str, Any]
 
@@ -40,6 +41,28 @@ def editor_schema() -> Schema:
     }
     properties = {**_reuse(), **_with_expressions(whole)["properties"]}
     return {**whole, "properties": properties, "$defs": kinds}
+
+
+def panel_schema() -> Schema:
+    """Return the same with a key `unit` at each field whose unit is known: 'm', 'deg', 's', 'Hz' and so on."""
+    schema: Schema = _with_units(editor_schema())
+    return schema
+
+
+def _with_units(part: Any, name: str = "") -> Any:
+    """Return a part of a schema with units; `name` is that of the field that it describes."""
+    if isinstance(part, list):
+        return [_with_units(item) for item in part]
+    if not isinstance(part, dict):
+        return part
+    found = {
+        key: {field: _with_units(item, field) for field, item in value.items()}
+        if key == "properties"
+        else _with_units(value)
+        for key, value in part.items()
+    }
+    unit = unit_of(name, str(part.get("description", ""))) if name else ""
+    return {**found, "unit": unit} if unit else found
 
 
 def _reuse() -> Schema:

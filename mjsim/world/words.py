@@ -159,11 +159,16 @@ def _field_texts(model: type[BaseModel], path: Path) -> list[str]:
 
 def _unit(model: type[BaseModel], path: Path) -> str:
     name = next((step for step in reversed(path) if isinstance(step, str)), "")
+    return next((unit for text in ["", *_field_texts(model, path)] if (unit := unit_of(name, text))), "")
+
+
+def unit_of(name: str, description: str) -> str:
+    """Return the unit of a field, as its name or the end of its description tells it; empty when neither does."""
     for ending, unit in _UNITS_OF_KEYS.items():
         if name.endswith(ending):
             return unit
-    found = (_UNIT.search(text) for text in _field_texts(model, path))
-    return next((match.group(1) for match in found if match), "")
+    found = _UNIT.search(description)
+    return found.group(1) if found else ""
 
 
 def _described(model: type[BaseModel], path: Path) -> str:

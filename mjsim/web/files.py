@@ -1,0 +1,216 @@
+"""The files of a studio's folder: what there is, and worlds read and written."""
+
+import hashlib
+import os
+import re
+import secrets
+import shutil
+from collections.abc import Iterator
+from importlib import resources
+from pathlib import Path
+
+from mjsim.exchange.template import TEMPLATES, template_text
+from mjsim.web.answers import RefusedError
+from mjsim.web.folder import Folder
+from mjsim.web.items import Json
+from mjsim.world.presets import preset_names
+from mjsim.world.reader import read_file
+from mjsim.world.source import Source
+from mjsim.world.text import MOST_BYTES, too_large
+
+SHIPPED = "shipped:"
+"""Begins the name of a world that comes with mjsim."""
+EMPTY_WORLD = "mjsim: 1\nname: room\n"
+PICTURES = (".jpg", ".jpeg", ".png")
+MOST_FILES, DEEPEST = 5000, 6
+"""Looked through below the folder."""
+_WORLD = re.compile(rb"^mjsim[ \t]*:", re.MULTILINE)
+_HEAD = 16_384
+"""A world says so in its first bytes."""
+_PASSED_OVER = ("node_modules", "__pycache__", "site-packages")
+
+
+def listed(folder: Folder) -> Json:
+    """Return the worlds, recordings and pictures of a folder and below it, and those that come with mjsim."""
+    worlds, recordings, pictures = [], [], []
+    for path in files_below(folder.root):
+        name, kind = folder.name(path), path.suffix.lower()
+        if kind in (".yaml", ".yml") and _is_world(path):
+            worlds.append(name)
+        elif kind == ".mcap":
+            recordings.append(name)
+        elif kind in PICTURES and not name.startswith("out/"):
+            pictures.append(name)
+    found = {"worlds": sorted(worlds), "recordings": sorted(recordings), "pictures": sorted(pictures)}
+    return {"folder": str(folder.root), **found, "shipped": shipped()}
+
+
+def shipped() -> Json:
+    """Return what comes with mjsim: worlds, pictures, presets of robots with a word about each, templates."""
+    return {
+        "worlds": sorted(_shipped_files("mjsim.worlds", (".yaml",), cut=5)),
+        "pictures": sorted(_shipped_files("mjsim.assets", PICTURES)),
+        "presets": [{"name": name, "about": _about(name)} for name in preset_names()],
+        "templates": list(TEMPLATES),
+    }
+
+
+def source_of(folder: Folder, path: str) -> Source:
+    """Return where a world comes from: its own folder; that of the studio for one that is not saved yet.
+
+    Raises:
+        RefusedError: The path leaves the folder.
+    """
+    if path.startswith(SHIPPED) or not path:
+        return Source(file=path or "new world", folder=folder.root)
+    place = folder.path(path)
+    return Source(file=path, folder=place.parent)
+
+
+def read_world(folder: Folder, path: str) -> tuple[str, str | None]:
+    """Return the text of a world and the stamp of its content, None for one that comes with mjsim."""
+    if path.startswith(SHIPPED):
+        name = path.removeprefix(SHIPPED)
+        if name not in shipped()["worlds"]:
+            raise RefusedError(404, f"no world '{name:.60}' comes with mjsim; see the list")
+        return (resources.files("mjsim.worlds") / f"{name}.yaml").read_text(encoding="utf-8"), None
+    place = _world_path(folder, path)
+    if not place.is_file():
+        raise RefusedError(404, f"no file '{path:.80}'; it may have been moved or removed")
+    return read_file(place), stamp_of(place)
+
+
+def new_world(folder: Folder, path: str | None, template: str | None) -> tuple[str, str]:
+    """Return the path and the text of a world that is not written yet."""
+    if path is not None:
+        _world_path(folder, path)
+    name = path or free_name(folder.root, f"{template or 'room'}.yaml")
+    return name, EMPTY_WORLD if template is None else template_text(template)
+
+
+def save_world(folder: Folder, path: str, text: str, *, stamp: str | None, overwrite: bool) -> str:
+    """Write a world in one step; return the stamp of its content.
+
+    Args:
+        folder: Below which it lies.
+        path: Its name.
+        text: What it says.
+        stamp: Of the content that the text was made from; None for a new file.
+        overwrite: Whether what is there may be lost.
+
+    Raises:
+        RefusedError: Another text is there, or it cannot be written.
+    """
+    place = _world_path(folder, path)
+    now = stamp_of(place) if place.is_file() else None
+    if now is not None and now != stamp and not overwrite:
+        said = "is there already" if stamp is None else "was changed by somebody else since it was opened"
+        raise RefusedError(409, f"'{path}' {said}; overwrite it, or save under another name", stamp=now)
+    data = text.encode("utf-8", "replace")
+    if len(data) > MOST_BYTES:
+        raise RefusedError(413, too_large(len(data)))
+    if now is not None:
+        data = _as_before(place.read_bytes(), data)
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(place, data)
+    except OSError as error:
+        raise RefusedError(409, f"'{path}' cannot be written: {error.strerror}; choose another place") from None
+    return _stamp(data)
+
+
+def write_whole(place: Path, data: bytes) -> None:
+    """Write a file in one step: whoever reads it sees the old content or the new, also after a power cut."""
+    new = place.with_name(f".{place.name}.{secrets.token_hex(4)}.new")
+    try:
+        with open(new, "xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        if place.exists():
+            shutil.copymode(place, new)
+        new.replace(place)
+    finally:
+        new.unlink(missing_ok=True)
+
+
+def stamp_of(place: Path) -> str:
+    """Return what tells the content of a file from any other."""
+    return _stamp(place.read_bytes())
+
+
+def _stamp(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()[:32]
+
+
+def _as_before(old: bytes, data: bytes) -> bytes:
+    """Return what is written with the ends of lines and the mark of byte order that the file had; editors lose them."""
+    if old.count(b"\r\n") == old.count(b"\n") > 0 and b"\r\n" not in data:
+        data = data.replace(b"\n", b"\r\n")
+    return b"\xef\xbb\xbf" + data if old.startswith(b"\xef\xbb\xbf") else data
+
+
+def _world_path(folder: Folder, path: str) -> Path:
+    place = folder.path(path)
+    if place.suffix.lower() not in (".yaml", ".yml"):
+        raise RefusedError(400, f"'{path:.80}' is no name of a world; write one that ends in .yaml")
+    if any(part.startswith(".") for part in place.relative_to(folder.root).parts):
+        raise RefusedError(403, f"'{path:.80}' is hidden; worlds are kept where people see them")
+    return place
+
+
+def free_name(folder: Path, name: str) -> str:
+    """Return a name of a file that is not there: 'room.yaml', 'room-2.yaml' and so on."""
+    stem, kind = Path(name).stem, Path(name).suffix
+    number = 1
+    while (folder / name).exists():
+        number += 1
+        name = f"{stem}-{number}{kind}"
+    return name
+
+
+def files_below(root: Path) -> Iterator[Path]:
+    """Yield the files of a folder and below, near ones first, neither hidden ones nor links that lead out of it."""
+    waiting, seen = [(root, 0)], 0
+    while waiting and seen < MOST_FILES:
+        folder, depth = waiting.pop(0)
+        try:
+            entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
+        except OSError:
+            continue
+        for entry in entries:
+            seen += 1
+            if entry.name.startswith(".") or entry.name in _PASSED_OVER:
+                continue
+            if entry.is_dir(follow_symlinks=False) and depth < DEEPEST:
+                waiting.append((Path(entry.path), depth + 1))
+            elif entry.is_file() and Path(entry.path).resolve().is_relative_to(root):
+                yield Path(entry.path)
+
+
+def _is_world(path: Path) -> bool:
+    try:
+        with path.open("rb") as file:
+            return _WORLD.search(file.read(_HEAD)) is not None
+    except OSError:
+        return False
+
+
+def _shipped_files(package: str, kinds: tuple[str, ...], *, cut: int = 0) -> Iterator[str]:
+    """Yield files that come with mjsim, by their paths from the package; `cut` so many letters from the end."""
+    waiting = [("", resources.files(package))]
+    while waiting:
+        folder, place = waiting.pop()
+        for item in place.iterdir():
+            name = f"{folder}{item.name}"
+            if item.is_dir():
+                waiting.append((f"{name}/", item))
+            elif name.lower().endswith(kinds):
+                yield name[: len(name) - cut]
+
+
+def _about(preset: str) -> str:
+    """Return the first sentence of a preset's file."""
+    text = (resources.files("mjsim.assets") / "robots" / f"{preset}.yaml").read_text(encoding="utf-8")
+    first = " ".join(line.lstrip("# ") for line in text.splitlines() if line.startswith("#"))
+    return first.partition(". ")[0].partition(" Sources:")[0].rstrip(".")

@@ -1,0 +1,184 @@
+"""A world as the page knows it: items with their outlines, their values, and where they stand in the text."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mjsim.geometry import Array, Pose
+from mjsim.video.plan import world_bounds
+from mjsim.world import World
+from mjsim.world.base import Model
+from mjsim.world.doors import leaves
+from mjsim.world.hung import hung
+from mjsim.world.joints import solid_pieces
+from mjsim.world.plan import footprint
+from mjsim.world.structure import Opening, Wall
+from mjsim.world.text import Node
+
+EYE = 1.5
+"""What of a wall begins above this is not drawn [m]."""
+THICKNESS = 0.03
+"""Of a beacon as it is drawn [m]."""
+_LISTS = ("walls", "obstacles", "beacons", "lamps", "robots")
+_DECIMALS = 4
+
+Path = tuple[str | int, ...]
+Json = dict[str, Any]
+
+
+def scene_of(world: World, raw: Node | None = None) -> Json:
+    """Return what a plan of a world shows.
+
+    Args:
+        world: Of a text or built in Python.
+        raw: Its text as it is written; what it stands for unless given.
+
+    Returns:
+        `items`: each with path, kind, name, label, at [m], heading_deg, polygons [m] (world frame), values, written,
+        raw, computed, type, fixed and line. `bounds`: [x0, y0, x1, y1] [m].
+    """
+    text = _Text(world.source.written, raw)
+    values = world.model_dump(mode="json")
+    items = [
+        text.item(path, kind, model, _at(values, path), polygons, place)
+        for path, kind, model, polygons, place in _things(world)
+    ]
+    return {"items": items, "bounds": [_short(value) for value in world_bounds(world).ravel().tolist()]}
+
+
+def world_values(world: World, raw: Node | None = None) -> Json:
+    """Return the values of a world that belong to no item: `values`, `written` and `raw`."""
+    node = world.source.written
+    keys = list(node.items) if isinstance(node, Node) else []
+    written = [key for key in (keys if raw is None else raw.items) if key not in _LISTS]
+    source = node if raw is None else raw
+    plain = {key: source.value[key] for key in written} if isinstance(source, Node) else {}
+    return {"values": world.model_dump(mode="json", exclude={*_LISTS}), "written": written, "raw": plain}
+
+
+Thing = tuple[Path, str, Model, Sequence[Array], Pose | None]
+"""Path, kind, model, outlines (world frame, shape (n, 2) each [m]), and where it is."""
+
+
+def _things(world: World) -> Iterator[Thing]:
+    for index, patch in enumerate(world.floor.patches):
+        place = Pose(patch.at[0], patch.at[1], math.radians(patch.heading_deg))
+        yield ("floor", "patches", index), "patch", patch, [patch.outline()], place
+    yield from _walls(world)
+    for index, obstacle in enumerate(world.obstacles):
+        place = Pose(obstacle.at[0], obstacle.at[1], math.radians(obstacle.heading_deg))
+        kind = "mover" if obstacle.path is not None else "obstacle"
+        yield ("obstacles", index), kind, obstacle, [footprint(obstacle)], place
+    for index, item in enumerate(hung(world)):
+        half, thin = item.beacon.width / 2, THICKNESS / 2
+        outline = item.place.transform(np.array([[-thin, -half], [thin, -half], [thin, half], [-thin, half]]))
+        kind = "beacon" if item.beacon.marker is None else "marker"
+        yield ("beacons", index), kind, item.beacon, [outline], item.place
+    for index, lamp in enumerate(world.lamps):
+        yield ("lamps", index), "light", lamp, [], Pose(lamp.at[0], lamp.at[1], 0.0)
+    for index, robot in enumerate(world.robots):
+        place = Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg))
+        yield ("robots", index), "robot", robot, [place.transform(robot.body.outline())], place
+
+
+def _walls(world: World) -> Iterator[Thing]:
+    doors = iter(leaves(world))
+    for index, (wall, pieces) in enumerate(zip(world.walls, solid_pieces(world.walls), strict=True)):
+        yield ("walls", index), "wall", wall, [piece.outline for piece in pieces if piece.low < EYE], None
+        for number, opening in enumerate(wall.openings):
+            outlines, place = _gap(wall, opening)
+            if opening.door is not None and place is not None:
+                leaf = next(doors, None)
+                if leaf is not None:
+                    outlines.append(leaf.pose(math.radians(leaf.door.angle_deg)).transform(leaf.outline()))
+            yield ("walls", index, "openings", number), "opening", opening, outlines, place
+
+
+def _gap(wall: Wall, opening: Opening) -> tuple[list[Array], Pose | None]:
+    """Return the rectangle that an opening takes out of its wall, and its middle; nothing when it lies outside."""
+    start, end = wall.segments()[opening.segment]
+    length = math.dist(start, end)
+    first, last = min(opening.at, length), min(opening.at + opening.width, length)
+    if last - first < 1e-6:
+        return [], None
+    heading = math.atan2(end[1] - start[1], end[0] - start[0])
+    half, across = (last - first) / 2, wall.thickness / 2
+    middle = Pose(start[0], start[1], heading) @ Pose((first + last) / 2, 0.0, 0.0)
+    corners = np.array([[-half, -across], [half, -across], [half, across], [-half, across]])
+    return [middle.transform(corners)], middle
+
+
+class _Text:
+    """Where items stand in a text."""
+
+    def __init__(self, written: Any, raw: Node | None) -> None:
+        """Take what a text stands for, None for a world that was built in Python; and the text itself."""
+        self._written = written
+        own = () if raw is None else _mappings(raw)
+        self._own = {(node.line, node.column): node for node in own}
+
+    def item(
+        self, path: Path, kind: str, model: Model, values: Json, polygons: Sequence[Array], place: Pose | None
+    ) -> Json:
+        node, fixed = self._node(path)
+        own = self._own.get((node.line, node.column)) if node is not None and fixed is None else None
+        plain = own.value if own is not None else node.value if node is not None else {}
+        name = getattr(model, "name", None)
+        return {
+            "path": list(path),
+            "kind": kind,
+            "name": name,
+            "label": name or f"{kind} {int(path[-1]) + 1}",
+            "at": None if place is None else [_short(place.x), _short(place.y)],
+            "heading_deg": None if place is None else _short(math.degrees(place.heading)),
+            "polygons": [np.round(outline, _DECIMALS).tolist() for outline in polygons],
+            "values": values,
+            "written": list(plain),
+            "raw": plain,
+            "computed": [key for key, value in plain.items() if _is_computed(value)] if own is not None else [],
+            "type": type(model).__name__,
+            "fixed": fixed,
+            "line": 1 if node is None else node.line,
+        }
+
+    def _node(self, path: Path) -> tuple[Node | None, str | None]:
+        """Return what an item is made of, and why it cannot be changed in this text."""
+        node, fixed = self._written, None
+        for step in path:
+            if not isinstance(node, Node):
+                return None, None
+            node = node.items.get(step)
+            if isinstance(node, Node) and node.origin is not None and isinstance(step, int):
+                if node.origin.repetition:
+                    fixed = f"one repetition of what stands in line {node.line}; change it in the text"
+                else:
+                    fixed = f"stands in {node.origin.file}; change it there"
+        return (node, fixed) if isinstance(node, Node) else (None, None)
+
+
+def _mappings(node: Node) -> Iterator[Node]:
+    """Yield the items with keys of all lists of a text."""
+    for item in node.items.values():
+        if isinstance(node.value, list) and isinstance(item.value, dict):
+            yield item
+        if item.items:
+            yield from _mappings(item)
+
+
+def _is_computed(value: Any) -> bool:
+    """Return whether an expression stands in a value."""
+    if isinstance(value, Mapping):
+        return any(map(_is_computed, value.values()))
+    return any(map(_is_computed, value)) if isinstance(value, list) else isinstance(value, str) and "${" in value
+
+
+def _at(values: Any, path: Path) -> Any:
+    for step in path:
+        values = values[step]
+    return values
+
+
+def _short(value: float) -> float:
+    return round(value, _DECIMALS) + 0.0

@@ -1,0 +1,161 @@
+"""A text as the page knows it: what is wrong with it, and the items that it describes."""
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from pydantic import ValidationError
+
+from mjsim.errors import Problem, WorldError
+from mjsim.web.items import Json, Path, scene_of, world_values
+from mjsim.world import World, parse_world
+from mjsim.world.check import check_world
+from mjsim.world.expand import expand, needs_expansion
+from mjsim.world.source import Source
+from mjsim.world.text import Node, read_text
+
+LISTS = ("walls", "obstacles", "beacons", "lamps", "robots")
+_PATIENCE = 3
+"""So often items are left out until the rest is a world."""
+
+Read = tuple[Node | None, list[Problem]]
+
+
+@dataclass(frozen=True, slots=True)
+class Parsed:
+    """What a text comes to."""
+
+    world: World | None
+    """None when something in it is wrong."""
+    told: Json
+    """For the page: problems, items, bounds, name, run and world."""
+
+
+def parsed(text: str, source: Source, *, read: Read | None = None) -> Parsed:
+    """Return what a text comes to; of one that is wrong in part, what is right.
+
+    Args:
+        text: Of a world.
+        source: Where it comes from.
+        read: What `read_text` says of it, when it was asked before.
+    """
+    read = read or read_text(text, file=source.file)
+    raw = read[0] if needs_expansion(text) else None
+    try:
+        world = parse_world(text, source=source, read=read)
+    except WorldError as error:
+        return Parsed(None, _told_of_part(text, source, read, error.problems))
+    problems = check_world(world)
+    node = world.source.written
+    told = [_problem(problem, source, _Paths(node), kind="warning") for problem in problems] if problems else []
+    return Parsed(world, {"problems": told, **_told(world, raw or node)})
+
+
+def _told(world: World, raw: Node | None) -> Json:
+    whole = world_values(world, raw)
+    return {**scene_of(world, raw), "name": world.name, "run": whole["values"]["run"], "world": whole}
+
+
+_NOTHING: Json = {"items": None, "bounds": [-5.0, -5.0, 5.0, 5.0], "name": "", "run": {}, "world": None}
+
+
+def _told_of_part(text: str, source: Source, read: Read, problems: tuple[Problem, ...] | Any) -> Json:
+    """Return what is wrong with a text, and the items of it that are right."""
+    node, _ = read
+    if node is None or not isinstance(node.value, dict):
+        return {"problems": [_problem(problem, source, None) for problem in problems], **_NOTHING}
+    source = replace(source, text=text, included={}, variables={})
+    written = expand(node, source).node if needs_expansion(text) else node
+    paths = _Paths(written)
+    told = [_problem(problem, source, paths) for problem in problems]
+    wrong = {path for problem in problems if problem.file == source.file for path in paths.at(problem)}
+    found = _right_part(written, source, wrong)
+    if found is None:
+        return {"problems": told, **_NOTHING}
+    world, kept = found
+    seen = _told(world, node if needs_expansion(text) else None)
+    for item in seen["items"]:
+        if item["path"][0] in kept:
+            item["path"][1] = kept[item["path"][0]][item["path"][1]]
+    return {"problems": told, **seen}
+
+
+def _right_part(node: Node, source: Source, wrong: set[Path]) -> tuple[World, Mapping[str, list[int]]] | None:
+    """Return the world of what is right in a text, and which items of its lists that holds; None when there is none."""
+    for _ in range(_PATIENCE):
+        part, kept = _without(node, wrong)
+        try:
+            world = World.model_validate(part.value, context={"source": source})
+        except ValidationError as error:
+            more = {_original(details["loc"], kept) for details in error.errors(include_url=False)}
+            more |= {
+                _original(details["ctx"]["path"], kept)
+                for details in error.errors(include_url=False)
+                if details["type"] == "mjsim" and not details["loc"]
+            }
+            if more <= wrong:
+                return None
+            wrong = wrong | more
+            continue
+        world._source = replace(source, written=part)
+        return world, kept
+    return None
+
+
+def _original(path: tuple[int | str, ...], kept: Mapping[str, list[int]]) -> Path:
+    if len(path) > 1 and path[0] in kept and isinstance(path[1], int):
+        return (path[0], kept[str(path[0])][path[1]])
+    return tuple(path[:1])
+
+
+def _without(node: Node, wrong: set[Path]) -> tuple[Node, dict[str, list[int]]]:
+    """Return a world's text without the items, or else the keys, that are wrong; and which items are left."""
+    items: dict[str | int, Node] = {}
+    kept: dict[str, list[int]] = {}
+    for key, child in node.items.items():
+        here = {path[1] for path in wrong if path[:1] == (key,) and len(path) > 1}
+        if key in LISTS and isinstance(child.value, list) and (key,) not in wrong:
+            left = [index for index in range(len(child.value)) if index not in here]
+            kept[str(key)] = left
+            nodes: dict[str | int, Node] = {place: child.items[index] for place, index in enumerate(left)}
+            items[key] = replace(child, items=nodes, value=[item.value for item in nodes.values()])
+        elif not here and (key,) not in wrong:
+            items[key] = child
+    return replace(node, items=items, value={key: item.value for key, item in items.items()}), kept
+
+
+class _Paths:
+    """Finds what stands at a place of a text."""
+
+    def __init__(self, node: Node) -> None:
+        self._paths: dict[tuple[int, int], list[Path]] = defaultdict(list)
+        for path, place in _places(node, ()):
+            self._paths[place].append(path)
+
+    def at(self, problem: Problem) -> list[Path]:
+        """Return the paths of what a problem is about: several when an item is repeated."""
+        return self._paths.get((problem.line, problem.column), [])
+
+
+def _places(node: Node, path: Path) -> Iterator[tuple[Path, tuple[int, int]]]:
+    if node.origin is not None and node.origin.file is not None:
+        return
+    yield path, (node.line, node.column)
+    for key, place in node.keys.items():
+        yield (*path, key), place
+    for step, item in node.items.items():
+        yield from _places(item, (*path, step))
+
+
+def _problem(problem: Problem, source: Source, paths: _Paths | None, *, kind: str = "error") -> Json:
+    own = problem.file == source.file
+    found = paths.at(problem) if paths is not None and own else []
+    message = problem.message if own else f"{problem.file}:{problem.line}:{problem.column}: {problem.message}"
+    return {
+        "line": problem.line if own else 1,
+        "column": problem.column if own else 1,
+        "message": message,
+        "path": next((list(path) for path in found if path), None),
+        "kind": kind,
+    }
