@@ -247,6 +247,7 @@ export class Plan {
   private changed(): void {
     const { left: x, top: y, scale } = this.view;
     this.world.setAttrs({ x, y, scaleX: scale, scaleY: -scale });
+    this.host.dataset["view"] = JSON.stringify([x, y, scale]); // where metres lie, for who drives the page from outside
     this.refresh();
     this.viewChanged.emit();
   }
