@@ -2,6 +2,7 @@
 
 import json
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -240,11 +241,13 @@ def schema() -> None:
 def bench(
     only: Annotated[list[str] | None, typer.Argument(metavar="[FIGURE]...", help="Figures to measure; all.")] = None,
     runs: Annotated[int, typer.Option(help="How often each is measured.", min=1)] = 5,
+    peers: Annotated[bool, typer.Option("--peers", help="Measure ir-sim and PyBullet too.")] = False,
+    cpu: Annotated[bool, typer.Option("--cpu", help="Processor time, for busy machines.")] = False,
 ) -> None:
-    """Measure speeds on this machine: name, median, min, max, unit, runs."""
+    """Measure speeds on this machine: name, median, min, max, unit, runs; then what is asked of their ratios."""
     from mjsim.bench import measure
 
-    for line in measure(only or (), runs=runs):
+    for line in measure(only or (), runs=runs, peers=peers, clock=time.process_time if cpu else time.perf_counter):
         print(line, flush=True)
 
 

@@ -5,10 +5,11 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+from mjsim.bench.figure import Once, Prepare
 from mjsim.compile import compile_world
 from mjsim.world import load_checked
 
@@ -64,14 +65,14 @@ def in_its_own_process(path: Path) -> tuple[float, float]:
     return seconds, megabytes
 
 
-def large(segments: int, *, memory: bool) -> Callable[[], AbstractContextManager[Callable[[], float]]]:
-    """Measure a world of so many wall segments: the time that it takes, or the memory."""
+def large(segments: int, *, memory: bool) -> Prepare:
+    """Measure a world of so many wall segments: the processor time that it takes, or the memory."""
 
     @contextmanager
-    def prepare() -> Iterator[Callable[[], float]]:
+    def prepare() -> Iterator[Once]:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "floor.yaml"
             path.write_text(large_floor(segments), encoding="utf-8")
-            yield lambda: in_its_own_process(path)[memory]
+            yield lambda _: in_its_own_process(path)[memory]
 
     return prepare
