@@ -108,6 +108,7 @@ def test_noise_is_as_the_data_sheet_says_and_the_covariance_is_honest():
     assert off.std(axis=0) == pytest.approx([0.05, math.radians(2)], rel=0.12)
 
 
+@pytest.mark.slow
 def test_heavy_tails_keep_the_standard_deviation_and_throw_farther():
     keys = "rate_hz: 250, noise: {range: 0.05}"
     plain, odd = looks(keys, count=700), looks(f"{keys}, heavy_tails: 4", count=700)
@@ -125,6 +126,7 @@ def test_missed_sightings_are_as_many_as_asked_for():
     assert share == pytest.approx(0.3, abs=4 * math.sqrt(0.21 / 1500))
 
 
+@pytest.mark.slow
 def test_false_sightings_come_as_often_as_asked_for_and_fill_the_field_of_view_evenly():
     seen = looks("rate_hz: 250, false_rate: 125, fov_deg: 180, range: [1, 5]", "mjsim: 1\n", count=1500)
     counts = np.array([len(sightings) for sightings in seen])

@@ -95,6 +95,7 @@ def test_a_picture_is_found_where_it_hangs(studio: Studio, beacons: PictureBeaco
     assert bottom_left[0] < bottom_right[0]
 
 
+@pytest.mark.slow
 def test_pictures_that_do_not_hang_here_are_never_reported(studio: Studio):
     absent = PictureBeacons({name: (picture, WIDTH) for name, picture in read_posters(ABSENT).items()})
     for name in KNOWN:
@@ -113,6 +114,7 @@ def test_a_mirrored_picture_is_not_reported(studio: Studio, beacons: PictureBeac
     assert not beacons.detect(np.ascontiguousarray(shot.image[:, ::-1]), INTRINSICS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.2, 0.4, 0.6])
 def test_a_partly_hidden_picture_is_right_or_withheld(studio: Studio, beacons: PictureBeacons, share: float):
     for name in ("lion", "castle", "fish"):

@@ -172,6 +172,7 @@ def test_a_run_that_cannot_be_is_told_before_it_begins(room, capsys, words, comp
     assert not Path("out").exists()
 
 
+@pytest.mark.slow
 def test_a_report_that_cannot_be_written_is_one_line(room, capsys):
     assert typed("run", "room.yaml", "-o", "run.mcap", capsys=capsys)[0] == 0
     code, _, err = typed("report", "run.mcap", "-o", "/proc/none", capsys=capsys)

@@ -113,6 +113,7 @@ def test_walls_of_different_directions_are_told_apart_and_white_is_not_burnt_out
     assert 150 < min(tones) < max(tones) < 250
 
 
+@pytest.mark.slow
 def test_plain_mujoco_loads_the_folder_and_runs_as_the_scene_in_memory_does(tmp_path: Path):
     world = parse_world(GALLERY)
     scene = export_scene(world, tmp_path / "out")

@@ -70,6 +70,7 @@ def test_even_a_robot_at_six_metres_a_second_does_not_pass_a_thin_wall():
             assert sim.truth(name).x + robot.radius < FACE + 0.06, name
 
 
+@pytest.mark.slow
 def test_with_the_bump_reaction_a_robot_stays_at_the_place_where_it_bumped():
     sim = towards_a_wall(speed=0.7)
     places = []

@@ -62,6 +62,7 @@ def test_a_camera_gives_neither_depth_nor_instances_unless_asked():
     assert (seen.depth, seen.segmentation, seen.instances) == (None, None, ())
 
 
+@pytest.mark.slow
 def test_depth_errs_with_the_square_of_the_distance_and_ends_where_its_range_does():
     exact = frame("depth: true").depth
     noisy = frame("depth: {noise: 0.004}").depth
@@ -95,6 +96,7 @@ def test_two_cameras_side_by_side_see_one_instant_and_the_disparity_of_a_base():
         assert middles[0] - middles[1] == pytest.approx(FOCAL * base / far, abs=0.75), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("latency", [0, 2])
 def test_in_a_moving_scene_picture_depth_and_instances_of_a_frame_are_of_its_stamp(latency):
     robot = "  - {name: other, at: [2, -0.6], heading_deg: 90, body: {height: 0.6, color: '#ff00ff'}}\n"
@@ -122,6 +124,7 @@ def test_in_a_moving_scene_picture_depth_and_instances_of_a_frame_are_of_its_sta
         np.testing.assert_array_equal(there, pink)
 
 
+@pytest.mark.slow
 def test_exposure_multiplies_and_clips_and_automatic_exposure_ends_at_a_middle_grey():
     plain, dark, bright = (frame(f"exposure: {gain}").image.astype(float) for gain in (1.0, 0.5, 2.0))
     np.testing.assert_allclose(dark, plain / 2, atol=0.51)

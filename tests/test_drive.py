@@ -172,7 +172,9 @@ def test_noise_on_the_twist_is_white_with_the_density_given_whatever_the_rate():
         assert abs(np.corrcoef(twists[1:, 0], twists[:-1, 0])[0, 1]) < 4 / math.sqrt(5000)
 
 
-@pytest.mark.parametrize("rate", [12.5, 25, 50])
+@pytest.mark.parametrize(
+    "rate", [pytest.param(12.5, marks=pytest.mark.slow), 25, pytest.param(50, marks=pytest.mark.slow)]
+)
 def test_robots_wander_by_the_noise_of_their_drives_at_any_rate(rate):
     count, seconds = 40, 4.0
     sim = meadow(["drive: {noise: {speed: 0.02, turn: 0.02}}"] * count, rate=rate, seed=round(rate))

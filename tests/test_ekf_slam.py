@@ -70,6 +70,7 @@ def test_the_standard_filter_repeats_an_independent_run_to_1e_8(atrium):
     np.testing.assert_allclose(slam.joint_covariance, atrium["final_covariance"], atol=1e-8)
 
 
+@pytest.mark.slow
 def test_first_estimates_lose_little_where_the_standard_filter_does_well(atrium):
     _, poses, _ = run_golden(atrium, "first-estimates")
     assert mean_error(poses, atrium["truth"]) < 1.1 * mean_error(atrium["estimate"], atrium["truth"])

@@ -20,6 +20,7 @@ def bumped(tmp_path_factory):
     return folder, result
 
 
+@pytest.mark.slow
 def test_into_the_wall_the_robot_bumps_stops_and_wriggles(bumped):
     folder, result = bumped
     assert result.holds
@@ -30,6 +31,7 @@ def test_into_the_wall_the_robot_bumps_stops_and_wriggles(bumped):
     assert 5.95 - body.bounds[2] < 0.01
 
 
+@pytest.mark.slow
 def test_its_page_shows_every_figure_and_every_picture(bumped):
     folder, result = bumped
     page = (folder / "index.html").read_text()
@@ -53,6 +55,7 @@ def test_a_wrong_name_is_told(capsys, tmp_path):
     assert capsys.readouterr().err == "no experiment 'slum'; did you mean 'slam'?\n"
 
 
+@pytest.mark.slow
 def test_a_covariance_half_as_large_as_the_error_is_found_out(bumped):
     folder, _ = bumped
     recording = mjsim.read_recording(folder / "bump" / "run.mcap")

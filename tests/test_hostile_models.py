@@ -105,6 +105,7 @@ def test_a_file_that_no_thing_can_be_is_refused_in_one_line(tmp_path, hostile):
     assert "'" in problem.message
 
 
+@pytest.mark.slow
 def test_any_change_of_a_model_leaves_a_thing_or_one_line(tmp_path):
     ends = runpy.run_path(str(FUZZ))["run"](150, seed=7, folder=tmp_path)
     assert ends.total() == 150

@@ -3,6 +3,8 @@
 import ast
 from pathlib import Path
 
+import pytest
+
 import mjsim
 
 ROOT = Path(mjsim.__file__).parent
@@ -46,6 +48,12 @@ MAY_IMPORT = {
 MAY_USE_MUJOCO = {"compile", "sim", "env", "doctor", "bench"}
 
 
+@pytest.fixture(scope="module")
+def imports():
+    """Part, file and module of each import in the package."""
+    return list(parts_and_imports())
+
+
 def parts_and_imports():
     for file in sorted(ROOT.rglob("*.py")):
         part = file.relative_to(ROOT).parts[0].removesuffix(".py")
@@ -57,9 +65,9 @@ def parts_and_imports():
                 yield part, file, node.module
 
 
-def test_imports_point_up_the_table():
+def test_imports_point_up_the_table(imports):
     seen = set()
-    for part, file, module in parts_and_imports():
+    for part, file, module in imports:
         if part not in MAY_IMPORT or not (module == "mjsim" or module.startswith("mjsim.")):
             continue
         other = module.partition("mjsim.")[2].partition(".")[0]
@@ -74,8 +82,8 @@ def test_every_part_of_the_package_stands_in_the_table():
     assert parts - commands - set(MAY_IMPORT) <= {"__init__", "cli", "doctor", "bench", "progress"}
 
 
-def test_only_the_parts_that_build_and_move_the_scene_import_mujoco():
-    users = {part for part, _, module in parts_and_imports() if module.partition(".")[0] == "mujoco"}
+def test_only_the_parts_that_build_and_move_the_scene_import_mujoco(imports):
+    users = {part for part, _, module in imports if module.partition(".")[0] == "mujoco"}
     assert users <= MAY_USE_MUJOCO
     assert users >= {"compile", "sim"}
 

@@ -86,6 +86,7 @@ def test_on_a_circle_it_feels_the_centripetal_acceleration_of_where_it_is():
         assert late_turn == pytest.approx(turn, rel=0.02)
 
 
+@pytest.mark.slow
 def test_white_noise_bias_and_walk_are_as_the_data_sheet_says():
     quiet = columns(drive("rate_hz: 250", Command(), 8.0)[0])
     noisy = columns(drive("rate_hz: 250, noise: {acceleration: 0.05, turn: 0.01}", Command(), 8.0)[0])

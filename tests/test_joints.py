@@ -177,6 +177,7 @@ def faces_of(walls: list[Wall]) -> Faces:
     return visible_faces(Prisms(np.array([box.outline for box in boxes]), low, high, look))
 
 
+@pytest.mark.slow
 def test_no_two_faces_that_are_seen_lie_in_one_place(many):
     """What would flicker: two triangles in one plane, or nearly, that cover each other."""
     walls, _ = many

@@ -73,6 +73,7 @@ def driven(world: World, seconds: float) -> np.ndarray:
     raise AssertionError("ticks never end")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "turn"), [("museum", 0.3), ("maze", 0.2)])
 def test_a_noisy_turned_map_comes_back_as_straight_square_walls(name, turn, tmp_path):
     world = load_world(WORLDS / f"{name}.yaml")

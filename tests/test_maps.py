@@ -83,6 +83,7 @@ def test_a_robot_stands_in_the_widest_place_of_a_map(tmp_path):
     assert min(x, 6 - x, y, 4 - y) == pytest.approx(2.0, abs=0.05)
 
 
+@pytest.mark.slow
 def test_a_picture_of_noise_is_no_map(tmp_path):
     noise = np.random.default_rng(0).integers(0, 256, (250, 250)).astype(np.uint8)
     with pytest.raises(UsageError, match="straight lines, and that of a building at most 4000; clean it"):

@@ -60,6 +60,7 @@ def test_from_the_prior_it_follows_the_robot():
     assert abs(wrap_angle(pose.heading - belief.pose.heading)) < np.radians(2.0)
 
 
+@pytest.mark.slow
 def test_from_anywhere_it_finds_where_it_is_and_needs_fewer_particles_then():
     rng = np.random.default_rng(3)
     estimator = started(Pose(0, 0, 0), np.zeros((3, 3)), start="global")
@@ -68,6 +69,7 @@ def test_from_anywhere_it_finds_where_it_is_and_needs_fewer_particles_then():
     assert len(estimator._particles) < 1000
 
 
+@pytest.mark.slow
 def test_a_robot_that_was_carried_away_is_found_again():
     rng = np.random.default_rng(4)
     estimator = started(Pose(4, 2, 0), np.diag([0.1, 0.1, 0.1]) ** 2)
@@ -76,6 +78,7 @@ def test_a_robot_that_was_carried_away_is_found_again():
     assert apart(pose, belief) < 0.1
 
 
+@pytest.mark.slow
 def test_one_beacon_tells_which_half_of_a_room_that_looks_alike_from_both():
     corners = np.array([(0, 0), (6, 0), (6, 4), (0, 4)], dtype=float)
     walls = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)

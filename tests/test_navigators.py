@@ -57,6 +57,7 @@ def test_it_goes_to_a_goal_in_the_other_room_and_stops_there():
     assert bumps == 0
 
 
+@pytest.mark.slow
 def test_where_a_box_stands_that_the_map_lacks_it_goes_around():
     class Forgetful(GoToGoal):
         """Knows the map as it was before somebody put a cupboard into the doorway of the way."""
@@ -92,6 +93,7 @@ def test_wandering_visits_much_and_bumps_seldom():
     assert bumps == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_it_follows_the_wall_at_its_distance_all_around(side):
     room = ROOMS.split("  - {points: [[4")[0] + "robots" + ROOMS.split("robots")[1]

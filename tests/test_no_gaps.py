@@ -57,6 +57,7 @@ def beams_that_pass(world: World, model: mujoco.MjModel) -> tuple[int, int]:
     return count, passed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_no_beam_passes_through_a_wall(name):
     world = load_world(WORLDS / f"{name}.yaml")

@@ -84,6 +84,7 @@ def clear():
     return lambda one, other: grid.is_clear(one, other, RADIUS)
 
 
+@pytest.mark.slow
 def test_rrt_star_comes_near_the_shortest_way(clear):
     lower, upper = np.zeros(2), np.array([8.0, 6.0])
     ways = [

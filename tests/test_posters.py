@@ -20,6 +20,7 @@ def draw_poster(request: pytest.FixtureRequest) -> Callable[[str], NDArray[np.ui
         return runpy.run_path(str(ROOT / "scripts" / "make_posters.py"))["draw_poster"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["lion", "moon", "windmill", "bell"])
 def test_the_script_draws_the_posters_that_are_shipped(name: str, draw_poster: Callable[[str], NDArray[np.uint8]]):
     drawn = draw_poster(name)

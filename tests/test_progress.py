@@ -5,6 +5,10 @@ import pty
 import subprocess
 import sys
 
+import pytest
+
+pytestmark = pytest.mark.slow  # Each starts a process.
+
 PROGRAM = """
 from mjsim.progress import tracked
 with tracked("run room", total=4.0, unit="s") as advance:

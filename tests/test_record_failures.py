@@ -39,6 +39,7 @@ def read_or_none(path: Path) -> Recording | None:
         return None
 
 
+@pytest.mark.slow
 def test_a_file_cut_anywhere_gives_what_precedes_the_cut(recording: Recording, tmp_path: Path):
     contents = recording.path.read_bytes()
     chooser, counts = random.Random(0), []
@@ -171,6 +172,7 @@ except RecordingError as error:
 """
 
 
+@pytest.mark.slow
 def test_a_disk_that_fills_ends_the_run_with_one_line_and_leaves_what_was_written(tmp_path: Path):
     path = tmp_path / "run.mcap"
     command = [sys.executable, "-c", FULL, str(path), str(Path(__file__).parent)]
@@ -204,6 +206,7 @@ def test_nan_in_a_tick_is_refused_with_its_topic_and_time(tmp_path: Path, ticks:
     assert len(read_recording(tmp_path / "run.mcap").time) == 2
 
 
+@pytest.mark.slow
 def test_nothing_is_lost_when_the_writer_is_slower_than_the_loop(tmp_path: Path):
     path = record(tmp_path / "run.mcap", hand_made_ticks(16, size=(960, 1280)))
     recording = read_recording(path)

@@ -30,6 +30,7 @@ def sightings(keys: str, **options: object) -> dict[str | None, Sighting]:
         return {seen.name: seen for seen in observer.observe(sim.sense("r"))}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lens", ["noise: 0", "lens: {brown: [-0.2, 0.04, 0, 0, 0]}", "lens: {fisheye: [0, 0, 0, 0]}"])
 def test_pictures_are_measured_through_a_lens_as_without_one(lens):
     seen = sightings(lens)
@@ -39,6 +40,7 @@ def test_pictures_are_measured_through_a_lens_as_without_one(lens):
         assert seen[name].bearing == pytest.approx(math.atan2(y, x), abs=0.004), name
 
 
+@pytest.mark.slow
 def test_a_beacon_counts_as_seen_in_its_range_only():
     assert set(sightings("noise: 0", range=[0.5, 3.0])) == {"owl"}
     assert set(sightings("noise: 0", range=[3.0, 9.0])) == {"lion"}
@@ -46,6 +48,7 @@ def test_a_beacon_counts_as_seen_in_its_range_only():
         BeaconVision("front", range=[3.0, 2.0])
 
 
+@pytest.mark.slow
 def test_a_straight_picture_is_that_of_a_pinhole_and_a_pinholes_stays_as_it_is():
     frames = []
     for lens in ("noise: 0", "lens: {brown: [-0.2, 0.04, 0.001, 0, 0]}"):

@@ -141,6 +141,7 @@ def test_threads_take_turns_on_one_canvas(model: mujoco.MjModel, renderer: Rende
     np.testing.assert_array_equal(seen[1], mine)
 
 
+@pytest.mark.slow
 def test_high_quality_casts_shadows_smooths_edges_and_keeps_instances(model: mujoco.MjModel, renderer: Renderer):
     data = forwarded(model)
     with Renderer(model, width=WIDTH, height=HEIGHT, quality="high") as high:

@@ -75,6 +75,7 @@ def test_shipped_worlds_are_read_fast_and_as_ever(name):
     assert compare(SHIPPED[name])
 
 
+@pytest.mark.slow
 def test_malformed_texts_are_seen_alike_or_left_to_the_exact_parser():
     sure = [compare(text) for text in SMALL]
     assert sum(sure) > len(SMALL) / 2

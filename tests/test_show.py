@@ -149,6 +149,7 @@ def test_an_arc_keeps_its_distance_and_its_ends():
     np.testing.assert_allclose(points[[0, -1]], [[3.5, 1.0], [2.0, -0.5]], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_overview_shows_the_robot_from_outside_and_the_chase_view_shows_it_larger():
     world = room()
     red = []

@@ -58,6 +58,7 @@ def test_fastslam_finds_pose_and_map_where_odometry_drifts(seed):
     assert np.hypot(*(truth - told)[:2]) > 2 * apart(truth, belief)
 
 
+@pytest.mark.slow
 def test_the_filter_of_filterpy_is_the_standard_ekf_slam():
     # The same sums in another program; sightings of one tick one after the other instead of in one batch.
     truth, belief, _ = ring_run(FilterpySlam(), 3)
@@ -107,6 +108,7 @@ def test_beacons_on_one_circle_with_the_robot_are_told():
         bearings_only(places[:2], z[:2, 1], 0.01)
 
 
+@pytest.mark.slow
 def test_triangulation_follows_the_robot():
     # Each moment stands for itself: the error stays that of one look, however far the robot drives.
     runs = [ring_run(Triangulation(), seed, steps=700) for seed in (6, 7, 8)]
@@ -114,6 +116,7 @@ def test_triangulation_follows_the_robot():
     assert np.mean([np.hypot(*(truth - told)[:2]) for truth, _, told in runs]) > 0.4
 
 
+@pytest.mark.slow
 def test_graph_slam_finds_pose_and_map_and_its_covariance_is_honest():
     pytest.importorskip("gtsam", reason="an extra")
     from mjsim.algorithms.graph_slam import GraphSlam

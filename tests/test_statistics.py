@@ -144,6 +144,7 @@ def test_statistics_are_json_and_hold_the_run(tmp_path):
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_robot_that_nothing_drove_has_no_errors_but_a_report(tmp_path):
     two = ROOM.replace("robots: [", "robots: [{name: idle, at: [0.8, 1.2]}, ")
     with mjsim.Simulation(mjsim.parse_world(two)) as sim:
@@ -241,6 +242,7 @@ class Failing:
         return mjsim.Estimate(self.prior, np.eye(3))
 
 
+@pytest.mark.slow
 def test_a_run_that_a_fault_ended_and_a_file_that_was_cut_have_statistics_that_say_so(tmp_path):
     path = tmp_path / "run.mcap"
     with mjsim.Simulation(mjsim.parse_world(ROOM)) as sim, pytest.raises(mjsim.ModuleFault):

@@ -138,6 +138,7 @@ def test_a_folder_that_holds_something_else_is_left_alone(room, tmp_path):
     assert [path.name for path in (tmp_path / "photos").iterdir()] == ["cat.jpg"]
 
 
+@pytest.mark.slow
 def test_an_address_that_is_none_is_refused_before_anything_is_asked(room, tmp_path):
     with pytest.raises(UsageError, match=r"^'nonsense' is no address of a Dask scheduler; write it as tcp://"):
         mjsim.sweep(room / "room.yaml", seeds=[0], folder=tmp_path / "out", dask="nonsense")
@@ -174,6 +175,7 @@ def outcome(case, seed, error=None, **figures):
     return {"case": case, "seed": seed, "error": error, "run": {"sim_seconds": 2.0}, "robots": robots, "series": {}}
 
 
+@pytest.mark.slow
 def test_rows_have_the_settings_and_all_figures_and_the_table_is_read_back_by_pyarrow():
     from io import BytesIO
 

@@ -71,6 +71,7 @@ def test_views_of_the_scene_are_drawn_from_the_recorded_states(recording, tmp_pa
     assert np.abs(frames[0].astype(int) - onboard).mean() < 12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("view", ["chase", "overview"])
 def test_views_from_outside_fill_a_film(recording, tmp_path, view):
     make_video(recording, tmp_path / "view.mp4", view=view)

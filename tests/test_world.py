@@ -216,6 +216,7 @@ def test_the_schema_knows_every_key_with_its_meaning_and_bounds_lists_by_length(
     assert schema["$defs"]["Robot"]["required"] == ["name", "at"]
 
 
+@pytest.mark.slow
 def test_reading_worlds_brings_in_neither_shapely_nor_mujoco():
     code = "import sys, mjsim.world; assert not {'shapely', 'mujoco', 'matplotlib'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)

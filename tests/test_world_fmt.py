@@ -175,6 +175,7 @@ class Scribe:
         return "\n".join([*self.block({"mjsim": "1", **value}, 0), *self.above(0)]) + "\n"
 
 
+@pytest.mark.slow
 @settings(
     max_examples=40,
     deadline=None,

@@ -1,5 +1,6 @@
 """A world built of any values writes to a text that reads back equal."""
 
+import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
@@ -94,12 +95,14 @@ def worlds(draw):
     )
 
 
+@pytest.mark.slow
 @settings(BOUNDED, max_examples=20)
 @given(worlds())
 def test_any_world_built_in_python_reads_back_equal_from_its_text(world):
     assert parse_world(format_world(world)) == world
 
 
+@pytest.mark.slow
 @settings(BOUNDED, max_examples=10)
 @given(worlds(), worlds())
 def test_any_change_of_a_world_that_was_read_is_written_back(before, after):
