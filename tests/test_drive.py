@@ -176,7 +176,7 @@ def test_noise_on_the_twist_is_white_with_the_density_given_whatever_the_rate():
     "rate", [pytest.param(12.5, marks=pytest.mark.slow), 25, pytest.param(50, marks=pytest.mark.slow)]
 )
 def test_robots_wander_by_the_noise_of_their_drives_at_any_rate(rate):
-    count, seconds = 40, 4.0
+    count, seconds = 32, 4.0
     sim = meadow(["drive: {noise: {speed: 0.02, turn: 0.02}}"] * count, rate=rate, seed=round(rate))
     drive_for(sim, 0.5)
     poses = drive_for(sim, seconds)
