@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from starlette.routing import BaseRoute, WebSocketRoute
@@ -14,6 +13,7 @@ from mjsim.errors import MjsimError, UsageError, WorldError, did_you_mean
 from mjsim.interface import Command
 from mjsim.session import Session
 from mjsim.web.answers import RefusedError
+from mjsim.web.files import source_of
 from mjsim.web.folder import Folder
 from mjsim.web.orders import Drive, Order, SetNoise, Shown, Simple, Speed, Start, Watch, read_order
 from mjsim.web.stage import Scene, Stage
@@ -22,10 +22,6 @@ from mjsim.web.viewer import Viewer
 from mjsim.world import World, parse_world
 from mjsim.world.check import check_world
 from mjsim.world.settings import with_values
-from mjsim.world.source import Source
-
-SHIPPED = "shipped:"
-"""How the path of a world begins that is not yet saved under a name of its own."""
 
 
 class RunApi:
@@ -135,9 +131,7 @@ class RunApi:
             UsageError: Modules were chosen for a robot that is not there, or cannot be.
             RefusedError: The path leaves the folder.
         """
-        saved = order.path is not None and not order.path.startswith(SHIPPED)
-        place: Path = folder.path(order.path) if saved and order.path is not None else folder.root / "world.yaml"
-        world = parse_world(order.text, source=Source(file=place.name, folder=place.parent, text=order.text))
+        world = parse_world(order.text, source=source_of(folder, order.path or ""))
         if order.drivers:
             world = _with_drivers(world, order.drivers)
         if problems := check_world(world):

@@ -7,7 +7,9 @@ from typing import Self
 from mjsim.errors import UsageError
 from mjsim.web.edit_api import EditApi
 from mjsim.web.folder import Folder
+from mjsim.web.items import scene_of
 from mjsim.web.local import LOOPBACK
+from mjsim.web.run_api import RunApi
 from mjsim.web.server import Server
 from mjsim.web.static_page import page_routes
 from mjsim.web.trust import Trust
@@ -40,8 +42,9 @@ class Studio:
         place, trust = Folder(Path(folder)), Trust()
         if world is not None and not place.path(world).is_file():
             raise UsageError(f"no file '{world}' in {place.root}; name a world file")
-        edit = EditApi(place, trust, world=world)
-        self._server = Server([*page_routes(), *edit.routes], host=host, port=port, token=token)
+        edit, run = EditApi(place, trust, world=world), RunApi(place, trust, scene=scene_of)
+        routes = [*page_routes(), *edit.routes, *run.routes]
+        self._server = Server(routes, host=host, port=port, token=token, closing=[run.close])
 
     @property
     def url(self) -> str:
