@@ -18,6 +18,8 @@ export interface Item {
   written: string[];
   /** As it stands in the text: before defaults, presets and arithmetic. */
   raw?: Values;
+  /** Keys whose values are arithmetic; those cannot be set from here. */
+  computed?: string[];
   /** Name of its definition in the schema. */
   type: string;
   /** Why it cannot be changed here. */
@@ -78,6 +80,7 @@ export interface Folder {
 export type Change =
   | { op: "set"; path: Path; value: unknown }
   | { op: "unset"; path: Path }
+  | { op: "rename"; path: Path; value: string }
   | { op: "add"; path: Path; value: unknown }
   | { op: "remove"; path: Path };
 
@@ -146,9 +149,12 @@ export const api = {
     postJson<{ stamp: string }>("/api/save", { path, text, stamp, ...(overwrite ? { overwrite } : {}) }),
   trust: (path: string, text: string) => postJson<Values>("/api/trust", { path, text }),
   preview: (ask: PreviewAsk) => postForBlob("/api/preview", ask),
-  picture: (path: string, size: number) => `/api/picture?${new URLSearchParams({ path, size: String(size) })}`,
-  upload: async (file: File) => {
-    const address = `/api/upload?${new URLSearchParams({ name: file.name })}`;
+  /** Address of a thumbnail; `world` is the path of the world file that names it. */
+  picture: (path: string, size: number, world?: string | null) =>
+    `/api/picture?${new URLSearchParams({ path, size: String(size), ...(world ? { world } : {}) })}`,
+  /** Put a picture beside a world; `path` is what the world then calls it. */
+  upload: async (file: File, world: string | null) => {
+    const address = `/api/upload?${new URLSearchParams({ name: file.name, ...(world ? { path: world } : {}) })}`;
     return (await (await answer(address, { method: "POST", body: file })).json()) as { path: string };
   },
 };

@@ -82,7 +82,7 @@ class EditView {
     const zoom = el("div", { class: "zoom" }, this.zoomButton("plus", "Zoom in (+)", () => this.plan.zoomAt(1.25)), this.zoomButton("minus", "Zoom out (-)", () => this.plan.zoomAt(0.8)), this.zoomButton("fit", "Show all (0)", () => this.plan.fit()));
     const said = el("p", { class: "sr", role: "status", "aria-live": "polite" });
     this.editor.said.on((text) => (said.textContent = text));
-    const stage = el("div", { class: "stage" }, this.host, this.tools.strip, zoom, show, said);
+    const stage = el("div", { class: "stage" }, this.tools.strip, this.host, zoom, show, said);
     const split = splitter(this.element);
     fill(this.element, this.tools.bar, stage, split, this.dock, panel, emptyState(this.studio));
   }

@@ -5,7 +5,7 @@ import type { Change, Item, Path, Point, Values } from "../api";
 import { keyOf, type Plan } from "../plan/plan";
 import type { Look } from "../plan/items";
 import type { Studio } from "../shell/view";
-import { Signal } from "../signal";
+import { debounced, Signal } from "../signal";
 import { canTurn, type Changed, moved, spun } from "./shapes";
 
 export class Editor {
@@ -14,6 +14,9 @@ export class Editor {
   /** What is to be read out and shown at the foot of the plan. */
   readonly said = new Signal<string>();
   private hovered: string | null = null;
+  private steps: { key: string; count: number; items: Item[]; make(item: Item, steps: number): Changed } | null = null;
+  private readonly onTheWay = new Map<string, Item>();
+  private readonly write = debounced(() => this.writeSteps(), 200);
   private copied: { list: string; value: Values }[] = [];
 
   constructor(
@@ -74,6 +77,19 @@ export class Editor {
     return done;
   }
 
+  /** What goes with a change: the driver of a robot, and what hangs on a thing, follow its name. */
+  alongWith(change: Change): Change[] {
+    if (change.op !== "set" || change.path.length !== 3 || change.path[2] !== "name" || typeof change.value !== "string") return [];
+    const item = this.document.itemAt(change.path.slice(0, 2));
+    const old = item?.name;
+    if (!item || !old || item.raw?.["repeat"] !== undefined) return [];
+    const name = change.value;
+    const hung = this.items.filter((other) => other.values["on"] === old && !other.fixed);
+    const follow = hung.map((other): Change => ({ op: "set", path: [...other.path, "on"], value: name }));
+    if (item.type === "Robot" && this.hasDriver(old)) follow.push({ op: "rename", path: ["run", "drivers", old], value: name });
+    return follow;
+  }
+
   /** Put a new item at the end of a list, and select it. */
   async add(list: Path, value: Values): Promise<void> {
     if (!(await this.apply([{ op: "add", path: list, value }]))) return;
@@ -88,16 +104,34 @@ export class Editor {
     return items.filter((item) => !item.fixed);
   }
 
-  /** Shift what is selected. */
+  /** Shift what is selected. Steps that follow each other quickly are one change, shown at once. */
   nudge(by: Point): void {
-    const changes = this.free(this.selected).flatMap((item) => moved(item, by, this.items).changes);
-    void this.apply(changes);
+    this.step("shift", (item, steps) => moved(item, [by[0] * steps, by[1] * steps], this.items), JSON.stringify(by));
   }
 
   /** Turn what is selected, each about its own middle. */
   turn(degrees: number): void {
-    const changes = this.free(this.selected.filter(canTurn)).flatMap((item) => spun(item, degrees).changes);
-    void this.apply(changes);
+    this.step("turn", (item, steps) => (canTurn(item) ? spun(item, degrees * steps) : { ghost: item, changes: [] }), String(degrees));
+  }
+
+  /** Do a small change once more: it is written when no more come. */
+  private step(kind: string, make: (item: Item, steps: number) => Changed, size: string): void {
+    const key = `${kind} ${size} ${JSON.stringify(this.document.selection)}`;
+    if (this.steps && this.steps.key !== key) this.write.now();
+    if (!this.steps) this.steps = { key, count: 0, make, items: this.free(this.selected).map((item) => this.asDrawn(item)) };
+    this.steps.count++;
+    this.preview(this.stepped());
+    this.write();
+  }
+
+  private stepped(): Changed[] {
+    const { steps } = this;
+    return steps ? steps.items.map((item) => steps.make(item, steps.count)) : [];
+  }
+
+  /** An item as the last change that is still on its way will make it. */
+  private asDrawn(item: Item): Item {
+    return this.onTheWay.get(keyOf(item.path)) ?? item;
   }
 
   remove(): void {
@@ -145,6 +179,13 @@ export class Editor {
     const [first] = this.document.selection;
     const now = first ? items.findIndex((item) => keyOf(item.path) === keyOf(first)) : step === 1 ? -1 : items.length;
     return items[now + step] ?? null;
+  }
+
+  private writeSteps(): void {
+    const changed = this.stepped();
+    this.steps = null;
+    for (const { ghost } of changed) this.onTheWay.set(keyOf(ghost.path), ghost);
+    void this.apply(changed.flatMap(({ changes }) => changes));
   }
 
   /** A name that nothing has yet: as wished, or with a number. */
@@ -195,10 +236,11 @@ export class Editor {
 
   private show(): void {
     const { items, parsed } = this.document;
-    this.plan.ghosts.clear();
+    this.onTheWay.clear();
+    if (!this.steps && !this.plan.dragging) this.plan.ghosts.clear();
     this.look();
     this.plan.setItems(items, parsed.bounds);
-    this.dragged.emit([]);
+    if (this.plan.ghosts.size === 0) this.dragged.emit([]);
   }
 
   private look(): void {

@@ -190,10 +190,16 @@ export class SelectTool implements Tool {
   private handles(item: Item): Handle[] {
     const { plan, items } = this.editor;
     const handles = handlesOf(item, items);
-    if (isWall(item)) return handles;
+    if (isWall(item)) return this.wallHandles(item, handles);
     const [x0, y0, x1, y1] = boundsOf(handles.map(({ at }) => plan.view.toScreen(at)));
     const room = Math.max(x1 - x0, y1 - y0);
     return handles.slice(0, room < 18 ? 0 : room < 40 ? 4 : handles.length);
+  }
+
+  /** A new corner is offered where a segment is long on the screen. */
+  private wallHandles(wall: Item, handles: Handle[]): Handle[] {
+    const corners = cornersOf(wall);
+    return handles.filter(({ fresh, at }) => !fresh || corners.every((corner) => distance(corner, at) > this.editor.plan.px(26)));
   }
 
   private handleAt(spot: Spot): { handle: Handle; item: Item } | null {
@@ -247,10 +253,11 @@ export class SelectTool implements Tool {
       context.fill();
       context.stroke();
     }
-    for (const { at, corner } of this.handles(shown)) {
+    for (const { at, corner, fresh } of this.handles(shown)) {
       const [x, y] = plan.view.toScreen(at);
       context.beginPath();
-      if (corner === undefined) context.rect(x - HANDLE, y - HANDLE, 2 * HANDLE, 2 * HANDLE);
+      if (fresh) context.arc(x, y, HANDLE - 1.5, 0, 2 * Math.PI);
+      else if (corner === undefined) context.rect(x - HANDLE, y - HANDLE, 2 * HANDLE, 2 * HANDLE);
       else context.arc(x, y, HANDLE + 1, 0, 2 * Math.PI);
       context.fill();
       context.stroke();

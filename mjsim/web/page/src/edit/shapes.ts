@@ -88,17 +88,40 @@ export interface Handle {
   cursor: string;
   /** Which corner of a wall it is. */
   corner?: number;
+  /** It makes a new corner. */
+  fresh?: boolean;
   drawn(to: Point): Changed;
 }
 
 export function handlesOf(item: Item, items: Item[]): Handle[] {
   if (item.fixed) return [];
-  if (isWall(item)) return cornersOf(item).map((at, corner) => ({ at, corner, cursor: "move", drawn: (to) => withCorner(item, corner, to) }));
+  if (isWall(item)) return [...cornerHandles(item), ...newCorners(item)];
   if (item.type === "Opening") return openingHandles(item, items);
   if (item.type === "Beacon") return beaconHandles(item);
   const key = SIZES.find((size) => Array.isArray(item.values[size]));
   if (key) return boxHandles(item, key, items);
   return Array.isArray(item.values["cylinder"]) || typeof item.values["sphere"] === "number" ? roundHandles(item) : [];
+}
+
+function cornerHandles(item: Item): Handle[] {
+  return cornersOf(item).map((at, corner) => ({ at, corner, cursor: "move", drawn: (to) => withCorner(item, corner, to) }));
+}
+
+/** In the middle of each segment: drawn elsewhere it becomes a corner. A wall with openings keeps its segments. */
+function newCorners(item: Item): Handle[] {
+  const openings = item.values["openings"];
+  if (Array.isArray(openings) && openings.length) return [];
+  return segmentsOf(item).map(([from, to], segment) => {
+    const drawn = (place: Point): Changed => {
+      const value = rounded(place);
+      const old = cornersOf(item);
+      const corners = [...old.slice(0, segment + 1), value, ...old.slice(segment + 1)];
+      const last = segment + 1 === corners.length - 1;
+      const path = [...item.path, "points", ...(last ? [] : [segment + 1])];
+      return { ghost: reshaped(item, corners).ghost, changes: [{ op: "add", path, value }] };
+    };
+    return { at: middle(from, to), cursor: "copy", corner: segment + 1, fresh: true, drawn };
+  });
 }
 
 function boxHandles(item: Item, key: string, items: Item[]): Handle[] {

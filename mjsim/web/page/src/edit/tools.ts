@@ -27,7 +27,7 @@ export const TOOLS = [
 export type ToolName = (typeof TOOLS)[number]["name"];
 
 const HINTS: Record<ToolName, string> = {
-  select: "",
+  select: "Drag things, or free paper to select several. Shift adds, Alt does not snap.",
   hand: "Drag the paper.",
   wall: "Click corner by corner. Enter or a double click ends, a click on the first corner closes the room, Esc gives up.",
   door: "Click on a wall.",
@@ -49,6 +49,8 @@ export class Tools {
   readonly changed = new Signal<ToolName>();
   readonly wall: WallTool;
   now: ToolName = "select";
+  /** Where the pointer is. */
+  private readonly where = el("span", { class: "where", "aria-hidden": "true" });
   private picture = "posters/lion.jpg";
   private look: "picture" | "marker" | "reflector" = "picture";
   private preset = "";
@@ -73,6 +75,9 @@ export class Tools {
       robot: new PlaceTool(editor, robotMaker(() => this.robot())),
     };
     this.addButtons();
+    const { host } = editor.plan;
+    host.addEventListener("pointermove", (event) => this.tell(event));
+    host.addEventListener("pointerleave", () => (this.where.textContent = ""));
     this.take("select");
   }
 
@@ -104,6 +109,12 @@ export class Tools {
     return new PlaceTool(this.editor, beaconMaker(() => pictureBeacon(path)));
   }
 
+  private tell(event: PointerEvent): void {
+    const box = this.editor.plan.host.getBoundingClientRect();
+    const [x, y] = this.editor.plan.toWorld([event.clientX - box.left, event.clientY - box.top]);
+    this.where.textContent = `${x.toFixed(2)}, ${y.toFixed(2)} m`.replaceAll("-", "−");
+  }
+
   private addButtons(): void {
     for (const { name, title, key } of TOOLS) {
       const label = `${title} (${key})`;
@@ -130,9 +141,8 @@ export class Tools {
 
   private drawStrip(): void {
     const hint = HINTS[this.now];
-    this.strip.hidden = hint === "";
     const title = TOOLS.find((tool) => tool.name === this.now)?.title ?? "";
-    fill(this.strip, el("b", {}, title), ...this.choices(), el("span", { class: "hint" }, hint));
+    fill(this.strip, el("b", {}, title), ...this.choices(), el("span", { class: "hint" }, hint), this.where);
   }
 
   private choices(): HTMLElement[] {
@@ -153,7 +163,7 @@ export class Tools {
       if (chosen) this.picture = chosen;
       this.drawStrip();
     };
-    const image = el("img", { src: this.editor.studio.api.picture(this.picture, 96), alt: "" });
+    const image = el("img", { src: this.editor.studio.api.picture(this.picture, 96, this.editor.document.path), alt: "" });
     const name = this.picture.replace(/^.*\//, "");
     return [select, el("button", { class: "pick", title: "Choose a picture", onclick: () => void choose() }, image, el("span", { class: "path" }, name))];
   }

@@ -1,7 +1,6 @@
 /** One control for each kind of value. What was entered is given on when it is complete: at Enter, or when it is left. */
 
 import { el, fill, icon } from "../dom";
-import type { Api } from "../api";
 import { ICONS } from "../shell/icons";
 import type { Field, Kind } from "./schema";
 
@@ -19,8 +18,11 @@ export interface Entry {
 }
 
 export interface Tools {
-  api: Api;
+  /** Address of a thumbnail. */
+  picture(path: string): string;
   choosePicture(): Promise<string | null>;
+  /** What may be entered at a key of a type of item, so that nobody need know it by heart. */
+  suggestions(id: string): string[];
 }
 
 /** The control of a simple value; null for what is made of parts. */
@@ -32,7 +34,7 @@ export function control(entry: Entry, tools: Tools): HTMLElement | null {
     case "numbers":
       return numberRow(entry, kind.parts);
     case "text":
-      return textField(entry);
+      return textField(entry, tools);
     case "switch":
       return switchField(entry);
     case "choice":
@@ -132,13 +134,17 @@ function numberRow(entry: Entry, parts: string[]): HTMLElement {
   return el("div", { class: `parts${parts.length > 2 || parts.some((part) => part.length > 1) ? " words" : ""}`, "data-parts": parts.length }, ...inputs);
 }
 
-function textField(entry: Entry): HTMLInputElement {
-  const input = el("input", base(entry, shown(entry.value)));
-  return commit(input, (text) => {
+function textField(entry: Entry, tools: Tools): HTMLElement {
+  const offers = tools.suggestions(entry.id);
+  const list = `${entry.id}-offers`;
+  const input = el("input", { ...base(entry, shown(entry.value)), ...(offers.length ? { list } : {}) });
+  commit(input, (text) => {
     if (text === input.defaultValue) return;
     if (text === "" && entry.field.required) refuse(input, entry, "give it a name");
     else entry.give(text === "" ? undefined : text);
   });
+  if (offers.length === 0) return input;
+  return el("div", {}, input, el("datalist", { id: list }, ...offers.map((value) => el("option", { value }))));
 }
 
 function switchField(entry: Entry): HTMLElement {
@@ -178,9 +184,9 @@ function pictureField(entry: Entry, tools: Tools): HTMLElement {
     const chosen = await tools.choosePicture();
     if (chosen) entry.give(chosen);
   };
-  const picture = path ? el("img", { src: tools.api.picture(path, 96), alt: "", loading: "lazy" }) : icon(ICONS.beacon);
-  const button = el("button", { type: "button", class: "pick", "data-id": entry.id, disabled: entry.disabled, "aria-label": `${entry.label}: choose a picture`, onclick: () => void choose() });
-  fill(button, picture, el("span", { class: "path" }, path ?? "Choose a picture …"));
+  const picture = path ? el("img", { src: tools.picture(path), alt: "", loading: "lazy" }) : icon(ICONS.beacon);
+  const button = el("button", { type: "button", class: "pick", "data-id": entry.id, disabled: entry.disabled, "aria-label": `${entry.label}: choose a picture`, title: path ?? "Choose a picture", onclick: () => void choose() });
+  fill(button, picture, el("span", { class: "path" }, path?.replace(/^.*\//, "") ?? "Choose …"));
   return button;
 }
 

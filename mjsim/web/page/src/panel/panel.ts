@@ -65,9 +65,10 @@ export class Panel {
 
   private drawItem(selected: Item): void {
     const key = keyOf(selected.path);
-    const item = this.ghosts.find((ghost) => keyOf(ghost.path) === key) ?? selected;
+    const ghost = this.ghosts.find((other) => keyOf(other.path) === key);
+    const item = ghost ?? selected;
     const schema = this.book.definition(item.type);
-    const subject = { path: item.path, values: item.values, raw: item.raw, written: item.written, fixed: item.fixed !== null };
+    const subject = { path: item.path, values: item.values, raw: ghost ? undefined : item.raw, written: item.written, fixed: item.fixed !== null };
     fill(
       this.body,
       this.head(KINDS[item.type] ?? kindName(item), item.name ?? item.label, this.buttons(item.type !== "Opening")),
@@ -98,7 +99,9 @@ export class Panel {
   }
 
   private isShown(problem: Problem): boolean {
-    return problem.path !== null && problem.path.length > 0 && !LISTS.includes(String(problem.path[0]));
+    const [key] = problem.path ?? [];
+    const known = this.book.definition("")?.["properties"] as Values | undefined;
+    return key !== undefined && known !== undefined && key in known && !LISTS.includes(String(key));
   }
 
   /** Several of one type share their fields; a change is made to all. */
@@ -117,10 +120,23 @@ export class Panel {
   private sheet(items: Item[] = []): Sheet {
     const change = (changes: Change[]): void => {
       const all = items.length ? items.flatMap((item) => changes.map((one) => retold(one, items[0], item))) : changes;
-      void this.editor.apply(all);
+      void this.editor.apply([...all, ...all.flatMap((one) => this.editor.alongWith(one))]);
     };
-    const tools = { api: this.editor.studio.api, choosePicture: () => choosePicture(this.editor.studio) };
+    const { studio } = this.editor;
+    const tools = {
+      picture: (path: string) => studio.api.picture(path, 96, studio.document.path),
+      choosePicture: () => choosePicture(studio),
+      suggestions: (id: string) => this.suggestions(id),
+    };
     return { book: this.book, tools, problems: this.problems(), open: this.open, change };
+  }
+
+  private suggestions(id: string): string[] {
+    const [list, , key, ...deeper] = JSON.parse(id) as unknown[];
+    if (deeper.length) return [];
+    if (list === "robots" && key === "preset") return this.editor.studio.folder.shipped.presets.map(({ name }) => name);
+    const carriers = this.editor.items.filter((item) => ["robots", "obstacles"].includes(String(item.path[0])));
+    return list === "beacons" && key === "on" ? carriers.flatMap(({ name }) => name ?? []) : [];
   }
 
   private problems(): Problem[] {

@@ -12,7 +12,7 @@ export async function choosePicture(studio: Studio): Promise<string | null> {
 /** Bring a picture of the person's own into the folder; null when it was refused. */
 export async function uploadPicture(studio: Studio, file: File): Promise<string | null> {
   try {
-    const { path } = await studio.api.upload(file);
+    const { path } = await studio.api.upload(file, studio.document.path);
     await studio.refresh();
     return path;
   } catch (error) {
@@ -43,7 +43,7 @@ function grids(studio: Studio, answer: (path: string) => void): Child[] {
     el(
       "button",
       { type: "button", class: "card", title: path, onclick: () => answer(path) },
-      el("img", { src: studio.api.picture(path, 160), alt: "", loading: "lazy" }),
+      el("img", { src: studio.api.picture(path, 160, shipped.pictures.includes(path) ? studio.document.path : null), alt: "", loading: "lazy" }),
       el("span", {}, path.replace(/^.*\//, "")),
     );
   const grid = (title: string, paths: string[]): Child[] =>

@@ -64,8 +64,8 @@ function simpleRow(sheet: Sheet, place: Place): HTMLElement {
   const { field, path, written, fixed } = place;
   const error = errorAt(sheet, path, true);
   const id = keyOf(path);
-  // Arithmetic is shown as it is written; what it comes to is in the tooltip.
-  const value = typeof place.raw === "string" && place.raw.includes("${") ? place.raw : place.value;
+  // What is written is shown as it is written: arithmetic, and what is wrong, too.
+  const value = written && place.raw !== undefined && place.raw !== null ? place.raw : place.value;
   const input = control({ id, field, value, written, disabled: fixed, error, label: field.label, give: place.give }, sheet.tools);
   const reset = written && !field.required && !fixed ? resetButton(place) : null;
   const standard = field.fallback === null || field.fallback === undefined ? "" : `Default ${plain(field.fallback)}${field.unit && typeof field.fallback === "number" ? ` ${field.unit}` : ""}.`;

@@ -66,7 +66,7 @@ export class SchemaBook {
 
   field(key: string, node: Schema, required: boolean): Field {
     const said = String(node["description"] ?? this.resolve(node)["description"] ?? "");
-    const unit = typeof node["unit"] === "string" ? node["unit"] : unitOf(key, said);
+    const unit = typeof node["unit"] === "string" ? pretty(node["unit"]) : unitOf(key, said);
     const meaning = said.replace(/\s*\[[^\]]*\]\s*\.?$/, "").replace(/\s+/g, " ").trim();
     const { main, nullable } = this.forms(node);
     const label = labelOf(key);
@@ -191,10 +191,14 @@ function rest(node: Schema): Schema {
   return others;
 }
 
+function pretty(unit: string): string {
+  return unit.replace("^2", "²").replace("^3", "³").replace(/^deg/, "°");
+}
+
 /** The unit that a description names, or a key ends in. */
 function unitOf(key: string, said: string): string {
   const named = /\[([^\[\],]*)\]\s*[.;]?/.exec(said.replace(/\[[^\]]*,[^\]]*\]/g, ""))?.[1];
-  if (named) return named.replace("^2", "²").replace("^3", "³").replace(/^deg$/, "°").replace("deg/", "°/");
+  if (named) return pretty(named);
   if (key.endsWith("_deg")) return "°";
   return key.endsWith("_hz") ? "Hz" : "";
 }
