@@ -3,8 +3,7 @@
 import json
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -163,20 +162,23 @@ def run(
         # Now, not after the run.
         require_film_name(video)
     path = output or Path("out") / checked.name / "run.mcap"
-    drivers = drivers_of(checked)
     duration = checked.run.seconds if seconds is None else seconds
-    with (
-        Simulation(checked, seed=seed) as sim,
-        _watcher(checked, live=live) as show_tick,
-        tracked(f"run {checked.name}", total=duration, unit="s") as advance,
-    ):
-
-        def watch(tick: "Tick") -> None:
-            advance(sim.time + sim.dt)
-            if show_tick is not None:
-                show_tick(tick)
-
-        recording = run_loop(sim, drivers=drivers, seconds=duration, record=path, watch=watch, realtime=realtime)
+    if live:
+        recording = _run_live(checked, path, seed=seed, seconds=duration, speed=1.0 if realtime else None)
+    else:
+        drivers = drivers_of(checked)
+        with (
+            Simulation(checked, seed=seed) as sim,
+            tracked(f"run {checked.name}", total=duration, unit="s") as advance,
+        ):
+            recording = run_loop(
+                sim,
+                drivers=drivers,
+                seconds=duration,
+                record=path,
+                watch=lambda _: advance(sim.time + sim.dt),
+                realtime=realtime,
+            )
     print(path)
     if video is not None:
         _film(recording, video)
@@ -277,17 +279,26 @@ def _film(
     print(path)
 
 
-@contextmanager
-def _watcher(world: "World", *, live: bool) -> Iterator[Callable[["Tick"], None] | None]:
-    """Serve the live view while the block runs; yields what is to be shown each tick, None when not asked for."""
-    if not live:
-        yield None
-        return
+def _run_live(world: "World", path: Path, *, seed: int | None, seconds: float, speed: float | None) -> "Recording":
+    """Run a world in a session that a page shows and steers; return what was recorded."""
+    from mjsim.record import read_recording
+    from mjsim.session import Session
     from mjsim.web import LiveView
 
     with LiveView(world) as page:
         say(f"watch it at {page.url}")
-        yield page.show
+        with tracked(f"run {world.name}", total=seconds, unit="s") as advance:
+
+            def watch(tick: "Tick") -> None:
+                advance(tick.time + 1.0 / world.run.rate_hz)
+                page.show(tick)
+
+            with Session(
+                world, seed=seed, seconds=seconds, record=path, speed=speed, on_tick=watch, on_change=page.changed
+            ) as session:
+                page.steer(session)
+                session.result()
+    return read_recording(path)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

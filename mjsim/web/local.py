@@ -1,11 +1,9 @@
 """What keeps a page to those it is for: the loopback address or a token, and answers for its own origin alone."""
 
 import hmac
-import html
 import ipaddress
 import socket
 from http.cookies import CookieError, SimpleCookie
-from importlib import resources
 from urllib.parse import parse_qs
 
 from starlette.datastructures import Headers
@@ -58,12 +56,6 @@ def listen(port: int, *, host: str = LOOPBACK) -> socket.socket:
         reason = error.strerror if isinstance(error, OSError) else "there are ports 0 to 65535"
         raise UsageError(f"cannot serve at port {port}: {reason}; 0 takes a free one") from error
     return listener
-
-
-def page_file(name: str, kind: str, *, title: str = "") -> Response:
-    """Return a file of the page, its title filled in."""
-    text = resources.files("mjsim.web").joinpath(name).read_text(encoding="utf-8")
-    return Response(text.replace("{{title}}", html.escape(title)), media_type=kind, headers=HEADERS)
 
 
 class SameOrigin:

@@ -88,6 +88,7 @@ class Server:
             self._closed = True
             for call in self._closing:
                 call()
+            self._loop.call_soon_threadsafe(self._cut_off)
         self._server.should_exit = True
         self._thread.join()
 
@@ -106,5 +107,12 @@ class Server:
 
     @contextlib.asynccontextmanager
     async def _lifespan(self, _: Starlette) -> AsyncIterator[None]:
+        self._loop = asyncio.get_running_loop()
         self._ready.set()
         yield
+
+    def _cut_off(self) -> None:
+        """Drop who does not take what was sent: the server would wait for them, and complain."""
+        for connection in self._server.server_state.connections:
+            if connection.transport.get_write_buffer_size():
+                connection.transport.abort()

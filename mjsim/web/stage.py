@@ -24,6 +24,8 @@ REST = 0.005
 """Browsers are looked after at most this often [s]."""
 HURRIED, BUSY = 0.3, 0.12
 """Share of the time for views from outside while a run goes as fast as it can, and while it is later than it should."""
+FAREWELL = 1.0
+"""A browser that has not taken the last news after this long misses them [s]."""
 LATE = 0.97
 """A run that comes to less than this share of its speed is late."""
 
@@ -49,7 +51,7 @@ class Stage:
         self._first: str | None = None
         self._initial: dict[str, float] = {}
         self._scene_text = ""
-        self._lock = threading.Lock()
+        self._lock, self._left = threading.Lock(), threading.Event()
         self._news, self._spread_news, self._woken = 0, 0, False
         self.version = 0
         """Changes with what the run is and does."""
@@ -152,11 +154,14 @@ class Stage:
         """Let a browser watch."""
         self._loop = asyncio.get_running_loop()
         self.viewers.add(viewer)
+        self._left.clear()
         viewer.news.set()
 
     def leave(self, viewer: "Viewer") -> None:
         """Let a browser go."""
         self.viewers.discard(viewer)
+        if not self.viewers:
+            self._left.set()
 
     def close(self) -> None:
         """End the run, and tell who watches the last of it; from another thread than the server's."""
@@ -164,6 +169,8 @@ class Stage:
             self.session.close()
         self.closing = True
         self.changed()
+        if self.viewers:
+            self._left.wait(FAREWELL)
         if self.painter is not None:
             self.painter.close()
 
