@@ -193,6 +193,8 @@ def video(
     sightings: Annotated[bool | None, typer.Option(help="Lines to what is seen.")] = None,
     ellipses: Annotated[bool | None, typer.Option(help="95 % ellipses.")] = None,
     trails: Annotated[bool | None, typer.Option(help="Trails of the robot.")] = None,
+    begin: report_cli.Begin = None,
+    end: report_cli.End = None,
 ) -> None:
     """Draw the film of a recording."""
     from mjsim.record import read_recording
@@ -205,6 +207,8 @@ def video(
         sightings=sightings,
         ellipses=ellipses,
         trails=trails,
+        begin=begin,
+        end=end,
     )
 
 
@@ -262,10 +266,13 @@ def _film(
     sightings: bool | None = None,
     ellipses: bool | None = None,
     trails: bool | None = None,
+    begin: float | None = None,
+    end: float | None = None,
 ) -> None:
-    from mjsim.video import frame_rows, make_video
+    from mjsim.video import frames_between, make_video
 
-    with tracked(f"video {path.name}", total=len(frame_rows(recording.time)), unit="frames") as advance:
+    count = len(frames_between(recording, begin, end))
+    with tracked(f"video {path.name}", total=count, unit="frames") as advance:
         make_video(
             recording,
             path,
@@ -274,6 +281,8 @@ def _film(
             sightings=sightings,
             ellipses=ellipses,
             trails=trails,
+            begin=begin,
+            end=end,
             progress=advance,
         )
     print(path)

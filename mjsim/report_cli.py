@@ -7,16 +7,21 @@ import typer
 
 from mjsim.progress import tracked
 
+Begin = Annotated[float | None, typer.Option("--from", metavar="S", help="Only from this time on [s].")]
+End = Annotated[float | None, typer.Option("--to", metavar="S", help="Only until this time [s].")]
+
 
 def report(
     recording: Annotated[Path, typer.Argument(metavar="RUN.mcap", help="A recording.")],
     output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder of the report.")],
+    begin: Begin = None,
+    end: End = None,
 ) -> None:
-    """Write statistics.json, report.html, tables and plots; print the key figures."""
+    """Write statistics.json, report.html, tables and plots of a run or a part of it; print the key figures."""
     from mjsim.record import read_recording
     from mjsim.report import key_table, write_report
 
-    figures = write_report(read_recording(recording), output)
+    figures = write_report(read_recording(recording).between(begin, end), output)
     print(*key_table(figures), sep="\n")
 
 

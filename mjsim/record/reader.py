@@ -59,7 +59,7 @@ def read_recording(path: str | Path) -> Recording:
         events=tuple(run.events),
         things=run.things(),
         robots={name: robot.track(np.array(run.time)) for name, robot in run.robots.items()},
-        wall_seconds=run.clock[-1] - run.clock[0],
+        clock=np.array(run.clock),
         module_seconds=run.module_seconds(),
         whole=head.whole,
     )

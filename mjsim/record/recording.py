@@ -3,11 +3,12 @@
 import json
 import math
 from collections.abc import Hashable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
@@ -19,6 +20,9 @@ from mjsim.world import World
 from mjsim.world.events import Event as WorldEvent
 from mjsim.world.looks import Looks, looks_after
 from mjsim.world.sensors import Camera
+
+SAME_TIME = 1e-6
+"""Times that differ less are the same [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -64,6 +68,24 @@ class Track:
     """One tuple a tick: name, nu (2,), S (2, 2)."""
     events: tuple[Event, ...]
 
+    def at(self, rows: NDArray[np.intp]) -> "Track":
+        """Return some rows of it; events stay."""
+        marks, chosen = self.landmarks, rows.tolist()
+        return replace(
+            self,
+            time=self.time[rows],
+            truth=self.truth[rows],
+            odometry=self.odometry[rows],
+            odometry_covariance=self.odometry_covariance[rows],
+            estimate=self.estimate[rows],
+            covariance=self.covariance[rows],
+            command=self.command[rows],
+            landmarks=Landmarks(names=marks.names, mean=marks.mean[rows], covariance=marks.covariance[rows]),
+            sightings=tuple(self.sightings[row] for row in chosen),
+            identities=tuple(self.identities[row] for row in chosen) if self.identities else (),
+            innovations=tuple(self.innovations[row] for row in chosen),
+        )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, weakref_slot=True)
 class Recording:
@@ -86,12 +108,56 @@ class Recording:
     things: Mapping[str, Array] = field(default_factory=dict)
     """Where each thing was that can move but robots, (x, y, heading), shape (N, 3) [m, m, rad], by its name in the
     scene; NaN once it was taken away. Of a door the hinge, and the heading of its leaf."""
-    wall_seconds: float
-    """Time on the clock from the first tick to the last."""
+    clock: Array
+    """Time on the clock of each tick, counted from when the recording was begun, shape (N,) [s]."""
     module_seconds: Mapping[str, Array]
     """Wall-clock time by 'robot/module' or 'loop/part', shape (N,) [s]; NaN where a part did not run."""
     whole: bool = True
     """False when the file does not end as it should: the run was killed, or the file was cut."""
+
+    @property
+    def wall_seconds(self) -> float:
+        """Time on the clock from the first tick to the last."""
+        return float(self.clock[-1] - self.clock[0])
+
+    def between(self, begin: float | None = None, end: float | None = None) -> "Recording":
+        """Return the part between two times, for figures and plots.
+
+        Events of robots are those of the part; those of the world that were before still tell how it looks. What is
+        read from the file as it is asked for, such as `pictures` and `observations`, is still all of it.
+
+        Args:
+            begin: Of its first tick, or before it [s]; from the start unless given.
+            end: Of its last tick, or after it [s]; to the end unless given.
+
+        Raises:
+            UsageError: No tick is between them.
+        """
+        first = self.time[0] if begin is None else begin
+        last = self.time[-1] if end is None else end
+        rows = np.flatnonzero((self.time >= first - SAME_TIME) & (self.time <= last + SAME_TIME))
+        if not len(rows):
+            span = f"{self.time[0]:g} to {self.time[-1]:g} s"
+            raise UsageError(f"no tick is between {first:g} and {last:g} s; the recording has those from {span}")
+        if len(rows) == len(self.time):
+            return self
+        until = float(self.time[rows[-1]]) + SAME_TIME
+        since = float(self.time[rows[0]]) - SAME_TIME
+        return replace(
+            self,
+            metadata={key: value for key, value in self.metadata.items() if key != "seconds"},
+            time=self.time[rows],
+            qpos=self.qpos[rows],
+            qvel=self.qvel[rows],
+            robots={
+                name: replace(track.at(rows), events=tuple(e for e in track.events if since <= e.time <= until))
+                for name, track in self.robots.items()
+            },
+            events=tuple(event for event in self.events if event.time <= until),
+            things={name: places[rows] for name, places in self.things.items()},
+            clock=self.clock[rows],
+            module_seconds={part: seconds[rows] for part, seconds in self.module_seconds.items()},
+        )
 
     def cameras(self) -> tuple[tuple[str, str], ...]:
         """Return (robot, camera) of each onboard camera of the world."""

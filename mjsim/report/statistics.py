@@ -2,13 +2,12 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.record import Landmarks, Recording, Track
+from mjsim.record import Recording, Track
 from mjsim.report import metrics
 from mjsim.report.consistency import nees_figures, nis_figures, normalised_innovations
 from mjsim.report.coverage import coverage
@@ -26,12 +25,20 @@ ESTIMATE_FIGURES = (
 """Keys of the figures that need an estimate."""
 
 
-def statistics(recording: Recording) -> dict[str, Any]:
+def statistics(recording: Recording, *, begin: float | None = None, end: float | None = None) -> dict[str, Any]:
     """Return the figures of each robot by its name, and those of the run under 'run'.
 
     The keys are those of `statistics.json`, which holds the robots one level down, under 'robots'.
+
+    Args:
+        recording: Of a run.
+        begin: Only what was from this time on [s].
+        end: Only what was until this time [s].
+
+    Raises:
+        UsageError: No tick is between these times.
     """
-    figures = statistics_file(recording)
+    figures = statistics_file(recording.between(begin, end))
     return {**figures["robots"], "run": figures["run"]}
 
 
@@ -96,27 +103,13 @@ def known_part(track: Track) -> Track | None:
         return None
     if known.all():
         return track
-    rows = np.flatnonzero(known).tolist()
-    marks = track.landmarks
-    return replace(
-        track,
-        time=track.time[known],
-        truth=track.truth[known],
-        odometry=track.odometry[known],
-        odometry_covariance=track.odometry_covariance[known],
-        estimate=track.estimate[known],
-        covariance=track.covariance[known],
-        command=track.command[known],
-        landmarks=Landmarks(names=marks.names, mean=marks.mean[known], covariance=marks.covariance[known]),
-        sightings=tuple(track.sightings[row] for row in rows),
-        identities=tuple(track.identities[row] for row in rows) if track.identities else (),
-        innovations=tuple(track.innovations[row] for row in rows),
-    )
+    return track.at(np.flatnonzero(known))
 
 
 def lifts(recording: Recording, name: str) -> list[float]:
-    """Return when a robot was put down elsewhere [s]."""
-    return [event.time for event in recording.events if isinstance(event, MoveEvent) and event.move == name]
+    """Return when a robot was put down elsewhere while it was recorded [s]."""
+    moves = [event for event in recording.events if isinstance(event, MoveEvent) and event.move == name]
+    return [event.time for event in moves if event.time >= recording.time[0]]
 
 
 def _estimate_figures(world: World, track: Track, part: Track, *, lifted: Sequence[float]) -> dict[str, Any]:

@@ -36,6 +36,8 @@ def make_video(
     sightings: bool | None = None,
     ellipses: bool | None = None,
     trails: bool | None = None,
+    begin: float | None = None,
+    end: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> None:
     """Write the film of a recording as H.264 in an MP4 file.
@@ -48,14 +50,16 @@ def make_video(
         sightings: Whether lines lead to what is seen; as the world says unless given, and so on.
         ellipses: Whether 95 % ellipses are shown.
         trails: Whether the ways of the robot are shown.
+        begin: Only what was from this time on [s].
+        end: Only what was until this time [s].
         progress: Called with how many frames are done.
 
     Raises:
-        UsageError: There is no such view, or the file cannot be written.
+        UsageError: There is no such view, no tick is between these times, or the file cannot be written.
     """
     path = Path(path)
     require_film_name(path)
-    rows = frame_rows(recording.time)
+    rows = frames_between(recording, begin, end)
     if view is None or view == "plan":
         look = look_of(recording.world.run.view, follow, sightings, ellipses, trails)
         pictures = (composed_pictures if view is None else plan_pictures)(recording, rows, look)
@@ -82,6 +86,17 @@ def look_of(look: Look, follow: str | None, sightings: bool | None, ellipses: bo
         raise UsageError(f"follow is '{follow}'; it must be truth, estimate or nothing")
     given = {"follow": follow, "sightings": sightings, "ellipses": ellipses, "trails": trails}
     return look.model_copy(update={name: value for name, value in given.items() if value is not None})
+
+
+def frames_between(recording: Recording, begin: float | None = None, end: float | None = None) -> list[int]:
+    """Return the row of each frame of the film of a recording, or of its part between two times [s].
+
+    Raises:
+        UsageError: No tick is between them.
+    """
+    part = recording.between(begin, end).time
+    first = int(np.searchsorted(recording.time, part[0]))
+    return [first + row for row in frame_rows(part)]
 
 
 def frame_rows(times: NDArray[np.float64]) -> list[int]:
