@@ -58,7 +58,11 @@ export class Bar {
   private news: RunNews | null = null;
   private link: LinkState = "connecting";
 
-  constructor(private readonly orders: BarOrders) {
+  constructor(
+    private readonly orders: BarOrders,
+    /** Whether a run can be begun from here. */
+    private readonly canStart: boolean,
+  ) {
     this.main = button({ class: "primary run-main" }, () => this.press(), sign("play"), el("span", {}, "Start"));
     this.step = button({ class: "square", title: "Single tick (.)" }, () => orders.tick(), sign("step"));
     this.again = button({ class: "square", title: "Restart from the beginning" }, () => orders.restart(), sign("restart"));
@@ -128,7 +132,7 @@ export class Bar {
     const label = state === "running" ? "Pause" : state === "paused" ? "Go on" : "Start";
     this.main.replaceChildren(sign(state === "running" ? "pause" : "play"), el("span", {}, label));
     this.main.title = `${label} (space)`;
-    this.main.disabled = !mine || state === "loading";
+    this.main.disabled = !mine || state === "loading" || !(alive || this.canStart);
     this.step.disabled = !mine || state !== "paused";
     this.again.disabled = !mine || state === "idle" || state === "loading";
     this.halt.disabled = !mine || !(alive || state === "loading");

@@ -51,9 +51,10 @@ export class Floor {
 
   scene(items: Item[], bounds: Bounds): void {
     this.plan.stands.clear();
+    const same = bounds.join() === this.plan.bounds.join() && this.names.size > 0;
     this.names = new Set(items.flatMap((item) => item.name ?? []));
     this.plan.setItems(items, bounds);
-    this.fit();
+    if (!same) this.fit();
   }
 
   run(robots: RobotFacts[], chosen: string): void {

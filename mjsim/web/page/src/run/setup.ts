@@ -146,6 +146,7 @@ function keysOf(module: Module): Key[] {
 }
 
 function written(value: unknown): string {
+  if (value === null) return "";
   return typeof value === "string" ? value : JSON.stringify(value);
 }
 

@@ -33,6 +33,7 @@ export class Stage {
   enlarge(key: string): void {
     this.large = key;
     this.arrange();
+    this.rail.scrollTop = 0;
   }
 
   private addButton(tile: Tile): void {

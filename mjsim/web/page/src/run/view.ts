@@ -1,5 +1,6 @@
 /** All that is seen of a run, and what is done to it. */
 
+import { getJson, type Modules } from "../api";
 import { el, fill } from "../dom";
 import { KINDS, Sheet, type Kind } from "../charts/sheet";
 import type { Studio, View } from "../shell/view";
@@ -37,15 +38,19 @@ export class RunView implements View {
   private readonly cameras = new Cameras((order) => void this.link?.send(order), () => this.arrange());
   private readonly banner = el("p", { class: "run-banner", role: "alert", hidden: true });
   private readonly robot = el("select", { "aria-label": "Robot", hidden: true, onchange: () => this.chooseRobot(this.robot.value) });
+  /** Whether this page shows one run alone, which was begun elsewhere. */
+  private readonly live: boolean;
   private link: Link | null = null;
   private run: RunNews | null = null;
   private newest: TickNews | null = null;
   private chosen = "";
   private visible = false;
+  private offered: string | null = null;
   private drawing = 0;
   private drawnCharts = 0;
 
   constructor(private readonly studio: Studio) {
+    this.live = studio.folder.mode === "live";
     this.bar = new Bar({
       start: () => void this.start(),
       pause: () => this.send({ do: "pause" }),
@@ -54,12 +59,13 @@ export class RunView implements View {
       restart: () => this.send({ do: "restart" }),
       stop: () => this.send({ do: "stop" }),
       speed: (value) => this.running() && this.send({ do: "speed", value }),
-    });
+    }, !this.live);
     const kept = remembered("run.charts");
     const kinds = kept === null ? FIRST_CHARTS : KINDS.map(({ kind }) => kind).filter((kind) => kept.split(" ").includes(kind));
     this.sheet = new Sheet(kinds, {}, "run");
     this.build(kinds);
     this.arrange();
+    studio.document.parsedChanged.on(() => this.visible && this.takeWorld());
     window.setInterval(() => this.bar.rate(this.cameras.rate()), 500);
   }
 
@@ -87,8 +93,9 @@ export class RunView implements View {
   }
 
   private build(kinds: Kind[]): void {
+    const setup: [string, string, HTMLElement][] = this.live ? [] : [["setup", "Setup", this.setup.element]];
     const tabs = new Tabs("run.tab", [
-      ["setup", "Setup", this.setup.element],
+      ...setup,
       ["noise", "Noise", this.noise.element],
       ["events", "Events", this.events.element],
     ]);
@@ -228,9 +235,24 @@ export class RunView implements View {
     const { parsed, items } = this.studio.document;
     const robots = items.filter((item) => item.kind === "robot").map((item) => item.name ?? item.label);
     this.setup.world(parsed.name, robots, parsed.run);
+    void this.offerModules();
     if (this.run && this.run.state !== "idle") return;
     this.floor.scene(items, parsed.bounds);
     this.floor.showRobots(true);
+  }
+
+  /** Ask which modules there are beside this world. */
+  private async offerModules(): Promise<void> {
+    const { path } = this.studio.document;
+    if (this.live || path === null || path === this.offered) return;
+    this.offered = path;
+    const saved = path !== "" && !path.startsWith("shipped:");
+    try {
+      this.setup.offer(await getJson<Modules>(`/api/modules${saved ? `?${new URLSearchParams({ path })}` : ""}`));
+    } catch (error) {
+      this.offered = null;
+      this.studio.toasts.error(error);
+    }
   }
 
   private async start(): Promise<void> {

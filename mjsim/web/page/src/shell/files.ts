@@ -26,12 +26,15 @@ export class Files {
     if (wanted) await this.take(wanted);
   }
 
-  async openPath(path: string): Promise<void> {
+  /** Open a world and show it; the one that the studio began with leaves the tab as it is. */
+  async openPath(path: string, asked = true): Promise<void> {
     await this.load(() => this.studio.api.open(path), false);
+    if (asked) this.studio.show("edit");
   }
 
   async create(template?: string): Promise<void> {
     await this.load(() => this.studio.api.create(template), true);
+    this.studio.show("edit");
   }
 
   /** Save where it came from; a new one is asked for its name. */
@@ -66,7 +69,6 @@ export class Files {
     if (!(await this.mayLeave())) return;
     try {
       this.studio.document.take(await get(), isNew);
-      this.studio.show("edit");
     } catch (error) {
       this.studio.toasts.error(error);
     }

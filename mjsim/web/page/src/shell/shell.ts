@@ -53,7 +53,7 @@ export class Shell implements Studio {
     window.addEventListener("beforeunload", (event) => this.document.isChanged && event.preventDefault());
     this.note();
     this.show(live ? "run" : (NAMES.find((name) => `#${name}` === location.hash) ?? "edit"));
-    if (!live && folder.world) void this.files.openPath(folder.world);
+    if (!live && folder.world) void this.files.openPath(folder.world, false);
   }
 
   show(name: ViewName, recording?: string): void {
