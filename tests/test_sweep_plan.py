@@ -6,6 +6,8 @@ from scipy import stats
 
 import mjsim
 from mjsim.errors import UsageError
+from mjsim.report.figures import largest
+from mjsim.report.paired import mean_interval
 from mjsim.sweep.bundle import bundle_of
 from mjsim.sweep.plan import Plan, parse_seeds, parse_settings
 from mjsim.sweep.store import Store
@@ -164,10 +166,19 @@ def test_two_sweeps_at_once_do_not_share_a_folder(room, tmp_path):
     assert list((tmp_path / "out").iterdir()) == []
 
 
-def test_the_interval_of_a_mean_is_that_of_students_t():
+def test_the_interval_of_a_mean_is_students_of_few_runs_and_the_bootstrap_of_comparisons_of_more():
     values = np.random.default_rng(0).gamma(2.0, size=11)
-    expected = stats.ttest_1samp(values, 0.0).confidence_interval(0.95)
-    assert interval_of_mean(values) == pytest.approx((expected.low, expected.high), rel=1e-12)
+    expected = stats.ttest_1samp(values[:5], 0.0).confidence_interval(0.95)
+    assert interval_of_mean(values[:5]) == pytest.approx((expected.low, expected.high), rel=1e-12)
+    assert interval_of_mean(values) == mean_interval(values)
+    assert interval_of_mean(values[:1]) is None
+
+
+def test_no_interval_holds_what_a_figure_cannot_be():
+    assert stats.ttest_1samp([0.1, 0.1, 1.0], 0.0).confidence_interval(0.95).low < -0.8
+    assert interval_of_mean(np.array([0.1, 0.1, 1.0]))[0] == 0.0
+    assert interval_of_mean(np.array([0.9, 0.9, 1.0]), most=largest("nees.in_band"))[1] == 1.0
+    assert interval_of_mean(np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0]))[0] >= 0.0
 
 
 def outcome(case, seed, error=None, **figures):

@@ -1,5 +1,6 @@
 """The figures that tables show: what each is called, its unit, and which way is better."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -50,6 +51,11 @@ FIGURES = (
     Figure("bumps", "bumps", "", 0),
 )
 """In the order of the rows of a table."""
+
+
+def largest(key: str) -> float:
+    """Return what a figure can be at most; none is below 0."""
+    return 1.0 if key == "coverage" or key.endswith(".in_band") else math.inf
 
 
 def figure_value(robot: Mapping[str, Any], key: str) -> float | None:

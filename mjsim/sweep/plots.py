@@ -140,7 +140,7 @@ def _draw_lane(axes: Axes, places: Array, found: Sequence[Array], color: str, la
         axes.plot(place + spread, values, "o", color=color, ms=3.5, mew=0, alpha=0.35)
     there = [n for n, values in enumerate(found) if len(values)]
     means = np.array([found[n].mean() for n in there])
-    bounds = np.array([interval_of_mean(found[n]) for n in there]).T
+    bounds = np.array([interval_of_mean(found[n]) or (found[n][0],) * 2 for n in there]).T
     axes.errorbar(
         places[there], means, yerr=np.abs(bounds - means), color=color, fmt="D-", ms=5, lw=1.0, elinewidth=1.8,
         capsize=4, mec="white", mew=0.6, label=label,

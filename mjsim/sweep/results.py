@@ -6,7 +6,7 @@ from typing import Any
 
 from mjsim.sweep.plan import Plan
 from mjsim.sweep.store import Store
-from mjsim.sweep.summary import summary_of, summary_rows
+from mjsim.sweep.summary import INTERVAL, summary_of, summary_rows
 from mjsim.sweep.sweep import Sweep
 from mjsim.sweep.table import csv_text, parquet, rows_of
 from mjsim.sweep.worker import Outcome
@@ -50,7 +50,7 @@ def write_results(store: Store, plan: Plan, outcomes: Sequence[Outcome], robots:
 
 
 def key_lines(summary: Mapping[str, Any]) -> list[str]:
-    """Return the key figures of a summary as lines for a terminal: means with their 95 % intervals."""
+    """Return the key figures of a summary as lines for a terminal: means with their intervals, and what these are."""
     lines = []
     for case in summary["cases"]:
         settings = ", ".join(f"{key} {json.dumps(value)}" for key, value in case["settings"].items()) or "all runs"
@@ -60,11 +60,12 @@ def key_lines(summary: Mapping[str, Any]) -> list[str]:
             lines += [
                 f"  {head:<22}{_interval(figures[name])}" for name, head in KEY_FIGURES.items() if name in figures
             ]
-    return lines
+    return [*lines, f"[{INTERVAL}]"]
 
 
-def _interval(figure: Mapping[str, float]) -> str:
-    return f"{figure['mean']:>9.4g}  [{figure['low']:.4g}, {figure['high']:.4g}]"
+def _interval(figure: Mapping[str, Any]) -> str:
+    bounds = f"  [{figure['low']:.4g}, {figure['high']:.4g}]" if figure["low"] is not None else ""
+    return f"{figure['mean']:>9.4g}{bounds}"
 
 
 def _clock(outcome: Outcome) -> dict[str, Any]:

@@ -7,31 +7,46 @@ import numpy as np
 from scipy.special import stdtrit
 
 from mjsim.geometry import Array
+from mjsim.report.figures import largest
+from mjsim.report.paired import CONFIDENCE, fewest_pairs, mean_interval
 from mjsim.sweep.plan import Plan
 from mjsim.sweep.table import Row, figure_names
 
-CONFIDENCE = 0.95
+INTERVAL = (
+    f"{CONFIDENCE:.0%} interval of the mean over the seeds: bootstrap (BCa) from {fewest_pairs()} runs on, of fewer"
+    " Student's t as far as the figure can go, none of one"
+)
+"""What the intervals of a summary are, for people."""
 
 
-def interval_of_mean(values: Array) -> tuple[float, float]:
-    """Return the bounds between which the mean lies with a confidence of 95 %; both the mean for one value.
+def interval_of_mean(values: Array, *, most: float = np.inf) -> tuple[float, float] | None:
+    """Return the bounds between which the mean lies with a confidence of 95 %; None of one value.
+
+    No figure can be below 0. A bootstrap never leaves the range of its values; what of Student's interval a figure
+    cannot reach is cut off, which leaves the confidence as it is: the mean cannot lie there.
 
     Args:
         values: Independent, one a seed, shape (n,).
+        most: What the figure can be at most, such as 1 of a share.
 
     References:
-        Student, The Probable Error of a Mean, Biometrika 6 (1908).
+        `mjsim.report.paired` for the bootstrap, as in comparisons; Student, The Probable Error of a Mean, Biometrika
+        6 (1908), for too few values to be drawn from.
     """
-    mean, n = float(values.mean()), len(values)
+    n = len(values)
     if n < 2:
-        return mean, mean
+        return None
+    drawn = mean_interval(values)
+    if drawn is not None:
+        return drawn
+    mean = float(values.mean())
     half = float(stdtrit(n - 1, 0.5 + CONFIDENCE / 2)) * float(values.std(ddof=1)) / n**0.5
-    return mean - half, mean + half
+    return max(mean - half, 0.0), min(mean + half, most)
 
 
-def spread(values: Array) -> dict[str, float | int]:
+def spread(values: Array, *, most: float = np.inf) -> dict[str, float | int | None]:
     """Return count, mean with its interval, standard deviation, median, min and max of a figure, shape (n,)."""
-    low, high = interval_of_mean(values)
+    low, high = interval_of_mean(values, most=most) or (None, None)
     return {
         "count": len(values),
         "mean": float(values.mean()),
@@ -60,7 +75,7 @@ def summary_of(plan: Plan, rows: Sequence[Row]) -> dict[str, Any]:
                 "robots": {robot: _figures([row for row in own if row["robot"] == robot], names) for robot in robots},
             }
         )
-    return {"confidence": CONFIDENCE, "cases": cases}
+    return {"confidence": CONFIDENCE, "interval": INTERVAL, "cases": cases}
 
 
 def summary_rows(summary: Mapping[str, Any]) -> list[Row]:
@@ -75,4 +90,4 @@ def summary_rows(summary: Mapping[str, Any]) -> list[Row]:
 
 def _figures(rows: Sequence[Row], names: Sequence[str]) -> dict[str, Any]:
     columns = {name: [row[name] for row in rows if row[name] is not None] for name in names}
-    return {name: spread(np.array(values, dtype=float)) for name, values in columns.items() if values}
+    return {name: spread(np.array(each, dtype=float), most=largest(name)) for name, each in columns.items() if each}
