@@ -58,11 +58,9 @@ export class Bar {
   private news: RunNews | null = null;
   private link: LinkState = "connecting";
 
-  constructor(
-    private readonly orders: BarOrders,
-    /** Whether a run can be begun from here. */
-    private readonly canStart: boolean,
-  ) {
+  private canStart = false;
+
+  constructor(private readonly orders: BarOrders) {
     this.main = button({ class: "primary run-main" }, () => this.press(), sign("play"), el("span", {}, "Start"));
     this.step = button({ class: "square", title: "Single tick (.)" }, () => orders.tick(), sign("step"));
     this.again = button({ class: "square", title: "Restart from the beginning" }, () => orders.restart(), sign("restart"));
@@ -94,6 +92,12 @@ export class Bar {
     if (state === "running") this.orders.pause();
     else if (state === "paused") this.orders.go();
     else this.orders.start();
+  }
+
+  /** Whether there is something to start from here. */
+  offer(canStart: boolean): void {
+    this.canStart = canStart;
+    this.refresh();
   }
 
   connection(link: LinkState): void {

@@ -59,7 +59,7 @@ export class RunView implements View {
       restart: () => this.send({ do: "restart" }),
       stop: () => this.send({ do: "stop" }),
       speed: (value) => this.running() && this.send({ do: "speed", value }),
-    }, !this.live);
+    });
     const kept = remembered("run.charts");
     const kinds = kept === null ? FIRST_CHARTS : KINDS.map(({ kind }) => kind).filter((kind) => kept.split(" ").includes(kind));
     this.sheet = new Sheet(kinds, {}, "run");
@@ -234,6 +234,7 @@ export class RunView implements View {
   private takeWorld(): void {
     const { parsed, items } = this.studio.document;
     const robots = items.filter((item) => item.kind === "robot").map((item) => item.name ?? item.label);
+    this.bar.offer(!this.live && this.studio.document.isOpen);
     this.setup.world(parsed.name, robots, parsed.run);
     void this.offerModules();
     if (this.run && this.run.state !== "idle") return;
