@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from mjsim.geometry import Array, Pose
-from mjsim.video.plan import world_bounds
 from mjsim.world import World
 from mjsim.world.base import Model
 from mjsim.world.doors import leaves
 from mjsim.world.hung import hung
 from mjsim.world.joints import solid_pieces
 from mjsim.world.plan import footprint
+from mjsim.world.routes import extent
 from mjsim.world.structure import Opening, Wall
 from mjsim.world.text import Node
 
@@ -26,6 +26,8 @@ _DECIMALS = 4
 
 Path = tuple[str | int, ...]
 Json = dict[str, Any]
+Thing = tuple[Path, str, Model, Sequence[Array], Pose | None]
+"""Path, kind, model, outlines (world frame, shape (n, 2) each [m]), and where it is."""
 
 
 def scene_of(world: World, raw: Node | None = None) -> Json:
@@ -41,11 +43,12 @@ def scene_of(world: World, raw: Node | None = None) -> Json:
     """
     text = _Text(world.source.written, raw)
     values = world.model_dump(mode="json")
+    things = list(_things(world))
     items = [
         text.item(path, kind, model, _at(values, path), polygons, place)
-        for path, kind, model, polygons, place in _things(world)
+        for path, kind, model, polygons, place in things
     ]
-    return {"items": items, "bounds": [_short(value) for value in world_bounds(world).ravel().tolist()]}
+    return {"items": items, "bounds": _bounds(world, things)}
 
 
 def world_values(world: World, raw: Node | None = None) -> Json:
@@ -58,8 +61,17 @@ def world_values(world: World, raw: Node | None = None) -> Json:
     return {"values": world.model_dump(mode="json", exclude={*_LISTS}), "written": written, "raw": plain}
 
 
-Thing = tuple[Path, str, Model, Sequence[Array], Pose | None]
-"""Path, kind, model, outlines (world frame, shape (n, 2) each [m]), and where it is."""
+def _bounds(world: World, things: Sequence[Thing]) -> list[float]:
+    """Return what all outlines and places lie in, at least a metre wide; 10 x 10 m for an empty world."""
+    outlines = [outline for thing in things for outline in thing[3]]
+    outlines += [np.array([[place.x, place.y]]) for *_, place in things if place is not None]
+    outlines += [extent(obstacle) for obstacle in world.obstacles if obstacle.path is not None]
+    if not outlines:
+        return [-5.0, -5.0, 5.0, 5.0]
+    points = np.concatenate(outlines)
+    low, high = points.min(axis=0), points.max(axis=0)
+    short = np.maximum(1.0 - (high - low), 0.0) / 2
+    return [_short(value) for value in (*(low - short).tolist(), *(high + short).tolist())]
 
 
 def _things(world: World) -> Iterator[Thing]:

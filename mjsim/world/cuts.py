@@ -20,7 +20,7 @@ _EMPTY_LINE = re.compile(r"\n[ \t]*\r?\n")
 def applied(text: str, cuts: Sequence[Cut]) -> str:
     """Return a text with pieces replaced, none of which overlap."""
     parts, at = [], 0
-    for start, end, new in sorted(cuts):
+    for start, end, new in sorted(cuts, key=lambda cut: cut[:2]):
         assert start >= at, "pieces that are replaced do not overlap"
         parts += [text[at:start], new]
         at = end
@@ -66,6 +66,13 @@ def put_in(text: str, parent: Span, index: int, *, line: str, lines: Sequence[st
 def line_start(text: str, at: int) -> int:
     """Return where the line of a character begins."""
     return text.rfind("\n", 0, at) + 1
+
+
+def line_rest(text: str, at: int) -> int:
+    """Return where the line of a character ends, its end of line left out."""
+    end = text.find("\n", at)
+    end = len(text) if end < 0 else end
+    return end - 1 if text[end - 1 : end] == "\r" else end
 
 
 def new_line(text: str) -> str:

@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from mjsim.errors import UsageError
-from mjsim.world.cuts import Cut, applied, line_start, new_line, put_in, taken_out
+from mjsim.world.cuts import Cut, applied, line_rest, line_start, new_line, put_in, taken_out
 from mjsim.world.expand import expand, needs_expansion
 from mjsim.world.formatter import key_ranks
 from mjsim.world.merge import OPEN
 from mjsim.world.snippet import dashed, inline, keyed, scalar
 from mjsim.world.source import Source
 from mjsim.world.spans import Entry, Span, UnknownTextError, read_spans
-from mjsim.world.text import Node, read_text
+from mjsim.world.text import MOST_BYTES, Node, read_text, too_large
 
 Path = tuple[str | int, ...]
 
@@ -47,7 +47,9 @@ class Place:
     entries: list[Entry]
     """The entries that hold them; one fewer."""
     node: Node | None
-    """What the last of them stands for; None when that is what is written."""
+    """What the last of them comes from; None when the text uses nothing that has to be expanded."""
+    said: Any
+    """What it stands for then."""
     rest: list[str | int]
     """Steps that are not written."""
 
@@ -59,12 +61,12 @@ class Place:
     @property
     def value(self) -> Any:
         """What that stands for, expressions computed."""
-        return self.span.plain if self.node is None else self.node.value
+        return self.span.plain if self.node is None else self.said
 
     @property
     def count(self) -> int:
         """How many items it has in the world."""
-        return len(self.span.entries) if self.node is None else len(self.node.items)
+        return len(self.span.entries) if self.node is None else len(self.said)
 
     @property
     def is_empty(self) -> bool:
@@ -111,7 +113,8 @@ class Draft:
             UnwritableError: It stands in another file, or not once.
         """
         raw = self._raw
-        place = Place(path, [], [self._root], [], self._written, [])
+        said = None if self._written is None else self._written.value
+        place = Place(path, [], [self._root], [], self._written, said, [])
         for number, step in enumerate(path):
             here, span = path[: number + 1], place.span
             if span.shared:
@@ -128,6 +131,8 @@ class Draft:
             place.entries.append(entry)
             place.chain.append(entry.value)
             place.node = inner
+            # Of what is not repeated only values are computed; below, nodes hold what is written.
+            place.said = None if inner is None else place.said[step]
         return place
 
     def replace(self, place: Place, value: Any) -> None:
@@ -151,10 +156,10 @@ class Draft:
 
     def insert(self, place: Place, index: int, values: Sequence[Any]) -> None:
         """Put items into a list, before one of its own items."""
+        self.settle_at(place)
         span = place.span
         if span.shared:
             raise UnwritableError(place.path, _SHARED)
-        self.settle_at(place)
         if place.is_empty:
             self._at(place.own[:-1])[place.own[-1]] = copy.deepcopy(list(values))
             self._lay(place, list(values))
@@ -225,22 +230,28 @@ class Draft:
         if self._cuts:
             self.settle()
             again = self.place(place.path)
-            place.chain, place.entries, place.node = again.chain, again.entries, again.node
+            place.chain, place.entries, place.node, place.said = again.chain, again.entries, again.node, again.said
 
     def _read(self) -> None:
         self._written: Node | None = None
         self._raw: Node | None = None
         self._indices: dict[int, dict[tuple[int, int], int]] = {}
+        if len(self._text) > MOST_BYTES:
+            raise UnwritableError((), too_large(len(self._text)))
+        raw: Node | None = None
+        expands = needs_expansion(self._text)
+        if expands or "*" in self._text:
+            # Aliases of aliases may stand for more than there is room for.
+            raw, problems = read_text(self._text, file=self._source.file)
+            if raw is None or problems:
+                raise UnwritableError((), f"the text cannot be read, mend it first: {problems[0]}")
         try:
             self._root = read_spans(self._text)
         except UnknownTextError as unknown:
             raise UnwritableError((), f"the text is not changed from here: {unknown}; mend it first") from None
         if self._root.kind != "map":
             raise UnwritableError((), "the text is no world; a world begins with 'mjsim: 1'")
-        if needs_expansion(self._text):
-            raw, problems = read_text(self._text, file=self._source.file)
-            if raw is None or problems:
-                raise UnwritableError((), f"the text cannot be read, mend it first: {problems[0]}")
+        if expands and raw is not None:
             source = replace(self._source, text=self._text, included={}, variables={})
             self._raw, self._written = raw, expand(raw, source).node
 
@@ -278,10 +289,8 @@ class Draft:
         if not in_lines:
             self._restructure([(start, span.end, f" {inline(value)}")])
             return
-        whole = place.own == ["robots"]
-        lines = [line for item in value for line in dashed(item, outer.column + 2, whole=whole)]
-        rest = self._text.find("\n", span.end)
-        rest = len(self._text) if rest < 0 else rest
+        lines = [line for item in value for line in dashed(item, outer.column + 2)]
+        rest = line_rest(self._text, span.end)
         added = "".join(f"{new_line(self._text)}{line}" for line in lines)
         # A comment beside the key stays there.
         self._restructure([(start, span.end, ""), (rest, rest, added)])

@@ -53,8 +53,6 @@ def edited(text: str, changes: Iterable[Change], *, source: Source = BUILT) -> t
     """
     editor = _Editor(Draft(text, source))
     for op, path, value in _joined(changes):
-        if not path or not _is_writable(value, DEEPEST):
-            raise UnwritableError(path, "cannot be written; give finite numbers, texts, lists and keys")
         editor.make(op, path, value)
     return editor.draft.finished()
 
@@ -163,6 +161,8 @@ def _joined(changes: Iterable[Change]) -> list[tuple[str, Path, Any]]:
     """Return changes with their values short, items that are added to one list after each other as one list."""
     joined: list[tuple[str, Path, Any]] = []
     for change in changes:
+        if not change.path or not _is_writable(change.value, DEEPEST):
+            raise UnwritableError(change.path, "cannot be written; give finite numbers, texts, lists and keys")
         value = rounded(change.value)
         step = ("add", change.path)
         if change.op != "add":

@@ -64,7 +64,9 @@ def dashed(value: Any, indent: int, *, whole: bool = False) -> list[str]:
     """Return the lines of an item of a list; `whole` gives each of its keys a line of its own."""
     space = " " * indent
     line = f"{space}- {inline(value)}"
-    if (not whole and len(line) <= WIDTH) or not value or not isinstance(value, dict):
+    if not value or not isinstance(value, dict):
+        return [line]
+    if len(line) <= WIDTH and not whole and not any(map(_is_listed, value.values())):
         return [line]
     first, *rest = below(value, indent + _STEP)
     return [f"{space}- {first.lstrip()}", *rest]

@@ -34,10 +34,14 @@ class Span:
     entries: list["Entry"] = field(default_factory=list)
     column: int = 0
     """Of a list or a mapping without brackets: where its dashes or keys stand, counted from 0."""
+    meant: "Span | None" = None
+    """Of an alias the value that it stands for."""
 
     @property
     def plain(self) -> Any:
         """What it stands for, expressions and repeats as they are written."""
+        if self.meant is not None:
+            return self.meant.plain
         if self.kind == "list":
             return [entry.value.plain for entry in self.entries]
         if self.kind == "map":
@@ -83,11 +87,10 @@ def read_spans(text: str) -> Span:
         UnknownTextError: It is not YAML, or written in a way in which no world file is.
     """
     try:
-        return _Reader(text, sure_events(text)).whole()
-    except UnsureError:
-        pass
-    try:
-        return _Reader(text, YAML(typ="safe", pure=True).parse(text)).whole()
+        try:
+            return _Reader(text, sure_events(text)).whole()
+        except UnsureError:
+            return _Reader(text, YAML(typ="safe", pure=True).parse(text)).whole()
     # The arithmetic of ruamel.yaml fails at an escape beyond Unicode, and so does recursion on a hostile nest.
     except (YAMLError, ValueError, OverflowError, RecursionError, StopIteration) as error:
         raise UnknownTextError(f"it is not YAML ({str(error).partition(chr(10))[0]:.80})") from None
@@ -98,6 +101,7 @@ class _Reader:
 
     def __init__(self, text: str, events: Iterator[Any]) -> None:
         self._text, self._events = text, events
+        self._anchors: dict[str, Span] = {}
 
     def whole(self) -> Span:
         next(self._events)
@@ -106,12 +110,18 @@ class _Reader:
 
     def _value(self, event: Any, mark: int) -> Span:
         """Return a value; `mark` is behind its colon or dash."""
+        span = self._written(event, mark)
+        if event.anchor and span.meant is None:
+            self._anchors[event.anchor] = span
+        return span
+
+    def _written(self, event: Any, mark: int) -> Span:
         start, end = event.start_mark.index, event.end_mark.index
         kind = type(event).__name__
         shared = bool(event.anchor or getattr(event, "tag", None))
         if kind.startswith(("Scalar", "Alias")):
             if kind.startswith("Alias"):
-                return Span("scalar", start, end, shared=True)
+                return Span("scalar", start, end, shared=True, meant=self._anchors.get(event.anchor))
             if start == end:
                 return Span("scalar", mark, mark)  # nothing is written
             end = start + len(self._text[start:end].rstrip())
