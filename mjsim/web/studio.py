@@ -9,6 +9,7 @@ from mjsim.web.edit_api import EditApi
 from mjsim.web.folder import Folder
 from mjsim.web.items import scene_of
 from mjsim.web.local import LOOPBACK
+from mjsim.web.review_api import ReviewApi
 from mjsim.web.run_api import RunApi
 from mjsim.web.server import Server
 from mjsim.web.static_page import page_routes
@@ -42,9 +43,10 @@ class Studio:
         place, trust = Folder(Path(folder)), Trust()
         if world is not None and not place.path(world).is_file():
             raise UsageError(f"no file '{world}' in {place.root}; name a world file")
-        edit, run = EditApi(place, trust, world=world), RunApi(place, trust, scene=scene_of)
-        routes = [*page_routes(), *edit.routes, *run.routes]
-        self._server = Server(routes, host=host, port=port, token=token, closing=[run.close])
+        edit = EditApi(place, trust, world=world)
+        run, review = RunApi(place, trust, scene=scene_of), ReviewApi(place, scene=scene_of)
+        routes = [*page_routes(), *edit.routes, *run.routes, *review.routes]
+        self._server = Server(routes, host=host, port=port, token=token, closing=[run.close, review.close])
 
     @property
     def url(self) -> str:

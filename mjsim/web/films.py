@@ -1,0 +1,109 @@
+"""Films that are made while the page waits, one after the other."""
+
+import secrets
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from mjsim.errors import MjsimError
+from mjsim.record import Recording
+from mjsim.video import frames_between, make_video
+from mjsim.web.answers import RefusedError
+
+MOST = 100
+"""So many films are remembered."""
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """How far a film is."""
+
+    done: int
+    """Frames."""
+    total: int
+    """Frames."""
+    path: str | None = None
+    """Where it is, once it is whole."""
+    error: str | None = None
+    """Why there is none."""
+
+
+class Films:
+    """Makes films in a thread of its own."""
+
+    def __init__(self) -> None:
+        """Be idle."""
+        self._lock = threading.Lock()
+        self._jobs: dict[str, Job] = {}
+        self._closed = False
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix="mjsim-films")
+
+    def begin(self, recording: Recording, file: Path, *, shown: str, view: str | None, begin: float, end: float) -> str:
+        """Begin a film and return what it is asked for by.
+
+        Args:
+            recording: Which is shown.
+            file: Where the film goes.
+            shown: That place as the page names it.
+            view: As `make_video` has it.
+            begin: Of the part that is shown [s].
+            end: Of that part [s].
+
+        Raises:
+            UsageError: No tick is between these times.
+        """
+        total = len(frames_between(recording, begin, end))
+        name = secrets.token_hex(8)
+        with self._lock:
+            if len(self._jobs) >= MOST:
+                self._jobs.pop(next(iter(self._jobs)))
+            self._jobs[name] = Job(0, total)
+
+        def note(done: float) -> None:
+            self._note(name, int(done))
+
+        def make() -> None:
+            try:
+                make_video(recording, file, view=view, begin=begin, end=end, progress=note)
+            except MjsimError as error:
+                self._finish(name, error=str(error).partition("\n")[0])
+            except _ClosedError:
+                self._finish(name, error="the studio was closed")
+            else:
+                self._finish(name, path=shown)
+
+        self._thread.submit(make)
+        return name
+
+    def job(self, name: str) -> Job:
+        """Return how far a film is.
+
+        Raises:
+            RefusedError: There is no such film.
+        """
+        with self._lock:
+            if name not in self._jobs:
+                raise RefusedError(404, "no film of that name is being made; begin it again")
+            return self._jobs[name]
+
+    def close(self) -> None:
+        """Make no more, and give up the one at hand."""
+        self._closed = True
+        self._thread.shutdown(cancel_futures=True)
+
+    def _note(self, name: str, done: int) -> None:
+        if self._closed:
+            raise _ClosedError
+        with self._lock:
+            if name in self._jobs:
+                self._jobs[name] = replace(self._jobs[name], done=done)
+
+    def _finish(self, name: str, *, path: str | None = None, error: str | None = None) -> None:
+        with self._lock:
+            if name in self._jobs:
+                self._jobs[name] = replace(self._jobs[name], path=path, error=error)
+
+
+class _ClosedError(Exception):
+    """The studio is closed while a film is made."""

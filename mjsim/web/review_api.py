@@ -1,0 +1,169 @@
+"""Recordings as the page asks for them: the whole, single ticks, pictures, figures and films of a part."""
+
+import math
+import re
+import secrets
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path, PurePosixPath
+from typing import Annotated, Any
+
+from pydantic import Field
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import FileResponse, Response
+from starlette.routing import BaseRoute, Route
+
+from mjsim.errors import MjsimError
+from mjsim.record import read_recording
+from mjsim.report.statistics import statistics_file
+from mjsim.sim.onlooker import Orbit
+from mjsim.web.answers import Ask, RefusedError, answered, asked, posted, refusal
+from mjsim.web.files import free_name
+from mjsim.web.films import Films
+from mjsim.web.folder import Folder
+from mjsim.web.local import HEADERS
+from mjsim.web.reviewing import WHOLE, default_film, recording_told, row_at, row_told
+from mjsim.web.shelf import Opened, Shelf
+from mjsim.web.stage import Scene
+
+LARGEST = 4_000_000_000
+"""Of a recording that is brought [bytes]."""
+BROUGHT = "out/brought"
+"""Where recordings go that are brought."""
+_ODD = re.compile(r"[^A-Za-z0-9_.-]+")
+
+
+class FilmAsk(Ask):
+    """Which part of a recording is to be filmed, and how."""
+
+    path: str
+    begin: Annotated[float, Field(alias="from")]
+    end: Annotated[float, Field(alias="to")]
+    view: str = WHOLE
+
+
+class ReviewApi:
+    """Opens the recordings of a folder."""
+
+    def __init__(self, folder: Folder, *, scene: Scene) -> None:
+        """Take the folder, and what gives the plan of a world."""
+        self._folder, self._scene = folder, scene
+        self._shelf, self._films = Shelf(), Films()
+        self.routes: Sequence[BaseRoute] = [
+            Route("/api/recording", asked(self._whole), methods=["GET"]),
+            Route("/api/recording/tick", asked(self._tick), methods=["GET"]),
+            Route("/api/recording/picture", asked(self._picture), methods=["GET"]),
+            Route("/api/recording/statistics", asked(self._statistics), methods=["GET"]),
+            Route("/api/recording/video", posted(FilmAsk, self._film), methods=["POST"]),
+            Route("/api/recording/upload", self._upload, methods=["POST"]),
+            Route("/api/job", asked(self._job), methods=["GET"]),
+            Route("/api/file", asked(self._file), methods=["GET"]),
+        ]
+
+    def close(self) -> None:
+        """Give everything back."""
+        self._films.close()
+        self._shelf.close()
+
+    def _whole(self, request: Request) -> dict[str, Any]:
+        path, opened = self._opened(request)
+        return recording_told(opened.recording, path=path, scene=self._scene(opened.recording.world))
+
+    def _tick(self, request: Request) -> dict[str, Any]:
+        _, opened = self._opened(request)
+        return row_told(opened.recording, row_at(opened.recording, _number(request, "time")))
+
+    def _picture(self, request: Request) -> Response:
+        _, opened = self._opened(request)
+        orbit = None
+        if "distance" in request.query_params:
+            orbit = Orbit(
+                azimuth=math.radians(_number(request, "azimuth_deg")),
+                elevation=math.radians(_number(request, "elevation_deg")),
+                distance=max(_number(request, "distance"), 0.1),
+                at=(_number(request, "x"), _number(request, "y")),
+            )
+        data = opened.picture(_number(request, "time"), request.query_params.get("view", "overview"), orbit)
+        return Response(data, media_type="image/jpeg", headers=HEADERS)
+
+    def _statistics(self, request: Request) -> dict[str, Any]:
+        _, opened = self._opened(request)
+        begin, end = (_number(request, name) if name in request.query_params else None for name in ("from", "to"))
+        return statistics_file(opened.recording.between(begin, end))
+
+    def _film(self, ask: FilmAsk) -> dict[str, Any]:
+        recording = self._shelf.open(self._folder.path(ask.path)).recording
+        wanted = default_film(ask.path, ask.view, ask.begin, ask.end)
+        place = self._folder.path(wanted.parent.as_posix())
+        name = f"{wanted.parent.as_posix()}/{free_name(place, wanted.name)}"
+        view = None if ask.view == WHOLE else ask.view
+        job = self._films.begin(recording, self._folder.path(name), shown=name, view=view, begin=ask.begin, end=ask.end)
+        return {"job": job}
+
+    def _job(self, request: Request) -> dict[str, Any]:
+        return asdict(self._films.job(request.query_params.get("id", "")))
+
+    def _file(self, request: Request) -> Response:
+        """Return a file that was made here, to be kept elsewhere."""
+        name = request.query_params.get("path", "")
+        place = self._folder.path(name)
+        if PurePosixPath(name).parts[:1] != ("out",) or not place.is_relative_to(self._folder.path("out")):
+            raise RefusedError(403, f"'{name:.80}' does not lie in 'out'; only what was made there is given away")
+        if not place.is_file():
+            raise RefusedError(404, f"no file '{name:.80}'; it may have been moved or removed")
+        return FileResponse(place, filename=place.name, headers=HEADERS)
+
+    async def _upload(self, request: Request) -> Response:
+        """Take a recording from elsewhere, as it comes, and keep it when it is one."""
+        part = self._folder.root / BROUGHT / f".{secrets.token_hex(8)}.part"
+        try:
+            await self._receive(request, part)
+            return await answered(lambda: self._keep(part, request.query_params.get("name", "")))
+        except RefusedError as refused:
+            return refusal(refused)
+        finally:
+            part.unlink(missing_ok=True)
+
+    async def _receive(self, request: Request, part: Path) -> None:
+        size = 0
+        try:
+            self._folder.path(BROUGHT).mkdir(parents=True, exist_ok=True)
+            with part.open("xb") as file:
+                async for chunk in request.stream():
+                    size += len(chunk)
+                    if size > LARGEST:
+                        raise RefusedError(413, f"this is larger than {LARGEST / 1e9:.0f} GB; copy it into the folder")
+                    await run_in_threadpool(file.write, chunk)
+        except ClientDisconnect:
+            raise RefusedError(400, "the recording was cut short; send it again") from None
+        except OSError as error:
+            raise RefusedError(409, f"the recording cannot be kept: {error.strerror}") from None
+
+    def _keep(self, part: Path, name: str) -> dict[str, Any]:
+        """Give a recording that was brought its name."""
+        try:
+            read_recording(part)
+        except MjsimError as error:
+            why = str(error).partition("\n")[0].replace(str(part), name[:80])
+            raise RefusedError(400, f"this cannot be opened: {why}") from None
+        stem = _ODD.sub("-", PurePosixPath(name.replace("\\", "/")).stem).strip("-.") or "run"
+        place = part.parent / free_name(part.parent, f"{stem[:60]}.mcap")
+        part.replace(place)
+        return {"path": self._folder.name(place)}
+
+    def _opened(self, request: Request) -> tuple[str, Opened]:
+        path = request.query_params.get("path", "")
+        return path, self._shelf.open(self._folder.path(path))
+
+
+def _number(request: Request, name: str) -> float:
+    """Return a number of a request's address."""
+    text = request.query_params.get(name, "")
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise RefusedError(400, f"{name} is {text!r:.40}; it must be a number")
+    return value

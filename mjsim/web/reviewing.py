@@ -1,0 +1,135 @@
+"""What the page is told of a recording: the whole of it thinned, and single ticks."""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.record import Recording, Track
+from mjsim.report import metrics
+from mjsim.web.past import plain, track_told
+from mjsim.web.telling import robots_told
+from mjsim.world.events import KINDS, said_of
+
+MOST = 5000
+"""Rows of a track that are told."""
+PACED_OVER = 1.0
+"""Time over which the pace of a recorded run is measured [s]."""
+WHOLE = "frame"
+"""The view of a film that shows plan, close-up, camera and error in one."""
+
+
+def recording_told(recording: Recording, *, path: str, scene: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what the page shows of a recording before it asks for more; `scene` has the plan of its world."""
+    cameras = ["/".join(camera) for camera in recording.cameras()]
+    return {
+        "path": path,
+        "name": recording.world.name,
+        "robots": robots_told(recording.world),
+        "seconds": float(recording.time[-1]),
+        "begin": float(recording.time[0]),
+        "dt": 1.0 / recording.world.run.rate_hz,
+        "ticks": len(recording.time),
+        "whole": recording.whole,
+        "seed": recording.seed,
+        "metadata": dict(recording.metadata),
+        "scene": scene,
+        "tracks": {name: _track(recording, name, track) for name, track in recording.robots.items() if _driven(track)},
+        "events": events_told(recording),
+        "cameras": cameras,
+        "views": [WHOLE, "plan", "chase", "overview", *cameras],
+        "has_states": recording.qpos.shape[1] > 0,
+    }
+
+
+def row_at(recording: Recording, time: float) -> int:
+    """Return the row of the newest tick at a time [s]; the first one before all."""
+    return max(int(np.searchsorted(recording.time, time + 1e-6, side="right")) - 1, 0)
+
+
+def row_told(recording: Recording, row: int) -> dict[str, Any]:
+    """Return a tick of a recording as one of a run is told."""
+    first = row_at(recording, float(recording.time[row]) - PACED_OVER)
+    took = float(recording.clock[row] - recording.clock[first])
+    robots = {
+        name: _robot(recording, name, track, row)
+        for name, track in recording.robots.items()
+        if np.isfinite(track.estimate[row]).all()
+    }
+    return {
+        "kind": "tick",
+        "number": row,
+        "time": float(recording.time[row]),
+        "pace": round(float(recording.time[row] - recording.time[first]) / took, 3) if took > 0.0 else 0.0,
+        "robots": robots,
+        "things": {
+            name: plain(places[row]) for name, places in recording.things.items() if np.isfinite(places[row]).all()
+        },
+    }
+
+
+def events_told(recording: Recording) -> list[dict[str, Any]]:
+    """Return all that has happened to robots and to the world, in the order of time."""
+    told: list[dict[str, Any]] = [
+        {"kind": "event", "time": event.time, "robot": name, "event": event.kind, "text": event.text}
+        for name, track in recording.robots.items()
+        for event in track.events
+    ]
+    for happened in recording.events:
+        kind = next(name for name, model in KINDS.items() if isinstance(happened, model))
+        told.append({"kind": "event", "time": happened.time, "robot": None, "event": kind, "text": said_of(happened)})
+    return sorted(told, key=lambda event: float(event["time"]))
+
+
+def default_film(path: str, view: str, begin: float, end: float) -> Path:
+    """Return where the film of a part goes, below the folder of the studio."""
+    called = f"{Path(path).parent.name}-{Path(path).stem}" if Path(path).parent.name else Path(path).stem
+    return Path("out") / "films" / f"{called}-{view.replace('/', '-')}-{begin:g}-{end:g}s.mp4"
+
+
+def _driven(track: Track) -> bool:
+    return bool(np.isfinite(track.estimate).all(axis=1).any())
+
+
+def _track(recording: Recording, name: str, track: Track) -> dict[str, Any]:
+    keep = slice(None, None, max(1, math.ceil(len(track.time) / MOST)))
+    covariance = track.covariance.reshape(-1, 9)
+    told = track_told(track.time[keep], track.truth[keep], track.estimate[keep], track.odometry[keep], covariance[keep])
+    return {**told, "timing": {part: plain(1e3 * ms[keep], 3) for part, ms in _timing(recording, name).items()}}
+
+
+def _timing(recording: Recording, robot: str) -> dict[str, Array]:
+    """Return how long each module of a robot and each part of the loop took, shape (N,) [s]."""
+    parts = ("loop/", f"{robot}/")
+    return {
+        name.partition("/")[2]: seconds for name, seconds in recording.module_seconds.items() if name.startswith(parts)
+    }
+
+
+def _robot(recording: Recording, name: str, track: Track, row: int) -> dict[str, Any]:
+    truth, estimate, P = track.truth[row], track.estimate[row], track.covariance[row]
+    marks = track.landmarks
+    mapped = [k for k in range(len(marks.names)) if np.isfinite(marks.mean[row, k]).all()]
+    timing = {part: float(1e3 * seconds[row]) for part, seconds in _timing(recording, name).items()}
+    return {
+        "truth": plain(truth),
+        "estimate": plain(estimate),
+        "odometry": plain(track.odometry[row]),
+        "covariance": plain(P.ravel(), 9),
+        "landmarks": {
+            str(marks.names[k]): plain(
+                [*marks.mean[row, k], *marks.covariance[row, k][np.triu_indices(2)]],
+                6,
+            )
+            for k in mapped
+        },
+        "sightings": [[each.name, round(each.range, 4), round(each.bearing, 5)] for each in track.sightings[row]],
+        "error": plain(metrics.position_errors(truth[None], estimate[None]), 5)[0],
+        "heading_error": plain(metrics.heading_errors(truth[None], estimate[None]), 5)[0],
+        "nees": plain(metrics.normalised_errors(truth[None], estimate[None], P[None]), 3)[0],
+        "timing": {part: round(ms, 3) for part, ms in timing.items() if math.isfinite(ms)},
+        "command": plain(track.command[row]),
+    }

@@ -1,0 +1,104 @@
+"""Recordings that are looked at: read once, and drawn by a thread of their own."""
+
+import threading
+from collections import OrderedDict
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from mjsim.record import Recording, read_recording
+from mjsim.sim.onlooker import Onlooker, Orbit
+from mjsim.web.answers import RefusedError
+from mjsim.web.reviewing import row_at
+from mjsim.web.shots import depth_shown, jpeg, segmentation_shown
+
+OPEN = 3
+"""So many recordings are kept in memory."""
+SIZE = (960, 600)
+"""Of views from outside [px]."""
+
+
+class Opened:
+    """A recording, and what draws it."""
+
+    def __init__(self, recording: Recording) -> None:
+        """Get ready; nothing is compiled before the first picture."""
+        self.recording = recording
+        self._onlooker = Onlooker(recording.world)
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix="mjsim-review")
+
+    def picture(self, time: float, view: str, orbit: Orbit | None = None) -> bytes:
+        """Return what was to be seen at a time, drawn again from the recorded state, as JPEG; waits for it.
+
+        Args:
+            time: Of the newest tick that is shown [s].
+            view: 'ROBOT/CAMERA', the same with ':depth' or ':segmentation'; 'overview', 'ROBOT/chase', 'outside'.
+            orbit: From where 'outside' looks; as the overview does unless given.
+
+        Raises:
+            RefusedError: The recording has no states, as those of real robots.
+            UsageError: There is no such view.
+        """
+        if not self.recording.qpos.shape[1]:
+            raise RefusedError(409, "this recording holds no states to draw; it is of a real robot")
+        return self._thread.submit(self._draw, time, view, orbit).result()
+
+    def close(self) -> None:
+        """Give back what drew it."""
+        self._thread.submit(self._onlooker.close)
+        self._thread.shutdown()
+
+    def _draw(self, time: float, view: str, orbit: Orbit | None) -> bytes:
+        recording, row = self.recording, row_at(self.recording, time)
+        self._onlooker.show(recording.qpos[row], recording.looks(row))
+        if view == "chase":
+            view = f"{next(iter(recording.robots), '')}/chase"
+        if view in ("outside", "overview") or view.endswith("/chase"):
+            outside = orbit if view == "outside" and orbit is not None else "overview" if view == "outside" else view
+            return jpeg(self._onlooker.outside(outside, width=SIZE[0], height=SIZE[1]))
+        camera, _, kind = view.partition(":")
+        robot, _, name = camera.partition("/")
+        frame = self._onlooker.onboard(robot, name, stamp=float(recording.time[row]))
+        if kind == "segmentation":
+            return jpeg(segmentation_shown(frame))
+        if kind == "depth" and frame.depth is not None:
+            return jpeg(depth_shown(frame.depth))
+        return jpeg(frame.image)
+
+
+class Shelf:
+    """The recordings that were looked at last; one that has changed on the disk is read again."""
+
+    def __init__(self) -> None:
+        """Be empty."""
+        self._lock = threading.Lock()
+        self._opened: OrderedDict[Path, tuple[tuple[int, int], Opened]] = OrderedDict()
+
+    def open(self, path: Path) -> Opened:
+        """Return a recording, read if need be.
+
+        Raises:
+            RefusedError: There is no such file.
+            RecordingError: It is no recording.
+        """
+        try:
+            found = path.stat()
+        except OSError:
+            raise RefusedError(404, f"no file '{path.name}'; it may have been moved or removed") from None
+        stamp = found.st_mtime_ns, found.st_size
+        with self._lock:
+            held = self._opened.get(path)
+            if held is None or held[0] != stamp:
+                opened = Opened(read_recording(path))
+                if held is not None:
+                    held[1].close()
+                held = self._opened[path] = stamp, opened
+            self._opened.move_to_end(path)
+            while len(self._opened) > OPEN:
+                self._opened.popitem(last=False)[1][1].close()
+            return held[1]
+
+    def close(self) -> None:
+        """Give everything back."""
+        with self._lock:
+            while self._opened:
+                self._opened.popitem()[1][1].close()
