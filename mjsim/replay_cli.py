@@ -22,10 +22,12 @@ def replay(
     """Run other modules on the observations of a recording."""
     from mjsim.record import read_recording
     from mjsim.run.replay import replay as replay_run
+    from mjsim.run.replay import require_observations
     from mjsim.run.spec import module_of
 
-    believes, looks = module_of(estimator), module_of(observer) if observer is not None else None
     run = read_recording(recording)
+    require_observations(run, robot)
+    believes, looks = module_of(estimator), module_of(observer) if observer is not None else None
     with tracked(f"replay {recording.name}", total=float(run.time[-1]), unit="s") as advance:
         replay_run(run, robot=robot, estimator=believes, observer=looks, record=output, progress=advance)
     print(output)

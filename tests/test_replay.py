@@ -265,6 +265,9 @@ def test_the_command_takes_modules_with_their_arguments_in_braces(ringed, tmp_pa
     assert code(f"{tmp_path}/mine.py:Mine{{x: 2.5}}") == 0
     assert capsys.readouterr().out.strip() == str(output)
     assert (mjsim.read_recording(output).robots["scout"].estimate[:, 0] == 2.5).all()
+    # Of a wrong robot and a wrong module, the robot comes first.
+    assert code("nowhere:Nothing", robot="scuot") == 2
+    assert capsys.readouterr().err == f"no robot 'scuot' in '{ringed.path}'; did you mean 'scout'?\n"
     for estimator, said in (
         ("mjsim.algorithms.ekf_slam:EkfSlm", "no class 'EkfSlm' in mjsim.algorithms.ekf_slam; did you mean 'EkfSlam'?"),
         ("mjsim.algorithms.ekf_slam:EkfSlam{a: 1", "the part in braces is not YAML; write it as {key: value"),

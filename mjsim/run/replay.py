@@ -56,7 +56,7 @@ def replay(
         ModuleFault: A module raised, or returned what it must not; what was estimated until then stays in `record`.
     """
     run = read_recording(recording) if isinstance(recording, str | Path) else recording
-    _require_observations(run, robot)
+    require_observations(run, robot)
     folder = None
     if record is None:
         folder = tempfile.mkdtemp(prefix="mjsim-")
@@ -72,7 +72,13 @@ def replay(
     return replayed
 
 
-def _require_observations(run: Recording, robot: str) -> None:
+def require_observations(run: Recording, robot: str) -> None:
+    """Return when there is something of a robot to replay.
+
+    Raises:
+        UsageError: There is no such robot.
+        RecordingError: Nothing drove it.
+    """
     if robot not in run.robots:
         raise UsageError(f"no robot '{robot}' in '{run.path}'{did_you_mean(robot, run.robots)}")
     if next(run.messages(f"/{robot}/observation"), None) is None:
