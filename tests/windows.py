@@ -21,8 +21,8 @@ ARGUMENTS = [
 ]
 PATIENCE = 60_000
 """Nothing on the page takes this long [ms], on however loaded a machine."""
-NO_SERVER = ("ERR_CONNECTION_REFUSED", "WebSocket connection")
-"""What chromium says on its own when a server is gone, which some tests want."""
+WANTED = ("ERR_CONNECTION_REFUSED", "WebSocket connection", "409 (Conflict)")
+"""What chromium says on its own when a server is gone or refuses a change, which some tests want."""
 
 
 def chromium_path() -> str | None:
@@ -64,5 +64,5 @@ def page_at(
 
 
 def _complaints(message: ConsoleMessage) -> list[str]:
-    told = message.type == "error" and not any(part in message.text for part in NO_SERVER)
+    told = message.type == "error" and not any(part in message.text for part in WANTED)
     return [message.text] if told else []

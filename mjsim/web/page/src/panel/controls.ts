@@ -66,7 +66,7 @@ function commit(input: HTMLInputElement, read: (text: string) => void): HTMLInpu
 
 function base(entry: Entry, text: string, part = ""): Record<string, string | boolean | null> {
   return {
-    "data-id": entry.id + part,
+    "data-id": part ? `${entry.id} ${part}` : entry.id,
     value: entry.written ? text : "",
     placeholder: entry.written ? "" : text,
     disabled: entry.disabled,
@@ -127,7 +127,7 @@ function numberRow(entry: Entry, parts: string[]): HTMLElement {
   const values = Array.isArray(entry.value) ? (entry.value as unknown[]) : parts.map(() => 0);
   const step = 0.1;
   const inputs = parts.map((part, index) => {
-    const input = el("input", { ...base(entry, shown(values[index]), ` ${part}`), inputmode: "decimal", class: "number" });
+    const input = el("input", { ...base(entry, shown(values[index]), part), inputmode: "decimal", class: "number" });
     const give = (value: number | string): void => entry.give(values.map((old, k) => (k === index ? value : old)));
     return el("label", { class: "part" }, el("span", {}, part), stepping(input, entry, step, give));
   });

@@ -40,7 +40,8 @@ export class Panel {
 
   /** Go to the first field, as Enter on the plan does. */
   focus(): void {
-    this.body.querySelector<HTMLElement>("input, select, button, summary")?.focus();
+    const fields = ".value :is(input, select, button):not(:disabled), summary";
+    this.body.querySelector<HTMLElement>(fields)?.focus();
   }
 
   /** Draw anew with the next picture, however often it was asked for. */

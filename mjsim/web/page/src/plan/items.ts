@@ -43,6 +43,22 @@ export function drawItem(context: Context, item: Item, view: PlanView, palette: 
   const draw = DRAWERS[item.kind] ?? drawThing;
   const facing = direction(stand?.heading_deg ?? item.heading_deg ?? 0);
   draw({ context, item, shapes, view, palette, look, facing, at: stand?.at ?? item.at });
+  if (look.problem) drawBadge(context, shapes, palette[look.problem], palette.paper);
+}
+
+/** A mark at the upper right of what has a problem, so that its colour is not all that tells. */
+function drawBadge(context: Context, shapes: Point[][], color: string, paper: string): void {
+  const points = shapes.flat();
+  if (points.length === 0) return;
+  const [, y0, x1] = boundsOf(points);
+  context.fillStyle = color;
+  disc(context, [x1 + 5, y0 - 5], 8);
+  context.fill();
+  context.fillStyle = paper;
+  context.font = "700 12px system-ui, sans-serif";
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  context.fillText("!", x1 + 5, y0 - 4);
 }
 
 interface Brush {

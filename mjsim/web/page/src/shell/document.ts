@@ -107,8 +107,20 @@ export class WorldDocument {
     this.push(edited.text, false);
     this.textChanged.emit("edit");
     this.stateChanged.emit();
+    this.noteRaw(changes);
     this.adopt(edited);
     return true;
+  }
+
+  /** What was set stands in the text, be it right or wrong. */
+  private noteRaw(changes: Change[]): void {
+    for (const change of changes) {
+      const item = this.items.find((other) => isIn(change.path, other.path));
+      const [key, ...deeper] = change.path.slice(item?.path.length);
+      if (change.op !== "set" || !item?.raw || typeof key !== "string" || deeper.length) continue;
+      item.raw = { ...item.raw, [key]: change.value };
+      item.written = [...new Set([...item.written, key])];
+    }
   }
 
   get canUndo(): boolean {
@@ -174,6 +186,13 @@ export class WorldDocument {
     }
   }
 
+  /** Items that are wrong now are no longer given: they stay on the plan as they were, so that one sees which they are. */
+  private broken(parsed: Parsed): Item[] {
+    const there = new Set(parsed.items?.map((item) => JSON.stringify(item.path)));
+    const wrong = parsed.problems.flatMap(({ path }) => (path ? [path] : []));
+    return this.items.filter((item) => !there.has(JSON.stringify(item.path)) && wrong.some((path) => isIn(path, item.path)));
+  }
+
   private push(text: string, inPlace: boolean): void {
     this.text = text;
     if (text === this.steps[this.step]) return;
@@ -193,11 +212,15 @@ export class WorldDocument {
 
   private adopt(parsed: Parsed): void {
     this.parsed = parsed;
-    if (parsed.items) this.items = parsed.items;
+    if (parsed.items) this.items = [...parsed.items, ...this.broken(parsed)];
     const kept = this.selection.filter((path) => this.itemAt(path) !== null);
     const lost = kept.length !== this.selection.length;
     this.selection = kept;
     this.parsedChanged.emit();
     if (lost) this.selectionChanged.emit();
   }
+}
+
+function isIn(path: Path, outer: Path): boolean {
+  return path.length >= outer.length && outer.every((key, index) => key === path[index]);
 }

@@ -29,6 +29,7 @@ export class TextPane {
   readonly element: HTMLElement;
   readonly view: EditorView;
   private readonly endings = new Compartment();
+  private typed = false;
 
   constructor(private readonly world: WorldDocument) {
     this.view = new EditorView({ doc: "", extensions: this.extensions() });
@@ -36,6 +37,8 @@ export class TextPane {
     world.textChanged.on((origin) => origin !== "type" && this.take(origin === "open"));
     world.parsedChanged.on(() => {
       this.showProblems(world.parsed.problems);
+      if (this.typed) this.followCursor(); // what is being written is what is shown
+      this.typed = false;
       this.showSelection(false);
     });
     world.selectionChanged.on(() => this.showSelection(!this.view.hasFocus));
@@ -84,6 +87,7 @@ export class TextPane {
       EditorView.updateListener.of((update) => {
         const outside = update.transactions.some((transaction) => transaction.annotation(fromOutside));
         if (outside) return;
+        this.typed ||= update.docChanged;
         if (update.docChanged) this.world.type(update.state.sliceDoc());
         else if (update.selectionSet && update.view.hasFocus) this.followCursor();
       }),

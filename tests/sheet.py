@@ -1,0 +1,76 @@
+"""The Edit view of the studio's page, worked with mouse and keys by metres of the world, for tests."""
+
+import json
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from playwright.sync_api import Browser, Locator, Page, expect
+from windows import PATIENCE, page_at
+
+from mjsim.web.studio import Studio
+
+
+class Sheet:
+    """A page with a world in its Edit view."""
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        self.plan = page.locator("#view-edit .plan")
+        self.text = page.locator(".cm-content")
+        self.unsaved = page.locator(".world .dot")
+        self.title = page.locator(".panel h2")
+
+    def pixel(self, x: float, y: float) -> tuple[float, float]:
+        """Return where a point of the world [m] lies on the page [px]."""
+        box = self.plan.bounding_box()
+        left, top, scale = json.loads(self.plan.get_attribute("data-view"))
+        return box["x"] + left + x * scale, box["y"] + top - y * scale
+
+    def click(self, x: float, y: float) -> None:
+        self.page.mouse.click(*self.pixel(x, y))
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+        self.page.mouse.move(*self.pixel(*start))
+        self.page.mouse.down()
+        self.page.mouse.move(*self.pixel(*end), steps=4)
+        self.page.mouse.up()
+
+    def press(self, *keys: str) -> None:
+        for key in keys:
+            self.page.keyboard.press(key)
+
+    def type(self, text: str) -> None:
+        self.page.keyboard.type(text)
+
+    def button(self, name: str) -> Locator:
+        return self.page.get_by_role("button", name=name)
+
+    def field(self, label: str) -> Locator:
+        return self.page.locator(".panel").get_by_label(label, exact=True)
+
+    def save(self) -> None:
+        self.press("Control+s")
+        expect(self.unsaved).to_be_hidden()
+
+    def reads(self, *pieces: str) -> None:
+        """Wait until the text has these pieces."""
+        for piece in pieces:
+            expect(self.text).to_contain_text(piece)
+
+
+@contextmanager
+def sheet_of(browser: Browser, folder: Path, text: str) -> Iterator[Sheet]:
+    """Open the studio on a world `room.yaml` of a folder."""
+    (folder / "room.yaml").write_bytes(text.encode())
+    expect.set_options(timeout=PATIENCE)
+    studio = Studio(folder, world="room.yaml")
+    try:
+        with page_at(browser, studio.url) as page:
+            sheet = Sheet(page)
+            sheet.reads("mjsim: 1")
+            expect(sheet.plan).to_have_attribute("data-view", re.compile(","))
+            yield sheet
+    finally:
+        studio.close()
