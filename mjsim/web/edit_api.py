@@ -1,5 +1,6 @@
 """What the page asks for while a world is edited."""
 
+import math
 from collections.abc import Sequence
 from typing import Any, Literal
 
@@ -8,6 +9,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from mjsim.errors import WorldError
+from mjsim.geometry import Pose
 from mjsim.web.answers import Ask, RefusedError, answered, asked, body_of, posted, refusal
 from mjsim.web.files import listed, new_world, read_world, save_world, source_of
 from mjsim.web.folder import Folder
@@ -16,6 +18,7 @@ from mjsim.web.local import HEADERS
 from mjsim.web.modules import modules_in
 from mjsim.web.parsed import Read, parsed
 from mjsim.web.pictures import MOST_BYTES, bring_picture, small_picture
+from mjsim.web.preview import Look, Preview
 from mjsim.web.trust import Trust
 from mjsim.world import World, parse_world
 from mjsim.world.edit import Change, UnwritableError, edited
@@ -63,12 +66,24 @@ class SaveAsk(TextAsk):
     overwrite: bool = False
 
 
+class PreviewAsk(TextAsk):
+    """What a camera would see from where its robot is being put."""
+
+    robot: str
+    camera: str
+    at: tuple[float, float]
+    heading_deg: float = 0.0
+    width: int = 320
+
+
 class EditApi:
     """Opens, reads, changes and saves the worlds of a folder."""
 
     def __init__(self, folder: Folder, trust: Trust, *, world: str | None = None) -> None:
         """Take the folder, what code may run, and the world that is opened at first."""
         self._folder, self._trust, self._world = folder, trust, world
+        self._preview = Preview()
+        self._seen: tuple[tuple[str, str], World] | None = None
         self.routes: Sequence[BaseRoute] = [
             Route("/api/folder", asked(self._list), methods=["GET"]),
             Route("/api/schema", asked(lambda _: panel_schema()), methods=["GET"]),
@@ -79,9 +94,14 @@ class EditApi:
             Route("/api/edit", posted(EditAsk, self._edit), methods=["POST"]),
             Route("/api/save", posted(SaveAsk, self._save), methods=["POST"]),
             Route("/api/trust", posted(TextAsk, self._allow), methods=["POST"]),
+            Route("/api/preview", posted(PreviewAsk, self._see), methods=["POST"]),
             Route("/api/upload", self._upload, methods=["POST"]),
             Route("/api/picture", asked(self._picture), methods=["GET"]),
         ]
+
+    def close(self) -> None:
+        """Give back what previews are drawn with."""
+        self._preview.close()
 
     def world_of(self, path: str, text: str) -> World:
         """Return the world of a text.
@@ -128,6 +148,21 @@ class EditApi:
         world = self.world_of(ask.path, ask.text)
         self._trust.allow(world)
         return {"needs_trust": self._trust.asks_for(world)}
+
+    def _see(self, ask: PreviewAsk) -> Response:
+        world = self._seen_world(ask.path, ask.text)
+        # A drive of the user's own is code too.
+        self._trust.check(world)
+        pose = Pose(ask.at[0], ask.at[1], math.radians(ask.heading_deg))
+        data, taken = self._preview.picture(Look(world, ask.robot, ask.camera, pose, ask.width))
+        return Response(data, media_type="image/jpeg", headers={**HEADERS, "Server-Timing": f"draw;dur={taken:.1f}"})
+
+    def _seen_world(self, path: str, text: str) -> World:
+        """Return the world of a text, the one that was asked for last: while a robot is dragged it stays the same."""
+        last = self._seen
+        if last is None or last[0] != (path, text):
+            self._seen = last = (path, text), self.world_of(path, text)
+        return last[1]
 
     async def _upload(self, request: Request) -> Response:
         name, world = request.query_params.get("name", "picture"), request.query_params.get("path")

@@ -46,7 +46,7 @@ class Studio:
         edit = EditApi(place, trust, world=world)
         run, review = RunApi(place, trust, scene=scene_of), ReviewApi(place, scene=scene_of)
         routes = [*page_routes(), *edit.routes, *run.routes, *review.routes]
-        self._server = Server(routes, host=host, port=port, token=token, closing=[run.close, review.close])
+        self._server = Server(routes, host=host, port=port, token=token, closing=[run.close, review.close, edit.close])
 
     @property
     def url(self) -> str:

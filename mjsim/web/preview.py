@@ -1,0 +1,134 @@
+"""What an onboard camera would see from where its robot is being put, while a world is edited."""
+
+import math
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from mjsim.geometry import Pose
+from mjsim.sim import Simulation
+from mjsim.sim.camera import OnboardCamera
+from mjsim.sim.canvas import Canvas
+from mjsim.web.answers import RefusedError
+from mjsim.web.pictures import encoded
+from mjsim.world import World
+from mjsim.world.sensors import Camera
+
+NARROWEST, WIDEST = 64, 1280
+"""Of a picture [px]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What is to be seen."""
+
+    world: World
+    robot: str
+    camera: str
+    pose: Pose
+    """Of the robot, world frame."""
+    width: int
+    """Of the picture [px]."""
+
+
+class Preview:
+    """Draws one picture after the other in a thread of its own; of several that wait only the newest is drawn."""
+
+    def __init__(self) -> None:
+        """Begin nothing: threads, models and contexts come with the first picture."""
+        self._pool = ThreadPoolExecutor(1, thread_name_prefix="preview")
+        self._lock = threading.Lock()
+        self._newest = 0
+        self._set: _Set | None = None
+
+    def picture(self, look: Look) -> tuple[bytes, float]:
+        """Return a JPEG, and how long it took [ms]; waits for it.
+
+        Raises:
+            RefusedError: A newer one was asked for meanwhile, or there is no such camera.
+            MjsimError: The world cannot be compiled or drawn.
+        """
+        with self._lock:
+            self._newest += 1
+            number = self._newest
+        return self._pool.submit(self._draw, look, number).result()
+
+    def close(self) -> None:
+        """Give back what was made for drawing."""
+        self._pool.submit(self._clear).result()
+        self._pool.shutdown()
+
+    def _draw(self, look: Look, number: int) -> tuple[bytes, float]:
+        if number != self._newest:
+            raise RefusedError(409, "a newer view was asked for", superseded=True)
+        began = time.perf_counter()
+        if self._set is None or not _differ_in_poses_alone(self._set.world, look.world):
+            self._clear()
+            self._set = _Set(look.world)
+        data = self._set.picture(look)
+        return data, 1e3 * (time.perf_counter() - began)
+
+    def _clear(self) -> None:
+        if self._set is not None:
+            self._set.close()
+            self._set = None
+
+
+class _Set:
+    """A compiled world whose robots are put wherever they are wanted."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self._sim = Simulation(world)
+        self._canvases: dict[str, Canvas] = {}
+        self._cameras: dict[tuple[str, str, int], OnboardCamera] = {}
+
+    def picture(self, look: Look) -> bytes:
+        """Return what is seen as a JPEG."""
+        camera = self._camera(look)
+        for robot in look.world.robots:
+            place = Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg))
+            self._sim.move(robot.name, look.pose if robot.name == look.robot else place)
+        image = camera.frame(self._sim.data, 0.0).image
+        return encoded(np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2BGR), dtype=np.uint8), ".jpg")
+
+    def close(self) -> None:
+        for canvas in self._canvases.values():
+            canvas.close()
+        self._sim.close()
+
+    def _camera(self, look: Look) -> OnboardCamera:
+        key = look.robot, look.camera, look.width
+        if key not in self._cameras:
+            robot = next((robot for robot in self.world.robots if robot.name == look.robot), None)
+            sensors = () if robot is None else robot.sensors
+            found = [each for each in sensors if isinstance(each, Camera) and each.camera == look.camera]
+            if robot is None or not found:
+                raise RefusedError(404, f"no camera '{look.robot}/{look.camera}' in this world")
+            canvas = self._canvases.setdefault(found[0].quality, Canvas(self._sim.model, quality=found[0].quality))
+            self._cameras[key] = OnboardCamera(
+                self._sim.model, robot, _calm(found[0], look.width), rate_hz=found[0].rate_hz, seed=0, canvas=canvas
+            )
+        return self._cameras[key]
+
+
+def _calm(camera: Camera, width: int) -> Camera:
+    """Return a camera that gives pictures of a width without chance, and what the robot's speed would do to them."""
+    width = max(NARROWEST, min(width, WIDEST))
+    height = max(16, round(width * camera.height / camera.width))
+    still = {"noise": 0.0, "shutter": 0.0, "rolling_shutter": 0.0, "depth": False, "segmentation": False}
+    return camera.model_copy(update={**still, "width": width, "height": height})
+
+
+def _differ_in_poses_alone(one: World, other: World) -> bool:
+    """Return whether two worlds look the same but for where their robots stand."""
+    return _unplaced(one) == _unplaced(other)
+
+
+def _unplaced(world: World) -> World:
+    robots = tuple(robot.model_copy(update={"at": (0.0, 0.0), "heading_deg": 0.0}) for robot in world.robots)
+    return world.model_copy(update={"robots": robots, "run": world.run.model_copy(update={"drivers": {}})})
