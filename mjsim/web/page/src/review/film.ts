@@ -70,5 +70,5 @@ export class Film {
 
 export function titleOf(view: string): string {
   const titles: Record<string, string> = { plan: "Plan", frame: "Plan, close-up, camera, errors", chase: "Behind the robot", overview: "From above", outside: "Outside" };
-  return titles[view] ?? view.replace("/", " · ");
+  return titles[view] ?? view.replace("/", " · ").replace(":", ", ");
 }

@@ -1,82 +1,149 @@
 /** Pictures of the time that is looked at: each view fetches the newest one it has time for. */
 
 import { el } from "../dom";
-import type { Bounds } from "../api";
 import { newestWins } from "../signal";
+import { remembered, toggle } from "../run/controls";
 import { Orbit, overlook } from "../run/orbit";
-import type { Outside } from "../run/protocol";
+import type { Outside, TickNews } from "../run/protocol";
+import { drawRecognised, pixelRatio } from "../run/screen";
 import { makeTile, type Tile } from "../run/tile";
 import { titleOf } from "./film";
 import { recordings, type Recording } from "./recording";
 
 interface Shown {
   tile: Tile;
+  canvas: HTMLCanvasElement;
   ask(time: number): void;
-  again(): void;
+  /** The picture without what is drawn on it, and its time [s]. */
+  plain: { bitmap: ImageBitmap; time: number } | null;
 }
 
+/** What may be switched on beside the cameras. */
+const KINDS = [["depth", "Depth"], ["segmentation", "Segments"], ["outside", "Outside"], ["chase", "Behind"]] as const;
+
+type Kind = (typeof KINDS)[number][0];
+
 export class Pictures {
+  /** Switches for the kinds of pictures. */
+  readonly switches = el("div", { class: "run-switches", role: "group", "aria-label": "Pictures" });
   private readonly views = new Map<string, Shown>();
+  private readonly wanted = new Set<Kind>((remembered("review.views") ?? "outside").split(" ") as Kind[]);
   private recording: Recording | null = null;
   private outside: Outside = overlook([0, 0, 8, 8]);
   private turned = false;
   private time = 0;
+  private tick: TickNews | null = null;
+
+  constructor(
+    /** Told when there are other tiles. */
+    private readonly changed: () => void,
+  ) {
+    for (const [kind, label] of KINDS) {
+      this.switches.append(toggle({ class: "quiet run-small" }, this.wanted.has(kind), (on) => this.want(kind, on), label));
+    }
+  }
 
   load(recording: Recording): void {
     this.recording = recording;
     this.turned = false;
+    this.tick = null;
     this.views.clear();
     this.outside = overlook(recording.scene.bounds);
-    for (const view of [...recording.cameras, "outside", "chase"]) this.views.set(view, this.make(view, recording.scene.bounds));
   }
 
   tiles(): Tile[] {
-    return [...this.views.values()].map(({ tile }) => tile);
+    return this.keys().map((view) => this.place(view).tile);
   }
 
   show(time: number): void {
     this.time = time;
-    for (const view of this.views.values()) view.ask(time);
+    for (const view of this.keys()) this.place(view).ask(time);
   }
 
-  private make(view: string, bounds: Bounds): Shown {
+  /** Outline what was recognised at a tick in the pictures of that time. */
+  recognise(tick: TickNews): void {
+    this.tick = tick;
+    for (const [view, shown] of this.views) this.paint(view, shown);
+  }
+
+  private want(kind: Kind, on: boolean): void {
+    if (on) this.wanted.add(kind);
+    else this.wanted.delete(kind);
+    remembered("review.views", [...this.wanted].join(" "));
+    this.changed();
+    this.show(this.time);
+  }
+
+  private keys(): string[] {
+    const has = (kind: Kind): boolean => this.wanted.has(kind);
+    const kinds = (["depth", "segmentation"] as const).filter(has);
+    const cameras = (this.recording?.cameras ?? []).flatMap((camera) => [camera, ...kinds.map((kind) => `${camera}:${kind}`)]);
+    return [...cameras, ...(["outside", "chase"] as const).filter(has)];
+  }
+
+  private place(view: string): Shown {
+    const found = this.views.get(view);
+    if (found) return found;
     const canvas = el("canvas", { class: "run-screen", role: "img", "aria-label": titleOf(view), width: 640, height: 480 });
     const note = el("p", { class: "hint run-waiting" }, "No picture yet");
     const body = el("div", { class: "run-picture", style: "aspect-ratio: 4 / 3" }, canvas, note);
-    const ask = newestWins((time: number) => this.fetch(view, time, canvas, note));
-    if (view === "outside") this.orbit(canvas, bounds, () => ask(this.time));
-    return { tile: makeTile(view, titleOf(view), body), ask, again: () => ask(this.time) };
+    const ask = newestWins((time: number) => this.fetch(view, time, note));
+    if (view === "outside") this.orbit(canvas, () => ask(this.time));
+    const made: Shown = { tile: makeTile(view, titleOf(view), body), canvas, ask, plain: null };
+    this.views.set(view, made);
+    return made;
   }
 
-  private orbit(canvas: HTMLCanvasElement, bounds: Bounds, again: () => void): void {
+  private orbit(canvas: HTMLCanvasElement, again: () => void): void {
     canvas.classList.add("run-orbit");
     canvas.setAttribute("aria-label", "View from outside; drag, wheel, arrows and + - turn it");
-    new Orbit(canvas, overlook(bounds), (view) => {
+    new Orbit(canvas, this.outside, (view) => {
       this.outside = view;
       this.turned = true;
       again();
     });
   }
 
-  private async fetch(view: string, time: number, canvas: HTMLCanvasElement, note: HTMLElement): Promise<void> {
+  private async fetch(view: string, time: number, note: HTMLElement): Promise<void> {
     const recording = this.recording;
+    const shown = this.views.get(view);
     // A view that is not on the page costs nothing.
-    if (!recording || !canvas.isConnected) return;
+    if (!recording || !shown?.canvas.isConnected) return;
     const outside = view === "outside" && this.turned ? this.outside : undefined;
     const response = await fetch(recordings.picture(recording.path, time, view, outside)).catch(() => null);
-    if (!response?.ok || this.recording !== recording) {
-      if (response && !response.ok) note.textContent = ((await response.json().catch(() => ({}))) as { error?: string }).error ?? "No picture";
+    if (!response || this.recording !== recording) return;
+    if (!response.ok) {
+      const answer = (await response.json().catch(() => ({}))) as { error?: string };
+      note.textContent = answer.error ?? "No picture";
       return;
     }
     const bitmap = await createImageBitmap(await response.blob()).catch(() => null);
     if (!bitmap) return;
-    if (canvas.width !== bitmap.width || canvas.height !== bitmap.height) {
-      Object.assign(canvas, { width: bitmap.width, height: bitmap.height });
-      canvas.parentElement?.style.setProperty("aspect-ratio", `${bitmap.width} / ${bitmap.height}`);
+    shown.plain?.bitmap.close();
+    shown.plain = { bitmap, time };
+    this.paint(view, shown);
+  }
+
+  private paint(view: string, { canvas, plain }: Shown): void {
+    const context = canvas.getContext("2d");
+    if (!plain || !context) return;
+    const { width, height } = plain.bitmap;
+    if (canvas.width !== width || canvas.height !== height) {
+      Object.assign(canvas, { width, height });
+      canvas.parentElement?.style.setProperty("aspect-ratio", `${width} / ${height}`);
     }
-    canvas.getContext("2d")?.drawImage(bitmap, 0, 0);
-    bitmap.close();
-    canvas.dataset["time"] = String(time);
+    context.drawImage(plain.bitmap, 0, 0);
+    const close = this.tick && Math.abs(this.tick.time - plain.time) < 0.5 * (this.recording?.dt ?? 0);
+    const [robot, camera] = view.split("/");
+    const looks = close && camera && !camera.includes(":") && this.isFirstCamera(view);
+    if (looks) drawRecognised(context, this.tick?.robots[robot ?? ""]?.recognised ?? [], pixelRatio(canvas));
+    canvas.dataset["time"] = String(plain.time);
     canvas.toggleAttribute("data-filled", true);
+  }
+
+  /** Sightings do not say in which picture they are: observers look at one camera, most often the first. */
+  private isFirstCamera(view: string): boolean {
+    const robot = view.slice(0, view.indexOf("/") + 1);
+    return this.recording?.cameras.find((camera) => camera.startsWith(robot)) === view;
   }
 }

@@ -32,7 +32,7 @@ export class ReviewView implements View {
   private readonly whole = new RunRecord();
   private readonly floor = new Floor(this.record);
   private readonly stage = new Stage();
-  private readonly pictures = new Pictures();
+  private readonly pictures = new Pictures(() => this.arrange());
   private readonly scrub = new Scrub((time) => this.player.seek(time));
   private readonly film = new Film();
   private readonly events = new EventList("Nothing happened in this recording.", (time) => this.player.seek(time));
@@ -107,7 +107,7 @@ export class ReviewView implements View {
   private build(): HTMLElement {
     const bar = this.bar();
     const side = el("aside", { class: "run-side" }, this.tabs.element);
-    const body = el("div", { class: "run-body" }, side, this.stage.element, el("div", { class: "run-rail" }, el("span", {}), this.stage.rail));
+    const body = el("div", { class: "run-body" }, side, this.stage.element, el("div", { class: "run-rail" }, this.pictures.switches, this.stage.rail));
     const chips = el("div", { class: "run-chips", role: "group", "aria-label": "Charts" }, ...this.chips());
     const dock = el("div", { class: "run-dock" }, this.scrub.element, el("div", { class: "run-dock-head" }, this.robot, chips), this.sheet.element);
     this.element.append(bar, body, dock);
@@ -185,7 +185,7 @@ export class ReviewView implements View {
     this.scrub.load(recording.seconds, recording.dt, recording.events);
     this.film.load(recording);
     this.pictures.load(recording);
-    this.stage.show([this.floor.tile, ...this.pictures.tiles()]);
+    this.arrange();
     this.floor.scene(recording.scene.items, recording.scene.bounds);
     fill(this.robot, ...recording.robots.map(({ name }) => el("option", { value: name }, name)));
     this.robot.hidden = recording.robots.length < 2;
@@ -194,6 +194,10 @@ export class ReviewView implements View {
     this.choose(recording.robots[0]?.name ?? "");
     this.mark({ from: null, to: null });
     this.player.load(recording.seconds, recording.dt);
+  }
+
+  private arrange(): void {
+    if (this.recording) this.stage.show([this.floor.tile, ...this.pictures.tiles()]);
   }
 
   private choose(robot: string): void {
@@ -249,6 +253,7 @@ export class ReviewView implements View {
       const tick = await recordings.tick(recording.path, time);
       if (this.recording !== recording) return;
       this.tick = tick;
+      this.pictures.recognise(tick);
       this.showFloor(recording, this.player.time);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;

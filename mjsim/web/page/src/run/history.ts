@@ -66,7 +66,7 @@ export class History {
     const modules = Object.keys(track.timing ?? {});
     track.time.forEach((time, k) => {
       const [truth, estimate, odometry] = [known(track.truth[k]), known(track.estimate[k]), known(track.odometry[k])];
-      const timing = Object.fromEntries(modules.map((name) => [name, track.timing[name]?.[k] ?? 0]));
+      const timing = Object.fromEntries(modules.map((name) => [name, track.timing[name]?.[k] ?? null]));
       this.append(time, truth, estimate, odometry, track.sigma?.[k] ?? [], track.nees[k] ?? null, timing);
     });
   }
@@ -78,7 +78,7 @@ export class History {
     odometry: Pose,
     sigma: (number | null)[],
     nees: number | null,
-    timing: Record<string, number>,
+    timing: Record<string, number | null>,
   ): void {
     const last = this.time[this.time.length - 1];
     if (last !== undefined && time <= last) return;
@@ -97,7 +97,7 @@ export class History {
     if (this.time.length > MOST) this.thin();
   }
 
-  private appendTiming(timing: Record<string, number>): void {
+  private appendTiming(timing: Record<string, number | null>): void {
     const rows = this.time.length;
     for (const name of Object.keys(timing)) {
       if (!this.timing.has(name)) this.timing.set(name, Array<null>(rows - 1).fill(null));

@@ -87,7 +87,7 @@ export interface Track {
   sigma: Pose[];
   nees: (number | null)[];
   /** Wall-clock time of each module [ms]. */
-  timing: Record<string, number[]>;
+  timing: Record<string, (number | null)[]>;
 }
 
 export interface PastNews {
@@ -115,6 +115,8 @@ export interface RobotTick {
   command: [number, number, number];
   /** Ranges of the ring, the first one ahead, counter-clockwise [m]. */
   proximity?: number[];
+  /** What was recognised in its pictures, as in `FrameHead`; of recordings alone. */
+  recognised?: FrameHead["recognised"];
   /** Bearings of contacts now [rad]. */
   bump?: number[];
 }

@@ -81,8 +81,7 @@ export class Screen {
 
   /** Learn how many pixels of the picture one of the page takes: letters keep their size. */
   private measure(): void {
-    const { width, height, clientWidth, clientHeight } = this.canvas;
-    if (clientWidth && clientHeight) this.ratio = Math.max(1, width / clientWidth, height / clientHeight);
+    this.ratio = pixelRatio(this.canvas);
   }
 }
 
@@ -94,8 +93,14 @@ interface Plate {
   height: number;
 }
 
+/** How many pixels of a picture one of the page takes where it is shown; 1 at least. */
+export function pixelRatio(canvas: HTMLCanvasElement): number {
+  const { width, height, clientWidth, clientHeight } = canvas;
+  return clientWidth && clientHeight ? Math.max(1, width / clientWidth, height / clientHeight) : 1;
+}
+
 /** Outline what was recognised and write its name on a plate above it, where there is room. */
-function drawRecognised(context: CanvasRenderingContext2D, found: Recognised, ratio: number): void {
+export function drawRecognised(context: CanvasRenderingContext2D, found: Recognised, ratio: number): void {
   const { seen, paper } = readTokens();
   context.lineJoin = "round";
   for (const [, corners] of found) {
