@@ -203,5 +203,5 @@ def test_a_thousand_walls_compile_in_a_moment_and_few_meshes():
     model = compile_world(World(walls=tuple(walls))).compile()
     # 0.5 s on an idle machine; others may be at work beside the tests.
     assert time.perf_counter() - start < 5.0
-    assert model.nmesh <= 9
+    assert model.nmesh <= 30  # the floor of 62 m x 50 m has so many squares of 12 m
     assert sum(model.geom_group == 3) >= 1000

@@ -114,7 +114,7 @@ def test_leaving_out_what_is_out_of_sight_changes_no_pixel(model: mujoco.MjModel
         place(model, data, "scout", pose)
         seen = renderer.segment(data, "scout/front")
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(renderer, "_out_of_sight", lambda data: np.zeros(len(renderer._drawn), dtype=bool))
+            patch.setattr(renderer._in_view, "unseen", lambda data, view: renderer._drawn[:0])
             np.testing.assert_array_equal(seen, renderer.segment(data, "scout/front"))
         np.testing.assert_array_equal(groups, model.geom_group)
 

@@ -22,8 +22,14 @@ COLLISION, VISUAL = 3, 1
 """Geom groups."""
 UNDIVIDED = 1000.0
 """Spacing of the lines by which MuJoCo divides a plane to draw it [m]: flat faces lit from afar need none."""
-CHUNK = 24.0
+CHUNK = 12.0
 """Side of the squares by which the meshes of a large floor are divided, so that unseen ones cost nothing [m]."""
+LEAST_CORNERS = 4
+"""Of a mesh of MuJoCo."""
+LINES = "walls"
+"""Name of the numbers in the scene that tell where walls stand that reach to the floor."""
+ON_FLOOR = 1e-6
+"""What begins no higher stands on the floor [m]."""
 
 BATCH = 2000
 """Boxes that are added one by one to a scene."""
@@ -49,6 +55,8 @@ class WallBox:
 
     outline: Array
     """Of the piece from above, mitred where it has a corner, counter-clockwise, shape (4, 2) [m]."""
+    line: Array
+    """Its centreline, solid from end to end, shape (2, 2) [m]."""
 
 
 def wall_boxes(walls: Sequence[Wall]) -> list[WallBox]:
@@ -74,7 +82,8 @@ def wall_boxes(walls: Sequence[Wall]) -> list[WallBox]:
     centers = np.column_stack([centers, levels.mean(axis=1)])
     halves = np.column_stack([half, (levels[:, 1] - levels[:, 0]) / 2])
     headings = np.arctan2(along[:, 1], along[:, 0]).tolist()
-    return [WallBox(*row) for row in zip(names, centers, halves, headings, looks, outlines, strict=True)]
+    lines = np.stack([starts, ends], axis=1)
+    return [WallBox(*row) for row in zip(names, centers, halves, headings, looks, outlines, lines, strict=True)]
 
 
 def _look(wall: Wall) -> Look:
@@ -84,6 +93,7 @@ def _look(wall: Wall) -> Look:
 def add_walls(spec: mujoco.MjSpec, world: World, boxes: Sequence[WallBox]) -> None:
     """Add the walls of a world: a box for each piece, and the meshes that are seen."""
     _add_boxes(spec, boxes)
+    _add_lines(spec, boxes)
     looks = list(dict.fromkeys(box.look for box in boxes))
     materials = [_material(spec, world, look, index) for index, look in enumerate(looks)]
     for index, faces in enumerate(_chunks(visible_faces(_prisms(boxes, looks))), start=1):
@@ -91,6 +101,27 @@ def add_walls(spec: mujoco.MjSpec, world: World, boxes: Sequence[WallBox]) -> No
         # A colon cannot be part of an item's name, so this never meets the name of a box.
         geom = _add_mesh(spec, f"wall/seen:{index}", faces, tile=looks[kind][2])
         geom.material, geom.rgba = materials[kind], color_of(looks[kind][1])
+
+
+def wall_lines(model: mujoco.MjModel) -> Array:
+    """Return the centrelines of what stands on the floor and hides what is behind it, in a compiled scene.
+
+    Returns:
+        x and y of one end, of the other, and the height, shape (n, 5) [m]; none in a scene that is not ours.
+    """
+    index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, LINES)
+    if index < 0:
+        return np.empty((0, 5))
+    first = model.numeric_adr[index]
+    return np.array(model.numeric_data[first : first + model.numeric_size[index]], dtype=float).reshape(-1, 5)
+
+
+def _add_lines(spec: mujoco.MjSpec, boxes: Sequence[WallBox]) -> None:
+    """Note the centrelines of the walls that stand on the floor: cameras need not draw what these hide."""
+    standing = [box for box in boxes if box.center[2] - box.half[2] < ON_FLOOR]
+    if standing:
+        rows = [[*box.line.ravel().tolist(), float(box.center[2] + box.half[2])] for box in standing]
+        spec.add_numeric(name=LINES, data=np.array(rows).ravel(), size=5 * len(rows))
 
 
 def _add_boxes(spec: mujoco.MjSpec, boxes: Sequence[WallBox]) -> None:
@@ -137,7 +168,15 @@ def _chunks(faces: Faces) -> list[Faces]:
     keys = np.column_stack([faces.look, squares])
     order = np.lexsort(keys.T[::-1])
     ends = np.flatnonzero((keys[order][1:] != keys[order][:-1]).any(axis=1)) + 1
-    return [faces.some(triangles) for triangles in np.split(order, ends)]
+    return [_with_enough_corners(faces.some(triangles)) for triangles in np.split(order, ends)]
+
+
+def _with_enough_corners(faces: Faces) -> Faces:
+    """Return the same faces; a triangle that is alone in its square has a corner twice, as MuJoCo wants four."""
+    if len(faces.points) >= LEAST_CORNERS:
+        return faces
+    points, normals = (np.vstack([each, each[-1:]]) for each in (faces.points, faces.normals))
+    return Faces(points, normals, faces.triangles, faces.look)
 
 
 def add_mesh_geom(spec: mujoco.MjSpec, name: str, faces: Sequence[Face], *, tile: float) -> mujoco.MjsGeom:

@@ -13,6 +13,7 @@ from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.sim.canvas import Canvas, Quality
+from mjsim.sim.in_view import InView, View, view_of
 
 SEEN = (0, 1)
 """Geom groups that onboard cameras see."""
@@ -22,6 +23,19 @@ UNSEEN = 5
 """Group of what is left out of one picture."""
 CATEGORIES = mujoco.mjtCatBit.mjCAT_STATIC | mujoco.mjtCatBit.mjCAT_DYNAMIC
 """What stands and what moves; no decoration."""
+
+
+def _flags(*shown: mujoco.mjtRndFlag) -> NDArray[np.uint8]:
+    """Return MuJoCo's flags with these set, and that faces are seen from their front alone."""
+    flags = np.zeros(mujoco.mjtRndFlag.mjNRNDFLAG, dtype=np.uint8)
+    flags[[int(flag) for flag in (mujoco.mjtRndFlag.mjRND_CULL_FACE, *shown)]] = 1
+    return flags
+
+
+PICTURE = _flags()
+PICTURE_HIGH = _flags(mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION)
+INSTANCES = _flags(mujoco.mjtRndFlag.mjRND_SEGMENT, mujoco.mjtRndFlag.mjRND_IDCOLOR)
+"""How MuJoCo is to draw."""
 
 
 class Renderer:
@@ -52,9 +66,8 @@ class Renderer:
         self._owns_canvas = canvas is None
         self._shape = height, width
         self._rect = mujoco.MjrRect(0, 0, width, height)
-        drawn = np.isin(model.geom_group, groups)
-        self._drawn = np.flatnonzero(drawn)
-        self._planes = model.geom_type[drawn] == mujoco.mjtGeom.mjGEOM_PLANE
+        self._drawn = np.flatnonzero(np.isin(model.geom_group, groups))
+        self._in_view = InView(model, self._drawn)
         self._lamps = lamp_lights(model)
         self._scene = mujoco.MjvScene(model, maxgeom=max(1, len(self._drawn)))
         self._option = mujoco.MjvOption()
@@ -79,7 +92,7 @@ class Renderer:
         out = np.empty((*self._shape, 3), dtype=np.uint8) if out is None else self._checked(out)
         with self._canvas.at_work(self._rect.width, self._rect.height) as canvas:
             high = canvas.quality == "high"
-            self._set_flags(shadow=high, reflection=high)
+            self._scene.flags[:] = PICTURE_HIGH if high else PICTURE
             self._update(data, camera, cull=not high)
             mujoco.mjr_render(self._rect, self._scene, canvas.mjr)
             canvas.paint_background(general_light(self._model))
@@ -90,7 +103,7 @@ class Renderer:
     def segment(self, data: mujoco.MjData, camera: str | mujoco.MjvCamera) -> NDArray[np.int32]:
         """Return the geom whose surface covers each pixel's centre, -1 for none, shape (height, width)."""
         with self._canvas.at_work(self._rect.width, self._rect.height) as canvas:
-            self._set_flags(segment=True, idcolor=True)
+            self._scene.flags[:] = INSTANCES
             self._update(data, camera, cull=True)
             mujoco.mjr_render(self._rect, self._scene, canvas.mjr)
             self._read(canvas)
@@ -102,7 +115,7 @@ class Renderer:
         """Return the distance along the optical axis [m], +inf where nothing is, shape (height, width)."""
         inverse = np.empty(self._shape, dtype=np.float32)
         with self._canvas.at_work(self._rect.width, self._rect.height) as canvas:
-            self._set_flags()
+            self._scene.flags[:] = PICTURE
             self._update(data, camera, cull=True)
             mujoco.mjr_render(self._rect, self._scene, canvas.mjr)
             mujoco.mjr_readPixels(None, inverse, self._rect, canvas.mjr)
@@ -110,6 +123,11 @@ class Renderer:
         d = inverse[::-1].astype(np.float64)
         # Inverse of the projection d = n (f - z) / (z (f - n)): 1 at the near plane, 0 at the far one.
         return np.where(d > 0.0, near * far / (d * (far - near) + near), np.inf)
+
+    @property
+    def drawn(self) -> int:
+        """How many geoms the last picture was drawn from."""
+        return int(self._scene.ngeom)
 
     def close(self) -> None:
         """Give back what was made for drawing; a second call does nothing."""
@@ -141,22 +159,12 @@ class Renderer:
             raise ValueError(f"out is {out.dtype} of shape {out.shape}; it must be C-contiguous uint8 {self._shape}, 3")
         return out
 
-    def _set_flags(
-        self, *, shadow: bool = False, reflection: bool = False, segment: bool = False, idcolor: bool = False
-    ) -> None:
-        flags = self._scene.flags
-        flags[:] = 0
-        flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = 1
-        flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadow
-        flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = reflection
-        flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = segment
-        flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = idcolor
-
     def _update(self, data: mujoco.MjData, camera: str | mujoco.MjvCamera, *, cull: bool) -> None:
         """Fill the scene with what a camera may see."""
         model, scene = self._model, self._scene
         mujoco.mjv_updateCamera(model, data, self._camera(camera), scene)
-        unseen = self._drawn[self._out_of_sight(data)] if cull else self._drawn[:0]
+        view = view_of(scene, width=self._rect.width, height=self._rect.height)
+        unseen = self._in_view.unseen(data, view) if cull else self._drawn[:0]
         groups = model.geom_group[unseen]
         model.geom_group[unseen] = UNSEEN
         try:
@@ -164,8 +172,11 @@ class Renderer:
             mujoco.mjv_addGeoms(model, data, self._option, mujoco.MjvPerturb(), CATEGORIES, scene)
         finally:
             model.geom_group[unseen] = groups
+        if not len(self._lamps):
+            mujoco.mjv_makeLights(model, data, scene)
+            return
         burning = model.light_active.copy()
-        model.light_active[self._lamps_unseen(data)] = 0
+        model.light_active[self._lamps_unseen(data, view)] = 0
         try:
             mujoco.mjv_makeLights(model, data, scene)
         finally:
@@ -181,44 +192,12 @@ class Renderer:
         self._fixed.fixedcamid = found
         return self._fixed
 
-    def _lamps_unseen(self, data: mujoco.MjData) -> NDArray[np.intp]:
+    def _lamps_unseen(self, data: mujoco.MjData, view: View) -> NDArray[np.intp]:
         """Return the lamps that light nothing in this view, and those that are too many, farthest first."""
-        if not len(self._lamps):
-            return self._lamps
         model, lamps = self._model, self._lamps
         reach = np.where(model.light_active[lamps], model.light_range[lamps], -np.inf)
-        offsets = data.light_xpos[lamps] - self._eye()
-        seen = ~self._beside(offsets, reach)
+        offsets = data.light_xpos[lamps] - view.eye
+        seen = ~view.beside(offsets, reach)
         order = np.lexsort([np.linalg.norm(offsets, axis=1), ~seen])
         room = min(int(seen.sum()), lamps_drawn(model))
         return np.asarray(lamps[order[room:]])
-
-    def _out_of_sight(self, data: mujoco.MjData) -> NDArray[np.bool_]:
-        """Say of each drawn geom whether it lies wholly beside or behind the view, or shows only its bare back."""
-        offsets = data.geom_xpos[self._drawn] - self._eye()
-        normals = data.geom_xmat[self._drawn, 2::3]
-        behind = self._planes & (np.einsum("ij,ij->i", offsets, normals) > 0.0)
-        return np.asarray(behind | self._beside(offsets, self._radii()))
-
-    def _eye(self) -> Array:
-        eyes = [np.asarray(camera.pos, dtype=float) for camera in self._scene.camera]
-        return np.asarray((eyes[0] + eyes[1]) / 2)
-
-    def _beside(self, offsets: Array, radii: Array) -> NDArray[np.bool_]:
-        """Say of balls whether they lie wholly beside or behind the view; their middles from the eye, shape (n, 3)."""
-        view = self._scene.camera[0]
-        ahead, up = np.array(view.forward, dtype=float), np.array(view.up, dtype=float)
-        right = np.cross(ahead, up)
-        half_height = view.frustum_top / view.frustum_near
-        half_width = half_height * self._rect.width / self._rect.height
-        z, x, y = offsets @ ahead, np.abs(offsets @ right), np.abs(offsets @ up)
-        beside = (x - half_width * z > radii * np.hypot(1, half_width)) | (
-            y - half_height * z > radii * np.hypot(1, half_height)
-        )
-        return np.asarray(beside | (z < -radii))
-
-    def _radii(self) -> Array:
-        """Return the radius of a sphere around each drawn geom [m]."""
-        sizes = self._model.geom_size[self._drawn]
-        flat = np.where(sizes[:, :2].min(axis=1) > 0.0, np.hypot(sizes[:, 0], sizes[:, 1]), np.inf)
-        return np.where(self._planes, flat, self._model.geom_rbound[self._drawn])

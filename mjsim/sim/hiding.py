@@ -1,0 +1,155 @@
+"""What walls hide: in a world of many rooms a camera sees few of them.
+
+Seen from below the top of a wall that stands on the floor, nothing behind it shows that is not higher than it. So a
+plan suffices: a depth for each column of the picture, that of the nearest wall, and whatever is farther in all its
+columns is hidden. A level camera sees along each column in one direction of the plan, so no pixel changes.
+
+References:
+    Teller, Sequin, Visibility preprocessing for interactive walkthroughs, SIGGRAPH 1991: walls of buildings as what
+    hides; here they are drawn into a buffer of one row, as Greene, Kass, Miller, Hierarchical Z-buffer visibility,
+    SIGGRAPH 1993, draw into one of many.
+"""
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.compile.walls import wall_lines
+from mjsim.geometry import Array
+
+WORTH = 16
+"""With fewer geoms before a camera it is quicker to draw them than to ask."""
+MOST = 100
+"""Walls that are asked, the nearest ones all around."""
+LEVEL = 0.02
+"""A camera whose axes rise by more than this sees several directions along one column."""
+NEAREST = 0.01
+"""What is nearer in front of the eye is not told apart from what is behind it [m]."""
+ROUNDED = 1e-4
+"""By which what is as high as a wall may seem higher, as meshes are kept in single precision [m]."""
+SHARED = 1e-9
+"""By which a wall reaches beyond its ends in the picture, so that no column slips between two that meet [m at 1 m]."""
+CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+"""Of a cube about the origin."""
+
+
+class Hiding:
+    """Tells which of the geoms that never move are behind walls."""
+
+    def __init__(self, model: mujoco.MjModel, drawn: NDArray[np.intp]) -> None:
+        """Find the walls that hide, all as high as most are, and the geoms that may be hidden.
+
+        Args:
+            model: The compiled world.
+            drawn: Geoms that are drawn at all.
+        """
+        lines = wall_lines(model)
+        self._top = _usual_top(lines)
+        hides = lines[lines[:, 4] >= self._top]
+        self._x, self._y, self._x_end, self._y_end = np.ascontiguousarray(hides[:, :4].T)
+        self._middle = np.stack([(self._x + self._x_end) / 2, (self._y + self._y_end) / 2])
+        self._reach = np.hypot(self._x_end - self._x, self._y_end - self._y) / 2
+        fixed = np.flatnonzero(model.geom_bodyid[drawn] == 0) if len(hides) else np.empty(0, dtype=np.intp)
+        boxes = np.array([_box(model, int(geom)) for geom in drawn[fixed]]).reshape(-1, 2, 3)
+        low = boxes[:, 1, 2] <= self._top + ROUNDED
+        self._places = fixed[low]
+        (x, y), (x_far, y_far) = boxes[low, 0, :2].T, boxes[low, 1, :2].T
+        self._corners = np.stack([np.stack([x, x, x_far, x_far], axis=1), np.stack([y, y_far, y, y_far], axis=1)])
+
+    def add_to(
+        self, unseen: NDArray[np.bool_], eye: Array, ahead: Array, right: Array, half_width: float, columns: int
+    ) -> None:
+        """Note what is hidden.
+
+        Args:
+            unseen: Of each drawn geom whether it is known to be out of sight; changed.
+            eye: Of the camera, world frame, shape (3,) [m].
+            ahead: Its optical axis, shape (3,).
+            right: Shape (3,).
+            half_width: Tangent of half its horizontal field of view.
+            columns: Of the picture.
+        """
+        if eye[2] >= self._top or abs(ahead[2]) > LEVEL or abs(right[2]) > LEVEL:
+            return
+        asked = np.flatnonzero(~unseen[self._places])
+        if len(asked) < WORTH:
+            return
+        view = np.stack([right[:2] / np.hypot(*right[:2]), ahead[:2] / np.hypot(*ahead[:2])])
+        x, y = self._corners[0, asked] - eye[0], self._corners[1, asked] - eye[1]
+        aside, far = view[0, 0] * x + view[0, 1] * y, view[1, 0] * x + view[1, 1] * y
+        nearest = far.min(axis=1)
+        before = nearest > NEAREST
+        asked, nearest = asked[before], nearest[before]
+        ways = (aside[before] / far[before]) / half_width
+        # One column more to each side, against rounding.
+        first = np.clip(np.floor((ways.min(axis=1) + 1.0) * (columns / 2) - 0.5).astype(int), 0, columns - 1)
+        last = np.clip(np.ceil((ways.max(axis=1) + 1.0) * (columns / 2) - 0.5).astype(int), 0, columns - 1)
+        walls = np.append(self._nearness(view, eye[:2], half_width, columns), 0.0)
+        least = np.minimum.reduceat(walls, np.stack([first, last + 1], axis=1).ravel())[::2] if len(first) else nearest
+        unseen[self._places[asked[least > 1.0 / nearest]]] = True
+
+    def _nearness(self, view: Array, eye: Array, half_width: float, columns: int) -> Array:
+        """Return 1 / depth of the nearest wall that hides in each column, 0 without one, shape (columns,) [1/m]."""
+        x, z, x_end, z_end = self._nearest(view, eye)
+        x, z = _clipped(x, z, x_end, z_end)
+        x_end, z_end = _clipped(x_end, z_end, x, z)
+        way, way_end = x / z, x_end / z_end
+        kept = (np.maximum(way, way_end) > -half_width) & (np.minimum(way, way_end) < half_width)
+        kept &= np.abs(way - way_end) > SHARED
+        way, way_end, near, near_end = way[kept], way_end[kept], 1.0 / z[kept], 1.0 / z_end[kept]
+        at = ((np.arange(columns) + 0.5) * (2.0 / columns) - 1.0) * half_width
+        # A straight wall's nearness goes linearly over a picture.
+        slope = (near_end - near) / (way_end - way)
+        nearness = np.outer(slope, at)
+        nearness += (near - slope * way)[:, None]
+        nearness[at < np.minimum(way, way_end)[:, None] - SHARED] = 0.0
+        nearness[at > np.maximum(way, way_end)[:, None] + SHARED] = 0.0
+        return np.asarray(nearness.max(axis=0, initial=0.0), dtype=float)
+
+    def _nearest(self, view: Array, eye: Array) -> tuple[Array, Array, Array, Array]:
+        """Return the walls nearest to the eye that are not behind it: to the right and ahead [m], of both ends."""
+        x, y, x_end, y_end = self._x, self._y, self._x_end, self._y_end
+        if len(x) > MOST:
+            far = np.hypot(self._middle[0] - eye[0], self._middle[1] - eye[1]) - self._reach
+            near = np.argpartition(far, MOST)[:MOST]
+            x, y, x_end, y_end = x[near], y[near], x_end[near], y_end[near]
+        aside, far = view @ np.stack([x - eye[0], y - eye[1]])
+        aside_end, far_end = view @ np.stack([x_end - eye[0], y_end - eye[1]])
+        before = np.maximum(far, far_end) > NEAREST
+        return aside[before], far[before], aside_end[before], far_end[before]
+
+
+def _clipped(x: Array, z: Array, x_end: Array, z_end: Array) -> tuple[Array, Array]:
+    """Return the starts of lines, those behind the eye moved along the line to just before it."""
+    share = np.where(z < NEAREST, (NEAREST - z) / np.where(z_end == z, 1.0, z_end - z), 0.0)
+    return x + share * (x_end - x), np.maximum(z, NEAREST)
+
+
+def _box(model: mujoco.MjModel, geom: int) -> Array:
+    """Return the lowest and the highest corner of a box around a geom of the world itself, shape (2, 3) [m]."""
+    turned = np.empty(9)
+    mujoco.mju_quat2Mat(turned, model.geom_quat[geom])
+    rotation = turned.reshape(3, 3)
+    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
+        mesh = model.geom_dataid[geom]
+        first = model.mesh_vertadr[mesh]
+        points = model.mesh_vert[first : first + model.mesh_vertnum[mesh]].astype(float)
+    else:
+        middle, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
+        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
+            endless = np.where(model.geom_size[geom, :2] > 0.0, model.geom_size[geom, :2], np.inf)
+            middle, half = np.zeros(3), np.append(endless, 0.0)
+        points = middle + half * CORNERS
+    if not np.isfinite(points).all():
+        return np.array([[-np.inf] * 3, [np.inf] * 3])
+    p_world = points @ rotation.T + model.geom_pos[geom]
+    return np.stack([p_world.min(axis=0), p_world.max(axis=0)])
+
+
+def _usual_top(lines: Array) -> float:
+    """Return how high most of the walls are, by length [m]; below the floor when there are none."""
+    if not len(lines):
+        return -1.0
+    tops, which = np.unique(lines[:, 4], return_inverse=True)
+    lengths = np.hypot(*(lines[:, 2:4] - lines[:, :2]).T)
+    return float(tops[int(np.argmax(np.bincount(which.ravel(), weights=lengths)))])
