@@ -78,7 +78,10 @@ class Session:
         self._helm = Helm(robot.name for robot in world.robots)
         self._pace = Pace(_checked_speed(speed))
         # All that follows is guarded by this.
-        self._changed = threading.Condition()
+        lock = threading.RLock()
+        self._changed = threading.Condition(lock)
+        # Who waits for the end is not woken by every tick.
+        self._ticked = threading.Condition(lock)
         self._state: State = "loading"
         self._held = self._owed = False
         self._leaving: Literal["restart", "stop", "close"] | None = None
@@ -231,7 +234,7 @@ class Session:
 
     def _newer(self, number: int, timeout: float | None) -> "tuple[int, Tick] | None":
         with self._changed:
-            there = self._changed.wait_for(lambda: self._number > number or self._over(), timeout)
+            there = self._ticked.wait_for(lambda: self._number > number or self._over(), timeout)
             if self._newest is not None and self._number > number:
                 return self._number, self._newest
             if not there:
@@ -337,7 +340,7 @@ class Session:
         with self._changed:
             self._newest = tick
             self._number += 1
-            self._changed.notify_all()
+            self._ticked.notify_all()
         if self._on_tick is not None:
             self._on_tick(tick)
 
@@ -359,6 +362,7 @@ class Session:
                 state = "loading"
             self._state, self.error = state, error
             self._changed.notify_all()
+            self._ticked.notify_all()
         self._tell()
 
     def _answer(self, sim: "Simulation | None") -> None:
