@@ -3,7 +3,8 @@
     scripts/measure_studio.py [SECONDS]
 
 The server runs in a process of its own, as for a browser; this one is the browser's side of the WebSocket, which
-says at once that a picture was shown. CPU time is that of the server's process, all threads.
+says at once that a picture was shown. CPU time is that of the server's process, all
+threads, for each simulated second; where other work takes the processors, it tells what a quiet machine would give.
 """
 
 import json
@@ -18,6 +19,8 @@ from pathlib import Path
 from websockets.sync.client import connect
 
 import mjsim
+from mjsim.run import drivers_of
+from mjsim.run.loop import one_blas_thread
 from mjsim.web.studio import Studio
 
 GALLERY = Path(mjsim.__file__).parent.parent / "worlds" / "gallery.yaml"
@@ -33,7 +36,8 @@ LIGHT = """
 mjsim: 1
 walls: [{points: [[0, 0], [8, 0], [8, 6], [0, 6]], closed: true}]
 beacons: [{name: a, at: [7, 1]}, {name: b, at: [1, 5]}]
-robots: [{name: scout, preset: pioneer3dx, at: [2, 2], sensors: [{beacons: ring, noise: {range: 0.05, bearing_deg: 1}}]}]
+robots:
+  - {name: scout, preset: pioneer3dx, at: [2, 2], sensors: [{beacons: ring, noise: {range: 0.05, bearing_deg: 1}}]}
 run:
   drivers: {scout: {
     estimator: {use: "mjsim.algorithms.ekf_slam:EkfSlam"},
@@ -42,7 +46,8 @@ run:
 
 
 def main(seconds: float) -> None:
-    print(f"{'the gallery with its estimator, real time':54} pictures/s   real time   CPU share   longest gap [s]")
+    """Print the figures of all cases, each over so many simulated seconds."""
+    print(f"{'the gallery with its estimator, real time':54} pictures/s   real time   CPU s/s     longest gap [s]")
     for name, text, watch in CASES:
         print(f"{name:54}", watched(text, watch, seconds), flush=True)
     print("\nCPU time of 60 simulated seconds without a camera, not recorded [s]")
@@ -90,7 +95,7 @@ def watched(text: str, watch: dict[str, object], seconds: float) -> str:
     server.join()
     took = ended - began
     rates = ", ".join(f"{view} {count / took:.1f}" for view, count in sorted(counts.items())) or "none"
-    return f"{rates:>24}   {(tick['time'] - first) / took:6.3f}   {spent / took:6.2f}   {gap:6.2f}"
+    return f"{rates:>24}   {(tick['time'] - first) / took:6.3f}   {spent / (tick['time'] - first):6.2f}   {gap:6.2f}"
 
 
 def serve(told: Connection) -> None:
@@ -105,9 +110,6 @@ def plain(seconds: float) -> float:
     """Return the CPU time of the ticks of a run."""
     world = mjsim.parse_world(LIGHT)
     with mjsim.Simulation(world) as sim:
-        from mjsim.run import drivers_of
-        from mjsim.run.loop import one_blas_thread
-
         loop, began = mjsim.ticks(sim, drivers_of(world)), time.process_time()
         with one_blas_thread():
             for _ in range(round(seconds / sim.dt)):
