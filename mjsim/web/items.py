@@ -144,7 +144,7 @@ class _Text:
             "name": name,
             "label": name or f"{kind} {int(path[-1]) + 1}",
             "at": None if place is None else [_short(place.x), _short(place.y)],
-            "heading_deg": None if place is None else _short(math.degrees(place.heading)),
+            "heading_deg": None if place is None else _degrees(place.heading),
             "polygons": [np.round(outline, _DECIMALS).tolist() for outline in polygons],
             "values": values,
             "written": list(plain),
@@ -190,6 +190,12 @@ def _at(values: Any, path: Path) -> Any:
     for step in path:
         values = values[step]
     return values
+
+
+def _degrees(heading: float) -> float:
+    """Return an angle in degrees, above -180 and at most 180."""
+    turned = _short(math.degrees(heading) % 360.0)
+    return _short(turned - 360.0) if turned > 180.0 else turned
 
 
 def _short(value: float) -> float:

@@ -27,16 +27,17 @@ def modules_in(folder: Folder, world: str | None = None) -> Json:
         world: Whose folder is looked through; that of the studio unless given.
     """
     place = folder.root if world is None else folder.path(world).parent
-    found: dict[str, list[Json]] = {kind: [] for kind in METHODS.values()}
-    shelf = _Shelf()
-    for path in sorted(_algorithms()):
-        for kind, told in shelf.classes(path, f"mjsim.algorithms.{path.stem}"):
-            found[kind].append(told)
+    files = [(path, f"mjsim.algorithms.{path.stem}") for path in sorted(_algorithms())]
     if place.is_dir():
-        for path in files_below(place):
-            if path.suffix == ".py":
-                for kind, told in shelf.classes(path, path.relative_to(place).as_posix()):
-                    found[kind].append(told)
+        beside = (path for path in files_below(place) if path.suffix == ".py")
+        files += [(path, path.relative_to(place).as_posix()) for path in beside]
+    shelf = _Shelf()
+    # All are read before any is looked at: a class may be made of one in another file.
+    read = [(shelf.classes(path), module) for path, module in files]
+    found: dict[str, list[Json]] = {kind: [] for kind in METHODS.values()}
+    for items, module in read:
+        for kind, told in shelf.drivers(items, module):
+            found[kind].append(told)
     return dict(found)
 
 
@@ -52,17 +53,21 @@ class _Shelf:
     def __init__(self) -> None:
         self._known: dict[str, ast.ClassDef] = {}
 
-    def classes(self, path: Path, module: str) -> Iterator[tuple[str, Json]]:
-        """Yield the classes of a file that can drive a robot: which kind, and what the page is told."""
+    def classes(self, path: Path) -> list[ast.ClassDef]:
+        """Read a file, and return its classes."""
         try:
             if path.stat().st_size > MOST_BYTES:
-                return
+                return []
             tree = ast.parse(path.read_bytes())
         except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
-            return  # Who names it in a world is told what is wrong with it.
+            return []  # Who names it in a world is told what is wrong with it.
         own = [statement for statement in tree.body if isinstance(statement, ast.ClassDef)]
         self._known |= {statement.name: statement for statement in own}
-        for item in own:
+        return own
+
+    def drivers(self, items: Sequence[ast.ClassDef], module: str) -> Iterator[tuple[str, Json]]:
+        """Yield the classes of a module that can drive a robot: which kind, and what the page is told."""
+        for item in items:
             methods = self._methods(item)
             kind = next((kind for name, kind in METHODS.items() if name in methods and "start" in methods), None)
             if kind is not None and not item.name.startswith("_") and not _is_protocol(item):

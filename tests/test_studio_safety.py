@@ -1,0 +1,338 @@
+"""The studio serves its own page alone, and nothing outside of its folder; code that came with a world asks once."""
+
+import json
+import socket
+import struct
+import zlib
+
+import cv2
+import httpx
+import numpy as np
+import pytest
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from mjsim.errors import UsageError
+from mjsim.web.answers import MOST_JSON, RefusedError
+from mjsim.web.folder import Folder
+from mjsim.web.pictures import LARGEST, MOST_BYTES
+from mjsim.web.studio import Studio
+from mjsim.web.trust import Trust
+from mjsim.world import load_world
+
+PATIENCE = 30.0
+"""No answer takes this long [s], on however loaded a machine."""
+ROOM = "mjsim: 1\nwalls: [{points: [[0, 0], [4, 0], [4, 4], [0, 4]], closed: true}]\n"
+CODE = "from pathlib import Path\nPath(__file__).with_name('ran').touch()\nimport helper\nclass Still:\n    pass\n"
+DRIVEN = (
+    "mjsim: 1\nrobots: [{name: scout, preset: pioneer3dx, at: [1, 1]}]\n"
+    'run: {drivers: {scout: {navigator: {use: "still.py:Still", speed: 1}}}}\n'
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with a world, beside one with a secret, and links that lead there."""
+    base = tmp_path_factory.mktemp("safety")
+    (base / "secret").mkdir()
+    (base / "secret" / "room.yaml").write_text("mjsim: 1\nname: secret\n")
+    (base / "secret" / "lion.jpg").write_bytes(picture(20, 20))
+    place = base / "open"
+    place.mkdir()
+    (place / "room.yaml").write_text(ROOM)
+    (place / "driven.yaml").write_text(DRIVEN)
+    (place / "still.py").write_text(CODE)
+    (place / "helper.py").write_text("x = 1\n")
+    (place / "link.yaml").symlink_to(base / "secret" / "room.yaml")
+    (place / "out.jpg").symlink_to(base / "secret" / "lion.jpg")
+    (place / "away").symlink_to(base / "secret", target_is_directory=True)
+    return place
+
+
+@pytest.fixture(scope="module")
+def studio(folder):
+    with Studio(folder) as page:
+        yield page
+
+
+@pytest.fixture(scope="module")
+def client(studio):
+    with httpx.Client(base_url=studio.url, timeout=PATIENCE, trust_env=False) as browser:
+        yield browser
+
+
+def picture(width, height, kind=".jpg"):
+    pixels = np.full((height, width, 3), 200, np.uint8)
+    return cv2.imencode(kind, pixels)[1].tobytes()
+
+
+def bomb(side):
+    """Return a PNG of a few bytes that says it has so many pixels to a side."""
+
+    def part(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    head = struct.pack(">IIBBBBB", side, side, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + part(b"IHDR", head) + part(b"IDAT", zlib.compress(b"\0" * 100)) + part(b"IEND", b"")
+
+
+def files(folder):
+    return {path.name for path in folder.iterdir()}
+
+
+def run_of(client):
+    return str(client.base_url.copy_with(scheme="ws").join("/api/run"))
+
+
+def asks(client, address, **keys):
+    return client.post(address, json=keys)
+
+
+def test_who_asks_in_the_name_of_another_page_or_host_is_refused(studio, client):
+    port = client.base_url.port
+    for headers in (
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Origin": f"http://127.0.0.1:{port + 1}"},
+        {"Origin": f"https://127.0.0.1:{port}"},
+        {"Host": f"evil.example:{port}"},
+        {"Host": "127.0.0.1"},
+        {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "no-cors"},
+        {"Sec-Fetch-Site": "same-site", "Sec-Fetch-Mode": "cors"},
+    ):
+        for answer in (
+            client.get("/api/folder", headers=headers),
+            client.post("/api/open", json={"path": "room.yaml"}, headers=headers),
+            client.get("/api/picture?path=posters/lion.jpg", headers=headers),
+        ):
+            assert answer.status_code == 403
+            assert answer.json()["error"].startswith("refused: this page is for its own address only")
+        with pytest.raises(InvalidStatus) as refused:
+            connect(run_of(client), additional_headers=headers)
+        # A second Host is no HTTP at all.
+        assert refused.value.response.status_code == (400 if "Host" in headers else 403)
+    own = {"Origin": studio.url.rstrip("/"), "Sec-Fetch-Site": "same-origin"}
+    assert client.get("/api/folder", headers=own).status_code == 200
+    # A link leads to the page, which is all that it does.
+    visit = {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate"}
+    assert client.get("/", headers=visit).status_code == 200
+    assert client.get("/api/folder", headers=visit).status_code == 403
+
+
+def test_no_other_page_may_frame_read_or_feed_this_one(client):
+    headers = client.get("/").headers
+    policy = headers["content-security-policy"]
+    assert "default-src 'self'" in policy
+    assert "frame-ancestors 'none'" in policy
+    assert "script-src" not in policy.replace("default-src", "")
+    assert headers["cross-origin-resource-policy"] == "same-origin"
+    assert headers["x-content-type-options"] == "nosniff"
+    answer = client.options("/api/open", headers={"Access-Control-Request-Method": "POST"})
+    assert not any(name.startswith("access-control") for name in answer.headers)
+    assert client.post("/api/open", content='{"path": "room.yaml"}').status_code == 415
+
+
+def test_with_a_token_nobody_comes_in_without_it(folder):
+    with Studio(folder, token="s3cret") as page, httpx.Client(timeout=PATIENCE, trust_env=False) as browser:
+        address = page.url.partition("?")[0]
+        for wrong in ("", "?token=", "?token=wrong", "?token=s3cret&token=s3cret", "?token=s3cre"):
+            assert browser.get(f"{address}{wrong}").status_code == 401
+        for cookie in ("mjsim-token=wrong", "mjsim-token", "mjsim-token=", "x=s3cret"):
+            assert browser.get(f"{address}api/folder", headers={"Cookie": cookie}).status_code == 401
+        run = address.replace("http:", "ws:") + "api/run"
+        for opening in (run, f"{run}?token=s3cret"):
+            with pytest.raises(InvalidStatus):
+                connect(opening)
+        came = browser.get(page.url)
+        assert came.status_code == 303
+        assert came.headers["location"] == "/"
+        assert "HttpOnly" in came.headers["set-cookie"]
+        assert "SameSite=strict" in came.headers["set-cookie"]
+        assert browser.get(f"{address}api/folder").status_code == 200
+        assert browser.get(f"{address}api/folder", headers={"Origin": "http://evil.example"}).status_code == 403
+        with connect(run, additional_headers={"Cookie": "mjsim-token=s3cret"}, open_timeout=PATIENCE):
+            pass
+
+
+def test_an_address_that_others_reach_has_a_token_of_its_own(folder):
+    with Studio(folder, host="0.0.0.0") as page:
+        port = httpx.URL(page.url).port
+        assert len(httpx.URL(page.url).params["token"]) > 20
+        # The machine may be called anything; a page of another origin is refused all the same.
+        for host, origin, status in (
+            ("127.0.0.1", None, 401),
+            ("my-server.lab", None, 401),
+            ("my-server.lab", "http://evil.example", 403),
+        ):
+            headers = {"Host": f"{host}:{port}"} | ({"Origin": origin} if origin else {})
+            answer = httpx.get(f"http://127.0.0.1:{port}/", headers=headers, timeout=PATIENCE, trust_env=False)
+            assert answer.status_code == status
+    with pytest.raises(UsageError, match=r"cannot serve at '203\.0\.113\.7': it is no address of this machine"):
+        Studio(folder, host="203.0.113.7")
+
+
+OUTSIDE = ("../secret/room.yaml", "/etc/room.yaml", "away/room.yaml", "link.yaml", "a/../../secret/room.yaml")
+NO_NAMES = ("", "..\\secret\\room.yaml", "room.yaml\0", "a" * 500, ".", "room\n.yaml")
+
+
+@pytest.mark.parametrize("path", [*OUTSIDE, *NO_NAMES, "C:/room.yaml", "//etc/room.yaml", "~/../secret/room.yaml"])
+def test_no_path_leads_out_of_the_folder(client, folder, path):
+    for address, keys in (
+        ("/api/open", {}),
+        ("/api/save", {"text": ROOM}),
+        ("/api/new", {}),
+        ("/api/parse", {"text": ROOM}),
+        ("/api/edit", {"text": ROOM, "changes": []}),
+        ("/api/trust", {"text": ROOM}),
+    ):
+        if path == "" and address not in ("/api/open", "/api/save"):
+            continue  # a text that is not saved yet
+        answer = asks(client, address, path=path, **keys)
+        assert answer.status_code in (400, 403), address
+    assert client.get("/api/modules", params={"path": path or "/"}).status_code in (400, 403)
+    assert files(folder.parent) == {"open", "secret"}
+    assert (folder.parent / "secret" / "room.yaml").read_text() == "mjsim: 1\nname: secret\n"
+
+
+def test_nothing_outside_is_listed_or_seen_through_a_link(client):
+    told = client.get("/api/folder").json()
+    assert told["worlds"] == ["driven.yaml", "room.yaml"]
+    assert "out.jpg" not in told["pictures"]
+    for path in ("../secret/lion.jpg", "/etc/passwd", "away/lion.jpg", "out.jpg"):
+        answer = client.get("/api/picture", params={"path": path})
+        assert answer.status_code == 404
+    world = f"{ROOM}beacons: [{{name: lion, image: away/lion.jpg, at: [1, 1]}}]\n"
+    (problem,) = asks(client, "/api/parse", path="room.yaml", text=world).json()["problems"]
+    assert "leaves its folder" in problem["message"]
+
+
+def test_only_worlds_are_written_and_none_that_are_hidden(client, folder):
+    before = files(folder)
+    for path in ("still.py", "room.txt", ".hidden.yaml", ".git/config.yaml", "room.yaml/x.yaml"):
+        assert asks(client, "/api/save", path=path, text=ROOM, overwrite=True).status_code in (400, 403, 409)
+    assert files(folder) == before
+
+
+def test_what_is_brought_is_bounded_and_a_picture(client, folder):
+    before = files(folder)
+    for data, status in (
+        (b"x" * (MOST_BYTES + 1), 413),
+        (b"<html><script>alert(1)</script>", 415),
+        (b"", 415),
+        (picture(40, 30)[:200], 415),
+        (picture(40, 30, ".png")[:60], 415),
+        (b"\xff\xd8\xff" + b"\0" * 1000, 415),
+        (b"GIF89a" + b"\0" * 100, 415),
+        (bomb(60_000), 415),
+        (bomb(5000), 415),
+        (bomb(0), 415),
+    ):
+        answer = client.post("/api/upload?name=x.jpg", content=data)
+        assert answer.status_code == status
+        assert answer.json()["error"]
+    # Of a stream without a length no more is read than is allowed.
+    endless = (b"x" * 1_000_000 for _ in range(MOST_BYTES // 1_000_000 + 2))
+    assert client.post("/api/upload?name=x.jpg", content=endless).status_code == 413
+    assert client.post("/api/open", content=b" " * (MOST_JSON + 1), headers=JSON).status_code == 413
+    assert files(folder) == before
+
+
+JSON = {"Content-Type": "application/json"}
+
+
+def test_a_picture_that_is_brought_is_written_anew_under_a_name_that_is_free(client, folder):
+    data = picture(400, 300) + b"<script>alert(1)</script>"
+    names = ["../../evil.py", "my poster.jpg", "my poster.jpg", "..", "ü/ö.jpeg", ".hidden.jpg"]
+    got = [client.post("/api/upload", params={"name": name}, content=data).json()["path"] for name in names]
+    assert got == ["evil.jpg", "my-poster.jpg", "my-poster-2.jpg", "picture.jpg", "picture-2.jpg", "hidden.jpg"]
+    for name in got:
+        written = (folder / name).read_bytes()
+        assert b"script" not in written
+        assert cv2.imdecode(np.frombuffer(written, np.uint8), cv2.IMREAD_COLOR).shape == (300, 400, 3)
+        (folder / name).unlink()
+    clear = np.zeros((10, LARGEST * 2, 4), np.uint8)
+    told = client.post("/api/upload?name=wide.png", content=cv2.imencode(".png", clear)[1].tobytes()).json()
+    pixels = cv2.imread(str(folder / told["path"]), cv2.IMREAD_UNCHANGED)
+    assert pixels.shape == (5, LARGEST, 3)
+    assert pixels.min() == 255
+    (folder / told["path"]).unlink()
+
+
+def test_what_is_no_request_of_the_page_is_refused_in_a_line(client):
+    for body in ("", "{", "[]", '{"path": 3}', '{"path": "room.yaml", "more": 1}', '{"path": "room.yaml", "text": 1}'):
+        answer = client.post("/api/parse", content=body, headers=JSON)
+        assert answer.status_code == 400
+        assert "\n" not in answer.json()["error"]
+    for changes in ([{"op": "drop", "path": ["walls"]}], [{"op": "set", "path": [1.5], "value": 1}], [{}], 3):
+        assert asks(client, "/api/edit", path="room.yaml", text=ROOM, changes=changes).status_code == 400
+    for value in ("NaN", "Infinity", "1e999"):
+        change = f'{{"op": "set", "path": ["light"], "value": {value}}}'
+        body = f'{{"path": "room.yaml", "text": {json.dumps(ROOM)}, "changes": [{change}]}}'
+        assert client.post("/api/edit", content=body, headers=JSON).status_code in (400, 409)
+    assert client.get("/api/picture?path=posters/lion.jpg&size=huge").status_code == 400
+    assert client.get("/api/open").status_code == 405
+
+
+def test_code_that_came_with_a_world_asks_once_and_nothing_of_it_runs_before(client, folder):
+    told = asks(client, "/api/open", path="driven.yaml").json()
+    assert told["needs_trust"] == ["helper.py", "still.py"]
+    modules = client.get("/api/modules").json()
+    assert "still.py:Still" not in json.dumps(modules)  # it has none of the methods
+    with connect(run_of(client), open_timeout=PATIENCE) as browser:
+        browser.send(json.dumps({"do": "start", "path": "driven.yaml", "text": DRIVEN, "speed": 1}))
+        refused = next_of(browser, "refused")
+    assert refused["needs_trust"] == ["helper.py", "still.py"]
+    assert "still.py" in refused["error"]
+    assert not (folder / "ran").exists()
+    assert asks(client, "/api/trust", path="driven.yaml", text=DRIVEN).json()["needs_trust"] == []
+    assert not (folder / "ran").exists()
+    assert asks(client, "/api/parse", path="driven.yaml", text=DRIVEN).json()["needs_trust"] == []
+
+
+def next_of(browser, kind):
+    while True:
+        message = browser.recv(PATIENCE)
+        if isinstance(message, str) and (told := json.loads(message))["kind"] == kind:
+            return told
+
+
+def test_a_file_stays_allowed_while_it_is_worked_on_and_new_ones_ask(folder):
+    world, trust = load_world(folder / "driven.yaml"), Trust()
+    with pytest.raises(RefusedError, match=r"code that you have not allowed yet: helper\.py, still\.py"):
+        trust.check(world)
+    trust.allow(world)
+    (folder / "still.py").write_text(CODE + "# changed\n")
+    trust.check(world)
+    (folder / "still.py").write_text("import other\n" + CODE)
+    (folder / "other.py").write_text("")
+    with pytest.raises(RefusedError, match=r"not allowed yet: other\.py"):
+        trust.check(world)
+    (folder / "other.py").unlink()
+    (folder / "still.py").write_text(CODE)
+
+
+def test_a_module_that_is_installed_may_be_anything_and_asks_with_what_it_is_given(folder, tmp_path):
+    def needs(use):
+        (tmp_path / "room.yaml").write_text(DRIVEN.replace('{use: "still.py:Still", speed: 1}', use))
+        return Trust().asks_for(load_world(tmp_path / "room.yaml"))
+
+    assert needs('{use: "subprocess:Popen", args: [ls]}') == ['subprocess:Popen {"args": ["ls"]}']
+    assert needs('{use: "mjsim.algorithms.wander:Wander"}') == []
+    assert needs('{use: "mjsim.algorithmsx:Wander"}') == ["mjsim.algorithmsx:Wander"]
+
+
+def test_a_folder_is_needed_and_a_world_in_it(tmp_path):
+    with pytest.raises(UsageError, match=r"no folder '.*nowhere'; name one that is there"):
+        Folder(tmp_path / "nowhere")
+    with pytest.raises(UsageError, match=r"no file 'room\.yaml' in"):
+        Studio(tmp_path, world="room.yaml")
+
+
+def test_an_upload_that_is_cut_short_leaves_nothing(studio, folder):
+    before = files(folder)
+    port = httpx.URL(studio.url).port
+    with socket.create_connection(("127.0.0.1", port), PATIENCE) as raw:
+        head = f"POST /api/upload?name=x.jpg HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nContent-Length: 5000\r\n\r\n"
+        raw.sendall(head.encode() + picture(40, 30)[:100])
+    assert httpx.get(studio.url, timeout=PATIENCE, trust_env=False).status_code == 200
+    assert files(folder) == before
