@@ -1,7 +1,9 @@
 """A session: a run in a thread of its own, which others start, pause, slow, steer and watch."""
 
+import re
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -261,3 +263,16 @@ def test_a_closed_session_says_so_to_who_asks_for_more(session):
     session.close()
     with pytest.raises(mjsim.UsageError, match="the session is not running; start it first"):
         session.set_noise("robots.scout.odometry.scale", 1.1)
+
+
+@pytest.mark.slow
+def test_the_page_of_sessions_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    page = (Path(__file__).parent.parent / "docs" / "session.md").read_text(encoding="utf-8")
+    names = {}
+    for code in re.findall("```python\n(.*?)```", page, re.DOTALL):
+        exec(code, names)
+    first, count, address = capsys.readouterr().out.splitlines()
+    assert "Pose(x=" in first
+    assert count == "500 ticks"
+    assert address.startswith("watch it at http://127.0.0.1:")
