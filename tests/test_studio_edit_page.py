@@ -1,4 +1,6 @@
 import re
+import subprocess
+import sys
 
 import cv2
 import numpy as np
@@ -6,6 +8,8 @@ import pytest
 from playwright.sync_api import expect
 from sheet import Sheet, sheet_of
 from windows import chromium
+
+from mjsim.world import load_world
 
 pytestmark = pytest.mark.slow
 
@@ -55,6 +59,33 @@ def test_walls_are_drawn_corner_by_corner(sheet, tmp_path):
     shell = "  - points: [[0, 0], [6, 0], [6, 4], [0, 4]]   # the shell\n    closed: true\n"
     assert saved(sheet, tmp_path).startswith(ROOM.partition(shell)[0] + shell)
     assert "[[4, 1], [5, 1], [5, 2]]" in saved(sheet, tmp_path)
+
+
+def test_a_world_is_built_from_nothing_saved_checked_and_run(sheet, tmp_path):
+    sheet.button("New world").click()
+    sheet.button("Empty room").click()
+    expect(sheet.title).to_have_text("room")
+    sheet.button("Draw the first wall").click()
+    for corner in ((-4, -3), (4, -3), (4, 3), (-4, 3), (-4, -3)):
+        sheet.click(*corner)
+    expect(sheet.page.locator(".panel .kind")).to_have_text("Wall")
+    sheet.press("p")
+    sheet.click(3.8, 0)
+    expect(sheet.page.locator(".panel .kind")).to_have_text("Beacon")
+    sheet.press("r")
+    sheet.click(-2, 0)
+    expect(sheet.page.locator(".panel .kind")).to_have_text("Robot")
+    sheet.press("Control+s")
+    sheet.page.get_by_role("dialog").get_by_label("File").fill("hall")
+    sheet.press("Enter")
+    expect(sheet.unsaved).to_be_hidden()
+    for command in (["check"], ["run", "--seconds", "0.2", "-o", str(tmp_path / "hall.mcap")]):
+        main = [sys.executable, "-m", "mjsim.cli", command[0], str(tmp_path / "hall.yaml"), *command[1:]]
+        assert subprocess.run(main, capture_output=True, check=False).returncode == 0
+    world = load_world(tmp_path / "hall.yaml")
+    assert world.walls[0].points == ((-4, -3), (4, -3), (4, 3), (-4, 3))
+    assert (world.beacons[0].at, world.beacons[0].heading_deg) == ((3.94, 0), 180)
+    assert (world.robots[0].preset, world.robots[0].at) == ("pioneer3dx", (-2, 0))
 
 
 def test_a_drag_changes_its_numbers_and_nothing_else(sheet, tmp_path):

@@ -40,3 +40,29 @@ def test_the_libraries_of_the_page_stand_at_exact_versions_and_name_no_registry(
     assert len(versions) > 5
     assert all(re.fullmatch(r"\d+\.\d+\.\d+", version) for version in versions)
     assert "resolved" not in (PAGE / "package-lock.json").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("scheme", [":root {", ':root[data-theme="dark"] {'])
+def test_text_stands_out_from_what_it_stands_on_as_wcag_asks(scheme):
+    style = (PAGE / "src" / "theme.css").read_text(encoding="utf-8")
+    colors = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", style.partition(scheme)[2].partition("}")[0]))
+    grounds = [colors[name] for name in ("page", "paper", "raised")]
+    for name in ("ink", "muted", "accent", "error", "warning", "code-key", "code-text", "code-number", "code-note"):
+        assert min(contrast(colors[name], ground) for ground in grounds) >= 4.5, name
+    for name, ground in (("on-accent", "accent"), ("accent", "accent-soft"), ("error", "error-soft")):
+        assert contrast(colors[name], colors[ground]) >= 4.5, name
+    for name in ("edge", "accent", "truth", "estimate", "wall"):  # outlines of controls and what plans are read by
+        assert min(contrast(colors[name], ground) for ground in grounds) >= 3.0, name
+
+
+def contrast(one: str, other: str) -> float:
+    """WCAG 2.2, "contrast ratio"."""
+    light, dark = sorted((luminance(one), luminance(other)), reverse=True)
+    return (light + 0.05) / (dark + 0.05)
+
+
+def luminance(color: str) -> float:
+    """WCAG 2.2, "relative luminance"."""
+    shares = [value / 255 for value in bytes.fromhex(color.removeprefix("#"))]
+    red, green, blue = (share / 12.92 if share <= 0.04045 else ((share + 0.055) / 1.055) ** 2.4 for share in shares)
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue

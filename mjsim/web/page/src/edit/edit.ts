@@ -48,6 +48,12 @@ class EditView {
   private readonly tools: Tools;
   private readonly text: TextPane;
   private readonly problems = el("div", { class: "problems" });
+  private readonly firstSteps = el(
+    "div",
+    { class: "first-steps", hidden: true },
+    el("p", {}, "An empty floor."),
+    el("button", { class: "primary", onclick: () => this.tools.take("wall") }, icon(ICONS.wall), "Draw the first wall (W)"),
+  );
   private readonly dock = el("section", { class: "dock", "aria-label": "Text" });
 
   constructor(
@@ -66,6 +72,7 @@ class EditView {
     this.listen();
     this.showState();
     this.showProblems();
+    this.showFirstSteps();
     this.shown();
   }
 
@@ -83,6 +90,7 @@ class EditView {
     const said = el("p", { class: "sr", role: "status", "aria-live": "polite" });
     this.editor.said.on((text) => (said.textContent = text));
     const stage = el("div", { class: "stage" }, this.tools.strip, this.host, zoom, show, said);
+    stage.append(this.firstSteps);
     const split = splitter(this.element);
     fill(this.element, this.tools.bar, stage, split, this.dock, panel, emptyState(this.studio));
   }
@@ -95,6 +103,8 @@ class EditView {
     const { document } = this.studio;
     document.opened.on(() => this.showState());
     document.parsedChanged.on(() => this.showProblems());
+    document.parsedChanged.on(() => this.showFirstSteps());
+    this.tools.changed.on(() => this.showFirstSteps());
     this.host.addEventListener("dragover", (event) => event.preventDefault());
     this.host.addEventListener("drop", (event) => void this.drop(event));
     this.host.addEventListener("focus", () => this.host.matches(":focus-visible") && this.editor.said.emit("Plan"));
@@ -113,6 +123,11 @@ class EditView {
     const hang = this.tools.beaconOf(path);
     hang.down(spot);
     hang.up(spot);
+  }
+
+  private showFirstSteps(): void {
+    const { document } = this.studio;
+    this.firstSteps.hidden = document.items.length > 0 || this.tools.now !== "select" || document.parsed.items === null;
   }
 
   private showState(): void {

@@ -6,7 +6,7 @@ import type { Spot, Tool } from "../plan/gestures";
 import { drawItem } from "../plan/items";
 import type { Plan } from "../plan/plan";
 import type { Editor } from "./editor";
-import { paintNote } from "./select_tool";
+import { paintNote } from "./marks";
 import { faceNear, isWall, rectangle } from "./shapes";
 import { toGrid } from "./snap";
 

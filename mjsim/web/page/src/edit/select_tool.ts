@@ -6,6 +6,7 @@ import type { Spot, Tool } from "../plan/gestures";
 import { disc, line } from "../plan/items";
 import { keyOf, type Plan } from "../plan/plan";
 import type { Editor } from "./editor";
+import { paintBand, paintNote, paintViews } from "./marks";
 import { type Changed, canTurn, cornersOf, faceNear, type Handle, handlesOf, isWall, moved, pivotOf, spun } from "./shapes";
 import { snapCorner, toGrid } from "./snap";
 
@@ -235,6 +236,7 @@ export class SelectTool implements Tool {
   private paint(context: CanvasRenderingContext2D, plan: Plan): void {
     const item = this.alone();
     context.lineWidth = 1.5;
+    if (item) paintViews(context, plan, plan.ghosts.get(keyOf(item.path)) ?? item);
     if (item) this.paintHandles(context, plan, item);
     if (this.drag_?.kind === "band" && this.moving && this.from && this.now) paintBand(context, plan, this.from.screen, this.now.screen);
     if (this.note && this.now && this.moving) paintNote(context, plan, this.now.screen, this.note);
@@ -263,31 +265,6 @@ export class SelectTool implements Tool {
       context.stroke();
     }
   }
-}
-
-/** A few words beside the pointer. */
-export function paintNote(context: CanvasRenderingContext2D, plan: Plan, [x, y]: Point, text: string): void {
-  context.font = "600 12px system-ui, sans-serif";
-  context.textBaseline = "middle";
-  context.textAlign = "left";
-  const width = context.measureText(text).width;
-  const left = Math.min(x + 16, plan.view.width - width - 20);
-  context.fillStyle = plan.palette.ink;
-  context.beginPath();
-  context.roundRect(left, y - 32, width + 16, 22, 5);
-  context.fill();
-  context.fillStyle = plan.palette.paper;
-  context.fillText(text, left + 8, y - 20.5);
-}
-
-function paintBand(context: CanvasRenderingContext2D, plan: Plan, a: Point, b: Point): void {
-  context.strokeStyle = plan.palette.accent;
-  context.fillStyle = plan.palette.accent;
-  context.lineWidth = 1;
-  context.globalAlpha = 0.12;
-  context.fillRect(a[0], a[1], b[0] - a[0], b[1] - a[1]);
-  context.globalAlpha = 1;
-  context.strokeRect(a[0], a[1], b[0] - a[0], b[1] - a[1]);
 }
 
 function sizeNote(ghost: Item, corner: number | undefined): string {

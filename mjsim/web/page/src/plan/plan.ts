@@ -123,9 +123,9 @@ export class Plan {
     return pixels / this.view.scale;
   }
 
-  /** The step to which things snap: five pixels at least, finer than the lines that are seen [m]. */
+  /** The step to which things snap: three pixels at least, finer than the lines that are seen [m]. */
   get step(): number {
-    return roundStep(this.view.scale, 5);
+    return roundStep(this.view.scale, 3);
   }
 
   toWorld(screen: Point): Point {

@@ -12,19 +12,20 @@ export interface Choice<T> {
 export function ask<T>(title: string, body: Child[], choices: Choice<T>[]): Promise<T | null> {
   return new Promise((resolve) => {
     let given: T | null = null;
-    const buttons = choices.map(({ text, value, kind }) =>
-      el("button", { type: "submit", class: kind ?? "", onclick: () => (given = value) }, text),
-    );
+    // Enter in a field presses the first button that submits: that is the main answer.
+    const buttons = choices.map(({ text, value, kind }) => {
+      const give = (): void => {
+        given = value;
+        dialog.close();
+      };
+      return el("button", { type: kind === "primary" ? "submit" : "button", class: kind ?? "", onclick: give }, text);
+    });
     const form = el("form", { method: "dialog" }, el("h2", { id: "dialog-title" }, title), ...body);
     form.append(el("div", { class: "choices" }, ...buttons));
     const dialog = el("dialog", { "aria-labelledby": "dialog-title" }, form);
     dialog.addEventListener("close", () => {
       dialog.remove();
       resolve(given);
-    });
-    // Enter in a field gives the main answer.
-    form.addEventListener("submit", (event) => {
-      if (event.submitter === null) given = (choices.find((choice) => choice.kind === "primary") ?? choices[0])?.value ?? null;
     });
     document.body.append(dialog);
     dialog.showModal();

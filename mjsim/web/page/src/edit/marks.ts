@@ -1,0 +1,64 @@
+/** What is drawn over the plan while it is edited. */
+
+import type { Item, Point, Values } from "../api";
+import { add, rotate } from "../plan/geometry";
+import type { Plan } from "../plan/plan";
+
+/** How far a camera's view is drawn [m]. */
+const SIGHT = 3;
+
+/** What the cameras of a robot have in view. */
+export function paintViews(context: CanvasRenderingContext2D, plan: Plan, robot: Item): void {
+  const sensors = robot.values["sensors"];
+  if (robot.type !== "Robot" || !robot.at || !Array.isArray(sensors)) return;
+  const turn = robot.heading_deg ?? 0;
+  for (const sensor of sensors as Values[]) {
+    const at = sensor["at"];
+    if (typeof sensor["camera"] !== "string" || !Array.isArray(at)) continue;
+    const middle = plan.view.toScreen(add(robot.at, rotate([Number(at[0]), Number(at[1])], turn)));
+    paintWedge(context, plan, middle, turn + Number(sensor["yaw_deg"] ?? 0), Number(sensor["fov_deg"] ?? 60));
+  }
+}
+
+function paintWedge(context: CanvasRenderingContext2D, plan: Plan, middle: Point, heading: number, field: number): void {
+  const reach = SIGHT * plan.view.scale;
+  const shade = context.createRadialGradient(...middle, 0, ...middle, reach);
+  shade.addColorStop(0, plan.palette.accent);
+  shade.addColorStop(1, "transparent");
+  const start = (-(heading + field / 2) * Math.PI) / 180;
+  context.save();
+  context.globalAlpha = 0.3;
+  context.fillStyle = shade;
+  context.beginPath();
+  context.moveTo(...middle);
+  context.arc(...middle, reach, start, start + (field * Math.PI) / 180);
+  context.closePath();
+  context.fill();
+  context.restore();
+}
+
+/** A few words beside the pointer. */
+export function paintNote(context: CanvasRenderingContext2D, plan: Plan, [x, y]: Point, text: string): void {
+  context.font = "600 12px system-ui, sans-serif";
+  context.textBaseline = "middle";
+  context.textAlign = "left";
+  const width = context.measureText(text).width;
+  const left = Math.min(x + 16, plan.view.width - width - 20);
+  context.fillStyle = plan.palette.ink;
+  context.beginPath();
+  context.roundRect(left, y - 32, width + 16, 22, 5);
+  context.fill();
+  context.fillStyle = plan.palette.paper;
+  context.fillText(text, left + 8, y - 20.5);
+}
+
+/** The rubber band between two corners. */
+export function paintBand(context: CanvasRenderingContext2D, plan: Plan, a: Point, b: Point): void {
+  context.strokeStyle = plan.palette.accent;
+  context.fillStyle = plan.palette.accent;
+  context.lineWidth = 1;
+  context.globalAlpha = 0.12;
+  context.fillRect(a[0], a[1], b[0] - a[0], b[1] - a[1]);
+  context.globalAlpha = 1;
+  context.strokeRect(a[0], a[1], b[0] - a[0], b[1] - a[1]);
+}
