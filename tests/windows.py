@@ -21,7 +21,7 @@ ARGUMENTS = [
 ]
 PATIENCE = 60_000
 """Nothing on the page takes this long [ms], on however loaded a machine."""
-WANTED = ("ERR_CONNECTION_REFUSED", "WebSocket connection", "409 (Conflict)")
+WANTED = ("ERR_CONNECTION_", "ERR_EMPTY_RESPONSE", "WebSocket connection", "409 (Conflict)")
 """What chromium says on its own when a server is gone or refuses a change, which some tests want."""
 
 
