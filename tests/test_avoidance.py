@@ -113,6 +113,22 @@ def test_other_drives_turn_away_from_a_wall_that_they_head_for(preset):
     assert abs(poses[-1, 2]) > math.radians(30)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("preset", ["youbot", "forklift"])
+def test_a_long_robot_gets_out_of_corners_and_bumps_into_nothing(preset):
+    corners = [[3, 0], [9, 0], [12, 3], [12, 9], [9, 12], [3, 12], [0, 9], [0, 3]]
+    things = (
+        "{cylinder: [0.35, 1.2], at: [8, 6]}, {cylinder: [0.35, 1.2], at: [4, 6]}, {box: [3.2, 0.3, 0.35], at: [6, 6]}"
+    )
+    hall = f"mjsim: 1\nwalls: [{{points: {corners}, closed: true}}]\nobstacles: [{things}]\n"
+    robot = f"robots: [{{name: scout, preset: {preset}, at: [9.5, 9], heading_deg: -120}}]\n"
+    (poses,), bumps = drive(parse_world(hall + robot), 40.0)
+    assert bumps == 0
+    # In no 10 s does it stay within half a metre.
+    ways = np.lib.stride_tricks.sliding_window_view(poses[:, :2], 250, axis=0)
+    assert np.ptp(ways, axis=-1).sum(axis=-1).min() > 0.5
+
+
 def test_the_shipped_world_is_the_one_that_new_makes_with_a_camera_for_people():
     shipped, made = load_checked(ROOT / "worlds" / "avoidance.yaml"), clutter_world((12.0, 10.0), seed=3)
     assert shipped.obstacles == made.obstacles

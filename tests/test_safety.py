@@ -9,6 +9,8 @@ from robots import pioneer
 from mjsim.geometry import Pose
 from mjsim.interface import Command, Observation, Odometry, WheelCommand
 from mjsim.safety import RingAvoidance, react_to_bump
+from mjsim.safety.hits import Hits
+from mjsim.safety.sweep import Body
 
 ROBOT = pioneer(prior=Pose(0.0, 0.0, 0.0))
 
@@ -136,6 +138,25 @@ def test_a_robot_that_is_not_round_stops_turning_when_a_side_would_swing_into_wh
     assert react_to_bump(Command(0.0, turn=-0.5), (side,), CAR) == Command(turn=-0.5)
     # A round robot presses nowhere when it turns.
     assert react_to_bump(Command(0.0, turn=0.5), (side,), ROBOT) == Command(turn=0.5)
+
+
+def test_what_neighbouring_rays_hit_is_joined_where_the_body_could_not_pass_between():
+    ring, still = np.full(16, np.inf), Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
+    ring[[0, 1, 8, 10]] = 0.3
+    hits = Hits(np.full(16, 0.2), join=0.31)
+    hits.see(Observation(0.0, 0.04, still, proximity=ring))
+    points = hits.within(1.0)
+    first, second = np.array([0.5, 0.0]), 0.5 * np.array([math.cos(math.pi / 8), math.sin(math.pi / 8)])
+    for share in (0.25, 0.5, 0.75):
+        assert np.hypot(*(points - (first + share * (second - first))).T).min() < 1e-12
+    # Rays 8 and 10 are not neighbours: behind it only what they hit themselves is known.
+    assert set(map(tuple, points[points[:, 0] < 0.0].round(3))) == {(-0.5, 0.0), (-0.354, -0.354)}
+
+
+def test_a_body_tells_how_slender_it_is():
+    assert Body(ROBOT).slender == 1.0
+    assert Body(CAR).width == pytest.approx(0.31)
+    assert Body(CAR).slender == pytest.approx(0.48 / 0.155)
 
 
 def test_wheels_with_rollers_lose_only_the_part_that_presses():

@@ -30,15 +30,19 @@ class Hits:
     BEHIND = 0.1
     """A ray that goes on by so much has looked through a point [m]."""
 
+    SHARES = np.array([0.25, 0.5, 0.75])
+    """Where the points lie between what two rays hit."""
     STRIDE, PAUSE = 0.04, 0.4
     """Hits are kept when the robot has moved so far [m], or turned twice that [rad], or waited so long [s]."""
 
-    def __init__(self, rims: Array) -> None:
+    def __init__(self, rims: Array, *, join: float = 0.0) -> None:
         """Begin with none.
 
         Args:
             rims: How far the body reaches along each ray, shape (16,) [m].
+            join: What neighbouring rays hit nearer to each other than this leaves no way between [m].
         """
+        self._join = join
         angles = np.arange(RAYS) * (2.0 * np.pi / RAYS)
         self._rays = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
         self._rims = rims
@@ -94,4 +98,12 @@ class Hits:
         near = offsets[np.einsum("ij,ij->i", offsets, offsets) < distance**2]
         c, s = math.cos(self.heading), math.sin(self.heading)
         live = self._live[np.einsum("ij,ij->i", self._live, self._live) < distance**2]
-        return np.concatenate([live, near @ np.array([[c, -s], [s, c]])])
+        joined = [self._between(distance)] if self._join else []
+        return np.concatenate([live, near @ np.array([[c, -s], [s, c]]), *joined])
+
+    def _between(self, distance: float) -> Array:
+        """Return points between what neighbouring rays hit, as `within` does: a corner of the body may be there."""
+        left = np.roll(self._live, -1, axis=0)
+        gap = left - self._live
+        close = (np.hypot(*gap.T) < self._join) & (np.hypot(*self._live.T) < distance)
+        return np.asarray((self._live[close][:, None] + gap[close][:, None] * self.SHARES[:, None]).reshape(-1, 2))

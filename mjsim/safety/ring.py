@@ -26,8 +26,9 @@ class RingAvoidance:
 
     With no way ahead, a robot that can turns on the spot to a direction that is free, of several to the one in which it
     has been least (`Trail`), so that it leaves dead ends and goes in no circle for ever; one that cannot, or that has
-    no room for it, backs off, its nose swung toward that direction. A robot told to go sideways goes straight in the
-    free direction nearest to the one it is told, within 81 degrees of it, and keeps its turn rate; with none it rests.
+    no room for it, goes back and ahead in strokes, its nose swung toward that direction. A robot told to go sideways
+    goes straight in the free direction nearest to the one it is told, within 81 degrees of it, and keeps its turn rate;
+    with none it rests.
 
     References:
         Fox, Burgard, Thrun, The Dynamic Window Approach to Collision Avoidance, IEEE RAM 4(1), 1997: arcs, and
@@ -46,24 +47,31 @@ class RingAvoidance:
     """Share of the room ahead in which it can stop, whatever its arc, so that two that meet stop before they touch."""
     AHEAD = 0.3
     """A ray looks ahead when the cosine of its angle to the way is more than this."""
+    SLENDER = 3.0
+    """A robot that reaches so many times half its width does not turn on the spot: its tail swings too far."""
     HOLD = 1.5
     """For how long a side is held after there was something to pass [s]."""
     LONGEST = 30.0
     """For how long it goes round one thing before it lets a robot turn back that is told so [s]."""
-    BACKING = 1.5
-    """For how long it backs off before it looks ahead again [s]."""
+    STROKE = 1.5
+    """For how long it goes back, then ahead, where it has no room to turn on the spot [s]."""
+    ROLLS = 0.02
+    """What is slower than this stands still [m/s]."""
 
     def start(self, robot: RobotInfo, rng: Generator) -> None:
         """Forget what was seen; take the shape and the limits of the robot."""
         self._robot, self._rng = robot, rng
         self._body = Body(robot)
-        # Who avoids keeps room to turn on the spot; a car cannot turn so.
-        self._swing = Body(robot, swing=True) if math.isinf(robot.max_curvature) else self._body
+        self._spins = math.isinf(robot.max_curvature) and self._body.slender < self.SLENDER
+        # What steers sharply, far from its middle, is slow to steer back.
+        self._bend = robot.max_curvature if self._spins else min(robot.max_curvature, 1.0 / robot.radius)
+        # Who avoids keeps room to turn on the spot, unless it cannot turn so or would need a hall for it.
+        self._swing = Body(robot, swing=True) if self._spins else self._body
         self._deceleration = 0.5 * robot.max_acceleration
         rims = np.full(RAYS, robot.radius)
         if robot.outline is not None and not is_round(robot.outline):
             rims = np.array([rim(robot.outline, 2.0 * math.pi / RAYS * ray) for ray in range(RAYS)])
-        self._hits, self._trail = Hits(rims), Trail()
+        self._hits, self._trail = Hits(rims, join=0.0 if self._body.round else self._body.width), Trail()
         self._ring: Array = np.full(RAYS, np.inf)
         self._cosines: Array = np.cos(np.arange(RAYS) * (2.0 * math.pi / RAYS))
         self._fan: Array = np.linspace(-1.0, 1.0, 13)
@@ -74,12 +82,12 @@ class RingAvoidance:
         self._speed = 0.0
         self._side, self._met, self._held = 0.0, -math.inf, -math.inf
         self._heading: float | None = None
-        self._back = 0
+        self._pace, self._stroke, self._left = 0.0, 0.0, 0
 
     def adjust(self, command: Command, seen: Observation) -> Command:
         """Return the command that is safe, as near as can be to the one given."""
         self._hits.see(seen)
-        self._ring = seen.proximity
+        self._ring, self._pace = seen.proximity, seen.odometry.forward / seen.dt
         self._trail.add(self._hits.x, self._hits.y)
         if command.left:
             self._forget()
@@ -96,13 +104,13 @@ class RingAvoidance:
 
     def _forget(self) -> None:
         """Be done with what was in the way."""
-        self._side, self._heading, self._back = 0.0, None, 0
+        self._side, self._heading, self._stroke = 0.0, None, 0.0
 
     def _goes_round(self, turn: float, now: float) -> bool:
         """Say whether a turn on the spot would lead back to what the robot goes round."""
         if now - self._held > self.HOLD or now - self._met > self.LONGEST:
             return False
-        return self._heading is not None or self._back > 0 or turn * self._side < 0.0
+        return self._heading is not None or self._stroke != 0.0 or turn * self._side < 0.0
 
     def _points(self, speed: float, seconds: float) -> Array:
         """Return what a way could come near to, robot's frame, shape (n, 2) [m]."""
@@ -121,7 +129,7 @@ class RingAvoidance:
         wary = max(self._wary(direction), 0.1 * speed)
         seconds = max(self.HORIZON, 0.5 * speed / self._deceleration + 0.2, self.NEAREST / speed)
         points = self._points(speed, seconds)
-        if self._swing.round and math.isinf(self._robot.max_curvature) and self._heading is None:
+        if self._swing.round and self._heading is None:
             # No arc of less than half a turn leads to what is behind.
             points = points[points[:, 0] * direction > -self._body.radius]
         if not len(points):
@@ -133,6 +141,7 @@ class RingAvoidance:
         ahead = self._body.arcs(points, speed=direction * speed, turns=np.array([wanted]), seconds=seconds)
         if ahead.times[0] >= seconds and ahead.ease[0] >= 1.0:
             return self._free(command, min(speed, wary), now, told)
+        most = min(self._robot.max_turn, self._bend * speed)
         sharpest = min(self._robot.max_turn, self.TURN * (self.HORIZON / seconds))
         turns = np.clip(wanted + self._fan * sharpest, -most, most)
         ways = self._swing.arcs(points, speed=direction * speed, turns=turns, seconds=seconds)
@@ -145,7 +154,7 @@ class RingAvoidance:
         self._note_side(float(turns[best]) - wanted, now)
         chosen, slow = float(turns[best]), min(float(speeds[best]), wary)
         # A robot that cannot turn on the spot turns less while it is slower.
-        most = self._robot.max_curvature * slow
+        most = self._bend * slow
         return replace(command, forward=direction * slow, turn=min(max(chosen, -most), most))
 
     def _wary(self, direction: float) -> float:
@@ -209,30 +218,36 @@ class RingAvoidance:
         off = wrap_angle(self._heading - self._hits.heading)
         self._held = now
         if abs(off) < 0.1:
-            self._heading, self._back = None, 0
+            self._heading, self._stroke = None, 0.0
             return None
-        spins = math.isinf(self._robot.max_curvature)
         fastest = min(self._robot.max_turn, 1.2, math.sqrt(self._robot.max_turn_acceleration * abs(off)))
         turn = math.copysign(fastest, off)
-        if spins and self._body.can_spin(points, turn):
-            self._back = 0
+        if self._spins and self._body.can_spin(points, turn):
+            self._stroke = 0.0
             return replace(command, forward=0.0, turn=turn)
-        if (back := self._back_off(command, points, off)) is not None:
-            return back
-        # No room to turn nor behind: squeeze on ahead, or turn the other way.
+        if (arc := self._turn_in_strokes(command, points, off)) is not None:
+            return arc
+        # No room at either end.
         self._heading, self._side = None, math.copysign(1.0, off)
-        ahead = self._squeeze(command, points, off, share=0.4, direction=math.copysign(1.0, command.forward))
-        if ahead is not None or not spins or not self._body.can_spin(points, -turn):
-            return ahead
+        if not self._spins or not self._body.can_spin(points, -turn):
+            return None
         return replace(command, forward=0.0, turn=-turn)
 
-    def _back_off(self, command: Command, points: Array, off: float) -> Command | None:
-        """Return the arc backward that has the most room, its nose swung toward the way out; None at its end."""
-        if self._back == 0:
-            self._back = round(self.BACKING / self._robot.dt)
-        self._back -= 1
-        back = self._squeeze(command, points, off, share=0.6, direction=-math.copysign(1.0, command.forward))
-        return None if self._back == 0 else back
+    def _turn_in_strokes(self, command: Command, points: Array, off: float) -> Command | None:
+        """Return an arc back, then ahead, its nose swung toward the way out; None when there is no room for either."""
+        for stroke in (1.0,) if self._stroke > 0.0 else (-1.0, 1.0):
+            if self._stroke != stroke:
+                # It must stop first, and gather speed again.
+                changing = abs(command.forward) / self._robot.max_acceleration
+                self._stroke, self._left = stroke, round((self.STROKE + changing) / self._robot.dt)
+            self._left -= 1
+            direction = stroke * math.copysign(1.0, command.forward)
+            arc = self._squeeze(command, points, off, share=0.6, direction=direction) if self._left > 0 else None
+            if arc is not None:
+                # Steered while it still rolls the other way, it would swing its nose where it comes from.
+                return replace(arc, turn=0.0) if self._pace * direction < -self.ROLLS else arc
+        self._stroke = 0.0
+        return None
 
     def _squeeze(
         self, command: Command, points: Array, off: float, *, share: float, direction: float
@@ -247,7 +262,7 @@ class RingAvoidance:
             direction: 1 ahead, -1 backward.
         """
         speed = share * abs(command.forward)
-        most = min(self._robot.max_turn, self._robot.max_curvature * speed)
+        most = min(self._robot.max_turn, self._bend * speed)
         turns = math.copysign(most, off) * np.array([1.0, 0.5, 0.2, 0.05, 0.0, -0.05, -0.2, -0.5, -1.0])
         ways = self._body.arcs(points, speed=direction * speed, turns=turns, seconds=self.HORIZON)
         free = ways.times * speed

@@ -11,10 +11,12 @@ from mjsim.safety.outline import is_round
 
 NEAREST = 0.05
 """Between the rim and anything on a way that counts as free [m]."""
+AWRY = 0.07
+"""By so much a body's heading may differ from that of its way, which swings the ends of a long one out [rad]."""
 TOUCHING = 0.03
 """Nearer than this nothing comes that does not touch [m]."""
 ROOMY = 0.12
-"""From this far on, what is beside the way does not slow the robot [m]."""
+"""From this far on, what is beside the way does not slow the robot, farther for a long one [m]."""
 CREEP = 0.35
 """Share of its speed that a robot keeps where it passes as near as it may."""
 LOOKS = 12
@@ -48,7 +50,18 @@ class Body:
         if outline is not None and not swing and not is_round(outline):
             low, high = outline.min(axis=0), outline.max(axis=0)
             self._box = (low + high) / 2, (high - low) / 2
-        self.roomy = ROOMY
+        self._nearest = max(NEAREST, AWRY * self.radius)
+        self.roomy = ROOMY + (self._nearest - NEAREST)
+
+    @property
+    def width(self) -> float:
+        """Over its sides [m]."""
+        return 2.0 * (self.radius if self._box is None else float(np.min(self._box[1])))
+
+    @property
+    def slender(self) -> float:
+        """How many times half its width it reaches from its origin; 1 for a circle."""
+        return 2.0 * self.radius / self.width
 
     @property
     def round(self) -> bool:
@@ -101,7 +114,7 @@ class Body:
             room = dx * dx + dy * dy
             now = np.einsum("ij,ij->i", points, points)
             # A point that is too near already only counts while the robot comes nearer to it.
-            limit = np.minimum((self.radius + NEAREST) ** 2, now * 0.998)
+            limit = np.minimum((self.radius + self._nearest) ** 2, now * 0.998)
             gap = np.sqrt(room[:, : LOOKS // 2].min(axis=(1, 2))) - self.radius
         else:
             (middle_x, middle_y), (half_x, half_y) = self._box
@@ -110,9 +123,11 @@ class Body:
             now = np.maximum(np.abs(points[:, 0] - middle_x) - half_x, np.abs(points[:, 1] - middle_y) - half_y)
             # What is nearer already, beside a long body, may come to half of that while the body swings clear.
             near = np.where(now > TOUCHING, np.maximum(0.5 * now, TOUCHING), now - 0.002)
-            limit = np.where(now > 0.0, np.minimum(NEAREST, near), -np.inf)
+            limit = np.where(now > 0.0, np.minimum(self._nearest, near), -np.inf)
             gap = room[:, : LOOKS // 2].min(axis=(1, 2))
         blocked = (room < limit).any(axis=-1)
         first = np.where(blocked.any(axis=1), blocked.argmax(axis=1), LOOKS)
         free = np.where(first == 0, 0.0, times[np.maximum(first, 1) - 1])
-        return Ways(free, np.clip(CREEP + (1.0 - CREEP) * (gap - NEAREST) / (self.roomy - NEAREST), CREEP, 1.0))
+        return Ways(
+            free, np.clip(CREEP + (1.0 - CREEP) * (gap - self._nearest) / (self.roomy - self._nearest), CREEP, 1.0)
+        )
