@@ -12,6 +12,7 @@ from mjsim.web.items import Json, Path, scene_of, world_values
 from mjsim.world import World, parse_world
 from mjsim.world.check import check_world
 from mjsim.world.expand import expand, needs_expansion
+from mjsim.world.patience import uncollected
 from mjsim.world.source import Source
 from mjsim.world.text import Node, read_text
 
@@ -32,6 +33,7 @@ class Parsed:
     """For the page: problems, items, bounds, name, run and world."""
 
 
+@uncollected()
 def parsed(text: str, source: Source, *, read: Read | None = None) -> Parsed:
     """Return what a text comes to; of one that is wrong in part, what is right.
 

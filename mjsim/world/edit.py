@@ -8,6 +8,7 @@ from typing import Any, Literal
 from mjsim.world.base import Model
 from mjsim.world.draft import Draft, Path, UnwritableError, same, shown_path
 from mjsim.world.model import World
+from mjsim.world.patience import uncollected
 from mjsim.world.snippet import rounded
 from mjsim.world.source import BUILT, Source
 from mjsim.world.text import Node
@@ -37,6 +38,7 @@ def edit_text(text: str, changes: Iterable[Change], *, source: Source = BUILT) -
     return edited(text, changes, source=source)[0]
 
 
+@uncollected()
 def edited(text: str, changes: Iterable[Change], *, source: Source = BUILT) -> tuple[str, Node]:
     """Return the text of a world with changes, made one after the other, and its value.
 
