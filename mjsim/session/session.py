@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from mjsim.sim import Simulation
 
 State = Literal["loading", "running", "paused", "ended", "failed"]
-"""loading: compiling; ended: all ticks are done, or it was stopped; failed: `error` says why."""
+"""loading: compiling, and modules getting ready; ended: all ticks are done, or it was stopped; failed: see `error`."""
 HOLD = 0.5
 """How long a command given by hand is held [s]."""
 
@@ -312,7 +312,8 @@ class Session:
                 if self._leaving is not None:
                     return False
                 wait = self._until_due(number * sim.dt, first=number == 0)
-                state: State = "paused" if wait is None else "running"
+                # Until the first tick is there, modules are getting ready.
+                state: State = "loading" if number == 0 else "paused" if wait is None else "running"
                 changed, self._state = state != self._state, state
                 if wait == 0.0:
                     self._owed = False
