@@ -67,6 +67,7 @@ class EditView {
     const panel = new Panel(this.editor, new SchemaBook(schema));
     const preview = new Preview(this.editor);
     panel.element.append(preview.element);
+    this.editor.asked.on(() => panel.focus());
     this.keys = new EditKeys(this.editor, this.tools, panel, () => this.toggleText());
     this.layOut(panel.element);
     this.listen();

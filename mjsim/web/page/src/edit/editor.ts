@@ -11,6 +11,10 @@ import { canTurn, type Changed, moved, spun } from "./shapes";
 export class Editor {
   /** Items as a drag has them now; empty when it is over. */
   readonly dragged = new Signal<Item[]>();
+  /** The fields of what is selected are wanted. */
+  readonly asked = new Signal();
+  /** Whether each thing that is touched is added to the selection, as with Shift. */
+  adding = false;
   /** What is to be read out and shown at the foot of the plan. */
   readonly said = new Signal<string>();
   private hovered: string | null = null;
@@ -60,12 +64,14 @@ export class Editor {
     this.plan.ghosts.clear();
     for (const { ghost } of changed) this.plan.ghosts.set(keyOf(ghost.path), ghost);
     this.plan.refresh();
+    this.document.sketch(changed.flatMap(({ changes }) => changes));
     this.dragged.emit(changed.map(({ ghost }) => ghost));
   }
 
   /** Give up what was dragged. */
   forget(): void {
     this.plan.ghosts.clear();
+    this.document.sketch([]);
     this.plan.refresh();
     this.dragged.emit([]);
   }

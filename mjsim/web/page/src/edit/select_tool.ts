@@ -34,7 +34,12 @@ export class SelectTool implements Tool {
     editor.plan.overlay.push((context, plan) => editor.plan.tool === this && this.paint(context, plan));
   }
 
-  down(spot: Spot): boolean {
+  double(): void {
+    if (this.editor.selected.length) this.editor.asked.emit();
+  }
+
+  down(touched: Spot): boolean {
+    const spot = { ...touched, shift: touched.shift || this.editor.adding };
     [this.from, this.now, this.moving, this.changed] = [spot, spot, false, []];
     this.drag_ = this.grab(spot);
     return this.drag_ !== null;
@@ -50,11 +55,11 @@ export class SelectTool implements Tool {
     this.editor.plan.drawOver();
   }
 
-  up(spot: Spot): void {
+  up(): void {
     const drag = this.drag_;
     if (drag && this.moving && drag.kind !== "band") void this.editor.apply(this.changed.flatMap(({ changes }) => changes));
-    else if (drag?.kind === "items" && !spot.shift) this.editor.select([drag.grabbed]);
-    else if (drag?.kind === "band" && !this.moving && !spot.shift) this.editor.select([]);
+    else if (drag?.kind === "items" && !this.from?.shift) this.editor.select([drag.grabbed]);
+    else if (drag?.kind === "band" && !this.moving && !this.from?.shift) this.editor.select([]);
     this.drag_ = null;
     this.note = "";
     this.editor.plan.drawOver();
@@ -85,7 +90,7 @@ export class SelectTool implements Tool {
     if (turner) return turner;
     const item = this.editor.plan.itemAt(spot.screen, spot.touch ? 12 : 6);
     if (item) return this.grabItem(item, spot.shift);
-    if (spot.touch) {
+    if (spot.touch && !this.editor.adding) {
       this.editor.select([]);
       return null; // a finger on free paper moves it
     }

@@ -146,8 +146,19 @@ export class Tools {
   }
 
   private choices(): HTMLElement[] {
+    if (this.now === "select") return [this.adder()];
     if (this.now === "beacon") return this.beaconChoices();
     return this.now === "robot" ? this.robotChoices() : [];
+  }
+
+  /** Holds Shift for who has none. */
+  private adder(): HTMLElement {
+    const press = (): void => {
+      this.editor.adding = !this.editor.adding;
+      button.setAttribute("aria-pressed", String(this.editor.adding));
+    };
+    const button = el("button", { class: "adding", title: "Add what is touched to the selection (Shift)", "aria-pressed": String(this.editor.adding), onclick: press }, "Several");
+    return button;
   }
 
   private beaconChoices(): HTMLElement[] {

@@ -147,7 +147,21 @@ function drawThing({ context, item, shapes, palette, look, facing, view, at }: B
     context.stroke();
   }
   context.setLineDash([]);
+  drawWay(context, item, view, palette);
   if (at && (item.values["ramp"] || item.values["steps"])) arrow(context, view.toScreen(at), facing, 14);
+}
+
+/** Where a thing goes by itself. */
+function drawWay(context: Context, item: Item, view: PlanView, palette: Palette): void {
+  const path = item.values["path"] as { points?: Point[]; closed?: boolean } | null | undefined;
+  if (!path?.points || !item.at) return;
+  context.strokeStyle = palette.seen;
+  context.lineWidth = 1.5;
+  context.setLineDash([4, 4]);
+  context.beginPath();
+  for (const point of [item.at, ...path.points, ...(path.closed ? [item.at] : [])]) context.lineTo(...view.toScreen(point));
+  context.stroke();
+  context.setLineDash([]);
 }
 
 function drawPatch({ context, item, shapes, palette, look }: Brush): void {

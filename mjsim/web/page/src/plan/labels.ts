@@ -28,7 +28,7 @@ export function drawLabels(context: CanvasRenderingContext2D, things: Named[], v
   context.textAlign = "left";
   context.lineJoin = "round";
   for (const thing of [...seen].sort((a, b) => Number(b.first) - Number(a.first))) {
-    if (!thing.first && (crowded || view.scale < 26)) continue;
+    if (!thing.first && (crowded || view.scale < 20)) continue;
     write(context, thing, view, palette, taken);
   }
 }

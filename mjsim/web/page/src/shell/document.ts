@@ -1,7 +1,7 @@
 /** The world that is open: its text with all texts it had before, what the server reads from it, and what is selected. */
 
 import { type Api, type Change, type Edited, type Item, type Opened, type Parsed, type Path } from "../api";
-import { debounced, Signal } from "../signal";
+import { debounced, newestWins, Signal } from "../signal";
 
 const EMPTY: Parsed = { problems: [], items: [], bounds: [0, 0, 10, 8], name: "", run: {}, needs_trust: [] };
 /** Typing is read after so long a pause [ms]. */
@@ -9,7 +9,7 @@ const PAUSE = 250;
 /** Letters typed within so long are one step of undo [ms]. */
 const STROKE = 1000;
 
-export type Origin = "open" | "type" | "edit" | "history";
+export type Origin = "open" | "type" | "edit" | "history" | "draft";
 
 export class WorldDocument {
   path: string | null = null;
@@ -28,6 +28,9 @@ export class WorldDocument {
   readonly stateChanged = new Signal();
   /** What a call to the server could not do. */
   readonly failed = new Signal<unknown>();
+  /** The text as a drag would make it; null when there is none. */
+  private draft: string | null = null;
+  private readonly askDraft = newestWins((changes: Change[]) => this.readDraft(changes));
   private saved = "";
   private steps: string[] = [""];
   private step = 0;
@@ -37,6 +40,40 @@ export class WorldDocument {
   private readonly readSoon = debounced(() => void this.read(), PAUSE);
 
   constructor(private readonly api: Api) {}
+
+  /** The text as it is shown: while a drag goes on, as it would be. */
+  get shown(): string {
+    return this.draft ?? this.text;
+  }
+
+  /** Show what changes would make of the text, without making them; nothing goes back to the text as it is. */
+  sketch(changes: Change[]): void {
+    this.sketched = changes.length > 0;
+    if (this.sketched) this.askDraft(changes);
+    else this.dropDraft();
+  }
+
+  private sketched = false;
+
+  private async readDraft(changes: Change[]): Promise<void> {
+    const { path, text } = this;
+    if (path === null || !this.sketched) return;
+    try {
+      const { text: draft } = await this.api.edit(path, text, changes);
+      if (!this.sketched || this.text !== text) return;
+      this.draft = draft;
+      this.textChanged.emit("draft");
+    } catch {
+      // What cannot be written is told when the drag ends.
+    }
+  }
+
+  private dropDraft(): void {
+    this.sketched = false;
+    if (this.draft === null) return;
+    this.draft = null;
+    this.textChanged.emit("draft");
+  }
 
   get isOpen(): boolean {
     return this.path !== null;
@@ -98,6 +135,7 @@ export class WorldDocument {
       edited = await this.api.edit(path ?? "", text, changes);
     } catch (error) {
       this.failed.emit(error);
+      this.dropDraft();
       this.parsedChanged.emit(); // what was dragged goes back to where it is
       return false;
     }
@@ -194,6 +232,7 @@ export class WorldDocument {
   }
 
   private push(text: string, inPlace: boolean): void {
+    [this.draft, this.sketched] = [null, false];
     this.text = text;
     if (text === this.steps[this.step]) return;
     this.steps.length = this.step + 1;
@@ -202,6 +241,7 @@ export class WorldDocument {
   }
 
   private go(step: number): void {
+    [this.draft, this.sketched] = [null, false];
     this.step = step;
     this.text = this.steps[step] ?? "";
     this.typedAt = 0;

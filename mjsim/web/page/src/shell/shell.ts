@@ -165,7 +165,7 @@ export class Shell implements Studio {
   private commandKey(event: KeyboardEvent): boolean {
     const key = event.key.toLowerCase();
     // A field of the panel has its own undo until it is left.
-    const inField = event.target instanceof HTMLInputElement;
+    const inField = event.target instanceof HTMLInputElement && "touched" in event.target.dataset;
     if (key === "s") void (event.shiftKey ? this.files.saveAs() : this.files.save());
     else if (key === "o") void this.files.ask();
     else if (key === "z" && !inField) event.shiftKey ? this.document.redo() : this.document.undo();

@@ -96,7 +96,7 @@ export class TextPane {
 
   /** Take the text over as it is now: only what differs, so that cursor and scrolling stay. */
   private take(anew: boolean): void {
-    const { text } = this.world;
+    const text = this.world.shown;
     if (anew) {
       const separator = /\r\n/.test(text) && !/(^|[^\r])\n/.test(text) ? "\r\n" : "\n";
       this.view.dispatch({ effects: this.endings.reconfigure(EditorState.lineSeparator.of(separator)), annotations: fromOutside.of(true) });
@@ -123,7 +123,7 @@ export class TextPane {
 
   /** Mark the lines of what is selected on the plan, and bring the first into view. */
   private showSelection(scroll: boolean): void {
-    const ranges = this.world.selectedItems.map((item): [number, number] => [item.line, lastLine(item, this.world.items, this.world.text)]);
+    const ranges = this.world.selectedItems.map((item): [number, number] => [item.line, lastLine(item, this.world.items, this.world.shown)]);
     const effects: StateEffect<unknown>[] = [markLines.of(ranges)];
     const [first] = ranges;
     const { doc } = this.view.state;
