@@ -65,12 +65,14 @@ if TYPE_CHECKING:
     from mjsim.run.replay import replay
     from mjsim.session import Session, Watcher
     from mjsim.sim import Simulation
+    from mjsim.web.studio import Studio
 
 # What needs MuJoCo or reads files is brought in when it is first asked for, so that `import mjsim` stays quick.
 _LATER = {
     "Recording": "mjsim.record",
     "Session": "mjsim.session",
     "Simulation": "mjsim.sim",
+    "Studio": "mjsim.web.studio",
     "Tick": "mjsim.record",
     "Watcher": "mjsim.session",
     "compare": "mjsim.report",
@@ -120,6 +122,7 @@ __all__ = [
     "Session",
     "Sighting",
     "Simulation",
+    "Studio",
     "TakesMap",
     "Tick",
     "UsageError",
