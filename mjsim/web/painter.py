@@ -14,6 +14,8 @@ from mjsim.world import World
 
 SIZE = (960, 600)
 """Of views from outside [px]."""
+LONGEST_REST = 1.0
+"""After a picture, however long it took: the first one waits for the world to be compiled [s]."""
 
 
 class Painter:
@@ -31,27 +33,29 @@ class Painter:
         self._turn = asyncio.Lock()
         self._free_at = 0.0
 
-    async def outside(self, tick: Tick, view: Outside) -> bytes:
-        """Return a view from outside as JPEG."""
-        orbit = Orbit(math.radians(view.azimuth_deg), math.radians(view.elevation_deg), view.distance, view.at)
+    async def outside(self, asked: Callable[[], tuple[Tick, Outside]]) -> tuple[float, bytes]:
+        """Return the time of a view from outside [s], and itself as JPEG; `asked` tells what, when its turn comes."""
 
-        def draw() -> bytes:
+        def draw() -> tuple[float, bytes]:
+            tick, view = asked()
+            orbit = Orbit(math.radians(view.azimuth_deg), math.radians(view.elevation_deg), view.distance, view.at)
             self._onlooker.show(tick.qpos, tick.looks)
-            return jpeg(self._onlooker.outside(orbit, width=SIZE[0], height=SIZE[1]))
+            return tick.time, jpeg(self._onlooker.outside(orbit, width=SIZE[0], height=SIZE[1]))
 
         return await self._drawn(draw)
 
-    async def onboard(self, tick: Tick, camera: str, kind: str) -> bytes:
-        """Return what a camera does not give to modules, 'depth' or 'segmentation', as JPEG; it is 'ROBOT/CAMERA'."""
+    async def onboard(self, asked: Callable[[], Tick], camera: str, kind: str) -> tuple[float, bytes]:
+        """Return what a camera, 'ROBOT/CAMERA', does not give to modules, 'depth' or 'segmentation', likewise."""
 
-        def draw() -> bytes:
+        def draw() -> tuple[float, bytes]:
+            tick = asked()
             self._onlooker.show(tick.qpos, tick.looks)
             robot, _, name = camera.partition("/")
             frame = self._onlooker.onboard(robot, name, stamp=tick.time)
             if kind == "segmentation":
-                return jpeg(segmentation_shown(frame))
+                return tick.time, jpeg(segmentation_shown(frame))
             assert frame.depth is not None, "an onlooker's cameras have depth"
-            return jpeg(depth_shown(frame.depth))
+            return tick.time, jpeg(depth_shown(frame.depth))
 
         return await self._drawn(draw)
 
@@ -60,11 +64,11 @@ class Painter:
         self._thread.submit(self._onlooker.close)
         self._thread.shutdown()
 
-    async def _drawn(self, draw: Callable[[], bytes]) -> bytes:
+    async def _drawn(self, draw: Callable[[], tuple[float, bytes]]) -> tuple[float, bytes]:
         async with self._turn:
             await asyncio.sleep(self._free_at - time.perf_counter())
             began = time.perf_counter()
-            picture = await asyncio.get_running_loop().run_in_executor(self._thread, draw)
+            drawn = await asyncio.get_running_loop().run_in_executor(self._thread, draw)
             ended = time.perf_counter()
-            self._free_at = ended + (ended - began) * (1.0 / self._share() - 1.0)
-            return picture
+            self._free_at = ended + min((ended - began) * (1.0 / self._share() - 1.0), LONGEST_REST)
+            return drawn

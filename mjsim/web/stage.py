@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 Scene = Callable[[World], Mapping[str, Any]]
 """World -> the items of its plan and its bounds, as the page draws them."""
+Encode = Callable[[str, Shot], Awaitable[tuple[float, bytes]]]
+"""Name of a view, a picture that a camera gave -> the time of what is shown [s], and itself as JPEG."""
 REST = 0.005
 """Browsers are looked after at most this often [s]."""
 HURRIED, BUSY = 0.3, 0.12
@@ -56,7 +58,7 @@ class Stage:
         self.version = 0
         """Changes with what the run is and does."""
         self._recording: Path | None = None
-        self._made: dict[str, tuple[Shot, asyncio.Future[bytes]]] = {}
+        self._made: dict[str, tuple[Shot, asyncio.Future[tuple[float, bytes]]]] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
 
     def put_on(
@@ -99,7 +101,7 @@ class Stage:
         self.version += 1
         self.wake()
 
-    async def once(self, name: str, shot: Shot, make: Callable[[str, Shot], Awaitable[bytes]]) -> bytes:
+    async def once(self, name: str, shot: Shot, make: Encode) -> tuple[float, bytes]:
         """Return what is made of a shot, made for the first browser that asks and kept for the others."""
         held = self._made.get(name)
         if held is None or held[0] is not shot:

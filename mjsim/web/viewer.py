@@ -11,11 +11,16 @@ from typing import Any
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from mjsim.errors import MjsimError
+from mjsim.record.tick import Tick
 from mjsim.web.feed import Shot
-from mjsim.web.orders import Shown, Watch
+from mjsim.web.orders import Outside, Shown, Watch
 from mjsim.web.shots import FAR, NEAR, depth_shown, jpeg, segmentation_shown
 from mjsim.web.stage import Stage
 
+Make = Callable[[], Awaitable[tuple[float, bytes]]]
+"""Makes a picture: its time [s], and itself as JPEG."""
+Source = tuple[dict[str, Any], Make]
+"""What stands in the header of a picture, and what makes it."""
 TICKS = 1 / 30
 """Least time between two ticks [s]."""
 ON_THE_WAY = 2
@@ -126,7 +131,8 @@ class Viewer:
                 self._tasks.add(task)
                 task.add_done_callback(self._tasks.discard)
 
-    def _outside(self, view: _View) -> "tuple[dict[str, Any], Callable[[], Awaitable[bytes]]] | None":
+    def _outside(self, view: _View) -> Source | None:
+        """Return what draws the view from outside, when there is anything new in it."""
         tick, painter, outside = self._stage.feed.newest, self._stage.painter, self._watch.outside
         if tick is None or painter is None or outside is None or view.last == (tick, outside):
             return None
@@ -134,16 +140,23 @@ class Viewer:
         if rest > 0.0:
             asyncio.get_running_loop().call_later(rest, self.news.set)
             return None
-        view.last, view.at = (tick, outside), time.perf_counter()
-        return {"time": tick.time, "recognised": []}, partial(painter.outside, tick, outside)
+        view.at = time.perf_counter()
 
-    def _onboard(self, name: str, view: _View) -> "tuple[dict[str, Any], Callable[[], Awaitable[bytes]]] | None":
+        def newest() -> tuple[Tick, Outside]:
+            now = self._stage.feed.newest or tick, self._watch.outside or outside
+            view.last = now
+            return now
+
+        return {"recognised": []}, partial(painter.outside, newest)
+
+    def _onboard(self, name: str, view: _View) -> Source | None:
+        """Return what makes a picture of an onboard camera, when there is a new one."""
         camera, _, kind = name.partition(":")
         shot = self._stage.feed.shots.get(camera)
         if shot is None or view.last is shot:
             return None
-        view.last, frame = shot, shot.frame
-        head: dict[str, Any] = {"time": frame.stamp, "recognised": []}
+        view.last = shot
+        head: dict[str, Any] = {"recognised": []}
         if kind == "depth":
             head["scale"] = [NEAR, FAR]
         if not kind:
@@ -152,28 +165,27 @@ class Viewer:
             ]
         return head, partial(self._stage.once, name, shot, self._encode)
 
-    async def _encode(self, name: str, shot: Shot) -> bytes:
-        """Return a picture of an onboard camera, or what it shows otherwise, as JPEG."""
+    async def _encode(self, name: str, shot: Shot) -> tuple[float, bytes]:
+        """Return the time of a picture of an onboard camera, or of what it shows otherwise, and itself as JPEG."""
         camera, _, kind = name.partition(":")
-        frame, painter, tick = shot.frame, self._stage.painter, self._stage.feed.newest
+        frame, feed, painter, tick = shot.frame, self._stage.feed, self._stage.painter, self._stage.feed.newest
         if kind == "depth" and frame.depth is not None:
             depth = frame.depth
-            return await asyncio.to_thread(lambda: jpeg(depth_shown(depth)))
+            return frame.stamp, await asyncio.to_thread(lambda: jpeg(depth_shown(depth)))
         if kind == "segmentation" and frame.segmentation is not None:
-            return await asyncio.to_thread(lambda: jpeg(segmentation_shown(frame)))
+            return frame.stamp, await asyncio.to_thread(lambda: jpeg(segmentation_shown(frame)))
         if kind and painter is not None and tick is not None:
-            return await painter.onboard(tick, camera, kind)
-        return await asyncio.to_thread(jpeg, frame.image)
+            return await painter.onboard(lambda: feed.newest or tick, camera, kind)
+        return frame.stamp, await asyncio.to_thread(jpeg, frame.image)
 
-    async def _send_picture(
-        self, name: str, view: _View, head: dict[str, Any], make: Callable[[], Awaitable[bytes]]
-    ) -> None:
+    async def _send_picture(self, name: str, view: _View, head: dict[str, Any], make: Make) -> None:
         try:
-            data = await make()
+            taken, data = await make()
             self._frame += 1
             number = self._frame
             view.on_the_way.add(number)
-            header = json.dumps({"number": number, "view": name, **head}, allow_nan=False).encode()
+            told = {"number": number, "view": name, "time": taken, **head}
+            header = json.dumps(told, allow_nan=False).encode()
             await self._send(len(header).to_bytes(4, "little") + header + data)
         except MjsimError as error:
             await self.tell({"kind": "refused", "do": "watch", "error": str(error)})
