@@ -1,5 +1,7 @@
 """The command `studio`: the page to edit worlds, to run them, and to look at what was recorded."""
 
+import os
+import sys
 import webbrowser
 from contextlib import suppress
 from pathlib import Path
@@ -28,11 +30,16 @@ def studio(
     folder, name = _opened(world)
     with Studio(folder, world=name, host=host, port=port, token=token) as page:
         say(f"the studio is at {page.url}; Ctrl-C ends it")
-        if not no_browser:
+        if not no_browser and _has_screen():
             webbrowser.open(page.url)
         # This is how it is meant to end.
         with suppress(KeyboardInterrupt):
             page.wait()
+
+
+def _has_screen() -> bool:
+    """Return whether a browser has somewhere to appear; one for terminals would take this one."""
+    return sys.platform in ("darwin", "win32") or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
 
 
 def _opened(world: Path | None) -> tuple[Path, str | None]:

@@ -239,6 +239,11 @@ def test_of_a_text_that_is_wrong_in_part_the_rest_is_seen(client):
     assert item(found, "obstacles", 1)["name"] == "cart"
     no_robot = parse(client, ROOM + "run: {drivers: {rover: {}}}\n")
     assert len(no_robot["items"]) == 10
+    carried = "".join(f"  - {{name: b{k}, at: [0.3, 0], on: scout}}\n" for k in range(6))
+    without = parse(
+        client, ROOM.replace("beacons:\n", f"beacons:\n{carried}").replace("at: [1, 2], sens", "at: [1], sens")
+    )
+    assert [found["path"] for found in without["items"]][-2:] == [["beacons", 6], ["beacons", 7]]
     broken = parse(client, ROOM + "beacons: [")
     assert broken["items"] is None
     assert broken["problems"][0]["kind"] == "error"

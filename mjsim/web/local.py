@@ -13,7 +13,8 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from mjsim.errors import UsageError
 
 LOOPBACK = "127.0.0.1"
-COOKIE = "mjsim-token"
+COOKIE = "mjsim-token-{port}"
+"""Its name: machines have one set of cookies for all ports."""
 HEADERS = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "default-src 'self'; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; "
@@ -71,11 +72,13 @@ class SameOrigin:
             token: Asked of everybody; without one only the loopback address is served.
         """
         assert token or is_loopback(host), "an address that others can reach needs a token"
-        self._app, self._token = app, token
+        self._app, self._token, self._cookie = app, token, COOKIE.format(port=port)
         self._hosts: set[str] | None = None
         if is_loopback(host):
             shown = f"[{host}]" if ":" in host else host
-            self._hosts = {f"{name}:{port}" for name in (shown, "localhost")}
+            # Browsers leave out the port that all know.
+            behind = ("", f":{port}") if port == 80 else (f":{port}",)
+            self._hosts = {f"{name}{end}" for name in (shown, "localhost") for end in behind}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, or refuse it: 403 for another page's, 401 without the token."""
@@ -90,7 +93,7 @@ class SameOrigin:
             return
         elif _given_token(scope, self._token):
             answer = RedirectResponse(scope["path"], 303, headers=HEADERS)
-            answer.set_cookie(COOKIE, self._token, httponly=True, samesite="strict")
+            answer.set_cookie(self._cookie, self._token, httponly=True, samesite="strict")
         else:
             answer = _refusal(401, "this page needs its token; open the address that was printed, with '?token='")
         if scope["type"] == "websocket":
@@ -118,7 +121,7 @@ class SameOrigin:
                 cookies.load(line)
             except CookieError:
                 return False
-        return COOKIE in cookies and _equal(cookies[COOKIE].value, self._token or "")
+        return self._cookie in cookies and _equal(cookies[self._cookie].value, self._token or "")
 
 
 def _given_token(scope: Scope, token: str) -> bool:

@@ -1,9 +1,9 @@
 """A text as the page knows it: what is wrong with it, and the items that it describes."""
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from itertools import islice
 
 from pydantic import ValidationError
 
@@ -12,7 +12,9 @@ from mjsim.web.items import Json, Path, scene_of, world_values
 from mjsim.world import World, parse_world
 from mjsim.world.check import check_world
 from mjsim.world.expand import expand, needs_expansion
+from mjsim.world.fit import misfits
 from mjsim.world.patience import uncollected
+from mjsim.world.reader import MOST
 from mjsim.world.source import Source
 from mjsim.world.text import Node, read_text
 
@@ -62,7 +64,7 @@ def _told(world: World, raw: Node | None) -> Json:
 _NOTHING: Json = {"items": None, "bounds": [-5.0, -5.0, 5.0, 5.0], "name": "", "run": {}, "world": None}
 
 
-def _told_of_part(text: str, source: Source, read: Read, problems: tuple[Problem, ...] | Any) -> Json:
+def _told_of_part(text: str, source: Source, read: Read, problems: Sequence[Problem]) -> Json:
     """Return what is wrong with a text, and the items of it that are right."""
     node, _ = read
     if node is None or not isinstance(node.value, dict):
@@ -90,12 +92,9 @@ def _right_part(node: Node, source: Source, wrong: set[Path]) -> tuple[World, Ma
         try:
             world = World.model_validate(part.value, context={"source": source})
         except ValidationError as error:
-            more = {_original(details["loc"], kept) for details in error.errors(include_url=False)}
-            more |= {
-                _original(details["ctx"]["path"], kept)
-                for details in error.errors(include_url=False)
-                if details["type"] == "mjsim" and not details["loc"]
-            }
+            more = {_original(details["loc"], kept) for details in error.errors(include_url=False) if details["loc"]}
+            # What does not fit together is told one at a time.
+            more |= {_original(path, kept) for _, path in islice(misfits(part.value), MOST)}
             if more <= wrong:
                 return None
             wrong = wrong | more

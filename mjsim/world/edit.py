@@ -18,6 +18,8 @@ __all__ = ["Change", "UnwritableError", "edit_text", "edited", "shown_path"]
 
 DEEPEST = 20
 """Lists and keys within each other, of a value that is set."""
+MOST = 10**18
+"""Of a whole number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,4 +201,6 @@ def _is_writable(value: Any, deepest: int) -> bool:
         return deepest > 0 and all(_is_writable(item, deepest - 1) for item in value)
     if isinstance(value, float):
         return math.isfinite(value)
-    return value is None or isinstance(value, (bool, int, str))
+    if isinstance(value, int):
+        return abs(value) < MOST
+    return value is None or isinstance(value, str)
