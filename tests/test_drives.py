@@ -184,6 +184,15 @@ def test_twist_and_wheels_with_rollers_are_inverse_to_each_other(kinematics):
         np.testing.assert_allclose(back, twist, atol=1e-12)
 
 
+def test_the_mean_twist_of_a_wheel_that_is_steered_meanwhile_is_that_of_many_moments():
+    kinematics = TricycleKinematics(wheel_radius=0.1, place=-0.8)
+    for before, after in [(0.2, 0.5), (-1.0, 0.4), (0.3, 0.3), (0.3, 0.30001)]:
+        moments = before + (after - before) * (np.arange(2000) + 0.5) / 2000
+        mean = np.mean([kinematics.twist(3.0, angle) for angle in moments.tolist()], axis=0)
+        # The midpoint rule errs by its step squared.
+        np.testing.assert_allclose(kinematics.mean_twist(3.0, before, after), mean, atol=1e-7)
+
+
 def test_the_wheel_of_a_tricycle_stands_across_the_way_to_the_centre_of_the_turn():
     for place, (forward, turn) in itertools.product((0.6, -1.2), np.random.default_rng(1).uniform(-1, 1, (20, 2))):
         kinematics = TricycleKinematics(wheel_radius=0.1, place=place)

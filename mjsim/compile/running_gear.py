@@ -13,8 +13,11 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.wheels import (
+    DRIVE_SAG,
     GEAR_SHARE,
     GEARED_SHARE,
+    SAG,
+    SHARED_SAG,
     STRONG_SHARE,
     WHEEL_SHARE,
     WheelSpec,
@@ -67,7 +70,7 @@ def clearance(body: Body, drive: Any) -> float:
 
 
 def _wheel(
-    robot: Robot, name: str, at: tuple[float, float], *, radius: float, gear: float = 0.1 * GEAR_SHARE
+    robot: Robot, name: str, at: tuple[float, float], *, radius: float, gear: float = 0.1 * GEAR_SHARE, sag: float = SAG
 ) -> WheelSpec:
     """Return a wheel of a robot; gear is the inertia of its motor, of the robot's mass at the rim."""
     drive: Any = robot.drive
@@ -80,6 +83,7 @@ def _wheel(
         half_width=width / 2 if width is not None else min(0.25 * radius, 0.2 * track),
         mass=WHEEL_SHARE * robot.body.mass,
         gear=gear * robot.body.mass * radius**2,
+        sag=sag,
     )
 
 
@@ -116,12 +120,12 @@ def _add_ackermann(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, driv
     """Two driven wheels under the origin, two steered ones ahead."""
     for side, y in SIDES:
         at = 0.0, y * drive.track / 2
-        wheel = _wheel(robot, f"rear_{side}", at, radius=drive.wheel_radius, gear=GEARED_SHARE)
+        wheel = _wheel(robot, f"rear_{side}", at, radius=drive.wheel_radius, gear=GEARED_SHARE, sag=SHARED_SAG)
         add_plain_wheel(base, wheel)
         add_servo(spec, wheel, torque=_torque(robot, radius=drive.wheel_radius, share=0.5))
     for side, y in SIDES:
         at = drive.wheelbase, y * drive.track / 2
-        wheel = _wheel(robot, f"front_{side}", at, radius=drive.wheel_radius)
+        wheel = _wheel(robot, f"front_{side}", at, radius=drive.wheel_radius, sag=SHARED_SAG)
         _add_steered(spec, base, robot, wheel, f"{robot.name}/steer_front_{side}")
 
 
@@ -129,9 +133,9 @@ def _add_tricycle(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, drive
     """Two wheels on the fixed axle under the origin, and one that is driven and steered."""
     load_radius = drive.load_wheel_radius or drive.wheel_radius
     for side, y in SIDES:
-        add_plain_wheel(base, _wheel(robot, side, (0.0, y * drive.track / 2), radius=load_radius))
+        add_plain_wheel(base, _wheel(robot, side, (0.0, y * drive.track / 2), radius=load_radius, sag=SHARED_SAG))
     x = drive.wheelbase if drive.driven == "front" else -drive.wheelbase
-    wheel = _wheel(robot, "drive", (x, 0.0), radius=drive.wheel_radius, gear=GEARED_SHARE)
+    wheel = _wheel(robot, "drive", (x, 0.0), radius=drive.wheel_radius, gear=GEARED_SHARE, sag=DRIVE_SAG)
     _add_steered(spec, base, robot, wheel, f"{robot.name}/steer")
     add_servo(spec, wheel, torque=_torque(robot, radius=drive.wheel_radius, share=1.0))
 

@@ -20,7 +20,10 @@ steps explode."""
 STEERING_RATE = 40.0
 """Natural frequency of a steering servo [rad/s]."""
 SAG = 3.47e-4
-"""How deep MuJoCo's contacts let wheels into the floor at rest [m]; nearly the same for all masses and sizes."""
+"""How deep MuJoCo's contacts let a pair of wheels into the floor at rest [m]; nearly the same for all masses and
+sizes."""
+SHARED_SAG, DRIVE_SAG = 2.15e-4, 3.8e-4
+"""That of wheels that share the weight with others, and of the driven wheel of a tricycle [m]."""
 WHEEL_SHARE, GEAR_SHARE = 0.05, 0.02
 """Mass of one wheel, of the robot's; and inertia of its motor and gear, of the robot's mass at the wheel's rim."""
 GEARED_SHARE, STRONG_SHARE = 0.3, 4.0
@@ -50,6 +53,8 @@ class WheelSpec:
     """[kg]"""
     gear: float
     """Inertia of its motor and gear about the axle [kg m^2]."""
+    sag: float = SAG
+    """How deep it is let into the floor [m]."""
 
 
 def add_plain_wheel(
@@ -64,12 +69,12 @@ def add_plain_wheel(
         hub: Whether its rim is seen.
     """
     # It rolls on a circle that ends half-way into the contact.
-    body = carrier.add_body(name=wheel.name, pos=[*wheel.at, wheel.radius - SAG / 2 - lift])
+    body = carrier.add_body(name=wheel.name, pos=[*wheel.at, wheel.radius - wheel.sag / 2 - lift])
     body.add_joint(name=wheel.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0], armature=wheel.gear)
     body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
         # An ellipsoid touches at one point right under the axle: it spins on the spot without scrubbing.
-        size=[wheel.radius + SAG / 2, wheel.half_width, wheel.radius + SAG / 2],
+        size=[wheel.radius + wheel.sag / 2, wheel.half_width, wheel.radius + wheel.sag / 2],
         group=RUNNING_GEAR,
         mass=wheel.mass,
         # Less than any floor, whose friction therefore counts.

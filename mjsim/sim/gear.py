@@ -20,7 +20,17 @@ from mjsim.sim.kinematics import (
     steering_names,
     wheel_names,
 )
-from mjsim.sim.odometry import OMNI_SLIP, ROLLER_SLIP, SKID_SLIP, STEERED_SLIP, Motion, Slip, WheelOdometer
+from mjsim.sim.odometry import (
+    OMNI_SLIP,
+    ROLLER_SLIP,
+    SKID_SLIP,
+    STEERED_SLIP,
+    STRAIGHT,
+    Motion,
+    Slip,
+    Steering,
+    WheelOdometer,
+)
 from mjsim.sim.streams import stream
 from mjsim.world import drives
 from mjsim.world.robots import Robot
@@ -49,7 +59,7 @@ class RunningGear:
     def twist_from_wheels(self) -> Array:
         """Return the twist (forward, left, turn) of wheel speeds, steering straight ahead, shape (3, wheels)."""
         count = len(self.wheels)
-        return np.array([self.motion([float(k == wheel) for k in range(count)], 0.0) for wheel in range(count)]).T
+        return np.array([self.motion([float(k == wheel) for k in range(count)], STRAIGHT) for wheel in range(count)]).T
 
 
 def running_gear(robot: Robot, *, dt: float, seed: int, source: Source) -> RunningGear:
@@ -86,7 +96,7 @@ def _users(robot: Robot, drive: drives.UserDrive, dt: float, seed: int, source: 
     if not isinstance(model, DriveModel):
         raise UsageError(f"{drive.use} is no drive; it needs wheels, wheels_from_twist and twist_from_wheels")
 
-    def motion(rotations: Sequence[float], steer: float) -> Twist:
+    def motion(rotations: Sequence[float], steering: Steering) -> Twist:
         forward, left, turn = model.twist_from_wheels(rotations)
         return forward, left, turn
 
@@ -115,7 +125,7 @@ def _turning(robot: Robot, kinematics: Kinematics, dt: float, seed: int, *, trac
     max_left = robot.drive.max_left if isinstance(robot.drive, drives.Omni3Drive | drives.MecanumDrive) else 0.0
     source = stream(seed, robot.name, "drive/twist")
 
-    def motion(rotations: Sequence[float], steer: float) -> Twist:
+    def motion(rotations: Sequence[float], steering: Steering) -> Twist:
         return kinematics.twist_from_wheels(rotations)
 
     drive = TwistDrive(robot.drive, kinematics=kinematics, dt=dt, stream=source, max_left=max_left)
@@ -133,7 +143,7 @@ def _turning(robot: Robot, kinematics: Kinematics, dt: float, seed: int, *, trac
 def _car(robot: Robot, drive: drives.AckermannDrive, dt: float, seed: int) -> RunningGear:
     wheels = DifferentialKinematics(drive.wheel_radius, drive.track)
 
-    def motion(rotations: Sequence[float], steer: float) -> Twist:
+    def motion(rotations: Sequence[float], steering: Steering) -> Twist:
         return wheels.twist_from_wheels(rotations)
 
     return RunningGear(
@@ -153,8 +163,8 @@ def _tricycle(robot: Robot, drive: drives.TricycleDrive, dt: float, seed: int) -
     source = stream(seed, robot.name, "drive/twist")
     steep = drive.max_steer_deg >= 90.0
 
-    def motion(rotations: Sequence[float], steer: float) -> Twist:
-        return kinematics.twist(rotations[0], steer)
+    def motion(rotations: Sequence[float], steering: Steering) -> Twist:
+        return kinematics.mean_twist(rotations[0], *steering)
 
     return RunningGear(
         wheels=wheel_names(drive),

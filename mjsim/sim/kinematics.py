@@ -151,6 +151,15 @@ class TricycleKinematics:
         rim = self.wheel_radius * speed
         return rim * math.cos(steer), 0.0, rim * math.sin(steer) / self.place
 
+    def mean_twist(self, speed: float, before: float, after: float) -> Twist:
+        """Return the mean twist of the wheel's speed [rad/s] while its angle changes steadily [rad].
+
+        The means of cosine and sine over a change are those of its middle, times the sine of its half over that half.
+        """
+        half = (after - before) / 2
+        share = math.sin(half) / half if abs(half) > 1e-4 else 1.0 - half * half / 6.0
+        return self.twist(speed * share, (before + after) / 2)
+
     def wheel(self, forward: float, turn: float) -> tuple[float, float]:
         """Return the speed of the rim [m/s] and the steering angle in [-pi/2, pi/2] [rad] of a twist."""
         aside = turn * self.place

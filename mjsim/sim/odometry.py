@@ -14,8 +14,11 @@ from mjsim.world.drives import WheelOdometry
 
 SMALL_TURN = 1e-4
 """Below it series are exact to the last digit [rad]."""
-Motion = Callable[[Sequence[float], float], Twist]
-"""Rotations of the wheels [rad], steering angle [rad] -> way ahead [m], way to the left [m], turn [rad]."""
+Steering = tuple[float, float]
+"""The angle of what is steered when a tick began and when it ended [rad]."""
+STRAIGHT: Steering = (0.0, 0.0)
+Motion = Callable[[Sequence[float], Steering], Twist]
+"""Rotations of the wheels [rad], steering -> way ahead [m], way to the left [m], turn [rad]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,13 +131,13 @@ class WheelOdometer:
         """Return the increment of a robot that has not moved yet."""
         return Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
 
-    def increment(self, rotations: Sequence[float], steer: float = 0.0) -> Odometry:
-        """Return what is told of rotations of the wheels since the last tick [rad], at a steering angle [rad]."""
+    def increment(self, rotations: Sequence[float], steering: Steering = STRAIGHT) -> Odometry:
+        """Return what is told of rotations of the wheels since the last tick [rad], steered meanwhile."""
         if self._step is not None:
             rotations = self._counted(rotations, self._step)
         if self._radii is not None:
             rotations = [rotation * radius for rotation, radius in zip(rotations, self._radii, strict=True)]
-        distance, left, turn = self._motion(rotations, steer)
+        distance, left, turn = self._motion(rotations, steering)
         distance, left, turn = distance * self._scale, left * self._scale, turn / self._track
         chance = self._stream.standard_normal(3 if self._sideways else 2).tolist()
         distance += self._noise[0] * math.sqrt(abs(distance)) * chance[0]

@@ -12,6 +12,7 @@ from mjsim.interface import Command, Message, Observation, RobotInfo, WheelComma
 from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.contact import Bumper
 from mjsim.sim.gear import running_gear
+from mjsim.sim.odometry import STRAIGHT
 from mjsim.sim.proximity import ProximityRing
 from mjsim.sim.sensors import Sensors
 from mjsim.world.drives import UserDrive
@@ -117,10 +118,9 @@ class SimulatedRobot:
         """Read the wheels, so that nothing depends on who looks when."""
         angles, before = self._data.qpos[self._hinges], self._angles
         turned, count = (angles - before).tolist(), len(self._gear.wheels)
-        # A steering angle during a tick is the mean of those at its ends.
-        steer = float(angles[count] + before[count]) / 2 if len(angles) > count else 0.0
+        steering = (float(before[count]), float(angles[count])) if len(angles) > count else STRAIGHT
         self._angles = angles
-        self._odometry = self._gear.odometer.increment(turned[:count], steer)
+        self._odometry = self._gear.odometer.increment(turned[:count], steering)
         self._seen = None
 
     def sense(self, tick: int) -> Observation:
