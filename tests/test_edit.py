@@ -256,6 +256,14 @@ def test_what_is_added_looks_like_its_neighbours():
     )
 
 
+def test_a_long_wall_fills_lines_with_its_corners():
+    new = edited(ROOM, ("add", ("walls",), {"points": [[k + 0.25, 10 + k % 2] for k in range(20)]}))
+    assert max(map(len, new.splitlines())) <= 120
+    assert "  - points: [[0.25, 10], [1.25, 11], " in new
+    assert "\n             [9.25, 11], " in new
+    assert len(parse_world(new).walls[2].points) == 20
+
+
 def test_keys_come_where_people_look_for_them_with_those_around_them():
     new = edited(TEXTS["gallery"], ("set", ("robots", 0, "body", "color"), "#2a5fa8"))
     assert '0.02}}\n    body: {color: "#2a5fa8"}\n    odometry:' in new
@@ -335,6 +343,7 @@ robots: [{name: scout, preset: pioneer3dx, at: [1, 5]}]
     )
     assert refused("set", ("walls", 1, "height"), 3).startswith("walls[1].height is written once for several places")
     assert refused("set", ("radio", "loss"), 0.1) == "radio stands in hall.yaml; change it there"
+    assert refused("unset", ("floor", "friction")) == "floor.friction stands in hall.yaml; change it there"
     assert refused("set", ("walls", 9, "height"), 3).startswith("walls[9] is not there")
     assert refused("set", ("robots", 0, "sensors", 0, "width"), 3).startswith("robots[0].sensors[0].width is not there")
     assert refused("set", ("walls", 1, "height"), float("nan")).startswith("walls[1].height cannot be written")

@@ -69,6 +69,12 @@ class Place:
         return len(self.span.entries) if self.node is None else len(self.said)
 
     @property
+    def elsewhere(self) -> str | None:
+        """The included file that holds what is not written here; None when nobody wrote it."""
+        inner = self.node.items.get(self.rest[0]) if self.node is not None and self.rest else None
+        return inner.origin.file if inner is not None and inner.origin is not None else None
+
+    @property
     def is_empty(self) -> bool:
         """Whether nothing is written behind its key."""
         return self.span.kind == "scalar" and not self.span.text and not self.span.style and bool(self.entries)
@@ -130,9 +136,9 @@ class Draft:
             place.own.append(own)
             place.entries.append(entry)
             place.chain.append(entry.value)
-            place.node = inner
             # Of what is not repeated only values are computed; below, nodes hold what is written.
             place.said = None if inner is None else place.said[step]
+            place.node = inner
         return place
 
     def replace(self, place: Place, value: Any) -> None:
@@ -260,7 +266,7 @@ class Draft:
         self._read()
 
     def _own_index(self, place: Place, raw: Node | None, path: Path) -> int:
-        """Return which item of a list in the text one of the world is; one too many for the place behind the last."""
+        """Return which item of a list in the text one of the world is."""
         index, span, node = path[-1], place.span, place.node
         assert isinstance(index, int), "an item of a list is meant"
         if span.kind != "list" or not 0 <= index < place.count:

@@ -150,6 +150,8 @@ class _Editor:
             if outer.count > 1:
                 break
             place = outer
+        if place.elsewhere is not None:
+            raise UnwritableError(path, f"stands in {place.elsewhere}; change it there")
         if not place.rest:
             self.draft.take_out(place)
 
@@ -168,18 +170,14 @@ def _joined(changes: Iterable[Change]) -> list[tuple[str, Path, Any]]:
         if not change.path or not _is_writable(change.value, DEEPEST):
             raise UnwritableError(change.path, "cannot be written; give finite numbers, texts, lists and keys")
         value = rounded(change.value)
-        step = ("add", change.path)
+        step, behind = ("add", change.path), isinstance(change.path[-1], str)
         if change.op != "add":
             joined.append((change.op, change.path, value))
-        elif joined and joined[-1][:2] == step and _names_list(change.path):
+        elif behind and joined and joined[-1][:2] == step:
             joined[-1][2].append(value)
         else:
             joined.append(("add", change.path, [value]))
     return joined
-
-
-def _names_list(path: Path) -> bool:
-    return bool(path) and isinstance(path[-1], str)
 
 
 def _says_nothing_empty(path: Path) -> bool:

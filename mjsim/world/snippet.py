@@ -78,9 +78,21 @@ def keyed(name: str, value: Any, indent: int, space: str | None = None) -> list[
     line = f"{space}{scalar(name)}: {inline(value)}"
     if not _is_listed(value) and (len(line) <= WIDTH or not value or not isinstance(value, (dict, list))):
         return [line]
-    if isinstance(value, list) and not any(isinstance(item, (dict, list)) for item in value):
-        return [line]
+    if isinstance(value, list) and not _is_listed(value):
+        return _filled(f"{space}{scalar(name)}: [", value)
     return [f"{space}{scalar(name)}:", *below(value, indent + _STEP)]
+
+
+def _filled(head: str, value: list[Any]) -> list[str]:
+    """Return a list in brackets on lines that are filled with its items one after the other, below its first one."""
+    lines, space = [head], " " * len(head)
+    for number, item in enumerate(value):
+        text = inline(item) + ("]" if number == len(value) - 1 else ",")
+        if number and len(lines[-1]) + 1 + len(text) > WIDTH:
+            lines.append(space + text)
+        else:
+            lines[-1] += f" {text}" if number else text
+    return lines
 
 
 def _is_listed(value: Any) -> bool:
