@@ -47,6 +47,7 @@ class EditView {
   private readonly editor: Editor;
   private readonly tools: Tools;
   private readonly text: TextPane;
+  private readonly panel: Panel;
   private readonly problems = el("div", { class: "problems" });
   private readonly firstSteps = el(
     "div",
@@ -64,12 +65,12 @@ class EditView {
     this.editor = new Editor(studio, this.plan);
     this.tools = new Tools(this.editor);
     this.text = new TextPane(studio.document);
-    const panel = new Panel(this.editor, new SchemaBook(schema));
+    this.panel = new Panel(this.editor, new SchemaBook(schema));
     const preview = new Preview(this.editor);
-    panel.element.append(preview.element);
-    this.editor.asked.on(() => panel.focus());
-    this.keys = new EditKeys(this.editor, this.tools, panel, () => this.toggleText());
-    this.layOut(panel.element);
+    this.panel.element.append(preview.element);
+    this.editor.asked.on(() => this.panel.focus());
+    this.keys = new EditKeys(this.editor, this.tools, this.panel, () => this.toggleText());
+    this.layOut();
     this.listen();
     this.showState();
     this.showProblems();
@@ -83,7 +84,7 @@ class EditView {
     this.text.view.requestMeasure();
   }
 
-  private layOut(panel: HTMLElement): void {
+  private layOut(): void {
     const hide = el("button", { class: "quiet", title: "Hide the text (T)", onclick: () => this.toggleText() }, "Hide");
     this.dock.append(el("header", { class: "dock-head" }, icon(ICONS.text), el("h3", {}, "Text"), this.problems, el("span", { class: "space" }), hide), this.text.element);
     const show = el("button", { class: "show-text", title: "Show the text (T)", onclick: () => this.toggleText() }, icon(ICONS.text), "Text");
@@ -93,7 +94,7 @@ class EditView {
     const stage = el("div", { class: "stage" }, this.tools.strip, this.host, zoom, show, said);
     stage.append(this.firstSteps);
     const split = splitter(this.element);
-    fill(this.element, this.tools.bar, stage, split, this.dock, panel, emptyState(this.studio));
+    fill(this.element, this.tools.bar, stage, split, this.dock, this.panel.element, emptyState(this.studio));
   }
 
   private zoomButton(name: keyof typeof ICONS, title: string, onclick: () => void): HTMLElement {
@@ -103,6 +104,7 @@ class EditView {
   private listen(): void {
     const { document } = this.studio;
     document.opened.on(() => this.showState());
+    this.element.addEventListener("keydown", (event) => this.region(event));
     document.parsedChanged.on(() => this.showProblems());
     document.parsedChanged.on(() => this.showFirstSteps());
     this.tools.changed.on(() => this.showFirstSteps());
@@ -145,6 +147,22 @@ class EditView {
     const go = (): void => this.text.goTo(first.line, first.column);
     const text = `${count.filter(Boolean).join(", ")}: line ${first.line}: ${first.message}`;
     fill(this.problems, el("button", { class: `quiet problem ${first.kind}`, title: `${text} (F8 goes to the next)`, onclick: go }, icon(ICONS.warning), el("span", {}, text)));
+  }
+
+  /** F6 goes from the tools to the plan, the text and the panel, and round again; with Shift the other way. */
+  private region(event: KeyboardEvent): void {
+    if (event.key !== "F6") return;
+    event.preventDefault();
+    const regions: [Element, () => void][] = [
+      [this.tools.bar, () => this.tools.bar.querySelector<HTMLElement>("[tabindex='0']")?.focus()],
+      [this.host, () => this.host.focus()],
+      [this.dock, () => this.text.view.focus()],
+      [this.panel.element, () => this.panel.focus()],
+    ];
+    const shown = regions.filter(([region]) => region.clientHeight > 0);
+    const now = shown.findIndex(([region]) => region.contains(document.activeElement));
+    const step = event.shiftKey ? -1 : 1;
+    shown[(now + step + shown.length) % shown.length]?.[1]();
   }
 
   private toggleText(): void {

@@ -2,12 +2,15 @@
 
 import { el } from "../dom";
 
+/** The text is at least so large [px]. */
+const LEAST = 90;
+
 export function splitter(view: HTMLElement): HTMLElement {
-  const bar = el("div", { class: "splitter", role: "separator", tabindex: 0, "aria-label": "Height of the text" });
+  const bar = el("div", { class: "splitter", role: "separator", tabindex: 0, "aria-label": "Size of the text", "aria-valuenow": 200, "aria-valuemin": LEAST, "aria-valuemax": 2000 });
   const isWide = (): boolean => getComputedStyle(bar).cursor === "col-resize";
   const size = (pixels: number): void => {
     const most = isWide() ? view.clientWidth * 0.5 : view.clientHeight * 0.7;
-    const wanted = Math.round(Math.min(Math.max(pixels, 90), most));
+    const wanted = Math.round(Math.min(Math.max(pixels, LEAST), most));
     view.style.setProperty(isWide() ? "--text-width" : "--text-height", `${wanted}px`);
     bar.setAttribute("aria-valuenow", String(wanted));
   };

@@ -179,11 +179,10 @@ function group(sheet: Sheet, { field, path }: Place, beside: Child, rows: Child[
     el("span", { class: "group-name" }, field.label),
     error ? el("span", { class: "bad-dot", role: "img", "aria-label": "has an error" }) : null,
     el("span", { class: "count" }, count),
-    beside,
   );
-  const details = el("details", { class: "group", open: sheet.open.get(key) ?? error !== null }, head, own ? el("p", { class: "field-error" }, own) : null, ...rows);
+  const details = el("details", { open: sheet.open.get(key) ?? error !== null }, head, own ? el("p", { class: "field-error" }, own) : null, ...rows);
   details.addEventListener("toggle", () => sheet.open.set(key, details.open));
-  return details;
+  return el("div", { class: `group${beside ? " resettable" : ""}` }, details, beside);
 }
 
 /** What is wrong at a path, or anywhere within it. */

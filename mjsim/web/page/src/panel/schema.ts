@@ -55,13 +55,14 @@ export class SchemaBook {
     return found ?? null;
   }
 
-  /** Fields of an object, in the order of the schema. */
+  /** Fields of an object, in the order of the schema, but for what names and places it. */
   fields(schema: Schema): Field[] {
     const properties = (schema["properties"] ?? {}) as Record<string, Schema>;
     const required = (schema["required"] ?? []) as string[];
     return Object.entries(properties)
       .filter(([, node]) => node["const"] === undefined || node["default"] === undefined)
-      .map(([key, node]) => this.field(key, node, required.includes(key)));
+      .map(([key, node]) => this.field(key, node, required.includes(key)))
+      .sort((a, b) => rank(a.key) - rank(b.key));
   }
 
   field(key: string, node: Schema, required: boolean): Field {
@@ -203,7 +204,12 @@ function unitOf(key: string, said: string): string {
   return key.endsWith("_hz") ? "Hz" : "";
 }
 
+function rank(key: string): number {
+  return ["name", "at", "heading_deg"].indexOf(key) + 1 || 4;
+}
+
 export function labelOf(key: string): string {
+  if (key === "fov_deg") return "Field of view";
   const words = key.replace(/_(deg|hz)$/, "").replaceAll("_", " ");
   return words.charAt(0).toUpperCase() + words.slice(1);
 }

@@ -19,6 +19,8 @@ const KEYS: [string, string][] = [
   ["Ctrl C, Ctrl X, Ctrl V, Ctrl A", "copy, cut, paste, select all"],
   ["+  −  0", "zoom in, zoom out, show all"],
   ["Alt while dragging", "do not snap"],
+  ["F6", "from the tools to the plan, the text, the fields"],
+  ["F8 in the text", "the next problem"],
   ["T", "show or hide the text"],
 ];
 

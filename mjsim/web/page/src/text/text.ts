@@ -72,7 +72,7 @@ export class TextPane {
       THEME,
       chosenLines,
       this.endings.of(EditorState.lineSeparator.of("\n")),
-      EditorView.contentAttributes.of({ "aria-label": "Text of the world, YAML" }),
+      EditorView.contentAttributes.of({ "aria-label": "Text of the world, YAML", tabindex: "0" }),
       // Tab indents lines that are selected; else it goes on through the page, as everywhere.
       keymap.of([
         { key: "Tab", run: (view) => !view.state.selection.main.empty && indentMore(view), shift: (view) => !view.state.selection.main.empty && indentLess(view) },
