@@ -19,7 +19,13 @@ async function start(): Promise<void> {
   } catch (error) {
     if (!(error instanceof Error)) throw error;
     const again = el("button", { class: "primary", onclick: () => location.reload() }, "Try again");
-    const state = el("div", { class: "state", role: "alert" }, el("h2", {}, "The studio cannot be opened"), el("p", {}, error.message), again);
+    const state = el(
+      "div",
+      { class: "state", role: "alert" },
+      el("h2", {}, "The studio cannot be opened"),
+      el("p", {}, error.message),
+      again,
+    );
     fill(root, el("header", { class: "bar" }, el("span", { class: "brand" }, "mjsim")), state);
     console.error(error);
   }

@@ -28,11 +28,20 @@ export function makeEditView(studio: Studio): View {
       inner = new EditView(studio, element, await studio.api.schema());
     } catch (error) {
       studio.toasts.error(error);
-      fill(waiting, "The form of worlds could not be loaded. ", el("button", { onclick: () => void begin() }, "Try again"));
+      fill(
+        waiting,
+        "The form of worlds could not be loaded. ",
+        el("button", { onclick: () => void begin() }, "Try again"),
+      );
     }
   };
   void begin();
-  return { element, shown: () => inner?.shown(), hidden: () => undefined, key: (event) => inner?.keys.key(event) ?? false };
+  return {
+    element,
+    shown: () => inner?.shown(),
+    hidden: () => undefined,
+    key: (event) => inner?.keys.key(event) ?? false,
+  };
 }
 
 class EditView {
@@ -53,7 +62,12 @@ class EditView {
     "div",
     { class: "first-steps", hidden: true },
     el("p", {}, "An empty floor."),
-    el("button", { class: "primary", onclick: () => this.tools.take("wall") }, icon(ICONS.wall), "Draw the first wall (W)"),
+    el(
+      "button",
+      { class: "primary", onclick: () => this.tools.take("wall") },
+      icon(ICONS.wall),
+      "Draw the first wall (W)",
+    ),
   );
   private readonly dock = el("section", { class: "dock", "aria-label": "Text" });
 
@@ -86,9 +100,31 @@ class EditView {
 
   private layOut(): void {
     const hide = el("button", { class: "quiet", title: "Hide the text (T)", onclick: () => this.toggleText() }, "Hide");
-    this.dock.append(el("header", { class: "dock-head" }, icon(ICONS.text), el("h3", {}, "Text"), this.problems, el("span", { class: "space" }), hide), this.text.element);
-    const show = el("button", { class: "show-text", title: "Show the text (T)", onclick: () => this.toggleText() }, icon(ICONS.text), "Text");
-    const zoom = el("div", { class: "zoom" }, this.zoomButton("plus", "Zoom in (+)", () => this.plan.zoomAt(1.25)), this.zoomButton("minus", "Zoom out (-)", () => this.plan.zoomAt(0.8)), this.zoomButton("fit", "Show all (0)", () => this.plan.fit()));
+    this.dock.append(
+      el(
+        "header",
+        { class: "dock-head" },
+        icon(ICONS.text),
+        el("h3", {}, "Text"),
+        this.problems,
+        el("span", { class: "space" }),
+        hide,
+      ),
+      this.text.element,
+    );
+    const show = el(
+      "button",
+      { class: "show-text", title: "Show the text (T)", onclick: () => this.toggleText() },
+      icon(ICONS.text),
+      "Text",
+    );
+    const zoom = el(
+      "div",
+      { class: "zoom" },
+      this.zoomButton("plus", "Zoom in (+)", () => this.plan.zoomAt(1.25)),
+      this.zoomButton("minus", "Zoom out (-)", () => this.plan.zoomAt(0.8)),
+      this.zoomButton("fit", "Show all (0)", () => this.plan.fit()),
+    );
     const said = el("p", { class: "sr", role: "status", "aria-live": "polite" });
     this.editor.said.on((text) => (said.textContent = text));
     const stage = el("div", { class: "stage" }, this.tools.strip, this.host, zoom, show, said);
@@ -143,10 +179,21 @@ class EditView {
     const [first] = problems;
     if (!this.studio.document.isOpen) return;
     if (!first) return fill(this.problems, el("span", { class: "hint" }, "No problems"));
-    const count = [errors ? `${errors} ${errors === 1 ? "error" : "errors"}` : "", problems.length - errors ? `${problems.length - errors} to look at` : ""];
+    const count = [
+      errors ? `${errors} ${errors === 1 ? "error" : "errors"}` : "",
+      problems.length - errors ? `${problems.length - errors} to look at` : "",
+    ];
     const go = (): void => this.text.goTo(first.line, first.column);
     const text = `${count.filter(Boolean).join(", ")}: line ${first.line}: ${first.message}`;
-    fill(this.problems, el("button", { class: `quiet problem ${first.kind}`, title: `${text} (F8 goes to the next)`, onclick: go }, icon(ICONS.warning), el("span", {}, text)));
+    fill(
+      this.problems,
+      el(
+        "button",
+        { class: `quiet problem ${first.kind}`, title: `${text} (F8 goes to the next)`, onclick: go },
+        icon(ICONS.warning),
+        el("span", {}, text),
+      ),
+    );
   }
 
   /** F6 goes from the tools to the plan, the text and the panel, and round again; with Shift the other way. */

@@ -85,14 +85,21 @@ export class Editor {
 
   /** What goes with a change: the driver of a robot, and what hangs on a thing, follow its name. */
   alongWith(change: Change): Change[] {
-    if (change.op !== "set" || change.path.length !== 3 || change.path[2] !== "name" || typeof change.value !== "string") return [];
+    if (
+      change.op !== "set" ||
+      change.path.length !== 3 ||
+      change.path[2] !== "name" ||
+      typeof change.value !== "string"
+    )
+      return [];
     const item = this.document.itemAt(change.path.slice(0, 2));
     const old = item?.name;
     if (!item || !old || item.raw?.["repeat"] !== undefined) return [];
     const name = change.value;
     const hung = this.items.filter((other) => other.values["on"] === old && !other.fixed);
     const follow = hung.map((other): Change => ({ op: "set", path: [...other.path, "on"], value: name }));
-    if (item.type === "Robot" && this.hasDriver(old)) follow.push({ op: "rename", path: ["run", "drivers", old], value: name });
+    if (item.type === "Robot" && this.hasDriver(old))
+      follow.push({ op: "rename", path: ["run", "drivers", old], value: name });
     return follow;
   }
 
@@ -117,14 +124,19 @@ export class Editor {
 
   /** Turn what is selected, each about its own middle. */
   turn(degrees: number): void {
-    this.step("turn", (item, steps) => (canTurn(item) ? spun(item, degrees * steps) : { ghost: item, changes: [] }), String(degrees));
+    this.step(
+      "turn",
+      (item, steps) => (canTurn(item) ? spun(item, degrees * steps) : { ghost: item, changes: [] }),
+      String(degrees),
+    );
   }
 
   /** Do a small change once more: it is written when no more come. */
   private step(kind: string, make: (item: Item, steps: number) => Changed, size: string): void {
     const key = `${kind} ${size} ${JSON.stringify(this.document.selection)}`;
     if (this.steps && this.steps.key !== key) this.write.now();
-    if (!this.steps) this.steps = { key, count: 0, make, items: this.free(this.selected).map((item) => this.asDrawn(item)) };
+    if (!this.steps)
+      this.steps = { key, count: 0, make, items: this.free(this.selected).map((item) => this.asDrawn(item)) };
     this.steps.count++;
     this.preview(this.stepped());
     this.write();
@@ -144,9 +156,12 @@ export class Editor {
     const items = this.free(this.selected);
     // From the last to the first, so that the places of the others hold; what lies within another goes with it.
     const whole = items.filter((item) => !items.some((other) => other !== item && isWithin(item.path, other.path)));
-    const changes: Change[] = whole.sort((a, b) => comparePaths(b.path, a.path)).map(({ path }) => ({ op: "remove", path }));
+    const changes: Change[] = whole
+      .sort((a, b) => comparePaths(b.path, a.path))
+      .map(({ path }) => ({ op: "remove", path }));
     for (const { name, type } of whole) {
-      if (type === "Robot" && name && this.hasDriver(name)) changes.push({ op: "unset", path: ["run", "drivers", name] });
+      if (type === "Robot" && name && this.hasDriver(name))
+        changes.push({ op: "unset", path: ["run", "drivers", name] });
     }
     this.document.select([]);
     void this.apply(changes);
@@ -309,4 +324,3 @@ function comparePaths(a: Path, b: Path): number {
   }
   return a.length - b.length;
 }
-

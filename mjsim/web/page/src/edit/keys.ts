@@ -30,7 +30,9 @@ export class EditKeys {
     if (!this.editor.document.isOpen) return false;
     if (isCommand(event)) return this.command(event.key.toLowerCase());
     if (event.altKey) return false;
-    const onButton = event.target instanceof HTMLButtonElement || (event.target instanceof HTMLElement && event.target.tagName === "SUMMARY");
+    const onButton =
+      event.target instanceof HTMLButtonElement ||
+      (event.target instanceof HTMLElement && event.target.tagName === "SUMMARY");
     if (onButton && (event.key === "Enter" || event.key === " ")) return false;
     return this.arrow(event) || this.act(event) || this.editor.plan.key(event) || this.letter(event.key);
   }
@@ -50,7 +52,7 @@ export class EditKeys {
   }
 
   private letter(key: string): boolean {
-    if (key.toLowerCase() === "t") return this.toggleText(), true;
+    if (key.toLowerCase() === "t") return (this.toggleText(), true);
     return key.length === 1 && this.tools.takeKey(key);
   }
 
@@ -58,10 +60,10 @@ export class EditKeys {
     const { key } = event;
     if (key === "Escape") return this.escape();
     if (key === "Enter") return this.enter();
-    if (key === " " && this.cross) return this.place(), true;
+    if (key === " " && this.cross) return (this.place(), true);
     if (key === "Delete" || key === "Backspace") return this.remove();
-    if (key === "[" || key === "{") return this.editor.turn(event.shiftKey ? 1 : 15), true;
-    if (key === "]" || key === "}") return this.editor.turn(event.shiftKey ? -1 : -15), true;
+    if (key === "[" || key === "{") return (this.editor.turn(event.shiftKey ? 1 : 15), true);
+    if (key === "]" || key === "}") return (this.editor.turn(event.shiftKey ? -1 : -15), true);
     return false;
   }
 
@@ -74,16 +76,16 @@ export class EditKeys {
   /** Out of what is innermost: the drag, the wall begun, the tool, the selection. */
   private escape(): boolean {
     if (this.editor.plan.cancelDrag()) return true;
-    if (this.tools.wall.isDrawing) return this.tools.wall.cancel(), true;
-    if (this.tools.now !== "select") return this.tools.take("select"), true;
+    if (this.tools.wall.isDrawing) return (this.tools.wall.cancel(), true);
+    if (this.tools.now !== "select") return (this.tools.take("select"), true);
     if (this.editor.selected.length === 0) return false;
     this.editor.select([]);
     return true;
   }
 
   private enter(): boolean {
-    if (this.tools.wall.isDrawing) return this.tools.wall.finish(false), true;
-    if (this.cross) return this.place(), true;
+    if (this.tools.wall.isDrawing) return (this.tools.wall.finish(false), true);
+    if (this.cross) return (this.place(), true);
     if (this.editor.selected.length === 0) return false;
     this.panel.focus();
     return true;
@@ -100,7 +102,11 @@ export class EditKeys {
       this.editor.nudge(by);
       return true;
     }
-    const now = this.cross ?? plan.toWorld([plan.view.width / 2, plan.view.height / 2]).map((value) => Math.round(value / plan.step) * plan.step);
+    const now =
+      this.cross ??
+      plan
+        .toWorld([plan.view.width / 2, plan.view.height / 2])
+        .map((value) => Math.round(value / plan.step) * plan.step);
     this.cross = [(now[0] ?? 0) + by[0], (now[1] ?? 0) + by[1]];
     this.tools.tool?.hover?.(this.spot(this.cross));
     this.editor.said.emit(this.cross.map((value) => value.toFixed(2)).join(", "));

@@ -20,7 +20,13 @@ export function paintViews(context: CanvasRenderingContext2D, plan: Plan, robot:
   }
 }
 
-function paintWedge(context: CanvasRenderingContext2D, plan: Plan, middle: Point, heading: number, field: number): void {
+function paintWedge(
+  context: CanvasRenderingContext2D,
+  plan: Plan,
+  middle: Point,
+  heading: number,
+  field: number,
+): void {
   const reach = SIGHT * plan.view.scale;
   const shade = context.createRadialGradient(...middle, 0, ...middle, reach);
   shade.addColorStop(0, plan.palette.accent);

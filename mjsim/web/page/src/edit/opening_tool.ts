@@ -52,7 +52,8 @@ export class OpeningTool implements Tool {
   up(spot: Spot): void {
     this.hover(spot);
     const { place } = this;
-    if (!place) return this.editor.said.emit(`Click on a wall to put a ${this.kind === "door" ? "doorway" : "window"} in`);
+    if (!place)
+      return this.editor.said.emit(`Click on a wall to put a ${this.kind === "door" ? "doorway" : "window"} in`);
     if (this.editor.free([place.wall]).length === 0) return;
     const size: Values = { ...KINDS[this.kind], width: place.width };
     const value = { ...(place.segment ? { segment: place.segment } : {}), at: place.at, ...size };
@@ -80,7 +81,10 @@ export class OpeningTool implements Tool {
         if (far > plan.px(spot.touch ? 30 : 20) || (best && far >= best.far) || long < 0.1) return;
         const width = Math.min(KINDS[this.kind].width, short(long, 2));
         const wish = along * long - width / 2;
-        const at = short(Math.min(Math.max(spot.alt ? wish : Math.round(wish / plan.step) * plan.step, 0), long - width), 3);
+        const at = short(
+          Math.min(Math.max(spot.alt ? wish : Math.round(wish / plan.step) * plan.step, 0), long - width),
+          3,
+        );
         const way = times(minus(to, from), 1 / long);
         const centre = add(from, times(way, at + width / 2));
         const shape = rectangle(centre, heading(way), width, Number(wall.values["thickness"] ?? 0.1));
@@ -92,7 +96,10 @@ export class OpeningTool implements Tool {
 
   private paint(context: CanvasRenderingContext2D, plan: Plan): void {
     if (!this.place) return;
-    trace(context, this.place.shape.map((point) => plan.view.toScreen(point)));
+    trace(
+      context,
+      this.place.shape.map((point) => plan.view.toScreen(point)),
+    );
     context.fillStyle = plan.palette.ground;
     context.fill();
     context.strokeStyle = plan.palette.accent;

@@ -85,7 +85,9 @@ export class PlaceTool implements Tool {
 }
 
 export const makeBox: Make = (_editor, at, to) => {
-  const size = to ? [Math.abs(to[0] - at[0]) || 0.1, Math.abs(to[1] - at[1]) || 0.1].map((side) => short(side)) : [0.6, 0.6];
+  const size = to
+    ? [Math.abs(to[0] - at[0]) || 0.1, Math.abs(to[1] - at[1]) || 0.1].map((side) => short(side))
+    : [0.6, 0.6];
   const place: Point = to ? [short((at[0] + to[0]) / 2), short((at[1] + to[1]) / 2)] : at;
   const value = { box: [...size, 0.6], at: place };
   const ghost = made("obstacle", place, 0, [rectangle(place, 0, size[0] ?? 1, size[1] ?? 1)]);
@@ -95,7 +97,12 @@ export const makeBox: Make = (_editor, at, to) => {
 export const makeCylinder: Make = (_editor, at, to) => {
   const radius = to ? Math.max(short(distance(at, to), 2), 0.02) : 0.2;
   const value = { cylinder: [radius, 0.8], at };
-  return { list: ["obstacles"], value, ghost: made("obstacle", at, 0, [circle(at, radius)]), note: `radius ${radius} m` };
+  return {
+    list: ["obstacles"],
+    value,
+    ghost: made("obstacle", at, 0, [circle(at, radius)]),
+    note: `radius ${radius} m`,
+  };
 };
 
 /** How a picture, a marker or a reflector is put in: on the wall close by, looking into the room. */
@@ -109,7 +116,12 @@ export function beaconMaker(look: () => { name: string; value: Values }): Make {
     const width = typeof value["width"] === "number" ? value["width"] : 0.6;
     const written = { name: editor.freshName(name), ...value, at: place, ...(turn ? { heading_deg: turn } : {}) };
     const ghost = made("beacon", place, turn, [rectangle(place, turn, 0.02, width)], value);
-    return { list: ["beacons"], value: written, ghost, note: face ? `on the wall, ${Math.round(turn)}°` : `${place[0]}, ${place[1]} m` };
+    return {
+      list: ["beacons"],
+      value: written,
+      ghost,
+      note: face ? `on the wall, ${Math.round(turn)}°` : `${place[0]}, ${place[1]} m`,
+    };
   };
 }
 
@@ -120,7 +132,12 @@ export function robotMaker(look: () => Values): Make {
     const value = { name: editor.freshName(String(name)), ...rest, at, heading_deg: turn };
     const { preset, sensors, ...place } = value as Values;
     const written = { ...(preset ? { name: place["name"], preset } : {}), ...place, ...(sensors ? { sensors } : {}) };
-    return { list: ["robots"], value: written, ghost: made("robot", at, turn, [circle(at, 0.22)]), note: `looks to ${turn}°` };
+    return {
+      list: ["robots"],
+      value: written,
+      ghost: made("robot", at, turn, [circle(at, 0.22)]),
+      note: `looks to ${turn}°`,
+    };
   };
 }
 

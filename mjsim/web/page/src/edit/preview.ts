@@ -18,7 +18,11 @@ export class Preview {
   private ghosts: Item[] = [];
 
   constructor(private readonly editor: Editor) {
-    this.element.append(el("div", { class: "preview-head" }, el("span", {}, "Camera"), this.choice), this.picture, this.caption);
+    this.element.append(
+      el("div", { class: "preview-head" }, el("span", {}, "Camera"), this.choice),
+      this.picture,
+      this.caption,
+    );
     this.wanted = newestWins((ask: PreviewAsk) => this.load(ask));
     this.choice.addEventListener("change", () => this.draw());
     editor.document.parsedChanged.on(() => this.draw());
@@ -37,7 +41,15 @@ export class Preview {
     this.offer(cameras);
     const { document } = this.editor;
     const camera = this.choice.value;
-    const ask = { path: document.path ?? "", text: document.text, robot: robot.name, camera, at: robot.at, heading_deg: robot.heading_deg ?? 0, width: WIDTH };
+    const ask = {
+      path: document.path ?? "",
+      text: document.text,
+      robot: robot.name,
+      camera,
+      at: robot.at,
+      heading_deg: robot.heading_deg ?? 0,
+      width: WIDTH,
+    };
     const key = JSON.stringify(ask);
     if (key === this.last) return;
     this.last = key;
@@ -62,12 +74,25 @@ export class Preview {
       const picture = URL.createObjectURL(await this.editor.studio.api.preview(ask));
       const old = this.picture.src;
       this.picture.src = picture;
-      this.caption.textContent = "";
+      fill(this.caption);
       if (old.startsWith("blob:")) URL.revokeObjectURL(old);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      this.caption.textContent = error.message;
+      this.explain(error, ask);
     }
+  }
+
+  private explain(error: ApiError, ask: PreviewAsk): void {
+    if (error.data["superseded"] === true) return;
+    const allow = async (): Promise<void> => {
+      if (await this.editor.studio.askTrust()) this.wanted(ask);
+    };
+    const needsTrust = Array.isArray(error.data["needs_trust"]);
+    fill(
+      this.caption,
+      error.message,
+      needsTrust && el("button", { onclick: () => void allow() }, "Look at what it is"),
+    );
   }
 }
 

@@ -7,7 +7,18 @@ import { disc, line } from "../plan/items";
 import { keyOf, type Plan } from "../plan/plan";
 import type { Editor } from "./editor";
 import { paintBand, paintNote, paintViews } from "./marks";
-import { type Changed, canTurn, cornersOf, faceNear, type Handle, handlesOf, isWall, moved, pivotOf, spun } from "./shapes";
+import {
+  type Changed,
+  canTurn,
+  cornersOf,
+  faceNear,
+  type Handle,
+  handlesOf,
+  isWall,
+  moved,
+  pivotOf,
+  spun,
+} from "./shapes";
 import { snapCorner, toGrid } from "./snap";
 
 /** A drag begins after so many pixels; before that it is a click. */
@@ -57,7 +68,8 @@ export class SelectTool implements Tool {
 
   up(): void {
     const drag = this.drag_;
-    if (drag && this.moving && drag.kind !== "band") void this.editor.apply(this.changed.flatMap(({ changes }) => changes));
+    if (drag && this.moving && drag.kind !== "band")
+      void this.editor.apply(this.changed.flatMap(({ changes }) => changes));
     else if (drag?.kind === "items" && !this.from?.shift) this.editor.select([drag.grabbed]);
     else if (drag?.kind === "band" && !this.moving && !this.from?.shift) this.editor.select([]);
     this.drag_ = null;
@@ -100,7 +112,10 @@ export class SelectTool implements Tool {
   private grabItem(item: Item, shift: boolean): Drag | null {
     const selected = this.editor.selected;
     const isIn = selected.some((other) => keyOf(other.path) === keyOf(item.path));
-    if (shift) this.editor.select(isIn ? selected.filter((other) => keyOf(other.path) !== keyOf(item.path)) : [...selected, item]);
+    if (shift)
+      this.editor.select(
+        isIn ? selected.filter((other) => keyOf(other.path) !== keyOf(item.path)) : [...selected, item],
+      );
     else if (!isIn) this.editor.select([item]);
     if (shift && isIn) return { kind: "band", kept: this.editor.selected };
     return { kind: "items", items: this.editor.selected, grabbed: item };
@@ -120,7 +135,11 @@ export class SelectTool implements Tool {
     const mine = this.drag_?.kind === "handle" ? keyOf(this.drag_.item.path) : "";
     const walls = items.filter((item) => isWall(item) && keyOf(item.path) !== mine);
     const snap = { step: plan.step, reach: plan.px(9), walls };
-    const to = spot.alt ? spot.world : handle.corner !== undefined ? snapCorner(spot.world, snap).at : toGrid(spot.world, plan.step);
+    const to = spot.alt
+      ? spot.world
+      : handle.corner !== undefined
+        ? snapCorner(spot.world, snap).at
+        : toGrid(spot.world, plan.step);
     const changed = handle.drawn(to);
     this.note = sizeNote(changed.ghost, handle.corner);
     return changed;
@@ -149,7 +168,12 @@ export class SelectTool implements Tool {
     let by: Point = raw;
     if (!spot.alt && anchor && !isOpening) {
       const aim = toGrid([anchor[0] + raw[0], anchor[1] + raw[1]], plan.step);
-      by = spot.shift && Math.abs(raw[0]) < Math.abs(raw[1]) ? [0, aim[1] - anchor[1]] : spot.shift ? [aim[0] - anchor[0], 0] : minus(aim, anchor);
+      by =
+        spot.shift && Math.abs(raw[0]) < Math.abs(raw[1])
+          ? [0, aim[1] - anchor[1]]
+          : spot.shift
+            ? [aim[0] - anchor[0], 0]
+            : minus(aim, anchor);
     }
     this.note = isOpening ? "" : `${signed(by[0])}, ${signed(by[1])} m`;
     const whole = items.filter((item) => item.type !== "Opening" || items.length === 1);
@@ -158,10 +182,12 @@ export class SelectTool implements Tool {
     return [...changed, ...this.openingsOf(whole, by)];
   }
 
-  /** Openings of walls that are moved are drawn where they go; the text has them by their wall, so nothing is written. */
+  /** Openings of walls that are moved go along on the plan; the text has them by their wall: nothing is written. */
   private openingsOf(walls: Item[], by: Point): Changed[] {
     const keys = new Set(walls.filter(isWall).map((wall) => keyOf(wall.path)));
-    const openings = this.editor.items.filter((item) => item.type === "Opening" && keys.has(keyOf(item.path.slice(0, -2))));
+    const openings = this.editor.items.filter(
+      (item) => item.type === "Opening" && keys.has(keyOf(item.path.slice(0, -2))),
+    );
     return openings.map((item) => {
       const polygons = item.polygons.map((polygon) => polygon.map(([x, y]): Point => [x + by[0], y + by[1]]));
       return { ghost: { ...item, polygons }, changes: [] };
@@ -205,7 +231,9 @@ export class SelectTool implements Tool {
   /** A new corner is offered where a segment is long on the screen. */
   private wallHandles(wall: Item, handles: Handle[]): Handle[] {
     const corners = cornersOf(wall);
-    return handles.filter(({ fresh, at }) => !fresh || corners.every((corner) => distance(corner, at) > this.editor.plan.px(26)));
+    return handles.filter(
+      ({ fresh, at }) => !fresh || corners.every((corner) => distance(corner, at) > this.editor.plan.px(26)),
+    );
   }
 
   private handleAt(spot: Spot): { handle: Handle; item: Item } | null {
@@ -243,7 +271,8 @@ export class SelectTool implements Tool {
     context.lineWidth = 1.5;
     if (item) paintViews(context, plan, plan.ghosts.get(keyOf(item.path)) ?? item);
     if (item) this.paintHandles(context, plan, item);
-    if (this.drag_?.kind === "band" && this.moving && this.from && this.now) paintBand(context, plan, this.from.screen, this.now.screen);
+    if (this.drag_?.kind === "band" && this.moving && this.from && this.now)
+      paintBand(context, plan, this.from.screen, this.now.screen);
     if (this.note && this.now && this.moving) paintNote(context, plan, this.now.screen, this.note);
   }
 
@@ -278,7 +307,9 @@ function sizeNote(ghost: Item, corner: number | undefined): string {
     const [now, before] = [points[corner], points[corner - 1] ?? points[corner + 1]];
     return now && before ? `${distance(now, before).toFixed(2)} m` : "";
   }
-  const value = ["box", "ramp", "steps", "size", "cylinder", "sphere", "width"].map((key) => ghost.values[key]).find((size) => size !== undefined);
+  const value = ["box", "ramp", "steps", "size", "cylinder", "sphere", "width"]
+    .map((key) => ghost.values[key])
+    .find((size) => size !== undefined);
   return Array.isArray(value) ? `${value.slice(0, 2).join(" × ")} m` : `${String(value)} m`;
 }
 

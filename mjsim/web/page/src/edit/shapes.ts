@@ -1,7 +1,21 @@
-/** What a drag makes of an item: how it looks meanwhile, and which numbers of the text it changes. Nothing is drawn here. */
+/** What a drag makes of an item: its look meanwhile, and which numbers of the text change. Nothing is drawn here. */
 
 import type { Change, Item, Point } from "../api";
-import { add, direction, distance, dot, heading, length, middle, minus, nearestOn, rotate, short, times, turned } from "../plan/geometry";
+import {
+  add,
+  direction,
+  distance,
+  dot,
+  heading,
+  length,
+  middle,
+  minus,
+  nearestOn,
+  rotate,
+  short,
+  times,
+  turned,
+} from "../plan/geometry";
 
 /** An item as it would be, and the changes of the text that make it so. */
 export interface Changed {
@@ -41,7 +55,11 @@ export function canTurn(item: Item): boolean {
 
 /** Shift an item; an opening slides along its wall instead. */
 export function moved(item: Item, by: Point, items: Item[]): Changed {
-  if (isWall(item)) return reshaped(item, cornersOf(item).map((corner) => rounded(add(corner, by))));
+  if (isWall(item))
+    return reshaped(
+      item,
+      cornersOf(item).map((corner) => rounded(add(corner, by))),
+    );
   if (item.type === "Opening") return slid(item, by, items);
   const at = item.values["at"];
   const place = isPoint(at) ? at : (item.at ?? [0, 0]);
@@ -58,13 +76,20 @@ export function spun(item: Item, degrees: number): Changed {
   if (isWall(item)) {
     const corners = cornersOf(item);
     const pivot = pivotOf(item);
-    return reshaped(item, corners.map((corner) => rounded(add(pivot, rotate(minus(corner, pivot), degrees)))));
+    return reshaped(
+      item,
+      corners.map((corner) => rounded(add(pivot, rotate(minus(corner, pivot), degrees)))),
+    );
   }
   const from = typeof item.values["heading_deg"] === "number" ? item.values["heading_deg"] : 0;
   const value = short(turned(from + degrees), 2);
   const pivot = item.at ?? [0, 0];
   const turn = (point: Point): Point => add(pivot, rotate(minus(point, pivot), value - from));
-  const ghost = { ...item, polygons: item.polygons.map((polygon) => polygon.map(turn)), values: { ...item.values, heading_deg: value } };
+  const ghost = {
+    ...item,
+    polygons: item.polygons.map((polygon) => polygon.map(turn)),
+    values: { ...item.values, heading_deg: value },
+  };
   ghost.heading_deg = (item.heading_deg ?? 0) + value - from;
   return { ghost, changes: [{ op: "set", path: [...item.path, "heading_deg"], value }] };
 }
@@ -79,7 +104,10 @@ export function pivotOf(item: Item): Point {
 
 /** A wall with one corner elsewhere. */
 export function withCorner(item: Item, index: number, to: Point): Changed {
-  return reshaped(item, cornersOf(item).map((corner, k) => (k === index ? rounded(to) : corner)));
+  return reshaped(
+    item,
+    cornersOf(item).map((corner, k) => (k === index ? rounded(to) : corner)),
+  );
 }
 
 /** Handles by which an item's size is drawn: each has a place, and what the item is when it is drawn elsewhere. */
@@ -104,7 +132,12 @@ export function handlesOf(item: Item, items: Item[]): Handle[] {
 }
 
 function cornerHandles(item: Item): Handle[] {
-  return cornersOf(item).map((at, corner) => ({ at, corner, cursor: "move", drawn: (to) => withCorner(item, corner, to) }));
+  return cornersOf(item).map((at, corner) => ({
+    at,
+    corner,
+    cursor: "move",
+    drawn: (to) => withCorner(item, corner, to),
+  }));
 }
 
 /** In the middle of each segment: drawn elsewhere it becomes a corner. A wall with openings keeps its segments. */
@@ -128,7 +161,16 @@ function boxHandles(item: Item, key: string, items: Item[]): Handle[] {
   const [size, at, turn] = [item.values[key] as number[], item.at, item.heading_deg ?? 0];
   const [long, wide] = [size[0] ?? 1, size[1] ?? 1];
   if (!at) return [];
-  const sides: Point[] = [[1, 1], [-1, 1], [-1, -1], [1, -1], [1, 0], [0, 1], [-1, 0], [0, -1]];
+  const sides: Point[] = [
+    [1, 1],
+    [-1, 1],
+    [-1, -1],
+    [1, -1],
+    [1, 0],
+    [0, 1],
+    [-1, 0],
+    [0, -1],
+  ];
   return sides.map((side) => {
     const reach: Point = [(side[0] * long) / 2, (side[1] * wide) / 2];
     const drawn = (to: Point): Changed => {
@@ -141,7 +183,10 @@ function boxHandles(item: Item, key: string, items: Item[]): Handle[] {
       const grown: Point = [(((fresh[0] ?? 0) - long) / 2) * side[0], (((fresh[1] ?? 0) - wide) / 2) * side[1]];
       const shift = moved(item, rotate(grown, turn), items);
       const value = [...fresh, ...size.slice(2)];
-      const ghost = { ...shift.ghost, polygons: [rectangle(shift.ghost.at ?? at, turn, fresh[0] ?? long, fresh[1] ?? wide)] };
+      const ghost = {
+        ...shift.ghost,
+        polygons: [rectangle(shift.ghost.at ?? at, turn, fresh[0] ?? long, fresh[1] ?? wide)],
+      };
       ghost.values = { ...shift.ghost.values, [key]: value };
       return { ghost, changes: [{ op: "set", path: [...item.path, key], value }, ...shift.changes] };
     };
@@ -162,7 +207,11 @@ function roundHandles(item: Item): Handle[] {
       const grow = (point: Point): Point => add(at, times(minus(point, at), value / radius));
       const key = Array.isArray(size) ? "cylinder" : "sphere";
       const whole = Array.isArray(size) ? [value, ...size.slice(1)] : value;
-      const ghost = { ...item, polygons: item.polygons.map((polygon) => polygon.map(grow)), values: { ...item.values, [key]: whole } };
+      const ghost = {
+        ...item,
+        polygons: item.polygons.map((polygon) => polygon.map(grow)),
+        values: { ...item.values, [key]: whole },
+      };
       return { ghost, changes: [{ op: "set", path: [...item.path, key], value: whole }] };
     },
   }));
@@ -178,8 +227,13 @@ function beaconHandles(item: Item): Handle[] {
     cursor: cursorAlong(heading(across)),
     drawn: (to: Point) => {
       const value = Math.max(short(2 * Math.abs(dot(minus(to, at), across)), 2), LEAST);
-      const stretch = (point: Point): Point => add(point, times(across, dot(minus(point, at), across) * (value / width - 1)));
-      const ghost = { ...item, polygons: item.polygons.map((polygon) => polygon.map(stretch)), values: { ...item.values, width: value } };
+      const stretch = (point: Point): Point =>
+        add(point, times(across, dot(minus(point, at), across) * (value / width - 1)));
+      const ghost = {
+        ...item,
+        polygons: item.polygons.map((polygon) => polygon.map(stretch)),
+        values: { ...item.values, width: value },
+      };
       return { ghost, changes: [{ op: "set", path: [...item.path, "width"], value }] };
     },
   }));
@@ -215,7 +269,9 @@ interface OpeningFrame {
 }
 
 function openingFrame(item: Item, items: Item[]): OpeningFrame | null {
-  const wall = items.find((other) => isWall(other) && JSON.stringify(other.path) === JSON.stringify(item.path.slice(0, -2)));
+  const wall = items.find(
+    (other) => isWall(other) && JSON.stringify(other.path) === JSON.stringify(item.path.slice(0, -2)),
+  );
   const ends = wall && segmentsOf(wall)[Number(item.values["segment"] ?? 0)];
   const [at, width] = [item.values["at"], item.values["width"]];
   if (!wall || !ends || typeof at !== "number" || typeof width !== "number") return null;
@@ -245,7 +301,8 @@ function reshaped(item: Item, corners: Point[]): Changed {
   const changes: Change[] = [];
   corners.forEach((value, index) => {
     const old = before[index];
-    if (!old || old[0] !== value[0] || old[1] !== value[1]) changes.push({ op: "set", path: [...item.path, "points", index], value });
+    if (!old || old[0] !== value[0] || old[1] !== value[1])
+      changes.push({ op: "set", path: [...item.path, "points", index], value });
   });
   const ghost = { ...item, values: { ...item.values, points: corners } };
   ghost.polygons = wallOutlines(corners, item.values["closed"] === true, Number(item.values["thickness"] ?? 0.1));
@@ -258,12 +315,19 @@ export function wallOutlines(corners: Point[], closed: boolean, thickness: numbe
   return corners.slice(0, last).flatMap((from, index) => {
     const to = corners[(index + 1) % corners.length] ?? from;
     const long = distance(from, to);
-    return long < 1e-9 ? [] : [rectangle(middle(from, to), heading(minus(to, from)), long + (corners.length > 2 ? thickness : 0), thickness)];
+    return long < 1e-9
+      ? []
+      : [rectangle(middle(from, to), heading(minus(to, from)), long + (corners.length > 2 ? thickness : 0), thickness)];
   });
 }
 
 export function rectangle(centre: Point, turn: number, long: number, wide: number): Point[] {
-  const corners: Point[] = [[long / 2, wide / 2], [-long / 2, wide / 2], [-long / 2, -wide / 2], [long / 2, -wide / 2]];
+  const corners: Point[] = [
+    [long / 2, wide / 2],
+    [-long / 2, wide / 2],
+    [-long / 2, -wide / 2],
+    [long / 2, -wide / 2],
+  ];
   return corners.map((corner) => add(centre, rotate(corner, turn)));
 }
 

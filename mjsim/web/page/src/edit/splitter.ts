@@ -6,7 +6,15 @@ import { el } from "../dom";
 const LEAST = 90;
 
 export function splitter(view: HTMLElement): HTMLElement {
-  const bar = el("div", { class: "splitter", role: "separator", tabindex: 0, "aria-label": "Size of the text", "aria-valuenow": 200, "aria-valuemin": LEAST, "aria-valuemax": 2000 });
+  const bar = el("div", {
+    class: "splitter",
+    role: "separator",
+    tabindex: 0,
+    "aria-label": "Size of the text",
+    "aria-valuenow": 200,
+    "aria-valuemin": LEAST,
+    "aria-valuemax": 2000,
+  });
   const isWide = (): boolean => getComputedStyle(bar).cursor === "col-resize";
   const size = (pixels: number): void => {
     const most = isWide() ? view.clientWidth * 0.5 : view.clientHeight * 0.7;

@@ -26,12 +26,18 @@ export function emptyState(studio: Studio): HTMLElement {
     "div",
     { class: "state start" },
     el("h2", {}, "Build a room for your robot"),
-    el("p", { class: "hint" }, "Draw walls, hang up pictures, put a robot in, and let it drive. Or look at a world that is there."),
+    el(
+      "p",
+      { class: "hint" },
+      "Draw walls, hang up pictures, put a robot in, and let it drive. Or look at a world that is there.",
+    ),
     el(
       "div",
       { class: "row" },
       el("button", { class: "primary", onclick: () => void create() }, icon(ICONS.new), "New world"),
-      example ? el("button", { onclick: () => void open(`shipped:${example}`) }, icon(ICONS.open), `See the ${example}`) : null,
+      example
+        ? el("button", { onclick: () => void open(`shipped:${example}`) }, icon(ICONS.open), `See the ${example}`)
+        : null,
     ),
     own.length ? el("p", { class: "list-title" }, `In ${folder}`) : null,
     el("div", { class: "row" }, ...own),

@@ -29,7 +29,7 @@ export type ToolName = (typeof TOOLS)[number]["name"];
 const HINTS: Record<ToolName, string> = {
   select: "Drag things, or free paper to select several. Shift adds, Alt does not snap.",
   hand: "Drag the paper.",
-  wall: "Click corner by corner. Enter or a double click ends, a click on the first corner closes the room, Esc gives up.",
+  wall: "Click corner by corner. Enter or a double click ends, the first corner closes the room, Esc gives up.",
   door: "Click on a wall.",
   window: "Click on a wall.",
   box: "Click, or drag from corner to corner.",
@@ -71,8 +71,14 @@ export class Tools {
       window: new OpeningTool(editor, "window"),
       box: new PlaceTool(editor, makeBox),
       cylinder: new PlaceTool(editor, makeCylinder),
-      beacon: new PlaceTool(editor, beaconMaker(() => this.beacon())),
-      robot: new PlaceTool(editor, robotMaker(() => this.robot())),
+      beacon: new PlaceTool(
+        editor,
+        beaconMaker(() => this.beacon()),
+      ),
+      robot: new PlaceTool(
+        editor,
+        robotMaker(() => this.robot()),
+      ),
     };
     this.addButtons();
     const { host } = editor.plan;
@@ -106,7 +112,10 @@ export class Tools {
 
   /** How a dropped picture is put in. */
   beaconOf(path: string): PlaceTool {
-    return new PlaceTool(this.editor, beaconMaker(() => pictureBeacon(path)));
+    return new PlaceTool(
+      this.editor,
+      beaconMaker(() => pictureBeacon(path)),
+    );
   }
 
   private tell(event: PointerEvent): void {
@@ -118,11 +127,22 @@ export class Tools {
   private addButtons(): void {
     for (const { name, title, key } of TOOLS) {
       const label = `${title} (${key})`;
-      const button = el("button", { class: "quiet square", title: label, "aria-label": label, "aria-keyshortcuts": key, onclick: () => this.take(name) }, icon(ICONS[name]));
+      const button = el(
+        "button",
+        {
+          class: "quiet square",
+          title: label,
+          "aria-label": label,
+          "aria-keyshortcuts": key,
+          onclick: () => this.take(name),
+        },
+        icon(ICONS[name]),
+      );
       button.addEventListener("keydown", (event) => this.arrow(event, name));
       this.buttons.set(name, button);
       this.bar.append(button);
-      if (name === "hand" || name === "window" || name === "cylinder") this.bar.append(el("span", { class: "tool-gap" }));
+      if (name === "hand" || name === "window" || name === "cylinder")
+        this.bar.append(el("span", { class: "tool-gap" }));
     }
   }
 
@@ -157,13 +177,26 @@ export class Tools {
       this.editor.adding = !this.editor.adding;
       button.setAttribute("aria-pressed", String(this.editor.adding));
     };
-    const button = el("button", { class: "adding", title: "Add what is touched to the selection (Shift)", "aria-pressed": String(this.editor.adding), onclick: press }, "Several");
+    const button = el(
+      "button",
+      {
+        class: "adding",
+        title: "Add what is touched to the selection (Shift)",
+        "aria-pressed": String(this.editor.adding),
+        onclick: press,
+      },
+      "Several",
+    );
     return button;
   }
 
   private beaconChoices(): HTMLElement[] {
     const kinds = ["picture", "marker", "reflector"] as const;
-    const select = el("select", { "aria-label": "Kind" }, ...kinds.map((kind) => el("option", { selected: kind === this.look }, kind)));
+    const select = el(
+      "select",
+      { "aria-label": "Kind" },
+      ...kinds.map((kind) => el("option", { selected: kind === this.look }, kind)),
+    );
     select.addEventListener("change", () => {
       this.look = kinds[select.selectedIndex] ?? "picture";
       this.drawStrip();
@@ -174,14 +207,27 @@ export class Tools {
       if (chosen) this.picture = chosen;
       this.drawStrip();
     };
-    const image = el("img", { src: this.editor.studio.api.picture(this.picture, 96, this.editor.document.path), alt: "" });
+    const image = el("img", {
+      src: this.editor.studio.api.picture(this.picture, 96, this.editor.document.path),
+      alt: "",
+    });
     const name = this.picture.replace(/^.*\//, "");
-    return [select, el("button", { class: "pick", title: "Choose a picture", onclick: () => void choose() }, image, el("span", { class: "path" }, name))];
+    return [
+      select,
+      el(
+        "button",
+        { class: "pick", title: "Choose a picture", onclick: () => void choose() },
+        image,
+        el("span", { class: "path" }, name),
+      ),
+    ];
   }
 
   private robotChoices(): HTMLElement[] {
     const { presets } = this.editor.studio.folder.shipped;
-    const options = presets.map(({ name, about }) => el("option", { value: name, selected: name === this.preset, title: about }, name));
+    const options = presets.map(({ name, about }) =>
+      el("option", { value: name, selected: name === this.preset, title: about }, name),
+    );
     const select = el("select", { "aria-label": "Preset" }, ...options);
     select.addEventListener("change", () => (this.preset = select.value));
     const boxes = Object.keys(SENSORS).map((name) => {
@@ -195,13 +241,17 @@ export class Tools {
   private beacon(): { name: string; value: Values } {
     if (this.look === "picture") return pictureBeacon(this.picture);
     if (this.look === "reflector") return { name: "reflector", value: {} };
-    const ids = this.editor.items.map((item) => item.values["marker"] as Values | null | undefined).map((marker) => Number(marker?.["id"] ?? -1));
+    const ids = this.editor.items
+      .map((item) => item.values["marker"] as Values | null | undefined)
+      .map((marker) => Number(marker?.["id"] ?? -1));
     const id = Math.max(-1, ...ids) + 1;
     return { name: `tag${id}`, value: { marker: { dictionary: "4x4_50", id: id % 50 }, width: 0.3 } };
   }
 
   private robot(): Values {
-    const sensors = Object.entries(SENSORS).filter(([name]) => this.sensors.has(name)).map(([, sensor]) => sensor);
+    const sensors = Object.entries(SENSORS)
+      .filter(([name]) => this.sensors.has(name))
+      .map(([, sensor]) => sensor);
     return { name: "robot", ...(this.preset ? { preset: this.preset } : {}), ...(sensors.length ? { sensors } : {}) };
   }
 }

@@ -40,7 +40,9 @@ export class WallTool implements Tool {
     const walls = items.filter((item) => item.type === "Wall");
     const reach = plan.px(spot.touch ? 16 : 10);
     this.screen = spot.screen;
-    this.next = spot.alt ? { at: spot.world, to: null } : snapCorner(spot.world, { step: plan.step, reach, walls, from: this.corners });
+    this.next = spot.alt
+      ? { at: spot.world, to: null }
+      : snapCorner(spot.world, { step: plan.step, reach, walls, from: this.corners });
     plan.drawOver();
   }
 
@@ -52,7 +54,9 @@ export class WallTool implements Tool {
     if (!at || (last && distance(at, last) < 1e-6)) return;
     if (first && this.corners.length > 2 && distance(at, first) < 1e-6) return this.finish(true);
     this.corners.push([Number(at[0].toFixed(4)), Number(at[1].toFixed(4))]);
-    this.editor.said.emit(this.corners.length === 1 ? "First corner set; click on, Enter ends, Esc gives up" : this.note());
+    this.editor.said.emit(
+      this.corners.length === 1 ? "First corner set; click on, Enter ends, Esc gives up" : this.note(),
+    );
     this.editor.plan.drawOver();
   }
 
@@ -104,7 +108,10 @@ export class WallTool implements Tool {
     context.fillStyle = plan.palette.accent;
     context.globalAlpha = 0.55;
     for (const shape of wallOutlines(line, false, THICKNESS)) {
-      trace(context, shape.map((point) => plan.view.toScreen(point)));
+      trace(
+        context,
+        shape.map((point) => plan.view.toScreen(point)),
+      );
       context.fill();
     }
     context.globalAlpha = 1;

@@ -1,4 +1,4 @@
-/** One control for each kind of value. What was entered is given on when it is complete: at Enter, or when it is left. */
+/** One control for each kind of value. What was entered is given on at Enter, or when it is left. */
 
 import { el, fill, icon } from "../dom";
 import { ICONS } from "../shell/icons";
@@ -97,7 +97,12 @@ function numberField(entry: Entry, kind: Extract<Kind, { is: "number" }>): HTMLI
 }
 
 /** Arrows up and down change a number by a step, with Shift by a tenth of it. */
-function stepping(input: HTMLInputElement, entry: Entry, step: number, give: (value: number | string) => void): HTMLInputElement {
+function stepping(
+  input: HTMLInputElement,
+  entry: Entry,
+  step: number,
+  give: (value: number | string) => void,
+): HTMLInputElement {
   input.addEventListener("keydown", (event) => {
     const sign = event.key === "ArrowUp" ? 1 : event.key === "ArrowDown" ? -1 : 0;
     const now = Number(input.value || input.placeholder);
@@ -131,7 +136,14 @@ function numberRow(entry: Entry, parts: string[]): HTMLElement {
     const give = (value: number | string): void => entry.give(values.map((old, k) => (k === index ? value : old)));
     return el("label", { class: "part" }, el("span", {}, part), stepping(input, entry, step, give));
   });
-  return el("div", { class: `parts${parts.length > 2 || parts.some((part) => part.length > 1) ? " words" : ""}`, "data-parts": parts.length }, ...inputs);
+  return el(
+    "div",
+    {
+      class: `parts${parts.length > 2 || parts.some((part) => part.length > 1) ? " words" : ""}`,
+      "data-parts": parts.length,
+    },
+    ...inputs,
+  );
 }
 
 function textField(entry: Entry, tools: Tools): HTMLElement {
@@ -148,7 +160,14 @@ function textField(entry: Entry, tools: Tools): HTMLElement {
 }
 
 function switchField(entry: Entry): HTMLElement {
-  const input = el("input", { type: "checkbox", "data-id": entry.id, role: "switch", disabled: entry.disabled, "aria-label": entry.label, "aria-describedby": `${entry.id}-meaning` });
+  const input = el("input", {
+    type: "checkbox",
+    "data-id": entry.id,
+    role: "switch",
+    disabled: entry.disabled,
+    "aria-label": entry.label,
+    "aria-describedby": `${entry.id}-meaning`,
+  });
   input.checked = entry.value === true;
   input.addEventListener("change", () => entry.give(input.checked));
   return el("label", { class: "switch" }, input, el("span", { class: "hint" }, input.checked ? "yes" : "no"));
@@ -156,8 +175,14 @@ function switchField(entry: Entry): HTMLElement {
 
 function choiceField(entry: Entry, options: (string | number)[]): HTMLSelectElement {
   const all = entry.field.nullable ? ["", ...options] : options;
-  const nodes = all.map((option) => el("option", { value: option, selected: option === (entry.value ?? "") }, option === "" ? "–" : String(option)));
-  const select = el("select", { "data-id": entry.id, disabled: entry.disabled, "aria-label": entry.label, class: entry.written ? "" : "pale" }, ...nodes);
+  const nodes = all.map((option) =>
+    el("option", { value: option, selected: option === (entry.value ?? "") }, option === "" ? "–" : String(option)),
+  );
+  const select = el(
+    "select",
+    { "data-id": entry.id, disabled: entry.disabled, "aria-label": entry.label, class: entry.written ? "" : "pale" },
+    ...nodes,
+  );
   select.addEventListener("change", () => {
     const chosen = all[select.selectedIndex];
     entry.give(chosen === "" ? undefined : chosen);
@@ -173,7 +198,13 @@ function colorField(entry: Entry): HTMLElement {
     else if (text === "" && !entry.field.required) entry.give(undefined);
     else refuse(input, entry, `'${text}' is no colour; write it as #rrggbb`);
   });
-  const swatch = el("input", { type: "color", value: /^#[0-9a-f]{6}$/i.test(value) ? value : "#888888", disabled: entry.disabled, "aria-label": `${entry.label}: choose`, "data-id": `${entry.id} swatch` });
+  const swatch = el("input", {
+    type: "color",
+    value: /^#[0-9a-f]{6}$/i.test(value) ? value : "#888888",
+    disabled: entry.disabled,
+    "aria-label": `${entry.label}: choose`,
+    "data-id": `${entry.id} swatch`,
+  });
   swatch.addEventListener("change", () => entry.give(swatch.value));
   return el("div", { class: "joined" }, swatch, input);
 }
@@ -185,7 +216,15 @@ function pictureField(entry: Entry, tools: Tools): HTMLElement {
     if (chosen) entry.give(chosen);
   };
   const picture = path ? el("img", { src: tools.picture(path), alt: "", loading: "lazy" }) : icon(ICONS.beacon);
-  const button = el("button", { type: "button", class: "pick", "data-id": entry.id, disabled: entry.disabled, "aria-label": `${entry.label}: choose a picture`, title: path ?? "Choose a picture", onclick: () => void choose() });
+  const button = el("button", {
+    type: "button",
+    class: "pick",
+    "data-id": entry.id,
+    disabled: entry.disabled,
+    "aria-label": `${entry.label}: choose a picture`,
+    title: path ?? "Choose a picture",
+    onclick: () => void choose(),
+  });
   fill(button, picture, el("span", { class: "path" }, path?.replace(/^.*\//, "") ?? "Choose …"));
   return button;
 }

@@ -11,7 +11,14 @@ import type { SchemaBook } from "./schema";
 
 /** Keys of the world that have a plan of their own, and those that nobody needs to see. */
 const LISTS = ["walls", "obstacles", "beacons", "robots", "lamps", "mjsim", "include", "variables"];
-const KINDS: Record<string, string> = { Opening: "Opening", Wall: "Wall", Beacon: "Beacon", Robot: "Robot", Lamp: "Lamp", FloorPatch: "Patch of floor" };
+const KINDS: Record<string, string> = {
+  Opening: "Opening",
+  Wall: "Wall",
+  Beacon: "Beacon",
+  Robot: "Robot",
+  Lamp: "Lamp",
+  FloorPatch: "Patch of floor",
+};
 
 export class Panel {
   readonly element = el("aside", { class: "panel", "aria-label": "Properties" });
@@ -69,13 +76,21 @@ export class Panel {
     const ghost = this.ghosts.find((other) => keyOf(other.path) === key);
     const item = ghost ?? selected;
     const schema = this.book.definition(item.type);
-    const subject = { path: item.path, values: item.values, raw: ghost ? undefined : item.raw, written: item.written, fixed: item.fixed !== null };
+    const subject = {
+      path: item.path,
+      values: item.values,
+      raw: ghost ? undefined : item.raw,
+      written: item.written,
+      fixed: item.fixed !== null,
+    };
     fill(
       this.body,
       this.head(KINDS[item.type] ?? kindName(item), item.name ?? item.label, this.buttons(item.type !== "Opening")),
       item.fixed ? el("p", { class: "note" }, icon(ICONS.lock), item.fixed) : null,
       ...this.general(item),
-      ...(schema ? objectRows(this.sheet(), schema, subject) : [el("p", { class: "hint pad" }, "Edit it in the text.")]),
+      ...(schema
+        ? objectRows(this.sheet(), schema, subject)
+        : [el("p", { class: "hint pad" }, "Edit it in the text.")]),
     );
   }
 
@@ -88,12 +103,16 @@ export class Panel {
   private drawWorld(): void {
     const { parsed } = this.editor.document;
     const schema = this.book.definition("");
-    const loose = parsed.problems.filter((problem) => !itemOf(problem.path, this.editor.items) && !this.isShown(problem));
+    const loose = parsed.problems.filter(
+      (problem) => !itemOf(problem.path, this.editor.items) && !this.isShown(problem),
+    );
     const subject: Subject | null = parsed.world ? { path: [], ...given(parsed.world), fixed: false } : null;
     fill(
       this.body,
       this.head("World", parsed.name || "", []),
-      ...loose.map((problem) => el("p", { class: `note ${problem.kind}` }, icon(ICONS.warning), `Line ${problem.line}: ${problem.message}`)),
+      ...loose.map((problem) =>
+        el("p", { class: `note ${problem.kind}` }, icon(ICONS.warning), `Line ${problem.line}: ${problem.message}`),
+      ),
       ...(schema && subject ? objectRows(this.sheet(), schema, subject, LISTS) : []),
       el("p", { class: "hint pad" }, "Select a thing on the plan to see its fields."),
     );
@@ -113,7 +132,10 @@ export class Panel {
     const title = types.size === 1 && first ? (KINDS[first.type] ?? kindName(first)) : "Several things";
     const rows: Child[] = [this.head(title, counted, this.buttons(true))];
     const schema = types.size === 1 && first ? this.book.definition(first.type) : null;
-    if (schema && first) rows.push(...objectRows(this.sheet(items), schema, common(items), ["name", "at", "points", "openings", "sensors"]));
+    if (schema && first)
+      rows.push(
+        ...objectRows(this.sheet(items), schema, common(items), ["name", "at", "points", "openings", "sensors"]),
+      );
     else rows.push(el("p", { class: "hint pad" }, "Drag them together, turn them with [ and ], or delete them."));
     fill(this.body, ...rows);
   }
@@ -145,7 +167,12 @@ export class Panel {
   }
 
   private head(kind: string, name: string, buttons: Child[]): HTMLElement {
-    return el("div", { class: "panel-head" }, el("div", {}, el("span", { class: "kind" }, kind), el("h2", {}, name)), el("div", { class: "head-buttons" }, ...buttons));
+    return el(
+      "div",
+      { class: "panel-head" },
+      el("div", {}, el("span", { class: "kind" }, kind), el("h2", {}, name)),
+      el("div", { class: "head-buttons" }, ...buttons),
+    );
   }
 
   private buttons(copies: boolean): Child[] {
@@ -165,9 +192,17 @@ export class Panel {
     const text = active instanceof HTMLInputElement && "touched" in active.dataset ? active.value : null;
     const top = this.body.scrollTop;
     return () => {
-      const again = [...this.body.querySelectorAll<HTMLElement>("[data-id]")].find((other) => other.dataset["id"] === id);
+      const again = [...this.body.querySelectorAll<HTMLElement>("[data-id]")].find(
+        (other) => other.dataset["id"] === id,
+      );
       again?.focus({ preventScroll: true });
-      if (again instanceof HTMLInputElement && text !== null && text !== again.value && document.activeElement === again) keepTyped(again, text);
+      if (
+        again instanceof HTMLInputElement &&
+        text !== null &&
+        text !== again.value &&
+        document.activeElement === again
+      )
+        keepTyped(again, text);
       this.body.scrollTop = top;
     };
   }
@@ -179,7 +214,11 @@ function keepTyped(input: HTMLInputElement, text: string): void {
   input.dataset["touched"] = "";
 }
 
-function given(world: { values: Values; written: string[]; raw?: Values }): { values: Values; written: string[]; raw: unknown } {
+function given(world: { values: Values; written: string[]; raw?: Values }): {
+  values: Values;
+  written: string[];
+  raw: unknown;
+} {
   return { values: world.values, written: world.written, raw: world.raw };
 }
 
@@ -192,8 +231,14 @@ function retold(change: Change, from: Item | undefined, to: Item): Change {
 function common(items: Item[]): Subject {
   const [first] = items;
   if (!first) return { path: [], values: {}, raw: undefined, written: [], fixed: true };
-  const same = (key: string): boolean => items.every((item) => JSON.stringify(item.values[key]) === JSON.stringify(first.values[key]));
-  const values = Object.fromEntries(Object.entries(first.values).map(([key, value]) => [key, same(key) ? value : typeof value === "object" ? value : "several"]));
+  const same = (key: string): boolean =>
+    items.every((item) => JSON.stringify(item.values[key]) === JSON.stringify(first.values[key]));
+  const values = Object.fromEntries(
+    Object.entries(first.values).map(([key, value]) => [
+      key,
+      same(key) ? value : typeof value === "object" ? value : "several",
+    ]),
+  );
   const written = first.written.filter((key) => same(key));
   return { path: first.path, values, raw: undefined, written, fixed: items.some((item) => item.fixed !== null) };
 }

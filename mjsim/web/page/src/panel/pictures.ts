@@ -28,7 +28,11 @@ function dropPlace(studio: Studio, answer: (path: string) => void): HTMLElement 
   };
   const input = el("input", { type: "file", accept: "image/*", class: "sr", tabindex: -1, "aria-hidden": "true" });
   input.addEventListener("change", () => void take(input.files?.[0]));
-  const place = el("button", { type: "button", class: "drop", onclick: () => input.click() }, "Drop a picture here, or choose a file …");
+  const place = el(
+    "button",
+    { type: "button", class: "drop", onclick: () => input.click() },
+    "Drop a picture here, or choose a file …",
+  );
   place.addEventListener("dragover", (event) => event.preventDefault());
   place.addEventListener("drop", (event) => {
     event.preventDefault();
@@ -43,10 +47,16 @@ function grids(studio: Studio, answer: (path: string) => void): Child[] {
     el(
       "button",
       { type: "button", class: "card", title: path, onclick: () => answer(path) },
-      el("img", { src: studio.api.picture(path, 160, shipped.pictures.includes(path) ? studio.document.path : null), alt: "", loading: "lazy" }),
+      el("img", {
+        src: studio.api.picture(path, 160, shipped.pictures.includes(path) ? studio.document.path : null),
+        alt: "",
+        loading: "lazy",
+      }),
       el("span", {}, path.replace(/^.*\//, "")),
     );
   const grid = (title: string, paths: string[]): Child[] =>
-    paths.length ? [el("p", { class: "list-title" }, title), el("div", { class: "cards pictures" }, ...paths.map(card))] : [];
+    paths.length
+      ? [el("p", { class: "list-title" }, title), el("div", { class: "cards pictures" }, ...paths.map(card))]
+      : [];
   return [...grid("In this folder", pictures), ...grid("Come with mjsim", shipped.pictures)];
 }

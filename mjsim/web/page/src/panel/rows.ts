@@ -30,15 +30,26 @@ export interface Sheet {
 export function objectRows(sheet: Sheet, schema: Schema, subject: Subject, skip: string[] = []): Child[] {
   const fields = sheet.book.fields(schema).filter((field) => !skip.includes(field.key));
   const isSimple = (field: Field): boolean => !["object", "union", "list", "map"].includes(field.kind.is);
-  return [...fields.filter(isSimple), ...fields.filter((field) => !isSimple(field))].map((field) => row(sheet, field, subject));
+  return [...fields.filter(isSimple), ...fields.filter((field) => !isSimple(field))].map((field) =>
+    row(sheet, field, subject),
+  );
 }
 
 function row(sheet: Sheet, field: Field, subject: Subject): Child {
   const path = [...subject.path, field.key];
   const value = subject.values[field.key] ?? (field.key in subject.values ? null : field.fallback);
   const written = isWritten(subject, field.key);
-  const give = (fresh: unknown): void => sheet.change([fresh === undefined ? { op: "unset", path } : { op: "set", path, value: fresh }]);
-  return valueRow(sheet, { field, path, value, raw: under(subject.raw, field.key), written, fixed: subject.fixed, give });
+  const give = (fresh: unknown): void =>
+    sheet.change([fresh === undefined ? { op: "unset", path } : { op: "set", path, value: fresh }]);
+  return valueRow(sheet, {
+    field,
+    path,
+    value,
+    raw: under(subject.raw, field.key),
+    written,
+    fixed: subject.fixed,
+    give,
+  });
 }
 
 interface Place {
@@ -53,7 +64,8 @@ interface Place {
 
 function valueRow(sheet: Sheet, place: Place): Child {
   const { kind } = place.field;
-  if (kind.is === "object") return place.value === null ? emptyRow(sheet, place, kind.schema) : objectGroup(sheet, place, kind.schema);
+  if (kind.is === "object")
+    return place.value === null ? emptyRow(sheet, place, kind.schema) : objectGroup(sheet, place, kind.schema);
   if (kind.is === "union") return unionGroup(sheet, place, kind.options);
   if (kind.is === "list") return listGroup(sheet, place, kind.entry);
   if (kind.is === "map") return mapGroup(sheet, place, kind.entry);
@@ -66,9 +78,15 @@ function simpleRow(sheet: Sheet, place: Place): HTMLElement {
   const id = keyOf(path);
   // What is written is shown as it is written: arithmetic, and what is wrong, too.
   const value = written && place.raw !== undefined && place.raw !== null ? place.raw : place.value;
-  const input = control({ id, field, value, written, disabled: fixed, error, label: field.label, give: place.give }, sheet.tools);
+  const input = control(
+    { id, field, value, written, disabled: fixed, error, label: field.label, give: place.give },
+    sheet.tools,
+  );
   const reset = written && !field.required && !fixed ? resetButton(place) : null;
-  const standard = field.fallback === null || field.fallback === undefined ? "" : `Default ${plain(field.fallback)}${field.unit && typeof field.fallback === "number" ? ` ${field.unit}` : ""}.`;
+  const standard =
+    field.fallback === null || field.fallback === undefined
+      ? ""
+      : `Default ${plain(field.fallback)}${field.unit && typeof field.fallback === "number" ? ` ${field.unit}` : ""}.`;
   const meaning = [field.meaning, standard].filter(Boolean).join(" ");
   return el(
     "div",
@@ -82,12 +100,28 @@ function simpleRow(sheet: Sheet, place: Place): HTMLElement {
 
 function resetButton({ field, path, give }: Place): HTMLElement {
   const title = `Reset ${field.label.toLowerCase()} to its default`;
-  return el("button", { type: "button", class: "quiet reset", title, "aria-label": title, "data-id": `${keyOf(path)} reset`, onclick: () => give(undefined) }, icon(ICONS.reset));
+  return el(
+    "button",
+    {
+      type: "button",
+      class: "quiet reset",
+      title,
+      "aria-label": title,
+      "data-id": `${keyOf(path)} reset`,
+      onclick: () => give(undefined),
+    },
+    icon(ICONS.reset),
+  );
 }
 
 /** An object that is not there, with a button that puts it in. */
 function emptyRow(sheet: Sheet, { field, fixed, give }: Place, schema: Schema): HTMLElement {
-  const add = el("button", { type: "button", class: "quiet add", disabled: fixed, onclick: () => give(sheet.book.fresh(schema)) }, icon(ICONS.plus), field.label);
+  const add = el(
+    "button",
+    { type: "button", class: "quiet add", disabled: fixed, onclick: () => give(sheet.book.fresh(schema)) },
+    icon(ICONS.plus),
+    field.label,
+  );
   return el("div", { class: "field-add", title: field.meaning }, add);
 }
 
@@ -95,7 +129,12 @@ function objectGroup(sheet: Sheet, place: Place, schema: Schema): HTMLElement {
   const values = (typeof place.value === "object" && place.value !== null ? place.value : {}) as Values;
   const written = typeof place.raw === "object" && place.raw !== null ? Object.keys(place.raw) : [];
   const subject = { path: place.path, values, raw: place.raw, written, fixed: place.fixed };
-  return group(sheet, place, place.written && !place.field.required ? resetButton(place) : null, objectRows(sheet, schema, subject));
+  return group(
+    sheet,
+    place,
+    place.written && !place.field.required ? resetButton(place) : null,
+    objectRows(sheet, schema, subject),
+  );
 }
 
 function unionGroup(sheet: Sheet, place: Place, options: Option[]): HTMLElement {
@@ -111,9 +150,25 @@ function unionGroup(sheet: Sheet, place: Place, options: Option[]): HTMLElement 
     const wanted = options.find((option) => option.title === select.value);
     place.give(wanted ? sheet.book.fresh(wanted.schema) : undefined);
   });
-  const inside = now && now.schema["type"] === "object" ? objectInside(sheet, place, now.schema) : now ? [plainInside(sheet, place, now.schema)] : [];
-  const form = el("div", { class: "field" }, el("span", { class: "label" }, "Form"), el("div", { class: "value" }, select));
-  return group(sheet, place, place.written && !place.field.required ? resetButton(place) : null, [form, ...inside], chosen);
+  const inside =
+    now && now.schema["type"] === "object"
+      ? objectInside(sheet, place, now.schema)
+      : now
+        ? [plainInside(sheet, place, now.schema)]
+        : [];
+  const form = el(
+    "div",
+    { class: "field" },
+    el("span", { class: "label" }, "Form"),
+    el("div", { class: "value" }, select),
+  );
+  return group(
+    sheet,
+    place,
+    place.written && !place.field.required ? resetButton(place) : null,
+    [form, ...inside],
+    chosen,
+  );
 }
 
 function objectInside(sheet: Sheet, place: Place, schema: Schema): Child[] {
@@ -123,23 +178,59 @@ function objectInside(sheet: Sheet, place: Place, schema: Schema): Child[] {
 }
 
 function plainInside(sheet: Sheet, place: Place, schema: Schema): Child {
-  return simpleRow(sheet, { ...place, field: { ...sheet.book.field(place.field.key, schema, true), label: "Value", meaning: "" } });
+  return simpleRow(sheet, {
+    ...place,
+    field: { ...sheet.book.field(place.field.key, schema, true), label: "Value", meaning: "" },
+  });
 }
 
 function listGroup(sheet: Sheet, place: Place, entry: Schema): HTMLElement {
   const values = Array.isArray(place.value) ? (place.value as unknown[]) : [];
   const raws = Array.isArray(place.raw) ? (place.raw as unknown[]) : [];
   const rows = values.map((value, index) => listEntry(sheet, place, entry, value, raws[index], index));
-  return group(sheet, place, null, [...rows, adder(sheet, place, entry)], values.length ? String(values.length) : "none");
+  return group(
+    sheet,
+    place,
+    null,
+    [...rows, adder(sheet, place, entry)],
+    values.length ? String(values.length) : "none",
+  );
 }
 
-function listEntry(sheet: Sheet, place: Place, entry: Schema, value: unknown, raw: unknown, index: number): HTMLElement {
+function listEntry(
+  sheet: Sheet,
+  place: Place,
+  entry: Schema,
+  value: unknown,
+  raw: unknown,
+  index: number,
+): HTMLElement {
   const path = [...place.path, index];
-  const field = { ...sheet.book.field(place.field.key, entry, true), label: entryTitle(value, index), key: String(index) };
+  const field = {
+    ...sheet.book.field(place.field.key, entry, true),
+    label: entryTitle(value, index),
+    key: String(index),
+  };
   const give = (fresh: unknown): void => sheet.change([{ op: "set", path, value: fresh }]);
-  const remove = el("button", { type: "button", class: "quiet reset", disabled: place.fixed, title: "Take it out", "aria-label": `Take ${field.label} out`, onclick: () => sheet.change([{ op: "remove", path }]) }, icon(ICONS.trash));
+  const remove = el(
+    "button",
+    {
+      type: "button",
+      class: "quiet reset",
+      disabled: place.fixed,
+      title: "Take it out",
+      "aria-label": `Take ${field.label} out`,
+      onclick: () => sheet.change([{ op: "remove", path }]),
+    },
+    icon(ICONS.trash),
+  );
   const inner = { field, path, value, raw, written: true, fixed: place.fixed, give };
-  const schema = field.kind.is === "union" ? sheet.book.optionOf(field.kind.options, value)?.schema : field.kind.is === "object" ? field.kind.schema : null;
+  const schema =
+    field.kind.is === "union"
+      ? sheet.book.optionOf(field.kind.options, value)?.schema
+      : field.kind.is === "object"
+        ? field.kind.schema
+        : null;
   if (schema && schema["type"] === "object") return group(sheet, inner, remove, objectInside(sheet, inner, schema));
   const simple = simpleRow(sheet, inner);
   simple.querySelector(".value")?.append(remove);
@@ -149,10 +240,23 @@ function listEntry(sheet: Sheet, place: Place, entry: Schema, value: unknown, ra
 /** Adds an entry to a list: at once, or after the choice of its form. */
 function adder(sheet: Sheet, place: Place, entry: Schema): HTMLElement {
   const field = sheet.book.field(place.field.key, entry, true);
-  const add = (schema: Schema): void => sheet.change([{ op: "add", path: place.path, value: sheet.book.fresh(schema) }]);
-  const options = field.kind.is === "union" ? field.kind.options : [{ title: singular(place.field.label), schema: entry }];
+  const add = (schema: Schema): void =>
+    sheet.change([{ op: "add", path: place.path, value: sheet.book.fresh(schema) }]);
+  const options =
+    field.kind.is === "union" ? field.kind.options : [{ title: singular(place.field.label), schema: entry }];
   const buttons = options.map(({ title, schema }) =>
-    el("button", { type: "button", class: "quiet add", disabled: place.fixed, "data-id": `${keyOf(place.path)} add ${title}`, onclick: () => add(schema) }, icon(ICONS.plus), title),
+    el(
+      "button",
+      {
+        type: "button",
+        class: "quiet add",
+        disabled: place.fixed,
+        "data-id": `${keyOf(place.path)} add ${title}`,
+        onclick: () => add(schema),
+      },
+      icon(ICONS.plus),
+      title,
+    ),
   );
   return el("div", { class: "adders" }, ...buttons);
 }
@@ -162,7 +266,8 @@ function mapGroup(sheet: Sheet, place: Place, entry: Schema): HTMLElement {
   const rows = Object.entries(values).map(([key, value]) => {
     const field = { ...sheet.book.field(key, entry, false), label: key };
     const path = [...place.path, key];
-    const give = (fresh: unknown): void => sheet.change([fresh === undefined ? { op: "unset", path } : { op: "set", path, value: fresh }]);
+    const give = (fresh: unknown): void =>
+      sheet.change([fresh === undefined ? { op: "unset", path } : { op: "set", path, value: fresh }]);
     return valueRow(sheet, { field, path, value, raw: under(place.raw, key), written: true, fixed: place.fixed, give });
   });
   return group(sheet, place, null, rows, rows.length ? String(rows.length) : "none");
@@ -180,7 +285,13 @@ function group(sheet: Sheet, { field, path }: Place, beside: Child, rows: Child[
     error ? el("span", { class: "bad-dot", role: "img", "aria-label": "has an error" }) : null,
     el("span", { class: "count" }, count),
   );
-  const details = el("details", { open: sheet.open.get(key) ?? error !== null }, head, own ? el("p", { class: "field-error" }, own) : null, ...rows);
+  const details = el(
+    "details",
+    { open: sheet.open.get(key) ?? error !== null },
+    head,
+    own ? el("p", { class: "field-error" }, own) : null,
+    ...rows,
+  );
   details.addEventListener("toggle", () => sheet.open.set(key, details.open));
   return el("div", { class: `group${beside ? " resettable" : ""}` }, details, beside);
 }

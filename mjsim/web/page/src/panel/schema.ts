@@ -68,10 +68,22 @@ export class SchemaBook {
   field(key: string, node: Schema, required: boolean): Field {
     const said = String(node["description"] ?? this.resolve(node)["description"] ?? "");
     const unit = typeof node["unit"] === "string" ? pretty(node["unit"]) : unitOf(key, said);
-    const meaning = said.replace(/\s*\[[^\]]*\]\s*\.?$/, "").replace(/\s+/g, " ").trim();
+    const meaning = said
+      .replace(/\s*\[[^\]]*\]\s*\.?$/, "")
+      .replace(/\s+/g, " ")
+      .trim();
     const { main, nullable } = this.forms(node);
     const label = labelOf(key);
-    return { key, label, unit, meaning, fallback: node["default"], nullable, required, kind: this.kind(key, main, node) };
+    return {
+      key,
+      label,
+      unit,
+      meaning,
+      fallback: node["default"],
+      nullable,
+      required,
+      kind: this.kind(key, main, node),
+    };
   }
 
   /** Follow a reference to the definition that it names. */
@@ -112,7 +124,8 @@ export class SchemaBook {
 
   private fits(node: Schema, value: unknown): boolean {
     const schema = this.resolve(node);
-    if (schema["type"] === "boolean" || schema["type"] === "string" || schema["type"] === "number") return typeof value === schema["type"];
+    if (schema["type"] === "boolean" || schema["type"] === "string" || schema["type"] === "number")
+      return typeof value === schema["type"];
     if (schema["type"] !== "object" || typeof value !== "object" || value === null) return false;
     const properties = (schema["properties"] ?? {}) as Record<string, Schema>;
     const has = value as Values;
@@ -169,22 +182,36 @@ export class SchemaBook {
   private option(form: Schema): Option {
     const schema = this.resolve(form);
     const plain: Record<string, string> = { boolean: "on or off", string: "text", number: "number", array: "several" };
-    const title = schema["type"] === "object" ? labelOf(unCamel(String(schema["title"] ?? "more"))) : (plain[String(schema["type"])] ?? "value");
+    const title =
+      schema["type"] === "object"
+        ? labelOf(unCamel(String(schema["title"] ?? "more")))
+        : (plain[String(schema["type"])] ?? "value");
     return { title, schema };
   }
 }
 
-const NAMES: Record<string, string> = { camera: "front", lidar: "scan", beacons: "ring", imu: "imu", use: "my_module.py:MyClass" };
+const NAMES: Record<string, string> = {
+  camera: "front",
+  lidar: "scan",
+  beacons: "ring",
+  imu: "imu",
+  use: "my_module.py:MyClass",
+};
 
 function objectKind(schema: Schema, node: Schema): Kind {
   if (schema["properties"]) return { is: "object", schema };
-  const patterns = Object.values((schema["patternProperties"] ?? node["patternProperties"] ?? {}) as Record<string, Schema>);
+  const patterns = Object.values(
+    (schema["patternProperties"] ?? node["patternProperties"] ?? {}) as Record<string, Schema>,
+  );
   return patterns[0] ? { is: "map", entry: patterns[0] } : { is: "data" };
 }
 
 function limits(schema: Schema): { least: number | null; most: number | null } {
   const number = (key: string): number | null => (typeof schema[key] === "number" ? schema[key] : null);
-  return { least: number("minimum") ?? number("exclusiveMinimum"), most: number("maximum") ?? number("exclusiveMaximum") };
+  return {
+    least: number("minimum") ?? number("exclusiveMinimum"),
+    most: number("maximum") ?? number("exclusiveMaximum"),
+  };
 }
 
 function rest(node: Schema): Schema {

@@ -22,7 +22,11 @@ export function drawRulers(context: CanvasRenderingContext2D, view: PlanView, pa
   context.fillRect(0, 0, RULER, view.height);
   context.strokeStyle = palette.hair;
   context.lineWidth = 1;
-  stroke(context, [[RULER + 0.5, view.height], [RULER + 0.5, RULER + 0.5], [view.width, RULER + 0.5]]);
+  stroke(context, [
+    [RULER + 0.5, view.height],
+    [RULER + 0.5, RULER + 0.5],
+    [view.width, RULER + 0.5],
+  ]);
   context.fillStyle = palette.muted;
   context.strokeStyle = palette.edge;
   context.font = "11px system-ui, sans-serif";
@@ -42,7 +46,10 @@ function drawAcross(context: CanvasRenderingContext2D, view: PlanView, step: num
   for (let k = Math.ceil(x0 / (step / 5)); k * (step / 5) <= x1; k++) {
     const x = Math.round(view.left + k * (step / 5) * view.scale) + 0.5;
     if (x < RULER) continue;
-    stroke(context, [[x, k % 5 === 0 ? RULER - 9 : RULER - 4], [x, RULER]]);
+    stroke(context, [
+      [x, k % 5 === 0 ? RULER - 9 : RULER - 4],
+      [x, RULER],
+    ]);
     if (k % 5 === 0) context.fillText(metres((k / 5) * step, step), x + 4, RULER / 2 - 1);
   }
 }
@@ -52,7 +59,10 @@ function drawDown(context: CanvasRenderingContext2D, view: PlanView, step: numbe
   for (let k = Math.ceil(y0 / (step / 5)); k * (step / 5) <= y1; k++) {
     const y = Math.round(view.top - k * (step / 5) * view.scale) + 0.5;
     if (y < RULER) continue;
-    stroke(context, [[k % 5 === 0 ? RULER - 9 : RULER - 4, y], [RULER, y]]);
+    stroke(context, [
+      [k % 5 === 0 ? RULER - 9 : RULER - 4, y],
+      [RULER, y],
+    ]);
     if (k % 5 !== 0) continue;
     context.save();
     context.translate(RULER / 2 - 1, y - 4);

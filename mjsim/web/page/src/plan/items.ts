@@ -21,10 +21,25 @@ export interface Look {
 type Context = CanvasRenderingContext2D;
 
 /** What lies below is drawn first. */
-const ORDER = ["patch", "ramp", "steps", "wall", "opening", "obstacle", "model", "door", "light", "marker", "beacon", "mover", "robot"];
+const ORDER = [
+  "patch",
+  "ramp",
+  "steps",
+  "wall",
+  "opening",
+  "obstacle",
+  "model",
+  "door",
+  "light",
+  "marker",
+  "beacon",
+  "mover",
+  "robot",
+];
 
 export function inOrder(items: Item[]): Item[] {
-  const rank = (item: Item): number => (ORDER.indexOf(item.kind) + 1 || ORDER.length) * 2 + (item.kind === "opening" ? 1 : 0);
+  const rank = (item: Item): number =>
+    (ORDER.indexOf(item.kind) + 1 || ORDER.length) * 2 + (item.kind === "opening" ? 1 : 0);
   return [...items].sort((a, b) => rank(a) - rank(b));
 }
 
@@ -37,7 +52,14 @@ export function outlines(item: Item, stand?: Stand): Point[][] {
 }
 
 /** Draw one item. */
-export function drawItem(context: Context, item: Item, view: PlanView, palette: Palette, look: Look, stand?: Stand): void {
+export function drawItem(
+  context: Context,
+  item: Item,
+  view: PlanView,
+  palette: Palette,
+  look: Look,
+  stand?: Stand,
+): void {
   const shapes = outlines(item, stand).map((polygon) => polygon.map((point) => view.toScreen(point)));
   if (look.selected || look.hovered || look.problem) halo(context, shapes, palette, look);
   const draw = DRAWERS[item.kind] ?? drawThing;
@@ -159,7 +181,8 @@ function drawWay(context: Context, item: Item, view: PlanView, palette: Palette)
   context.lineWidth = 1.5;
   context.setLineDash([4, 4]);
   context.beginPath();
-  for (const point of [item.at, ...path.points, ...(path.closed ? [item.at] : [])]) context.lineTo(...view.toScreen(point));
+  for (const point of [item.at, ...path.points, ...(path.closed ? [item.at] : [])])
+    context.lineTo(...view.toScreen(point));
   context.stroke();
   context.setLineDash([]);
 }

@@ -33,7 +33,13 @@ export function drawLabels(context: CanvasRenderingContext2D, things: Named[], v
   }
 }
 
-function write(context: CanvasRenderingContext2D, thing: Named, view: PlanView, palette: Palette, taken: Bounds[]): void {
+function write(
+  context: CanvasRenderingContext2D,
+  thing: Named,
+  view: PlanView,
+  palette: Palette,
+  taken: Bounds[],
+): void {
   const text = thing.item.name ?? "";
   const width = context.measureText(text).width;
   const [x, y] = place(thing, view, width);
@@ -50,7 +56,9 @@ function write(context: CanvasRenderingContext2D, thing: Named, view: PlanView, 
 
 /** Where a name begins: within a large thing, else before a beacon's face or to the right below. */
 function place({ item, stand, selected }: Named, view: PlanView, width: number): Point {
-  const points = outlines(item, stand).flat().map((point) => view.toScreen(point));
+  const points = outlines(item, stand)
+    .flat()
+    .map((point) => view.toScreen(point));
   const [x0, y0, x1, y1] = points.length ? boundsOf(points) : boundsOf([view.toScreen(stand?.at ?? item.at ?? [0, 0])]);
   const [x, y] = [(x0 + x1) / 2, (y0 + y1) / 2];
   if (item.kind === "beacon" || item.kind === "marker") {

@@ -3,8 +3,24 @@
 import { color } from "../shell/theme";
 
 const TOKENS = [
-  "accent", "beacon", "edge", "error", "estimate", "grid", "grid-strong", "ground", "hair", "ink", "muted", "odometry",
-  "paper", "seen", "truth", "wall", "wall-low", "warning",
+  "accent",
+  "beacon",
+  "edge",
+  "error",
+  "estimate",
+  "grid",
+  "grid-strong",
+  "ground",
+  "hair",
+  "ink",
+  "muted",
+  "odometry",
+  "paper",
+  "seen",
+  "truth",
+  "wall",
+  "wall-low",
+  "warning",
 ] as const;
 
 export type Token = (typeof TOKENS)[number];

@@ -1,7 +1,7 @@
 /**
  * The plan of a world, to scale: grid, rulers, items, and room for more to be drawn over them.
  *
- *     const plan = new Plan(host);               // fills `host`, an element with a size; follows its size and the theme
+ *     const plan = new Plan(host);               // fills `host`; follows its size and the theme
  *     plan.setItems(items, bounds);              // draws them; the first time all of them are fitted into the view
  *     plan.stands.set("scout", {at, heading_deg}); plan.refresh(); // things that moved, by name
  *     plan.hiddenKinds.add("robot");             // when you draw the robots yourself
@@ -10,10 +10,10 @@
  *
  *     plan.overlay.push((context, plan) => {...});        // native 2D context in pixels: plan.view.toScreen([x, y])
  *     const group = plan.group("trails");                 // Konva group in metres, y up; line widths: plan.px(2)
- *     plan.drawOver();                                    // repaint (at most once a frame, call it as often as you like)
+ *     plan.drawOver();                                    // repaint, at most once a frame
  *
- * Pan: drag (with no tool), Space + drag, middle or right button, two fingers. Zoom: wheel, pinch, `zoomAt`, `key(event)`
- * (+ - 0 arrows). `plan.follow([x, y])` keeps a point in the middle. `plan.itemAt(screen)` is what lies under a pixel.
+ * Pan: drag (with no tool), Space + drag, middle or right button, two fingers. Zoom: wheel, pinch, `zoomAt`,
+ * `key(event)` (+ - 0 arrows). `plan.follow([x, y])` keeps a point in the middle. `plan.itemAt(screen)` is what lies under a pixel.
  * `plan.viewChanged.on(f)` after a pan, zoom or resize. `plan.dispose()` at the end.
  */
 
@@ -65,11 +65,18 @@ export class Plan {
     this.stage = new Konva.Stage({ container: paper, width: 10, height: 10, listening: false });
     this.stage.add(this.under, this.over);
     this.under.add(shape((context) => this.paintUnder(context)));
-    this.over.add(this.world, shape((context) => this.paintOver(context)));
+    this.over.add(
+      this.world,
+      shape((context) => this.paintOver(context)),
+    );
     this.gestures = new Gestures(this);
     const sizes = new ResizeObserver(() => this.resize());
     sizes.observe(host);
-    this.endings.push(() => sizes.disconnect(), () => this.gestures.dispose(), () => this.stage.destroy());
+    this.endings.push(
+      () => sizes.disconnect(),
+      () => this.gestures.dispose(),
+      () => this.stage.destroy(),
+    );
     this.endings.push(themeChanged.on(() => this.recolor()));
   }
 
@@ -162,7 +169,12 @@ export class Plan {
   /** Keys that any plan knows: + and - zoom, 0 fits, arrows pan; true when it was one of them. */
   key(event: KeyboardEvent): boolean {
     if (event.ctrlKey || event.metaKey || event.altKey) return false;
-    const pan: Record<string, Point> = { ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60] };
+    const pan: Record<string, Point> = {
+      ArrowLeft: [60, 0],
+      ArrowRight: [-60, 0],
+      ArrowUp: [0, 60],
+      ArrowDown: [0, -60],
+    };
     const move = pan[event.key];
     if (move) this.panBy(...move);
     else if (event.key === "+" || event.key === "=") this.zoomAt(1.25);
@@ -254,12 +266,18 @@ export class Plan {
 
   private paintUnder(context: CanvasRenderingContext2D): void {
     drawGrid(context, this.view, this.palette);
-    this.paintItems(context, this.shown().filter((item) => !this.moves(item)));
+    this.paintItems(
+      context,
+      this.shown().filter((item) => !this.moves(item)),
+    );
   }
 
   private paintOver(context: CanvasRenderingContext2D): void {
     const moving = this.shown().filter((item) => this.moves(item));
-    this.paintItems(context, moving.map((item) => this.ghosts.get(keyOf(item.path)) ?? item));
+    this.paintItems(
+      context,
+      moving.map((item) => this.ghosts.get(keyOf(item.path)) ?? item),
+    );
     for (const paint of this.overlay) paint(context, this);
     if (this.rulers) drawRulers(context, this.view, this.palette);
   }
@@ -271,7 +289,12 @@ export class Plan {
     if (!this.labels) return;
     const named = near.map((item) => {
       const look = this.lookOf(item);
-      return { item, first: Boolean(look.selected || look.hovered), selected: look.selected ?? false, ...given(this.standOf(item)) };
+      return {
+        item,
+        first: Boolean(look.selected || look.hovered),
+        selected: look.selected ?? false,
+        ...given(this.standOf(item)),
+      };
     });
     drawLabels(context, named, this.view, this.palette);
   }

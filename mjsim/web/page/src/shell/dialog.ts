@@ -29,7 +29,10 @@ export function ask<T>(title: string, body: Child[], choices: Choice<T>[]): Prom
     });
     document.body.append(dialog);
     dialog.showModal();
-    (dialog.querySelector<HTMLElement>("[autofocus], input, [role=option]") ?? buttons.find((button) => button.className === "primary"))?.focus();
+    (
+      dialog.querySelector<HTMLElement>("[autofocus], input, [role=option]") ??
+      buttons.find((button) => button.className === "primary")
+    )?.focus();
   });
 }
 
@@ -41,7 +44,11 @@ export function askWith<T>(title: string, make: (answer: (value: T | null) => vo
       given = value;
       dialog.close();
     };
-    const close = el("button", { type: "button", class: "quiet square", "aria-label": "Close", onclick: () => answer(null) }, "✕");
+    const close = el(
+      "button",
+      { type: "button", class: "quiet square", "aria-label": "Close", onclick: () => answer(null) },
+      "✕",
+    );
     const head = el("div", { class: "dialog-head" }, el("h2", { id: "dialog-title" }, title), close);
     const dialog = el("dialog", { "aria-labelledby": "dialog-title" }, head, ...make(answer));
     dialog.addEventListener("close", () => {

@@ -1,4 +1,4 @@
-/** The world that is open: its text with all texts it had before, what the server reads from it, and what is selected. */
+/** The world that is open: its text, all texts before, what the server reads from it, what is selected. */
 
 import { type Api, type Change, type Edited, type Item, type Opened, type Parsed, type Path } from "../api";
 import { debounced, newestWins, Signal } from "../signal";
@@ -224,11 +224,13 @@ export class WorldDocument {
     }
   }
 
-  /** Items that are wrong now are no longer given: they stay on the plan as they were, so that one sees which they are. */
+  /** Items that are wrong now are no longer given: they stay as they were, so that one sees which they are. */
   private broken(parsed: Parsed): Item[] {
     const there = new Set(parsed.items?.map((item) => JSON.stringify(item.path)));
     const wrong = parsed.problems.flatMap(({ path }) => (path ? [path] : []));
-    return this.items.filter((item) => !there.has(JSON.stringify(item.path)) && wrong.some((path) => isIn(path, item.path)));
+    return this.items.filter(
+      (item) => !there.has(JSON.stringify(item.path)) && wrong.some((path) => isIn(path, item.path)),
+    );
   }
 
   private push(text: string, inPlace: boolean): void {

@@ -51,10 +51,14 @@ export class Files {
     await world.settled();
     const field = el("input", { value: this.freshName(), spellcheck: false, required: true, "aria-label": "File" });
     const note = el("p", { class: "hint" }, `In ${this.studio.folder.folder}`);
-    const answer = await ask("Save as", [note, field], [
-      { text: "Cancel", value: false },
-      { text: "Save", value: true, kind: "primary" },
-    ]);
+    const answer = await ask(
+      "Save as",
+      [note, field],
+      [
+        { text: "Cancel", value: false },
+        { text: "Save", value: true, kind: "primary" },
+      ],
+    );
     const name = field.value.trim();
     if (!answer || !name) return;
     await this.write(/\.ya?ml$/.test(name) ? name : `${name}.yaml`, null, false);
@@ -79,10 +83,14 @@ export class Files {
     const { document: world } = this.studio;
     if (!world.isChanged) return true;
     const text = `What you changed in ${world.path || "the new world"} is not saved.`;
-    const answer = await ask<"save" | "drop">("Save first?", [el("p", {}, text)], [
-      { text: "Drop the changes", value: "drop", kind: "danger" },
-      { text: "Save", value: "save", kind: "primary" },
-    ]);
+    const answer = await ask<"save" | "drop">(
+      "Save first?",
+      [el("p", {}, text)],
+      [
+        { text: "Drop the changes", value: "drop", kind: "danger" },
+        { text: "Save", value: "save", kind: "primary" },
+      ],
+    );
     if (answer === "save") await this.save();
     return answer === "drop" || (answer === "save" && !world.isChanged);
   }
@@ -146,7 +154,13 @@ export class Files {
     const own = folder.worlds.length
       ? el("div", { class: "cards" }, ...cards(folder.worlds, ""))
       : el("p", { class: "hint" }, "No world file in this folder yet: begin with one below, or make a new one.");
-    const search = el("input", { type: "search", class: "search", placeholder: "Find a world", "aria-label": "Find a world", autofocus: true });
+    const search = el("input", {
+      type: "search",
+      class: "search",
+      placeholder: "Find a world",
+      "aria-label": "Find a world",
+      autofocus: true,
+    });
     const rest = el(
       "div",
       {},
@@ -162,9 +176,15 @@ export class Files {
   }
 
   private templates(answer: (wanted: Wanted) => void): HTMLElement[] {
-    const empty = el("button", { class: "card", autofocus: true, onclick: () => answer({ make: undefined }) }, el("b", {}, "Empty room"));
+    const empty = el(
+      "button",
+      { class: "card", autofocus: true, onclick: () => answer({ make: undefined }) },
+      el("b", {}, "Empty room"),
+    );
     const names = this.studio.folder.shipped.templates;
-    const others = names.map((name) => el("button", { class: "card", onclick: () => answer({ make: name }) }, el("b", {}, name)));
+    const others = names.map((name) =>
+      el("button", { class: "card", onclick: () => answer({ make: name }) }, el("b", {}, name)),
+    );
     return [empty, ...others];
   }
 }

@@ -32,7 +32,11 @@ export class Shell implements Studio {
   private readonly place = el("main", { class: "views" });
   private readonly tabs = new Map<ViewName, HTMLButtonElement>();
   private readonly name = el("span", { class: "name" });
-  private readonly changed = el("span", { class: "dot", title: "Not saved yet", role: "img", "aria-label": "Not saved yet" }, "•");
+  private readonly changed = el(
+    "span",
+    { class: "dot", title: "Not saved yet", role: "img", "aria-label": "Not saved yet" },
+    "•",
+  );
   private readonly save = tool("save", "Save (Ctrl+S)", () => void this.files.save());
   private readonly undo = tool("undo", "Undo (Ctrl+Z)", () => this.document.undo());
   private readonly redo = tool("redo", "Redo (Ctrl+Shift+Z)", () => this.document.redo());
@@ -95,7 +99,11 @@ export class Shell implements Studio {
     themeChanged.on(paint);
     paint();
     const help = tool("help", "Keys (?)", () => void askHelp());
-    const world = el("button", { class: "quiet world", title: "Open a world (Ctrl+O)", onclick: () => void this.files.ask() });
+    const world = el("button", {
+      class: "quiet world",
+      title: "Open a world (Ctrl+O)",
+      onclick: () => void this.files.ask(),
+    });
     world.append(this.name, this.changed, icon(ICONS.down));
     return el(
       "header",
@@ -115,7 +123,11 @@ export class Shell implements Studio {
     const list = el("div", { class: "tabs", role: "tablist", "aria-label": "Views" });
     NAMES.forEach((name, index) => {
       const title = `${TITLES[name]} (Alt+${index + 1})`;
-      const tab = el("button", { role: "tab", title, "aria-controls": `view-${name}`, onclick: () => this.show(name) }, TITLES[name]);
+      const tab = el(
+        "button",
+        { role: "tab", title, "aria-controls": `view-${name}`, onclick: () => this.show(name) },
+        TITLES[name],
+      );
       tab.addEventListener("keydown", (event) => this.tabKey(event, index));
       this.tabs.set(name, tab);
       list.append(tab);
@@ -148,7 +160,8 @@ export class Shell implements Studio {
     if (document.querySelector("dialog[open]")) return;
     if (this.globalKey(event)) return event.preventDefault();
     const isText = isTyping(event.target);
-    if (!isText && !event.defaultPrevented && this.now && this.views.get(this.now)?.key?.(event)) event.preventDefault();
+    if (!isText && !event.defaultPrevented && this.now && this.views.get(this.now)?.key?.(event))
+      event.preventDefault();
   }
 
   private globalKey(event: KeyboardEvent): boolean {
@@ -157,7 +170,7 @@ export class Shell implements Studio {
       this.show(NAMES[Number(event.code.slice(5)) - 1] ?? "edit");
       return true;
     }
-    if (event.key === "?" && !isTyping(event.target)) return void askHelp(), true;
+    if (event.key === "?" && !isTyping(event.target)) return (void askHelp(), true);
     if (!isCommand(event) || event.altKey || live) return false;
     return this.commandKey(event);
   }

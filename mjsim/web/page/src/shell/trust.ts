@@ -13,7 +13,11 @@ export async function askTrust(studio: Studio): Promise<boolean> {
   const body = [
     el("p", {}, "This world brings its own code, which can do on this computer what you can do:"),
     el("ul", {}, ...files.map((file) => el("li", { class: "mono" }, file))),
-    el("p", { class: "hint" }, "Allow it if you wrote it, or read it and trust where it comes from. You are asked again when a file changes."),
+    el(
+      "p",
+      { class: "hint" },
+      "Allow it if you wrote it, or read it and trust where it comes from. You are asked again when a file changes.",
+    ),
   ];
   const answer = await ask("Let this world's code run?", body, [
     { text: "Not now", value: false },

@@ -1,12 +1,29 @@
-/** The YAML text beside the plan, live both ways: typing is read after a pause, the cursor selects, problems are marked. */
+/** The YAML text beside the plan, live both ways: typing is read, the cursor selects, problems are marked. */
 
 import { defaultKeymap, indentLess, indentMore } from "@codemirror/commands";
 import { yaml } from "@codemirror/lang-yaml";
 import { bracketMatching, foldGutter, foldKeymap, indentOnInput, indentUnit } from "@codemirror/language";
 import { type Diagnostic, lintGutter, nextDiagnostic, setDiagnostics } from "@codemirror/lint";
 import { highlightSelectionMatches, search, searchKeymap } from "@codemirror/search";
-import { Annotation, Compartment, EditorState, type Extension, RangeSetBuilder, StateEffect, StateField } from "@codemirror/state";
-import { Decoration, type DecorationSet, drawSelection, EditorView, highlightActiveLine, highlightActiveLineGutter, keymap, lineNumbers } from "@codemirror/view";
+import {
+  Annotation,
+  Compartment,
+  EditorState,
+  type Extension,
+  RangeSetBuilder,
+  StateEffect,
+  StateField,
+} from "@codemirror/state";
+import {
+  Decoration,
+  type DecorationSet,
+  drawSelection,
+  EditorView,
+  highlightActiveLine,
+  highlightActiveLineGutter,
+  keymap,
+  lineNumbers,
+} from "@codemirror/view";
 import type { Item, Problem } from "../api";
 import type { WorldDocument } from "../shell/document";
 import { HIGHLIGHT, THEME } from "./look";
@@ -19,7 +36,8 @@ const marked = Decoration.line({ class: "cm-chosen" });
 const chosenLines = StateField.define<DecorationSet>({
   create: () => Decoration.none,
   update(lines, transaction) {
-    for (const effect of transaction.effects) if (effect.is(markLines)) return decorate(transaction.state, effect.value);
+    for (const effect of transaction.effects)
+      if (effect.is(markLines)) return decorate(transaction.state, effect.value);
     return lines.map(transaction.changes);
   },
   provide: (field) => EditorView.decorations.from(field),
@@ -50,7 +68,10 @@ export class TextPane {
     const { doc } = this.view.state;
     const at = doc.line(Math.min(Math.max(line, 1), doc.lines));
     const position = Math.min(at.from + column - 1, at.to);
-    this.view.dispatch({ selection: { anchor: position }, effects: EditorView.scrollIntoView(position, { y: "center" }) });
+    this.view.dispatch({
+      selection: { anchor: position },
+      effects: EditorView.scrollIntoView(position, { y: "center" }),
+    });
     this.view.focus();
   }
 
@@ -75,7 +96,11 @@ export class TextPane {
       EditorView.contentAttributes.of({ "aria-label": "Text of the world, YAML", tabindex: "0" }),
       // Tab indents lines that are selected; else it goes on through the page, as everywhere.
       keymap.of([
-        { key: "Tab", run: (view) => !view.state.selection.main.empty && indentMore(view), shift: (view) => !view.state.selection.main.empty && indentLess(view) },
+        {
+          key: "Tab",
+          run: (view) => !view.state.selection.main.empty && indentMore(view),
+          shift: (view) => !view.state.selection.main.empty && indentLess(view),
+        },
         { key: "Mod-]", run: indentMore },
         { key: "Mod-[", run: indentLess },
         { key: "F8", run: nextDiagnostic },
@@ -99,15 +124,23 @@ export class TextPane {
     const text = this.world.shown;
     if (anew) {
       const separator = /\r\n/.test(text) && !/(^|[^\r])\n/.test(text) ? "\r\n" : "\n";
-      this.view.dispatch({ effects: this.endings.reconfigure(EditorState.lineSeparator.of(separator)), annotations: fromOutside.of(true) });
+      this.view.dispatch({
+        effects: this.endings.reconfigure(EditorState.lineSeparator.of(separator)),
+        annotations: fromOutside.of(true),
+      });
     }
     const before = this.view.state.sliceDoc();
     if (before === text) return;
     const lineBreak = this.view.state.lineBreak;
-    const [old, fresh] = lineBreak === "\n" ? [before, text] : [before.replaceAll(lineBreak, "\n"), text.replaceAll(lineBreak, "\n")];
+    const [old, fresh] =
+      lineBreak === "\n" ? [before, text] : [before.replaceAll(lineBreak, "\n"), text.replaceAll(lineBreak, "\n")];
     const { from, to, insert } = difference(old, fresh);
     const lines = this.view.state.toText(lineBreak === "\n" ? insert : insert.replaceAll("\n", lineBreak));
-    this.view.dispatch({ changes: { from, to, insert: lines }, annotations: fromOutside.of(true), ...(anew ? { selection: { anchor: 0 }, scrollIntoView: true } : {}) });
+    this.view.dispatch({
+      changes: { from, to, insert: lines },
+      annotations: fromOutside.of(true),
+      ...(anew ? { selection: { anchor: 0 }, scrollIntoView: true } : {}),
+    });
   }
 
   private showProblems(problems: Problem[]): void {
@@ -116,18 +149,27 @@ export class TextPane {
       const line = doc.line(Math.min(Math.max(problem.line, 1), doc.lines));
       const from = Math.min(line.from + Math.max(problem.column, 1) - 1, line.to);
       const word = /^("[^"]*"|'[^']*'|[\w.$-]+|.)/.exec(doc.sliceString(from, line.to));
-      return { from, to: Math.min(from + (word?.[0].length ?? 0), line.to), severity: problem.kind, message: problem.message };
+      return {
+        from,
+        to: Math.min(from + (word?.[0].length ?? 0), line.to),
+        severity: problem.kind,
+        message: problem.message,
+      };
     });
     this.view.dispatch(setDiagnostics(this.view.state, found));
   }
 
   /** Mark the lines of what is selected on the plan, and bring the first into view. */
   private showSelection(scroll: boolean): void {
-    const ranges = this.world.selectedItems.map((item): [number, number] => [item.line, lastLine(item, this.world.items, this.world.shown)]);
+    const ranges = this.world.selectedItems.map((item): [number, number] => [
+      item.line,
+      lastLine(item, this.world.items, this.world.shown),
+    ]);
     const effects: StateEffect<unknown>[] = [markLines.of(ranges)];
     const [first] = ranges;
     const { doc } = this.view.state;
-    if (first && scroll && first[0] <= doc.lines) effects.push(EditorView.scrollIntoView(doc.line(first[0]).from, { y: "nearest", yMargin: 60 }));
+    if (first && scroll && first[0] <= doc.lines)
+      effects.push(EditorView.scrollIntoView(doc.line(first[0]).from, { y: "nearest", yMargin: 60 }));
     this.view.dispatch({ effects });
   }
 
@@ -149,7 +191,8 @@ export function itemAtLine(line: number, items: Item[], text: string): Item | nu
 function lastLine(item: Item, items: Item[], text: string): number {
   const lines = text.split("\n");
   const first = lines[item.line - 1] ?? "";
-  const indent = first.search(/\S/) + (/^\s*-\s/.test(first) && items.some((other) => other.line === item.line) ? 1 : 0);
+  const indent =
+    first.search(/\S/) + (/^\s*-\s/.test(first) && items.some((other) => other.line === item.line) ? 1 : 0);
   let last = item.line;
   for (let number = item.line + 1; number <= lines.length; number++) {
     const line = lines[number - 1] ?? "";
@@ -163,7 +206,9 @@ function lastLine(item: Item, items: Item[], text: string): number {
 
 function decorate(state: EditorState, ranges: [number, number][]): DecorationSet {
   const builder = new RangeSetBuilder<Decoration>();
-  const lines = new Set(ranges.flatMap(([from, to]) => Array.from({ length: to - from + 1 }, (_, index) => from + index)));
+  const lines = new Set(
+    ranges.flatMap(([from, to]) => Array.from({ length: to - from + 1 }, (_, index) => from + index)),
+  );
   for (const number of [...lines].sort((a, b) => a - b)) {
     if (number < 1 || number > state.doc.lines) continue;
     const { from } = state.doc.line(number);
