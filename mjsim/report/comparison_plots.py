@@ -10,10 +10,8 @@ from mjsim.geometry import Array
 from mjsim.report.comparison import Compared, Comparison, Group, Series
 from mjsim.report.consistency import STATES, chi_square_bounds
 from mjsim.report.figures import FIGURES, Figure
-from mjsim.report.plots import TRUTH, scale_nees, sheet
+from mjsim.report.plots import GROUPS, TRUTH, scale_nees, sheet
 
-COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999999")
-"""Colours that people with colour blindness tell apart (Okabe and Ito, 2008); more groups begin again."""
 FEW = 3
 """Runs of a group that are drawn one by one; of more, their median and where nine of ten lie."""
 MOST_PAIRS = 10
@@ -122,7 +120,7 @@ def _draw_differences(axes: Axes, rows: Sequence[tuple[Compared, float]]) -> Non
     axes.axvline(0.0, color=TRUTH, lw=0.8)
     for row, (item, scale) in enumerate(rows):
         told = item.difference
-        color = {"first": COLORS[0], "second": COLORS[1], "": "#888888"}[told.verdict]
+        color = {"first": GROUPS[0], "second": GROUPS[1], "": "#888888"}[told.verdict]
         low, mean, high = (100.0 * float(value or 0.0) / scale for value in (told.low, told.mean, told.high))
         axes.plot([low, high], [row, row], color=color, lw=2.2, solid_capstyle="round")
         axes.plot(mean, row, "o", color=color, ms=5)
@@ -209,7 +207,7 @@ def _styled(groups: Sequence[Group]) -> list[tuple[str, float, Group]]:
     """Return colour and width of the line of each group; later ones are thinner, so that equal lines all show."""
     widths = np.linspace(2.4, 1.0, len(groups)) if len(groups) > 1 else [1.4]
     return [
-        (COLORS[k % len(COLORS)], float(width), group)
+        (GROUPS[k % len(GROUPS)], float(width), group)
         for k, (width, group) in enumerate(zip(widths, groups, strict=True))
     ]
 

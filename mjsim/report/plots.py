@@ -17,6 +17,8 @@ from mjsim.world import World
 
 TRUTH, ESTIMATE, ODOMETRY, MAP, BUMP = "#333333", "#0072b2", "#e69f00", "#009e73", "#d55e00"
 """Colours that people with colour blindness tell apart (Okabe and Ito, 2008)."""
+GROUPS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#8c6d1f", "#332288", "#882255")
+"""Such colours for groups that are drawn together, none of them that of truth or odometry; more begin again."""
 MOST_BARS = 30
 """Landmarks that are drawn."""
 

@@ -11,15 +11,12 @@ from matplotlib.figure import Figure
 from mjsim.geometry import Array
 from mjsim.report.consistency import STATES, chi_square_bounds
 from mjsim.report.page import png_of
-from mjsim.report.plots import ODOMETRY, sheet
+from mjsim.report.plots import GROUPS, MAP, ODOMETRY, sheet
 from mjsim.sweep.plan import Plan
 from mjsim.sweep.summary import interval_of_mean
 from mjsim.sweep.table import Row
 from mjsim.sweep.worker import Outcome
 
-COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#8c6d1f", "#332288", "#882255")
-"""Colours that people with colour blindness tell apart (after Okabe and Ito, 2008)."""
-BAND = "#009e73"
 MOST_SHADES = 3
 """Cases of which more than the medians is drawn."""
 ERROR, DEAD_RECKONING = "position_error_m.rmse", "odometry_error_m.rmse"
@@ -65,7 +62,7 @@ def settings_plot(plan: Plan, rows: Sequence[Row]) -> Figure:
         for lane, group in enumerate(groups):
             offset = (lane - (len(groups) - 1) / 2) * 0.7 / len(groups)
             found = [_column(rows, figure_name, key, value, others, group) for value in values]
-            _draw_lane(axes, places + offset, found, COLORS[lane % len(COLORS)], group)
+            _draw_lane(axes, places + offset, found, GROUPS[lane % len(GROUPS)], group)
         axes.set_ylim(bottom=0.0)
         axes.grid(visible=False, axis="x")
     above.set(
@@ -110,8 +107,8 @@ def nees_plot(plan: Plan, series: Sequence[Sequence[Series]]) -> Figure:
     figure, (axes,) = sheet(1, height=4.8)
     count = max(len(runs) for runs in series)
     low, high = chi_square_bounds(STATES, count=count)
-    axes.axhspan(low, high, color=BAND, alpha=0.15, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
-    axes.axhline(STATES, color=BAND, lw=0.8)
+    axes.axhspan(low, high, color=MAP, alpha=0.15, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
+    axes.axhline(STATES, color=MAP, lw=0.8)
     for label, color, runs in _drawn(plan, series):
         time, values = _stacked(runs, "nees")
         known = np.isfinite(values)
@@ -162,7 +159,7 @@ def _column(rows: Sequence[Row], name: str, key: str | None, value: Any, others:
 def _drawn(plan: Plan, series: Sequence[Sequence[Series]]) -> list[tuple[str, str, Sequence[Series]]]:
     """Return label, colour and runs of each case that is drawn over time: the first eight with any run."""
     cases = [(_label(case), runs) for case, runs in zip(plan.cases(), series, strict=True) if runs]
-    return [(label, color, runs) for (label, runs), color in zip(cases, COLORS, strict=False)]
+    return [(label, color, runs) for (label, runs), color in zip(cases, GROUPS, strict=False)]
 
 
 def _stacked(runs: Sequence[Series], name: str) -> tuple[Array, Array]:
