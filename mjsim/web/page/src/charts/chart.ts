@@ -57,6 +57,7 @@ export interface Handlers {
 
 /** Share of the values that a robust axis shows. */
 const MOST_SHOWN = 0.99;
+const SAMPLE = 800;
 
 /** One chart over time in a box of its own. */
 export class Chart {
@@ -127,7 +128,10 @@ export class Chart {
           range: (_plot, low, high) => this.range(low, high),
         },
       },
-      axes: [axis({ size: 22, space: 48 }), axis({ size: 44, space: 22, values: (_plot, ticks) => ticks.map((tick) => this.label(tick)) })],
+      axes: [
+        axis({ size: 22, space: 48 }),
+        axis({ size: 44, space: 22, values: (_plot, ticks) => ticks.map((tick) => this.label(tick)) }),
+      ],
       series: [{}, ...settings.lines.map(series)],
       bands: settings.lines.flatMap(bands),
       cursor: {
@@ -139,7 +143,9 @@ export class Chart {
       hooks: {
         drawClear: [(plot) => this.behind(plot)],
         draw: [(plot) => this.before(plot)],
-        setCursor: [(plot) => this.read(plot.cursor.idx == null ? this.marks.now : (plot.data[0][plot.cursor.idx] ?? null))],
+        setCursor: [
+          (plot) => this.read(plot.cursor.idx == null ? this.marks.now : (plot.data[0][plot.cursor.idx] ?? null)),
+        ],
         setSelect: [(plot) => this.selected(plot)],
         ready: [(plot) => this.listen(plot)],
       },
@@ -214,7 +220,8 @@ export class Chart {
     }
     const row = uPlotIndex(times, time);
     const value = this.plot.data[1]?.[row];
-    this.reading.value = typeof value === "number" ? `${value.toFixed(this.settings.digits ?? 3)} ${this.settings.unit}` : "";
+    this.reading.value =
+      typeof value === "number" ? `${value.toFixed(this.settings.digits ?? 3)} ${this.settings.unit}` : "";
   }
 }
 
@@ -229,9 +236,11 @@ export function uPlotIndex(times: ArrayLike<number>, time: number): number {
   return low;
 }
 
-/** The value that a share of those that are known does not exceed. */
+/** The value that a share of those that are known does not exceed; of many, some hundreds are looked at. */
 function quantile(values: Column, share: number): number {
-  const known = values.filter((value) => typeof value === "number").sort((a, b) => a - b);
+  const every = Math.ceil(values.length / SAMPLE);
+  const known = values.filter((value, k) => k % every === 0 && typeof value === "number") as number[];
+  known.sort((a, b) => a - b);
   return known[Math.floor(share * (known.length - 1))] ?? Number.POSITIVE_INFINITY;
 }
 
@@ -283,7 +292,12 @@ function upright(plot: uPlot, time: number, color: string, width: number): void 
   stroke(plot.ctx, [x, top, x, top + height], color, width * devicePixelRatio);
 }
 
-function stroke(context: CanvasRenderingContext2D, [x0, y0, x1, y1]: [number, number, number, number], color: string, width: number): void {
+function stroke(
+  context: CanvasRenderingContext2D,
+  [x0, y0, x1, y1]: [number, number, number, number],
+  color: string,
+  width: number,
+): void {
   context.save();
   context.strokeStyle = color;
   context.lineWidth = width;

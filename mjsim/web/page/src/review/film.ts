@@ -19,7 +19,12 @@ export class Film {
 
   constructor() {
     this.start = button({ class: "primary" }, () => void this.make(), sign("film"), "Export video");
-    this.element.append(this.what, el("label", { class: "run-field" }, el("span", {}, "View"), this.views), this.start, this.progress);
+    this.element.append(
+      this.what,
+      el("label", { class: "run-field" }, el("span", {}, "View"), this.views),
+      this.start,
+      this.progress,
+    );
     this.start.disabled = true;
   }
 
@@ -34,7 +39,9 @@ export class Film {
   mark(from: number, to: number, marked: boolean): void {
     this.part = [from, to];
     const length = `${from.toFixed(2)} s to ${to.toFixed(2)} s`;
-    this.what.textContent = marked ? `The marked part, ${length}.` : `The whole recording, ${length}; mark a part to export only that.`;
+    this.what.textContent = marked
+      ? `The marked part, ${length}.`
+      : `The whole recording, ${length}; mark a part to export only that.`;
   }
 
   private async make(): Promise<void> {
@@ -69,6 +76,12 @@ export class Film {
 }
 
 export function titleOf(view: string): string {
-  const titles: Record<string, string> = { plan: "Plan", frame: "Plan, close-up, camera, errors", chase: "Behind the robot", overview: "From above", outside: "Outside" };
+  const titles: Record<string, string> = {
+    plan: "Plan",
+    frame: "Plan, close-up, camera, errors",
+    chase: "Behind the robot",
+    overview: "From above",
+    outside: "Outside",
+  };
   return titles[view] ?? view.replace("/", " · ").replace(":", ", ");
 }

@@ -44,7 +44,14 @@ export class Library {
     const cut = path.lastIndexOf("/") + 1;
     return el(
       "button",
-      { type: "button", class: "quiet", title: path, "data-path": path, "aria-current": chosen ? "true" : null, onclick: () => this.open(path) },
+      {
+        type: "button",
+        class: "quiet",
+        title: path,
+        "data-path": path,
+        "aria-current": chosen ? "true" : null,
+        onclick: () => this.open(path),
+      },
       el("b", {}, path.slice(cut)),
       el("span", { class: "hint" }, path.slice(0, cut)),
     );
@@ -58,7 +65,11 @@ export class Library {
       const address = `/api/recording/upload?${new URLSearchParams({ name: file.name })}`;
       const response = await fetch(address, { method: "POST", body: file }).catch(() => null);
       const answer = (await response?.json().catch(() => ({}))) as { path?: string; error?: string } | undefined;
-      if (!response?.ok || !answer?.path) throw new ApiError(response?.status ?? 0, answer?.error ?? `${file.name} could not be taken; copy it into the folder, then open it from the list`);
+      if (!response?.ok || !answer?.path)
+        throw new ApiError(
+          response?.status ?? 0,
+          answer?.error ?? `${file.name} could not be taken; copy it into the folder, then open it from the list`,
+        );
       await this.studio.refresh();
       this.open(answer.path);
     } catch (error) {

@@ -19,7 +19,12 @@ interface Shown {
 }
 
 /** What may be switched on beside the cameras. */
-const KINDS = [["depth", "Depth"], ["segmentation", "Segments"], ["outside", "Outside"], ["chase", "Behind"]] as const;
+const KINDS = [
+  ["depth", "Depth"],
+  ["segmentation", "Segments"],
+  ["outside", "Outside"],
+  ["chase", "Behind"],
+] as const;
 
 type Kind = (typeof KINDS)[number][0];
 
@@ -39,7 +44,9 @@ export class Pictures {
     private readonly changed: () => void,
   ) {
     for (const [kind, label] of KINDS) {
-      this.switches.append(toggle({ class: "quiet run-small" }, this.wanted.has(kind), (on) => this.want(kind, on), label));
+      this.switches.append(
+        toggle({ class: "quiet run-small" }, this.wanted.has(kind), (on) => this.want(kind, on), label),
+      );
     }
   }
 
@@ -77,14 +84,23 @@ export class Pictures {
   private keys(): string[] {
     const has = (kind: Kind): boolean => this.wanted.has(kind);
     const kinds = (["depth", "segmentation"] as const).filter(has);
-    const cameras = (this.recording?.cameras ?? []).flatMap((camera) => [camera, ...kinds.map((kind) => `${camera}:${kind}`)]);
+    const cameras = (this.recording?.cameras ?? []).flatMap((camera) => [
+      camera,
+      ...kinds.map((kind) => `${camera}:${kind}`),
+    ]);
     return [...cameras, ...(["outside", "chase"] as const).filter(has)];
   }
 
   private place(view: string): Shown {
     const found = this.views.get(view);
     if (found) return found;
-    const canvas = el("canvas", { class: "run-screen", role: "img", "aria-label": titleOf(view), width: 640, height: 480 });
+    const canvas = el("canvas", {
+      class: "run-screen",
+      role: "img",
+      "aria-label": titleOf(view),
+      width: 640,
+      height: 480,
+    });
     const note = el("p", { class: "hint run-waiting" }, "No picture yet");
     const body = el("div", { class: "run-picture", style: "aspect-ratio: 4 / 3" }, canvas, note);
     const ask = newestWins((time: number) => this.fetch(view, time, note));

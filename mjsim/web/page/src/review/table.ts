@@ -22,9 +22,30 @@ const UNITS: [suffix: string, unit: string][] = [
   ["_seconds", "s"],
 ];
 /** What most people ask for comes first. */
-const FIRST = ["position_error", "heading_error", "odometry_error", "nees", "nis", "ate", "rpe", "landmark_error", "distance", "bumps", "coverage"];
+const FIRST = [
+  "position_error",
+  "heading_error",
+  "odometry_error",
+  "nees",
+  "nis",
+  "ate",
+  "rpe",
+  "landmark_error",
+  "distance",
+  "bumps",
+  "coverage",
+];
 /** Lists, and what says how a figure was made, do not belong into a short table. */
-const LEFT_OUT = new Set(["band", "mean_band", "each", "aligned_each", "transient", "recovery", "fault", "milliseconds"]);
+const LEFT_OUT = new Set([
+  "band",
+  "mean_band",
+  "each",
+  "aligned_each",
+  "transient",
+  "recovery",
+  "fault",
+  "milliseconds",
+]);
 
 /** Counts and shares have no unit though their group has one. */
 const PLAIN = new Set(["count", "false", "singular", "in_band", "independent"]);
@@ -44,14 +65,19 @@ function leaves(robot: string, key: string, value: unknown): Row[] {
   return Object.entries(value as Record<string, unknown>)
     .filter(([part]) => !LEFT_OUT.has(part))
     .flatMap(([part, each]) =>
-      typeof each === "number" ? [{ robot, group, part: words(part), value: each, unit: PLAIN.has(part) ? "" : unit }] : [],
+      typeof each === "number"
+        ? [{ robot, group, part: words(part), value: each, unit: PLAIN.has(part) ? "" : unit }]
+        : [],
     );
 }
 
 function named(key: string): { label: string; unit: string } {
   const found = UNITS.find(([suffix]) => key.endsWith(suffix));
   const label = words(found ? key.slice(0, -found[0].length) : key);
-  return { label: /^(nees|nis|ate|rpe)/.test(label) ? label.toUpperCase() : label.charAt(0).toUpperCase() + label.slice(1), unit: found?.[1] ?? "" };
+  return {
+    label: /^(nees|nis|ate|rpe)/.test(label) ? label.toUpperCase() : label.charAt(0).toUpperCase() + label.slice(1),
+    unit: found?.[1] ?? "",
+  };
 }
 
 function words(key: string): string {
@@ -81,7 +107,14 @@ export class Table {
   /** Say how a part is marked. */
   ask(): void {
     this.rows = [];
-    fill(this.element, el("p", { class: "hint" }, "Mark a part to get its figures: drag over a chart, or press I where it begins and O where it ends."));
+    fill(
+      this.element,
+      el(
+        "p",
+        { class: "hint" },
+        "Mark a part to get its figures: drag over a chart, or press I where it begins and O where it ends.",
+      ),
+    );
   }
 
   wait(): void {
@@ -95,14 +128,21 @@ export class Table {
   show(figures: Figures, from: number, to: number): void {
     this.rows = rowsOf(figures);
     this.title = `${from.toFixed(2)} s to ${to.toFixed(2)} s`;
-    const copy = button({ class: "run-small", title: "Copy as CSV" }, () => void this.copy(), sign("copy"), "Copy as CSV");
+    const copy = button(
+      { class: "run-small", title: "Copy as CSV" },
+      () => void this.copy(),
+      sign("copy"),
+      "Copy as CSV",
+    );
     fill(this.element, el("div", { class: "run-figures-head" }, el("strong", {}, this.title), copy), this.table());
   }
 
   /** The table as text: robot, figure, value in full, unit. */
   csv(): string {
     const cell = (text: string): string => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
-    const lines = this.rows.map(({ robot, group, part, value, unit }) => [robot, group, part, String(value), unit].map(cell).join(","));
+    const lines = this.rows.map(({ robot, group, part, value, unit }) =>
+      [robot, group, part, String(value), unit].map(cell).join(","),
+    );
     return ["robot,figure,part,value,unit", ...lines, ""].join("\n");
   }
 
@@ -116,7 +156,13 @@ export class Table {
       const line = rowOf(row, row.part || group);
       return begins ? [el("tr", {}, el("th", { colspan: 3, scope: "rowgroup" }, group)), line] : [line];
     });
-    const head = el("tr", {}, el("th", { scope: "col" }, "Figure"), el("th", { scope: "col" }, "Value"), el("th", { scope: "col" }, "Unit"));
+    const head = el(
+      "tr",
+      {},
+      el("th", { scope: "col" }, "Figure"),
+      el("th", { scope: "col" }, "Value"),
+      el("th", { scope: "col" }, "Unit"),
+    );
     return el("table", {}, el("thead", {}, head), el("tbody", {}, ...body));
   }
 
@@ -127,7 +173,10 @@ export class Table {
       this.tell("Copied as CSV");
     } catch {
       // A page that is not served from this machine may not write to the clipboard: offer a file.
-      const link = el("a", { href: URL.createObjectURL(new Blob([text], { type: "text/csv" })), download: "statistics.csv" });
+      const link = el("a", {
+        href: URL.createObjectURL(new Blob([text], { type: "text/csv" })),
+        download: "statistics.csv",
+      });
       link.click();
       this.tell("The browser does not allow copying; it was saved as statistics.csv");
     }

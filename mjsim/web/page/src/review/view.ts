@@ -22,7 +22,14 @@ import { recordings, type Recording } from "./recording";
 import { Scrub, type Part } from "./scrub";
 import { Table } from "./table";
 
-const SPEEDS = [["0.25", "¼ ×"], ["0.5", "½ ×"], ["1", "1 ×"], ["2", "2 ×"], ["4", "4 ×"], ["10", "10 ×"]] as const;
+const SPEEDS = [
+  ["0.25", "¼ ×"],
+  ["0.5", "½ ×"],
+  ["1", "1 ×"],
+  ["2", "2 ×"],
+  ["4", "4 ×"],
+  ["10", "10 ×"],
+] as const;
 const FIRST_CHARTS: Kind[] = ["distance", "x", "y", "heading", "nees"];
 
 export class ReviewView implements View {
@@ -40,8 +47,17 @@ export class ReviewView implements View {
   private readonly library: Library;
   private readonly tabs: Tabs;
   private readonly sheet: Sheet;
-  private readonly robot = el("select", { "aria-label": "Robot", hidden: true, onchange: () => this.choose(this.robot.value) });
-  private readonly playButton = button({ class: "primary run-main", title: "Play (space)" }, () => this.player.toggle(), sign("play"), "Play");
+  private readonly robot = el("select", {
+    "aria-label": "Robot",
+    hidden: true,
+    onchange: () => this.choose(this.robot.value),
+  });
+  private readonly playButton = button(
+    { class: "primary run-main", title: "Play (space)" },
+    () => this.player.toggle(),
+    sign("play"),
+    "Play",
+  );
   private readonly time = el("output", { class: "run-value run-time" }, "–");
   private readonly title = el("strong", { class: "review-title" }, "No recording");
   private readonly empty = el("div", { class: "state" });
@@ -56,7 +72,11 @@ export class ReviewView implements View {
   constructor(private readonly studio: Studio) {
     this.table = new Table((text) => this.studio.toasts.done(text));
     this.library = new Library(studio, (path) => void this.open(path));
-    this.sheet = new Sheet(FIRST_CHARTS, { pick: (time) => this.player.seek(time), select: (from, to) => this.mark({ from, to }) }, "review");
+    this.sheet = new Sheet(
+      FIRST_CHARTS,
+      { pick: (time) => this.player.seek(time), select: (from, to) => this.mark({ from, to }) },
+      "review",
+    );
     this.tabs = new Tabs("review.tab", [
       ["recordings", "Recordings", this.library.element],
       ["figures", "Figures", el("div", {}, this.table.element, this.film.element)],
@@ -65,7 +85,9 @@ export class ReviewView implements View {
     this.content = this.build();
     this.library.takeDrops(this.element);
     this.player.changed.on((time) => this.show(time));
-    this.player.playingChanged.on((playing) => fill(this.playButton, sign(playing ? "pause" : "play"), playing ? "Pause" : "Play"));
+    this.player.playingChanged.on((playing) =>
+      fill(this.playButton, sign(playing ? "pause" : "play"), playing ? "Pause" : "Play"),
+    );
     this.showEmpty();
   }
 
@@ -107,9 +129,21 @@ export class ReviewView implements View {
   private build(): HTMLElement {
     const bar = this.bar();
     const side = el("aside", { class: "run-side" }, this.tabs.element);
-    const body = el("div", { class: "run-body" }, side, this.stage.element, el("div", { class: "run-rail" }, this.pictures.switches, this.stage.rail));
+    const body = el(
+      "div",
+      { class: "run-body" },
+      side,
+      this.stage.element,
+      el("div", { class: "run-rail" }, this.pictures.switches, this.stage.rail),
+    );
     const chips = el("div", { class: "run-chips", role: "group", "aria-label": "Charts" }, ...this.chips());
-    const dock = el("div", { class: "run-dock" }, this.scrub.element, el("div", { class: "run-dock-head" }, this.robot, chips), this.sheet.element);
+    const dock = el(
+      "div",
+      { class: "run-dock" },
+      this.scrub.element,
+      el("div", { class: "run-dock-head" }, this.robot, chips),
+      this.sheet.element,
+    );
     this.element.append(bar, body, dock);
     this.stage.element.append(this.empty);
     return body;
@@ -143,7 +177,9 @@ export class ReviewView implements View {
 
   private chips(): HTMLElement[] {
     const kept = remembered("review.charts");
-    const now = new Set(kept === null ? FIRST_CHARTS : KINDS.map(({ kind }) => kind).filter((kind) => kept.split(" ").includes(kind)));
+    const now = new Set(
+      kept === null ? FIRST_CHARTS : KINDS.map(({ kind }) => kind).filter((kind) => kept.split(" ").includes(kind)),
+    );
     this.sheet.choose([...now]);
     return KINDS.map(({ kind, label }) =>
       toggle(
@@ -288,7 +324,8 @@ export class ReviewView implements View {
     if (!recording) return;
     try {
       const figures = await recordings.statistics(recording.path, from, to);
-      if (this.recording === recording && this.part.from === from && this.part.to === to) this.table.show(figures, from, to);
+      if (this.recording === recording && this.part.from === from && this.part.to === to)
+        this.table.show(figures, from, to);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       this.table.fail(error.message);
@@ -297,7 +334,9 @@ export class ReviewView implements View {
 
   private showEmpty(): void {
     const some = this.studio.folder.recordings.length > 0;
-    const hint = some ? "Choose one on the left, or drop an .mcap file here." : "Record a run first, or drop an .mcap file here.";
+    const hint = some
+      ? "Choose one on the left, or drop an .mcap file here."
+      : "Record a run first, or drop an .mcap file here.";
     const run = button({ class: "primary" }, () => this.studio.show("run"), "Go to Run");
     fill(this.empty, el("h2", {}, "No recording is open"), el("p", { class: "hint" }, hint), some ? null : run);
     this.content.querySelector(".run-stage")?.append(this.empty);

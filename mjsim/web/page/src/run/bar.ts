@@ -63,10 +63,15 @@ export class Bar {
   constructor(private readonly orders: BarOrders) {
     this.main = button({ class: "primary run-main" }, () => this.press(), sign("play"), el("span", {}, "Start"));
     this.step = button({ class: "square", title: "Single tick (.)" }, () => orders.tick(), sign("step"));
-    this.again = button({ class: "square", title: "Restart from the beginning" }, () => orders.restart(), sign("restart"));
+    this.again = button(
+      { class: "square", title: "Restart from the beginning" },
+      () => orders.restart(),
+      sign("restart"),
+    );
     this.halt = button({ class: "square", title: "Stop the run" }, () => orders.stop(), sign("stop"));
     this.speeds = choice<Speed>({ "aria-label": "Speed" }, SPEEDS, "1", (value) => orders.speed(speedOf(value)));
-    const figure = (label: string, value: HTMLElement): HTMLElement => el("label", { class: "run-figure" }, el("span", {}, label), value);
+    const figure = (label: string, value: HTMLElement): HTMLElement =>
+      el("label", { class: "run-figure" }, el("span", {}, label), value);
     this.element.append(
       this.main,
       el("div", { class: "run-group" }, this.step, this.again, this.halt),
@@ -125,7 +130,10 @@ export class Bar {
 
   private showTime(time: number): void {
     const whole = this.news?.seconds;
-    write(this.time, this.news?.state === "idle" ? "–" : clock(time) + (whole ? ` of ${clock(whole).replace(".00", "")}` : ""));
+    write(
+      this.time,
+      this.news?.state === "idle" ? "–" : clock(time) + (whole ? ` of ${clock(whole).replace(".00", "")}` : ""),
+    );
   }
 
   private refresh(): void {

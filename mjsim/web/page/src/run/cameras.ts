@@ -36,7 +36,11 @@ export class Cameras {
       segmentation: remembered("run.segmentation") === "yes",
       outside: remembered("run.outside") !== "no",
     };
-    for (const [kind, label] of [["depth", "Depth"], ["segmentation", "Segments"], ["outside", "Outside"]] as const) {
+    for (const [kind, label] of [
+      ["depth", "Depth"],
+      ["segmentation", "Segments"],
+      ["outside", "Outside"],
+    ] as const) {
       this.switches.append(toggle({ class: "quiet run-small" }, this.wanted[kind], (on) => this.want(kind, on), label));
     }
   }
@@ -107,10 +111,17 @@ export class Cameras {
     if (found) return found;
     const title = titleOf(key);
     const screen = new Screen(title, (head) => this.send({ do: "shown", number: head.number }));
-    const camera = this.robots.flatMap((robot) => robot.cameras.filter((each) => key.startsWith(`${robot.name}/${each.name}`)))[0];
+    const camera = this.robots.flatMap((robot) =>
+      robot.cameras.filter((each) => key.startsWith(`${robot.name}/${each.name}`)),
+    )[0];
     const [width, height] = camera ? [camera.width, camera.height] : OUTSIDE_SIZE;
     screen.shape(width, height);
-    const body = el("div", { class: "run-picture", style: `aspect-ratio: ${width} / ${height}` }, screen.canvas, el("p", { class: "hint run-waiting" }, "No picture yet"));
+    const body = el(
+      "div",
+      { class: "run-picture", style: `aspect-ratio: ${width} / ${height}` },
+      screen.canvas,
+      el("p", { class: "hint run-waiting" }, "No picture yet"),
+    );
     const made = { screen, tile: makeTile(key, title, body) };
     this.screens.set(key, made);
     if (key === "outside") this.makeOrbit(this.orbit?.view ?? overlook([0, 0, 8, 8]));

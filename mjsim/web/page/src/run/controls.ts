@@ -22,7 +22,8 @@ const ICONS = {
   film: "M3 4h14v12H3zM7 4v12M13 4v12",
   copy: "M7 7h10v10H7zM13 7V3H3v10h4",
   side: "M3 4h14v12H3zM8 4v12",
-  drive: "M10 3a7 7 0 1 0 0 14 7 7 0 0 0 0-14zM10 8a2 2 0 1 0 0 4 2 2 0 0 0 0-4zM10 12v5M8.2 9.2L3.4 8M11.8 9.2l4.8-1.2",
+  drive:
+    "M10 3a7 7 0 1 0 0 14 7 7 0 0 0 0-14zM10 8a2 2 0 1 0 0 4 2 2 0 0 0 0-4zM10 12v5M8.2 9.2L3.4 8M11.8 9.2l4.8-1.2",
   close: "M5 5l10 10M15 5L5 15",
   open: "M3 16V5h5l2 2h7v9z",
 } as const;
@@ -35,11 +36,20 @@ export function sign(name: IconName): SVGSVGElement {
 
 /** A button; where it has no words, `title` is its name. */
 export function button(attributes: Attributes, press: () => void, ...children: Child[]): HTMLButtonElement {
-  return el("button", { type: "button", "aria-label": attributes["title"] ?? null, ...attributes, onclick: press }, ...children);
+  return el(
+    "button",
+    { type: "button", "aria-label": attributes["title"] ?? null, ...attributes, onclick: press },
+    ...children,
+  );
 }
 
 /** A button that stays down until it is pressed again. */
-export function toggle(attributes: Attributes, on: boolean, press: (on: boolean) => void, ...children: Child[]): HTMLButtonElement {
+export function toggle(
+  attributes: Attributes,
+  on: boolean,
+  press: (on: boolean) => void,
+  ...children: Child[]
+): HTMLButtonElement {
   const element = button(
     { ...attributes, "aria-pressed": String(on) },
     () => {

@@ -40,10 +40,26 @@ export class Floor {
 
   constructor(private readonly record: RunRecord) {
     const kept = remembered("run.layers");
-    this.shown = Object.fromEntries(LAYERS.map(([key]) => [key, kept === null || kept.split(" ").includes(key)])) as unknown as Shown;
-    this.follow = toggle({ class: "quiet square", title: "Follow the robot (F)" }, false, (on) => this.setFollow(on), sign("follow"));
+    this.shown = Object.fromEntries(
+      LAYERS.map(([key]) => [key, kept === null || kept.split(" ").includes(key)]),
+    ) as unknown as Shown;
+    this.follow = toggle(
+      { class: "quiet square", title: "Follow the robot (F)" },
+      false,
+      (on) => this.setFollow(on),
+      sign("follow"),
+    );
     const fit = button({ class: "quiet square", title: "Show the whole plan (0)" }, () => this.fit(), sign("fit"));
-    this.tile = makeTile("plan", "Plan", this.host, legend(), el("span", { class: "run-spring" }), this.menu(), this.follow, fit);
+    this.tile = makeTile(
+      "plan",
+      "Plan",
+      this.host,
+      legend(),
+      el("span", { class: "run-spring" }),
+      this.menu(),
+      this.follow,
+      fit,
+    );
     this.plan = new Plan(this.host);
     this.plan.hiddenKinds.add("robot");
     this.plan.overlay.push((context) => this.draw(context));
@@ -135,7 +151,11 @@ export class Floor {
       return el("label", {}, box, label);
     });
     const list = el("div", { class: "run-menu", role: "group", "aria-label": "What is shown" }, ...boxes);
-    const summary = el("summary", { class: "button quiet square", title: "What is shown", "aria-label": "What is shown" }, sign("layers"));
+    const summary = el(
+      "summary",
+      { class: "button quiet square", title: "What is shown", "aria-label": "What is shown" },
+      sign("layers"),
+    );
     const details = el("details", { class: "run-layers" }, summary, list);
     document.addEventListener("pointerdown", (event) => {
       if (!details.contains(event.target as Node)) details.open = false;
@@ -148,13 +168,23 @@ export class Floor {
 
   private setLayer(key: keyof Shown, on: boolean): void {
     this.shown[key] = on;
-    remembered("run.layers", LAYERS.map(([each]) => each).filter((each) => this.shown[each]).join(" "));
+    remembered(
+      "run.layers",
+      LAYERS.map(([each]) => each)
+        .filter((each) => this.shown[each])
+        .join(" "),
+    );
     this.plan.drawOver();
   }
 }
 
 function legend(): HTMLElement {
-  const entries = [["truth", "truth"], ["estimate", "estimate"], ["odometry", "odometry"], ["seen", "landmarks, sightings"]] as const;
+  const entries = [
+    ["truth", "truth"],
+    ["estimate", "estimate"],
+    ["odometry", "odometry"],
+    ["seen", "landmarks, sightings"],
+  ] as const;
   return el(
     "span",
     { class: "run-legend" },

@@ -3,7 +3,7 @@
 import type { Pose, RobotTick, Track } from "./protocol";
 
 /** Most rows that are kept; then every other one goes. */
-const MOST = 4000;
+const MOST = 3000;
 /** A trail goes on when the robot has moved so far [m]. */
 const STRIDE = 0.02;
 /** A step longer than this was not driven: the robot was put down elsewhere [m]. */

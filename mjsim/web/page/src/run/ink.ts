@@ -2,7 +2,19 @@
 
 import { color, themeChanged } from "../shell/theme";
 
-const NAMES = ["truth", "estimate", "odometry", "seen", "beacon", "accent", "paper", "ink", "muted", "hair", "grid-strong"] as const;
+const NAMES = [
+  "truth",
+  "estimate",
+  "odometry",
+  "seen",
+  "beacon",
+  "accent",
+  "paper",
+  "ink",
+  "muted",
+  "hair",
+  "grid-strong",
+] as const;
 /** Of modules and other rows of a chart; told apart by those who do not see all colours. */
 const ROWS = ["--truth", "--estimate", "--seen", "--scanned", "--beacon", "--odometry"];
 

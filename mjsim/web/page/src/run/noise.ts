@@ -52,7 +52,8 @@ export class NoisePanel {
   }
 
   private resetAll(): void {
-    for (const { noise } of this.rows.values()) if (noise.value !== noise.initial) this.set(noise.key, noise.initial ?? 0);
+    for (const { noise } of this.rows.values())
+      if (noise.value !== noise.initial) this.set(noise.key, noise.initial ?? 0);
   }
 
   private build(noise: Noise[]): void {
@@ -70,15 +71,31 @@ export class NoisePanel {
 
   private row(noise: Noise, label: string): HTMLElement {
     const span = spanOf(noise);
-    const slider = el("input", { type: "range", min: 0, max: STEPS, step: 1, "data-key": noise.key, "aria-label": label });
-    const field = el("input", { type: "number", min: span.even ? null : 0, step: "any", "aria-label": `${label}, ${noise.unit ?? "value"}` });
+    const slider = el("input", {
+      type: "range",
+      min: 0,
+      max: STEPS,
+      step: 1,
+      "data-key": noise.key,
+      "aria-label": label,
+    });
+    const field = el("input", {
+      type: "number",
+      min: span.even ? null : 0,
+      step: "any",
+      "aria-label": `${label}, ${noise.unit ?? "value"}`,
+    });
     slider.addEventListener("input", () => this.set(noise.key, valueAt(span, Number(slider.value) / STEPS)));
     field.addEventListener("change", () => {
       const value = Number(field.value);
       if (field.value !== "" && Number.isFinite(value) && (span.even || value >= 0)) this.set(noise.key, value);
       else field.value = String(rounded(this.rows.get(noise.key)?.noise.value ?? 0));
     });
-    const reset = button({ class: "quiet square", title: `Reset ${label} to ${noise.initial ?? 0}` }, () => this.set(noise.key, noise.initial ?? 0), sign("restart"));
+    const reset = button(
+      { class: "quiet square", title: `Reset ${label} to ${noise.initial ?? 0}` },
+      () => this.set(noise.key, noise.initial ?? 0),
+      sign("restart"),
+    );
     this.rows.set(noise.key, { noise, slider, field, reset });
     const unit = el("span", { class: "run-unit" }, unitShown(noise));
     return el(
@@ -95,7 +112,8 @@ export class NoisePanel {
     if (!row) return;
     row.noise = noise;
     // What is being dragged or typed is left to the hand.
-    if (document.activeElement !== row.slider) row.slider.value = String(STEPS * shareOf(spanOf(noise), noise.value ?? 0));
+    if (document.activeElement !== row.slider)
+      row.slider.value = String(STEPS * shareOf(spanOf(noise), noise.value ?? 0));
     if (document.activeElement !== row.field) row.field.value = String(rounded(noise.value ?? 0));
     for (const each of [row.slider, row.field]) each.disabled = !enabled;
     row.reset.disabled = !enabled || noise.value === noise.initial;

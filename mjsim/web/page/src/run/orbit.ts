@@ -41,7 +41,12 @@ export class Orbit {
   set(view: Outside): void {
     const azimuth = ((((view.azimuth_deg + 180) % 360) + 360) % 360) - 180;
     const elevation = Math.min(HIGHEST, Math.max(LOWEST, view.elevation_deg));
-    this.view = { azimuth_deg: azimuth, elevation_deg: elevation, distance: Math.max(NEAREST, view.distance), at: view.at };
+    this.view = {
+      azimuth_deg: azimuth,
+      elevation_deg: elevation,
+      distance: Math.max(NEAREST, view.distance),
+      at: view.at,
+    };
     this.changed(this.view);
   }
 

@@ -152,7 +152,15 @@ export class Overlay {
     const [px, py] = this.point(x, y);
     this.context.beginPath();
     // The canvas has y down, so that the angle turns the other way.
-    this.context.ellipse(px, py, Math.max(long, 1), Math.max(short, 1), -Math.atan2(2 * xy, xx - yy) / 2, 0, 2 * Math.PI);
+    this.context.ellipse(
+      px,
+      py,
+      Math.max(long, 1),
+      Math.max(short, 1),
+      -Math.atan2(2 * xy, xx - yy) / 2,
+      0,
+      2 * Math.PI,
+    );
     this.context.fillStyle = faded(color, 0.12);
     this.context.fill();
     this.context.strokeStyle = color;
@@ -191,7 +199,9 @@ export class Overlay {
     this.context.beginPath();
     for (const [, range, bearing] of tick.sightings) {
       this.context.moveTo(...this.point(x, y));
-      this.context.lineTo(...this.point(x + range * Math.cos(heading + bearing), y + range * Math.sin(heading + bearing)));
+      this.context.lineTo(
+        ...this.point(x + range * Math.cos(heading + bearing), y + range * Math.sin(heading + bearing)),
+      );
     }
     this.context.stroke();
   }

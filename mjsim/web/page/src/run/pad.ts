@@ -26,7 +26,8 @@ export class Pad {
         push.setPointerCapture(event.pointerId);
         wheel.press(picture, way);
       });
-      for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) push.addEventListener(end, () => wheel.release(picture));
+      for (const end of ["pointerup", "pointercancel", "lostpointercapture"])
+        push.addEventListener(end, () => wheel.release(picture));
       push.addEventListener("keydown", (event) => {
         if ((event.key === " " || event.key === "Enter") && !event.repeat) wheel.press(picture, way);
         if (event.key === " " || event.key === "Enter") event.stopPropagation();

@@ -150,7 +150,10 @@ function plateOf(
   const above = Math.max(Math.min(...rows) - height - 3 * ratio, 0);
   const below = Math.min(Math.max(...rows) + 3 * ratio, context.canvas.height - height);
   const free = (y: number): boolean =>
-    taken.every((other) => y >= other.y + other.height || other.y >= y + height || x >= other.x + other.width || other.x >= x + width);
+    taken.every(
+      (other) =>
+        y >= other.y + other.height || other.y >= y + height || x >= other.x + other.width || other.x >= x + width,
+    );
   const y = [above, below].find(free);
   return y === undefined ? null : { x, y, width, height };
 }

@@ -46,7 +46,8 @@ export class Setup {
   private own: OwnDrivers = {};
 
   constructor() {
-    const field = (label: string, input: HTMLElement, unit = ""): HTMLElement => el("label", { class: "run-field" }, el("span", {}, label), input, el("span", { class: "run-unit" }, unit));
+    const field = (label: string, input: HTMLElement, unit = ""): HTMLElement =>
+      el("label", { class: "run-field" }, el("span", {}, label), input, el("span", { class: "run-unit" }, unit));
     this.file.disabled = true;
     this.record.addEventListener("change", () => (this.file.disabled = !this.record.checked));
     this.element.append(
@@ -77,7 +78,9 @@ export class Setup {
 
   /** What the order to start says of all this. */
   settings(): { seed?: number; seconds?: number; record?: string; drivers?: Record<string, Driver> } {
-    const drivers = Object.fromEntries(this.names.map((name) => [name, this.driver(name)]).filter(([, driver]) => Object.keys(driver as Driver).length));
+    const drivers = Object.fromEntries(
+      this.names.map((name) => [name, this.driver(name)]).filter(([, driver]) => Object.keys(driver as Driver).length),
+    );
     return {
       ...(this.seed.value === "" ? {} : { seed: Number(this.seed.value) }),
       ...(this.seconds.value === "" ? {} : { seconds: Number(this.seconds.value) }),
@@ -99,7 +102,10 @@ export class Setup {
   }
 
   private build(): void {
-    fill(this.robots, ...this.names.flatMap((name) => [el("h3", {}, name), ...PARTS.map((each) => this.row(name, each))]));
+    fill(
+      this.robots,
+      ...this.names.flatMap((name) => [el("h3", {}, name), ...PARTS.map((each) => this.row(name, each))]),
+    );
   }
 
   private row(robot: string, { part, list, label, none }: (typeof PARTS)[number]): HTMLElement {
@@ -107,7 +113,10 @@ export class Setup {
     const pick = this.picks.get(key) ?? { use: OWN, values: {} };
     this.picks.set(key, pick);
     const modules = this.modules[list];
-    const options: [string, string][] = [[OWN, `${this.ownTitle(robot, part, modules)} (world)`], [NONE, none]];
+    const options: [string, string][] = [
+      [OWN, `${this.ownTitle(robot, part, modules)} (world)`],
+      [NONE, none],
+    ];
     if (part === "avoidance") options.push([BUILT_IN, "Built in"]);
     options.push(...modules.map((module): [string, string] => [module.use, module.title]));
     const keys = el("div", { class: "run-keys" });
@@ -132,10 +141,19 @@ export class Setup {
     const module = modules.find((each) => each.use === pick?.use);
     if (!pick || !module) return fill(place);
     const fields = keysOf(module).map((each) => {
-      const input = el("input", { type: "text", spellcheck: "false", placeholder: each.default === undefined ? "needed" : written(each.default) });
+      const input = el("input", {
+        type: "text",
+        spellcheck: "false",
+        placeholder: each.default === undefined ? "needed" : written(each.default),
+      });
       input.value = pick.values[each.name] ?? "";
       input.addEventListener("change", () => (pick.values[each.name] = input.value.trim()));
-      return el("label", { class: "run-field", title: each.about ?? null }, el("span", {}, each.name.replaceAll("_", " ")), input);
+      return el(
+        "label",
+        { class: "run-field", title: each.about ?? null },
+        el("span", {}, each.name.replaceAll("_", " ")),
+        input,
+      );
     });
     fill(place, module.about ? el("p", { class: "hint" }, module.about) : null, ...fields);
   }

@@ -18,7 +18,11 @@ export class Tabs {
       panel.setAttribute("role", "tabpanel");
       panel.setAttribute("aria-labelledby", `${name}-${key}`);
     }
-    const list = el("div", { class: "tabs", role: "tablist", onkeydown: (event: KeyboardEvent) => this.key(event) }, ...this.heads);
+    const list = el(
+      "div",
+      { class: "tabs", role: "tablist", onkeydown: (event: KeyboardEvent) => this.key(event) },
+      ...this.heads,
+    );
     this.element.append(list, ...panels.map(([, , panel]) => panel));
     const kept = remembered(name);
     this.show(panels.some(([key]) => key === kept) ? (kept ?? "") : (panels[0]?.[0] ?? ""));

@@ -37,7 +37,11 @@ export class Stage {
   }
 
   private addButton(tile: Tile): void {
-    const enlarge = button({ class: "quiet square run-enlarge", title: "Show large" }, () => this.enlarge(tile.key), sign("enlarge"));
+    const enlarge = button(
+      { class: "quiet square run-enlarge", title: "Show large" },
+      () => this.enlarge(tile.key),
+      sign("enlarge"),
+    );
     tile.element.querySelector("header")?.append(enlarge);
   }
 
@@ -45,7 +49,10 @@ export class Stage {
     const large = this.tiles.find((tile) => tile.key === this.large);
     const others = this.tiles.filter((tile) => tile !== large);
     put(this.element, large ? [large.element] : []);
-    put(this.rail, others.map((tile) => tile.element));
+    put(
+      this.rail,
+      others.map((tile) => tile.element),
+    );
     this.rail.hidden = others.length === 0;
   }
 }

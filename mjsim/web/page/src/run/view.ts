@@ -32,12 +32,24 @@ export class RunView implements View {
   private readonly bar: Bar;
   private readonly setup = new Setup();
   private readonly noise = new NoisePanel((key, value) => this.send({ do: "set", key, value }));
-  private readonly events = new EventList("What happens to robots and world stands here: bumps, doors, lights, faults.");
-  private readonly wheel = new Wheel(() => this.canDrive(), (push) => this.drive(push));
+  private readonly events = new EventList(
+    "What happens to robots and world stands here: bumps, doors, lights, faults.",
+  );
+  private readonly wheel = new Wheel(
+    () => this.canDrive(),
+    (push) => this.drive(push),
+  );
   private readonly pad = new Pad(this.wheel);
-  private readonly cameras = new Cameras((order) => void this.link?.send(order), () => this.arrange());
+  private readonly cameras = new Cameras(
+    (order) => void this.link?.send(order),
+    () => this.arrange(),
+  );
   private readonly banner = el("p", { class: "run-banner", role: "alert", hidden: true });
-  private readonly robot = el("select", { "aria-label": "Robot", hidden: true, onchange: () => this.chooseRobot(this.robot.value) });
+  private readonly robot = el("select", {
+    "aria-label": "Robot",
+    hidden: true,
+    onchange: () => this.chooseRobot(this.robot.value),
+  });
   /** Whether this page shows one run alone, which was begun elsewhere. */
   private readonly live: boolean;
   private link: Link | null = null;
@@ -61,7 +73,8 @@ export class RunView implements View {
       speed: (value) => this.running() && this.send({ do: "speed", value }),
     });
     const kept = remembered("run.charts");
-    const kinds = kept === null ? FIRST_CHARTS : KINDS.map(({ kind }) => kind).filter((kind) => kept.split(" ").includes(kind));
+    const kinds =
+      kept === null ? FIRST_CHARTS : KINDS.map(({ kind }) => kind).filter((kind) => kept.split(" ").includes(kind));
     this.sheet = new Sheet(kinds, {}, "run");
     this.build(kinds);
     this.arrange();
@@ -107,9 +120,19 @@ export class RunView implements View {
     }
     this.floor.host.append(this.pad.element);
     this.bar.element.prepend(this.sideSwitch(side));
-    const dock = el("div", { class: "run-dock" }, el("div", { class: "run-dock-head" }, this.robot, chips), this.sheet.element);
+    const dock = el(
+      "div",
+      { class: "run-dock" },
+      el("div", { class: "run-dock-head" }, this.robot, chips),
+      this.sheet.element,
+    );
     const rail = el("div", { class: "run-rail" }, this.cameras.switches, this.stage.rail);
-    this.element.append(this.bar.element, this.banner, el("div", { class: "run-body" }, side, this.stage.element, rail), dock);
+    this.element.append(
+      this.bar.element,
+      this.banner,
+      el("div", { class: "run-body" }, side, this.stage.element, rail),
+      dock,
+    );
   }
 
   private sideSwitch(side: HTMLElement): HTMLButtonElement {
@@ -118,10 +141,15 @@ export class RunView implements View {
       side.hidden = !open;
       setPressed(button, open);
     };
-    const button = toggle({ class: "quiet square", title: "Setup, noise and events" }, true, (open) => {
-      put(open);
-      remembered("run.side", open ? "yes" : "no");
-    }, sign("side"));
+    const button = toggle(
+      { class: "quiet square", title: "Setup, noise and events" },
+      true,
+      (open) => {
+        put(open);
+        remembered("run.side", open ? "yes" : "no");
+      },
+      sign("side"),
+    );
     put(remembered("run.side") === null ? !narrow.matches : remembered("run.side") === "yes");
     return button;
   }
@@ -150,7 +178,8 @@ export class RunView implements View {
   private connection(state: LinkState): void {
     this.bar.connection(state);
     this.banner.hidden = state !== "lost";
-    this.banner.textContent = "The server does not answer. Is mjsim still running? This page goes on by itself once it is back.";
+    this.banner.textContent =
+      "The server does not answer. Is mjsim still running? This page goes on by itself once it is back.";
     if (state === "open" && this.visible) this.cameras.watch();
     if (state !== "open") this.wheel.releaseAll();
   }
