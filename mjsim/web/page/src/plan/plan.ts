@@ -6,15 +6,14 @@
  *     plan.stands.set("scout", {at, heading_deg}); plan.refresh(); // things that moved, by name
  *     plan.hiddenKinds.add("robot");             // when you draw the robots yourself
  *
- * Your own drawing, above the items and repainted alone (not with walls and beacons), in one of two ways:
+ * Your own drawing, above the items and repainted alone (not with walls and beacons):
  *
- *     plan.overlay.push((context, plan) => {...});        // native 2D context in pixels: plan.view.toScreen([x, y])
- *     const group = plan.group("trails");                 // Konva group in metres, y up; line widths: plan.px(2)
- *     plan.drawOver();                                    // repaint, at most once a frame
+ *     plan.overlay.push((context, plan) => {...}); // native 2D context in pixels: plan.view.toScreen([x, y])
+ *     plan.drawOver();                             // repaint, at most once a frame
  *
  * Pan: drag (with no tool), Space + drag, middle or right button, two fingers. Zoom: wheel, pinch, `zoomAt`,
- * `key(event)` (+ - 0 arrows). `plan.follow([x, y])` keeps a point in the middle. `plan.itemAt(screen)` is what lies under a pixel.
- * `plan.viewChanged.on(f)` after a pan, zoom or resize. `plan.dispose()` at the end.
+ * `key(event)` (+ - 0 arrows). `plan.follow([x, y])` keeps a point in the middle. `plan.itemAt(screen)` is what lies
+ * under a pixel. `plan.viewChanged.on(f)` after a pan, zoom or resize. `plan.dispose()` at the end.
  */
 
 import Konva from "konva/lib/Core";
@@ -45,7 +44,6 @@ export class Plan {
   readonly hiddenKinds = new Set<string>();
   readonly overlay: Painter[] = [];
   rulers = true;
-  labels = true;
   palette: Palette = readPalette();
   items: Item[] = [];
   bounds: Bounds = [0, 0, 10, 8];
@@ -54,7 +52,6 @@ export class Plan {
   private readonly stage: Konva.Stage;
   private readonly under = new Konva.Layer({ listening: false });
   private readonly over = new Konva.Layer({ listening: false });
-  private readonly world = new Konva.Group();
   private readonly gestures: Gestures;
   private readonly endings: (() => void)[] = [];
 
@@ -65,10 +62,7 @@ export class Plan {
     this.stage = new Konva.Stage({ container: paper, width: 10, height: 10, listening: false });
     this.stage.add(this.under, this.over);
     this.under.add(shape((context) => this.paintUnder(context)));
-    this.over.add(
-      this.world,
-      shape((context) => this.paintOver(context)),
-    );
+    this.over.add(shape((context) => this.paintOver(context)));
     this.gestures = new Gestures(this);
     const sizes = new ResizeObserver(() => this.resize());
     sizes.observe(host);
@@ -114,15 +108,6 @@ export class Plan {
   /** Fit the world into the view anew with the next items: another world was opened. */
   forgetView(): void {
     this.fitted = false;
-  }
-
-  /** A group in metres, y up, above the items; made when it is first asked for. */
-  group(name: string): Konva.Group {
-    const there = this.world.findOne<Konva.Group>(`#${name}`);
-    if (there) return there;
-    const group = new Konva.Group({ id: name });
-    this.world.add(group);
-    return group;
   }
 
   /** So many pixels in metres. */
@@ -258,7 +243,6 @@ export class Plan {
 
   private changed(): void {
     const { left: x, top: y, scale } = this.view;
-    this.world.setAttrs({ x, y, scaleX: scale, scaleY: -scale });
     this.host.dataset["view"] = JSON.stringify([x, y, scale]); // where metres lie, for who drives the page from outside
     this.refresh();
     this.viewChanged.emit();
@@ -286,7 +270,6 @@ export class Plan {
     const seen = this.view.bounds;
     const near = items.filter((item) => this.isNear(item, seen));
     for (const item of near) drawItem(context, item, this.view, this.palette, this.lookOf(item), this.standOf(item));
-    if (!this.labels) return;
     const named = near.map((item) => {
       const look = this.lookOf(item);
       return {
@@ -314,7 +297,7 @@ function given(stand: Stand | undefined): { stand?: Stand } {
 }
 
 /** A Konva shape that is painted with the browser's own context, in pixels of the page. */
-function shape(paint: Painter1): Konva.Shape {
+function shape(paint: Paint): Konva.Shape {
   return new Konva.Shape({
     listening: false,
     perfectDrawEnabled: false,
@@ -327,4 +310,4 @@ function shape(paint: Painter1): Konva.Shape {
   });
 }
 
-type Painter1 = (context: CanvasRenderingContext2D) => void;
+type Paint = (context: CanvasRenderingContext2D) => void;
