@@ -105,6 +105,18 @@ def test_a_paused_session_stands_until_it_is_told_to_go_on_or_to_take_a_tick():
     session.close()
 
 
+def test_a_tick_that_is_asked_for_while_the_world_is_loading_comes_after_the_first():
+    session = mjsim.Session(WORLD, drivers=drivers())
+    session.start(paused=True)
+    session.tick()
+    watcher = session.watch()
+    while watcher.next(PATIENCE).time < 0.04 - 1e-9:
+        pass
+    assert session.wait("paused", timeout=PATIENCE) == "paused"
+    assert session.newest.time == pytest.approx(0.04)
+    session.close()
+
+
 def test_a_restart_begins_at_the_start_with_the_same_noise_and_ends_where_it_ended_before(session):
     session.result()
     first = session.newest
@@ -261,6 +273,8 @@ def test_noise_changes_while_the_run_goes_on_and_is_noted(tmp_path):
 
 def test_a_closed_session_says_so_to_who_asks_for_more(session):
     session.close()
+    session.restart()
+    assert session.state == "ended"
     with pytest.raises(mjsim.UsageError, match="the session is not running; start it first"):
         session.set_noise("robots.scout.odometry.scale", 1.1)
 

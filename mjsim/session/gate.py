@@ -1,0 +1,169 @@
+"""Where the thread of a run waits between two ticks: for the clock, for who holds it, and for what others ask."""
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import TYPE_CHECKING, Literal
+
+from mjsim.errors import UsageError
+from mjsim.session.pace import Pace
+
+if TYPE_CHECKING:
+    from mjsim.sim import Simulation
+
+State = Literal["loading", "running", "paused", "ended", "failed"]
+"""loading: compiling, and modules getting ready; ended: all ticks are done, or it was stopped; failed: see `error`."""
+Leaving = Literal["restart", "stop", "close"]
+"""Why a run is left before its end."""
+Work = Callable[["Simulation"], None]
+"""Something to be done between two ticks."""
+
+
+class Gate:
+    """What a run is and is to do next. The first methods are for any thread, the others for that of the run."""
+
+    def __init__(self, speed: float | None, tell: Callable[[], None]) -> None:
+        """Be loading.
+
+        Args:
+            speed: Simulated seconds a second; None for as fast as it goes.
+            tell: Called when the state has changed.
+        """
+        lock = threading.RLock()
+        self.changed = threading.Condition(lock)
+        """Of all that follows."""
+        self.ticked = threading.Condition(lock)
+        """Apart, so that who waits for the end is not woken by every tick."""
+        self.pace = Pace(speed)
+        self.state: State = "loading"
+        self.error: BaseException | None = None
+        self.leaving: Leaving | None = None
+        self._held = self._owed = self._shut = False
+        self._asked: deque[tuple[Work, Future[None]]] = deque()
+        self._tell = tell
+
+    def hold(self, held: bool, *, owed: bool = False) -> None:
+        """Hold the run, or let it go; one tick may be owed though it is held."""
+        with self.changed:
+            self._held, self._owed = held, owed
+            if self.state == "paused" and (owed or not held):
+                self.state = "running"
+            self.changed.notify_all()
+        self._tell()
+
+    def leave(self, why: Leaving) -> None:
+        """Have the run left; nothing comes after 'close'."""
+        with self.changed:
+            if self.leaving == "close":
+                return
+            self.leaving = why
+            if why == "restart":
+                self.state = "loading"
+            self.changed.notify_all()
+        self._tell()
+
+    def hasten(self, speed: float | None) -> None:
+        """Change the speed."""
+        with self.changed:
+            self.pace.factor = speed
+            self.pace.forget()
+            self.changed.notify_all()
+        self._tell()
+
+    def ask(self, work: Work) -> Future[None]:
+        """Have something done in the run's thread between two ticks."""
+        done: Future[None] = Future()
+        with self.changed:
+            if self._shut:
+                done.set_exception(_closed())
+                return done
+            self._asked.append((work, done))
+            self.changed.notify_all()
+        return done
+
+    def begin(self) -> None:
+        """Note that a run begins, perhaps again."""
+        with self.changed:
+            if self.leaving == "restart":
+                self.leaving = None
+            self.error = None
+
+    def may_go_on(self, sim: "Simulation", number: int) -> bool:
+        """Wait until a tick of a number is due, and do what is asked meanwhile; false when the run is to be left."""
+        while True:
+            self._answer(sim)
+            with self.changed:
+                if self.leaving is not None:
+                    return False
+                wait = self._until_due(number * sim.dt, first=number == 0)
+                # Until the first tick is there, modules are getting ready.
+                state: State = "loading" if number == 0 else "paused" if wait is None else "running"
+                changed, self.state = state != self.state, state
+                if wait == 0.0:
+                    self._owed = self._owed and number == 0
+                elif changed:
+                    self.changed.notify_all()
+                elif not self._asked:
+                    self.changed.wait(wait)
+            if changed:
+                self._tell()
+            if wait == 0.0:
+                return True
+
+    def become(self, state: State, error: BaseException | None = None) -> None:
+        """Note how the run ended."""
+        with self.changed:
+            if self.leaving == "restart":
+                state = "loading"
+            self.state, self.error = state, error
+            self.changed.notify_all()
+            self.ticked.notify_all()
+        self._tell()
+
+    def rest(self, sim: "Simulation | None") -> None:
+        """Wait for a restart or the end, and do what is asked meanwhile."""
+        while True:
+            self._answer(sim)
+            with self.changed:
+                if self.leaving == "stop":
+                    self.leaving = None
+                if self.leaving is not None:
+                    return
+                if not self._asked:
+                    self.changed.wait()
+
+    def refuse(self) -> None:
+        """Tell all who ask, from now on too, that nothing comes any more."""
+        with self.changed:
+            self._shut = True
+            while self._asked:
+                self._asked.popleft()[1].set_exception(_closed())
+
+    def _until_due(self, simulated: float, *, first: bool) -> float | None:
+        """Return how long to wait for the tick of a simulated time [s]; None for as long as it is held."""
+        if first or self._owed:
+            return 0.0
+        if self._held:
+            self.pace.forget()
+            return None
+        return self.pace.left(simulated)
+
+    def _answer(self, sim: "Simulation | None") -> None:
+        """Do what others asked for."""
+        while self._asked:
+            work, done = self._asked.popleft()
+            if sim is None:
+                done.set_exception(UsageError("the world is not there yet; wait until the run has begun"))
+                continue
+            try:
+                work(sim)
+            # Whatever it is, it is raised again in the thread that asked.
+            except BaseException as error:
+                done.set_exception(error)
+            else:
+                done.set_result(None)
+
+
+def _closed() -> UsageError:
+    return UsageError("the session was closed; begin another")
