@@ -12,6 +12,7 @@ from mjsim.video import make_video
 from mjsim.video.film import frame_rows, write_film
 from mjsim.video.ink import TRUTH
 from mjsim.video.view import View
+from mjsim.video.views import scene_pictures
 
 ROOM = """
 mjsim: 1
@@ -80,6 +81,19 @@ def test_views_from_outside_fill_a_film(recording, tmp_path, view):
     # The robot is red and nothing else in the room is.
     red = (frames[0][..., 0] > 120) & (frames[0][..., 1] < 80)
     assert red.sum() > 200
+
+
+@pytest.mark.slow
+def test_a_world_may_ask_for_films_of_high_quality(tmp_path):
+    first = []
+    for quality in ("normal", "high"):
+        text = ROOM.replace("run: {seconds: 0.4}", f"run: {{seconds: 0.04, view: {{quality: {quality}}}}}")
+        with mjsim.Simulation(mjsim.parse_world(text)) as sim:
+            recorded = mjsim.run(sim, record=tmp_path / f"{quality}.mcap")
+        first.append(next(scene_pictures(recorded, [0], "overview")).astype(int))
+    # A shadow falls on the floor, and only some of the picture changes.
+    darker = (first[0] - first[1]).max(axis=-1) > 10
+    assert 0.01 < darker.mean() < 0.5
 
 
 def test_a_recording_of_several_robots_without_3d_state_can_be_filmed(tmp_path):

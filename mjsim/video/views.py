@@ -55,7 +55,12 @@ def scene_pictures(recording: Recording, rows: Sequence[int], view: str) -> Iter
     sensor = _sensor(recording, view)
     if sensor is None:
         playback = Playback(
-            recording.world, width=WIDTH, height=HEIGHT, groups=SEEN_FROM_OUTSIDE, events=recording.events
+            recording.world,
+            width=WIDTH,
+            height=HEIGHT,
+            quality=recording.world.run.view.quality,
+            groups=SEEN_FROM_OUTSIDE,
+            events=recording.events,
         )
     else:
         playback = Playback(

@@ -57,6 +57,8 @@ class View(Model):
     """Regions that hold the truth with 95 % probability."""
     trails: bool = True
     """Where the robot was, and where it thought it was."""
+    quality: Literal["normal", "high"] = "normal"
+    """Of views from outside in videos: high adds shadows, reflections and multisampling."""
 
 
 def whole_steps(rate_hz: float) -> bool:
