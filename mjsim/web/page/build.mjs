@@ -22,8 +22,20 @@ function sourceHash() {
   return digest.digest("hex");
 }
 
+/** The licences of the packages that went into the bundle, as their authors want them passed on. */
+function licences(inputs) {
+  const packages = Object.keys(inputs).flatMap((input) => /.*node_modules\/((?:@[^/]+\/)?[^/]+)/.exec(input)?.[1] ?? []);
+  const texts = [...new Set(packages)].sort().map((name) => {
+    const folder = join(here, "node_modules", name);
+    const file = readdirSync(folder).find((entry) => /^licen[cs]e/i.test(entry));
+    const { version } = JSON.parse(readFileSync(join(folder, "package.json"), "utf8"));
+    return `${name} ${version}\n\n${readFileSync(join(folder, file), "utf8").trim()}\n`;
+  });
+  return `studio.js and studio.css contain these packages.\n\n${texts.join("\n----\n\n")}`;
+}
+
 const first = `/* sources ${sourceHash()} */`;
-await build({
+const { metafile } = await build({
   entryPoints: { studio: join(here, "src", "main.ts") },
   outdir: target,
   bundle: true,
@@ -34,5 +46,7 @@ await build({
   legalComments: "eof",
   banner: { js: first, css: first },
   logLevel: "info",
+  metafile: true,
 });
+writeFileSync(join(target, "LICENSES.txt"), licences(metafile.inputs));
 writeFileSync(join(target, "index.html"), readFileSync(join(here, "index.html")));
