@@ -19,13 +19,15 @@ import { emptyState } from "./start";
 import { Tools } from "./tools";
 
 export function makeEditView(studio: Studio): View {
-  const element = el("section", { class: "view edit", "aria-label": "Edit" });
+  const element = el("section", { class: "view edit loading", "aria-label": "Edit" });
   const waiting = el("p", { class: "hint state" }, "Loading …");
   element.append(waiting);
   let inner: EditView | null = null;
   const begin = async (): Promise<void> => {
     try {
-      inner = new EditView(studio, element, await studio.api.schema());
+      const schema = await studio.api.schema();
+      element.classList.remove("loading");
+      inner = new EditView(studio, element, schema);
     } catch (error) {
       studio.toasts.error(error);
       fill(

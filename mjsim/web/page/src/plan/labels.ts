@@ -42,20 +42,21 @@ function write(
 ): void {
   const text = thing.item.name ?? "";
   const width = context.measureText(text).width;
-  const [x, y] = place(thing, view, width);
+  const { at, inside } = place(thing, view, width);
+  const [x, y] = at;
   const box: Bounds = [x - 2, y - SIZE / 2 - 1, x + width + 2, y + SIZE / 2 + 1];
   const outside = box[2] < 0 || box[0] > view.width || box[3] < 0 || box[1] > view.height;
   if (outside || (!thing.first && taken.some((other) => overlaps(box, other)))) return;
   taken.push(box);
   context.strokeStyle = palette.ground;
   context.lineWidth = 3;
-  context.strokeText(text, x, y);
-  context.fillStyle = thing.first ? palette.ink : palette.muted;
+  if (!inside) context.strokeText(text, x, y);
+  context.fillStyle = thing.first || inside ? palette.ink : palette.muted;
   context.fillText(text, x, y);
 }
 
 /** Where a name begins: within a large thing, else before a beacon's face or to the right below. */
-function place({ item, stand, selected }: Named, view: PlanView, width: number): Point {
+function place({ item, stand, selected }: Named, view: PlanView, width: number): { at: Point; inside: boolean } {
   const points = outlines(item, stand)
     .flat()
     .map((point) => view.toScreen(point));
@@ -64,8 +65,8 @@ function place({ item, stand, selected }: Named, view: PlanView, width: number):
   if (item.kind === "beacon" || item.kind === "marker") {
     const [c, s] = direction(stand?.heading_deg ?? item.heading_deg ?? 0);
     const far = selected ? 60 : 14;
-    return [x + c * far - (c < -0.3 ? width : c > 0.3 ? 0 : width / 2), y - s * (far + 3)];
+    return { at: [x + c * far - (c < -0.3 ? width : c > 0.3 ? 0 : width / 2), y - s * (far + 3)], inside: false };
   }
-  if (item.kind !== "robot" && x1 - x0 > width + 8 && y1 - y0 > SIZE + 6) return [x - width / 2, y];
-  return [x - width / 2, y1 + SIZE];
+  const inside = item.kind !== "robot" && x1 - x0 > width + 8 && y1 - y0 > SIZE + 6;
+  return { at: [x - width / 2, inside ? y : y1 + SIZE], inside };
 }

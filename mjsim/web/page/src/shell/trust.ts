@@ -16,7 +16,7 @@ export async function askTrust(studio: Studio): Promise<boolean> {
     el(
       "p",
       { class: "hint" },
-      "Allow it if you wrote it, or read it and trust where it comes from. You are asked again when a file changes.",
+      "Allow it if you wrote it, or read it and trust where it comes from. It stays allowed while the studio is open.",
     ),
   ];
   const answer = await ask("Let this world's code run?", body, [
