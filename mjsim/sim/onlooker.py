@@ -41,8 +41,8 @@ class Orbit:
 class Onlooker:
     """Looks at recorded or running states with cameras of its own. Use from one thread, and close when done.
 
-    The world is compiled at the first picture. Cameras see without noise, blur and shutter, and always with depth and
-    instances, whatever they give to modules.
+    The world is compiled at the first picture. Cameras see without noise, blur and shutter, and with depth or instances
+    when asked, whatever they give to modules.
     """
 
     def __init__(self, world: World) -> None:
@@ -51,7 +51,7 @@ class Onlooker:
         self._model: mujoco.MjModel | None = None
         self._canvases: dict[Quality, Canvas] = {}
         self._outside: dict[tuple[int, int, Quality], Renderer] = {}
-        self._cameras: dict[tuple[str, str], OnboardCamera] = {}
+        self._cameras: dict[tuple[str, str, bool, bool], OnboardCamera] = {}
 
     def show(self, qpos: Array, looks: Looks | None) -> None:
         """Bring everything to a state.
@@ -100,20 +100,24 @@ class Onlooker:
             return self._outside[key].render(self._data, view)
         return self._outside[key].render(self._data, _free_camera(view))
 
-    def onboard(self, robot: str, camera: str, *, stamp: float = 0.0) -> CameraFrame:
+    def onboard(
+        self, robot: str, camera: str, *, stamp: float = 0.0, depth: bool = False, segmentation: bool = False
+    ) -> CameraFrame:
         """Return what an onboard camera would see, without errors.
 
         Args:
             robot: Whose camera it is.
             camera: Its name.
             stamp: Of the state [s].
+            depth: Whether the distance of each pixel is given too.
+            segmentation: Whether what each pixel shows is given too.
 
         Raises:
             UsageError: There is no such camera.
         """
-        key = robot, camera
+        key = robot, camera, depth, segmentation
         if key not in self._cameras:
-            self._cameras[key] = self._mounted(robot, camera)
+            self._cameras[key] = self._mounted(robot, camera, depth=depth, segmentation=segmentation)
         return self._cameras[key].frame(self._data, stamp)
 
     def close(self) -> None:
@@ -131,7 +135,7 @@ class Onlooker:
         """Close."""
         self.close()
 
-    def _mounted(self, robot: str, camera: str) -> OnboardCamera:
+    def _mounted(self, robot: str, camera: str, *, depth: bool, segmentation: bool) -> OnboardCamera:
         cameras = {
             (each.name, sensor.camera): (each, sensor)
             for each in self._world.robots
@@ -146,7 +150,7 @@ class Onlooker:
         return OnboardCamera(
             self._model,
             body,
-            sensor.model_copy(update={**exact, "depth": True, "segmentation": True}),
+            sensor.model_copy(update={**exact, "depth": depth, "segmentation": segmentation}),
             rate_hz=self._world.run.rate_hz,
             seed=0,
             canvas=self._canvas(sensor.quality),

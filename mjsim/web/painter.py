@@ -51,7 +51,8 @@ class Painter:
             tick = asked()
             self._onlooker.show(tick.qpos, tick.looks)
             robot, _, name = camera.partition("/")
-            frame = self._onlooker.onboard(robot, name, stamp=tick.time)
+            wanted = {"depth": kind == "depth", "segmentation": kind == "segmentation"}
+            frame = self._onlooker.onboard(robot, name, stamp=tick.time, **wanted)
             if kind == "segmentation":
                 return tick.time, jpeg(segmentation_shown(frame))
             assert frame.depth is not None, "an onlooker's cameras have depth"

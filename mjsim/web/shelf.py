@@ -57,7 +57,10 @@ class Opened:
             return jpeg(self._onlooker.outside(outside, width=SIZE[0], height=SIZE[1]))
         camera, _, kind = view.partition(":")
         robot, _, name = camera.partition("/")
-        frame = self._onlooker.onboard(robot, name, stamp=float(recording.time[row]))
+        stamp = float(recording.time[row])
+        frame = self._onlooker.onboard(
+            robot, name, stamp=stamp, depth=kind == "depth", segmentation=kind == "segmentation"
+        )
         if kind == "segmentation":
             return jpeg(segmentation_shown(frame))
         if kind == "depth" and frame.depth is not None:
