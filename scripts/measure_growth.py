@@ -28,10 +28,11 @@ from mjsim.report.plots import sheet
 from mjsim.run import Driver, ticks
 from mjsim.sim import Simulation, hiding
 from mjsim.sim.renderer import Renderer
-from mjsim.sweep.plots import COLORS
 from mjsim.world import World, parse_world
 
 WIDTH, HEIGHT = 640, 480
+COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
+"""Of curves; people with colour blindness tell them apart (Okabe and Ito, 2008)."""
 SEGMENTS, BEACONS, ROBOTS, LANDMARKS = (100, 1000, 10_000), (10, 100, 1000), (1, 4, 16), (50, 200, 1000)
 CAMERA = f"{{camera: front, at: [0.1, 0, 1], width: {WIDTH}, height: {HEIGHT}, rate_hz: 25}}"
 SMALL = "{camera: front, at: [0.1, 0, 1], width: 320, height: 240, rate_hz: 25}"

@@ -43,9 +43,10 @@ def irsim_lidar() -> Iterator[Once]:
     import matplotlib as mpl
 
     mpl.use("Agg")
-    import irsim
+    with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()):
+        import irsim  # tells which windows it cannot open
 
-    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+    with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "hall.yaml"
         path.write_text(irsim_world(hall()), encoding="utf-8")
         env = irsim.make(str(path), display=False, headless=True, log_level="ERROR")
