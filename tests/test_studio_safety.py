@@ -1,8 +1,12 @@
 """The studio serves its own page alone, and nothing outside of its folder; code that came with a world asks once."""
 
 import json
+import re
+import signal
 import socket
 import struct
+import subprocess
+import sys
 import zlib
 
 import cv2
@@ -12,6 +16,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
+from mjsim.cli import main
 from mjsim.errors import UsageError
 from mjsim.web.answers import MOST_JSON, RefusedError
 from mjsim.web.folder import Folder
@@ -337,3 +342,26 @@ def test_an_upload_that_is_cut_short_leaves_nothing(studio, folder):
         raw.sendall(head.encode() + picture(40, 30)[:100])
     assert httpx.get(studio.url, timeout=PATIENCE, trust_env=False).status_code == 200
     assert files(folder) == before
+
+
+def test_the_command_says_in_a_line_what_is_wrong(tmp_path, capsys):
+    for arguments, said in (
+        ([str(tmp_path / "nowhere.yaml")], "nowhere.yaml'; name a world file or a folder"),
+        ([str(tmp_path), "--host", "203.0.113.7"], "cannot serve at '203.0.113.7': it is no address of this machine"),
+    ):
+        with pytest.raises(SystemExit) as ended:
+            main(["studio", *arguments])
+        assert ended.value.code == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert said in line
+
+
+@pytest.mark.slow
+def test_the_command_serves_until_ctrl_c(folder):
+    command = [sys.executable, "-m", "mjsim.cli", "studio", "room.yaml", "--no-browser"]
+    with subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, text=True) as running:
+        line = running.stderr.readline()
+        address = re.search(r"http://127\.0\.0\.1:\d+/", line).group()
+        assert httpx.get(f"{address}api/folder", timeout=PATIENCE, trust_env=False).json()["world"] == "room.yaml"
+        running.send_signal(signal.SIGINT)
+        assert running.wait(PATIENCE) == 0
