@@ -207,6 +207,10 @@ def test_what_cannot_be_is_refused_in_one_line(page, address, keys, status, comp
 def test_a_state_that_is_not_of_the_world_cannot_be_drawn_but_all_else_is_told(folder, page):
     record(folder / "hand.mcap", hand_made_ticks(5))
     told = page.get("/api/recording", params={"path": "hand.mcap"}).json()
+    tick = page.get("/api/recording/tick", params={"path": "hand.mcap", "time": 0.0}).json()
+    (name, corners), *others = tick["robots"]["scout"]["recognised"]
+    assert (name, others) == ("lion", [])
+    assert np.shape(corners) == (4, 2)
     assert set(told["tracks"]) == {"scout", "7.tip_top-2"}
     refused = page.get("/api/recording/picture", params={"path": "hand.mcap", "time": 0, "view": "overview"})
     assert (refused.status_code, refused.json()) == (

@@ -11,7 +11,7 @@ from mjsim.geometry import Array
 from mjsim.record import Recording, Track
 from mjsim.report import metrics
 from mjsim.web.past import plain, track_told
-from mjsim.web.telling import robots_told
+from mjsim.web.telling import recognised_told, robots_told
 from mjsim.world.events import KINDS, said_of
 
 MOST = 5000
@@ -130,6 +130,7 @@ def _robot(recording: Recording, name: str, track: Track, row: int) -> dict[str,
         "recognised": [
             [each.name, plain(each.corners, 2)] for each in track.sightings[row] if each.corners is not None
         ],
+        "recognised": recognised_told(track.sightings[row]),
         "error": plain(metrics.position_errors(truth[None], estimate[None]), 5)[0],
         "heading_error": plain(metrics.heading_errors(truth[None], estimate[None]), 5)[0],
         "nees": plain(metrics.normalised_errors(truth[None], estimate[None], P[None]), 3)[0],

@@ -1,12 +1,12 @@
 """What the page is told of a run: values of the loop as JSON."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from mjsim.interface import Command, Observation, WheelCommand
+from mjsim.interface import Command, Observation, Sighting, WheelCommand
 from mjsim.record.tick import Order, Tick
 from mjsim.report import metrics
 from mjsim.web.past import plain
@@ -61,6 +61,11 @@ def _twist(command: Command | WheelCommand, seen: Observation) -> tuple[float, f
         return command.forward, command.left, command.turn
     odometry = seen.odometry
     return odometry.forward / seen.dt, odometry.left / seen.dt, odometry.turn / seen.dt
+
+
+def recognised_told(sightings: Sequence[Sighting]) -> list[Any]:
+    """Return name and corners [px] of what was recognised in a picture."""
+    return [[each.name, plain(each.corners, 2)] for each in sightings if each.corners is not None]
 
 
 def events_told(tick: Tick) -> Iterator[dict[str, Any]]:

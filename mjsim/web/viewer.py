@@ -16,6 +16,7 @@ from mjsim.web.feed import Shot
 from mjsim.web.orders import Outside, Shown, Watch
 from mjsim.web.shots import FAR, NEAR, depth_shown, jpeg, segmentation_shown
 from mjsim.web.stage import Stage
+from mjsim.web.telling import recognised_told
 
 Make = Callable[[], Awaitable[tuple[float, bytes]]]
 """Makes a picture: its time [s], and itself as JPEG."""
@@ -160,9 +161,7 @@ class Viewer:
         if kind == "depth":
             head["scale"] = [NEAR, FAR]
         if not kind:
-            head["recognised"] = [
-                [each.name, each.corners.round(2).tolist()] for each in shot.sightings if each.corners is not None
-            ]
+            head["recognised"] = recognised_told(shot.sightings)
         return head, partial(self._stage.once, name, shot, self._encode)
 
     async def _encode(self, name: str, shot: Shot) -> tuple[float, bytes]:
