@@ -127,9 +127,6 @@ def _robot(recording: Recording, name: str, track: Track, row: int) -> dict[str,
             for k in mapped
         },
         "sightings": [[each.name, round(each.range, 4), round(each.bearing, 5)] for each in track.sightings[row]],
-        "recognised": [
-            [each.name, plain(each.corners, 2)] for each in track.sightings[row] if each.corners is not None
-        ],
         "recognised": recognised_told(track.sightings[row]),
         "error": plain(metrics.position_errors(truth[None], estimate[None]), 5)[0],
         "heading_error": plain(metrics.heading_errors(truth[None], estimate[None]), 5)[0],
