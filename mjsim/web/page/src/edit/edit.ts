@@ -71,6 +71,7 @@ class EditView {
       "Draw the first wall (W)",
     ),
   );
+  private readonly stale = el("p", { class: "stale", hidden: true }, "The text cannot be read: this is the plan as it was.");
   private readonly dock = el("section", { class: "dock", "aria-label": "Text" });
 
   constructor(
@@ -130,7 +131,7 @@ class EditView {
     const said = el("p", { class: "sr", role: "status", "aria-live": "polite" });
     this.editor.said.on((text) => (said.textContent = text));
     const stage = el("div", { class: "stage" }, this.tools.strip, this.host, zoom, show, said);
-    stage.append(this.firstSteps);
+    stage.append(this.firstSteps, this.stale);
     const split = splitter(this.element);
     fill(this.element, this.tools.bar, stage, split, this.dock, this.panel.element, emptyState(this.studio));
   }
@@ -168,6 +169,7 @@ class EditView {
 
   private showFirstSteps(): void {
     const { document } = this.studio;
+    this.stale.hidden = document.parsed.items !== null;
     this.firstSteps.hidden = document.items.length > 0 || this.tools.now !== "select" || document.parsed.items === null;
   }
 
