@@ -6,12 +6,15 @@ import subprocess
 import sys
 from contextlib import contextmanager
 from importlib import resources
+from itertools import islice
 
 import pytest
 from browser import browser as listener
 from playwright.sync_api import Page, expect
 from windows import PATIENCE, chromium, page_at
 
+import mjsim
+from mjsim.web import LiveView
 from mjsim.web.local import listen
 from mjsim.web.studio import Studio
 
@@ -153,6 +156,19 @@ def test_two_browsers_see_the_same_run_also_who_comes_late(chrome, started):
         assert picture_of(late, "scout/front") == picture_of(page, "scout/front")
         late.get_by_role("button", name="Go on").click()
         is_in(page, "Running")
+
+
+def test_a_run_from_python_is_seen_alone_and_its_end_too(chrome):
+    world = mjsim.parse_world(ROOM)
+    with mjsim.Simulation(world) as sim, LiveView(world) as view, page_at(chrome, view.url) as page:
+        for tick in islice(mjsim.ticks(sim, {"scout": mjsim.Driver()}), 5):
+            view.show(tick)
+        expect(page.locator(".run-time")).to_contain_text("0.16 s", timeout=PATIENCE)
+        picture_of(page, "scout/front")
+        expect(page.get_by_role("tab", name="Edit")).to_have_count(0)
+        expect(page.locator(".run-main")).to_be_disabled()
+        view.close()
+        is_in(page, "Ended")
 
 
 def test_the_page_finds_back_to_a_server_that_was_killed(chrome, folder):

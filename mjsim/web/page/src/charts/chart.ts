@@ -218,7 +218,7 @@ export class Chart {
       this.reading.value = "";
       return;
     }
-    const row = uPlotIndex(times, time);
+    const row = rowAt(times, time);
     const value = this.plot.data[1]?.[row];
     this.reading.value =
       typeof value === "number" ? `${value.toFixed(this.settings.digits ?? 3)} ${this.settings.unit}` : "";
@@ -226,7 +226,7 @@ export class Chart {
 }
 
 /** Index of the last time that is not after a given one. */
-export function uPlotIndex(times: ArrayLike<number>, time: number): number {
+export function rowAt(times: ArrayLike<number>, time: number): number {
   let [low, high] = [0, times.length - 1];
   while (low < high) {
     const middle = (low + high + 1) >> 1;

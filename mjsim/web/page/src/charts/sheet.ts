@@ -41,7 +41,7 @@ function bounded(title: string, unit: string, atLeast: number): ChartSettings {
 }
 
 function settingsOf(kind: Kind, modules: string[]): ChartSettings {
-  const { estimate, odometry } = { estimate: () => readTokens().estimate, odometry: () => readTokens().odometry };
+  const estimate = (): string => readTokens().estimate;
   switch (kind) {
     case "distance":
       return {
@@ -49,7 +49,7 @@ function settingsOf(kind: Kind, modules: string[]): ChartSettings {
         unit: "m",
         lines: [
           { label: "estimate", color: estimate, width: 1.5 },
-          { label: "odometry", color: odometry },
+          { label: "odometry", color: () => readTokens().odometry },
         ],
         fromZero: true,
         atLeast: [0, 0.02],
@@ -115,6 +115,10 @@ export class Sheet {
     private readonly sync?: string,
   ) {
     this.element.className = "run-sheet";
+    // It scrolls where there are many; so it can be reached by keys.
+    this.element.tabIndex = 0;
+    this.element.setAttribute("role", "group");
+    this.element.setAttribute("aria-label", "Charts");
     this.arrange();
   }
 

@@ -1,7 +1,7 @@
 /** All that is seen of a recording, at one time of it. */
 
 import { ApiError } from "../api";
-import { uPlotIndex, type Marks } from "../charts/chart";
+import { rowAt, type Marks } from "../charts/chart";
 import { KINDS, Sheet, type Kind } from "../charts/sheet";
 import { el, fill } from "../dom";
 import { newestWins } from "../signal";
@@ -268,7 +268,7 @@ export class ReviewView implements View {
   private showFloor(recording: Recording, time: number): void {
     const robots: Record<string, RobotTick> = {};
     for (const [name, track] of Object.entries(recording.tracks)) {
-      const k = uPlotIndex(track.time, time + 1e-6);
+      const k = rowAt(track.time, time + 1e-6);
       const [truth, estimate, odometry] = [track.truth[k], track.estimate[k], track.odometry[k]];
       if (!truth || !estimate || !odometry) continue;
       const known = this.tick?.robots[name];

@@ -150,9 +150,15 @@ export class Bar {
     this.halt.disabled = !mine || !(alive || state === "loading");
     this.speeds.disabled = !mine;
     this.element.toggleAttribute("data-watching", open && this.news?.controllable === false);
-    const text = open ? STATES[state] : this.link === "lost" ? "Server lost; trying again" : "Connecting";
+    const away: Record<LinkState, string> = {
+      open: STATES[state],
+      connecting: "Connecting",
+      closed: "Ended",
+      lost: "Server lost; trying again",
+    };
+    const text = away[this.link];
     write(this.status, text);
-    this.status.dataset.state = open ? state : "lost";
+    this.status.dataset.state = open ? state : this.link;
   }
 }
 

@@ -23,6 +23,8 @@ export class Cameras {
   private readonly screens = new Map<string, { screen: Screen; tile: Tile }>();
   private readonly wanted: Record<Kind | "outside", boolean>;
   private orbit: Orbit | null = null;
+  /** From where the view from outside looks before it is turned. */
+  private first = overlook([0, 0, 8, 8]);
   private robots: RobotFacts[] = [];
   private timer = 0;
 
@@ -60,9 +62,8 @@ export class Cameras {
   }
 
   scene(bounds: Bounds): void {
-    const view = overlook(bounds);
-    if (this.orbit) this.orbit.view = view;
-    else this.makeOrbit(view);
+    this.first = overlook(bounds);
+    if (this.orbit) this.orbit.view = this.first;
     this.watch();
   }
 
@@ -124,16 +125,14 @@ export class Cameras {
     );
     const made = { screen, tile: makeTile(key, title, body) };
     this.screens.set(key, made);
-    if (key === "outside") this.makeOrbit(this.orbit?.view ?? overlook([0, 0, 8, 8]));
+    if (key === "outside") this.makeOrbit(screen);
     return made;
   }
 
-  private makeOrbit(view: Outside): void {
-    const screen = this.screens.get("outside")?.screen;
-    if (!screen || this.orbit) return;
+  private makeOrbit(screen: Screen): void {
     screen.canvas.setAttribute("aria-label", "View from outside; drag, wheel, arrows and + - turn it");
     screen.canvas.classList.add("run-orbit");
-    this.orbit = new Orbit(screen.canvas, view, () => this.soon());
+    this.orbit = new Orbit(screen.canvas, this.first, () => this.soon());
   }
 
   private soon(): void {

@@ -7,8 +7,8 @@ import type { FrameHead, News, Order } from "./protocol";
 const FIRST_WAIT = 300;
 const LONGEST_WAIT = 3000;
 
-/** Whether the server can be talked to; `lost` while the page tries again. */
-export type LinkState = "connecting" | "open" | "lost";
+/** Whether the server can be talked to; `lost` and `closed` while the page tries again: `closed` was said before. */
+export type LinkState = "connecting" | "open" | "lost" | "closed";
 
 export interface LinkListener {
   state(state: LinkState): void;
@@ -22,6 +22,7 @@ export class Link {
   private wait = FIRST_WAIT;
   private timer = 0;
   private closed = false;
+  private farewell = false;
 
   constructor(private readonly listener: LinkListener) {
     this.connect();
@@ -46,10 +47,14 @@ export class Link {
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.wait = FIRST_WAIT;
+      this.farewell = false;
       this.listener.state("open");
     };
     socket.onmessage = (message: MessageEvent<string | ArrayBuffer>) => this.take(message.data);
-    socket.onclose = () => this.lose(socket);
+    socket.onclose = (event) => {
+      this.farewell ||= event.code === 1000;
+      this.lose(socket);
+    };
     this.socket = socket;
   }
 
@@ -64,7 +69,7 @@ export class Link {
 
   private lose(socket: WebSocket): void {
     if (this.closed || this.socket !== socket) return;
-    this.listener.state("lost");
+    this.listener.state(this.farewell ? "closed" : "lost");
     this.timer = window.setTimeout(() => this.connect(), this.wait);
     this.wait = Math.min(LONGEST_WAIT, this.wait * 1.7);
   }

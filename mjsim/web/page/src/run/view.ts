@@ -176,8 +176,10 @@ export class RunView implements View {
   }
 
   private connection(state: LinkState): void {
-    this.bar.connection(state);
-    this.banner.hidden = state !== "lost";
+    // A page of one run is over with it; a studio is wanted back.
+    const lost = state === "lost" || (state === "closed" && !this.live);
+    this.bar.connection(lost ? "lost" : state);
+    this.banner.hidden = !lost;
     this.banner.textContent =
       "The server does not answer. Is mjsim still running? This page goes on by itself once it is back.";
     if (state === "open" && this.visible) this.cameras.watch();
