@@ -54,10 +54,9 @@ def inline(value: Any) -> str:
 
 def below(value: Any, indent: int) -> list[str]:
     """Return the lines of a mapping or a list that is not empty, below a key or behind a dash, indented so far."""
-    space = " " * indent
     if isinstance(value, list):
         return [line for item in value for line in dashed(item, indent)]
-    return [line for key, item in value.items() for line in keyed(str(key), item, indent, space)]
+    return [line for key, item in value.items() for line in keyed(str(key), item, indent)]
 
 
 def dashed(value: Any, indent: int, *, whole: bool = False) -> list[str]:
@@ -72,9 +71,9 @@ def dashed(value: Any, indent: int, *, whole: bool = False) -> list[str]:
     return [f"{space}- {first.lstrip()}", *rest]
 
 
-def keyed(name: str, value: Any, indent: int, space: str | None = None) -> list[str]:
+def keyed(name: str, value: Any, indent: int) -> list[str]:
     """Return the lines of a key with its value."""
-    space = " " * indent if space is None else space
+    space = " " * indent
     line = f"{space}{scalar(name)}: {inline(value)}"
     if not _is_listed(value) and (len(line) <= WIDTH or not value or not isinstance(value, (dict, list))):
         return [line]
@@ -110,5 +109,4 @@ def _rounded(value: float) -> float:
 def _number(value: float) -> str:
     if value.is_integer() and abs(value) < 1e15:
         return str(int(value))
-    text = format(Decimal(repr(value)), "f") if 1e-12 < abs(value) < 1e15 else repr(value)
-    return text
+    return format(Decimal(repr(value)), "f") if 1e-12 < abs(value) < 1e15 else repr(value)
