@@ -154,5 +154,7 @@ def test_the_figures_that_may_change_are_listed_with_their_units():
     assert figures["robots.scout.odometry.scale"].unit is None
     assert "robots.scout.sensors.front.depth.noise" in figures
     assert all(figure.about for figure in figures.values())
-    for figure in figures.values():
-        with_values(WORLD, {figure.key: figure.value})
+    dotted = mjsim.parse_world("mjsim: 1\nrobots: [{name: r.2, at: [0, 0], sensors: [{lidar: l.1}]}]")
+    for world in (WORLD, dotted):
+        for figure in noise_figures(world):
+            assert with_values(world, {figure.key: figure.value}) == world

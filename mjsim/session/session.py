@@ -276,12 +276,13 @@ class Session:
             self._on_tick(tick)
 
     def _retune(self, sim: "Simulation", key: str, value: object) -> None:
-        changed = with_values(sim.world, {key: value})
+        before, changed = sim.world, with_values(sim.world, {key: value})
         sim.retune(changed)
         self.world = changed
-        robot = key.split(".")[1]
-        if self._recorder is not None and self._gate.state in ("running", "paused"):
-            self._recorder.event(robot, Event(sim.time, "changed", f"{key} is {value}"))
+        if self._recorder is not None and self.state in ("running", "paused"):
+            for old, new in zip(before.robots, changed.robots, strict=True):
+                if old != new:
+                    self._recorder.event(new.name, Event(sim.time, "changed", f"{key} is {value}"))
 
 
 def _checked_speed(speed: float | None) -> float | None:

@@ -1,6 +1,7 @@
 """The run that all browsers see: what it is, what there is to tell of it, and who is told."""
 
 import asyncio
+import contextlib
 import json
 import threading
 from collections.abc import Awaitable, Callable, Mapping
@@ -150,7 +151,9 @@ class Stage:
         loop = self._loop
         if loop is not None and self.viewers and not self._woken:
             self._woken = True
-            loop.call_soon_threadsafe(self._spread)
+            # The server may have ended meanwhile; then there is nobody to look after.
+            with contextlib.suppress(RuntimeError):
+                loop.call_soon_threadsafe(self._spread)
 
     def join(self, viewer: "Viewer") -> None:
         """Let a browser watch."""

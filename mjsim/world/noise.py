@@ -39,11 +39,12 @@ class NoiseFigure:
 
 def noise_figures(world: World) -> Iterator[NoiseFigure]:
     """Yield all figures that may change while a world runs."""
-    for robot in world.robots:
+    for number, robot in enumerate(world.robots):
+        place = f"robots.{_step(robot.name, number)}"
         for part in ("drive", "odometry"):
-            yield from _figures(f"robots.{robot.name}.{part}", getattr(robot, part), NOISE[part])
-        for sensor in robot.sensors:
-            key = f"robots.{robot.name}.sensors.{name_of(sensor)}"
+            yield from _figures(f"{place}.{part}", getattr(robot, part), NOISE[part])
+        for index, sensor in enumerate(robot.sensors):
+            key = f"{place}.sensors.{_step(name_of(sensor), index)}"
             yield from _figures(key, sensor, NOISE[kind_of(sensor)])
 
 
@@ -56,6 +57,11 @@ def require_same_but_noise(before: World, after: World) -> None:
     different = _difference(_quiet(before), _quiet(after))
     if different is not None:
         raise UsageError(f"{different} cannot change while the run goes on, only noise can; start it anew with that")
+
+
+def _step(name: str, number: int) -> str:
+    """Return how a key goes on to an item: by its name, or by its number where the name has dots as keys have."""
+    return str(number) if "." in name else name
 
 
 def _figures(key: str, model: BaseModel, fields: tuple[str, ...], about: str = "") -> Iterator[NoiseFigure]:

@@ -23,8 +23,8 @@ def with_settings(world: World, settings: Iterable[str]) -> World:
     Args:
         world: Stays as it is.
         settings: 'robots.scout.odometry.noise.turn=0.02' and the like: keys by their names, items of a list by
-            their `name` or their number from 0; the value is YAML. 'variables.width=4' changes a variable of the
-            text, and all that is computed from it.
+            their name (a sensor's is that of its kind) or their number from 0; the value is YAML. 'variables.width=4'
+            changes a variable of the text, and all that is computed from it.
 
     Raises:
         WorldError: With other variables the text describes no world.
