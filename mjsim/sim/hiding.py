@@ -48,7 +48,7 @@ class Hiding:
         hides = lines[lines[:, 4] >= self._top]
         self._x, self._y, self._x_end, self._y_end = np.ascontiguousarray(hides[:, :4].T)
         self._middle = np.stack([(self._x + self._x_end) / 2, (self._y + self._y_end) / 2])
-        self._reach = np.hypot(self._x_end - self._x, self._y_end - self._y) / 2
+        self._reach = ((self._x_end - self._x) ** 2 + (self._y_end - self._y) ** 2) / 4
         fixed = np.flatnonzero(model.geom_bodyid[drawn] == 0) if len(hides) else np.empty(0, dtype=np.intp)
         boxes = np.array([_box(model, int(geom)) for geom in drawn[fixed]]).reshape(-1, 2, 3)
         low = boxes[:, 1, 2] <= self._top + ROUNDED
@@ -110,7 +110,7 @@ class Hiding:
         """Return the walls nearest to the eye that are not behind it: to the right and ahead [m], of both ends."""
         x, y, x_end, y_end = self._x, self._y, self._x_end, self._y_end
         if len(x) > MOST:
-            far = np.hypot(self._middle[0] - eye[0], self._middle[1] - eye[1]) - self._reach
+            far = (self._middle[0] - eye[0]) ** 2 + (self._middle[1] - eye[1]) ** 2 - self._reach
             near = np.argpartition(far, MOST)[:MOST]
             x, y, x_end, y_end = x[near], y[near], x_end[near], y_end[near]
         aside, far = view @ np.stack([x - eye[0], y - eye[1]])
