@@ -15,8 +15,8 @@ export interface Named {
   stand?: Stand;
   /** Selected and hovered things are named first. */
   first: boolean;
-  /** It has a handle before its face. */
-  selected: boolean;
+  /** It has a handle for turning before its face, as what is selected alone has. */
+  turns: boolean;
 }
 
 export function drawLabels(context: CanvasRenderingContext2D, things: Named[], view: PlanView, palette: Palette): void {
@@ -56,7 +56,7 @@ function write(
 }
 
 /** Where a name begins: within a large thing, else before a beacon's face or to the right below. */
-function place({ item, stand, selected }: Named, view: PlanView, width: number): { at: Point; inside: boolean } {
+function place({ item, stand, turns }: Named, view: PlanView, width: number): { at: Point; inside: boolean } {
   const points = outlines(item, stand)
     .flat()
     .map((point) => view.toScreen(point));
@@ -64,7 +64,7 @@ function place({ item, stand, selected }: Named, view: PlanView, width: number):
   const [x, y] = [(x0 + x1) / 2, (y0 + y1) / 2];
   if (item.kind === "beacon" || item.kind === "marker") {
     const [c, s] = direction(stand?.heading_deg ?? item.heading_deg ?? 0);
-    const far = selected ? 60 : 14;
+    const far = turns ? 60 : 14;
     return { at: [x + c * far - (c < -0.3 ? width : c > 0.3 ? 0 : width / 2), y - s * (far + 3)], inside: false };
   }
   const inside = item.kind !== "robot" && x1 - x0 > width + 8 && y1 - y0 > SIZE + 6;

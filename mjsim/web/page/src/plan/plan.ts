@@ -269,13 +269,14 @@ export class Plan {
   private paintItems(context: CanvasRenderingContext2D, items: Item[]): void {
     const seen = this.view.bounds;
     const near = items.filter((item) => this.isNear(item, seen));
+    const isAlone = [...this.looks.values()].filter((look) => look.selected).length === 1;
     for (const item of near) drawItem(context, item, this.view, this.palette, this.lookOf(item), this.standOf(item));
     const named = near.map((item) => {
       const look = this.lookOf(item);
       return {
         item,
         first: Boolean(look.selected || look.hovered),
-        selected: look.selected ?? false,
+        turns: isAlone && (look.selected ?? false),
         ...given(this.standOf(item)),
       };
     });

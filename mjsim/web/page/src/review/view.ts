@@ -165,9 +165,9 @@ export class ReviewView implements View {
       el(
         "div",
         { class: "run-group" },
-        button({ title: "The part begins here (I)" }, () => this.markFrom(), "Mark begin"),
-        button({ title: "The part ends here (O)" }, () => this.markTo(), "Mark end"),
-        button({ class: "quiet", title: "Mark nothing (Escape)" }, () => this.mark({ from: null, to: null }), "Clear"),
+        button({ title: "Mark begin of the part (I)" }, () => this.markFrom(), "Mark begin"),
+        button({ title: "Mark end of the part (O)" }, () => this.markTo(), "Mark end"),
+        button({ class: "quiet", title: "Clear the marks (Escape)" }, () => this.mark({ from: null, to: null }), "Clear"),
       ),
       el("span", { class: "run-spring" }),
       this.title,

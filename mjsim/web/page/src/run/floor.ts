@@ -29,7 +29,7 @@ export interface Moment {
 export class Floor {
   readonly tile: Tile;
   /** Things may be laid over the plan here. */
-  readonly host = el("div", { class: "run-floor", tabindex: 0, "aria-label": "Plan; + - and 0 zoom" });
+  readonly host = el("div", { class: "run-floor", tabindex: 0, role: "group", "aria-label": "Plan; + - and 0 zoom" });
   private readonly plan: Plan;
   private readonly follow: HTMLButtonElement;
   private readonly shown: Shown;

@@ -83,10 +83,11 @@ export class Files {
     const { document: world } = this.studio;
     if (!world.isChanged) return true;
     const text = `What you changed in ${world.path || "the new world"} is not saved.`;
-    const answer = await ask<"save" | "drop">(
+    const answer = await ask<"stay" | "save" | "drop">(
       "Save first?",
       [el("p", {}, text)],
       [
+        { text: "Cancel", value: "stay" },
         { text: "Drop the changes", value: "drop", kind: "danger" },
         { text: "Save", value: "save", kind: "primary" },
       ],
