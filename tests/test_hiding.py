@@ -9,6 +9,8 @@ from mjsim.sim import Simulation, hiding
 from mjsim.sim.renderer import Renderer
 from mjsim.world import parse_world
 
+pytestmark = pytest.mark.slow
+
 SIGNS = "".join(
     f"  - {{name: sign{k}, at: [{1 + 0.4 * (k % 20)}, {3.9 if k < 20 else 0.1}], heading_deg: {-90 if k < 20 else 90},"
     " width: 0.3, center: 1.2}\n"
@@ -71,7 +73,6 @@ def test_what_is_higher_than_the_walls_is_drawn(monkeypatch):
     assert few == many > 20
 
 
-@pytest.mark.slow
 def test_no_pixel_of_an_office_changes_and_few_of_its_rooms_are_drawn(monkeypatch):
     world = office(500, 160, 120)
     with Simulation(world) as sim, Renderer(sim.model, width=160, height=120) as renderer:
