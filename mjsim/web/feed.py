@@ -24,8 +24,6 @@ PACED_OVER = 1.0
 class Shot:
     """A picture that an onboard camera gave."""
 
-    number: int
-    """Of the tick that told it."""
     frame: CameraFrame
     sightings: tuple[Sighting, ...]
     """What was recognised in it."""
@@ -119,15 +117,11 @@ class Feed:
         looking = self._looking.get(robot) or next(iter(cameras), None)
         for name, frame in cameras.items():
             recognised = order.sightings if name == looking else ()
-            self.shots[f"{robot}/{name}"] = Shot(
-                self.number, frame, tuple(each for each in recognised if each.corners is not None)
-            )
+            self.shots[f"{robot}/{name}"] = Shot(frame, tuple(recognised))
 
 
 def _cameras_of_observers(world: World) -> dict[str, str]:
     """Return which camera the observer of each robot looks at, where the world says so."""
-    drivers = {} if world is None else world.run.drivers
-    cameras = {
-        name: modules.observer.arguments().get("camera") for name, modules in drivers.items() if modules.observer
-    }
+    observers = {name: modules.observer for name, modules in world.run.drivers.items() if modules.observer is not None}
+    cameras = {name: observer.arguments().get("camera") for name, observer in observers.items()}
     return {name: camera for name, camera in cameras.items() if isinstance(camera, str)}

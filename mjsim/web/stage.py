@@ -48,13 +48,11 @@ class Stage:
         self.painter: Painter | None = None
         self.show = 0
         """Which world is shown, counted from 1."""
-        self.error: str | None = None
-        """Why no run began."""
         self._path: str | None = None
         self._first: str | None = None
         self._initial: dict[str, float] = {}
         self._scene_text = ""
-        self._lock, self._left = threading.Lock(), threading.Event()
+        self._lock, self._counting, self._left = threading.Lock(), threading.Lock(), threading.Event()
         self._news, self._spread_news, self._woken = 0, 0, False
         self.version = 0
         """Changes with what the run is and does."""
@@ -85,7 +83,7 @@ class Stage:
             self.world, self.session, self._path, self._first = world, session, path, first
             self._recording = recording
             self._initial = {figure.key: figure.value for figure in noise_figures(world)}
-            self._scene_text, self.error = json.dumps(scene, allow_nan=False), None
+            self._scene_text = json.dumps(scene, allow_nan=False)
             painter, self.painter = self.painter, Painter(world, self._share)
             self.show += 1
         self.feed.begin(world)
@@ -99,7 +97,8 @@ class Stage:
 
     def changed(self) -> None:
         """Tell that the run is or does something else; from any thread."""
-        self.version += 1
+        with self._counting:
+            self.version += 1
         self.wake()
 
     async def once(self, name: str, shot: Shot, make: Encode) -> tuple[float, bytes]:
@@ -116,17 +115,16 @@ class Stage:
     def run_told(self) -> dict[str, Any]:
         """Return what the run is and does, without its time."""
         with self._lock:
-            world, session, error = self.world, self.session, self.error
+            world, session = self.world, self.session
         if world is None:
-            return {"kind": "run", "state": "failed" if error else "idle", "error": error, **_NOTHING}
-        if session is not None and session.error is not None:
-            error = str(session.error)
+            return {"kind": "run", "state": "idle", **_NOTHING}
+        fault = None if session is None else session.error
         shown = world if session is None else session.world
         state = session.state if session is not None else "ended" if self.closing else "running"
         return {
             "kind": "run",
             "state": state,
-            "error": error,
+            "error": None if fault is None else str(fault),
             "path": self._path,
             "name": world.name,
             "seconds": world.run.seconds if session is None else session.seconds,
@@ -147,7 +145,8 @@ class Stage:
 
     def wake(self) -> None:
         """Look after the browsers soon; from any thread."""
-        self._news += 1
+        with self._counting:
+            self._news += 1
         loop = self._loop
         if loop is not None and self.viewers and not self._woken:
             self._woken = True
@@ -204,6 +203,7 @@ class Stage:
 
 
 _NOTHING: Mapping[str, Any] = {
+    "error": None,
     "path": None,
     "name": None,
     "seconds": None,
