@@ -71,7 +71,11 @@ class EditView {
       "Draw the first wall (W)",
     ),
   );
-  private readonly stale = el("p", { class: "stale", hidden: true }, "The text cannot be read: this is the plan as it was.");
+  private readonly stale = el(
+    "p",
+    { class: "stale", hidden: true },
+    "The text cannot be read: this is the plan as it was.",
+  );
   private readonly dock = el("section", { class: "dock", "aria-label": "Text" });
 
   constructor(

@@ -1,7 +1,6 @@
 /** What is done to the world in the Edit view, whether by mouse, by keys or by a button. */
 
 import type { Change, Item, Path, Point, Values } from "../api";
-
 import { keyOf, type Plan } from "../plan/plan";
 import type { Look } from "../plan/items";
 import type { Studio } from "../shell/view";
@@ -15,7 +14,7 @@ export class Editor {
   readonly asked = new Signal();
   /** Whether each thing that is touched is added to the selection, as with Shift. */
   adding = false;
-  /** What is to be read out and shown at the foot of the plan. */
+  /** What is to be read out to who does not see the plan. */
   readonly said = new Signal<string>();
   private hovered: string | null = null;
   private steps: { key: string; count: number; items: Item[]; make(item: Item, steps: number): Changed } | null = null;
@@ -31,6 +30,7 @@ export class Editor {
     document.opened.on(() => plan.forgetView());
     document.parsedChanged.on(() => this.show());
     document.selectionChanged.on(() => this.look());
+    document.finishing.on(() => this.write.now());
   }
 
   get document(): Studio["document"] {
@@ -85,17 +85,10 @@ export class Editor {
 
   /** What goes with a change: the driver of a robot, and what hangs on a thing, follow its name. */
   alongWith(change: Change): Change[] {
-    if (
-      change.op !== "set" ||
-      change.path.length !== 3 ||
-      change.path[2] !== "name" ||
-      typeof change.value !== "string"
-    )
-      return [];
+    const name = change.op === "set" && change.path.length === 3 && change.path[2] === "name" ? change.value : null;
     const item = this.document.itemAt(change.path.slice(0, 2));
     const old = item?.name;
-    if (!item || !old || item.raw?.["repeat"] !== undefined) return [];
-    const name = change.value;
+    if (typeof name !== "string" || !item || !old || item.raw?.["repeat"] !== undefined) return [];
     const hung = this.items.filter((other) => other.values["on"] === old && !other.fixed);
     const follow = hung.map((other): Change => ({ op: "set", path: [...other.path, "on"], value: name }));
     if (item.type === "Robot" && this.hasDriver(old))

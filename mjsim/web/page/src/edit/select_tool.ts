@@ -34,7 +34,7 @@ type Drag =
 
 export class SelectTool implements Tool {
   readonly cursor = "default";
-  private drag_: Drag | null = null;
+  private held: Drag | null = null;
   private from: Spot | null = null;
   private now: Spot | null = null;
   private moving = false;
@@ -52,33 +52,33 @@ export class SelectTool implements Tool {
   down(touched: Spot): boolean {
     const spot = { ...touched, shift: touched.shift || this.editor.adding };
     [this.from, this.now, this.moving, this.changed] = [spot, spot, false, []];
-    this.drag_ = this.grab(spot);
-    return this.drag_ !== null;
+    this.held = this.grab(spot);
+    return this.held !== null;
   }
 
   drag(spot: Spot): void {
     this.now = spot;
-    if (!this.from || !this.drag_) return;
+    if (!this.from || !this.held) return;
     this.moving ||= distance(spot.screen, this.from.screen) > THRESHOLD;
     if (!this.moving) return;
-    if (this.drag_.kind === "band") this.editor.select([...this.drag_.kept, ...this.banded()]);
-    else this.editor.preview((this.changed = this.changes(this.drag_, spot)));
+    if (this.held.kind === "band") this.editor.select([...this.held.kept, ...this.banded()]);
+    else this.editor.preview((this.changed = this.changes(this.held, spot)));
     this.editor.plan.drawOver();
   }
 
   up(): void {
-    const drag = this.drag_;
+    const drag = this.held;
     if (drag && this.moving && drag.kind !== "band")
       void this.editor.apply(this.changed.flatMap(({ changes }) => changes));
     else if (drag?.kind === "items" && !this.from?.shift) this.editor.select([drag.grabbed]);
     else if (drag?.kind === "band" && !this.moving && !this.from?.shift) this.editor.select([]);
-    this.drag_ = null;
+    this.held = null;
     this.note = "";
     this.editor.plan.drawOver();
   }
 
   cancel(): void {
-    this.drag_ = null;
+    this.held = null;
     this.note = "";
     this.editor.forget();
   }
@@ -96,8 +96,8 @@ export class SelectTool implements Tool {
   }
 
   private grab(spot: Spot): Drag | null {
-    const held = this.handleAt(spot);
-    if (held) return { kind: "handle", ...held };
+    const handle = this.handleAt(spot);
+    if (handle) return { kind: "handle", ...handle };
     const turner = this.turnerAt(spot);
     if (turner) return turner;
     const item = this.editor.plan.itemAt(spot.screen, spot.touch ? 12 : 6);
@@ -132,7 +132,7 @@ export class SelectTool implements Tool {
 
   private resized(handle: Handle, spot: Spot): Changed {
     const { plan, items } = this.editor;
-    const mine = this.drag_?.kind === "handle" ? keyOf(this.drag_.item.path) : "";
+    const mine = this.held?.kind === "handle" ? keyOf(this.held.item.path) : "";
     const walls = items.filter((item) => isWall(item) && keyOf(item.path) !== mine);
     const snap = { step: plan.step, reach: plan.px(9), walls };
     const to = spot.alt
@@ -271,7 +271,7 @@ export class SelectTool implements Tool {
     context.lineWidth = 1.5;
     if (item) paintViews(context, plan, plan.ghosts.get(keyOf(item.path)) ?? item);
     if (item) this.paintHandles(context, plan, item);
-    if (this.drag_?.kind === "band" && this.moving && this.from && this.now)
+    if (this.held?.kind === "band" && this.moving && this.from && this.now)
       paintBand(context, plan, this.from.screen, this.now.screen);
     if (this.note && this.now && this.moving) paintNote(context, plan, this.now.screen, this.note);
   }

@@ -26,6 +26,8 @@ export class WorldDocument {
   readonly selectionChanged = new Signal();
   /** Saved, or no longer as saved. */
   readonly stateChanged = new Signal();
+  /** Before a step is taken back, or the text is saved: what is still put together is to be written now. */
+  readonly finishing = new Signal();
   /** What a call to the server could not do. */
   readonly failed = new Signal<unknown>();
   /** The text as a drag would make it; null when there is none. */
@@ -37,6 +39,10 @@ export class WorldDocument {
   private typedAt = 0;
   private asked = 0;
   private work: Promise<unknown> = Promise.resolve();
+  private reading: Promise<void> = Promise.resolve();
+  /** Whether a drag goes on whose text is to be shown. */
+  private sketched = false;
+  private isNew = false;
   private readonly readSoon = debounced(() => void this.read(), PAUSE);
 
   constructor(private readonly api: Api) {}
@@ -52,8 +58,6 @@ export class WorldDocument {
     if (this.sketched) this.askDraft(changes);
     else this.dropDraft();
   }
-
-  private sketched = false;
 
   private async readDraft(changes: Change[]): Promise<void> {
     const { path, text } = this;
@@ -87,8 +91,6 @@ export class WorldDocument {
   get needsName(): boolean {
     return this.path === null || this.path === "" || this.path.startsWith("shipped:") || this.isNew;
   }
-
-  private isNew = false;
 
   /** Take up a world as the server gave it. */
   take(world: Opened, isNew = false): void {
@@ -169,12 +171,20 @@ export class WorldDocument {
     return this.step < this.steps.length - 1;
   }
 
-  undo(): void {
+  async undo(): Promise<void> {
+    await this.finish();
     if (this.canUndo) this.go(this.step - 1);
   }
 
-  redo(): void {
+  async redo(): Promise<void> {
+    await this.finish();
     if (this.canRedo) this.go(this.step + 1);
+  }
+
+  /** Wait until what is under way is a step of its own. */
+  private async finish(): Promise<void> {
+    this.finishing.emit();
+    await this.work;
   }
 
   select(paths: Path[]): void {
@@ -201,11 +211,9 @@ export class WorldDocument {
   /** Wait until all edits asked for are in the text, and what was typed is read. */
   async settled(): Promise<void> {
     this.readSoon.now();
-    await this.work;
+    await this.finish();
     await this.reading;
   }
-
-  private reading: Promise<void> = Promise.resolve();
 
   /** Have the server read the text as it is now. */
   read(): Promise<void> {

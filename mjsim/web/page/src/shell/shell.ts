@@ -38,8 +38,8 @@ export class Shell implements Studio {
     "•",
   );
   private readonly save = tool("save", "Save (Ctrl+S)", () => void this.files.save());
-  private readonly undo = tool("undo", "Undo (Ctrl+Z)", () => this.document.undo());
-  private readonly redo = tool("redo", "Redo (Ctrl+Shift+Z)", () => this.document.redo());
+  private readonly undo = tool("undo", "Undo (Ctrl+Z)", () => void this.document.undo());
+  private readonly redo = tool("redo", "Redo (Ctrl+Shift+Z)", () => void this.document.redo());
   private now: ViewName | null = null;
 
   constructor(
@@ -181,8 +181,8 @@ export class Shell implements Studio {
     const inField = event.target instanceof HTMLInputElement && "touched" in event.target.dataset;
     if (key === "s") void (event.shiftKey ? this.files.saveAs() : this.files.save());
     else if (key === "o") void this.files.ask();
-    else if (key === "z" && !inField) event.shiftKey ? this.document.redo() : this.document.undo();
-    else if (key === "y" && !inField) this.document.redo();
+    else if (key === "z" && !inField) void (event.shiftKey ? this.document.redo() : this.document.undo());
+    else if (key === "y" && !inField) void this.document.redo();
     else return false;
     return true;
   }
