@@ -134,12 +134,12 @@ export class ReviewView implements View {
       { class: "run-body" },
       side,
       this.stage.element,
-      el("div", { class: "run-rail" }, this.pictures.switches, this.stage.rail),
+      el("div", { class: "run-rail", inert: true }, this.pictures.switches, this.stage.rail),
     );
     const chips = el("div", { class: "run-chips", role: "group", "aria-label": "Charts" }, ...this.chips());
     const dock = el(
       "div",
-      { class: "run-dock" },
+      { class: "run-dock", inert: true },
       this.scrub.element,
       el("div", { class: "run-dock-head" }, this.robot, chips),
       this.sheet.element,
@@ -153,7 +153,7 @@ export class ReviewView implements View {
     const speeds = choice({ "aria-label": "Speed" }, SPEEDS, "1", (value) => (this.player.speed = Number(value)));
     return el(
       "div",
-      { class: "run-bar", role: "toolbar", "aria-label": "Recording" },
+      { class: "run-bar", role: "toolbar", "aria-label": "Recording", inert: true },
       this.playButton,
       el(
         "div",
@@ -165,9 +165,9 @@ export class ReviewView implements View {
       el(
         "div",
         { class: "run-group" },
-        button({ title: "Mark begin of the part (I)" }, () => this.markFrom(), "Mark begin"),
-        button({ title: "Mark end of the part (O)" }, () => this.markTo(), "Mark end"),
-        button({ class: "quiet", title: "Clear the marks (Escape)" }, () => this.mark({ from: null, to: null }), "Clear"),
+        button({ title: "The part begins here (I)" }, () => this.markFrom(), "Mark begin"),
+        button({ title: "The part ends here (O)" }, () => this.markTo(), "Mark end"),
+        button({ class: "quiet", title: "Mark nothing (Escape)" }, () => this.mark({ from: null, to: null }), "Clear"),
       ),
       el("span", { class: "run-spring" }),
       this.title,
@@ -227,6 +227,7 @@ export class ReviewView implements View {
     this.robot.hidden = recording.robots.length < 2;
     this.library.show(recording.path);
     this.element.toggleAttribute("data-open", true);
+    for (const part of this.element.querySelectorAll("[inert]")) part.toggleAttribute("inert", false);
     this.choose(recording.robots[0]?.name ?? "");
     this.mark({ from: null, to: null });
     this.player.load(recording.seconds, recording.dt);

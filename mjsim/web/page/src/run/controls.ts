@@ -36,11 +36,9 @@ export function sign(name: IconName): SVGSVGElement {
 
 /** A button; where it has no words, `title` is its name. */
 export function button(attributes: Attributes, press: () => void, ...children: Child[]): HTMLButtonElement {
-  return el(
-    "button",
-    { type: "button", "aria-label": attributes["title"] ?? null, ...attributes, onclick: press },
-    ...children,
-  );
+  const silent = children.every((child) => child instanceof SVGElement);
+  const name = silent ? (attributes["title"] ?? null) : null;
+  return el("button", { type: "button", "aria-label": name, ...attributes, onclick: press }, ...children);
 }
 
 /** A button that stays down until it is pressed again. */
