@@ -27,7 +27,10 @@ def replay(
 
     run = read_recording(recording)
     require_observations(run, robot)
-    believes, looks = module_of(estimator), module_of(observer) if observer is not None else None
+    believes, use = module_of(estimator)
+    looks, uses = None, {"estimator": use}
+    if observer is not None:
+        looks, uses["observer"] = module_of(observer)
     with tracked(f"replay {recording.name}", total=float(run.time[-1]), unit="s") as advance:
-        replay_run(run, robot=robot, estimator=believes, observer=looks, record=output, progress=advance)
+        replay_run(run, robot=robot, estimator=believes, observer=looks, record=output, uses=uses, progress=advance)
     print(output)

@@ -160,6 +160,21 @@ def test_a_replay_is_called_by_the_estimator_that_was_at_work():
     assert setting_labels(given, ["ring"] * 2) == ["EkfLocalization", "EkfSlam"]
 
 
+def test_replays_are_told_apart_by_the_arguments_of_their_estimators():
+    def replayed(**arguments):
+        use = {"use": "mjsim.algorithms.ekf_slam:EkfSlam", **arguments}
+        modules = json.dumps({"estimator": use})
+        told = {"replayed robot": "scout", "replayed estimator": "EkfSlam", "replayed modules": modules}
+        slam = RING.replace('localization:EkfLocalization"', 'ekf_slam:EkfSlam", jacobians: standard')
+        return settings(slam, **told)
+
+    # What the world says of the class holds for the run, not for the replay.
+    assert setting_labels([replayed(), replayed(jacobians="invariant")], ["ring"] * 2) == [
+        "jacobians=default",
+        "jacobians=invariant",
+    ]
+
+
 def test_worlds_that_differ_in_much_are_called_by_their_names():
     other = mjsim.parse_world("mjsim: 1\nname: field\nrobots: [{name: scout, preset: turtlebot3_burger, at: [0, 0]}]\n")
     given = [settings(RING), settings_of(other, {})]

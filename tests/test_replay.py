@@ -18,6 +18,7 @@ from mjsim.cli import main
 from mjsim.errors import ModuleFault, RecordingError, UsageError
 from mjsim.interface import Estimate, Observation
 from mjsim.record import numeric_topics, same_run
+from mjsim.report.labels import settings_of
 from mjsim.run.replay import replay
 
 ROOT = Path(__file__).parent.parent
@@ -264,7 +265,13 @@ def test_the_command_takes_modules_with_their_arguments_in_braces(ringed, tmp_pa
 
     assert code(f"{tmp_path}/mine.py:Mine{{x: 2.5}}") == 0
     assert capsys.readouterr().out.strip() == str(output)
-    assert (mjsim.read_recording(output).robots["scout"].estimate[:, 0] == 2.5).all()
+    again = mjsim.read_recording(output)
+    assert (again.robots["scout"].estimate[:, 0] == 2.5).all()
+    told = settings_of(again.world, again.metadata)
+    assert {key: value for key, value in told.items() if ".estimator." in key} == {
+        "run.drivers.scout.estimator.use": f"{tmp_path}/mine.py:Mine",
+        "run.drivers.scout.estimator.x": "2.5",
+    }
     # Of a wrong robot and a wrong module, the robot comes first.
     assert code("nowhere:Nothing", robot="scuot") == 2
     assert capsys.readouterr().err == f"no robot 'scuot' in '{ringed.path}'; did you mean 'scout'?\n"

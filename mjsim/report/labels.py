@@ -48,6 +48,10 @@ def settings_of(world: World, metadata: Mapping[str, str]) -> dict[str, str]:
     for part in PARTS:
         if f"replayed {part}" in metadata:
             _put_module(leaves, f"run.drivers.{metadata['replayed robot']}.{part}", metadata[f"replayed {part}"])
+    for part, use in json.loads(metadata.get("replayed modules", "{}")).items():
+        key = f"run.drivers.{metadata['replayed robot']}.{part}"
+        _put_module(leaves, key, None)
+        leaves |= dict(_leaves(use, key))
     return {key: value for key, value in leaves.items() if not key.startswith(_LEFT_OUT)}
 
 

@@ -9,6 +9,7 @@ import weakref
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from mjsim.record.file import RawMessage
 from mjsim.record.messages import covariance_message, encode, event_message, observation_of
 from mjsim.record.tick import Event, Order
 from mjsim.run.pilot import Driver, Pilot
+from mjsim.world.running import Use
 
 if TYPE_CHECKING:
     from mjsim.sim.retake import Retake
@@ -35,6 +37,7 @@ def replay(
     estimator: Estimator,
     observer: Observer | None = None,
     record: str | Path | None = None,
+    uses: Mapping[str, Use] = MappingProxyType({}),
     progress: Callable[[float], None] | None = None,
 ) -> Recording:
     """Let other modules look at what a robot observed, and return the recording with their estimates.
@@ -48,6 +51,8 @@ def replay(
         estimator: Gets them all, once, from the first to the last.
         observer: Looks in place of the run's own; unless given, the estimator gets all sightings of the run.
         record: The MCAP file to write; a temporary one, gone with the recording, unless given.
+        uses: Which classes the modules are of, and their arguments, by 'estimator' and 'observer': kept in the
+            recording, so that `compare` tells replays apart; unless given, it tells them by the names of classes.
         progress: Called with the simulated time of each tick once it is done [s].
 
     Raises:
@@ -65,7 +70,8 @@ def replay(
         raise UsageError(f"'{record}' is the recording that is replayed; name another file")
     # One BLAS thread, as in the run: the same sums to the last bit.
     with threadpool_limits(1, user_api="blas"):
-        _write(run, robot, Driver(observer=observer, estimator=estimator), Path(record), progress)
+        driver = Driver(observer=observer, estimator=estimator)
+        _write(run, robot, driver, Path(record), _metadata(run, robot, driver, uses), progress)
     replayed = read_recording(record)
     if folder is not None:
         weakref.finalize(replayed, shutil.rmtree, folder, ignore_errors=True)
@@ -85,7 +91,14 @@ def require_observations(run: Recording, robot: str) -> None:
         raise RecordingError(f"'{run.path}' holds no observation of robot '{robot}'; nothing drove it in that run")
 
 
-def _write(run: Recording, robot: str, driver: Driver, path: Path, progress: Callable[[float], None] | None) -> None:
+def _write(
+    run: Recording,
+    robot: str,
+    driver: Driver,
+    path: Path,
+    metadata: Mapping[str, str],
+    progress: Callable[[float], None] | None,
+) -> None:
     """Write the recording of a replay."""
     from mjsim.sim.retake import Retake
 
@@ -100,7 +113,7 @@ def _write(run: Recording, robot: str, driver: Driver, path: Path, progress: Cal
             qvel=run.qvel,
             looks=run.looks,
         ) as retake,
-        Copy(run.path, path, metadata=_metadata(run, robot, driver)) as copy,
+        Copy(run.path, path, metadata=metadata) as copy,
     ):
         again = _Again(run, robot, driver, pilot, retake, copy)
         for message in copy.messages():
@@ -116,13 +129,14 @@ def _pilot(run: Recording, robot: str, driver: Driver) -> Pilot:
         return Pilot(driver, sim.robots[robot], dict(sim.catalogue), sim.map, seed=run.seed)
 
 
-def _metadata(run: Recording, robot: str, driver: Driver) -> dict[str, str]:
+def _metadata(run: Recording, robot: str, driver: Driver, uses: Mapping[str, Use]) -> dict[str, str]:
     told = {
         "command": " ".join(sys.argv),
         "replay of": str(run.path),
         "replay of command": run.metadata.get("command", ""),
         "replayed robot": robot,
         "replayed estimator": type(driver.estimator).__name__,
+        "replayed modules": json.dumps({part: use.model_dump(mode="json") for part, use in uses.items()}),
     }
     return told | ({"replayed observer": type(driver.observer).__name__} if driver.observer is not None else {})
 

@@ -14,8 +14,8 @@ from mjsim.world.use import make_module
 from mjsim.world.words import path_of, sentence
 
 
-def module_of(spec: str) -> Any:
-    """Return an instance of the class that a text names.
+def module_of(spec: str) -> tuple[Any, Use]:
+    """Return an instance of the class that a text names, and what the text says, its path as it is written there.
 
     Args:
         spec: 'dotted.module:Class' or 'path/file.py:Class', from the working folder; then keyword arguments as YAML
@@ -33,7 +33,7 @@ def module_of(spec: str) -> Any:
     except ValidationError as error:
         first = error.errors()[0]
         raise UsageError(f"'{spec}': {sentence(first, path_of(first), Use)}") from None
-    return make_module(made, Source(folder=folder))
+    return make_module(made, Source(folder=folder)), made.model_copy(update={"use": named.strip()})
 
 
 def _arguments(spec: str, text: str) -> dict[str, Any]:
