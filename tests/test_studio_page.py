@@ -1,6 +1,7 @@
 import hashlib
 import json
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -40,6 +41,12 @@ def test_the_licences_of_what_is_bundled_go_along():
     bundled = json.loads((PAGE / "package.json").read_text(encoding="utf-8"))["dependencies"]
     assert all(f"\n{name} {version}\n" in texts for name, version in bundled.items())
     assert texts.count("Permission is hereby granted") >= len(bundled)
+
+
+def test_a_package_has_the_bundle_and_not_its_sources():
+    settings = tomllib.loads((WEB.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
+    assert settings["package-data"]["mjsim.web"] == ["static/*"]
+    assert {path.name for path in STATIC.iterdir()} == {"index.html", "studio.js", "studio.css", "LICENSES.txt"}
 
 
 def test_the_libraries_of_the_page_stand_at_exact_versions_and_name_no_registry():
