@@ -247,10 +247,6 @@ def drawn(plot: Plot, found: Mapping[tuple[str, int], float]) -> bytes:
         dashes = "--" if curve.name.startswith("floor") else "-"
         values = [found[curve.name, size] for size in sizes]
         axes.plot(sizes, values, dashes, marker="o", markersize=4, color=color, label=curve.name)
-        for size, value in zip(sizes, values, strict=True):
-            axes.annotate(
-                f"{value:.3g}", (size, value), (0, 5), textcoords="offset points", ha="center", fontsize=8, color=color
-            )
     axes.set(title=plot.title, xlabel=plot.across, ylabel=plot.up, xscale="log", yscale="log")
     axes.set_xticks(plot.sizes, [f"{size:,}" for size in plot.sizes])
     axes.minorticks_off()
