@@ -80,6 +80,7 @@ def errors():
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["lidar", "beacons", "imu", "odometry", "depth"])
 def test_from_the_change_on_the_same_chance_errs_twice_as_far(errors, kind):
     once, twice = errors[kind]
@@ -90,6 +91,7 @@ def test_from_the_change_on_the_same_chance_errs_twice_as_far(errors, kind):
     assert np.abs(once[after:]).max() > 1e-4
 
 
+@pytest.mark.slow
 def test_pixels_err_as_far_as_said_from_the_change_on():
     quiet, changed = readings(QUIET), readings(WORLD, TWICE)
     spread = [

@@ -16,6 +16,7 @@ from mjsim.web.folder import Folder
 from mjsim.web.review_api import ReviewApi
 from mjsim.web.server import Server
 
+pytestmark = pytest.mark.slow
 ROOM = """
 mjsim: 1
 name: room
@@ -151,7 +152,6 @@ def test_the_view_from_outside_can_be_turned(page):
     assert picture(page, time=1.0, view="chase").shape == (600, 960, 3)
 
 
-@pytest.mark.slow
 def test_a_part_is_filmed_and_given_away(page, folder):
     asked = {"path": RUN, "from": 1.0, "to": 2.0, "view": "plan"}
     job = page.post("/api/recording/video", json=asked).json()["job"]

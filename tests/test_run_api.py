@@ -137,6 +137,7 @@ def test_a_camera_is_sent_while_it_is_watched_with_what_was_recognised_in_it(run
         assert seen.picture("scout/front:segmentation")[1].shape == (120, 160, 3)
 
 
+@pytest.mark.slow
 def test_the_view_from_outside_follows_its_orbit(running):
     orbit = {"azimuth_deg": 40, "elevation_deg": -40, "distance": 6, "at": [0, 0]}
     with browser(running.url) as seen:
@@ -167,6 +168,7 @@ def test_two_pictures_are_on_their_way_at_most_and_others_are_dropped(running):
         assert newest["time"] >= times[-1]
 
 
+@pytest.mark.slow
 def test_ticks_are_the_newest_and_at_most_thirty_a_second(running):
     with browser(running.url) as seen:
         seen.until("tick")
