@@ -220,8 +220,9 @@ export class Chart {
     }
     const row = rowAt(times, time);
     const value = this.plot.data[1]?.[row];
-    this.reading.value =
-      typeof value === "number" ? `${value.toFixed(this.settings.digits ?? 3)} ${this.settings.unit}` : "";
+    const shown = typeof value === "number" ? value.toFixed(this.settings.digits ?? 3) : null;
+    // What rounds to zero has no sign.
+    this.reading.value = shown === null ? "" : `${shown.replace(/^-(?=[0.]*$)/, "")} ${this.settings.unit}`;
   }
 }
 
