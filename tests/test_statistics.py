@@ -127,6 +127,15 @@ def test_a_room_that_cannot_be_reached_does_not_count():
     assert coverage(world, sweep[::-1], radius=0.2) == 1.0
 
 
+def test_a_hundred_laps_cover_what_one_does_and_standing_still_covers_a_disc():
+    world = mjsim.parse_world(ROOM)
+    turn = np.linspace(0.0, 2.0 * np.pi, 200)
+    lap = np.stack([2.0 + np.cos(turn), 2.0 + np.sin(turn)], axis=1)
+    assert coverage(world, np.tile(lap, (100, 1)), radius=0.2) == coverage(world, lap, radius=0.2)
+    share = coverage(world, lap[:1], radius=0.2)
+    assert share == coverage(world, np.repeat(lap[:1], 3, axis=0), radius=0.2) == raster_coverage(world, lap[:1], 0.2)
+
+
 def test_a_world_without_walls_has_no_coverage():
     world = mjsim.parse_world("mjsim: 1\nrobots: [{name: scout, at: [0, 0]}]\n")
     assert coverage(world, np.zeros((2, 2)), radius=0.2) is None

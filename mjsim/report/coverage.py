@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 from mjsim.world import World
@@ -41,12 +42,26 @@ def coverage(world: World, positions: Array, *, radius: float) -> float | None:
     reachable = shapely.contains_xy(region, x + CELL / 2, y + CELL / 2)
     if not reachable.any():
         return None
-    # A footprint touches a cell when the nearest point of the cell is within the radius of the centre.
-    trail = shapely.LineString(positions).simplify(0.005) if len(positions) > 1 else shapely.Point(positions[0])
-    swept = trail.buffer(radius)
-    shapely.prepare(swept)
     cells = shapely.box(x[reachable], y[reachable], x[reachable] + CELL, y[reachable] + CELL)
-    return float(np.mean(shapely.intersects(swept, cells)))
+    return float(np.mean(_touched(cells, positions, radius)))
+
+
+def _touched(cells: Any, positions: Array, radius: float) -> NDArray[np.bool_]:
+    """Return which cells a round footprint has touched: their nearest point was within its radius of its centre.
+
+    The way is taken piece by piece: the outline of all of it would cross itself at each lap, and grow without end.
+    """
+    import shapely
+
+    pieces = shapely.points(positions[:1])
+    if len(positions) > 1:
+        way = np.asarray(shapely.LineString(positions).simplify(0.005).coords)
+        # A piece without length is near to nothing; where it was is the end of another, or the first point.
+        pieces = np.append(pieces, shapely.linestrings(np.stack([way[:-1], way[1:]], axis=1)))
+    tree = shapely.STRtree(pieces)
+    touched = np.zeros(len(cells), dtype=bool)
+    touched[tree.query(cells, predicate="dwithin", distance=radius)[0]] = True
+    return touched
 
 
 def _part_with(room: Any, start: Array) -> Any:
