@@ -6,6 +6,7 @@ change what was recorded.
 
 import json
 import math
+import sys
 from collections.abc import Hashable, Mapping, Sequence
 from typing import Any
 
@@ -129,7 +130,7 @@ def sightings_of(message: Message) -> tuple[Sighting, ...]:
     return tuple(
         Sighting(
             stamp=item["stamp"],
-            name=item.get("name"),
+            name=sys.intern(item["name"]) if item.get("name") is not None else None,
             range=_number(item["range"]),
             bearing=item["bearing"],
             covariance=numbers(item["covariance"], 2, 2),
@@ -197,8 +198,13 @@ def _labels(names: Sequence[Hashable]) -> Message:
 def names_of(message: Message) -> tuple[Hashable, ...]:
     """Return the names of the landmarks that a message lists; any but whole numbers are text."""
     return tuple(
-        int(name) if numbered else name for name, numbered in zip(message["names"], message["numbered"], strict=True)
+        _name(name, numbered=numbered) for name, numbered in zip(message["names"], message["numbered"], strict=True)
     )
+
+
+def _name(text: str, *, numbered: bool) -> Hashable:
+    """Return a landmark's name; a text is held once, however often it is read."""
+    return int(text) if numbered else sys.intern(text)
 
 
 def map_arrays(
@@ -243,7 +249,7 @@ def innovations_message(time: float, innovations: Sequence[tuple[Hashable, Array
 def innovations_of(message: Message) -> tuple[tuple[Hashable, Array, Array], ...]:
     """Return name, nu (2,) and S (2, 2) of each innovation of a message."""
     return tuple(
-        (int(item["name"]) if item["numbered"] else item["name"], numbers(item["nu"]), numbers(item["S"], 2, 2))
+        (_name(item["name"], numbered=item["numbered"]), numbers(item["nu"]), numbers(item["S"], 2, 2))
         for item in message["innovations"]
     )
 
