@@ -80,7 +80,7 @@ def command_line(*arguments: str) -> None:
 
 
 def watch_it_run(page: Page) -> None:
-    """Start the world from the page, by keys; its time goes on and its camera's pictures change."""
+    """Start the world by keys: what its camera sees comes, and its time goes on."""
     page.keyboard.press("Alt+2")
     page.get_by_role("button", name="Start", exact=True).press("Enter")
     page.locator("[data-view='robot/front'] canvas[data-filled]").wait_for()
