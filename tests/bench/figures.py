@@ -48,7 +48,7 @@ FIGURES = (
     Figure("floor-320x240", PICTURES, picture_floor(320, 240)),
     Figure("sense-320x240", PICTURES, gallery_sensed(320, 240)),
     Figure("stock-320x240", PICTURES, stock(320, 240)),
-    Figure("sense-high", PICTURES, gallery_sensed(640, 480, quality="high")),
+    Figure("sense-high", PICTURES, gallery_sensed(640, 480, places=8, quality="high")),
     Figure("office", PICTURES, office_sensed(OFFICE)),
     Figure("office-geoms", PICTURES, office_geom_by_geom(OFFICE)),
     *SENSOR_FIGURES,

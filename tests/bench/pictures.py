@@ -78,9 +78,9 @@ def sensed(make: Callable[[], World], places: Callable[[], Sequence[Pose]]) -> P
     return prepare
 
 
-def gallery_sensed(width: int, height: int, **keys: object) -> Prepare:
-    """Measure `Simulation.sense` in the gallery."""
-    return sensed(lambda: gallery_with(width, height, **keys), gallery_places)
+def gallery_sensed(width: int, height: int, *, places: int = 40, **keys: object) -> Prepare:
+    """Measure `Simulation.sense` in the gallery, from so many places."""
+    return sensed(lambda: gallery_with(width, height, **keys), lambda: gallery_places(places))
 
 
 def office_sensed(segments: int, width: int = 640, height: int = 480) -> Prepare:

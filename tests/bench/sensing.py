@@ -9,7 +9,7 @@ from mjsim.bench.scenes import gallery
 from mjsim.sim import Simulation
 from mjsim.world import format_world, parse_world
 
-LOOKS = 60
+LOOKS = 20
 CAMERA = "camera: eye, at: [0.1, 0, 1], rate_hz: 25"
 SENSORS = {
     "ring": "",
