@@ -155,6 +155,10 @@ def test_the_plan_is_worked_by_keys_alone(sheet, tmp_path):
     number = re.search(r"at: \[([\d.]+), ([\d.]+)\], heading_deg: 15", saved(sheet, tmp_path))
     assert 2.0 < float(number[1]) < 3.0
     assert number[2] == "2.01"
+    sheet.press("Control+ArrowUp")
+    sheet.reads("3.01]")
+    sheet.press("Control+ArrowDown", "Control+s")  # saved before its step was written
+    assert number[0] in saved(sheet, tmp_path)
     sheet.press("Enter")
     expect(sheet.field("Name")).to_be_focused()
     sheet.press("Tab", "Tab")  # past its reset, to the first number of its place
@@ -188,6 +192,21 @@ def test_a_new_name_of_a_robot_is_that_of_its_driver_too(sheet, tmp_path):
     sheet.press("Enter")
     expect(sheet.title).to_have_text("rover")
     assert saved(sheet, tmp_path) == ROOM.replace("scout", "rover")
+
+
+def test_work_that_was_not_saved_is_offered_after_a_reload_until_it_is_saved(sheet, tmp_path):
+    sheet.drag((2, 2), (3, 2.5))
+    sheet.reads("at: [3, 2.5]")
+    sheet.page.on("dialog", lambda question: question.accept())  # of the browser: leave the page?
+    for answer, place in (("Take it up", "at: [3, 2.5]"), ("Drop it", "at: [2, 2]")):
+        sheet.page.reload()
+        expect(sheet.page.get_by_role("dialog")).to_contain_text("What was changed in room.yaml was not saved")
+        sheet.button(answer).click()
+        sheet.reads(place)
+    expect(sheet.unsaved).to_be_hidden()
+    drafts = "() => Object.keys(localStorage).filter(key => key.includes('draft'))"
+    assert sheet.page.evaluate(drafts) == []
+    assert (tmp_path / "room.yaml").read_text() == ROOM
 
 
 def test_a_file_that_changed_on_disk_is_not_overwritten_unasked(sheet, tmp_path):

@@ -82,7 +82,9 @@ def command_line(*arguments: str) -> None:
 def watch_it_run(page: Page) -> None:
     """Start the world by keys: what its camera sees comes, and its time goes on."""
     page.keyboard.press("Alt+2")
-    page.get_by_role("button", name="Start", exact=True).press("Enter")
+    start = page.get_by_role("button", name="Start", exact=True)
+    expect(start).to_be_enabled()  # what is disabled takes no keys
+    start.press("Enter")
     page.locator("[data-view='robot/front'] canvas[data-filled]").wait_for()
     seen = "() => Number(document.querySelector('.run-time').textContent.split(' s')[0]) > 0.5"
     page.wait_for_function(seen, timeout=PATIENCE)

@@ -104,6 +104,30 @@ def test_the_gallery_starts_from_the_page_and_its_pictures_come(chrome, folder):
         picture_of(page, "outside")
 
 
+def test_the_page_says_what_to_do_before_and_after_a_run(chrome, folder):
+    (folder / "bare.yaml").write_text(ROOM[: ROOM.index("robots:")])
+    with Studio(folder) as studio, run_page(chrome, studio.url) as page:
+        advice = page.locator(".run-advice")
+        expect(advice).to_contain_text("No world is open", timeout=PATIENCE)
+        open_world(page, "room.yaml")
+        page.get_by_label("Record to a file").check()
+        page.get_by_label("Length in seconds").fill("0.4")
+        page.get_by_role("button", name="Start", exact=True).click()
+        advice.get_by_role("button", name="Review it").click()
+        expect(page.locator(".review-title")).to_have_text("out/room/run.mcap", timeout=PATIENCE)
+        open_world(page, "bare.yaml")
+        expect(advice).to_contain_text("No robot is in this world", timeout=PATIENCE)
+        is_in(page, "Ready")  # what ended was the run of another world
+
+
+def open_world(page: Page, name: str) -> None:
+    """Open a world of the folder and show it in the Run view."""
+    page.keyboard.press("Control+o")
+    page.get_by_role("dialog").get_by_role("button", name=name, exact=True).click()
+    expect(page.locator(".world .name")).to_have_text(name, timeout=PATIENCE)
+    page.get_by_role("tab", name="Run", exact=True).click()
+
+
 def test_a_single_tick_takes_the_run_on_by_one_tick_exactly(started):
     page, _ = started
     pause(page)

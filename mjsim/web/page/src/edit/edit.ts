@@ -60,10 +60,11 @@ class EditView {
   private readonly text: TextPane;
   private readonly panel: Panel;
   private readonly problems = el("div", { class: "problems" });
+  private readonly firstWord = el("p", {}, "An empty floor.");
   private readonly firstSteps = el(
     "div",
     { class: "first-steps", hidden: true },
-    el("p", {}, "An empty floor."),
+    this.firstWord,
     el(
       "button",
       { class: "primary", onclick: () => this.tools.take("wall") },
@@ -174,6 +175,8 @@ class EditView {
   private showFirstSteps(): void {
     const { document } = this.studio;
     this.stale.hidden = document.parsed.items !== null;
+    const wrong = document.parsed.problems.some((problem) => problem.kind === "error");
+    this.firstWord.textContent = wrong ? "Nothing of it can be drawn yet: see the errors." : "An empty floor.";
     this.firstSteps.hidden = document.items.length > 0 || this.tools.now !== "select" || document.parsed.items === null;
   }
 

@@ -9,6 +9,8 @@ import type { Tools } from "./tools";
 const ARROWS: Record<string, Point> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 /** Arrows with Shift move by so much [m]. */
 const FINE = 0.01;
+/** Those with Ctrl [m]. */
+const FAR = 1;
 
 export class EditKeys {
   /** Where the cross of a tool stands that is moved by keys. */
@@ -28,7 +30,7 @@ export class EditKeys {
   /** True when the key was one of ours. */
   key(event: KeyboardEvent): boolean {
     if (!this.editor.document.isOpen) return false;
-    if (isCommand(event)) return this.command(event.key.toLowerCase());
+    if (isCommand(event) && !(event.key in ARROWS)) return this.command(event.key.toLowerCase());
     if (event.altKey) return false;
     const onButton =
       event.target instanceof HTMLButtonElement ||
@@ -95,7 +97,7 @@ export class EditKeys {
     const way = ARROWS[event.key];
     if (!way) return false;
     const { plan } = this.editor;
-    const far = event.shiftKey ? FINE : plan.step;
+    const far = isCommand(event) ? FAR : event.shiftKey ? FINE : plan.step;
     const by: Point = [way[0] * far, way[1] * far];
     if (this.tools.now === "select" || this.tools.now === "hand") {
       if (this.editor.selected.length === 0) return false;

@@ -53,6 +53,7 @@ export class Preview {
     const key = JSON.stringify(ask);
     if (key === this.last) return;
     this.last = key;
+    if (!this.picture.src) fill(this.caption, "Drawing …");
     this.picture.alt = `What camera ${camera} of ${robot.name} sees`;
     this.wanted(ask);
   }

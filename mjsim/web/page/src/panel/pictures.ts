@@ -58,5 +58,10 @@ function grids(studio: Studio, answer: (path: string) => void): Child[] {
     paths.length
       ? [el("p", { class: "list-title" }, title), el("div", { class: "cards pictures" }, ...paths.map(card))]
       : [];
-  return [...grid("In this folder", pictures), ...grid("Come with mjsim", shipped.pictures)];
+  return [...grid("In this folder", pictures), ...grid("Come with mjsim", [...shipped.pictures].sort(postersFirst))];
+}
+
+/** What is hung up comes before floors and walls. */
+function postersFirst(one: string, other: string): number {
+  return Number(other.startsWith("posters/")) - Number(one.startsWith("posters/"));
 }

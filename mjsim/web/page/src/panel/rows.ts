@@ -15,6 +15,8 @@ export interface Subject {
   raw: unknown;
   written: string[];
   fixed: boolean;
+  /** The groups it is in, as they are called: fields of the same name are told apart by them. */
+  within?: string;
 }
 
 export interface Sheet {
@@ -48,6 +50,7 @@ function row(sheet: Sheet, field: Field, subject: Subject): Child {
     raw: under(subject.raw, field.key),
     written,
     fixed: subject.fixed,
+    within: subject.within ?? "",
     give,
   });
 }
@@ -59,6 +62,7 @@ interface Place {
   raw: unknown;
   written: boolean;
   fixed: boolean;
+  within: string;
   give(value: unknown): void;
 }
 
@@ -79,7 +83,7 @@ function simpleRow(sheet: Sheet, place: Place): HTMLElement {
   // What is written is shown as it is written: arithmetic, and what is wrong, too.
   const value = written && place.raw !== undefined && place.raw !== null ? place.raw : place.value;
   const input = control(
-    { id, field, value, written, disabled: fixed, error, label: field.label, give: place.give },
+    { id, field, value, written, disabled: fixed, error, label: spoken(place), give: place.give },
     sheet.tools,
   );
   const reset = written && !field.required && !fixed ? resetButton(place) : null;
@@ -90,7 +94,7 @@ function simpleRow(sheet: Sheet, place: Place): HTMLElement {
   const meaning = [field.meaning, standard].filter(Boolean).join(" ");
   return el(
     "div",
-    { class: `field${written ? " written" : ""}${error ? " bad" : ""}` },
+    { class: `field${written ? " written" : ""}${error ? (isWarned(sheet, path) ? " odd" : " bad") : ""}` },
     el("span", { class: "label", title: meaning }, field.label),
     el("div", { class: "value" }, input, reset),
     el("p", { class: "meaning", id: `${id}-meaning` }, meaning),
@@ -98,8 +102,18 @@ function simpleRow(sheet: Sheet, place: Place): HTMLElement {
   );
 }
 
-function resetButton({ field, path, give }: Place): HTMLElement {
-  const title = `Reset ${field.label.toLowerCase()} to its default`;
+/** What a field is called where its surroundings are not seen. */
+function spoken({ within, field }: Place): string {
+  return within ? `${within}: ${field.label}` : field.label;
+}
+
+function inner(place: Place): string {
+  return place.within ? `${place.within}, ${place.field.label}` : place.field.label;
+}
+
+function resetButton(place: Place): HTMLElement {
+  const { path, give } = place;
+  const title = `Reset ${spoken(place).toLowerCase()} to its default`;
   return el(
     "button",
     {
@@ -128,7 +142,7 @@ function emptyRow(sheet: Sheet, { field, fixed, give }: Place, schema: Schema): 
 function objectGroup(sheet: Sheet, place: Place, schema: Schema): HTMLElement {
   const values = (typeof place.value === "object" && place.value !== null ? place.value : {}) as Values;
   const written = typeof place.raw === "object" && place.raw !== null ? Object.keys(place.raw) : [];
-  const subject = { path: place.path, values, raw: place.raw, written, fixed: place.fixed };
+  const subject = { path: place.path, values, raw: place.raw, written, fixed: place.fixed, within: inner(place) };
   return group(
     sheet,
     place,
@@ -143,7 +157,7 @@ function unionGroup(sheet: Sheet, place: Place, options: Option[]): HTMLElement 
   const chosen = now ? now.title : "none";
   const select = el(
     "select",
-    { "data-id": `${keyOf(place.path)} form`, disabled: place.fixed, "aria-label": `${place.field.label}: which form` },
+    { "data-id": `${keyOf(place.path)} form`, disabled: place.fixed, "aria-label": `${spoken(place)}: which form` },
     ...titles.map((title) => el("option", { value: title, selected: title === chosen }, title)),
   );
   select.addEventListener("change", () => {
@@ -174,12 +188,14 @@ function unionGroup(sheet: Sheet, place: Place, options: Option[]): HTMLElement 
 function objectInside(sheet: Sheet, place: Place, schema: Schema): Child[] {
   const values = place.value as Values;
   const written = typeof place.raw === "object" && place.raw !== null ? Object.keys(place.raw) : [];
-  return objectRows(sheet, schema, { path: place.path, values, raw: place.raw, written, fixed: place.fixed }, ["type"]);
+  const subject = { path: place.path, values, raw: place.raw, written, fixed: place.fixed, within: inner(place) };
+  return objectRows(sheet, schema, subject, ["type"]);
 }
 
 function plainInside(sheet: Sheet, place: Place, schema: Schema): Child {
   return simpleRow(sheet, {
     ...place,
+    within: inner(place),
     field: { ...sheet.book.field(place.field.key, schema, true), label: "Value", meaning: "" },
   });
 }
@@ -224,15 +240,16 @@ function listEntry(
     },
     icon(ICONS.trash),
   );
-  const inner = { field, path, value, raw, written: true, fixed: place.fixed, give };
+  const within = inner(place);
+  const one = { field, path, value, raw, written: true, fixed: place.fixed, within, give };
   const schema =
     field.kind.is === "union"
       ? sheet.book.optionOf(field.kind.options, value)?.schema
       : field.kind.is === "object"
         ? field.kind.schema
         : null;
-  if (schema && schema["type"] === "object") return group(sheet, inner, remove, objectInside(sheet, inner, schema));
-  const simple = simpleRow(sheet, inner);
+  if (schema && schema["type"] === "object") return group(sheet, one, remove, objectInside(sheet, one, schema));
+  const simple = simpleRow(sheet, one);
   simple.querySelector(".value")?.append(remove);
   return simple;
 }
@@ -268,7 +285,8 @@ function mapGroup(sheet: Sheet, place: Place, entry: Schema): HTMLElement {
     const path = [...place.path, key];
     const give = (fresh: unknown): void =>
       sheet.change([fresh === undefined ? { op: "unset", path } : { op: "set", path, value: fresh }]);
-    return valueRow(sheet, { field, path, value, raw: under(place.raw, key), written: true, fixed: place.fixed, give });
+    const [raw, within] = [under(place.raw, key), inner(place)];
+    return valueRow(sheet, { field, path, value, raw, written: true, fixed: place.fixed, within, give });
   });
   return group(sheet, place, null, rows, rows.length ? String(rows.length) : "none");
 }
@@ -305,6 +323,13 @@ function errorAt({ problems }: Sheet, path: Path, exact: boolean): string | null
     return keyOf(at) === key;
   });
   return found.length ? found.map((problem) => problem.message).join("\n") : null;
+}
+
+/** Whether all that is said of a path is well written, only hardly meant. */
+function isWarned({ problems }: Sheet, path: Path): boolean {
+  const key = keyOf(path);
+  const said = problems.filter((problem) => problem.path && keyOf(problem.path.slice(0, path.length)) === key);
+  return said.every((problem) => problem.kind === "warning");
 }
 
 /** Whether a problem lies in a number of a row such as [x, y], which has no row of its own. */

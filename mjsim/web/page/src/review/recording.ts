@@ -12,6 +12,8 @@ export interface Recording {
   /** One tick [s]. */
   dt: number;
   seed: number | null;
+  /** Whether it was closed properly; false: it was cut off, or is still being written. */
+  whole: boolean;
   scene: { items: Item[]; bounds: Bounds };
   tracks: Record<string, Track>;
   events: EventNews[];

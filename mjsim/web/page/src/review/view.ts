@@ -60,6 +60,7 @@ export class ReviewView implements View {
   );
   private readonly time = el("output", { class: "run-value run-time" }, "–");
   private readonly title = el("strong", { class: "review-title" }, "No recording");
+  private readonly cut = el("span", { class: "run-state", "data-state": "paused", hidden: true }, "Ends early: cut off");
   private readonly empty = el("div", { class: "state" });
   private readonly content: HTMLElement;
   private recording: Recording | null = null;
@@ -98,7 +99,8 @@ export class ReviewView implements View {
     });
     this.library.show(this.recording?.path ?? null);
     const wanted = this.studio.recording;
-    if (wanted && wanted !== this.recording?.path) void this.open(wanted);
+    this.studio.recording = null;
+    if (wanted) void this.open(wanted);
   }
 
   hidden(): void {
@@ -171,6 +173,7 @@ export class ReviewView implements View {
       ),
       el("span", { class: "run-spring" }),
       this.title,
+      this.cut,
       el("label", { class: "run-figure" }, el("span", {}, "Time"), this.time),
     );
   }
@@ -211,9 +214,9 @@ export class ReviewView implements View {
 
   private take(recording: Recording): void {
     this.recording = recording;
-    this.studio.recording = recording.path;
     this.tick = null;
     write(this.title, recording.path);
+    this.cut.hidden = recording.whole;
     this.empty.remove();
     this.whole.fill(recording.tracks);
     this.record.clear();

@@ -51,13 +51,13 @@ export class Setup {
     this.file.disabled = true;
     this.record.addEventListener("change", () => (this.file.disabled = !this.record.checked));
     this.element.append(
+      this.note,
       el("h3", {}, "Run"),
       field("Length", this.seconds, "s"),
       field("Seed", this.seed),
       el("label", { class: "run-check" }, this.record, "Record to a file"),
       field("File", this.file),
       this.robots,
-      this.note,
     );
   }
 

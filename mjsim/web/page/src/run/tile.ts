@@ -37,6 +37,7 @@ export class Stage {
   }
 
   private addButton(tile: Tile): void {
+    if (tile.element.querySelector(".run-enlarge")) return;
     const enlarge = button(
       { class: "quiet square run-enlarge", title: "Show large" },
       () => this.enlarge(tile.key),

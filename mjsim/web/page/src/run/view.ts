@@ -4,6 +4,7 @@ import { getJson, type Modules } from "../api";
 import { el, fill } from "../dom";
 import { KINDS, Sheet, type Kind } from "../charts/sheet";
 import type { Studio, View } from "../shell/view";
+import { Advice } from "./advice";
 import { Bar } from "./bar";
 import { Cameras } from "./cameras";
 import { remembered, setPressed, sign, toggle } from "./controls";
@@ -45,6 +46,12 @@ export class RunView implements View {
     () => this.arrange(),
   );
   private readonly banner = el("p", { class: "run-banner", role: "alert", hidden: true });
+  private readonly advice = new Advice({
+    open: () => void this.studio.askOpen(),
+    make: () => void this.studio.askNew(),
+    edit: () => this.studio.show("edit"),
+    review: (recording) => this.studio.show("review", recording),
+  });
   private readonly robot = el("select", {
     "aria-label": "Robot",
     hidden: true,
@@ -56,6 +63,8 @@ export class RunView implements View {
   private run: RunNews | null = null;
   private newest: TickNews | null = null;
   private chosen = "";
+  /** Whether the run that the server tells of is of another world than the one that is open. */
+  private other = false;
   private visible = false;
   private offered: string | null = null;
   private drawing = 0;
@@ -79,6 +88,7 @@ export class RunView implements View {
     this.build(kinds);
     this.arrange();
     studio.document.parsedChanged.on(() => this.visible && this.takeWorld());
+    studio.document.opened.on(() => this.leave());
     window.setInterval(() => this.bar.rate(this.cameras.rate()), 500);
   }
 
@@ -118,7 +128,7 @@ export class RunView implements View {
     for (const { kind, label } of KINDS) {
       chips.append(toggle({ class: "quiet run-small" }, now.has(kind), (on) => this.chooseChart(now, kind, on), label));
     }
-    this.floor.host.append(this.pad.element);
+    this.floor.host.append(this.pad.element, this.advice.element);
     this.bar.element.prepend(this.sideSwitch(side));
     const dock = el(
       "div",
@@ -191,18 +201,39 @@ export class RunView implements View {
   }
 
   private take(news: News): void {
+    if (news.kind === "run") this.takeRun(this.ownRun(news));
+    else if (news.kind === "refused") void this.refused(news);
+    else if (this.live || this.run?.state !== "idle") this.takeMoment(news);
+  }
+
+  private takeMoment(news: Exclude<News, RunNews | RefusedNews>): void {
     if (news.kind === "tick") this.takeTick(news);
-    else if (news.kind === "run") this.takeRun(news);
     else if (news.kind === "event") this.events.add(news);
     else if (news.kind === "scene") {
       this.floor.scene(news.items, news.bounds);
       this.cameras.scene(news.bounds);
-    } else if (news.kind === "refused") void this.refused(news);
-    else {
+    } else {
       this.record.fill(news.robots);
       this.events.fill(news.events);
       this.soon();
     }
+  }
+
+  /** Another world was opened: what is over of the one before is no longer shown. */
+  private leave(): void {
+    const { path, needsName } = this.studio.document;
+    const fresh = needsName && !path?.startsWith("shipped:");
+    this.other = !this.live && (fresh || this.run?.path !== path);
+    if (this.run) this.takeRun(this.ownRun(this.run));
+  }
+
+  /** The run as it is shown: nothing has run yet where one of another world is over. */
+  private ownRun(news: RunNews): RunNews {
+    const { path, isOpen } = this.studio.document;
+    if (!this.run) this.other = !this.live && isOpen && news.path !== path;
+    if (news.state === "loading") this.other = false;
+    const over = news.state === "ended" || news.state === "failed";
+    return this.other && over ? { ...news, state: "idle", time: 0, error: null, recording: null, robots: [] } : news;
   }
 
   private takeRun(news: RunNews): void {
@@ -218,6 +249,7 @@ export class RunView implements View {
     else if (this.banner.dataset["kind"] === "failed") this.say(null);
     this.pad.element.hidden = !this.canDrive();
     this.element.dataset["state"] = news.state;
+    this.advise();
     this.soon();
   }
 
@@ -266,6 +298,7 @@ export class RunView implements View {
     const { parsed, items } = this.studio.document;
     const robots = items.filter((item) => item.kind === "robot").map((item) => item.name ?? item.label);
     this.bar.offer(!this.live && this.studio.document.isOpen);
+    this.advise();
     this.setup.world(parsed.name, robots, parsed.run);
     void this.offerModules();
     if (this.run && this.run.state !== "idle") return;
@@ -325,6 +358,7 @@ export class RunView implements View {
     const robot = this.run?.robots.find((each) => each.name === name);
     this.pad.canStrafe(robot?.can_strafe ?? false);
     this.floor.run(this.run?.robots ?? [], name);
+    this.advise();
     this.soon();
   }
 
@@ -335,6 +369,12 @@ export class RunView implements View {
   private drive(push: Push | null): void {
     const nothing = { forward: null, left: null, turn: null };
     this.send({ do: "drive", robot: this.chosen, ...(push ?? nothing) });
+  }
+
+  private advise(): void {
+    const { path, items } = this.studio.document;
+    const world = path === null ? null : { path, hasRobot: items.some((item) => item.kind === "robot") };
+    this.advice.show({ run: this.run, world, live: this.live, robot: this.chosen, other: this.other });
   }
 
   /** Say above the views why the run failed; null takes it away. */

@@ -3,12 +3,16 @@
 import { ApiError, type Opened } from "../api";
 import { el, type Child } from "../dom";
 import { ask, askWith } from "./dialog";
+import type { Drafts } from "./drafts";
 import type { Studio } from "./view";
 
 type Wanted = { open: string } | { make: string | undefined };
 
 export class Files {
-  constructor(private readonly studio: Studio) {}
+  constructor(
+    private readonly studio: Studio,
+    private readonly drafts: Drafts,
+  ) {}
 
   /** Let the person choose a world of the folder, or one that comes with mjsim. */
   async ask(): Promise<void> {
@@ -26,15 +30,20 @@ export class Files {
     if (wanted) await this.take(wanted);
   }
 
-  /** Open a world and show it; the one that the studio began with leaves the tab as it is. */
-  async openPath(path: string, asked = true): Promise<void> {
+  /** Open the world that the studio began with; the tab stays as it is. */
+  async openFirst(path: string): Promise<void> {
     await this.load(() => this.studio.api.open(path), false);
-    if (asked) this.studio.show("edit");
+  }
+
+  /** Open a world and show it. */
+  async openPath(path: string): Promise<void> {
+    if (!(await this.load(() => this.studio.api.open(path), false))) return;
+    this.studio.show("edit");
+    await this.drafts.offerOwn();
   }
 
   async create(template?: string): Promise<void> {
-    await this.load(() => this.studio.api.create(template), true);
-    this.studio.show("edit");
+    if (await this.load(() => this.studio.api.create(template), true)) this.studio.show("edit");
   }
 
   /** Save where it came from; a new one is asked for its name. */
@@ -69,18 +78,22 @@ export class Files {
     else await this.create(wanted.make);
   }
 
-  private async load(get: () => Promise<Opened>, isNew: boolean): Promise<void> {
-    if (!(await this.mayLeave())) return;
+  /** Take up a world; false: the person would rather stay, or it cannot be read. */
+  private async load(get: () => Promise<Opened>, isNew: boolean): Promise<boolean> {
+    if (!(await this.mayLeave())) return false;
     try {
       this.studio.document.take(await get(), isNew);
+      return true;
     } catch (error) {
       this.studio.toasts.error(error);
+      return false;
     }
   }
 
   /** Ask before changes would be lost. */
   private async mayLeave(): Promise<boolean> {
     const { document: world } = this.studio;
+    await world.settled();
     if (!world.isChanged) return true;
     const text = `What you changed in ${world.path || "the new world"} is not saved.`;
     const answer = await ask<"stay" | "save" | "drop">(
@@ -150,7 +163,7 @@ export class Files {
     const { folder } = this.studio;
     const cards = (worlds: string[], prefix: string): HTMLElement[] =>
       worlds.map((world) =>
-        el("button", { class: "card", onclick: () => answer({ open: prefix + world }) }, el("b", {}, world)),
+        el("button", { class: "card", onclick: () => answer({ open: prefix + world }) }, called(world)),
       );
     const own = folder.worlds.length
       ? el("div", { class: "cards" }, ...cards(folder.worlds, ""))
@@ -194,4 +207,10 @@ function filter(list: HTMLElement, words: string): void {
   for (const card of list.querySelectorAll<HTMLElement>(".card")) {
     card.hidden = !(card.textContent ?? "").toLowerCase().includes(words.trim().toLowerCase());
   }
+}
+
+/** A name that is broken between folders, if it must be. */
+function called(path: string): HTMLElement {
+  const parts = path.split("/");
+  return el("b", {}, ...parts.flatMap((part, k) => (k ? ["/", el("wbr"), part] : [part])));
 }

@@ -13,7 +13,7 @@ const KEYS: [string, string][] = [
   ["B  C  P  R", "put in a box, a cylinder, a picture, a robot"],
   ["Enter, Esc", "end the wall, give it up"],
   ["Tab, Shift Tab", "next, previous thing on the plan"],
-  ["Arrows", "move what is selected by a step of the grid; with Shift by 1 cm; else the paper or the cross of a tool"],
+  ["Arrows", "move what is selected by a step of the grid; with Shift by 1 cm, with Ctrl by 1 m; else the paper or the cross of a tool"],
   ["[  ]", "turn by 15°; with Shift by 1°"],
   ["Ctrl D, Delete", "duplicate, delete"],
   ["Ctrl C, Ctrl X, Ctrl V, Ctrl A", "copy, cut, paste, select all"],
@@ -22,6 +22,12 @@ const KEYS: [string, string][] = [
   ["F6", "from the tools to the plan, the text, the fields"],
   ["F8 in the text", "the next problem"],
   ["T", "show or hide the text"],
+  ["Space", "Run: start, pause, go on; Review: play, pause"],
+  ["W A S D, Q E", "Run: drive the robot, and sideways"],
+  [".  ,", "a tick on; in Review also back"],
+  ["F", "follow the robot"],
+  ["←  →, Home, End", "Review: a second back or on, begin, end"],
+  ["I  O, Esc", "Review: the part begins, ends; mark nothing"],
 ];
 
 export async function askHelp(): Promise<void> {

@@ -6,6 +6,7 @@ import { makeEditView } from "../edit/edit";
 import { makeReviewView } from "../review/index";
 import { makeRunView } from "../run/index";
 import { WorldDocument } from "./document";
+import { Drafts } from "./drafts";
 import { Files } from "./files";
 import { askHelp } from "./help";
 import { ICONS } from "./icons";
@@ -27,7 +28,8 @@ export class Shell implements Studio {
   readonly document = new WorldDocument(api);
   readonly toasts = new Toasts();
   recording: string | null = null;
-  private readonly files = new Files(this);
+  private readonly drafts = new Drafts(this);
+  private readonly files = new Files(this, this.drafts);
   private readonly views = new Map<ViewName, View>();
   private readonly place = el("main", { class: "views" });
   private readonly tabs = new Map<ViewName, HTMLButtonElement>();
@@ -52,12 +54,19 @@ export class Shell implements Studio {
     const note = (): void => this.note();
     this.document.stateChanged.on(note);
     this.document.opened.on(note);
+    this.document.textChanged.on((origin) => origin !== "draft" && this.toasts.worked());
     this.document.failed.on((error) => this.toasts.error(error));
     window.addEventListener("keydown", (event) => this.key(event));
     window.addEventListener("beforeunload", (event) => this.document.isChanged && event.preventDefault());
     this.note();
     this.show(live ? "run" : (NAMES.find((name) => `#${name}` === location.hash) ?? "edit"));
-    if (!live && folder.world) void this.files.openPath(folder.world, false);
+    if (!live) void this.begin(folder.world);
+  }
+
+  /** Open the world that the command named, and offer what was not saved before. */
+  private async begin(world: string | null): Promise<void> {
+    if (world) await this.files.openFirst(world);
+    await this.drafts.offerFirst();
   }
 
   show(name: ViewName, recording?: string): void {
@@ -83,6 +92,14 @@ export class Shell implements Studio {
 
   async refresh(): Promise<void> {
     this.folder = await api.folder();
+  }
+
+  askOpen(): Promise<void> {
+    return this.files.ask();
+  }
+
+  askNew(): Promise<void> {
+    return this.files.askNew();
   }
 
   askTrust(): Promise<boolean> {

@@ -8,8 +8,14 @@ const STAYS = { error: 9000, done: 3000 };
 export class Toasts {
   readonly element = el("div", { class: "toasts", role: "status", "aria-live": "polite" });
 
+  /** What was wrong is so no longer, for the next thing worked. */
+  worked(): void {
+    for (const old of this.element.querySelectorAll(".toast.error")) old.remove();
+  }
+
   /** Say that something was done. */
   done(text: string): void {
+    this.worked();
     this.say(text, "done");
   }
 

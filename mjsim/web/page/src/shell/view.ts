@@ -26,8 +26,11 @@ export interface Studio {
   readonly toasts: Toasts;
   /** Show a tab; Review may be told which recording to open. */
   show(view: ViewName, recording?: string): void;
-  /** The recording that Review was last told to open. */
+  /** The recording that Review is to open when it is next shown. */
   recording: string | null;
+  /** Let the person choose a world to open, or what a new one begins with. */
+  askOpen(): Promise<void>;
+  askNew(): Promise<void>;
   /** Ask for the folder's files again. */
   refresh(): Promise<void>;
   /** Let the person allow the world's own code, once; false: they would rather not. */
