@@ -127,7 +127,7 @@ class EditApi:
         return {"path": ask.path, "text": text, "stamp": stamp, **self._told(ask.path, text)}
 
     def _new(self, ask: NewAsk) -> Json:
-        path, text = new_world(self._folder, ask.path, ask.template)
+        path, text = new_world(self._folder, ask.path, template=ask.template)
         return {"path": path, "text": text, "stamp": None, **self._told(path, text)}
 
     def _parse(self, ask: TextAsk) -> Json:
@@ -142,7 +142,8 @@ class EditApi:
         return {"text": text, **self._told(ask.path, text, read=(node, []))}
 
     def _save(self, ask: SaveAsk) -> Json:
-        return {"stamp": save_world(self._folder, ask.path, ask.text, stamp=ask.stamp, overwrite=ask.overwrite)}
+        stamp = save_world(self._folder, ask.path, text=ask.text, stamp=ask.stamp, overwrite=ask.overwrite)
+        return {"stamp": stamp}
 
     def _allow(self, ask: TextAsk) -> Json:
         world = self.world_of(ask.path, ask.text)

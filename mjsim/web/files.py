@@ -80,7 +80,7 @@ def read_world(folder: Folder, path: str) -> tuple[str, str | None]:
     return read_file(place), stamp_of(place)
 
 
-def new_world(folder: Folder, path: str | None, template: str | None) -> tuple[str, str]:
+def new_world(folder: Folder, path: str | None, *, template: str | None) -> tuple[str, str]:
     """Return the path and the text of a world that is not written yet."""
     if path is not None:
         _world_path(folder, path)
@@ -88,7 +88,7 @@ def new_world(folder: Folder, path: str | None, template: str | None) -> tuple[s
     return name, EMPTY_WORLD if template is None else template_text(template)
 
 
-def save_world(folder: Folder, path: str, text: str, *, stamp: str | None, overwrite: bool) -> str:
+def save_world(folder: Folder, path: str, *, text: str, stamp: str | None, overwrite: bool) -> str:
     """Write a world in one step; return the stamp of its content.
 
     Args:

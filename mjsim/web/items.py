@@ -45,7 +45,7 @@ def scene_of(world: World, raw: Node | None = None) -> Json:
     values = world.model_dump(mode="json")
     things = list(_things(world))
     items = [
-        text.item(path, kind, model, _at(values, path), polygons, place)
+        text.item(path, kind, model=model, values=_at(values, path), polygons=polygons, place=place)
         for path, kind, model, polygons, place in things
     ]
     return {"items": items, "bounds": _bounds(world, things)}
@@ -132,8 +132,18 @@ class _Text:
         self._own = {(node.line, node.column): node for node in own}
 
     def item(
-        self, path: Path, kind: str, model: Model, values: Json, polygons: Sequence[Array], place: Pose | None
+        self, path: Path, kind: str, *, model: Model, values: Json, polygons: Sequence[Array], place: Pose | None
     ) -> Json:
+        """Return a thing as the page takes it, with where it stands in the text.
+
+        Args:
+            path: To it, from the world.
+            kind: What the page calls it.
+            model: Itself.
+            values: All its fields.
+            polygons: Its outlines, world frame, shape (n, 2) each [m].
+            place: Where it is, world frame; None for what has no one place.
+        """
         node, fixed = self._node(path)
         own = self._own.get((node.line, node.column)) if node is not None and fixed is None else None
         plain = own.value if own is not None else node.value if node is not None else {}

@@ -71,7 +71,7 @@ class _Shelf:
             methods = self._methods(item)
             kind = next((kind for name, kind in METHODS.items() if name in methods and "start" in methods), None)
             if kind is not None and not item.name.startswith("_") and not _is_protocol(item):
-                yield kind, _told(item, f"{module}:{item.name}", methods.get("__init__"))
+                yield kind, _told(item, use=f"{module}:{item.name}", made=methods.get("__init__"))
 
     def _methods(self, item: ast.ClassDef, depth: int = 8) -> dict[str, ast.FunctionDef]:
         """Return the methods of a class and of those it is made of, as far as they are known."""
@@ -87,7 +87,7 @@ def _is_protocol(item: ast.ClassDef) -> bool:
     return any(isinstance(base, ast.Name) and base.id in ("Protocol", "ABC") for base in item.bases)
 
 
-def _told(item: ast.ClassDef, use: str, made: ast.FunctionDef | None) -> Json:
+def _told(item: ast.ClassDef, *, use: str, made: ast.FunctionDef | None) -> Json:
     text = ast.get_docstring(item) or ""
     first = " ".join(text.partition("\n\n")[0].split())
     title = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", item.name)

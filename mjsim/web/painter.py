@@ -44,7 +44,7 @@ class Painter:
 
         return await self._drawn(draw)
 
-    async def onboard(self, asked: Callable[[], Tick], camera: str, kind: str) -> tuple[float, bytes]:
+    async def onboard(self, asked: Callable[[], Tick], camera: str, *, kind: str) -> tuple[float, bytes]:
         """Return what a camera, 'ROBOT/CAMERA', does not give to modules, 'depth' or 'segmentation', likewise."""
 
         def draw() -> tuple[float, bytes]:

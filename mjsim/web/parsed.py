@@ -49,10 +49,10 @@ def parsed(text: str, source: Source, *, read: Read | None = None) -> Parsed:
     try:
         world = parse_world(text, source=source, read=read)
     except WorldError as error:
-        return Parsed(None, _told_of_part(text, source, read, error.problems))
+        return Parsed(None, _told_of_part(text, source, read=read, problems=error.problems))
     problems = check_world(world)
     node = world.source.written
-    told = [_problem(problem, source, _Paths(node), kind="warning") for problem in problems] if problems else []
+    told = [_problem(problem, source, paths=_Paths(node), kind="warning") for problem in problems] if problems else []
     return Parsed(world, {"problems": told, **_told(world, raw or node)})
 
 
@@ -64,17 +64,17 @@ def _told(world: World, raw: Node | None) -> Json:
 _NOTHING: Json = {"items": None, "bounds": [-5.0, -5.0, 5.0, 5.0], "name": "", "run": {}, "world": None}
 
 
-def _told_of_part(text: str, source: Source, read: Read, problems: Sequence[Problem]) -> Json:
+def _told_of_part(text: str, source: Source, *, read: Read, problems: Sequence[Problem]) -> Json:
     """Return what is wrong with a text, and the items of it that are right."""
     node, _ = read
     if node is None or not isinstance(node.value, dict):
-        return {"problems": [_problem(problem, source, None) for problem in problems], **_NOTHING}
+        return {"problems": [_problem(problem, source, paths=None) for problem in problems], **_NOTHING}
     source = replace(source, text=text, included={}, variables={})
     written = expand(node, source).node if needs_expansion(text) else node
     paths = _Paths(written)
-    told = [_problem(problem, source, paths) for problem in problems]
+    told = [_problem(problem, source, paths=paths) for problem in problems]
     wrong = {path for problem in problems if problem.file == source.file for path in paths.at(problem)}
-    found = _right_part(written, source, wrong)
+    found = _right_part(written, source, wrong=wrong)
     if found is None:
         return {"problems": told, **_NOTHING}
     world, kept = found
@@ -85,7 +85,7 @@ def _told_of_part(text: str, source: Source, read: Read, problems: Sequence[Prob
     return {"problems": told, **seen}
 
 
-def _right_part(node: Node, source: Source, wrong: set[Path]) -> tuple[World, Mapping[str, list[int]]] | None:
+def _right_part(node: Node, source: Source, *, wrong: set[Path]) -> tuple[World, Mapping[str, list[int]]] | None:
     """Return the world of what is right in a text, and which items of its lists that holds; None when there is none."""
     for _ in range(_PATIENCE):
         part, kept = _without(node, wrong)
@@ -149,7 +149,7 @@ def _places(node: Node, path: Path) -> Iterator[tuple[Path, tuple[int, int]]]:
         yield from _places(item, (*path, step))
 
 
-def _problem(problem: Problem, source: Source, paths: _Paths | None, *, kind: str = "error") -> Json:
+def _problem(problem: Problem, source: Source, *, paths: _Paths | None, kind: str = "error") -> Json:
     own = problem.file == source.file
     found = paths.at(problem) if paths is not None and own else []
     message = problem.message if own else f"{problem.file}:{problem.line}:{problem.column}: {problem.message}"

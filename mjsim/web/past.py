@@ -56,7 +56,13 @@ class Past:
         keep = slice(None, None, max(1, math.ceil(len(rows) / MOST)))
         timing = {name: [*column, *[math.nan] * (len(rows) - len(column))] for name, column in self._timing.items()}
         return {
-            **track_told(rows[keep, 0], rows[keep, 1:4], rows[keep, 4:7], rows[keep, 7:10], rows[keep, 10:]),
+            **track_told(
+                rows[keep, 0],
+                truth=rows[keep, 1:4],
+                estimate=rows[keep, 4:7],
+                odometry=rows[keep, 7:10],
+                covariance=rows[keep, 10:],
+            ),
             "timing": {name: plain(1e3 * np.array(column)[keep], 3) for name, column in timing.items()},
         }
 
@@ -67,7 +73,7 @@ class Past:
             self._timing[name] = column[::2]
 
 
-def track_told(time: Array, truth: Array, estimate: Array, odometry: Array, covariance: Array) -> dict[str, Any]:
+def track_told(time: Array, *, truth: Array, estimate: Array, odometry: Array, covariance: Array) -> dict[str, Any]:
     """Return a way as the page takes it.
 
     Args:

@@ -84,7 +84,7 @@ class ReviewApi:
                 distance=max(_number(request, "distance"), 0.1),
                 at=(_number(request, "x"), _number(request, "y")),
             )
-        data = opened.picture(_number(request, "time"), request.query_params.get("view", "overview"), orbit)
+        data = opened.picture(_number(request, "time"), request.query_params.get("view", "overview"), orbit=orbit)
         return Response(data, media_type="image/jpeg", headers=HEADERS)
 
     def _statistics(self, request: Request) -> dict[str, Any]:
@@ -94,7 +94,7 @@ class ReviewApi:
 
     def _film(self, ask: FilmAsk) -> dict[str, Any]:
         recording = self._shelf.open(self._folder.path(ask.path)).recording
-        wanted = default_film(ask.path, ask.view, ask.begin, ask.end)
+        wanted = default_film(ask.path, view=ask.view, begin=ask.begin, end=ask.end)
         place = self._folder.path(wanted.parent.as_posix())
         name = f"{wanted.parent.as_posix()}/{free_name(place, wanted.name)}"
         view = None if ask.view == WHOLE else ask.view

@@ -37,7 +37,7 @@ def recording_told(recording: Recording, *, path: str, scene: Mapping[str, Any])
         "seed": recording.seed,
         "metadata": dict(recording.metadata),
         "scene": scene,
-        "tracks": {name: _track(recording, name, track) for name, track in recording.robots.items() if _driven(track)},
+        "tracks": {name: _track(recording, name) for name, track in recording.robots.items() if _driven(track)},
         "events": events_told(recording),
         "cameras": cameras,
         "views": [WHOLE, "plan", "chase", "overview", *cameras],
@@ -55,7 +55,7 @@ def row_told(recording: Recording, row: int) -> dict[str, Any]:
     first = row_at(recording, float(recording.time[row]) - PACED_OVER)
     took = float(recording.clock[row] - recording.clock[first])
     robots = {
-        name: _robot(recording, name, track, row)
+        name: _robot(recording, name, row=row)
         for name, track in recording.robots.items()
         if np.isfinite(track.estimate[row]).all()
     }
@@ -84,7 +84,7 @@ def events_told(recording: Recording) -> list[dict[str, Any]]:
     return sorted(told, key=lambda event: float(event["time"]))
 
 
-def default_film(path: str, view: str, begin: float, end: float) -> Path:
+def default_film(path: str, *, view: str, begin: float, end: float) -> Path:
     """Return where the film of a part goes, below the folder of the studio."""
     called = f"{Path(path).parent.name}-{Path(path).stem}" if Path(path).parent.name else Path(path).stem
     return Path("out") / "films" / f"{called}-{view.replace('/', '-')}-{begin:g}-{end:g}s.mp4"
@@ -94,10 +94,17 @@ def _driven(track: Track) -> bool:
     return bool(np.isfinite(track.estimate).all(axis=1).any())
 
 
-def _track(recording: Recording, name: str, track: Track) -> dict[str, Any]:
+def _track(recording: Recording, name: str) -> dict[str, Any]:
+    track = recording.robots[name]
     keep = slice(None, None, max(1, math.ceil(len(track.time) / MOST)))
     covariance = track.covariance.reshape(-1, 9)
-    told = track_told(track.time[keep], track.truth[keep], track.estimate[keep], track.odometry[keep], covariance[keep])
+    told = track_told(
+        track.time[keep],
+        truth=track.truth[keep],
+        estimate=track.estimate[keep],
+        odometry=track.odometry[keep],
+        covariance=covariance[keep],
+    )
     return {**told, "timing": {part: plain(1e3 * ms[keep], 3) for part, ms in _timing(recording, name).items()}}
 
 
@@ -109,7 +116,8 @@ def _timing(recording: Recording, robot: str) -> dict[str, Array]:
     }
 
 
-def _robot(recording: Recording, name: str, track: Track, row: int) -> dict[str, Any]:
+def _robot(recording: Recording, name: str, *, row: int) -> dict[str, Any]:
+    track = recording.robots[name]
     truth, estimate, P = track.truth[row], track.estimate[row], track.covariance[row]
     marks = track.landmarks
     mapped = [k for k in range(len(marks.names)) if np.isfinite(marks.mean[row, k]).all()]

@@ -26,7 +26,7 @@ class Opened:
         self._onlooker = Onlooker(recording.world)
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="mjsim-review")
 
-    def picture(self, time: float, view: str, orbit: Orbit | None = None) -> bytes:
+    def picture(self, time: float, view: str, *, orbit: Orbit | None = None) -> bytes:
         """Return what was to be seen at a time, drawn again from the recorded state, as JPEG; waits for it.
 
         Args:
@@ -40,14 +40,14 @@ class Opened:
         """
         if not self.recording.qpos.shape[1]:
             raise RefusedError(409, "this recording holds no states to draw; it is of a real robot")
-        return self._thread.submit(self._draw, time, view, orbit).result()
+        return self._thread.submit(self._draw, time, view, orbit=orbit).result()
 
     def close(self) -> None:
         """Give back what drew it."""
         self._thread.submit(self._onlooker.close)
         self._thread.shutdown()
 
-    def _draw(self, time: float, view: str, orbit: Orbit | None) -> bytes:
+    def _draw(self, time: float, view: str, *, orbit: Orbit | None) -> bytes:
         recording, row = self.recording, row_at(self.recording, time)
         self._onlooker.show(recording.qpos[row], recording.looks(row))
         if view == "chase":

@@ -50,9 +50,8 @@ def segmentation_shown(frame: CameraFrame) -> Picture:
     counts = np.bincount(instances[instances >= 0].ravel(), minlength=len(frame.instances))
     for index in np.argsort(-counts).tolist():
         if counts[index] >= NAMED * instances.size:
-            _write_name(
-                picture, frame.instances[index].rpartition("/")[2], _middle(instances == index), letters, plates
-            )
+            name, at = frame.instances[index].rpartition("/")[2], _middle(instances == index)
+            _write_name(picture, name, at=at, letters=letters, plates=plates)
     return picture
 
 
@@ -74,7 +73,7 @@ def _middle(mask: NDArray[np.bool_]) -> tuple[float, float]:
 
 
 def _write_name(
-    picture: Picture, name: str, at: tuple[float, float], letters: Letters, plates: NDArray[np.bool_]
+    picture: Picture, name: str, *, at: tuple[float, float], letters: Letters, plates: NDArray[np.bool_]
 ) -> None:
     """Write a name on a plate about a pixel, unless it would cover another; `plates` says where they are."""
     width = letters.width(name, 13) + 8

@@ -101,7 +101,7 @@ class Stage:
             self.version += 1
         self.wake()
 
-    async def once(self, name: str, shot: Shot, make: Encode) -> tuple[float, bytes]:
+    async def once(self, name: str, shot: Shot, *, make: Encode) -> tuple[float, bytes]:
         """Return what is made of a shot, made for the first browser that asks and kept for the others."""
         held = self._made.get(name)
         if held is None or held[0] is not shot:

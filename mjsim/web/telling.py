@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from mjsim.interface import Command, Observation, Sighting, WheelCommand
-from mjsim.record.tick import Order, Tick
+from mjsim.record.tick import Tick
 from mjsim.report import metrics
 from mjsim.web.past import plain
 from mjsim.world import World
@@ -26,13 +26,14 @@ def tick_told(tick: Tick, *, number: int, pace: float) -> dict[str, Any]:
         "number": number,
         "time": round(tick.time, 6),
         "pace": round(pace, 3),
-        "robots": {name: _robot_told(tick, name, order) for name, order in tick.orders.items()},
+        "robots": {name: _robot_told(tick, name) for name in tick.orders},
         "things": {name: plain(pose.as_array()) for name, pose in tick.things.items()},
     }
 
 
-def _robot_told(tick: Tick, name: str, order: Order) -> dict[str, Any]:
-    seen, belief, truth = tick.seen[name], order.estimate, tick.truth[name].as_array()
+def _robot_told(tick: Tick, name: str) -> dict[str, Any]:
+    seen, order, truth = tick.seen[name], tick.orders[name], tick.truth[name].as_array()
+    belief = order.estimate
     estimate, P = belief.pose.as_array(), np.asarray(belief.covariance, dtype=float)
     nees = metrics.normalised_errors(truth[None], estimate[None], P[None])
     return {

@@ -128,7 +128,7 @@ class Viewer:
             source = self._outside(view) if name == OUTSIDE else self._onboard(name, view)
             if source is not None:
                 view.drawing = True
-                task = asyncio.create_task(self._send_picture(name, view, *source))
+                task = asyncio.create_task(self._send_picture(name, view, source=source))
                 self._tasks.add(task)
                 task.add_done_callback(self._tasks.discard)
 
@@ -162,7 +162,7 @@ class Viewer:
             head["scale"] = [NEAR, FAR]
         if not kind:
             head["recognised"] = recognised_told(shot.sightings)
-        return head, partial(self._stage.once, name, shot, self._encode)
+        return head, partial(self._stage.once, name, shot, make=self._encode)
 
     async def _encode(self, name: str, shot: Shot) -> tuple[float, bytes]:
         """Return the time of a picture of an onboard camera, or of what it shows otherwise, and itself as JPEG."""
@@ -174,10 +174,11 @@ class Viewer:
         if kind == "segmentation" and frame.segmentation is not None:
             return frame.stamp, await asyncio.to_thread(lambda: jpeg(segmentation_shown(frame)))
         if kind and painter is not None and tick is not None:
-            return await painter.onboard(lambda: feed.newest or tick, camera, kind)
+            return await painter.onboard(lambda: feed.newest or tick, camera, kind=kind)
         return frame.stamp, await asyncio.to_thread(jpeg, frame.image)
 
-    async def _send_picture(self, name: str, view: _View, head: dict[str, Any], make: Make) -> None:
+    async def _send_picture(self, name: str, view: _View, *, source: Source) -> None:
+        head, make = source
         try:
             taken, data = await make()
             self._frame += 1
