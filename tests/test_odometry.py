@@ -10,19 +10,19 @@ from mjsim.interface import Command
 from mjsim.run.pilot import DeadReckoning
 from mjsim.sim import Simulation
 from mjsim.sim.kinematics import DifferentialKinematics
-from mjsim.sim.odometry import Slip, WheelOdometer, arc_end, arc_end_slopes
+from mjsim.sim.odometry import SETTLED, Slip, WheelOdometer, arc_end, arc_end_slopes
 from mjsim.world import parse_world
 from mjsim.world.drives import OdometryNoise, WheelOdometry
 
 WHEELS = DifferentialKinematics(wheel_radius=0.1, track=0.4)
 
 
-def odometer(seed: int = 0, dt: float = 1.0, **errors: Any) -> WheelOdometer:
+def odometer(seed: int = 0, dt: float = 1.0, slip: Slip | None = None, **errors: Any) -> WheelOdometer:
     return WheelOdometer(
         WheelOdometry(**errors),
         motion=lambda rotations, _: WHEELS.twist_from_wheels(rotations),
         wheels=2,
-        slip=Slip(),
+        slip=slip or Slip(),
         sideways=False,
         dt=dt,
         stream=np.random.default_rng(seed),
@@ -122,6 +122,28 @@ def test_the_covariance_of_a_second_on_an_arc_does_not_depend_on_the_ticks_and_h
         wheels = WHEELS.wheels_from_twist(speed * dt, 0.0, rate * dt)
         aside = sum(meter.increment(wheels).covariance[1, 1] for _ in range(round(1.0 / dt)))
         assert aside == pytest.approx((0.0076 * speed * rate) ** 2 + 0.001**2 * speed)
+
+
+def test_what_slips_while_speeds_change_has_a_variance_that_does_not_depend_on_the_ticks():
+    gain, length, end, tau = 3.0, 0.2, 3.0, SETTLED
+    # A speed that grows for a while, smoothed twice: its change is a step answer less the same one later.
+    times = np.linspace(0.0, end, 30001)
+    begun, ended = (np.maximum(times - since, 0.0) / tau for since in (0.0, length))
+    change = gain * ((1.0 + ended) * np.exp(-ended) - (1.0 + begun) * np.exp(-begun))
+    square = np.mean(change**2) * end
+    slip = Slip(forward=0.0, left=0.0, turn=0.0, outward=0.0, surge=0.02, swing=0.03)
+    for dt in (0.05, 0.02, 0.004):
+        meter, told = odometer(dt=dt, slip=slip), np.zeros((3, 3))
+        for tick in range(round(end / dt)):
+            speed = gain * min((tick + 0.5) * dt, length)
+            told += meter.increment(WHEELS.wheels_from_twist(speed * dt, 0.0, -2.0 * speed * dt)).covariance
+        assert told[0, 0] == pytest.approx(0.02**2 * square, rel=0.03)
+        assert told[2, 2] == pytest.approx(0.03**2 * 4.0 * square, rel=0.03)
+
+
+def test_a_skid_steered_robot_that_gathers_speed_errs_as_its_covariance_says():
+    nees = normalised_errors("preset: husky", count=24, ticks=25)
+    assert np.mean(nees) / 24 == pytest.approx(3.0, abs=2.0 * math.sqrt(6.0 / 24))
 
 
 def test_tyres_creep_outward_by_as_much_as_the_covariance_allows_for():

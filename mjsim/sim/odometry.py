@@ -33,11 +33,15 @@ class Slip:
     """Standard deviation of the heading for one radian turned [rad/sqrt(rad)]."""
     outward: float = 0.0076
     """What tyres creep outward on an arc, a speed of so much for one metre a second and one radian a second [s]."""
+    surge: float = 0.0
+    """What tyres slip along while the speed changes, a speed of so much for one metre a second squared [s]."""
+    swing: float = 0.0
+    """What they slip in turn while the turn rate changes, a rate of so much for one radian a second squared [s]."""
 
 
 # Fitted to drives without noise at changing speeds and turns (scripts/measure_odometry.py), where those that slip by
 # nature err by far more than tyres that roll.
-SKID_SLIP = Slip(forward=0.026, left=0.031, turn=0.031, outward=0.0)
+SKID_SLIP = Slip(forward=0.019, left=0.015, turn=0.028, outward=0.0, surge=0.029, swing=0.02)
 """Of four fixed wheels, which turn by slipping sideways."""
 ROLLER_SLIP = Slip(forward=0.0045, left=0.008, turn=0.0075, outward=0.0)
 """Of mecanum wheels, which roll from one roller onto the next."""
@@ -47,6 +51,8 @@ STEERED_SLIP = Slip(forward=0.002, turn=0.0045)
 """Of one wheel that drives and steers, while its angle changes."""
 KEPT = 1.0
 """How long a robot is taken to keep to an arc, and its tyres to creep to the same side [s]."""
+SETTLED = 0.1
+"""Over how long the speeds of wheels are smoothed, twice, before their change is taken [s]."""
 
 
 def arc_end(distance: float, turn: float) -> tuple[float, float]:
@@ -75,6 +81,22 @@ def arc_end_slopes(distance: float, turn: float) -> tuple[tuple[float, float], t
     return forward, left
 
 
+class Change:
+    """How fast a speed changes, of a speed that is smoothed twice: its mean square is much the same at all ticks."""
+
+    def __init__(self, dt: float) -> None:
+        """Begin at rest, with the period of the loop [s]."""
+        self._dt, self._gain = dt, -math.expm1(-dt / SETTLED)
+        self._once, self._twice = 0.0, 0.0
+
+    def add(self, way: float) -> float:
+        """Return the acceleration once a way more has been driven, per tick [way/s^2]."""
+        self._once += self._gain * (way / self._dt - self._once)
+        step = self._gain * (self._once - self._twice)
+        self._twice += step
+        return step / self._dt
+
+
 class WheelOdometer:
     """Motion from tick to tick as the wheels tell it.
 
@@ -85,8 +107,8 @@ class WheelOdometer:
     that is told is the end of the arc of that length and turn, so that `pose @ Pose(forward, left, turn)` is exact for
     a robot that keeps its twist during a tick. Its covariance is that of (d, l, turn), carried over to first order,
     and an allowance for slip. Creep outward grows with speed times turn rate and keeps its side for a while: an error
-    of c each tick for a time T has the variance c^2 T / dt a tick, whatever the tick. The covariance holds no part for
-    the counting, whose error never grows beyond one step.
+    of c each tick for a time T has the variance c^2 T / dt a tick, whatever the tick; so has what tyres slip while
+    speeds change. The covariance holds no part for the counting, whose error never grows beyond one step.
 
     References:
         Thrun, Burgard, Fox, Probabilistic Robotics (2005), section 5.4, for variances that grow with the motion.
@@ -116,6 +138,8 @@ class WheelOdometer:
         """
         self._motion, self._slip, self._sideways, self._stream = motion, slip, sideways, stream
         self._creep = slip.outward**2 * KEPT / dt**3
+        self._changes = (Change(dt), Change(dt)) if slip.surge or slip.swing else None
+        self._lurch = slip.surge**2 * KEPT * dt, slip.swing**2 * KEPT * dt
         self._step = 2.0 * math.pi / errors.ticks if errors.ticks is not None else None
         self._uncounted = [0.0] * wheels
         self.retune(errors)
@@ -139,6 +163,7 @@ class WheelOdometer:
             rotations = [rotation * radius for rotation, radius in zip(rotations, self._radii, strict=True)]
         distance, left, turn = self._motion(rotations, steering)
         distance, left, turn = distance * self._scale, left * self._scale, turn / self._track
+        unsteady = self._unsteady(distance, turn)
         chance = self._stream.standard_normal(3 if self._sideways else 2).tolist()
         distance += self._noise[0] * math.sqrt(abs(distance)) * chance[0]
         turn += self._noise[1] * math.sqrt(abs(turn)) * chance[1]
@@ -147,7 +172,14 @@ class WheelOdometer:
             left += self._noise[0] * math.sqrt(abs(left)) * chance[2]
             sideways, back = arc_end(left, turn)
             forward, aside = forward - back, aside + sideways
-        return Odometry(forward, aside, turn, self._covariance(distance, left, turn))
+        return Odometry(forward, aside, turn, self._covariance(distance, left, turn, unsteady))
+
+    def _unsteady(self, distance: float, turn: float) -> tuple[float, float]:
+        """Return the variances along [m^2] and of the heading [rad^2] for what slips while speeds change."""
+        if self._changes is None:
+            return 0.0, 0.0
+        surge, swing = self._changes[0].add(distance), self._changes[1].add(turn)
+        return self._lurch[0] * surge * surge, self._lurch[1] * swing * swing
 
     def _counted(self, rotations: Sequence[float], step: float) -> list[float]:
         """Return the rotations in whole steps of the encoders, and keep what is left of a step."""
@@ -158,7 +190,7 @@ class WheelOdometer:
             self._uncounted[wheel] = whole - counted[-1]
         return counted
 
-    def _covariance(self, distance: float, aside: float, turn: float) -> Array:
+    def _covariance(self, distance: float, aside: float, turn: float, unsteady: tuple[float, float]) -> Array:
         """Return the covariance of (forward, left, turn), shape (3, 3)."""
         along, around = self._variance[0] * abs(distance), self._variance[1] * abs(turn)
         (f_d, f_t), (l_d, l_t) = arc_end_slopes(distance, turn)
@@ -171,10 +203,10 @@ class WheelOdometer:
             f_t, l_t, across = f_t - b_t, l_t + s_t, self._variance[0] * abs(aside)
             way = math.hypot(distance, aside)
         forward = f_d * f_d * along + l_d * l_d * across + f_t * f_t * around
-        forward += self._slip.forward**2 * way + creep * aside * aside
+        forward += self._slip.forward**2 * way + creep * aside * aside + unsteady[0]
         left = l_d * l_d * along + f_d * f_d * across + l_t * l_t * around
         left += self._slip.left**2 * way + creep * distance * distance
-        heading = around + self._slip.turn**2 * abs(turn)
+        heading = around + self._slip.turn**2 * abs(turn) + unsteady[1]
         both = f_d * l_d * (along - across) + f_t * l_t * around
         f_around, l_around = f_t * around, l_t * around
         return np.array([[forward, both, f_around], [both, left, l_around], [f_around, l_around, heading]])
