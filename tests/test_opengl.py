@@ -111,4 +111,5 @@ def test_a_request_that_would_end_the_import_of_mujoco_is_moved_out_of_its_way(m
     hide_request_from_mujoco()
     assert "MUJOCO_GL" not in os.environ
     assert requested_backend() == "osmesa from a package"
-    monkeypatch.delenv("MJSIM_GL")
+    # Not by monkeypatch, which would put it back for all tests that follow.
+    del os.environ["MJSIM_GL"]

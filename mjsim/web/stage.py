@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mjsim.record.tick import Tick
-from mjsim.session import Session
+from mjsim.session import Session, State
 from mjsim.web.feed import Feed, Shot
 from mjsim.web.painter import Painter
 from mjsim.web.telling import drivers_told, noise_told, robots_told
@@ -93,7 +93,10 @@ class Stage:
 
     def take(self, tick: Tick) -> None:
         """Take the next tick of the run; in its thread."""
+        begins = self.session is None and self.feed.newest is None
         self.feed.take(tick)
+        if begins:
+            self.changed()
 
     def changed(self) -> None:
         """Tell that the run is or does something else; from any thread."""
@@ -120,7 +123,7 @@ class Stage:
             return {"kind": "run", "state": "idle", **_NOTHING}
         fault = None if session is None else session.error
         shown = world if session is None else session.world
-        state = session.state if session is not None else "ended" if self.closing else "running"
+        state = self._state_without_session() if session is None else session.state
         return {
             "kind": "run",
             "state": state,
@@ -137,6 +140,12 @@ class Stage:
             "drivers": drivers_told(world),
             "noise": noise_told(shown, self._initial),
         }
+
+    def _state_without_session(self) -> State:
+        """Return what a run does whose ticks come from elsewhere."""
+        if self.closing:
+            return "ended"
+        return "loading" if self.feed.newest is None else "running"
 
     def time(self) -> float:
         """Return the simulated time of the newest tick [s]."""
