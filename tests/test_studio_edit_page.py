@@ -196,7 +196,7 @@ def test_a_new_name_of_a_robot_is_that_of_its_driver_too(sheet, tmp_path):
 
 def test_work_that_was_not_saved_is_offered_after_a_reload_until_it_is_saved(sheet, tmp_path):
     sheet.drag((2, 2), (3, 2.5))
-    sheet.reads("at: [3, 2.5]")
+    expect(sheet.unsaved).to_be_visible()
     sheet.page.on("dialog", lambda question: question.accept())  # of the browser: leave the page?
     for answer, place in (("Take it up", "at: [3, 2.5]"), ("Drop it", "at: [2, 2]")):
         sheet.page.reload()

@@ -12,6 +12,8 @@ export interface Outlook {
   live: boolean;
   /** Whose keys count. */
   robot: string;
+  /** Whether somebody has driven in this run by keys: then it is known how. */
+  driven: boolean;
   /** Whether the run is of another world than the one that is open. */
   other: boolean;
 }
@@ -59,9 +61,9 @@ export class Advice {
   }
 }
 
-function whileRunning(run: RunNews, { other, robot }: Outlook): string {
+function whileRunning(run: RunNews, { other, robot, driven }: Outlook): string {
   if (other) return `This is the run of ${run.path || run.name || "another world"}. Stop it to see the one that is open.`;
   const chosen = run.drivers?.[robot];
-  if (!run.controllable || !chosen || chosen.navigator !== null) return "";
+  if (driven || !run.controllable || !chosen || chosen.navigator !== null) return "";
   return "No navigator: drive with W A S D, or choose one in Setup.";
 }

@@ -10,6 +10,9 @@ export function splitFrame(data: ArrayBuffer): { head: FrameHead; jpeg: Blob } {
   return { head: JSON.parse(text) as FrameHead, jpeg };
 }
 
+/** Pictures are counted over no less [ms]: the first two may come together. */
+const SHORTEST = 500;
+
 /** How many pictures a second were shown, over the last two seconds. */
 export class Rate {
   private readonly shown: number[] = [];
@@ -26,7 +29,7 @@ export class Rate {
     this.forget(now);
     const [first, last] = [this.shown[0], this.shown[this.shown.length - 1]];
     if (first === undefined || last === undefined || last === first) return 0;
-    return ((this.shown.length - 1) * 1000) / (last - first);
+    return ((this.shown.length - 1) * 1000) / Math.max(last - first, SHORTEST);
   }
 
   private forget(now: number): void {

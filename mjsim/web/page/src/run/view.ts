@@ -65,6 +65,7 @@ export class RunView implements View {
   private chosen = "";
   /** Whether the run that the server tells of is of another world than the one that is open. */
   private other = false;
+  private driven = false;
   private visible = false;
   private offered: string | null = null;
   private drawing = 0;
@@ -231,7 +232,7 @@ export class RunView implements View {
   private ownRun(news: RunNews): RunNews {
     const { path, isOpen } = this.studio.document;
     if (!this.run) this.other = !this.live && isOpen && news.path !== path;
-    if (news.state === "loading") this.other = false;
+    if (news.state === "loading") this.other = this.driven = false;
     const over = news.state === "ended" || news.state === "failed";
     return this.other && over ? { ...news, state: "idle", time: 0, error: null, recording: null, robots: [] } : news;
   }
@@ -367,6 +368,8 @@ export class RunView implements View {
   }
 
   private drive(push: Push | null): void {
+    if (push) this.driven = true;
+    this.advise();
     const nothing = { forward: null, left: null, turn: null };
     this.send({ do: "drive", robot: this.chosen, ...(push ?? nothing) });
   }
@@ -374,7 +377,7 @@ export class RunView implements View {
   private advise(): void {
     const { path, items } = this.studio.document;
     const world = path === null ? null : { path, hasRobot: items.some((item) => item.kind === "robot") };
-    this.advice.show({ run: this.run, world, live: this.live, robot: this.chosen, other: this.other });
+    this.advice.show({ run: this.run, world, live: this.live, robot: this.chosen, driven: this.driven, other: this.other });
   }
 
   /** Say above the views why the run failed; null takes it away. */

@@ -122,6 +122,15 @@ export class WorldDocument {
     this.readSoon();
   }
 
+  /** Put another text in the place of all of it, as one step of undo. */
+  async replace(text: string): Promise<void> {
+    this.typedAt = 0;
+    this.push(text, false);
+    this.textChanged.emit("edit");
+    this.stateChanged.emit();
+    await this.read();
+  }
+
   /** Change the text through the server, as one step of undo; done one after the other. False: it was refused. */
   async change(changes: Change[]): Promise<boolean> {
     if (changes.length === 0 || this.path === null) return false;

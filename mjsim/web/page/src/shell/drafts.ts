@@ -75,9 +75,8 @@ export class Drafts {
   private async takeUp(draft: Draft): Promise<void> {
     const { document } = this.studio;
     if (draft.fresh || draft.path !== document.path) await this.begin(draft);
-    document.type(draft.text);
+    await document.replace(draft.text);
     this.keepSoon.now();
-    await document.settled();
   }
 
   /** What was never saved, or is there no more, begins with an empty room under its name. */
