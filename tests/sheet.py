@@ -51,7 +51,8 @@ class Sheet:
         return self.page.locator(".panel").get_by_label(label, exact=True)
 
     def save(self) -> None:
-        self.press("Control+s")
+        with self.page.expect_response("**/api/save"):  # a step that is still on its way has no dot yet
+            self.press("Control+s")
         expect(self.unsaved).to_be_hidden()
 
     def reads(self, *pieces: str) -> None:
