@@ -9,7 +9,7 @@ import mjsim
 
 ROOT = Path(mjsim.__file__).parent
 
-FIRST = {"errors", "geometry", "gl_request"}
+FIRST = {"closing", "errors", "geometry", "gl_request"}
 WORLD = FIRST | {"world"}
 VALUES = WORLD | {"interface", "readings"}
 COMPILE = VALUES | {"compile"}
@@ -21,6 +21,7 @@ SESSION = RUN | {"session"}
 REPORT = WORLD | {"record", "report"}
 SWEEP = RUN | REPORT | {"sweep"}
 MAY_IMPORT = {
+    "closing": set(),
     "errors": set(),
     "geometry": set(),
     "gl_request": set(),

@@ -4,12 +4,11 @@ import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import Writer
 
+from mjsim.closing import Closes
 from mjsim.errors import RecordingError
 from mjsim.geometry import Pose
 from mjsim.record.file import METADATA_NAME, RawMessage, parts_of, records
@@ -22,7 +21,7 @@ CHUNK = 1 << 18
 """Bytes that are lost at most when the process is killed."""
 
 
-class Copy:
+class Copy(Closes):
     """An MCAP file being written from a recording.
 
     Raises:
@@ -86,16 +85,6 @@ class Copy:
                 self._writer.finish()  # type: ignore[no-untyped-call]
             finally:
                 self._file.close()
-
-    def __enter__(self) -> Self:
-        """Return itself; leaving the block closes the file."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close the file."""
-        self.close()
 
     def _copy_channel(self, channel: Channel, schema: Schema | None) -> None:
         if channel.id in self._names:

@@ -4,9 +4,9 @@ import threading
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
+from mjsim.closing import Closes
 from mjsim.errors import ModuleFault, UsageError
 from mjsim.interface import Command
 from mjsim.record.tick import Event
@@ -26,7 +26,7 @@ HOLD = 0.5
 """How long a command given by hand is held [s]."""
 
 
-class Session:
+class Session(Closes):
     """A world at work in a thread of its own, which owns its OpenGL context.
 
     Every method may be called from any thread, and returns at once unless it says otherwise. The ticks are those of
@@ -184,12 +184,6 @@ class Session:
         """Start."""
         self.start()
         return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close."""
-        self.close()
 
     def _do(self, work: "Callable[[Simulation], None]") -> None:
         """Have something done in the session's thread between two ticks, and wait for it."""

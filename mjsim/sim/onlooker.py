@@ -2,11 +2,10 @@
 
 import math
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Self
 
 import mujoco
 
+from mjsim.closing import Closes
 from mjsim.compile import compile_world
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
@@ -38,7 +37,7 @@ class Orbit:
     """That place, world frame [m]."""
 
 
-class Onlooker:
+class Onlooker(Closes):
     """Looks at recorded or running states with cameras of its own. Use from one thread, and close when done.
 
     The world is compiled at the first picture. Cameras see without noise, blur and shutter, and with depth or instances
@@ -124,16 +123,6 @@ class Onlooker:
         """Give back what was made for drawing; a second call does nothing."""
         for canvas in self._canvases.values():
             canvas.close()
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close."""
-        self.close()
 
     def _mounted(self, robot: str, camera: str, *, depth: bool, segmentation: bool) -> OnboardCamera:
         cameras = {

@@ -2,12 +2,11 @@
 
 from bisect import bisect_right
 from collections.abc import Iterable
-from types import TracebackType
-from typing import Self
 
 import mujoco
 import numpy as np
 
+from mjsim.closing import Closes
 from mjsim.compile import compile_world
 from mjsim.geometry import Array
 from mjsim.interface import Picture
@@ -26,7 +25,7 @@ SOLID = np.array([1, 0, 0, 1, 0, 0], dtype=np.uint8)
 """Geom groups of what is solid: things, and the shapes of the walls that are not drawn."""
 
 
-class Playback:
+class Playback(Closes):
     """A world whose state is given, not simulated. Use from one thread, and close when done."""
 
     def __init__(
@@ -81,16 +80,6 @@ class Playback:
     def close(self) -> None:
         """Give back what was made for drawing; a second call does nothing."""
         self._renderer.close()
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close."""
-        self.close()
 
 
 def bring_near(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> None:

@@ -1,13 +1,11 @@
 """Pictures, instances and depth of a scene, drawn off screen."""
 
-from types import TracebackType
-from typing import Self
-
 import cv2
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mjsim.closing import Closes
 from mjsim.compile.light import general_light, lamp_lights, lamps_drawn
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
@@ -38,7 +36,7 @@ INSTANCES = _flags(mujoco.mjtRndFlag.mjRND_SEGMENT, mujoco.mjtRndFlag.mjRND_IDCO
 """How MuJoCo is to draw."""
 
 
-class Renderer:
+class Renderer(Closes):
     """Draws pictures of one size. Use from one thread at a time, and close when done."""
 
     def __init__(
@@ -133,16 +131,6 @@ class Renderer:
         """Give back what was made for drawing; a second call does nothing."""
         if self._owns_canvas:
             self._canvas.close()
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close."""
-        self.close()
 
     def _read(self, canvas: Canvas) -> None:
         """Read what was drawn into `_rgba`, top row first."""

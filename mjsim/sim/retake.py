@@ -1,12 +1,12 @@
 """Pictures of a run that was recorded, taken again: from the same states, with the same chance."""
 
 from collections.abc import Callable, Sequence
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import mujoco
 import numpy as np
 
+from mjsim.closing import Closes
 from mjsim.compile import compile_world
 from mjsim.errors import RecordingError
 from mjsim.geometry import Array
@@ -22,7 +22,7 @@ SAME_TIME = 1e-6
 """A stamp that differs less from the time of a tick is of that tick [s]."""
 
 
-class Retake:
+class Retake(Closes):
     """The onboard cameras of one robot in a recorded run; pictures may be asked for in any order, and again.
 
     Use from one thread, and close when done. The world is compiled at the first picture.
@@ -84,16 +84,6 @@ class Retake:
         """Give back what the cameras draw with; a second call does nothing."""
         for canvas in self._canvases.values():
             canvas.close()
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close."""
-        self.close()
 
     def _compile(self) -> None:
         world = self._world

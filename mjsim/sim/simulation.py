@@ -3,13 +3,13 @@
 import math
 from collections.abc import Mapping
 from functools import partial
-from types import MappingProxyType, TracebackType
-from typing import Self
+from types import MappingProxyType
 
 import mujoco
 import numpy as np
 from pydantic import ValidationError
 
+from mjsim.closing import Closes
 from mjsim.compile import compile_world
 from mjsim.compile.pictures import read_picture
 from mjsim.errors import PhysicsFault, UsageError, did_you_mean
@@ -32,7 +32,7 @@ FASTEST = 100.0
 """No robot of ours is as fast unless the physics failed [m/s]."""
 
 
-class Simulation:
+class Simulation(Closes):
     """A world at work: sense, decide, apply, step.
 
     One tick is: `sense` every robot, let the modules decide, `apply` every command, `step`. Use from one thread at
@@ -239,16 +239,6 @@ class Simulation:
         """Give back what the cameras draw with; a second call does nothing."""
         for canvas in self._canvases.values():
             canvas.close()
-
-    def __enter__(self) -> Self:
-        """Return the simulation itself; the end of the block closes it."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close the simulation."""
-        self.close()
 
     def _set_up(self) -> None:
         """Set the stage and put the robots at their starts, in a state and a model that are as new."""

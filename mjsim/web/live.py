@@ -1,11 +1,11 @@
 """A run to watch in a browser on this machine while it goes on."""
 
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from starlette.requests import Request
 from starlette.routing import Route
 
+from mjsim.closing import Closes
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.record import Tick
 from mjsim.session import Session
@@ -18,7 +18,7 @@ from mjsim.web.trust import Trust
 from mjsim.world import World
 
 
-class LiveView:
+class LiveView(Closes):
     """The Run view of the studio on the loopback address: `show` each tick while the block runs.
 
     A browser gets the newest tick and the newest pictures, and misses what it has no time for; it holds nobody up.
@@ -66,16 +66,6 @@ class LiveView:
     def close(self) -> None:
         """Show who watches the last tick, then stop serving; closing twice is no fault."""
         self._server.close()
-
-    def __enter__(self) -> Self:
-        """Serve while the block runs."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Stop serving."""
-        self.close()
 
     def _folder(self, _: Request) -> dict[str, Any]:
         """Return what the page asks for first: that there is nothing here but this run."""

@@ -6,13 +6,12 @@ import secrets
 import socket
 import threading
 from collections.abc import AsyncIterator, Callable, Sequence
-from types import TracebackType
-from typing import Self
 
 import uvicorn
 from starlette.applications import Starlette
 from starlette.routing import BaseRoute
 
+from mjsim.closing import Closes
 from mjsim.errors import UsageError
 from mjsim.web.local import LOOPBACK, SameOrigin, is_loopback, listen
 
@@ -22,7 +21,7 @@ START = 20.0
 """The server must be there after this long [s]."""
 
 
-class Server:
+class Server(Closes):
     """Serves routes until it is closed, guarded as `SameOrigin` does."""
 
     def __init__(
@@ -91,16 +90,6 @@ class Server:
             self._loop.call_soon_threadsafe(self._cut_off)
         self._server.should_exit = True
         self._thread.join()
-
-    def __enter__(self) -> Self:
-        """Serve while the block runs."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Stop serving."""
-        self.close()
 
     def _serve(self, listener: socket.socket) -> None:
         asyncio.run(self._server.serve(sockets=[listener]))

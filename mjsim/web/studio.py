@@ -1,9 +1,8 @@
 """The studio: one page to edit worlds, to run them, and to look at what was recorded."""
 
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
+from mjsim.closing import Closes
 from mjsim.errors import UsageError
 from mjsim.web.edit_api import EditApi
 from mjsim.web.folder import Folder
@@ -16,7 +15,7 @@ from mjsim.web.static_page import page_routes
 from mjsim.web.trust import Trust
 
 
-class Studio:
+class Studio(Closes):
     """Serves the studio for the files of one folder, in threads of its own, until it is closed."""
 
     def __init__(
@@ -60,13 +59,3 @@ class Studio:
     def close(self) -> None:
         """Stop serving; closing twice is no fault."""
         self._server.close()
-
-    def __enter__(self) -> Self:
-        """Serve while the block runs."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Stop serving."""
-        self.close()
