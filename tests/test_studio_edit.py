@@ -90,15 +90,9 @@ def client(folder):
         yield browser
 
 
-def told(client, address, **keys):
+def told(client, address, *, status=200, **keys):
     answer = client.post(f"/api/{address}", json=keys)
-    assert answer.status_code == 200, answer.text
-    return answer.json()
-
-
-def refused(client, address, **keys):
-    answer = client.post(f"/api/{address}", json=keys)
-    assert answer.status_code == 409, answer.text
+    assert answer.status_code == status, answer.text
     return answer.json()
 
 
@@ -194,9 +188,10 @@ def test_what_cannot_be_changed_here_says_so(client):
         assert item(opened, "walls", index)["fixed"] == (
             "one repetition of what stands in line 9; change it in the text"
         )
-    answer = refused(
+    answer = told(
         client,
         "edit",
+        status=409,
         path="room.yaml",
         text=ROOM,
         changes=[{"op": "set", "path": ["walls", 1, "height"], "value": 1}],
@@ -267,7 +262,7 @@ def test_saving_never_overwrites_what_somebody_else_wrote(client, folder):
     assert second != first
     path.write_text("mjsim: 1\nname: theirs\n")
     for stamp in (second, first, None, ""):
-        answer = refused(client, "save", path="mine.yaml", text="mjsim: 1\nname: b\n", stamp=stamp)
+        answer = told(client, "save", status=409, path="mine.yaml", text="mjsim: 1\nname: b\n", stamp=stamp)
         assert "overwrite it, or save under another name" in answer["error"]
     assert path.read_text() == "mjsim: 1\nname: theirs\n"
     assert told(client, "open", path="mine.yaml")["stamp"] == answer["stamp"]
@@ -285,7 +280,7 @@ def test_a_save_that_fails_leaves_the_old_text_and_nothing_else(client, folder, 
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
-    answer = refused(client, "save", path="kept.yaml", text="mjsim: 1\nname: lost\n", stamp=stamp)
+    answer = told(client, "save", status=409, path="kept.yaml", text="mjsim: 1\nname: lost\n", stamp=stamp)
     assert answer["error"] == "'kept.yaml' cannot be written: No space left on device; choose another place"
     monkeypatch.undo()
     assert (folder / "kept.yaml").read_text() == "mjsim: 1\n"
@@ -371,10 +366,9 @@ def test_of_several_previews_that_wait_only_the_newest_is_drawn():
     # While something else is being drawn, others come.
     preview._pool.submit(lambda: (held.set(), hold.wait(PATIENCE)))
     held.wait(PATIENCE)
-    threads = []
-    for number in range(1, 6):
-        threads.append(threading.Thread(target=ask, args=[number]))
-        threads[-1].start()
+    threads = [threading.Thread(target=ask, args=[number]) for number in range(1, 6)]
+    for number, thread in enumerate(threads, start=1):
+        thread.start()
         while preview._newest <= number:
             pass
     hold.set()
