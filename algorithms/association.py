@@ -3,7 +3,7 @@
 Both functions pair every sighting of one moment with at most one landmark, and no landmark with two sightings.
 """
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,7 +21,12 @@ MOST_HYPOTHESES = 20_000
 
 
 def nearest_neighbour(
-    slam: EkfSlamFilter, measurements: ArrayLike, measurement_covariance: ArrayLike, *, confidence: float = 0.999
+    slam: EkfSlamFilter,
+    measurements: ArrayLike,
+    measurement_covariance: ArrayLike,
+    *,
+    among: Sequence[Hashable] | None = None,
+    confidence: float = 0.999,
 ) -> list[Hashable | None]:
     """Pair each sighting with the landmark that it fits best by itself, within a gate.
 
@@ -29,6 +34,7 @@ def nearest_neighbour(
         slam: The belief.
         measurements: Range [m] and bearing [rad, left positive], shape (k, 2).
         measurement_covariance: Of each (k, 2, 2), or one for all (2, 2).
+        among: Landmarks that they may be of; all unless given.
         confidence: Share of right pairs that the gate lets through.
 
     Returns:
@@ -38,7 +44,7 @@ def nearest_neighbour(
     References:
         Bar-Shalom, Li, Estimation and Tracking (1993), section 6.3: global nearest neighbour.
     """
-    candidates = _Candidates.of(slam, measurements, measurement_covariance, confidence=confidence)
+    candidates = _Candidates.of(slam, measurements, measurement_covariance, among=among, confidence=confidence)
     cost = np.where(candidates.fits, candidates.distance, 1e6)
     rows, columns = linear_sum_assignment(cost)
     names: list[Hashable | None] = [None] * len(cost)
@@ -49,7 +55,12 @@ def nearest_neighbour(
 
 
 def joint_compatibility(
-    slam: EkfSlamFilter, measurements: ArrayLike, measurement_covariance: ArrayLike, *, confidence: float = 0.999
+    slam: EkfSlamFilter,
+    measurements: ArrayLike,
+    measurement_covariance: ArrayLike,
+    *,
+    among: Sequence[Hashable] | None = None,
+    confidence: float = 0.999,
 ) -> list[Hashable | None]:
     """Find the largest set of pairs that can be true together, by branch and bound.
 
@@ -60,6 +71,7 @@ def joint_compatibility(
         slam: The belief.
         measurements: Range [m] and bearing [rad, left positive], shape (k, 2).
         measurement_covariance: Of each (k, 2, 2), or one for all (2, 2).
+        among: Landmarks that they may be of; all unless given.
         confidence: Share of right pairings that the joint gate lets through.
 
     Returns:
@@ -70,7 +82,7 @@ def joint_compatibility(
         Neira, Tardos, Data Association in Stochastic Mapping Using the Joint Compatibility Test,
         IEEE T-RA 17(6), 2001, section IV.
     """
-    candidates = _Candidates.of(slam, measurements, measurement_covariance, confidence=confidence)
+    candidates = _Candidates.of(slam, measurements, measurement_covariance, among=among, confidence=confidence)
     search = _Search(candidates, confidence=confidence)
     search.go(_Hypothesis())
     names: list[Hashable | None] = [None] * len(candidates.fits)
@@ -97,12 +109,18 @@ class _Candidates:
 
     @classmethod
     def of(
-        cls, slam: EkfSlamFilter, measurements: ArrayLike, measurement_covariance: ArrayLike, *, confidence: float
+        cls,
+        slam: EkfSlamFilter,
+        measurements: ArrayLike,
+        measurement_covariance: ArrayLike,
+        *,
+        among: Sequence[Hashable] | None,
+        confidence: float,
     ) -> "_Candidates":
-        """Compare every sighting with every landmark."""
+        """Compare every sighting with every landmark, or with some."""
         Z = np.asarray(measurements, dtype=float).reshape(-1, 2)
         R = np.broadcast_to(np.asarray(measurement_covariance, dtype=float), (len(Z), 2, 2))
-        names = list(slam.names())
+        names = list(slam.names() if among is None else among)
         expected, spread = slam.expect(names)
         nu = Z[:, None] - expected
         nu[..., 1] = wrap_angles(nu[..., 1])

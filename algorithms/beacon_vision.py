@@ -13,6 +13,7 @@ from numpy.random import Generator
 from mjsim.geometry import Array, Pose
 from mjsim.interface import BeaconInfo, CameraFrame, Observation, RobotInfo, Sighting, sightings_from
 
+from .balance import TickLean
 from .marker_beacons import MarkerBeacons
 from .picture_beacons import FoundPicture, PictureBeacons, View
 from .rectification import Rectifier
@@ -57,6 +58,7 @@ class BeaconVision:
             cameras = [name for name, info in robot.sensors.items() if info.intrinsics is not None]
             raise ValueError(f"no camera '{self._camera}' on this robot; it has {', '.join(cameras) or 'none'}")
         self._robot_from_camera = sensor.robot_from_sensor
+        self._lean = TickLean(robot)
         self._rectifier = Rectifier(sensor.intrinsics)
         self._finders = _finders(catalogue)
         self._finder_of: dict[str, PictureBeacons | MarkerBeacons] = {}
@@ -68,6 +70,7 @@ class BeaconVision:
         """Return the pictures seen at this tick; none when the camera gives no image."""
         step = seen.odometry
         self._moved = self._moved @ Pose(step.forward, step.left, step.turn)
+        pitch = self._lean.update(seen)
         frame = seen.cameras.get(self._camera)
         if frame is None:
             return ()
@@ -75,7 +78,9 @@ class BeaconVision:
         self._followed = {picture.detection.name: picture for picture in found}
         self._moved = Pose(0.0, 0.0, 0.0)
         detections = [picture.detection for picture in found]
-        sightings = sightings_from(detections, self._robot_from_camera, stamp=frame.stamp)
+        # Sightings are level; the camera of a robot that balances leans with it.
+        level_from_camera = _leaning(pitch) @ self._robot_from_camera if pitch else self._robot_from_camera
+        sightings = sightings_from(detections, level_from_camera, stamp=frame.stamp)
         return tuple(each for each in sightings if self._nearest <= each.range <= self._farthest)
 
     def _look(self, frame: CameraFrame) -> list[FoundPicture]:
@@ -112,6 +117,14 @@ class BeaconVision:
         now_from_before = np.eye(4)
         now_from_before[:2, :2], now_from_before[:2, 3] = back.matrix()[:2, :2], back.matrix()[:2, 2]
         return np.linalg.inv(self._robot_from_camera) @ now_from_before @ self._robot_from_camera
+
+
+def _leaning(pitch: float) -> Array:
+    """Return level_from_robot of a body that leans forward [rad], shape (4, 4)."""
+    level_from_robot = np.eye(4)
+    c, s = math.cos(pitch), math.sin(pitch)
+    level_from_robot[:3, :3] = [[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]
+    return level_from_robot
 
 
 def _finders(catalogue: Mapping[str, BeaconInfo]) -> list[PictureBeacons | MarkerBeacons]:

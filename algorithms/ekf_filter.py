@@ -13,6 +13,11 @@ from .ekf_models import Motion, landmark_from, range_bearing
 
 Jacobians = Literal["standard", "first-estimates"]
 
+YOUNG, STRAYED = 3, 0.2
+"""Up to so many looks, the first among them, a first estimate is renewed that the newest one has left by more than this
+share of the way to the landmark: its first look was poor, and derivatives taken there would be wrong for ever. Later
+the landmark and the robot move together as loops close, and derivatives must not follow."""
+
 
 class EkfSlamFilter:
     """The pose and all landmarks in one Gaussian: mean (x, y, heading, x_1, y_1, ...), joint covariance P.
@@ -22,6 +27,7 @@ class EkfSlamFilter:
     of one landmark at different times contradict each other, and the filter wins a confidence in its heading that
     nothing measured has given. With first-estimates Jacobians every derivative is taken at the first estimate of
     the pose (before its update) and of the landmark (when it was added); what cannot be observed stays unobserved.
+    A first look that the next ones show to have been poor is not kept.
 
     Mean and covariance live in arrays that double when they are full; adding a landmark writes its rows alone.
 
@@ -51,6 +57,7 @@ class EkfSlamFilter:
         self._order: dict[Hashable, int] = {}  # name -> where its x stands in the mean
         self._mean, self._P = np.zeros(35), np.zeros((35, 35))
         self._anchor = np.zeros(35)  # where derivatives are taken
+        self._looks = np.zeros(35, dtype=np.intp)  # at each landmark, beside its x
         self._spare = np.empty(35 * 35)
         self._mean[:3] = pose
         self._anchor[:3] = self._mean[:3]
@@ -70,18 +77,23 @@ class EkfSlamFilter:
     @property
     def joint_covariance(self) -> Array:
         """Covariance of the pose, then each landmark in the order of `landmarks`, shape (3 + 2 n, 3 + 2 n)."""
-        size = self._size
-        return self._P[:size, :size].copy()
+        return self.joint_covariance_of(self.names())
+
+    def joint_covariance_of(self, names: Sequence[Hashable]) -> Array:
+        """Return the covariance of the pose and k landmarks together, shape (3 + 2 k, 3 + 2 k)."""
+        rows = np.concatenate([np.arange(3), (self._places(names)[:, None] + (0, 1)).ravel()])
+        return np.asarray(self._P[np.ix_(rows, rows)])
 
     def __contains__(self, name: Hashable) -> bool:
         """Return whether this landmark is in the map."""
         return name in self._order
 
-    def landmarks(self) -> dict[Hashable, tuple[Array, Array]]:
-        """Return mean (2,) [m] and covariance (2, 2) [m^2] of each landmark by name, oldest first."""
+    def landmarks(self, names: Sequence[Hashable] | None = None) -> dict[Hashable, tuple[Array, Array]]:
+        """Return mean (2,) [m] and covariance (2, 2) [m^2] of landmarks by name; of all, oldest first, unless given."""
         return {
             name: (self._mean[at : at + 2].copy(), self._P[at : at + 2, at : at + 2].copy())
-            for name, at in self._order.items()
+            for name in (self._order if names is None else names)
+            for at in (self._order[name],)
         }
 
     def names(self) -> tuple[Hashable, ...]:
@@ -185,6 +197,15 @@ class EkfSlamFilter:
         if again:
             self._correct(self._places([names[i] for i in again]), Z[again], R[again][:, :, again])
 
+    def remove(self, name: Hashable) -> None:
+        """Take a landmark out of the map; what it has told of the pose and of other landmarks stays."""
+        rest = np.delete(np.arange(self._size), self._order[name] + np.arange(2))
+        at, size = self._order.pop(name), len(rest)
+        self._order = {other: row - 2 * (row > at) for other, row in self._order.items()}
+        for array in (self._mean, self._anchor, self._looks):
+            array[:size] = array[rest]
+        self._P[:size, :size] = self._P[np.ix_(rest, rest)]
+
     @property
     def _size(self) -> int:
         return 3 + 2 * len(self._order)
@@ -219,6 +240,16 @@ class EkfSlamFilter:
         W = scipy.linalg.solve_triangular(L, HP, lower=True, check_finite=False)
         gained = scipy.linalg.solve_triangular(L, nu.ravel(), lower=True, check_finite=False)
         self._apply(W.T @ gained, W)
+        if self._first:
+            self._renew(places)
+
+    def _renew(self, places: np.ndarray[tuple[int], np.dtype[np.intp]]) -> None:
+        """Take the newest estimates for the first ones of landmarks whose first look was poor."""
+        self._looks[places] += 1
+        columns = places[self._looks[places] <= YOUNG][:, None] + (0, 1)
+        apart = np.hypot(*(self._mean[columns] - self._anchor[columns]).T)
+        strayed = columns[apart > STRAYED * np.hypot(*(self._mean[columns] - self._mean[:2]).T)]
+        self._anchor[strayed] = self._mean[strayed]
 
     def _apply(self, step: Array, W: Array) -> None:
         """Correct the mean by a step, shape (3 + 2 n,), and take W^T W from P, W of shape (m, 3 + 2 n)."""
@@ -247,14 +278,19 @@ class EkfSlamFilter:
         P[at:size, at:size] = 0.5 * (own + own.T)
         self._mean[at:size] = landmark
         self._anchor[at:size] = landmark
+        self._looks[at] = 1
         self._order[name] = at
 
     def _grow(self) -> None:
         """Double the room for landmarks, so that n landmarks cost O(n^2) copying in all."""
         size, room = len(self._mean), 2 * len(self._mean) + 1
-        mean, anchor, P = np.zeros(room), np.zeros(room), np.zeros((room, room))
-        mean[:size], anchor[:size], P[:size, :size] = self._mean, self._anchor, self._P
-        self._mean, self._anchor, self._P = mean, anchor, P
+        self._mean, self._anchor, self._looks = (
+            np.concatenate([array, np.zeros(room - size, dtype=array.dtype)])
+            for array in (self._mean, self._anchor, self._looks)
+        )
+        P = np.zeros((room, room))
+        P[:size, :size] = self._P
+        self._P = P
         self._spare = np.empty(room * room)
 
 

@@ -4,14 +4,15 @@
 sightings correct it. Two rules keep bad sightings out, for one wrong picture would bend the whole map:
 
 - a sighting of a landmark in the map counts only if it lies within the gate of what is expected;
-- a beacon enters the map only when some sightings of it agree about its place.
+- a beacon enters the state at its first sighting, when the robot knows best where it is, but the map that is told only
+  when some sightings agree about its place; if the next ones disagree it leaves the state again.
 
 Sightings come with the name of their beacon or without; those without are paired with the map, or left alone.
 """
 
 import itertools
 import math
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from typing import Literal
 
 import numpy as np
@@ -22,9 +23,9 @@ from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighti
 
 from .association import joint_compatibility, nearest_neighbour
 from .ekf_filter import EkfSlamFilter, Jacobians
-from .ekf_models import bicycle_motion, landmark_from, odometry_motion
+from .ekf_models import bicycle_motion, odometry_motion
 from .invariant_ekf import InvariantEkfSlamFilter
-from .map_management import Look, Probation
+from .map_management import Probation
 from .picture_errors import PictureErrors, each_of
 
 __all__ = ["EkfSlam", "EkfSlamFilter", "InvariantEkfSlamFilter", "bicycle_motion", "odometry_motion"]
@@ -33,6 +34,11 @@ __all__ = ["EkfSlam", "EkfSlamFilter", "InvariantEkfSlamFilter", "bicycle_motion
 _MEMORY = 0.2
 """Share of the newest tick in the running average of what odometry claims to err."""
 
+_LEAST = 0.5
+"""Share of that average which a tick claims at least. All of it would be on average a third more than is claimed."""
+
+Innovations = tuple[tuple[Hashable, Array, Array], ...]
+"""Of sightings that counted: landmark, innovation (2,) and its covariance (2, 2)."""
 
 _ASSOCIATIONS = {"nearest": nearest_neighbour, "joint": joint_compatibility}
 
@@ -60,8 +66,8 @@ class EkfSlam:
             jacobians: 'first-estimates' and 'invariant' stay consistent when loops close; 'standard' is the textbook's.
             gate: Largest squared Mahalanobis distance of a sighting that counts; 13.8 keeps 99.9 % of good ones
                 (chi-square, two degrees of freedom).
-            confirmations: How many sightings must agree before a beacon enters the map.
-            patience: How long a sighting waits for others to agree with it [s].
+            confirmations: How many sightings must agree before a beacon enters the map; they count from the first.
+            patience: Within which time they must [s]; a landmark without a name that is not seen again is forgotten.
             odometry_scale: Factor on the standard deviation of odometry, for slip that its data sheet leaves out.
             sighting_scale: Factor on the standard deviation of sightings.
             nod_deg: How far the robot nods and sways while it drives at a steady speed, standard deviation; what a
@@ -80,7 +86,7 @@ class EkfSlam:
         self._jacobians = jacobians
         self._gate = gate
         self._association = association
-        self._probation = Probation(confirmations=confirmations, patience=patience, gate=gate)
+        self._probation = Probation(confirmations=confirmations, patience=patience)
         self._rules = confirmations, patience
         self._odometry_scale = odometry_scale
         self._sighting_scale = sighting_scale
@@ -96,7 +102,7 @@ class EkfSlam:
         self._filter = _new_filter(self._jacobians, pose=robot.prior.as_array(), covariance=robot.prior_covariance)
         self._usual = np.zeros(3)
         confirmations, patience = self._rules
-        self._probation = Probation(confirmations=confirmations, patience=patience, gate=self._gate)
+        self._probation = Probation(confirmations=confirmations, patience=patience)
 
     def update(self, seen: Observation) -> Estimate:
         """Return the belief after this tick's odometry and sightings."""
@@ -104,79 +110,102 @@ class EkfSlam:
         covariance = self._steadied(moved.covariance) * self._odometry_scale**2
         self._filter.predict(self._motion, (moved.forward, moved.left, moved.turn), covariance)
         self._errors.move(moved, seen.sightings)
+        self._forget(seen.time)
         named = [sighting for sighting in seen.sightings if sighting.name is not None]
-        known = [sighting for sighting in named if sighting.name in self._filter]
-        innovations = self._correct([sighting.name for sighting in known], known) if known else ()
-        self._add([sighting for sighting in named if sighting.name not in self._filter], seen.time)
+        innovations = self._take([sighting.name for sighting in named], named, seen.time)
         nameless = [sighting for sighting in seen.sightings if sighting.name is None]
         if nameless and self._association != "known":
             innovations += self._associate(nameless, seen.time)
+        told = self._told()
         return Estimate(
             pose=Pose.from_array(self._filter.pose),
             covariance=self._filter.covariance,
-            landmarks=self._filter.landmarks(),
+            landmarks=self._filter.landmarks(told),
             innovations=innovations,
-            joint_covariance=self._filter.joint_covariance if self._joint else None,
+            joint_covariance=self._filter.joint_covariance_of(told) if self._joint else None,
         )
 
     def _steadied(self, claimed: Array) -> Array:
-        """Return the covariance of odometry, no variance less than its average over the last ticks.
+        """Return the covariance of odometry, no variance less than half of its average over the last ticks.
 
         The noise of wheels grows with the motion that they made, what they claim with the motion that they measured.
         A tick in which noise hides the motion claims next to no error; then every sighting would look like an outlier.
         """
         self._usual = (1.0 - _MEMORY) * self._usual + _MEMORY * np.diag(claimed)
-        return np.asarray(claimed + np.diag(np.maximum(self._usual - np.diag(claimed), 0.0)))
+        return np.asarray(claimed + np.diag(np.maximum(_LEAST * self._usual - np.diag(claimed), 0.0)))
 
-    def _correct(
-        self, names: Sequence[Hashable], sightings: Sequence[Sighting]
-    ) -> tuple[tuple[Hashable, Array, Array], ...]:
-        """Correct by sightings of landmarks in the map; return the innovations of those that counted."""
-        Z, R = self._measured(sightings)
-        nu, S = self._filter.innovations(names, Z, R)
-        good = np.flatnonzero(_squared_distances(nu, S) < self._gate).tolist()
-        if good:
-            together = self._errors.covariance([sightings[i] for i in good], scale=self._sighting_scale)
-            self._filter.update([names[i] for i in good], Z[good], together)
-        return tuple((names[i], nu[i], S[i]) for i in good)
-
-    def _add(self, sightings: Sequence[Sighting], time: float) -> None:
-        """Let beacons into the map that enough looks agree about; the newest look tells where they are."""
-        for sighting in sightings:
-            if self._probation.passes(sighting.name, self._look(sighting, time)):
-                self._filter.update([sighting.name], *self._measured([sighting]))
-
-    def _associate(self, sightings: Sequence[Sighting], time: float) -> tuple[tuple[Hashable, Array, Array], ...]:
-        """Correct by sightings without names, and let new landmarks in; return the innovations."""
-        Z, R = self._measured(sightings)
-        names = _ASSOCIATIONS[self._association](self._filter, Z, R)
-        known = [i for i, name in enumerate(names) if name is not None]
-        strange = self._strange([i for i, name in enumerate(names) if name is None], names, Z, R)
-        innovations = self._correct([names[i] for i in known], [sightings[i] for i in known]) if known else ()
-        entered = self._probation.passing([self._look(sightings[i], time) for i in strange])
-        for i in itertools.compress(strange, entered):
-            self._filter.update([self._numbered()], Z[i], R[i])
+    def _take(self, names: Sequence[Hashable], sightings: Sequence[Sighting], time: float) -> Innovations:
+        """Correct by sightings of landmarks in the state, and add the others; return the innovations that counted."""
+        known = [i for i, name in enumerate(names) if name in self._filter]
+        innovations = self._correct([names[i] for i in known], [sightings[i] for i in known], time) if known else ()
+        for name, sighting in zip(names, sightings, strict=True):
+            if name not in self._filter:
+                self._filter.update([name], *self._measured([sighting]))
+                self._probation.begin(name, time)
         return innovations
 
-    def _strange(self, unpaired: Sequence[int], names: Sequence[Hashable], Z: Array, R: Array) -> list[int]:
-        """Return the sightings that no landmark can explain but one that another sighting explains better."""
-        free = [name for name in self._filter.names() if name not in names]
+    def _correct(self, names: Sequence[Hashable], sightings: Sequence[Sighting], time: float) -> Innovations:
+        """Correct by sightings within the gate; remove landmarks on probation that too many contradict."""
+        Z, R = self._measured(sightings)
+        nu, S = self._filter.innovations(names, Z, R)
+        good = _squared_distances(nu, S) < self._gate
+        counting = np.flatnonzero(good).tolist()
+        if counting:
+            together = self._errors.covariance([sightings[i] for i in counting], scale=self._sighting_scale)
+            self._filter.update([names[i] for i in counting], Z[counting], together)
+        for name, agrees in zip(names, good.tolist(), strict=True):
+            if agrees:
+                self._probation.agrees(name, time)
+            elif self._probation.fails(name):
+                self._filter.remove(name)
+        return tuple((names[i], nu[i], S[i]) for i in counting)
+
+    def _forget(self, time: float) -> None:
+        """Remove landmarks without a name that were not seen again: sightings of nothing."""
+        for name in self._probation.overdue(time):
+            if isinstance(name, int):
+                self._probation.end(name)
+                self._filter.remove(name)
+
+    def _associate(self, sightings: Sequence[Sighting], time: float) -> Innovations:
+        """Correct by sightings without names, and add new landmarks; return the innovations.
+
+        Landmarks of the map come first: one on probation gets what none of those can explain, or it would grow
+        beside the landmark whose poor sighting began it.
+        """
+        Z, R = self._measured(sightings)
+        told = self._told()
+        names = _ASSOCIATIONS[self._association](self._filter, Z, R, among=told)
+        paired = [i for i, name in enumerate(names) if name is not None]
+        strange = self._strange(names, told, Z, R)
+        innovations = self._take([names[i] for i in paired], [sightings[i] for i in paired], time)
+        if not strange:
+            return innovations
+        waiting = [name for name in self._filter.names() if name in self._probation]
+        names = nearest_neighbour(self._filter, Z[strange], R[strange], among=waiting)
+        fresh = self._numbers()
+        names = [next(fresh) if name is None else name for name in names]
+        return innovations + self._take(names, [sightings[i] for i in strange], time)
+
+    def _strange(self, names: Sequence[Hashable | None], told: Sequence[Hashable], Z: Array, R: Array) -> list[int]:
+        """Return the sightings that no landmark of the map explains but one that another sighting explains better."""
+        unpaired = [i for i, name in enumerate(names) if name is None]
+        free = [name for name in told if name not in names]
         if not free or not unpaired:
-            return list(unpaired)
+            return unpaired
         expected, spread = self._filter.expect(free)
         nu = Z[unpaired][:, None] - expected
         nu[..., 1] = wrap_angles(nu[..., 1])
         distance = _squared_distances(nu, spread + R[unpaired][:, None])
         return [i for i, nearest in zip(unpaired, distance.min(axis=1), strict=True) if nearest > self._gate]
 
-    def _numbered(self) -> int:
-        """Return the number of the next landmark without a name."""
-        return sum(isinstance(name, int) for name in self._filter.names())
+    def _told(self) -> list[Hashable]:
+        """Return the landmarks that are not on probation, oldest first."""
+        return [name for name in self._filter.names() if name not in self._probation]
 
-    def _look(self, sighting: Sighting, time: float) -> Look:
-        Z, R = self._measured([sighting])
-        place, J = landmark_from(self._filter.pose, Z[0])
-        return Look(time, place, J @ R[0] @ J.T)
+    def _numbers(self) -> Iterator[int]:
+        """Yield numbers for new landmarks without a name, the least that are free."""
+        return (number for number in itertools.count() if number not in self._filter)
 
     def _measured(self, sightings: Sequence[Sighting]) -> tuple[Array, Array]:
         """Return measurements (k, 2) [m, rad] and their covariances (k, 2, 2)."""

@@ -1,7 +1,7 @@
 """Graph SLAM: all poses and all sightings are kept, and the whole way is bent until they agree best.
 
 gtsam's iSAM2 solves the graph a little further at each new pose. It is not among what mjsim needs:
-`pip install mjsim[graph]`.
+`pip install gtsam`.
 """
 
 from collections.abc import Hashable, Mapping
@@ -17,6 +17,10 @@ from .ekf_models import landmark_from, odometry_motion
 
 HUBER = 1.345
 """Beyond so many standard deviations an error counts less than its square: 95 % efficient on clean data (Huber)."""
+
+FLOOR = 1e-3
+"""Least standard deviation of the place of a robot that turns by one radian [m/sqrt(rad)]. Odometry that claims to be
+exact along a direction makes a graph that cannot be solved; no robot turns about a point of no size."""
 
 
 class GraphSlam:
@@ -44,9 +48,7 @@ class GraphSlam:
         try:
             import gtsam
         except ImportError:
-            raise ImportError(
-                "GraphSlam needs gtsam, which is not here; install it: pip install 'mjsim[graph]'"
-            ) from None
+            raise ImportError("GraphSlam needs gtsam, which is not installed; type: pip install gtsam") from None
         self._gtsam: Any = gtsam
         self._distance, self._turn = distance, np.radians(turn_deg)
         self._scale = sighting_scale
@@ -76,7 +78,8 @@ class GraphSlam:
         """Return the belief after this tick's odometry and sightings."""
         moved = np.array([seen.odometry.forward, seen.odometry.left, seen.odometry.turn])
         self._step, F, G = self._motion(self._step, moved)
-        self._step_covariance = F @ self._step_covariance @ F.T + G @ seen.odometry.covariance @ G.T
+        floor = np.diag([1.0, 1.0, 0.0]) * FLOOR**2 * abs(seen.odometry.turn)
+        self._step_covariance = F @ self._step_covariance @ F.T + G @ seen.odometry.covariance @ G.T + floor
         far = np.hypot(*self._step[:2]) > self._distance or abs(self._step[2]) > self._turn
         named = [sighting for sighting in seen.sightings if sighting.name is not None]
         if named and (far or not self._names):

@@ -16,7 +16,7 @@ MODULE = 12
 """Side of a module in the picture that is compared [px]."""
 FLOOR = 0.027
 """What no number of pixels averages away, standard deviation of a corner [pixels compared]: hard edges between black
-and white alias more than pictures do; measured by scripts/measure_vision.py."""
+and white alias more than pictures do; measured by scripts/measure/vision.py."""
 DICTIONARIES = {
     **{f"{n}x{n}_{count}": f"DICT_{n}X{n}_{count}" for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},
     **{f"apriltag_{name}": f"DICT_APRILTAG_{name}" for name in ("16h5", "25h9", "36h10", "36h11")},

@@ -18,7 +18,7 @@ LEAST_SIDE = 20.0
 """Of a picture in the image, the root of its area [px]."""
 CORNER_FLOOR = 0.006
 """What no number of pixels averages away of a picture, standard deviation of each coordinate of a corner
-[pixels compared]; measured by scripts/measure_vision.py."""
+[pixels compared]; measured by scripts/measure/vision.py."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

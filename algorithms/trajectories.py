@@ -125,7 +125,7 @@ def fastest_profile(
         from toppra.algorithm import TOPPRA
         from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint
     except ImportError:
-        raise ImportError("the fastest speeds need toppra; install it: pip install 'mjsim[planning]'") from None
+        raise ImportError("the fastest speeds need toppra, which is not installed; type: pip install toppra") from None
 
     along = np.linspace(0.0, path.length, max(20, int(path.length * SAMPLES_PER_METRE)) + 1)
     heading = np.unwrap(path.heading(along))

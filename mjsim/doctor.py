@@ -15,8 +15,8 @@ import mujoco
 from mjsim.compile import compile_world
 from mjsim.errors import OpenGLError
 from mjsim.interface import Picture
-from mjsim.sim.opengl import BACKENDS, choose_backend, make_context
-from mjsim.sim.renderer import Renderer
+from mjsim.output import require_free, write_file
+from mjsim.sim import BACKENDS, Renderer, choose_backend, make_context
 from mjsim.world import parse_world
 
 WIDTH, HEIGHT = 640, 480
@@ -65,12 +65,18 @@ class Diagnosis:
     """Processors that this process may use."""
 
 
-def diagnose(picture: Path | None) -> Diagnosis:
+def diagnose(picture: Path | None, *, overwrite: bool = False) -> Diagnosis:
     """Find out what draws here and how fast.
 
     Args:
         picture: Where to write a test picture, PNG; None for nowhere.
+        overwrite: Whether that may replace a file.
+
+    Raises:
+        UsageError: The picture exists, or cannot be written.
     """
+    if picture is not None:
+        require_free(picture, overwrite=overwrite)
     backends = {name: _try_alone(name) for name in BACKENDS}
     versions = {"python": sys.version.split()[0]} | {name: _version(name) for name in LIBRARIES}
     cores = len(os.sched_getaffinity(0))
@@ -89,8 +95,8 @@ def diagnose(picture: Path | None) -> Diagnosis:
         )
     image, rate = _draw_room()
     if picture is not None:
-        picture.parent.mkdir(parents=True, exist_ok=True)
-        picture.write_bytes(cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))[1].tobytes())
+        data = cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))[1].tobytes()
+        write_file(picture, data, overwrite=overwrite)
     return Diagnosis(
         backend=backend,
         renderer=renderer,

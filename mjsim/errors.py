@@ -10,6 +10,7 @@ MjsimError
 """
 
 import difflib
+import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -41,10 +42,7 @@ class Problem:
 
     def __post_init__(self) -> None:
         """Keep the message on one line, printable and not too long."""
-        line = self.message if self.message.isprintable() else "".join(map(_printable, self.message))
-        if len(line) > LONGEST_MESSAGE:
-            line = f"{line[:LONGEST_MESSAGE]}..."
-        object.__setattr__(self, "message", line)
+        object.__setattr__(self, "message", _shortened(printable(self.message)))
 
     def __str__(self) -> str:
         """Return 'file:line:column: message'."""
@@ -75,11 +73,11 @@ class RecordingError(MjsimError):
 
 # Faults of what runs, not errors of what was asked: their names are settled.
 class ModuleFault(MjsimError):  # noqa: N818
-    """A user's module raised, or returned NaN or a wrong shape."""
+    """A user's module raised, or returned what it must not; one line, whatever the module said."""
 
     def __init__(self, message: str, *, robot: str | None = None) -> None:
         self.robot = robot
-        super().__init__(message)
+        super().__init__(one_line(message))
 
 
 class PhysicsFault(MjsimError):  # noqa: N818
@@ -88,6 +86,20 @@ class PhysicsFault(MjsimError):  # noqa: N818
 
 class OpenGLError(MjsimError):
     """No OpenGL backend works on this machine; the message says what to type."""
+
+
+def one_line(text: str) -> str:
+    """Return a text on one line: white space collapsed, control characters escaped, and cut where it is too long."""
+    return _shortened(printable(" ".join(text.split())))
+
+
+def _shortened(line: str) -> str:
+    return line if len(line) <= LONGEST_MESSAGE else f"{line[:LONGEST_MESSAGE]}..."
+
+
+def printable(text: str) -> str:
+    """Return a text with its control characters escaped; ends of lines too."""
+    return text if text.isprintable() else "".join(map(_printable, text))
 
 
 def _printable(character: str) -> str:
@@ -104,3 +116,18 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     if near:
         return f"; did you mean '{near[0]}'?"
     return f"; there are {', '.join(words)}" if words else "; there are none"
+
+
+def how_to_install(*packages: str) -> str:
+    """Return the command that installs packages beside mjsim, with uv in an environment that has no pip."""
+    import importlib.util
+    import shlex
+    import shutil
+    import sys
+
+    if importlib.util.find_spec("pip"):
+        words = [sys.executable, "-m", "pip", "install"]
+    else:
+        uv = shutil.which("uv") or shutil.which("uv", path=os.path.dirname(sys.executable)) or "uv"
+        words = [uv, "pip", "install", "--python", sys.executable]
+    return shlex.join([*words, *packages])

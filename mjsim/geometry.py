@@ -1,4 +1,4 @@
-"""Poses in the plane, angles and segments; NumPy only.
+"""Poses in the plane and in space, angles and segments; NumPy only.
 
 Frames are named as in `outer_from_inner`, so that neighbours cancel:
 `p_world = world_from_robot.transform(p_robot)`.
@@ -69,6 +69,97 @@ class Pose:
         points = np.asarray(points_inner, dtype=float)
         c, s = math.cos(self.heading), math.sin(self.heading)
         return np.asarray(points @ np.array([[c, s], [-s, c]]) + (self.x, self.y))
+
+
+@dataclass(frozen=True, slots=True)
+class Pose3:
+    """A position and an orientation in space; also the transform outer_from_inner of that frame."""
+
+    x: float
+    """[m]"""
+    y: float
+    """[m]"""
+    z: float
+    """Up [m]."""
+    qx: float
+    """Of the unit quaternion of the rotation outer_from_inner, as are `qy`, `qz` and `qw`."""
+    qy: float
+    qz: float
+    qw: float
+
+    @classmethod
+    def from_planar(cls, pose: Pose) -> Self:
+        """Return the pose of a body that stands upright on the floor."""
+        half = pose.heading / 2.0
+        return cls(float(pose.x), float(pose.y), 0.0, 0.0, 0.0, math.sin(half), math.cos(half))
+
+    @classmethod
+    def from_matrix(cls, matrix: Array) -> Self:
+        """Return the pose of a homogeneous transform, shape (4, 4) [m].
+
+        References:
+            Shepperd, Quaternion from Rotation Matrix, J. of Guidance and Control 1(3), 1978: by its largest part.
+        """
+        R = matrix[:3, :3]
+        trace = float(np.trace(R))
+        squares = [trace, *np.diagonal(R).tolist()]
+        largest = squares.index(max(squares))
+        if largest == 0:
+            parts = [1.0 + trace, R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]
+        else:
+            i = largest - 1
+            j, k = (i + 1) % 3, (i + 2) % 3
+            parts = [R[k, j] - R[j, k], 0.0, 0.0, 0.0]
+            parts[1 + i], parts[1 + j], parts[1 + k] = 1.0 + 2.0 * R[i, i] - trace, R[i, j] + R[j, i], R[i, k] + R[k, i]
+        w, x, y, z = (np.array(parts) / np.linalg.norm(parts)).tolist()
+        px, py, pz = matrix[:3, 3].tolist()
+        return cls(px, py, pz, x, y, z, w)
+
+    def planar(self) -> Pose:
+        """Return the position and the heading of the x axis, both seen from above; the heading is in [-pi, pi]."""
+        qx, qy, qz, qw = self.qx, self.qy, self.qz, self.qw
+        return Pose(self.x, self.y, math.atan2(2.0 * (qx * qy + qw * qz), 1.0 - 2.0 * (qy * qy + qz * qz)))
+
+    def pitch(self) -> float:
+        """Return how far the body leans forward about its y axis, in [-pi, pi] [rad]."""
+        return math.atan2(
+            2.0 * (self.qw * self.qy - self.qx * self.qz), 1.0 - 2.0 * (self.qx * self.qx + self.qy * self.qy)
+        )
+
+    def as_array(self) -> Array:
+        """Return (x, y, z, qx, qy, qz, qw), shape (7,) [m, 1]."""
+        return np.array([self.x, self.y, self.z, self.qx, self.qy, self.qz, self.qw], dtype=float)
+
+    def matrix(self) -> Array:
+        """Return the homogeneous transform outer_from_inner, shape (4, 4) [m]."""
+        qx, qy, qz, qw = self.qx, self.qy, self.qz, self.qw
+        return np.array(
+            [
+                [1.0 - 2.0 * (qy * qy + qz * qz), 2.0 * (qx * qy - qz * qw), 2.0 * (qx * qz + qy * qw), self.x],
+                [2.0 * (qx * qy + qz * qw), 1.0 - 2.0 * (qx * qx + qz * qz), 2.0 * (qy * qz - qx * qw), self.y],
+                [2.0 * (qx * qz - qy * qw), 2.0 * (qy * qz + qx * qw), 1.0 - 2.0 * (qx * qx + qy * qy), self.z],
+                [0.0, 0.0, 0.0, 1.0],
+            ]
+        )
+
+
+def roll_and_pitch(quaternions: ArrayLike) -> Array:
+    """Return how far bodies lean to the side and forward.
+
+    Args:
+        quaternions: Unit quaternions (x, y, z, w) of outer_from_inner, shape (..., 4).
+
+    Returns:
+        Roll about x in [-pi, pi], the left side up, and pitch about y in [-pi/2, pi/2], the nose down, both positive;
+        shape (..., 2) [rad].
+
+    References:
+        ROS REP 103: rotations about the fixed axes x, y, z, in this order, right-handed.
+    """
+    qx, qy, qz, qw = np.moveaxis(np.asarray(quaternions, dtype=float), -1, 0)
+    roll = np.arctan2(2.0 * (qw * qx + qy * qz), 1.0 - 2.0 * (qx * qx + qy * qy))
+    pitch = np.arcsin(np.clip(2.0 * (qw * qy - qz * qx), -1.0, 1.0))
+    return np.stack([roll, pitch], axis=-1)
 
 
 def ellipse_points(mean: ArrayLike, covariance: ArrayLike, *, probability: float = 0.95, count: int = 48) -> Array:

@@ -5,7 +5,6 @@ is missing, also when `mjsim.sim.opengl` would find that library in a package. S
 mujoco cannot meet to MJSIM_GL, where only `mjsim.sim.opengl` reads it and child processes inherit it.
 """
 
-import ctypes.util
 import os
 
 _LIBRARIES = {"egl": (("EGL",), ("OpenGL", "GLESv2", "GLESv1_CM")), "osmesa": (("OSMesa",),)}
@@ -26,5 +25,7 @@ def hide_request_from_mujoco() -> None:
 
 
 def _is_met(value: str) -> bool:
+    from ctypes.util import find_library  # Slow to load, and asked for by few.
+
     groups = _LIBRARIES.get(value)
-    return groups is not None and all(any(map(ctypes.util.find_library, group)) for group in groups)
+    return groups is not None and all(any(map(find_library, group)) for group in groups)

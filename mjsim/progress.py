@@ -16,6 +16,11 @@ def say(text: str) -> None:
     print(f"mjsim: {text}", file=sys.stderr, flush=True)
 
 
+def show(line: str) -> None:
+    """Print a line that somebody else wrote, as it is."""
+    print(line, file=sys.stderr, flush=True)
+
+
 @contextmanager
 def tracked(label: str, *, total: float, unit: str) -> Iterator[Callable[[float], None]]:
     """Show progress while the block runs; the function that it gets is called with how much is done."""

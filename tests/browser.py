@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 from websockets.sync.client import ClientConnection, connect
 
+from mjsim.bench.entering import client_of, cookie_of, socket_of
+
 PATIENCE = 30.0
 """No answer takes this long [s], on however loaded a machine."""
 
@@ -55,8 +57,9 @@ class Browser:
 
 
 @contextmanager
-def browser(url: str, **headers: str) -> Iterator[Browser]:
-    """Open the run's WebSocket of a page."""
-    address = url.replace("http:", "ws:").rstrip("/") + "/api/run"
+def browser(url: str, at: str = "/api/run", **headers: str) -> Iterator[Browser]:
+    """Open a WebSocket of a page by a one-time address, that of the run unless told otherwise."""
+    with client_of(url) as client:
+        address, headers = socket_of(client, at), {**cookie_of(client), **headers}
     with connect(address, additional_headers=headers, open_timeout=PATIENCE, max_size=None) as socket:
         yield Browser(socket)

@@ -4,7 +4,7 @@ import re
 from random import Random
 from typing import Any
 
-from mjsim.world.snippet import scalar
+from mjsim.world.edit.snippet import scalar
 
 KEYS = ("name", "at", "points", "noise", "color", "walls", "heading_deg", "one", "two")
 TEXTS = (

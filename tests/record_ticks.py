@@ -4,9 +4,8 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
-from robots import pioneer
 
-from mjsim.geometry import Pose
+from mjsim.geometry import Pose, Pose3
 from mjsim.interface import (
     CameraFrame,
     Command,
@@ -19,8 +18,9 @@ from mjsim.interface import (
     Sighting,
     WheelCommand,
 )
-from mjsim.record import Event, Order, Recorder, Tick
+from mjsim.record import Order, Recorder, RobotEvent, Tick
 from mjsim.world import World, parse_world
+from tests.robots import pioneer
 
 ROBOTS = ("scout", "7.tip_top-2")
 DT = 0.04
@@ -76,9 +76,11 @@ def hand_made_ticks(
         if k % 2 == 0:
             names = ["lion", 7, "7", "Infinity", *range(100, 100 + landmarks)]
             belief = {name: (rng.normal(size=2), _covariance(rng, 2)) for name in names[: min(len(names), 1 + k // 2)]}
+        truth = {name: _pose(rng) for name in ROBOTS}
         yield Tick(
             time=now,
-            truth={name: _pose(rng) for name in ROBOTS},
+            truth=truth,
+            poses={name: Pose3.from_planar(pose) for name, pose in truth.items()},
             seen={name: _observation(rng, now, k, camera=name == "scout" and k % 2 == 0, size=size) for name in ROBOTS},
             orders={name: _order(rng, now, k, belief if name == "scout" else {}) for name in ROBOTS},
             qpos=rng.normal(size=14),
@@ -145,6 +147,6 @@ def _order(rng: np.random.Generator, now: float, k: int, landmarks: dict) -> Ord
         dead_reckoning=_pose(rng),
         dead_reckoning_covariance=_covariance(rng, 3),
         sightings=(_sighting(rng, now, "lion", True), _sighting(rng, now, None, False)) if k % 2 == 0 else (),
-        events=(Event(now, "bump", "touched the wall", 0.1),) if k == 4 else (),
+        events=(RobotEvent(now, "bump", "touched the wall", 0.1),) if k == 4 else (),
         timing={"estimator": 0.001} if k % 2 == 0 else {},
     )

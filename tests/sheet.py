@@ -7,9 +7,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from playwright.sync_api import Browser, Locator, Page, expect
-from windows import PATIENCE, page_at
 
-from mjsim.web.studio import Studio
+from mjsim.web import Studio
+from tests.windows import PATIENCE, page_at
 
 
 class Sheet:

@@ -1,5 +1,6 @@
 """The measurements of `mjsim bench`: what they print, and that rivals are drawn as they should be."""
 
+import importlib.util
 import math
 
 import mujoco
@@ -12,8 +13,14 @@ from mjsim.bench.figures import FIGURES
 from mjsim.bench.naive import blocks_of, naive_scene, put, stock_renderer
 from mjsim.bench.peers import PEER_FIGURES, irsim_world
 from mjsim.bench.scenes import gallery, gallery_places, hall, office
-from mjsim.errors import UsageError
+from mjsim.errors import UsageError, how_to_install
 from mjsim.sim import Simulation
+
+
+def test_peers_that_are_missing_are_told_with_the_command_that_installs_both(monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(UsageError, match=f"^ir-sim is not installed; type: {how_to_install('ir-sim', 'pybullet')}$"):
+        list(measure(["irsim-lidar"], runs=1, peers=True))
 
 
 def test_a_table_has_a_line_a_figure_with_median_min_max_unit_and_runs():

@@ -6,19 +6,20 @@ import runpy
 from pathlib import Path
 
 import mjsim
-from mjsim.world.check import check_world
+from mjsim.modules import ROLES
+from mjsim.world import check_world
 
 ROOT = Path(__file__).parent.parent
 
 
 def test_the_page_of_the_world_file_is_what_the_schema_says():
-    made = runpy.run_path(str(ROOT / "scripts" / "make_world_page.py"))["world_page"]()
+    made = runpy.run_path(str(ROOT / "scripts" / "make" / "world_page.py"))["world_page"]()
     assert (ROOT / "docs" / "world-file.md").read_text(encoding="utf-8") == made
     assert "| `thickness` | number above 0 to 10000 | `0.1` | [m] |" in made
 
 
 def test_the_schema_beside_the_shipped_worlds_is_what_the_program_prints():
-    made = runpy.run_path(str(ROOT / "scripts" / "make_world_page.py"))["schema_text"]()
+    made = runpy.run_path(str(ROOT / "scripts" / "make" / "world_page.py"))["schema_text"]()
     assert (ROOT / "worlds" / "mjsim.schema.json").read_text(encoding="utf-8") == made
 
 
@@ -36,6 +37,17 @@ def test_the_page_of_what_changes_runs(capsys):
     assert "Pose(x=7.0, y=1.0" in capsys.readouterr().out
 
 
+def test_the_page_of_modules_runs_and_has_every_role(tmp_path, monkeypatch, capsys):
+    page = (ROOT / "docs" / "modules.md").read_text(encoding="utf-8")
+    told = {row[0]: set(re.findall(r"`(\w+)\(", row[1])) for row in re.findall(r"^\| `(\w+)` \| (.*) \|$", page, re.M)}
+    assert told == {role: set(methods) for role, methods in ROLES.items()}
+    (code,) = re.findall("```python\n(.*?)```", page, re.DOTALL)
+    (printed,) = re.findall(r"```\n\n((?:    .*\n)+)\nWhat was recorded", page)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(code, "example.py", "exec"), {"__name__": "example"})
+    assert capsys.readouterr().out == re.sub("^    ", "", printed, flags=re.M)
+
+
 def test_every_module_that_the_page_of_algorithms_names_is_there():
     page = (ROOT / "docs" / "algorithms.md").read_text(encoding="utf-8")
     tables = [line for line in page.splitlines() if line.startswith("| `")]
@@ -50,3 +62,13 @@ def test_every_module_that_the_page_of_algorithms_names_is_there():
     (text,) = re.findall("```yaml\n(.*?)```", page, re.DOTALL)
     for use in re.findall(r'use: "(.*?):(.*?)"', text):
         assert hasattr(importlib.import_module(use[0]), use[1])
+
+
+def test_the_page_of_arms_runs():
+    page = (ROOT / "docs" / "arms.md").read_text(encoding="utf-8")
+    for code in re.findall("```python\n(.*?)```", page, re.DOTALL):
+        exec(code, {})
+    (text,) = re.findall("```yaml\n(.*?)```", page, re.DOTALL)
+    world = mjsim.parse_world(f"mjsim: 1\n{text}")
+    assert check_world(world) == []
+    assert world.robots[0].arms[0].arm.n == 6

@@ -1,100 +1,253 @@
-"""The direction of imports that the design settles: up its table, never down."""
+"""The direction of imports that the design settles: one way, through faces, in no circle."""
 
 import ast
+import importlib
+import runpy
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 import mjsim
+from mjsim.bench import import_graph
+from mjsim.bench.import_graph import Package
 
 ROOT = Path(mjsim.__file__).parent
 
-FIRST = {"closing", "errors", "geometry", "gl_request"}
-WORLD = FIRST | {"world"}
-VALUES = WORLD | {"interface", "readings"}
+GROUND = {"closing", "errors", "faces", "geometry", "gl_request", "output", "progress", "syntax"}
+WORLD = GROUND | {"mechanics", "models", "world"}
+VALUES = WORLD | {"interface"}
 COMPILE = VALUES | {"compile"}
 RECORD = VALUES | {"record"}
-SIM = COMPILE | {"sim"}
+SIM = COMPILE | {"modules", "sim"}
 RUN = SIM | {"record", "safety", "run"}
 VIDEO = RECORD | {"compile", "sim", "video"}
-SESSION = RUN | {"session"}
 REPORT = WORLD | {"record", "report"}
 SWEEP = RUN | REPORT | {"sweep"}
 MAY_IMPORT = {
-    "closing": set(),
-    "errors": set(),
-    "geometry": set(),
-    "gl_request": set(),
+    **dict.fromkeys(GROUND, GROUND),
+    "mechanics": GROUND,
+    "interface": GROUND | {"mechanics"},
+    "models": GROUND,
     "world": WORLD,
-    "readings": {"geometry"},
-    "interface": {"geometry", "readings"},
+    "modules": VALUES,
     "compile": COMPILE,
-    "exchange": COMPILE | {"exchange"},
+    # Robots that are brought in are measured.
+    "exchange": SIM,
     "record": RECORD,
     "sim": SIM,
-    "safety": {"interface", "geometry", "safety"},
+    "safety": GROUND | {"interface"},
     "run": RUN,
-    "session": SESSION,
-    "env": RUN | {"env"},
+    "session": RUN,
+    "env": RUN,
     "report": REPORT,
     # A log is told in ticks to a pilot, and stands in the world that the simulation would have.
-    "logs": RUN | {"logs"},
+    "logs": RUN,
+    "bridge": RUN | {"session"},
     "sweep": SWEEP,
     "video": VIDEO,
-    "experiments": RUN | REPORT | {"experiments", "algorithms"},
-    "web": SWEEP | VIDEO | {"exchange", "session", "web"},
+    "experiments": RUN | REPORT | {"algorithms"},
+    "web": SWEEP | VIDEO | {"exchange", "session"},
 }
-"""Part of mjsim -> the parts that it may import; `cli`, all `..._cli`, `doctor`, `bench` and `progress` are not."""
+"""Part of mjsim -> the other parts that it may import; some are still to come."""
+MAY_IMPORT_ALL = {"__init__", "bench", "cli", "doctor"}
 
-MAY_USE_MUJOCO = {"compile", "sim", "env", "doctor", "bench"}
+MAY_USE_MUJOCO = {"models", "compile", "sim", "env", "doctor", "bench"}
+
+HEAVY = {
+    *("av", "cv2", "dm_control", "ezdxf", "filterpy", "foxglove", "matplotlib", "mcap", "mujoco", "pyarrow", "ruamel"),
+    *("scipy", "starlette", "svgpathtools", "uvicorn"),
+}
 
 
 @pytest.fixture(scope="module")
-def imports():
-    """Part, file and module of each import in the package."""
-    return list(parts_and_imports())
+def package():
+    return Package(ROOT)
 
 
-def parts_and_imports():
-    for file in sorted(ROOT.rglob("*.py")):
-        part = file.relative_to(ROOT).parts[0].removesuffix(".py")
-        for node in ast.walk(ast.parse(file.read_text())):
-            if isinstance(node, ast.Import):
-                yield from ((part, file, alias.name) for alias in node.names)
-            elif isinstance(node, ast.ImportFrom):
-                assert node.level == 0, f"{file} imports relatively"
-                yield part, file, node.module
-
-
-def test_imports_point_up_the_table(imports):
-    seen = set()
-    for part, file, module in imports:
-        if part not in MAY_IMPORT or not (module == "mjsim" or module.startswith("mjsim.")):
-            continue
-        other = module.partition("mjsim.")[2].partition(".")[0]
-        assert other in MAY_IMPORT[part], f"{file} imports {module}"
-        seen.add(part)
-    assert seen >= {"world", "compile", "record", "sim", "run", "report", "video"}
+def test_imports_point_one_way(package):
+    assert import_graph.wrong_directions(package, MAY_IMPORT) == []
 
 
 def test_every_part_of_the_package_stands_in_the_table():
     parts = {path.stem for path in ROOT.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()}
-    commands = {part for part in parts if part.endswith("_cli")}
-    assert parts - commands - set(MAY_IMPORT) <= {"__init__", "cli", "doctor", "bench", "progress"}
+    assert parts - set(MAY_IMPORT) <= MAY_IMPORT_ALL
 
 
-def test_only_the_parts_that_build_and_move_the_scene_import_mujoco(imports):
-    users = {part for part, _, module in imports if module.partition(".")[0] == "mujoco"}
+def test_packages_are_imported_through_their_faces(package):
+    assert import_graph.past_faces(package) == []
+
+
+def test_no_module_imports_the_face_that_it_stands_behind(package):
+    assert import_graph.own_faces(package) == []
+
+
+def test_no_module_imports_itself_by_way_of_others(package):
+    assert import_graph.module_cycle(package) == []
+
+
+def test_no_package_imports_itself_by_way_of_others(package):
+    assert import_graph.package_cycle(package) == []
+
+
+def test_only_the_parts_that_build_and_move_the_scene_import_mujoco(package):
+    users = {package.part(each.importer) for each in package.imports if each.module.partition(".")[0] == "mujoco"}
     assert users <= MAY_USE_MUJOCO
     assert users >= {"compile", "sim"}
 
 
 def test_algorithms_import_of_mjsim_only_what_a_user_would():
-    folder = Path(mjsim.__file__).parent.parent / "algorithms"
-    files = sorted(folder.glob("*.py"))
+    files = sorted((ROOT.parent / "algorithms").glob("*.py"))
     assert len(files) > 1
     for file in files:
         for node in ast.walk(ast.parse(file.read_text())):
             if isinstance(node, ast.ImportFrom) and node.level == 0 and node.module.startswith("mjsim"):
-                public = node.module == "mjsim" or node.module in ("mjsim.interface", "mjsim.geometry")
+                public = node.module in ("mjsim", "mjsim.geometry", "mjsim.interface", "mjsim.mechanics")
                 assert public, f"{file} imports {node.module}"
+
+
+def test_each_face_offers_what_its_stub_says(package):
+    assert len(package.faces) > 20
+    for name, offered in package.faces.items():
+        assert set(importlib.import_module(name).__all__) == set(offered), name
+
+
+@pytest.mark.parametrize(
+    ("code", "heavy"),
+    [
+        ("import mjsim", HEAVY | {"numpy", "pydantic", "shapely"}),
+        ("from mjsim.cli import main; sys.argv = ['mjsim', '--help']; main()", HEAVY | {"numpy", "shapely"}),
+        (f"import mjsim; mjsim.load_world('{ROOT.parent}/worlds/gallery.yaml')", HEAVY),
+        (
+            f"from mjsim.cli import main; sys.argv = ['mjsim', 'check', '{ROOT.parent}/worlds/gallery.yaml']; main()",
+            HEAVY,
+        ),
+    ],
+)
+def test_what_is_heavy_is_loaded_only_where_it_is_used(code, heavy):
+    shown = f"import atexit, sys; atexit.register(lambda: print('LOADED', *sorted({heavy} & set(sys.modules)))); {code}"
+    done = subprocess.run([sys.executable, "-c", shown], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "LOADED"
+
+
+# The tests above can fail: small packages that break each rule.
+
+OFFENDERS = {
+    "down the table, in a function": (
+        import_graph.wrong_directions,
+        {"low/__init__.py": "", "low/a.py": "def f():\n    from house.high import x\n", "high/__init__.py": "x = 1\n"},
+    ),
+    "down the table, for types only": (
+        import_graph.wrong_directions,
+        {
+            "low/__init__.py": "",
+            "low/a.py": "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from house.high import x\n",
+            "high/__init__.py": "",
+        },
+    ),
+    "down the table, in a string": (
+        import_graph.wrong_directions,
+        {"low/__init__.py": "LATER = {'x': 'house.high'}\n", "high/__init__.py": ""},
+    ),
+    "down the table, in a stub": (
+        import_graph.wrong_directions,
+        {"low/__init__.py": "", "low/__init__.pyi": "from ..high import x as x\n", "high/__init__.py": ""},
+    ),
+    "past a face": (
+        import_graph.past_faces,
+        {
+            "high/__init__.py": "",
+            "high/a.py": "from house.low.b import x\n",
+            "low/__init__.py": "",
+            "low/b.py": "x = 1\n",
+        },
+    ),
+    "a module past a face": (
+        import_graph.past_faces,
+        {"high/__init__.py": "", "high/a.py": "from house.low import b\n", "low/__init__.py": "", "low/b.py": ""},
+    ),
+    "past the face of a package within one's own": (
+        import_graph.past_faces,
+        {
+            "low/__init__.py": "",
+            "low/one/__init__.py": "",
+            "low/one/a.py": "import house.low.two.b\n",
+            "low/two/__init__.py": "",
+            "low/two/b.py": "",
+        },
+    ),
+    "one's own face": (
+        import_graph.own_faces,
+        {"low/__init__.py": "", "low/a.py": "from house.low import x\n"},
+    ),
+    "two modules in a circle": (
+        import_graph.module_cycle,
+        {"a.py": "import house.b\n", "b.py": "def f():\n    from house.a import x\n"},
+    ),
+    "two modules in a circle through a face": (
+        import_graph.module_cycle,
+        {
+            "low/__init__.py": "",
+            "low/__init__.pyi": "from .b import x as x\n",
+            "low/b.py": "from house.a import y\nx = 1\n",
+            "a.py": "from house.low import x\ny = 1\n",
+        },
+    ),
+    "two packages in a circle, their modules in none": (
+        import_graph.package_cycle,
+        {
+            "low/__init__.py": "",
+            "low/__init__.pyi": "from .b import x as x\n",
+            "low/b.py": "x = 1\n",
+            "low/c.py": "from house.high import y\n",
+            "high/__init__.py": "",
+            "high/__init__.pyi": "from .a import y as y\n",
+            "high/a.py": "from house.low import x\ny = x\n",
+        },
+    ),
+}
+
+
+def offences(rule, package):
+    return rule(package, {"low": set()}) if rule is import_graph.wrong_directions else rule(package)
+
+
+def house(folder, files):
+    for name, text in {"__init__.py": "", **files}.items():
+        path = folder / "house" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return Package(folder / "house")
+
+
+@pytest.mark.parametrize(("rule", "files"), OFFENDERS.values(), ids=OFFENDERS)
+def test_an_offender_is_found(rule, files, tmp_path):
+    assert offences(rule, house(tmp_path, files))
+
+
+def test_a_package_in_order_is_left_alone(tmp_path):
+    package = house(
+        tmp_path,
+        {
+            "low/__init__.py": "",
+            "low/__init__.pyi": "from .b import x as x\nfrom . import c as c\n",
+            "low/b.py": "from house.low.c import y\nx = y\n",
+            "low/c.py": "y = 1\n",
+            "high/__init__.py": "",
+            "high/a.py": "from house.low import c, x\n",
+        },
+    )
+    rules = {rule for rule, _ in OFFENDERS.values()}
+    assert [offences(rule, package) for rule in rules] == [[] for _ in rules]
+
+
+def test_faces_of_what_has_a_file_a_kind_are_what_their_modules_define():
+    for path, text in runpy.run_path(str(ROOT.parent / "scripts" / "make" / "faces.py"))["faces"]().items():
+        assert path.read_text(encoding="utf-8") == text, f"{path}: run scripts/make/faces.py"
+
+
+def test_no_script_imports_from_tests():
+    scripts = (ROOT.parent / "scripts").rglob("*.py")
+    wrong = ("sys.path.insert", "sys.path.append", "from tests", "import tests")
+    assert [file for file in scripts if any(text in file.read_text() for text in wrong)] == []

@@ -16,8 +16,8 @@ POSTERS = sorted((ROOT / "assets" / "posters").glob("*.jpg"))
 @pytest.fixture(scope="module")
 def draw_poster(request: pytest.FixtureRequest) -> Callable[[str], NDArray[np.uint8]]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(ROOT / "scripts"))
-        return runpy.run_path(str(ROOT / "scripts" / "make_posters.py"))["draw_poster"]
+        patch.syspath_prepend(str(ROOT / "scripts" / "make"))
+        return runpy.run_path(str(ROOT / "scripts" / "make" / "posters.py"))["draw_poster"]
 
 
 @pytest.mark.slow

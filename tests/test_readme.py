@@ -3,12 +3,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robots import pioneer
 from typer.main import get_command
 
 import mjsim
 from mjsim.cli import app
 from mjsim.interface import Observation, Odometry, Sighting
+from tests.robots import pioneer
 
 README = (Path(__file__).parent.parent / "README.md").read_text()
 
@@ -50,7 +50,7 @@ def test_the_readmes_world_has_no_mistake(room):
 def test_the_readmes_program_runs_and_prints_its_error(room, capsys):
     exec(blocks("python")[1], {})
     assert 0.0 < float(capsys.readouterr().out) < 0.2
-    recording = mjsim.read_recording("run.mcap")
+    recording = mjsim.read_recording("python.mcap")
     assert mjsim.statistics(recording)["scout"]["distance_m"] > 2.0
 
 

@@ -4,7 +4,7 @@ import re
 import shutil
 import subprocess
 import sys
-import tomllib
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -27,7 +27,7 @@ def checkout(tmp_path):
     folder = tmp_path / "a checkout"
     (folder / "scripts").mkdir(parents=True)
     shutil.copy(SCRIPTS / "setup", folder / "scripts")
-    for name in ("requirements.lock", "pyproject.toml"):
+    for name in ("requirements.lock", "requirements-dev.lock", "pyproject.toml", "setup.py"):
         (folder / name).touch()
     return folder
 
@@ -57,26 +57,62 @@ def test_no_file_names_the_host_of_a_registry():
     assert not [f"{path}: {host}" for path, text in texts.items() for host in HOSTS if host.encode() in text]
 
 
-def test_every_package_that_is_installed_is_in_the_checkout():
-    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
-    places = settings["package-dir"]
-    folders = [places.get(name, name.replace(".", "/")) for name in settings["packages"]]
-    files = {str(path.relative_to(ROOT)) for path in tracked_files()}
-    assert not [folder for folder in folders if f"{folder}/__init__.py" not in files]
+def test_the_wheel_holds_every_file_of_the_package_and_nothing_else(tmp_path):
+    tracked = [path.relative_to(ROOT) for path in tracked_files()]
+    for path in tracked:
+        (tmp_path / "checkout" / path).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / path, tmp_path / "checkout" / path)
+    command = [sys.executable, "-c", "import setuptools.build_meta as b, sys; b.build_wheel(sys.argv[1])", tmp_path]
+    subprocess.run(command, cwd=tmp_path / "checkout", check=True, capture_output=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        packed = {name for name in archive.namelist() if ".dist-info/" not in name}
+    assert packed == {name for path in tracked if (name := installed_as(path.as_posix()))}
+
+
+def installed_as(path: str) -> str | None:
+    """Return where a tracked file is installed; None for one that is not."""
+    beside = {"algorithms/": "algorithms/", "assets/": "assets/", "tests/bench/": "bench/", "worlds/": "worlds/"}
+    if path.startswith("mjsim/"):
+        return None if path.startswith("mjsim/web/page/") else path
+    return next((f"mjsim/{to}{path.removeprefix(at)}" for at, to in beside.items() if path.startswith(at)), None)
 
 
 def test_the_pip_wheel_is_the_one_that_set_up_and_its_note_name():
-    (wheel,) = SCRIPTS.glob("pip-*.whl")
+    (wheel,) = (SCRIPTS / "bootstrap").glob("pip-*.whl")
     digest = hashlib.sha256(wheel.read_bytes()).hexdigest()
-    for text in ((SCRIPTS / "setup").read_text(), (SCRIPTS / "pip-wheel.md").read_text()):
+    for text in ((SCRIPTS / "setup").read_text(), (SCRIPTS / "bootstrap" / "pip-wheel.md").read_text()):
         assert wheel.name in text
         assert digest in text
 
 
 def test_every_locked_package_has_its_hashes():
-    for name in ("requirements.lock", "scripts/osmesa.lock"):
+    for name in ("requirements.lock", "requirements-dev.lock", "scripts/bootstrap/osmesa.lock"):
         entries = re.split(r"\n(?=[a-z0-9])", (ROOT / name).read_text())
         assert all(re.match(r"[\w.-]+==[\w.]+", entry) and "--hash=sha256:" in entry for entry in entries)
+
+
+def pins(lock: str) -> dict[str, str]:
+    return dict(re.findall(r"^([\w.-]+)==([\w.]+)", (ROOT / lock).read_text(), re.MULTILINE))
+
+
+def test_developers_have_what_users_have_at_the_same_versions():
+    users, developers = pins("requirements.lock"), pins("requirements-dev.lock")
+    assert users.items() < developers.items()
+
+
+def test_users_are_spared_what_is_heavy_and_rarely_used():
+    spared = {"pyarrow", "ezdxf", "usd-core", "gtsam", "distributed", "evo", "pandas", "playwright", "uv"}
+    assert not spared & pins("requirements.lock").keys()
+    assert {"mujoco", "dm-control", "numpy", "opencv-python-headless", "filterpy"} <= pins("requirements.lock").keys()
+
+
+def test_an_unknown_word_for_set_up_is_refused_with_one_line(checkout):
+    done = subprocess.run([checkout / "scripts" / "setup", "--users"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (
+        1,
+        "setup: '--users' is not known; type scripts/setup or scripts/setup --user\n",
+    )
 
 
 def test_a_python_that_does_not_suit_is_refused_with_one_line_and_nothing_is_made(checkout):
@@ -105,3 +141,17 @@ def test_without_the_module_venv_set_up_makes_an_environment_of_its_own(checkout
     assert Path(prefix) == made
     assert Path(packages) == made / f"lib/python{sys.version_info[0]}.{sys.version_info[1]}/site-packages"
     assert Path(packages).is_dir()
+
+
+def test_a_test_that_hangs_is_ended_and_named(tmp_path):
+    """Every test has the limit of pyproject.toml; here with a shorter one, and a wait that no Ctrl-C would end."""
+    (tmp_path / "test_hang.py").write_text("import threading\n\n\ndef test_hang():\n    threading.Event().wait()\n")
+    command = [sys.executable, "-m", "pytest", "-c", ROOT / "pyproject.toml", "--rootdir", tmp_path, "-o", "timeout=1"]
+    done = subprocess.run([*command, tmp_path], capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 1
+    assert "Failed: Timeout" in done.stdout
+    assert "test_hang" in done.stdout
+
+
+def test_tests_have_a_limit(pytestconfig):
+    assert 0.0 < float(pytestconfig.getini("timeout")) <= 600.0

@@ -15,9 +15,8 @@ from mjsim.bench.figure import Once
 from mjsim.bench.pictures import gallery_sensed, picture_floor
 from mjsim.bench.scenes import LIDAR, hall, office, office_places
 from mjsim.run import Driver, ticks
-from mjsim.sim import Simulation
+from mjsim.sim import Renderer, Simulation
 from mjsim.sim.in_view import InView
-from mjsim.sim.renderer import Renderer
 
 pytestmark = pytest.mark.slow
 

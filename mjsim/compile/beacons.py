@@ -12,18 +12,14 @@ from functools import cache
 import mujoco
 import numpy as np
 
-from mjsim.compile.pictures import LONGEST_BEACON_SIDE, add_material, bounded, color_of, marker_picture, read_picture
+from mjsim.compile.pictures import LONGEST_BEACON_SIDE, add_material, color_of, marker_picture
 from mjsim.compile.solids import Face
 from mjsim.compile.walls import UNDIVIDED, VISUAL, WallBox, add_mesh_geom
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Picture
-from mjsim.world.hung import Hung, hung
-from mjsim.world.markers import printed_share
-from mjsim.world.model import World
-from mjsim.world.outlines import origin_height
-from mjsim.world.robots import Robot
-from mjsim.world.things import Beacon, Marker
+from mjsim.models import bounded, read_picture
+from mjsim.world import Beacon, Hung, Marker, Robot, World, hung, origin_height, printed_share
 
 GIVEN_BACK = 0.25
 """Share of the lamps' light that a picture gives back; it shines by itself, so that its colours are its own at
@@ -40,11 +36,11 @@ BACK = "#8d867b"
 """Colour from behind."""
 REFLECTOR_PIXELS = 48
 
-Look = tuple[str, Array]
+PrintedFace = tuple[str, Array]
 """Name of a material, and the size of what it shows for a beacon of width 1, (width, height)."""
 
 
-def beacon_looks(spec: mujoco.MjSpec, world: World) -> Callable[[Beacon], Look]:
+def beacon_looks(spec: mujoco.MjSpec, world: World) -> Callable[[Beacon], PrintedFace]:
     """Return what gives the look of a beacon; beacons that show the same share one.
 
     Raises:
@@ -53,14 +49,14 @@ def beacon_looks(spec: mujoco.MjSpec, world: World) -> Callable[[Beacon], Look]:
     numbers = {face: number for number, face in enumerate(dict.fromkeys(map(_face, world.beacons)), start=1)}
 
     @cache
-    def look(face: str | Marker | None) -> Look:
+    def look(face: str | Marker | None) -> PrintedFace:
         return _add_look(spec, world, face, numbers[face])
 
     return lambda beacon: look(_face(beacon))
 
 
 def add_hung_beacons(
-    spec: mujoco.MjSpec, world: World, walls: Sequence[WallBox], look_of: Callable[[Beacon], Look]
+    spec: mujoco.MjSpec, world: World, walls: Sequence[WallBox], look_of: Callable[[Beacon], PrintedFace]
 ) -> None:
     """Add the beacons that stay where they are: seen from their front, each with a plain back."""
     removed = {getattr(event, "remove", None) for event in world.run.events}
@@ -92,7 +88,7 @@ def add_hung_beacons(
         _add_backs(spec, "beacon:backs", backs)
 
 
-def add_carried_beacons(spec: mujoco.MjSpec, world: World, look_of: Callable[[Beacon], Look]) -> None:
+def add_carried_beacons(spec: mujoco.MjSpec, world: World, look_of: Callable[[Beacon], PrintedFace]) -> None:
     """Add the beacons on robots and on things that move to the bodies of these, which must be there already."""
     for item in hung(world):
         if item.fixed or item.carrier is None:
@@ -134,7 +130,7 @@ def _face(beacon: Beacon) -> str | Marker | None:
     return beacon.image if beacon.image is not None else beacon.marker
 
 
-def _add_look(spec: mujoco.MjSpec, world: World, face: str | Marker | None, number: int) -> Look:
+def _add_look(spec: mujoco.MjSpec, world: World, face: str | Marker | None, number: int) -> PrintedFace:
     if number > MOST_PICTURES:
         raise UsageError(f"more than {MOST_PICTURES} different pictures hang in this world; let some beacons share one")
     size = 1.0

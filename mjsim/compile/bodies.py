@@ -9,9 +9,9 @@ import numpy as np
 from mjsim.compile.parts import DARK, MATERIAL, PALE, SEEN, make_decor
 from mjsim.compile.pictures import color_of
 from mjsim.geometry import Array
-from mjsim.world.bodies import BoxBody, CylinderBody, Part, PolygonBody, rims
+from mjsim.world import BoxBody, CylinderBody, Part, PolygonBody, rims
 
-Body = CylinderBody | BoxBody | PolygonBody
+PlainBody = CylinderBody | BoxBody | PolygonBody
 """Shapes that are built here."""
 TOUCHED = 3
 """Geom group of what is touched and hit by rays, and not seen."""
@@ -22,7 +22,7 @@ BUMPER_FRICTION = 0.3
 
 
 def add_body(
-    spec: mujoco.MjSpec, base: mujoco.MjsBody, body: Body, *, name: str, low: float, mass: float, balanced: bool
+    spec: mujoco.MjSpec, base: mujoco.MjsBody, body: PlainBody, *, name: str, low: float, mass: float, balanced: bool
 ) -> None:
     """Add the shape that bumps, its mass, and what is seen of it.
 
@@ -59,7 +59,7 @@ def add_body(
         _add_heading_mark(base, body)
 
 
-def _shapes(spec: mujoco.MjSpec, body: Body, name: str, half: float) -> list[dict[str, Any]]:
+def _shapes(spec: mujoco.MjSpec, body: PlainBody, name: str, half: float) -> list[dict[str, Any]]:
     """Return what makes the geoms of a body: type and size of each."""
     if isinstance(body, CylinderBody):
         return [{"type": mujoco.mjtGeom.mjGEOM_CYLINDER, "size": [body.radius, half, 0.0]}]
@@ -90,13 +90,16 @@ def _prism(spec: mujoco.MjSpec, outline: Array, half: float, name: str) -> dict[
     return {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name}
 
 
-def _set_mass(base: mujoco.MjsBody, body: Body, *, low: float, mass: float, balanced: bool) -> None:
-    """Give the base its mass, spread evenly over the outline; it lies low, as batteries do."""
+def _set_mass(base: mujoco.MjsBody, body: PlainBody, *, low: float, mass: float, balanced: bool) -> None:
+    """Give the base its mass, spread evenly over the outline; it lies low, as batteries do, unless the body says."""
     half = (body.height - low) / 2
     (x, y), (xx, yy, xy) = _spread(body)
     # A quarter of the way across, as high up as that, and never above the middle.
     middle = min(low + half, max(low, math.sqrt(xx + yy) / math.sqrt(2.0)))
     upright = min(half, middle) ** 2 / 3
+    if isinstance(body, BoxBody) and body.middle is not None:
+        # What balances says where its mass is.
+        middle, upright = body.middle, half**2 / 3
     base.explicitinertial = True
     base.mass, base.ipos = mass, [0.0 if balanced else x, 0.0 if balanced else y, middle]
     if xy == 0.0:
@@ -105,7 +108,7 @@ def _set_mass(base: mujoco.MjsBody, body: Body, *, low: float, mass: float, bala
         base.fullinertia = [mass * (yy + upright), mass * (xx + upright), mass * (xx + yy), -mass * xy, 0.0, 0.0]
 
 
-def _spread(body: Body) -> tuple[tuple[float, float], tuple[float, float, float]]:
+def _spread(body: PlainBody) -> tuple[tuple[float, float], tuple[float, float, float]]:
     """Return the middle of a body's outline [m], and the means of x^2, y^2 and x y around it [m^2]."""
     if isinstance(body, CylinderBody):
         return (0.0, 0.0), (body.radius**2 / 4, body.radius**2 / 4, 0.0)
@@ -147,7 +150,7 @@ def _orientation(part: Part) -> Array:
     return turned
 
 
-def _add_heading_mark(base: mujoco.MjsBody, body: Body) -> None:
+def _add_heading_mark(base: mujoco.MjsBody, body: PlainBody) -> None:
     """Add a bar on top from the middle to the rim, so that people see where the robot looks."""
     red, green, blue, _ = color_of(body.color)
     bright = 0.3 * red + 0.59 * green + 0.11 * blue > 0.6

@@ -3,12 +3,12 @@
 import mujoco
 import numpy as np
 
-from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, bounded, color_of, read_picture
+from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, color_of
 from mjsim.compile.solids import Face
 from mjsim.compile.walls import WallBox, add_mesh_geom
 from mjsim.geometry import Array
-from mjsim.world.model import World
-from mjsim.world.structure import Ceiling
+from mjsim.models import bounded, read_picture
+from mjsim.world import Ceiling, World
 
 
 def add_ceiling(spec: mujoco.MjSpec, world: World, walls: list[WallBox], lower: Array, upper: Array) -> None:

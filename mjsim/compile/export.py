@@ -8,38 +8,31 @@ from pathlib import Path
 import mujoco
 
 from mjsim.compile.scene import compile_world
-from mjsim.errors import UsageError
-from mjsim.world.model import World
+from mjsim.output import free_paths, write_files
+from mjsim.world import World
 
 DIGITS = 15
 """Of each number in the file: the most at which 0.1 is written as 0.1."""
 
 
-def export_scene(world: World, folder: str | Path) -> Path:
+def export_scene(world: World, folder: str | Path, *, overwrite: bool = False) -> Path:
     """Write `scene.xml` and `assets/` of a world into a folder, and return the path of `scene.xml`.
 
-    Nothing is written when the world cannot be compiled.
+    Nothing is written when the world cannot be compiled. With `overwrite` the files of an earlier scene are replaced;
+    all others in the folder stay.
 
     Raises:
-        UsageError: The folder cannot be written.
+        UsageError: A file exists, or cannot be written.
     """
+    free_paths(folder, ("scene.xml",), overwrite=overwrite)
     spec = compile_world(world)
     spec.compile()
-    folder = Path(folder)
     spec.meshdir = spec.texturedir = "assets"
     with _written_with(DIGITS):
         text = spec.to_xml()
-    try:
-        for name, data in spec.assets.items():
-            path = folder / "assets" / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(data)
-        folder.mkdir(parents=True, exist_ok=True)
-        scene = folder / "scene.xml"
-        scene.write_text(text)
-    except OSError as error:
-        raise UsageError(f"cannot write '{error.filename or folder}': {error.strerror}") from error
-    return scene
+    files = {f"assets/{name}": data for name, data in spec.assets.items()}
+    write_files(folder, files | {"scene.xml": text.encode()}, overwrite=overwrite)
+    return Path(folder) / "scene.xml"
 
 
 @contextmanager

@@ -5,12 +5,11 @@ import math
 import mujoco
 import numpy as np
 
-from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, bounded, color_of, read_picture
+from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, color_of
 from mjsim.compile.walls import COLLISION, UNDIVIDED, VISUAL
 from mjsim.geometry import Array
-from mjsim.world.model import World
-from mjsim.world.names import item_names
-from mjsim.world.structure import FloorPatch
+from mjsim.models import bounded, read_picture
+from mjsim.world import FloorPatch, World, item_names
 
 AROUND_WALLS, AROUND_NOTHING = 2.0, 20.0
 """How far the floor is seen beyond what stands on it [m]; one can drive on beyond that."""

@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 
 from mjsim.compile.pictures import color_of
 from mjsim.geometry import Array
-from mjsim.world.light import Lamp
-from mjsim.world.model import World
-from mjsim.world.names import item_names
+from mjsim.world import Lamp, World, item_names
 
 EVEN, TOWARDS_VIEWER = (0.71, 0.71, 0.72), 0.08
 """Light from everywhere, red, green, blue; and what is added where one looks at a face squarely."""

@@ -4,27 +4,15 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, bounded, color_of, encode_png, read_picture
+from mjsim.compile.pictures import add_material, color_of
 from mjsim.interface import Picture
+from mjsim.models import UNSAID, encode_png
 
-UNSAID = [0.5, 0.5, 0.5, 1.0]
-"""What MuJoCo takes for a geom without a colour of its own."""
 GRAY = [128 / 255, 128 / 255, 128 / 255, 1.0]
 """The same, said."""
 CUBE_SIDES = "RLUDFB"
 """Right, left, up, down, front and back, one below the other."""
-
-
-def is_picture(name: str) -> bool:
-    """Return whether a file is a picture, told from its name."""
-    return name.lower().endswith((".jpg", ".jpeg", ".png"))
-
-
-def as_png(data: bytes) -> bytes:
-    """Return a picture as MuJoCo reads it: PNG, and no larger than can be seen."""
-    return encode_png(bounded(read_picture(data), LONGEST_TILE_SIDE))
 
 
 class LookOf:
@@ -40,13 +28,6 @@ class LookOf:
         """
         self._spec, self._model, self._key = spec, model, key
         self._names: dict[int, str] = {}
-
-    def opaque(self) -> NDArray[np.bool_]:
-        """Return which geoms of the file can be seen at all."""
-        model = self._model
-        own, materials = model.geom_rgba[:, 3] > 0.0, np.append(model.mat_rgba[:, 3], 1.0) > 0.0
-        unsaid = (model.geom_rgba == np.array(UNSAID, dtype=model.geom_rgba.dtype)).all(axis=1)
-        return np.asarray(np.where(unsaid & (model.geom_matid >= 0), materials[model.geom_matid], own), dtype=bool)
 
     def of_geom(self, number: int, *, plain: str | None) -> dict[str, Any]:
         """Return material and colour of a geom.

@@ -6,22 +6,19 @@ one file share meshes and looks. A model is a body `obstacle/NAME`; bodies, join
 names below it: `obstacle/NAME/seat`.
 """
 
-import warnings
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
-from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.compile.model_looks import LookOf, as_png, is_picture
+from mjsim.compile.model_looks import LookOf
 from mjsim.compile.walls import COLLISION, VISUAL
 from mjsim.geometry import Array
-from mjsim.world.model_outline import LAST_SEEN_GROUP
-from mjsim.world.things import ModelObstacle
+from mjsim.models import ModelShape, no_warnings, seen_and_touched
+from mjsim.world import ModelObstacle
 
 SEEN = 0
 """Group of what is seen and touched."""
@@ -29,8 +26,6 @@ HEAVIEST = 1e6
 """[kg]"""
 LEAST_INERTIA = 1e-12
 """Of what moves [kg m^2]: MuJoCo takes a little less."""
-SHAPES = ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
-"""Kinds of parts that a thing may have; planes of a file are left out, as a room has its own floor."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,55 +41,21 @@ class Original:
     """Names of the meshes that the scene has already, by number and scale."""
 
 
-def read_model(obstacle: ModelObstacle) -> mujoco.MjModel:
-    """Return what MuJoCo makes of a model's file by itself.
-
-    Raises:
-        ValueError: MuJoCo cannot read it; a sentence that names the file.
-    """
-    files = obstacle.shape.files
-    assets = {name: as_png(data) if is_picture(name) else data for name, data in files.assets.items()}
-    text = ElementTree.tostring(files.root, encoding="unicode")
-    with _no_doubts(obstacle.model):
-        return mujoco.MjSpec.from_string(text, assets=assets).compile()
-
-
-def original(spec: mujoco.MjSpec, obstacle: ModelObstacle, model: mujoco.MjModel, *, number: int) -> Original:
+def original(spec: mujoco.MjSpec, shape: ModelShape, *, key: str) -> Original:
     """Return a file for the things of a scene.
 
     Args:
         spec: The scene.
-        obstacle: Any that names the file.
-        model: What MuJoCo makes of the file.
-        number: Of the file among those of the scene, from 1.
+        shape: What the file holds.
+        key: Begins the names of its meshes and materials in the scene.
     """
-    key = f"obstacle:model{number}"
-    return Original(model, obstacle.shape.files.urdf, LookOf(spec, model, key), key)
+    return Original(shape.model, shape.files.urdf, LookOf(spec, shape.model, key), key)
 
 
 def try_alone(spec: mujoco.MjSpec, path: str) -> None:
-    """Raise ValueError when MuJoCo makes nothing of a scene with one model, or has doubts about it."""
-    with _no_doubts(path):
+    """Raise ValueError when a scene with one model fails to compile, or MuJoCo warns about it."""
+    with no_warnings(path):
         spec.compile()
-
-
-@contextmanager
-def _no_doubts(path: str) -> Iterator[None]:
-    """Raise ValueError, which names a file, for all that MuJoCo has to say against it."""
-    said: list[str] = []
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(said.append)
-    try:
-        with warnings.catch_warnings():
-            # A model that MuJoCo warns of when it is alone would go wrong in a room as well.
-            warnings.simplefilter("error")
-            yield
-    except (ValueError, RuntimeError, UserWarning, mujoco.FatalError) as error:
-        said.append(str(error) or type(error).__name__)
-    finally:
-        mujoco.set_mju_user_warning(before)
-    if said:
-        raise ValueError(f"MuJoCo cannot take '{path}': {' '.join(said[-1].split())[:200]}")
 
 
 def add_model(
@@ -127,7 +88,7 @@ def add_model(
     for number in range(model.njnt):
         _add_joint(bodies[int(model.jnt_bodyid[number])], model, number, scale=scale, name=name)
     plain = None if obstacle.color == type(obstacle).model_fields["color"].default else obstacle.color
-    seen, touched = _kinds(original)
+    seen, touched = seen_and_touched(model, urdf=original.urdf)
     for number in np.flatnonzero(seen | touched).tolist():
         keys = dict(solid) if touched[number] else {"contype": 0, "conaffinity": 0}
         keys["group"] = COLLISION if not seen[number] else SEEN if touched[number] else VISUAL
@@ -144,7 +105,7 @@ def add_model(
             **original.looks.of_geom(number, plain=plain),
         )
         if geom.type == mujoco.mjtGeom.mjGEOM_MESH:
-            geom.meshname = _mesh(spec, original, int(model.geom_dataid[number]), scale)
+            geom.meshname = mesh_of(spec, original, int(model.geom_dataid[number]), scale)
     _add_excludes(spec, model, bodies)
 
 
@@ -211,22 +172,7 @@ def _add_joint(body: mujoco.MjsBody, model: mujoco.MjModel, number: int, *, scal
         joint.range = model.jnt_range[number] * unit
 
 
-def _kinds(original: Original) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return which geoms of a file are seen, and which can be touched."""
-    model = original.model
-    kinds = [getattr(mujoco.mjtGeom, f"mjGEOM_{shape.upper()}") for shape in SHAPES]
-    there = np.isin(model.geom_type, [int(kind) for kind in kinds])
-    touched = there & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
-    seen = there & (model.geom_group <= LAST_SEEN_GROUP) & original.looks.opaque()
-    if original.urdf and (seen & ~touched).any():
-        # URDF has shapes to look at and shapes to bump into, one over the other.
-        seen &= ~touched
-    if not touched.any():
-        touched = seen
-    return (seen if seen.any() else touched), touched
-
-
-def _mesh(spec: mujoco.MjSpec, original: Original, number: int, scale: float) -> str:
+def mesh_of(spec: mujoco.MjSpec, original: Original, number: int, scale: float) -> str:
     """Return the name of a mesh in the scene, which is added if it is not there."""
     name = original.meshes.get((number, scale))
     if name is not None:

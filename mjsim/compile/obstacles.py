@@ -15,23 +15,24 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from mjsim.compile.models import Original, add_model, original, read_model, try_alone
+from mjsim.compile.models import Original, add_model, original, try_alone
 from mjsim.compile.movers import add_slides
 from mjsim.compile.pictures import add_matte, color_of
 from mjsim.errors import WorldError
 from mjsim.geometry import Array
-from mjsim.world.model import World
-from mjsim.world.names import item_names
-from mjsim.world.outlines import origin_height
-from mjsim.world.places import Fault, problems_at
-from mjsim.world.things import (
+from mjsim.world import (
     BoxObstacle,
     CylinderObstacle,
+    Fault,
     ModelObstacle,
     Obstacle,
     RampObstacle,
     SphereObstacle,
     StepsObstacle,
+    World,
+    item_names,
+    origin_height,
+    problems_at,
 )
 
 TWISTING, ROLLING = 0.005, 0.002
@@ -62,7 +63,6 @@ def add_obstacles(spec: mujoco.MjSpec, world: World) -> None:
     Raises:
         WorldError: MuJoCo cannot read the files of some models; each is told where it is named first.
     """
-    models: dict[str, mujoco.MjModel] = {}
     originals: dict[str, Original] = {}
     tried: set[object] = set()
     faults: dict[str, Fault] = {}
@@ -72,12 +72,9 @@ def add_obstacles(spec: mujoco.MjSpec, world: World) -> None:
             _add_shape(spec, stand, obstacle, f"obstacle/{name}")
             continue
         try:
-            if obstacle.model not in models:
-                models[obstacle.model] = read_model(obstacle)
-            model = models[obstacle.model]
-            _check_alone(obstacle, model, tried)
+            _check_alone(obstacle, tried)
             if obstacle.model not in originals:
-                originals[obstacle.model] = original(spec, obstacle, model, number=len(originals) + 1)
+                originals[obstacle.model] = original(spec, obstacle.shape, key=f"obstacle:model{len(originals) + 1}")
             file = originals[obstacle.model]
             add_model(spec, stand.body, obstacle, file, name=f"obstacle/{name}", solid=stand.solid)
         except ValueError as error:
@@ -86,21 +83,21 @@ def add_obstacles(spec: mujoco.MjSpec, world: World) -> None:
         raise WorldError(problems_at(world.source.written, world.source.file, faults.values()))
 
 
-def _check_alone(obstacle: ModelObstacle, model: mujoco.MjModel, tried: set[object]) -> None:
+def _check_alone(obstacle: ModelObstacle, tried: set[object]) -> None:
     """Raise ValueError when a model would not do as the only thing in a world; `tried` holds those that do."""
     key = obstacle.model, obstacle.scale, obstacle.mass, obstacle.movable, obstacle.path is not None
     if key not in tried:
         spec = mujoco.MjSpec()
         add_matte(spec, "matte")
         stand = _stand(spec, obstacle, "obstacle/1")
-        file = original(spec, obstacle, model, number=1)
+        file = original(spec, obstacle.shape, key="obstacle:model1")
         add_model(spec, stand.body, obstacle, file, name="obstacle/1", solid=stand.solid)
         try_alone(spec, obstacle.model)
         tried.add(key)
 
 
-def check_models(world: World) -> None:
-    """Raise WorldError when MuJoCo cannot read the files of a world's models."""
+def check_things(world: World) -> None:
+    """Raise WorldError when MuJoCo cannot read the files of a world's things."""
     if any(isinstance(obstacle, ModelObstacle) for obstacle in world.obstacles):
         add_obstacles(mujoco.MjSpec(), world)
 

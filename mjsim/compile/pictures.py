@@ -1,11 +1,12 @@
-"""Picture files -> arrays, and the textures and materials that show them in a scene."""
+"""Pictures of markers, and the textures and materials that show pictures in a scene."""
 
 import cv2
 import mujoco
 import numpy as np
 
 from mjsim.interface import Picture
-from mjsim.world.markers import QUIET, modules_across
+from mjsim.models import encode_png
+from mjsim.world import QUIET, modules_across
 
 LONGEST_BEACON_SIDE = 640
 """Of a beacon's texture [px]: more cannot be seen at 640 x 480, and finding pictures gets no better."""
@@ -14,31 +15,6 @@ LONGEST_TILE_SIDE = 1024
 MARKER_SIDE = 384
 """Of a marker's texture with its border, about [px]; more is lost in any picture, and less is blurred near by."""
 WHITE = 255
-
-
-def read_picture(data: bytes) -> Picture:
-    """Return the RGB picture of a PNG or JPEG file, shape (height, width, 3); what is transparent becomes white.
-
-    Raises:
-        ValueError: It is not a picture that can be read.
-    """
-    raw = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED) if data else None
-    if raw is None:
-        raise ValueError("not a picture that can be read; use a PNG or JPEG file")
-    if raw.ndim == 3 and raw.shape[2] == 4:
-        return _on_white(raw)
-    # Once more, now turned as the camera held it (EXIF) and as 8-bit colours.
-    return np.asarray(cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_COLOR_RGB), dtype=np.uint8)
-
-
-def bounded(picture: Picture, longest: int) -> Picture:
-    """Return the picture with its longer side at most that many pixels, its shape kept."""
-    height, width = picture.shape[:2]
-    factor = longest / max(height, width)
-    if factor >= 1.0:
-        return picture
-    size = max(1, round(width * factor)), max(1, round(height * factor))
-    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
 def marker_picture(dictionary: str, number: int) -> Picture:
@@ -84,21 +60,6 @@ def add_matte(spec: mujoco.MjSpec, name: str) -> mujoco.MjsMaterial:
     return spec.add_material(name=name, specular=0.0, shininess=0.0, reflectance=0.0)
 
 
-def encode_png(picture: Picture) -> bytes:
-    """Return a PNG file of an RGB picture."""
-    done, data = cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
-    assert done
-    return data.tobytes()
-
-
 def color_of(text: str, *, alpha: float = 1.0) -> list[float]:
     """Return red, green, blue and alpha in [0, 1] of '#rrggbb'."""
     return [int(text[i : i + 2], 16) / 255 for i in (1, 3, 5)] + [alpha]
-
-
-def _on_white(raw: np.ndarray) -> Picture:
-    """Return the RGB picture of a BGRA one over white."""
-    full = 65535 if raw.dtype == np.uint16 else 255
-    share = raw[..., 3:].astype(np.float32) / full
-    colors = raw[..., 2::-1].astype(np.float32) * (255 / full)
-    return np.asarray(np.rint(colors * share + WHITE * (1 - share)), dtype=np.uint8)

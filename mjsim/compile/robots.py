@@ -4,44 +4,133 @@ The robot's frame has x ahead and y to the left, its origin on the floor where i
 """
 
 import math
+from functools import partial
 
 import mujoco
 import numpy as np
 
-from mjsim.compile.bodies import add_body
-from mjsim.compile.running_gear import add_running_gear, clearance, wheel_count
+from mjsim.compile.arms import add_arms
+from mjsim.compile.bodies import PlainBody, add_body
+from mjsim.compile.model_robots import add_model_robot
+from mjsim.compile.models import Original, original
+from mjsim.compile.parts import MATERIAL
+from mjsim.compile.physics import set_physics
+from mjsim.compile.pictures import add_matte
+from mjsim.compile.running_gear import add_running_gear, clearance
 from mjsim.compile.sensors import add_sensor
+from mjsim.compile.stability import likely_cause, stands
 from mjsim.compile.user_robots import add_user_robot
 from mjsim.compile.wheels import WHEEL_SHARE
-from mjsim.world.bodies import ModelBody
-from mjsim.world.drives import DifferentialDrive
-from mjsim.world.robots import Robot
+from mjsim.errors import WorldError
+from mjsim.geometry import Array
+from mjsim.models import no_warnings
+from mjsim.world import Fault, ModelBody, NoBody, Robot, World, problems_at
 
 
-def add_robot(spec: mujoco.MjSpec, robot: Robot) -> None:
-    """Add a robot at its start; its parts are named `ROBOT/base`, `ROBOT/wheel_left`, `ROBOT/CAMERA` and so on."""
-    heading = math.radians(robot.heading_deg)
-    if isinstance(robot.body, ModelBody):
+def add_robot(spec: mujoco.MjSpec, robot: Robot, originals: dict[str, Original]) -> None:
+    """Add a robot at its start; its parts are named `ROBOT/base`, `ROBOT/wheel_left`, `ROBOT/CAMERA` and so on.
+
+    Args:
+        spec: The scene.
+        robot: As the world file has it.
+        originals: Files of robots that the scene has already, by their paths; it may grow.
+
+    Raises:
+        ValueError: MuJoCo cannot take the file of the robot; in a sentence.
+    """
+    looks: list[tuple[Array, Array]] = []
+    if isinstance(robot.body, ModelBody) and not robot.body.ready:
+        heading = math.radians(robot.heading_deg)
         quaternion = np.array([math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)])
         base = add_user_robot(spec, robot.body, name=robot.name, at=robot.at, quaternion=quaternion)
     else:
-        base = _add_own(spec, robot, heading)
+        base = _add_base(spec, robot)
+        if isinstance(robot.body, ModelBody):
+            if robot.body.model not in originals:
+                key = f"robot:model{len(originals) + 1}"
+                originals[robot.body.model] = original(spec, robot.body.shape, key=key)
+            looks = add_model_robot(spec, base, robot, robot.body, originals[robot.body.model])
+        elif not isinstance(robot.body, NoBody):
+            _add_own(spec, base, robot, robot.body)
+    add_arms(spec, base, robot)
     for sensor in robot.sensors:
-        add_sensor(base, robot, sensor)
+        add_sensor(base, robot, sensor, looks)
 
 
-def _add_own(spec: mujoco.MjSpec, robot: Robot, heading: float) -> mujoco.MjsBody:
-    """Add the body and the running gear of a robot of one of our kinds; return its base."""
-    assert not isinstance(robot.body, ModelBody)
-    base = spec.worldbody.add_body(
-        name=f"{robot.name}/base",
-        pos=[*robot.at, 0.0],
-        quat=[math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)],
-    )
-    base.add_freejoint(name=f"{robot.name}/free")
-    low = clearance(robot.body, robot.drive)
-    mass = robot.body.mass * (1.0 - wheel_count(robot.drive) * WHEEL_SHARE)
-    balanced = isinstance(robot.drive, DifferentialDrive)
-    add_body(spec, base, robot.body, name=f"{robot.name}/body", low=low, mass=mass, balanced=balanced)
-    add_running_gear(spec, base, robot)
+def add_robots(spec: mujoco.MjSpec, world: World) -> None:
+    """Add the robots of a world.
+
+    Raises:
+        WorldError: MuJoCo cannot take the files of some; each is told.
+    """
+    originals: dict[str, Original] = {}
+    faults: list[Fault] = []
+    for index, robot in enumerate(world.robots):
+        try:
+            add_robot(spec, robot, originals)
+        except ValueError as error:
+            faults.append((("robots", index, "body", "model"), partial(str, error)))
+    if faults:
+        raise WorldError(problems_at(world.source.written, world.source.file, faults))
+
+
+def check_robots(world: World) -> None:
+    """Raise WorldError when MuJoCo cannot take the files of robots, each as the only thing in a world."""
+    faults: list[Fault] = []
+    for index, robot in enumerate(world.robots):
+        if isinstance(robot.body, ModelBody):
+            try:
+                _try_robot(robot, step=world.run.step)
+            except ValueError as error:
+                faults.append((("robots", index, "body", "model"), partial(str, error)))
+    if faults:
+        raise WorldError(problems_at(world.source.written, world.source.file, faults))
+
+
+def _try_robot(robot: Robot, *, step: float) -> None:
+    """Raise ValueError when a robot from a file does not stand on a bare floor, told nothing."""
+    assert isinstance(robot.body, ModelBody)
+    spec = mujoco.MjSpec()
+    set_physics(spec, step)
+    add_matte(spec, MATERIAL)
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0.0, 0.0, 0.01])
+    add_robot(spec, robot, {})
+    with no_warnings(robot.body.model):
+        model = spec.compile()
+    if not stands(model):
+        cause = likely_cause(model) or "its parts push each other apart"
+        raise ValueError(f"the physics of '{robot.body.model}' fails; likely cause: {cause}")
+
+
+def _add_base(spec: mujoco.MjSpec, robot: Robot) -> mujoco.MjsBody:
+    """Add the body that a robot hangs on; one that rolls is free."""
+    start = leaning_start(robot)
+    base = spec.worldbody.add_body(name=f"{robot.name}/base", pos=start[:3], quat=start[3:])
+    if robot.base != "fixed":
+        base.add_freejoint(name=f"{robot.name}/free")
+    elif isinstance(robot.body, NoBody):
+        # Of a body without mass MuJoCo keeps the box around its geoms, by which rays find them, in the wrong place.
+        base.explicitinertial, base.mass, base.inertia = True, robot.body.mass, [robot.body.mass] * 3
+        base.ipos, base.iquat = [0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]
     return base
+
+
+def leaning_start(robot: Robot) -> list[float]:
+    """Return where a robot's base is at the start, x, y, z [m] and a quaternion: it leans about its axle."""
+    heading, lean = math.radians(robot.heading_deg), math.radians(robot.lean_deg)
+    back, up = -robot.drive.driven_radius * math.sin(lean), robot.drive.driven_radius * (1.0 - math.cos(lean))
+    (cy, sy), (cp, sp) = ((math.cos(angle / 2), math.sin(angle / 2)) for angle in (heading, lean))
+    x, y = robot.at[0] + back * math.cos(heading), robot.at[1] + back * math.sin(heading)
+    return [x, y, up, cy * cp, 0.0 - sy * sp, cy * sp, sy * cp]  # no -0.0 of one that stands upright
+
+
+def _add_own(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, body: PlainBody) -> None:
+    """Add the body and the running gear of a robot of one of our kinds."""
+    if robot.base == "fixed":
+        add_body(spec, base, body, name=f"{robot.name}/body", low=0.0, mass=body.mass, balanced=False)
+        return
+    low = clearance(body, robot.drive)
+    shared = sum(wheel.mass is None for wheel in robot.drive.wheels)
+    mass = body.mass * (1.0 - shared * WHEEL_SHARE)
+    add_body(spec, base, body, name=f"{robot.name}/body", low=low, mass=mass, balanced=robot.drive.on_casters)
+    add_running_gear(spec, base, robot)

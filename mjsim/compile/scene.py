@@ -5,6 +5,7 @@ import math
 import mujoco
 import numpy as np
 
+from mjsim.compile.arms import reached
 from mjsim.compile.beacons import add_carried_beacons, add_hung_beacons, beacon_looks
 from mjsim.compile.ceiling import add_ceiling
 from mjsim.compile.contacts import sort_contacts
@@ -12,18 +13,12 @@ from mjsim.compile.doors import add_doors
 from mjsim.compile.floor import add_floor, add_patches
 from mjsim.compile.light import add_general_light, add_lamps, divide_faces, light_pictures
 from mjsim.compile.obstacles import add_obstacles
+from mjsim.compile.physics import set_physics
 from mjsim.compile.pictures import add_matte
-from mjsim.compile.robots import add_robot
+from mjsim.compile.robots import add_robots
 from mjsim.compile.walls import WallBox, add_walls, wall_boxes
 from mjsim.geometry import Array
-from mjsim.world.base import PHYSICS_STEP
-from mjsim.world.hung import hung
-from mjsim.world.model import World
-from mjsim.world.patience import uncollected
-from mjsim.world.plan import top
-from mjsim.world.robots import Robot
-from mjsim.world.routes import extent
-from mjsim.world.sensors import Camera
+from mjsim.world import Camera, Robot, World, extent, gc_paused, hung, top
 
 NEAR = 0.02
 """Nearest distance that a camera sees, whatever the size of the world [m]."""
@@ -37,7 +32,7 @@ CHASE_AT, CHASE_TILT, CHASE_FOV = (-1.6, 0.0, 2.7), math.radians(46.0), 55.0
 """In the robot's frame [m], above most walls, so that none hides it; downwards [rad]; vertical field of view [deg]."""
 
 
-@uncollected()
+@gc_paused()
 def compile_world(world: World) -> mujoco.MjSpec:
     """Return the scene of a world, its pictures in memory.
 
@@ -53,7 +48,7 @@ def compile_world(world: World) -> mujoco.MjSpec:
     spec.modelname = world.name
     boxes = wall_boxes(world.walls)
     lower, upper = _bounds(world, boxes)
-    _set_physics(spec)
+    set_physics(spec, world.run.step)
     _set_visual(spec, world, lower, upper)
     add_general_light(spec, world.light, lower, upper)
     add_lamps(spec, world)
@@ -68,8 +63,8 @@ def compile_world(world: World) -> mujoco.MjSpec:
     add_patches(spec, world)
     add_floor(spec, world, lower, upper)
     _add_overview(spec, lower, upper)
+    add_robots(spec, world)
     for robot in world.robots:
-        add_robot(spec, robot)
         _add_chase(spec, robot)
     add_carried_beacons(spec, world, look_of)
     sort_contacts(spec)
@@ -82,6 +77,7 @@ def compile_world(world: World) -> mujoco.MjSpec:
 def _bounds(world: World, boxes: list[WallBox]) -> tuple[Array, Array]:
     """Return the lowest and the highest corner of all that stands on the floor, shape (3,) each [m]."""
     points = [np.array([[*robot.at, 0.0], [*robot.at, robot.body.height]]) for robot in world.robots]
+    points += [reached(robot) for robot in world.robots if robot.arms]
     points += [np.array([[item.place.x, item.place.y, item.center + item.beacon.width / 2]]) for item in hung(world)]
     if boxes:
         outlines, tops = np.array([box.outline for box in boxes]), [box.center[2] + box.half[2] for box in boxes]
@@ -95,16 +91,6 @@ def _bounds(world: World, boxes: list[WallBox]) -> tuple[Array, Array]:
     lower[2] = 0.0
     # Even a bare floor has a size to look at.
     return np.minimum(lower, upper - [1.0, 1.0, 0.0]), np.maximum(upper, lower + 1.0)
-
-
-def _set_physics(spec: mujoco.MjSpec) -> None:
-    spec.option.timestep = PHYSICS_STEP
-    # Not an implicit one: those damp a wheel's servo apart from the contact of its tyre, which then slips by 5 mm for
-    # each metre per second gained. All servos are soft enough for Euler's steps.
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.impratio = 10.0
-    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
 
 
 def _set_visual(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> None:

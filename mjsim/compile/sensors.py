@@ -6,10 +6,10 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
+from mjsim.compile.carriers import carrier_of
 from mjsim.compile.parts import DARK, FITTINGS, make_decor
 from mjsim.geometry import Array
-from mjsim.world.robots import Robot
-from mjsim.world.sensors import BeaconSensor, Camera, Lidar, Sensor
+from mjsim.world import Camera, Robot, Sensor
 
 HOUSING = (0.03, 0.02, 0.02)
 """Half of the length, width and height of what is seen of a camera [m]."""
@@ -19,31 +19,57 @@ PUCK = (0.035, 0.02)
 """Radius, and half of the height, of what is seen of a sensor that looks around [m]."""
 
 
-def add_sensor(base: mujoco.MjsBody, robot: Robot, sensor: Sensor) -> None:
-    """Add what is there of a sensor: for a camera the camera itself; for all that look out a dark housing."""
+Boxes = Sequence[tuple[Array, Array]]
+"""Lowest and highest corners, robot frame, shape (3,) each [m]."""
+NEAR = 0.02
+"""What is seen this near to a sensor is the sensor [m]."""
+
+
+def add_sensor(base: mujoco.MjsBody, robot: Robot, sensor: Sensor, looks: Boxes = ()) -> None:
+    """Add a sensor: a camera with its housing, or the dark housing of another.
+
+    Args:
+        base: What carries it.
+        robot: As the world file has it.
+        sensor: One of its sensors.
+        looks: What is seen of the robot and small; a sensor that lies in one of these has its looks already.
+    """
+    name, frame = carrier_of(robot, sensor)
+    below = () if name == "base" else base.find_all(mujoco.mjtObj.mjOBJ_BODY)
+    carrier = next((body for body in below if body.name == f"{robot.name}/{name}"), base)
+    place = np.array(sensor.at if isinstance(sensor, Camera) else sensor.housing or (np.inf,) * 3)
+    dressed = name == "base" and any((low - NEAR < place).all() and (place < high + NEAR).all() for low, high in looks)
     if isinstance(sensor, Camera):
-        _add_camera(base, robot, sensor)
-    elif isinstance(sensor, Lidar | BeaconSensor):
-        puck = base.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=sensor.at, size=[*PUCK, 0.0])
+        _add_camera(carrier, robot, sensor, frame=frame, dressed=dressed)
+    elif sensor.housing is not None and not dressed:
+        turned = np.zeros(4)
+        mujoco.mju_mat2Quat(turned, np.ascontiguousarray(frame[:3, :3]).ravel())
+        middle = frame[:3, :3] @ sensor.housing + frame[:3, 3]
+        puck = carrier.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=middle, quat=turned, size=[*PUCK, 0.0])
         make_decor(puck, DARK, group=FITTINGS)
-        _add_mast(base, robot, np.array(sensor.at))
+        if name == "base":
+            _add_mast(base, robot, np.array(sensor.housing))
 
 
-def _add_camera(base: mujoco.MjsBody, robot: Robot, camera: Camera) -> None:
-    """Add a camera, with a small dark housing behind its lens."""
-    axes = robot_from_view(camera)
+def _add_camera(carrier: mujoco.MjsBody, robot: Robot, camera: Camera, *, frame: Array, dressed: bool) -> None:
+    """Add a camera, with a small dark housing behind its lens unless it is dressed already."""
+    axes = frame[:3, :3] @ robot_from_view(camera)
+    place = frame[:3, :3] @ camera.at + frame[:3, 3]
     orientation = [*axes[:, 0], *axes[:, 1]]
-    base.add_camera(
+    carrier.add_camera(
         name=f"{robot.name}/{camera.camera}",
-        pos=camera.at,
+        pos=place,
         xyaxes=orientation,
         fovy=vertical_fov_deg(camera),
         resolution=[camera.width, camera.height],
     )
-    middle = np.array(camera.at) + HOUSING[0] * axes[:, 2]
-    housing = base.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, pos=middle, xyaxes=orientation, size=HOUSING[::-1])
+    if dressed:
+        return
+    middle = place + HOUSING[0] * axes[:, 2]
+    housing = carrier.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, pos=middle, xyaxes=orientation, size=HOUSING[::-1])
     make_decor(housing, DARK, group=FITTINGS)
-    _add_mast(base, robot, middle)
+    if camera.on is None:
+        _add_mast(carrier, robot, middle)
 
 
 def _add_mast(base: mujoco.MjsBody, robot: Robot, middle: Array) -> None:

@@ -1,18 +1,19 @@
 """A scene as USD, which Omniverse, Blender and Houdini read: MuJoCo's own exporter writes it, through usd-core."""
 
 import re
-import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import mujoco
 
 from mjsim.compile.scene import compile_world
-from mjsim.errors import UsageError
-from mjsim.world.model import World
+from mjsim.errors import UsageError, how_to_install
+from mjsim.output import require_free, write_files
+from mjsim.world import World
 
 KINDS = (".usda", ".usdc", ".usd")
 """Names of files end so."""
@@ -22,45 +23,51 @@ FACETS = 24
 """Around a round shape; the exporter's own hundred by hundred make 1 MB of each roller of a wheel."""
 
 
-def write_usd(world: World, path: str | Path) -> Path:
+def write_usd(world: World, path: str | Path, *, overwrite: bool = False) -> Path:
     """Write the scene of a world as it stands at the start, robots too, and return the path of the file.
 
     Args:
         world: What is to be written.
         path: Ends in .usda (text), .usdc or .usd; pictures come into `NAME_pictures` beside it.
+        overwrite: Whether files that exist may be replaced.
 
     Raises:
-        UsageError: usd-core is not installed, the name ends otherwise, or the file cannot be written.
+        UsageError: usd-core is not installed, the name ends otherwise, or a file exists or cannot be written.
     """
     path = Path(path)
     if path.suffix not in KINDS:
         raise UsageError(f"'{path}' ends in '{path.suffix}'; a USD file ends in {', '.join(KINDS)}")
+    require_free(path, overwrite=overwrite)
     try:
         from mujoco.usd.exporter import USDExporter
         from pxr import Tf, UsdGeom
     except ImportError:
-        raise UsageError("USD is written by usd-core, which is not installed; install 'mjsim[usd]'") from None
+        raise UsageError(
+            f"USD is written by usd-core, which is not installed; type: {how_to_install('usd-core')}"
+        ) from None
     model = _plainly_named(compile_world(world)).compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    pictures = path.parent / f"{path.stem}_pictures"
+    pictures = f"{path.stem}_pictures"
     with tempfile.TemporaryDirectory() as folder:
         exporter = USDExporter(
             model, max_geom=MOST_SHAPES, output_directory="usd", output_directory_root=folder, verbose=False
         )
         try:
-            pictures.mkdir(parents=True, exist_ok=True)
-            for file in (Path(folder) / "usd" / "assets").iterdir():
-                shutil.copy(file, pictures / file.name)
-            exporter.texture_files = [f"{pictures.name}/{Path(file).name}" for file in exporter.texture_files]
+            files = {
+                f"{pictures}/{file.name}": file.read_bytes() for file in (Path(folder) / "usd" / "assets").iterdir()
+            }
+            exporter.texture_files = [f"{pictures}/{Path(file).name}" for file in exporter.texture_files]
             with _coarsely_round():
                 exporter.update_scene(data)
             UsdGeom.SetStageMetersPerUnit(exporter.stage, 1.0)
-            exporter.stage.Export(str(path))
-        except OSError as error:
-            raise UsageError(f"cannot write '{error.filename or path}': {error.strerror}") from error
+            _type_varnames(exporter.stage)
+            whole = Path(folder) / f"whole{path.suffix}"
+            exporter.stage.Export(str(whole))
+            files[path.name] = whole.read_bytes()
         except Tf.ErrorException as error:
             raise UsageError(f"cannot write '{path}': {str(error).strip().splitlines()[-1].strip()}") from error
+    write_files(path.parent, files, overwrite=overwrite)
     return path
 
 
@@ -75,6 +82,18 @@ def _coarsely_round() -> Iterator[None]:
         yield
     finally:
         shapes.mesh_factory = finely
+
+
+def _type_varnames(stage: Any) -> None:
+    """Make the names of texture coordinates strings, as UsdPreviewSurface has them; the exporter writes tokens."""
+    from pxr import Sdf, UsdShade
+
+    for prim in stage.Traverse():
+        name = UsdShade.Shader(prim).GetInput("varname") if prim.IsA(UsdShade.Shader) else None
+        if name:
+            value = name.Get()
+            prim.RemoveProperty(name.GetFullName())
+            UsdShade.Shader(prim).CreateInput("varname", Sdf.ValueTypeNames.String).Set(str(value))
 
 
 def _plainly_named(spec: mujoco.MjSpec) -> mujoco.MjSpec:

@@ -3,9 +3,9 @@
 import mujoco
 
 from mjsim.compile.parts import DECOR, RUNNING_GEAR, SEEN
-from mjsim.errors import UsageError
 from mjsim.geometry import Array
-from mjsim.world.bodies import ModelBody
+from mjsim.models import no_warnings, spec_of
+from mjsim.world import ModelBody
 
 BASE = "base"
 """Name of the body in the file that becomes the robot's."""
@@ -19,18 +19,24 @@ def add_user_robot(
     Its wheels are seen by cameras and hit by no rays, as those of all robots.
 
     Raises:
-        UsageError: MuJoCo cannot read the file, or it has no such body.
+        ValueError: MuJoCo cannot read the file, or it has no such body; in a sentence.
     """
-    try:
-        model = mujoco.MjSpec.from_string(body.text())
-    except ValueError as error:
-        raise UsageError(f"{body.model} cannot be read: {str(error).splitlines()[0]}") from None
+    files = body.files
+    if files.urdf:
+        raise ValueError(
+            f"'{body.model}' is URDF, which has no servos for a drive of your own;"
+            f" mjsim new --robot-from {body.model} -o ROBOT.yaml makes it a robot"
+        )
+    with no_warnings(body.model):
+        spec_of(files).compile()
+        model = spec_of(files)
     base = model.body(BASE)
     if base is None:
-        raise UsageError(f"{body.model} has no body named '{BASE}'; give the robot's that name")
+        raise ValueError(f"'{body.model}' has no body named '{BASE}'; give the robot's that name")
     for joint in list(base.joints):
         model.delete(joint)
     base.pos, base.quat = [0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]
+    _take_assets(spec, model, name)
     frame = spec.worldbody.add_frame(pos=[*at, 0.0], quat=quaternion)
     placed = frame.attach_body(base, f"{name}/", "")
     placed.add_freejoint(name=f"{name}/free")
@@ -42,6 +48,15 @@ def add_user_robot(
     return placed
 
 
+def _take_assets(spec: mujoco.MjSpec, model: mujoco.MjSpec, name: str) -> None:
+    """Bring meshes and pictures of a robot into the scene, under names that no other robot's have."""
+    for item in (*model.meshes, *model.textures):
+        if item.file:
+            key = f"{name}-{item.file}"
+            spec.assets[key] = model.assets[item.file]
+            item.file = key
+
+
 def _hide_from_rays(wheel: mujoco.MjsBody, geom: mujoco.MjsGeom) -> None:
     """Give a part of the running gear the group that is touched alone, and one that is seen in its place."""
     if not (geom.contype or geom.conaffinity):
@@ -49,4 +64,5 @@ def _hide_from_rays(wheel: mujoco.MjsBody, geom: mujoco.MjsGeom) -> None:
         return
     geom.group = RUNNING_GEAR
     seen = wheel.add_geom(type=geom.type, size=geom.size, pos=geom.pos, quat=geom.quat, rgba=geom.rgba)
+    seen.meshname, seen.material = geom.meshname, geom.material
     seen.group, seen.contype, seen.conaffinity, seen.mass = DECOR, 0, 0, 0.0

@@ -10,13 +10,11 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, bounded, color_of, read_picture
+from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, color_of
 from mjsim.compile.solids import Face, Faces, Prisms, visible_faces
 from mjsim.geometry import Array
-from mjsim.world.joints import solid_pieces
-from mjsim.world.model import World
-from mjsim.world.names import item_names
-from mjsim.world.structure import Wall
+from mjsim.models import bounded, read_picture
+from mjsim.world import Wall, World, item_names, solid_pieces
 
 COLLISION, VISUAL = 3, 1
 """Geom groups."""
@@ -36,7 +34,7 @@ BATCH = 2000
 LAP = 1e-5
 """How far a box reaches into what it touches at its ends, lest a ray slip between them for a rounded digit [m]."""
 
-Look = tuple[str | None, str, float]
+WallFinish = tuple[str | None, str, float]
 """Texture, colour and size of a tile [m]."""
 
 
@@ -51,7 +49,7 @@ class WallBox:
     """Half sizes along the wall, across it and upwards, shape (3,) [m]."""
     heading: float
     """Of the wall [rad]."""
-    look: Look
+    look: WallFinish
 
     outline: Array
     """Of the piece from above, mitred where it has a corner, counter-clockwise, shape (4, 2) [m]."""
@@ -86,7 +84,7 @@ def wall_boxes(walls: Sequence[Wall]) -> list[WallBox]:
     return [WallBox(*row) for row in zip(names, centers, halves, headings, looks, outlines, lines, strict=True)]
 
 
-def _look(wall: Wall) -> Look:
+def _look(wall: Wall) -> WallFinish:
     return (wall.texture, "#ffffff", wall.tile) if wall.texture else (None, wall.color, 1.0)
 
 
@@ -138,19 +136,19 @@ def _add_boxes(spec: mujoco.MjSpec, boxes: Sequence[WallBox]) -> None:
             heading = boxes[index].heading
             # One by one and as lists, which takes half as long as arrays and keywords do.
             geom.name, geom.type, geom.group = boxes[index].name, mujoco.mjtGeom.mjGEOM_BOX, COLLISION
-            # Nobody sees a box, but a lidar tells how bright it is (tests/test_lidar.py).
+            # Nobody sees a box, but a lidar tells how bright it is (tests/sim/test_lidar.py).
             geom.pos, geom.size, geom.rgba = centers[index], sizes[index], colors[boxes[index].look]
             geom.quat = [math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)]
 
 
-def _prisms(boxes: Sequence[WallBox], looks: Sequence[Look]) -> Prisms:
+def _prisms(boxes: Sequence[WallBox], looks: Sequence[WallFinish]) -> Prisms:
     order = {look: index for index, look in enumerate(looks)}
     middle, half = np.array([(box.center[2], box.half[2]) for box in boxes]).reshape(-1, 2).T
     look = np.array([order[box.look] for box in boxes], dtype=np.int64)
     return Prisms(np.array([box.outline for box in boxes]), middle - half, middle + half, look)
 
 
-def _material(spec: mujoco.MjSpec, world: World, look: Look, index: int) -> str:
+def _material(spec: mujoco.MjSpec, world: World, look: WallFinish, index: int) -> str:
     texture = look[0]
     if texture is None:
         return "matte"

@@ -8,26 +8,27 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.parts import DARK, RUNNING_GEAR, make_decor
-from mjsim.world.base import PHYSICS_STEP
 
 RESPONSE = 0.1
 """Time constant of the wheels' velocity servos with the robot's mass on them, of a differential drive [s]."""
 LAG = 0.05
 """Time constant with which the servos of all other drives follow what they are told, whatever the load [s]."""
+LONGEST_STEP = 0.004
+"""Of the physics that a world may ask for [s]; what is as stiff as can be is so for all steps alike."""
 STIFFNESS = 0.5
-"""Share of a free wheel's missing speed that those servos give it in one physics step; well below 2, where Euler's
+"""Share of a free wheel's missing speed that those servos give it in the longest step; well below 2, where Euler's
 steps explode."""
 STEERING_RATE = 40.0
 """Natural frequency of a steering servo [rad/s]."""
 SAG = 3.47e-4
 """How deep MuJoCo's contacts let a pair of wheels into the floor at rest [m]; nearly the same for all masses and
 sizes."""
-SHARED_SAG, DRIVE_SAG = 2.15e-4, 3.8e-4
-"""That of wheels that share the weight with others, and of the driven wheel of a tricycle [m]."""
-WHEEL_SHARE, GEAR_SHARE = 0.05, 0.02
-"""Mass of one wheel, of the robot's; and inertia of its motor and gear, of the robot's mass at the wheel's rim."""
-GEARED_SHARE, STRONG_SHARE = 0.3, 4.0
-"""That inertia for servos that follow with the same lag whatever the load, and for those that drag tyres sideways."""
+SAGS = {"full": SAG, "shared": 2.15e-4, "tricycle": 3.8e-4, "light": 5.15e-4}
+"""That of wheels by what they bear, see `mjsim.world.drives.Wheel.load` [m]."""
+WHEEL_SHARE = 0.05
+"""Mass of one wheel, of the robot's."""
+FREE_INERTIA = 0.1 * 0.02
+"""Inertia that stands for bearings and so on of a wheel without a motor, of the robot's mass at the wheel's rim."""
 ROLLER_SHARE, ROLLER_INERTIA = 0.25, 0.03
 """Radius of a roller at its middle, of the wheel's over the rollers; and its inertia, of the robot's mass at its rim.
 MuJoCo's contacts are as soft as what touches is light; rollers that are heavy would jerk the robot when they touch."""
@@ -55,6 +56,8 @@ class WheelSpec:
     """Inertia of its motor and gear about the axle [kg m^2]."""
     sag: float = SAG
     """How deep it is let into the floor [m]."""
+    solid: bool = False
+    """Whether it is a solid cylinder; else an ellipsoid."""
 
 
 def add_plain_wheel(
@@ -70,6 +73,13 @@ def add_plain_wheel(
     """
     # It rolls on a circle that ends half-way into the contact.
     body = carrier.add_body(name=wheel.name, pos=[*wheel.at, wheel.radius - wheel.sag / 2 - lift])
+    add_tread(body, wheel)
+    add_tyre(body, wheel.radius * 0.995, wheel.half_width, hub=hub)
+    return body
+
+
+def add_tread(body: mujoco.MjsBody, wheel: WheelSpec) -> None:
+    """Add the hinge of a wheel, and what of it touches the floor."""
     body.add_joint(name=wheel.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0], armature=wheel.gear)
     body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
@@ -81,11 +91,12 @@ def add_plain_wheel(
         friction=[0.001, 0.0, 0.0],
         rgba=DARK,
     )
-    _add_tyre(body, wheel.radius * 0.995, wheel.half_width, hub=hub)
-    return body
+    if wheel.solid:
+        across = wheel.mass * (wheel.radius**2 / 4 + wheel.half_width**2 / 3)
+        _weigh(body, wheel.mass, [across, wheel.mass * wheel.radius**2 / 2, across])
 
 
-def _add_tyre(body: mujoco.MjsBody, radius: float, half_width: float, *, hub: bool) -> None:
+def add_tyre(body: mujoco.MjsBody, radius: float, half_width: float, *, hub: bool) -> None:
     """Add what is seen of a wheel."""
     tyre = body.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[radius, half_width, 0.0], quat=ACROSS)
     make_decor(tyre, DARK)
@@ -128,7 +139,7 @@ def add_roller_wheel(
     body.add_joint(name=wheel.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0], armature=wheel.gear)
     core = 0.7 * wheel.mass
     _weigh(body, core, [core * big**2 / 4, core * big**2 / 2, core * big**2 / 4])
-    _add_tyre(body, big - 1.6 * small, wheel.half_width, hub=True)
+    add_tyre(body, big - 1.6 * small, wheel.half_width, hub=True)
     length = math.sqrt(small**2 + small * (big - small) / math.sin(angle) ** 2)
     for number in range(count):
         name = f"{wheel.name}/roller{number + 1}"
@@ -179,7 +190,7 @@ def _add_roller(
         friction=[0.001, 0.0, 0.0],
         # As stiff as can be, whatever the floor: they do not sag.
         solmix=1e6,
-        solref=[2.0 * PHYSICS_STEP, 1.0],
+        solref=[2.0 * LONGEST_STEP, 1.0],
         solimp=[0.99, 0.99, 0.001, 0.5, 2.0],
         rgba=DARK,
     )
@@ -206,7 +217,37 @@ def add_caster(base: mujoco.MjsBody, *, x: float, radius: float) -> None:
     )
 
 
-def add_soft_servo(spec: mujoco.MjSpec, name: str, *, inertia: float, torque: float) -> None:
+def add_steady_caster(base: mujoco.MjsBody, *, x: float, y: float, radius: float) -> None:
+    """Add a caster that slides and bears what the mass of the robot puts on it; the wheels are let into the floor."""
+    base.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        pos=[x, y, radius],
+        size=[radius, 0.0, 0.0],
+        group=RUNNING_GEAR,
+        priority=1,
+        condim=1,
+        friction=[0.0, 0.0, 0.0],
+        solref=[0.02, 1.0],
+        solimp=[0.9, 0.95, 0.001, 0.5, 2.0],
+        rgba=DARK,
+    )
+
+
+def add_torque_motor(spec: mujoco.MjSpec, name: str, *, torque: float, gear: float = 1.0) -> None:
+    """Add a motor that gives the torque that it is told.
+
+    Args:
+        spec: Of the scene.
+        name: Of the hinge or slide, and of the motor.
+        torque: Largest, either way, on the side of the joint [N m], or [N].
+        gear: Turns of the motor for one of the joint; what it is told is the torque before the gear.
+    """
+    motor = _actuator(spec, name, torque=None)
+    motor.gear[0] = gear
+    motor.ctrllimited, motor.ctrlrange = True, [-torque / gear, torque / gear]
+
+
+def add_soft_servo(spec: mujoco.MjSpec, name: str, *, inertia: float, torque: float | None) -> None:
     """Add the velocity servo of a differential drive's wheel, which follows with a lag that the load gives it."""
     _actuator(spec, name, torque).set_to_velocity(kv=inertia / RESPONSE)
 
@@ -214,7 +255,7 @@ def add_soft_servo(spec: mujoco.MjSpec, name: str, *, inertia: float, torque: fl
 def add_servo(spec: mujoco.MjSpec, wheel: WheelSpec, *, torque: float | None) -> None:
     """Add a velocity servo that follows with the same lag whatever the load, as far as its torque goes [N m]."""
     servo = _actuator(spec, wheel.name, torque)
-    servo.set_to_velocity(kv=STIFFNESS * wheel.gear / PHYSICS_STEP)
+    servo.set_to_velocity(kv=STIFFNESS * wheel.gear / LONGEST_STEP)
     _follow(servo, LAG)
 
 
@@ -222,13 +263,17 @@ def add_steering(base: mujoco.MjsBody, spec: mujoco.MjSpec, name: str, wheel: Wh
     """Add what steers a wheel, right above it: a hinge with a position servo; return what carries the wheel."""
     knuckle = base.add_body(name=name, pos=[*wheel.at, 2 * wheel.radius])
     _weigh(knuckle, 0.1 * wheel.mass, [0.1 * wheel.mass * wheel.radius**2] * 3)
-    inertia = wheel.mass * wheel.radius**2
+    add_kingpin(spec, knuckle, name, inertia=wheel.mass * wheel.radius**2)
+    return knuckle
+
+
+def add_kingpin(spec: mujoco.MjSpec, knuckle: mujoco.MjsBody, name: str, *, inertia: float) -> None:
+    """Add the hinge that steers, with its position servo, made for an inertia [kg m^2]."""
     knuckle.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0], armature=inertia)
     servo = _actuator(spec, name, torque=None)
     whole = 1.5 * inertia
     servo.set_to_position(kp=whole * STEERING_RATE**2, kv=2 * whole * STEERING_RATE)
     _follow(servo, LAG)
-    return knuckle
 
 
 def _weigh(body: mujoco.MjsBody, mass: float, inertia: Sequence[float]) -> None:

@@ -4,39 +4,22 @@
 is first asked for.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from mjsim.env.step import Step
-from mjsim.env.task import Task
-from mjsim.errors import UsageError
+from mjsim.errors import UsageError, how_to_install
+from mjsim.faces import face
 
-if TYPE_CHECKING:
-    from mjsim.env.control import DmEnvironment
-    from mjsim.env.gym import GymEnvironment
-    from mjsim.env.vector import vector_environment
-
-__all__ = ["DmEnvironment", "GymEnvironment", "Step", "Task", "vector_environment"]
-
-_LATER = {
-    "DmEnvironment": "mjsim.env.control",
-    "GymEnvironment": "mjsim.env.gym",
-    "vector_environment": "mjsim.env.vector",
-}
-_MISSING = {
-    "dm_control": "dm-control is not installed, which has releases for Python 3.11 and 3.12 only; use GymEnvironment",
-    "gymnasium": "gymnasium is not installed; type: pip install 'mjsim[gymnasium]'",
-}
+_load, __dir__, __all__ = face(__name__, __file__)
+_NO_DM_CONTROL = "dm-control is not installed, which has releases for Python 3.11 and 3.12 only; use GymEnvironment"
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _LATER:
-        raise AttributeError(f"module 'mjsim.env' has no attribute '{name}'")
-    import importlib
-
     try:
-        return getattr(importlib.import_module(_LATER[name]), name)
+        return _load(name)
     except ModuleNotFoundError as error:
         package = (error.name or "").partition(".")[0]
-        if package not in _MISSING:
-            raise
-        raise UsageError(_MISSING[package]) from None
+        if package == "gymnasium":
+            raise UsageError(f"gymnasium is not installed; type: {how_to_install('gymnasium')}") from None
+        if package == "dm_control":
+            raise UsageError(_NO_DM_CONTROL) from None
+        raise

@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from mjsim.errors import UsageError, did_you_mean
-from mjsim.geometry import Array, wrap_angle
-from mjsim.interface import CameraFrame, Observation, RobotInfo, Sighting
-from mjsim.run.pilot import Noticed
-from mjsim.world import World
-from mjsim.world.robots import Robot
-from mjsim.world.sensors import AnySensor, BeaconSensor, Camera, Depth, Imu, Lidar, name_of
+from mjsim.geometry import wrap_angle
+from mjsim.interface import RobotInfo, Sighting
+from mjsim.record import Box, codec_of
+from mjsim.run import Noticed
+from mjsim.world import AnySensor, BeaconSensor, Robot, World, name_of
 
 SECTORS = 16
 """Of the ring: proximity and bump, the first ahead, then counter-clockwise."""
@@ -88,7 +87,7 @@ def channels_of(robot: Robot, info: RobotInfo, world: World, chosen: Sequence[st
         raise UsageError(f"sensor '{clash[0]}' of robot '{robot.name}' has the name of what every robot observes")
     modules = world.run.drivers.get(robot.name)
     observed = modules is not None and modules.observer is not None
-    seen = [name for name, sensor in sensors.items() if not isinstance(sensor, BeaconSensor)]
+    seen = [name for name, sensor in sensors.items() if codec_of(sensor.kind).boxes is not None]
     usual = ["proximity", "bump", "odometry", *(["sightings"] if rings else []), *seen]
     known = [*usual, "estimate", *(["sightings"] if observed and not rings else [])]
     names = usual if chosen is None else list(chosen)
@@ -108,21 +107,26 @@ def channels_of(robot: Robot, info: RobotInfo, world: World, chosen: Sequence[st
             case "sightings":
                 channels[name] = _sightings(world, rings)
             case _:
-                channels |= _of_sensor(name, sensors[name], info.dt)
+                channels |= _of_sensor(sensors[name], info, world)
     return channels
 
 
-def _of_sensor(name: str, sensor: AnySensor, dt: float) -> dict[str, Channel]:
-    match sensor:
-        case Lidar():
-            return {name: _scan(name, sensor)}
-        case Camera():
-            depth = {f"{name}_depth": _depth(name, sensor)} if sensor.depth else {}
-            return {name: _picture(name, sensor), **depth}
-        case Imu():
-            return {name: _inertial(name, sensor, dt)}
-        case _:
-            raise AssertionError(sensor)
+def _of_sensor(sensor: AnySensor, info: RobotInfo, world: World) -> dict[str, Channel]:
+    """Return the channels of one sensor: that of its own name, and others whose names go on from it."""
+    boxes = codec_of(sensor.kind).boxes
+    assert boxes is not None
+    return {f"{name_of(sensor)}{ending}": _channel(box) for ending, box in boxes(sensor, info, world).items()}
+
+
+def _channel(box: Box) -> Channel:
+    return Channel(
+        lambda noticed: box.read(noticed.seen),
+        low=box.low,
+        high=box.high,
+        shape=box.shape,
+        dtype=box.dtype,
+        first=box.first,
+    )
 
 
 def _proximity(robot: Robot) -> Channel:
@@ -156,48 +160,6 @@ def _estimate() -> Channel:
         return pose.x, pose.y, wrap_angle(pose.heading)
 
     return Channel(read, low=-most, high=most, shape=(3,))
-
-
-def _scan(name: str, lidar: Lidar) -> Channel:
-    def read(noticed: Noticed) -> ArrayLike | None:
-        scan = noticed.seen.scans.get(name)
-        return None if scan is None else scan.ranges
-
-    return Channel(read, low=0.0, high=lidar.range[1], shape=(lidar.beams,), first=lidar.range[1])
-
-
-def _picture(name: str, camera: Camera) -> Channel:
-    def read(noticed: Noticed) -> ArrayLike | None:
-        frame = _frame(noticed.seen, name)
-        return None if frame is None else frame.image
-
-    return Channel(read, low=0, high=255, shape=(camera.height, camera.width, 3), dtype=np.uint8)
-
-
-def _depth(name: str, camera: Camera) -> Channel:
-    farthest = (camera.depth if isinstance(camera.depth, Depth) else Depth()).range[1]
-
-    def read(noticed: Noticed) -> ArrayLike | None:
-        frame = _frame(noticed.seen, name)
-        return None if frame is None else frame.depth
-
-    return Channel(read, low=0.0, high=farthest, shape=(camera.height, camera.width), first=farthest)
-
-
-def _frame(seen: Observation, name: str) -> CameraFrame | None:
-    return seen.cameras.get(name)
-
-
-def _inertial(name: str, imu: Imu, dt: float) -> Channel:
-    # Readings that do not divide a tick come now one more, now one less.
-    count = math.ceil(imu.rate_hz * dt - 1e-9)
-    most = np.repeat([imu.range.acceleration, imu.range.turn], 3)
-
-    def read(noticed: Noticed) -> Array:
-        rows = [(*reading.acceleration, *reading.turn) for reading in noticed.seen.imu if reading.name == name]
-        return np.array([*np.zeros((count - len(rows), 6)), *rows])
-
-    return Channel(read, low=-most, high=most, shape=(count, 6))
 
 
 def _sightings(world: World, rings: Sequence[BeaconSensor]) -> Channel:

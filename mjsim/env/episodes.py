@@ -1,7 +1,8 @@
 """Episodes of a task: the same turn of sensing, deciding and stepping as in a run, but actions decide."""
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from typing import Any
 
@@ -12,17 +13,17 @@ from mjsim.env.channels import channels_of
 from mjsim.env.starts import Starts, Taken
 from mjsim.env.step import Step
 from mjsim.env.task import Task, driven
-from mjsim.errors import ModuleFault, UsageError, did_you_mean
+from mjsim.errors import ModuleFault, UsageError, did_you_mean, one_line
 from mjsim.geometry import Pose
 from mjsim.interface import Command, Estimate, Observation, RobotInfo, WheelCommand, WorldMap
-from mjsim.run.loop import drivers_of
-from mjsim.run.pilot import Noticed, Pilot
-from mjsim.sim import Simulation
-from mjsim.sim.streams import stream
-from mjsim.world import World
-from mjsim.world.running import Modules
-from mjsim.world.sensors import AnySensor, BeaconSensor, name_of
+from mjsim.modules import kind_of, said_of
+from mjsim.record import codec_of
+from mjsim.run import Noticed, Pilot, drivers_of
+from mjsim.sim import Simulation, stream
+from mjsim.world import AnySensor, Modules, World, name_of
 
+_LONGEST = 80
+"""Characters of an odd value in a message."""
 Seen = dict[str, Any]
 """Arrays by name; of several robots, dicts of arrays by robot."""
 
@@ -68,6 +69,7 @@ class Episodes:
             raise UsageError(f"seconds is {seconds:g}; an episode has at least one tick of {self.sim.dt:g} s")
         self._agents = {name: ByAction() for name in self.robots}
         self._pilots: dict[str, Pilot] = {}
+        self._held = ExitStack()
         self._noticed: dict[str, Noticed] = {}
         self._step: Step | None = None
 
@@ -91,11 +93,14 @@ class Episodes:
         drivers = drivers_of(self.world)
         for name, agent in self._agents.items():
             drivers[name] = replace(drivers[name], navigator=agent)
+        self._held.close()
         self._pilots = {
-            name: Pilot(driver, self._told(name), dict(sim.catalogue), sim.map, seed=seed)
+            name: self._held.enter_context(Pilot(driver, self._told(name), dict(sim.catalogue), sim.map, seed=seed))
             for name, driver in drivers.items()
             if name in self._agents or name in self.world.run.drivers
         }
+        for name in self._pilots:
+            sim.control(name, drivers[name].controllers)
         for channels in self.channels.values():
             for channel in channels.values():
                 channel.start()
@@ -139,26 +144,27 @@ class Episodes:
         """Return the reward of the last step.
 
         Raises:
-            ModuleFault: The task's function returned something else than a finite number.
+            ModuleFault: The task's function raised, or returned something else than a finite number.
         """
-        value: object = self.task.reward(self.step)
+        value = self._asked("reward", self.task.reward)
         try:
             number = float(value)  # type: ignore[arg-type]  # what is no number is told below
-        except (TypeError, ValueError):
+        # It is the user's object, and may raise anything.
+        except Exception:
             number = math.nan
         if not math.isfinite(number):
-            raise self._fault("reward", self.task.reward, value, "a finite number")
+            raise self._wrong("reward", self.task.reward, value, "a finite number")
         return number
 
     def terminated(self) -> bool:
         """Say whether the last step ended the episode.
 
         Raises:
-            ModuleFault: The task's function returned something else than True or False.
+            ModuleFault: The task's function raised, or returned something else than True or False.
         """
-        value: object = self.task.terminated(self.step)
+        value = self._asked("terminated", self.task.terminated)
         if type(value).__name__ not in ("bool", "bool_"):
-            raise self._fault("terminated", self.task.terminated, value, "True or False")
+            raise self._wrong("terminated", self.task.terminated, value, "True or False")
         return bool(value)
 
     @property
@@ -167,7 +173,8 @@ class Episodes:
         return self.sim.tick >= self.length
 
     def close(self) -> None:
-        """Give back what the cameras draw with."""
+        """Give back what the cameras draw with, and what modules hold."""
+        self._held.close()
         self.sim.close()
 
     def _place(self, seed: int) -> None:
@@ -225,9 +232,27 @@ class Episodes:
             raise UsageError(f"no action for robot '{missing[0]}'; each step needs one of {', '.join(self.robots)}")
         return action
 
-    def _fault(self, part: str, function: object, value: object, right: str) -> ModuleFault:
+    def _asked(self, part: str, function: Callable[[Step], object]) -> object:
+        """Return what a function of the task makes of the last step."""
+        step = self.step
+        try:
+            return function(step)
+        except KeyboardInterrupt:
+            raise
+        # This is the boundary to the user's code: whatever it raises is told in one line.
+        except BaseException as error:
+            raise self._fault(part, function, said_of(error)) from error
+
+    def _wrong(self, part: str, function: object, value: object, right: str) -> ModuleFault:
+        try:
+            shown = one_line(repr(value)[:_LONGEST])
+        except Exception:
+            shown = kind_of(value)
+        return self._fault(part, function, f"returned {shown}; it must be {right}")
+
+    def _fault(self, part: str, function: object, what: str) -> ModuleFault:
         name = getattr(function, "__name__", type(function).__name__)
-        return ModuleFault(f"{part} {name} at {self.sim.time:.2f} s returned {value!r}; it must be {right}")
+        return ModuleFault(f"{part} {name} at {self.sim.time:.2f} s {what}")
 
 
 def _stripped(world: World, driven: Sequence[str], observations: Sequence[str] | None) -> World:
@@ -255,4 +280,4 @@ def _stripped(world: World, driven: Sequence[str], observations: Sequence[str] |
 
 
 def _is_chosen(sensor: AnySensor, chosen: Collection[str]) -> bool:
-    return name_of(sensor) in chosen or (isinstance(sensor, BeaconSensor) and "sightings" in chosen)
+    return name_of(sensor) in chosen or codec_of(sensor.kind).field in chosen

@@ -13,7 +13,7 @@ from mjsim.env.task import Task
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Picture
-from mjsim.sim.renderer import SEEN_FROM_OUTSIDE, Renderer
+from mjsim.sim import SEEN_FROM_OUTSIDE, Renderer
 
 WIDTH, HEIGHT = 640, 360
 """Of the pictures of `render` [px]."""
@@ -105,5 +105,6 @@ def _space(channels: dict[str, Channel]) -> spaces.Dict:
     )
 
 
-# `gymnasium.make("mjsim.env.gym:mjsim/World-v0", task=...)` imports this module to learn what to make.
+# `gymnasium.make("mjsim.env.gym:mjsim/World-v0", task=...)` imports this module to learn what to make, and so does
+# `make_vec_env` of stable-baselines3.
 gymnasium.register(id="mjsim/World-v0", entry_point="mjsim.env.gym:GymEnvironment")

@@ -8,11 +8,7 @@ from numpy.random import Generator
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose
-from mjsim.world import World
-from mjsim.world.doors import leaves
-from mjsim.world.plan import SLICE, solid
-from mjsim.world.robots import Robot
-from mjsim.world.standing import Solids
+from mjsim.world import SLICE, Robot, Solids, World, leaves, solid
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from mjsim.geometry import Pose
 from mjsim.interface import Command, Estimate, Observation, WheelCommand
-from mjsim.record.tick import Event
-from mjsim.world.events import Event as WorldEvent
+from mjsim.record import RobotEvent
+from mjsim.world import WorldEvent
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -29,7 +29,7 @@ class Step:
     """What their navigators or actions asked for in this step; empty at the start."""
     command: Mapping[str, Command | WheelCommand]
     """What their drives were told in this step, after avoidance and bump reaction; empty at the start."""
-    events: Mapping[str, tuple[Event, ...]]
+    events: Mapping[str, tuple[RobotEvent, ...]]
     """Of the same robots: `bump` when one begins now, `blocked` when a command begins not to be let through."""
     happened: tuple[WorldEvent, ...] = ()
     """What happened to the world in this step: doors, lamps, what was moved or removed."""

@@ -4,18 +4,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from mjsim.errors import UsageError
 from mjsim.exchange.clutter import clutter_size, clutter_world
-from mjsim.exchange.drawing import extent, world_from_drawing
+from mjsim.exchange.drawing import Drawing
 from mjsim.exchange.dxf_in import read_dxf
+from mjsim.exchange.fidelity import fidelity
 from mjsim.exchange.grid import read_grid
-from mjsim.exchange.maps import explained, name_of, specks, world_from_grid
+from mjsim.exchange.landmarks import SPEED, read_landmarks, world_from_landmarks
+from mjsim.exchange.maps import name_of, specks, world_from_grid
 from mjsim.exchange.maze import maze_size, maze_world
-from mjsim.exchange.place import with_robot
+from mjsim.exchange.place import Newcomer, with_newcomer
+from mjsim.exchange.plan_in import Plan, read_plan
 from mjsim.exchange.svg_in import read_svg
 from mjsim.exchange.template import template_text
 from mjsim.exchange.text import world_text
-from mjsim.world.model import World
+from mjsim.world import World, solid
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,69 +33,121 @@ class Brought:
     """What people should know about it."""
 
 
-def bring_map(path: Path, *, preset: str | None) -> Brought:
-    """Return the world of a ROS map_server or Nav2 map, with a robot of a preset unless that is None.
+def bring_map(path: Path, *, robot: Newcomer | None) -> Brought:
+    """Return the world of a ROS map_server or Nav2 map, with a robot unless that is None.
 
     Raises:
         UsageError: It is not a map, it is too large, or there is no place for the robot.
     """
     grid = read_grid(path)
     world = world_from_grid(grid, name=name_of(path))
-    found, there, invented = explained(world, grid)
-    noise = specks(grid)
+    found, noise = fidelity(world, grid), specks(grid)
     rows, columns = grid.occupied.shape
-    share = 100.0 * found / max(1, there - noise)
     report = [
         f"{path}: {columns} x {rows} cells of {grid.resolution:g} m; {_counted(world)}",
-        f"they explain {found} of {there - noise} occupied cells ({min(share, 100.0):.1f} %); {noise} more are specks,"
-        f" left out; {invented} cells that the map calls free are in something solid",
+        f"they explain {found.explained} of {found.occupied} occupied cells ({100 * found.share:.1f} %), those that"
+        f" are at most one cell from something solid; {noise} cells are specks, left out;"
+        f" {found.covered} cells that the map calls free are in something solid",
     ]
+    if found.false_walls >= 0.001:
+        report.append(f"{100 * found.false_walls:.1f} % of the length of the walls closes gaps of the map")
     notes = [
         f"From the map {path.name}: {columns} x {rows} cells of {grid.resolution:g} m.",
         "A map tells neither heights nor colours; those here are guesses.",
     ]
-    if preset is not None:
-        world = with_robot(world, preset=preset, grid=grid)
-    return Brought(world_text(world, notes=notes), report)
+    return Brought(world_text(with_newcomer(world, robot, grid=grid), notes=notes), report)
 
 
-def bring_drawing(
-    path: Path, *, preset: str | None, scale: float | None, thickness: float | None, layers: Sequence[str]
-) -> Brought:
-    """Return the world of an SVG or DXF drawing of walls, with a robot of a preset unless that is None.
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """How a drawing is read; what is None is as the drawing says."""
+
+    scale: float | None = None
+    """Metres to one unit."""
+    thickness: float | None = None
+    """Of walls [m]."""
+    layers: Sequence[str] = ()
+    """That hold walls."""
+    furniture: bool = True
+    """Whether furniture becomes obstacles."""
+
+
+def drawing_of(path: Path, reading: Reading) -> Drawing:
+    """Return the lines of an SVG or DXF drawing.
+
+    Raises:
+        UsageError: It cannot be read.
+    """
+    return (read_dxf if path.suffix.lower() == ".dxf" else read_svg)(path, layers=reading.layers)
+
+
+def plan_of(path: Path, reading: Reading) -> tuple[Plan, Drawing]:
+    """Return what an SVG or DXF drawing becomes, and its lines.
+
+    Raises:
+        UsageError: It cannot be read, or does not show the walls of a building.
+    """
+    drawing = drawing_of(path, reading)
+    name, furniture = name_of(path), reading.furniture
+    return read_plan(drawing, name=name, scale=reading.scale, thickness=reading.thickness, furniture=furniture), drawing
+
+
+def bring_drawing(path: Path, *, robot: Newcomer | None, reading: Reading) -> Brought:
+    """Return the world of an SVG or DXF drawing of walls, with a robot unless that is None.
 
     Raises:
         UsageError: It cannot be read, does not show the walls of a building, or there is no place for the robot.
     """
-    drawing = (read_dxf if path.suffix.lower() == ".dxf" else read_svg)(path, layers=layers)
-    world = world_from_drawing(drawing, name=name_of(path), scale=scale, thickness=thickness)
-    low, high = extent(world)
+    plan, drawing = plan_of(path, reading)
+    low_x, low_y, high_x, high_y = solid(plan.world).bounds
     report = [
-        f"{path}: {len(drawing.lines)} lines; {_counted(world)}, {high[0] - low[0]:.2f} x {high[1] - low[1]:.2f} m",
-        *(f"{path}: {note}" for note in drawing.notes),
+        f"{path}: {len(drawing.lines)} lines; {_counted(plan.world)}, {high_x - low_x:.2f} x {high_y - low_y:.2f} m",
+        *(f"{path}: {note}" for note in plan.notes),
     ]
-    notes = [f"From the drawing {path.name}.", "It does not tell how high the walls are; that is a guess."]
-    if preset is not None:
-        world = with_robot(world, preset=preset)
+    x, y = plan.corner
+    notes = [
+        f"From the drawing {path.name}: {plan.scale:.9g} m to its unit, its place [{x:.9g}, {y:.9g}] is [0, 0] here.",
+        "It does not tell how high things are; that is a guess.",
+    ]
+    return Brought(world_text(with_newcomer(plan.world, robot), notes=notes), report)
+
+
+def bring_landmarks(path: Path, *, robot: Newcomer | None, scale: float | None) -> Brought:
+    """Return the world of a landmark map of MATLAB, with a robot that drives its way unless that is None.
+
+    Raises:
+        UsageError: It is not such a map, or there is no such robot.
+    """
+    if robot is not None and robot.lidar is not None:
+        raise UsageError("a map of landmarks has no walls for a lidar to see; leave out --lidar")
+    map = read_landmarks(path, scale=1.0 if scale is None else scale)
+    preset, estimator = (None, None) if robot is None else (robot.preset, robot.estimator)
+    world = world_from_landmarks(map, name=name_of(path), preset=preset, estimator=estimator)
+    wide, high = np.ptp(np.vstack([map.landmarks, map.waypoints]), axis=0)
+    report = [
+        f"{path}: {len(map.landmarks)} landmarks, {len(map.waypoints)} waypoints, {wide:.1f} x {high:.1f} m",
+        f"the way is {map.way():.1f} m long, {map.way() / SPEED:.0f} s at {SPEED} m/s; --scale changes the size",
+    ]
+    notes = [f"From the landmark map {path.name}: lm are reflectors, wp is the way."]
     return Brought(world_text(world, notes=notes), report)
 
 
-def bring_file(
-    path: Path, *, preset: str | None, scale: float | None, thickness: float | None, layers: Sequence[str]
-) -> Brought:
-    """Return the world of a map's YAML file, or of an SVG or DXF drawing.
+def bring_file(path: Path, *, robot: Newcomer | None, reading: Reading | None = None) -> Brought:
+    """Return the world of a map's YAML file, of an SVG or DXF drawing, or of a landmark map of MATLAB.
 
     Raises:
         UsageError: It is none of these, or cannot be read as one.
     """
     kind = path.suffix.lower()
     if kind in (".yaml", ".yml"):
-        return bring_map(path, preset=preset)
+        return bring_map(path, robot=robot)
     if kind in (".pgm", ".png", ".jpg", ".jpeg"):
         raise UsageError(f"'{path}' is the picture of a map; name the YAML file beside it")
+    if kind == ".mat":
+        return bring_landmarks(path, robot=robot, scale=reading.scale if reading else None)
     if kind in (".svg", ".dxf"):
-        return bring_drawing(path, preset=preset, scale=scale, thickness=thickness, layers=layers)
-    raise UsageError(f"'{path}' is of no kind that can be read; name a map's .yaml, an .svg or a .dxf file")
+        return bring_drawing(path, robot=robot, reading=reading or Reading())
+    raise UsageError(f"'{path}' is of no kind that can be read; name a map's .yaml, an .svg, a .dxf or a .mat file")
 
 
 def bring_maze(size: str, *, preset: str | None, seed: int, cell: float, beacons: int, name: str | None) -> Brought:

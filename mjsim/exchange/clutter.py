@@ -9,12 +9,7 @@ from numpy.random import Generator
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
-from mjsim.world.model import World
-from mjsim.world.outlines import footprint
-from mjsim.world.robots import Robot
-from mjsim.world.running import Modules, Run, Use
-from mjsim.world.structure import Floor, Wall
-from mjsim.world.things import BoxObstacle, CylinderObstacle, Obstacle
+from mjsim.world import BoxObstacle, CylinderObstacle, Floor, Modules, Obstacle, Robot, Run, Use, Wall, World, footprint
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry

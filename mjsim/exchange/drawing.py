@@ -9,9 +9,9 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.exchange.maps import DIGITS, WALL_HEIGHT, distinct
+from mjsim.exchange.roles import Role
 from mjsim.geometry import Array
-from mjsim.world.model import World
-from mjsim.world.structure import Wall
+from mjsim.world import Wall
 
 MOST_CORNERS = 20_000
 """Of all lines of a drawing."""
@@ -42,6 +42,16 @@ class Line:
     closed: bool = False
     width: float = 0.0
     """As it is drawn; 0 for a hair line [units of the drawing]."""
+    role: Role | None = None
+    """What the names of its layer and its block say that it is."""
+    block: str = ""
+    """That it is part of; empty for what is drawn in place."""
+    part: int = 0
+    """Number of the placed block; 0 outside of blocks."""
+    path: int = 0
+    """Number of the drawn shape, of which this may be one of several outlines."""
+    dark: float | None = None
+    """How dark its inside is filled, 0 to 1; None when it is not."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,47 +63,10 @@ class Drawing:
     lines: Sequence[Line]
     unit: float | None = None
     """Metres to one unit of the drawing, when the file says so."""
+    named: bool = False
+    """Whether the user has named the layers that hold walls."""
     notes: Sequence[str] = ()
     """What was left out, for people."""
-
-
-def world_from_drawing(
-    drawing: Drawing, *, name: str = "world", scale: float | None = None, thickness: float | None = None
-) -> World:
-    """Return a world with a wall for each line of a drawing; its lower left corner becomes [0, 0].
-
-    Args:
-        drawing: Its lines.
-        name: Of the world.
-        scale: Metres to one unit of the drawing; as the drawing says unless given.
-        thickness: Of the walls [m]; as wide as the lines are drawn unless given, 0.1 when these are hair lines.
-
-    Raises:
-        UsageError: It has no lines, too many, or no size of a building.
-    """
-    lines = [line for line in drawing.lines if len(line.points) > 1]
-    if not lines:
-        raise UsageError(f"'{drawing.name}' has no lines to make walls of; draw each wall as a line")
-    if (count := sum(len(line.points) for line in lines)) > MOST_CORNERS:
-        raise UsageError(f"'{drawing.name}' has {count} corners; walls have at most {MOST_CORNERS}, name their --layer")
-    corner, scale = _corner_and_scale(drawing, lines, scale)
-    drawn: dict[float, list[Line]] = {}
-    for line in lines:
-        width = _thickness(line.width * scale) if thickness is None else thickness
-        drawn.setdefault(width, []).append(Line((line.points - corner) * scale, line.closed))
-    walls = [_wall(line, width) for width, group in sorted(drawn.items(), reverse=True) for line in joined(group)]
-    named = [
-        wall.model_copy(update={"name": f"wall-{index}"}) for index, wall in enumerate(filter(None, walls), start=1)
-    ]
-    if not named:
-        raise UsageError(f"'{drawing.name}' has no line that is longer than a centimetre at {scale:g} m to the unit")
-    return World(name=name, walls=tuple(named))
-
-
-def extent(world: World) -> tuple[Array, Array]:
-    """Return the lower left and the upper right of all corners of walls, shape (2,) each [m]."""
-    corners = np.array([corner for wall in world.walls for corner in wall.points]).reshape(-1, 2)
-    return corners.min(axis=0), corners.max(axis=0)
 
 
 def joined(lines: Sequence[Line]) -> list[Line]:
@@ -162,8 +135,12 @@ def _ends_and_corners(line: Line) -> tuple[bool, tuple[tuple[float, ...], ...]]:
     return line.closed, min(corners, corners[::-1])
 
 
-def _corner_and_scale(drawing: Drawing, lines: Sequence[Line], scale: float | None) -> tuple[Array, float]:
-    """Return the lower left corner of the drawing, and metres to its unit."""
+def corner_and_scale(drawing: Drawing, lines: Sequence[Line], scale: float | None) -> tuple[Array, float]:
+    """Return the lower left corner of lines, and metres to the unit of the drawing.
+
+    Raises:
+        UsageError: The drawing does not say its unit, or is no floor with it.
+    """
     points = np.concatenate([line.points for line in lines])
     if not np.isfinite(points).all():
         raise UsageError(f"'{drawing.name}' has corners that are not at finite places; mend the drawing")
@@ -173,7 +150,7 @@ def _corner_and_scale(drawing: Drawing, lines: Sequence[Line], scale: float | No
     if scale is None:
         raise UsageError(
             f"'{drawing.name}' does not say how large its unit is, and is {size[0]:.4g} x {size[1]:.4g} of them;"
-            " give --scale METRES, those to one unit"
+            f" give --scale METRES, those to one unit{_guessed(max(size))}"
         )
     if not SMALLEST <= max(size) * scale <= LARGEST:
         raise UsageError(
@@ -183,11 +160,19 @@ def _corner_and_scale(drawing: Drawing, lines: Sequence[Line], scale: float | No
     return low, scale
 
 
-def _thickness(width: float) -> float:
+def _guessed(size: float) -> str:
+    """Return the scale that makes a drawing of this size a building, when it is drawn in usual units, for people."""
+    if 3000.0 <= size <= 100_000.0:
+        return ", 0.001 for millimetres"
+    return ", 1 for metres" if 5.0 <= size <= 60.0 else ""
+
+
+def drawn_thickness(width: float) -> float:
+    """Return how thick a wall is that is drawn by one line of a width [m]."""
     return round(width, DIGITS) if THINNEST <= width <= THICKEST else THICKNESS
 
 
-def _wall(line: Line, thickness: float) -> Wall | None:
+def wall_along(line: Line, thickness: float) -> Wall | None:
     """Return the wall along a line in metres; None when nothing of it is left."""
     import shapely
 

@@ -1,23 +1,45 @@
-"""Walls drawn as lines in a DXF file; external references are never opened."""
+"""Plans drawn in a DXF file; external references are never opened."""
 
 import itertools
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mjsim.errors import UsageError
+from mjsim.errors import UsageError, how_to_install
 from mjsim.exchange.drawing import BOW, MOST_BYTES, MOST_CORNERS, Drawing, Line
 from mjsim.exchange.grid import read_bounded
+from mjsim.exchange.maps import name_of
+from mjsim.exchange.plan_in import read_plan
+from mjsim.exchange.roles import Role, role_of
+from mjsim.world import World
 
 MOST_ENTITIES = 20_000
 """Looked at, those within blocks too."""
-WALL_LAYERS = ("walls", "wall", "a-wall")
-"""Taken alone when the drawing has one and none is named."""
-LINES = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
-"""Kinds of entities that can be walls."""
+LINES = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "MLINE")
+"""Kinds of entities that are lines."""
+FILLED = ("SOLID", "TRACE")
+"""Kinds of entities that are filled shapes of four corners at most."""
+
+
+def world_from_dxf(
+    path: str | Path, *, scale: float | None = None, thickness: float | None = None, layers: Sequence[str] = ()
+) -> World:
+    """Return the world of the plan that a DXF file shows; its lower left corner becomes [0, 0].
+
+    Args:
+        path: The file.
+        scale: Metres to one unit of the drawing; must be given unless the file says it.
+        thickness: Of the walls [m]; as they are drawn unless given, 0.1 when that is by one hair line.
+        layers: That hold walls; those whose names say so unless given, or all that are switched on.
+
+    Raises:
+        UsageError: It cannot be read, or does not show the walls of a building.
+    """
+    return read_plan(read_dxf(path, layers=layers), name=name_of(path), scale=scale, thickness=thickness).world
 
 
 def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
@@ -25,82 +47,120 @@ def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
 
     Args:
         path: The file, as text or binary.
-        layers: That hold walls; a layer called walls or a-wall unless given, or all that are switched on.
+        layers: That hold walls; those whose names say so unless given, or all that are switched on.
 
     Raises:
-        UsageError: It is not there, too large, no DXF, or has no such layer.
+        UsageError: It is not there, too large, no DXF, or has no such layer; or ezdxf is not installed.
     """
-    from ezdxf import recover, units
-    from ezdxf.enums import InsertUnits
-    from ezdxf.lldxf.const import DXFError
+    try:
+        from ezdxf import recover, units
+        from ezdxf.enums import InsertUnits
+        from ezdxf.lldxf.const import DXFError
+    except ImportError:
+        raise UsageError(f"DXF is read by ezdxf, which is not installed; type: {how_to_install('ezdxf')}") from None
 
     path = Path(path)
     read_bounded(path, most=MOST_BYTES, kind="a drawing")
     try:
         document, _ = recover.readfile(str(path))
-        chosen = _layers(document, layers, path)
-        lines, left = _lines(document, chosen, path)
+        shown = _layers(document, layers, path)
+        lines, left = _lines(document, shown, walls={name.lower() for name in layers}, path=path)
     except (DXFError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise UsageError(f"'{path}' cannot be read as DXF ({error!s:.80}); save it as DXF R2000 or later") from error
     except RecursionError:
         raise UsageError(f"'{path}' has blocks that contain themselves; explode them") from None
     unit = units.conversion_factor(InsertUnits(document.units), InsertUnits.Meters) if document.units else None
     others = [f"{count} {kind}" for kind, count in sorted(left.items())]
-    return Drawing(str(path), lines, unit, [f"left out: {', '.join(others)}"] if others else [])
+    return Drawing(str(path), lines, unit, bool(layers), [f"left out: {', '.join(others)}"] if others else [])
 
 
 def _layers(document: Any, names: Sequence[str], path: Path) -> set[str]:
-    """Return the names of the layers that hold walls, in lower case."""
+    """Return the names of the layers that are shown, or that the user says hold walls, in lower case."""
     there = {layer.dxf.name.lower(): layer.dxf.name for layer in document.layers}
     there |= {entity.dxf.layer.lower(): entity.dxf.layer for entity in document.modelspace()}
     if missing := [name for name in names if name.lower() not in there]:
         raise UsageError(
             f"'{path}' has no layer '{missing[0]:.60}'; layers are {', '.join(sorted(there.values())[:20])}"
         )
-    if names:
-        return {name.lower() for name in names}
     off = {layer.dxf.name.lower() for layer in document.layers if layer.is_off() or layer.is_frozen()}
-    shown = set(there) - off
-    return {name for name in WALL_LAYERS if name in shown} or shown
+    return set(there) - off
 
 
-def _lines(document: Any, layers: set[str], path: Path) -> tuple[list[Line], Counter[str]]:
-    """Return the lines on layers, and how many entities of which other kinds are there."""
+def _lines(document: Any, shown: set[str], *, walls: set[str], path: Path) -> tuple[list[Line], Counter[str]]:
+    """Return the lines on layers that are shown, and how many entities of which other kinds are there."""
     found: list[Line] = []
     left: Counter[str] = Counter()
     corners = 0
-    for number, (entity, layer) in enumerate(_entities(document.modelspace(), None)):
+    for number, placed in enumerate(_entities(document.modelspace(), _Place())):
         if number >= MOST_ENTITIES or corners > 4 * MOST_CORNERS:
             raise UsageError(f"'{path}' has too many lines to be walls; name their --layer")
-        if layer not in layers:
+        if placed.layer not in shown:
             continue
-        if entity.dxftype() not in LINES:
-            left[entity.dxftype()] += 1
+        kind = placed.entity.dxftype()
+        if kind not in LINES and kind not in FILLED:
+            left[kind] += kind != "INSERT"
             continue
-        for line in _of_entity(entity):
-            found.append(line)
+        role = _role(placed, walls)
+        for line in _filled(placed.entity) if kind in FILLED else _of_entity(placed.entity):
+            found.append(replace(line, role=role, block=placed.block, part=placed.part, path=number))
             corners += len(line.points)
-    return found, left
+    return found, +left
 
 
-def _entities(entities: Any, layer: str | None) -> Iterator[tuple[Any, str]]:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Place:
+    """An entity, or where those of a block are placed."""
+
+    entity: Any = None
+    layer: str | None = None
+    block: str = ""
+    """The names of its blocks, the innermost last, with spaces between."""
+    part: int = 0
+    """Number of the outermost placed block; 0 outside of blocks."""
+
+
+def _role(placed: _Place, walls: set[str]) -> Role | None:
+    """Return what an entity is, by its block and its layer; on a layer that the user names it is a wall."""
+    by_block = next((role for name in reversed(placed.block.split()) if (role := role_of(name))), None)
+    if walls:
+        on_walls = placed.layer in walls and by_block in (None, "wall")
+        role = by_block or role_of(placed.layer or "")
+        return "wall" if on_walls else None if role == "wall" else role
+    return by_block or role_of(placed.layer or "")
+
+
+def _entities(entities: Any, above: _Place) -> Iterator[_Place]:
     """Yield entities, those of blocks in place, each with its layer: '0' in a block is that of the block."""
-    for entity in entities:
+    for number, entity in enumerate(entities, start=1):
         own = entity.dxf.layer.lower()
-        own = layer if own == "0" and layer is not None else own
+        own = above.layer if own == "0" and above.layer is not None else own
+        part = above.part or (number if entity.dxftype() == "INSERT" else 0)
         if entity.dxftype() == "INSERT":
-            yield entity, own
+            yield _Place(entity, own, above.block, part)
+            block = f"{above.block} {entity.dxf.name.replace(' ', '_')}".strip()
             many = entity.multi_insert() if entity.mcount > 1 else (entity,)
-            for one in many:
-                yield from _entities(one.virtual_entities(), own)
+            for index, one in enumerate(many):
+                inner = _Place(None, own, block, part if above.part else part * MOST_ENTITIES + index)
+                yield from _entities(one.virtual_entities(), inner)
         else:
-            yield entity, own
+            yield _Place(entity, own, above.block, part)
+
+
+def _filled(entity: Any) -> Iterator[Line]:
+    """Yield the outline of a filled shape."""
+    places = [(place.x, place.y) for place in entity.wcs_vertices()]
+    points = np.array([here for here, before in zip(places, [None, *places], strict=False) if here != before])
+    yield Line(points, closed=True, dark=1.0)
 
 
 def _of_entity(entity: Any) -> Iterator[Line]:
     """Yield the straight lines along one entity."""
     from ezdxf import path as paths
 
+    if entity.dxftype() == "MLINE":
+        for part in entity.virtual_entities():
+            yield from _of_entity(part)
+        return
     drawn = paths.make_path(entity)
     width = float(entity.dxf.get("const_width", 0.0)) if entity.dxftype() == "LWPOLYLINE" else 0.0
     for part in drawn.sub_paths() if drawn.has_sub_paths else (drawn,):

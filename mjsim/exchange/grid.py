@@ -1,20 +1,17 @@
 """Occupancy grids as ROS map_server and Nav2 write them: a picture and a YAML file beside it."""
 
 import math
-import re
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mjsim.errors import UsageError
+from mjsim.exchange.pixels import Cells, gray_of
 from mjsim.geometry import Array, Pose
-from mjsim.world.pictures import MOST_PIXELS, picture_size
-from mjsim.world.text import read_text
-
-Cells = NDArray[np.bool_]
+from mjsim.output import write_files
+from mjsim.world import read_text
 
 MOST_BYTES = 200_000_000
 """Of a picture."""
@@ -24,7 +21,8 @@ OCCUPIED, UNKNOWN, FREE = 0, 205, 254
 """Gray values, as map_saver writes them."""
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
 """As map_saver writes them; what is unknown lies between."""
-_PGM = re.compile(rb"P[25](?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)")
+FILES = ("map.pgm", "map.yaml")
+"""Of a map."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,20 +74,19 @@ def read_grid(path: str | Path) -> Grid:
     mode = keys.get("mode", "trinary")
     if mode not in ("trinary", "scale", "raw"):
         raise UsageError(f"{path}: mode is '{mode}'; it must be trinary, scale or raw")
-    share, opaque = _shares(_picture_of(path, keys), raw=mode == "raw", negate=bool(keys.get("negate", 0)))
+    share, opaque = _shares(*_picture_of(path, keys), raw=mode == "raw", negate=bool(keys.get("negate", 0)))
     limit = (free_below + occupied_above) / 2 if mode == "scale" else None
     occupied = (share > (occupied_above if limit is None else limit)) & opaque
     free = (share < free_below if limit is None else share <= limit) & opaque
     return Grid(occupied[::-1].copy(), free[::-1].copy(), resolution, _origin(keys, path))
 
 
-def write_grid(grid: Grid, folder: str | Path) -> Path:
+def write_grid(grid: Grid, folder: str | Path, *, overwrite: bool = False) -> Path:
     """Write `map.yaml` and `map.pgm` into a folder and return the path of `map.yaml`.
 
     Raises:
-        UsageError: The folder cannot be written.
+        UsageError: A file exists, unless `overwrite` allows to replace it, or cannot be written.
     """
-    folder = Path(folder)
     picture = np.full(grid.occupied.shape, UNKNOWN, dtype=np.uint8)
     picture[grid.free], picture[grid.occupied] = FREE, OCCUPIED
     rows, columns = len(picture), len(picture[0])
@@ -99,13 +96,9 @@ def write_grid(grid: Grid, folder: str | Path) -> Path:
         f"resolution: {grid.resolution:.9g}\norigin: [{at.x:.9g}, {at.y:.9g}, {at.heading:.9g}]\nnegate: 0\n"
         f"occupied_thresh: {OCCUPIED_THRESH}\nfree_thresh: {FREE_THRESH}\n"
     )
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "map.pgm").write_bytes(b"P5\n%d %d\n255\n" % (columns, rows) + picture[::-1].tobytes())
-        (folder / "map.yaml").write_text(text)
-    except OSError as error:
-        raise UsageError(f"cannot write '{error.filename or folder}': {error.strerror}") from error
-    return folder / "map.yaml"
+    pixels = b"P5\n%d %d\n255\n" % (columns, rows) + picture[::-1].tobytes()
+    write_files(folder, dict(zip(FILES, (pixels, text.encode()), strict=True)), overwrite=overwrite)
+    return Path(folder) / "map.yaml"
 
 
 def read_bounded(path: Path, *, most: int, kind: str) -> bytes:
@@ -152,10 +145,8 @@ def _origin(keys: dict[str, Any], path: Path) -> Pose:
     return Pose(float(origin[0]), float(origin[1]), float(origin[2]) if len(origin) == 3 else 0.0)
 
 
-def _picture_of(path: Path, keys: dict[str, Any]) -> NDArray[np.uint8]:
-    """Return the picture of a map, shape (rows, columns) or (rows, columns, channels) with alpha last."""
-    import cv2
-
+def _picture_of(path: Path, keys: dict[str, Any]) -> tuple[Array, Cells]:
+    """Return how white each pixel of a map's picture is, 0 to 1, and whether it is opaque."""
     name = str(keys["image"])
     relative = PurePosixPath(name)
     if relative.is_absolute():  # map_saver of ROS 1 writes the whole path of the machine that it ran on
@@ -165,40 +156,14 @@ def _picture_of(path: Path, keys: dict[str, Any]) -> NDArray[np.uint8]:
     file = path.parent / relative
     data = read_bounded(file, most=MOST_BYTES, kind="the picture of a map")
     try:
-        _pgm_size(data) if data[:1] == b"P" else picture_size(data)
+        return gray_of(data)
     except ValueError as error:
         raise UsageError(f"'{file}' {error}") from None
-    picture = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
-    if picture is None or picture.dtype != np.uint8:
-        raise UsageError(f"'{file}' cannot be read as a map; write it as an 8-bit PGM or PNG picture")
-    return np.asarray(picture, dtype=np.uint8)
 
 
-def _pgm_size(data: bytes) -> tuple[int, int]:
-    head = _PGM.match(data[:4096])
-    if head is None:
-        raise ValueError("is not a gray PGM, PNG or JPEG picture; convert it")
-    columns, rows, largest = (int(number[:9]) for number in head.groups())
-    if not columns or not rows or not 0 < largest <= 255:
-        raise ValueError(f"is a picture of {columns} x {rows} pixels up to {largest}; write 8-bit pixels")
-    if columns * rows > MOST_PIXELS:
-        raise ValueError(f"is a picture of {columns * rows / 1e6:.0f} megapixels; it must have at most 40")
-    if data[:2] == b"P5" and len(data) < head.end() + 1 + columns * rows:
-        raise ValueError(f"is cut short; {columns} x {rows} pixels are as many bytes")
-    return columns, rows
-
-
-def _shares(picture: NDArray[np.uint8], *, raw: bool, negate: bool) -> tuple[Array, Cells]:
+def _shares(gray: Array, opaque: Cells, *, raw: bool, negate: bool) -> tuple[Array, Cells]:
     """Return how far each pixel is occupied, 0 to 1, and whether it is known at all."""
-    opaque = np.ones(picture.shape[:2], dtype=bool)
-    if picture.ndim == 3:
-        if picture.shape[2] in (2, 4):
-            opaque = picture[..., -1] >= 128
-            picture = picture[..., :-1]
-        gray = np.asarray(picture.mean(axis=2, dtype=np.float32))
-    else:
-        gray = picture.astype(np.float32)
     if raw:
-        return np.asarray(gray / 100.0), opaque & (gray <= 100.0)
-    share = gray / np.float32(255.0)
-    return np.asarray(share if negate else 1.0 - share), opaque
+        percent = gray * np.float32(255.0)
+        return np.asarray(percent / 100.0), opaque & (percent <= 100.5)
+    return np.asarray(gray if negate else 1.0 - gray), opaque

@@ -6,20 +6,21 @@ from pathlib import Path
 
 import numpy as np
 
-from mjsim.exchange.grid import Cells, Grid, read_grid
-from mjsim.exchange.joints import runs_of
+from mjsim.exchange.corners import runs_of
+from mjsim.exchange.grid import Grid, read_grid
+from mjsim.exchange.pixels import Cells
 from mjsim.exchange.raster import cells_of
-from mjsim.exchange.trace import SPECK, trace
+from mjsim.exchange.tidy import without_specks
+from mjsim.exchange.trace import trace
 from mjsim.geometry import Array
-from mjsim.world.model import World
-from mjsim.world.plan import solid
-from mjsim.world.structure import Wall
-from mjsim.world.things import BoxObstacle, CylinderObstacle
+from mjsim.world import BoxObstacle, CylinderObstacle, Wall, World, solid
 
 WALL_HEIGHT = 2.5
 """A map does not tell it [m]."""
 THING_HEIGHT = 1.0
 """Of what is not a wall [m]."""
+THIN, BESIDE = 1.5, 0.05
+"""A box that is so many times as thick as the usual wall at most, and so near to one [m], is as high as walls."""
 DIGITS = 3
 """Coordinates are written to the millimetre."""
 
@@ -38,6 +39,8 @@ def world_from_map(path: str | Path) -> World:
 
 def world_from_grid(grid: Grid, *, name: str = "world") -> World:
     """Return a world with walls and things for the occupied cells of a grid, without a robot."""
+    import shapely
+
     traced = trace(grid)
     walls = []
     for number, run in enumerate(runs_of(traced.walls), start=1):
@@ -48,15 +51,17 @@ def world_from_grid(grid: Grid, *, name: str = "world") -> World:
             walls.append(
                 Wall(name=f"wall-{number}", points=corners, closed=closed, thickness=thickness, height=WALL_HEIGHT)
             )
+    near = solid(World(walls=tuple(walls))).buffer(BESIDE)
+    usual = float(np.median([wall.thickness for wall in walls])) if walls else 0.0
     things: list[BoxObstacle | CylinderObstacle] = []
     for bar in traced.boxes:
         turn = math.degrees(bar.heading + grid.world_from_grid.heading)
         sizes = [max(1e-3, round(size * grid.resolution, DIGITS)) for size in (bar.length, bar.width)]
         at = _point(grid, bar.x, bar.y)
         heading = round((turn + 90.0) % 180.0 - 90.0, 2) + 0.0
-        things.append(
-            BoxObstacle(name=f"thing-{len(things) + 1}", at=at, heading_deg=heading, box=(*sizes, THING_HEIGHT))
-        )
+        part_of_wall = sizes[1] <= THIN * usual and near.intersects(shapely.polygons(grid.corners(bar.outline())))
+        height = WALL_HEIGHT if part_of_wall else THING_HEIGHT
+        things.append(BoxObstacle(name=f"thing-{len(things) + 1}", at=at, heading_deg=heading, box=(*sizes, height)))
     for disc in traced.discs:
         radius = round(disc.radius * grid.resolution, DIGITS)
         at = _point(grid, disc.x, disc.y)
@@ -82,12 +87,8 @@ def explained(world: World, grid: Grid) -> tuple[int, int, int]:
 
 
 def specks(grid: Grid) -> int:
-    """Return how many occupied cells are noise: fewer than `SPECK` that hang together."""
-    import cv2
-
-    _, _, stats, _ = cv2.connectedComponentsWithStats(grid.occupied.astype(np.uint8), connectivity=8)
-    sizes = stats[1:, cv2.CC_STAT_AREA]
-    return int(sizes[sizes < SPECK].sum())
+    """Return how many occupied cells are noise: as few near to each other as chance has in a map so noisy."""
+    return int(np.count_nonzero(grid.occupied & ~without_specks(grid)))
 
 
 def name_of(path: str | Path) -> str:

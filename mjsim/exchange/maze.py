@@ -9,12 +9,8 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.exchange.drawing import Line, joined
-from mjsim.exchange.grid import Cells
-from mjsim.world.model import World
-from mjsim.world.robots import Robot
-from mjsim.world.running import Modules, Run, Use
-from mjsim.world.structure import Floor, Wall
-from mjsim.world.things import Beacon, Marker
+from mjsim.exchange.pixels import Cells
+from mjsim.world import Beacon, Floor, Marker, Modules, Robot, Run, Use, Wall, World
 
 FEWEST, MOST = 3, 50
 """Cells to a side."""

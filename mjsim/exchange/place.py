@@ -1,18 +1,19 @@
 """Where a robot starts in a world that was brought in, and a way that it can drive there."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from mjsim.errors import UsageError
-from mjsim.exchange.grid import Cells, Grid
+from mjsim.exchange.grid import Grid
+from mjsim.exchange.pixels import Cells
 from mjsim.exchange.raster import cells_of, grid_of
 from mjsim.geometry import Array
-from mjsim.world.check import check_world
-from mjsim.world.model import World
-from mjsim.world.plan import solid
-from mjsim.world.robots import Robot
-from mjsim.world.running import Modules, Run, Use
+from mjsim.world import Modules, Robot, Run, Use, World, check_world, sensor_names, solid
 
 ROBOT = "scout"
 """What the robot is called."""
@@ -20,49 +21,117 @@ PRESET = "pioneer3dx"
 ELBOW_ROOM = 0.15
 """Between the robot and what it passes on its way [m]."""
 LONGEST_WAY = 15.0
-"""[m]"""
+"""In a straight line [m]."""
+LEGS, SHORTEST_LEG = 4, 1.0
+"""The most straight lines of a way, and how long each is at least [m]."""
+MAST, HIGHEST = 0.04, 0.45
+"""How far a lidar stands above the body, and how high at most: it should see things, not only walls [m]."""
+ODOMETRY_NOISE = {"distance": 0.01, "turn": 0.02}
+"""Of a robot that must find out where it is [m/sqrt(m), rad/sqrt(rad)]."""
 MOST_CELLS = 4_000_000
 """Of the grid on which a place is looked for."""
 DIRECTIONS = 72
+ESTIMATORS = {
+    "monte_carlo": "mjsim.algorithms.monte_carlo:MonteCarloLocalization",
+    "lidar_slam": "mjsim.algorithms.lidar_slam:LidarSlam",
+}
+"""Short names of estimators that need a lidar and nothing else."""
 WAYPOINTS = "mjsim.algorithms.waypoints:Waypoints"
 
 
-def with_robot(world: World, *, preset: str = PRESET, grid: Grid | None = None) -> World:
+@dataclass(frozen=True, slots=True)
+class Newcomer:
+    """The robot that is put into a world that was brought in, as `with_robot` takes it."""
+
+    preset: str = PRESET
+    lidar: str | None = None
+    estimator: Use | None = None
+
+
+def with_newcomer(world: World, robot: Newcomer | None, *, grid: Grid | None = None) -> World:
+    """Return a world with a robot; as it is without one.
+
+    Raises:
+        UsageError: The world has no place for it, or there is no such preset.
+    """
+    if robot is None:
+        return world
+    return with_robot(world, preset=robot.preset, lidar=robot.lidar, estimator=robot.estimator, grid=grid)
+
+
+def with_robot(
+    world: World,
+    *,
+    preset: str = PRESET,
+    lidar: str | None = None,
+    estimator: Use | None = None,
+    grid: Grid | None = None,
+) -> World:
     """Return a world with a robot at the free place farthest from everything solid, and a way to drive.
+
+    With an estimator the robot's odometry errs, and the estimator has the map unless its name says SLAM.
 
     Args:
         world: It has no robot yet.
         preset: A robot of `assets/robots`.
+        lidar: A lidar of `assets/sensors/lidar`, mounted on top; none unless given.
+        estimator: Module that finds out where the robot is; the truth is used unless given.
         grid: What is known to be free; the inside of the walls unless given.
 
     Raises:
-        UsageError: The world has no place for it.
+        UsageError: The world has no place for it, or there is no such preset.
     """
     away, grid = _clearance(world, grid)
     row, column = (int(index) for index in np.unravel_index(int(np.argmax(away)), away.shape))
     start = grid.corners(np.array([column + 0.5, row + 0.5]))
     at = tuple(np.round(start, 2).tolist())
-    robot = Robot(name=ROBOT, preset=preset, at=at)
-    need = _radius(robot) + ELBOW_ROOM
+    robot = _robot(preset, lidar, at=at, heading=0.0, errs=estimator is not None)
+    need = robot.body.radius + ELBOW_ROOM
     if away[row, column] < need:
         raise UsageError(
             f"the widest free place of this world is {away[row, column] * 2:.2f} m across;"
             f" the {preset} needs {need * 2:.2f} m, leave it out with --no-robot"
         )
-    goal = _farthest(away, grid, np.array(at), need)
-    heading = round(math.degrees(math.atan2(goal[1] - at[1], goal[0] - at[0])), 1)
-    robot = Robot(name=ROBOT, preset=preset, at=at, heading_deg=heading)
-    way = Use.model_validate({"use": WAYPOINTS, "points": [np.round(goal, 2).tolist(), list(at)]})
-    run = Run(drivers={ROBOT: Modules(navigator=way, avoidance=True)})
+    if estimator is not None and not any(sensor.kind == "lidar" for sensor in robot.sensors):
+        raise UsageError(
+            f"the {preset} has no lidar to find out where it is; add --lidar, one of {', '.join(sensor_names('lidar'))}"
+        )
+    tour = _tour(away, grid, np.array(at), need)
+    heading = round(math.degrees(math.atan2(*(tour[0] - at)[::-1])), 1)
+    robot = _robot(preset, lidar, at=at, heading=heading, errs=estimator is not None)
+    back = [*tour[-2::-1], np.array(at)]
+    points = [np.round(point, 2).tolist() for point in [*tour, *back]]
+    way = Use.model_validate({"use": WAYPOINTS, "points": points})
+    driver = Modules(navigator=way, avoidance=True)
+    if estimator is not None:
+        driver = driver.model_copy(update={"estimator": estimator})
+    known = estimator is not None and "slam" not in estimator.use.lower()
+    run = Run(drivers={ROBOT: driver}, map="known" if known else "unknown")
     whole = world.model_copy(update={"robots": (robot,), "run": run})
     if problems := check_world(whole):
         raise UsageError(f"there is no place for a robot: {problems[0].message}")
     return whole
 
 
-def _radius(robot: Robot) -> float:
-    body = robot.body
-    return float(getattr(body, "radius", None) or math.hypot(*getattr(body, "size", (0.8, 0.8))[:2]) / 2)
+def _robot(preset: str, lidar: str | None, *, at: tuple[float, float], heading: float, errs: bool) -> Robot:
+    """Return the robot at a place, with a lidar on top and odometry that errs where these are asked for.
+
+    Raises:
+        UsageError: There is no such preset.
+    """
+    keys: dict[str, Any] = {"name": ROBOT, "preset": preset, "at": list(at), "heading_deg": heading}
+    try:
+        bare = Robot.model_validate(keys)
+        if lidar is not None:
+            height = round(min(bare.body.height + MAST, HIGHEST), 3)
+            scan = {"lidar": "scan", "preset": lidar, "at": [0.0, 0.0, height]}
+            others = [sensor for sensor in bare.sensors if sensor.kind != "lidar"]
+            keys["sensors"] = [*(sensor.model_dump(exclude_unset=True) for sensor in others), scan]
+        if errs:
+            keys["odometry"] = {**bare.odometry.model_dump(exclude_unset=True), "noise": ODOMETRY_NOISE}
+        return Robot.model_validate(keys)
+    except ValidationError as error:
+        raise UsageError(error.errors()[0]["msg"].removeprefix("Value error, ")) from None
 
 
 def _clearance(world: World, grid: Grid | None) -> tuple[Array, Grid]:
@@ -86,12 +155,22 @@ def _clearance(world: World, grid: Grid | None) -> tuple[Array, Grid]:
     return np.asarray(np.maximum(away - 0.5, 0.0) * grid.resolution, dtype=float), grid
 
 
-def _farthest(away: Array, grid: Grid, start: Array, need: float) -> Array:
-    """Return the farthest place that can be driven to in a straight line, shape (2,) [m]."""
-    steps = np.arange(0.0, LONGEST_WAY, grid.resolution)
-    headings = np.arange(DIRECTIONS) * (2 * math.pi / DIRECTIONS)
-    best = start
-    for heading in headings:
+def _tour(away: Array, grid: Grid, start: Array, need: float) -> list[Array]:
+    """Return places to drive to one after the other, each far from those before and seen from the last, [m]."""
+    seen = [start]
+    for _ in range(LEGS):
+        ahead = _farthest(away, grid, seen, need)
+        if math.dist(ahead, seen[-1]) < SHORTEST_LEG:
+            break
+        seen.append(ahead)
+    return seen[1:] or [start]
+
+
+def _farthest(away: Array, grid: Grid, seen: Sequence[Array], need: float) -> Array:
+    """Return the place farthest from all that were seen which is a straight drive from the last, shape (2,) [m]."""
+    start, steps = seen[-1], np.arange(0.0, LONGEST_WAY, grid.resolution)
+    best, most = start, 0.1
+    for heading in np.arange(DIRECTIONS) * (2 * math.pi / DIRECTIONS):
         points = start + steps[:, None] * [math.cos(heading), math.sin(heading)]
         cells = np.floor(grid.cells(points)).astype(int)
         rows, columns = away.shape
@@ -99,6 +178,9 @@ def _farthest(away: Array, grid: Grid, start: Array, need: float) -> Array:
         cells = cells.clip(0, (columns - 1, rows - 1))
         clear = there & (away[cells[:, 1], cells[:, 0]] >= need)
         last = len(clear) if clear.all() else int(np.argmin(clear))
-        if last and math.dist(points[last - 1], start) > math.dist(best, start) + 0.1:
-            best = points[last - 1]
+        if not last:
+            continue
+        apart = np.min([np.hypot(*(points[:last] - place).T) for place in seen], axis=0)
+        if (farthest := int(np.argmax(apart))) and apart[farthest] > most:
+            best, most = points[farthest], float(apart[farthest])
     return np.asarray(best)

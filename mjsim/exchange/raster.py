@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.exchange.grid import Cells, Grid, write_grid
+from mjsim.exchange.grid import FILES, Grid, write_grid
+from mjsim.exchange.pixels import Cells
 from mjsim.geometry import Array, Pose
-from mjsim.world.model import World
-from mjsim.world.pictures import MOST_PIXELS
-from mjsim.world.plan import SLICE, solid
+from mjsim.models import MOST_PIXELS
+from mjsim.output import free_paths
+from mjsim.world import SLICE, World, solid
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -19,15 +20,15 @@ if TYPE_CHECKING:
 MARGIN = 1.0
 """Around what is solid [m]."""
 DOORWAY = 1.3
-"""A gap in a wall that is no wider than this does not make the inside an outside [m]."""
+"""A gap between walls that is no wider than this does not make the inside an outside [m]."""
 
 
 def grid_of(world: World, *, resolution: float = 0.05, height: float = SLICE) -> Grid:
     """Return the map of a world as a level lidar would make it, its cells on multiples of the resolution.
 
     A cell is occupied when its middle is in something solid; parts thinner than a cell are widened to one. Free is
-    what lies within walls, doorways counted as closed; all else is unknown. A world without an inside, or with a
-    robot outside, is free to the edge of the map.
+    what lies within walls, their openings of any width and gaps of a doorway's width counted as closed; all else is
+    unknown. A world without an inside, or with a robot outside, is free to the edge of the map.
 
     Args:
         world: What is to be drawn.
@@ -49,13 +50,20 @@ def grid_of(world: World, *, resolution: float = 0.05, height: float = SLICE) ->
     if rows * columns > MOST_PIXELS:
         raise UsageError(f"the map would have {rows * columns / 1e6:.0f} million cells; make the resolution coarser")
     corner = first * resolution
-    occupied = filled((_faces(_widened(shape, resolution)) - corner) / resolution, rows=rows, columns=columns)
+
+    def drawn(part: "BaseGeometry") -> Cells:
+        return filled((_faces(_widened(part, resolution)) - corner) / resolution, rows=rows, columns=columns)
+
+    occupied = drawn(shape)
     starts = np.array([robot.at for robot in world.robots]).reshape(-1, 2)
-    inside = _inside(occupied, round(DOORWAY / 2 / resolution), (starts - corner) / resolution)
+    closed = occupied | drawn(solid(_without_openings(world), height=height))
+    inside = _inside(closed, round(DOORWAY / 2 / resolution), (starts - corner) / resolution)
     return Grid(occupied, inside & ~occupied, resolution, Pose(float(corner[0]), float(corner[1]), 0.0))
 
 
-def write_map(world: World, folder: str | Path, *, resolution: float = 0.05, height: float = SLICE) -> Path:
+def write_map(
+    world: World, folder: str | Path, *, resolution: float = 0.05, height: float = SLICE, overwrite: bool = False
+) -> Path:
     """Write `map.yaml` and `map.pgm` of a world as Nav2 reads them, and return the path of `map.yaml`.
 
     Args:
@@ -63,11 +71,13 @@ def write_map(world: World, folder: str | Path, *, resolution: float = 0.05, hei
         folder: Is made when it is not there.
         resolution: Side of a cell [m].
         height: At which a level plane cuts the world [m].
+        overwrite: Whether files that exist may be replaced.
 
     Raises:
-        UsageError: Nothing is solid at this height, the map would be too large, or the folder cannot be written.
+        UsageError: Nothing is solid at this height, the map would be too large, or a file exists or cannot be written.
     """
-    return write_grid(grid_of(world, resolution=resolution, height=height), folder)
+    free_paths(folder, FILES, overwrite=overwrite)
+    return write_grid(grid_of(world, resolution=resolution, height=height), folder, overwrite=overwrite)
 
 
 def filled(faces: Array, *, rows: int, columns: int) -> Cells:
@@ -101,6 +111,12 @@ def cells_of(shape: "BaseGeometry", grid: Grid) -> Cells:
         return np.zeros((rows, columns), dtype=bool)
     faces = _faces(shape)
     return filled(grid.cells(faces), rows=rows, columns=columns)
+
+
+def _without_openings(world: World) -> World:
+    """Return a world whose walls have no doorways, gates and windows."""
+    walls = tuple(wall.model_copy(update={"openings": ()}) for wall in world.walls)
+    return world.model_copy(update={"walls": walls})
 
 
 def _widened(shape: "BaseGeometry", resolution: float) -> "BaseGeometry":

@@ -6,29 +6,33 @@ Robots stay at home: Gazebo has drives and sensors of its own.
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from xml.etree.ElementTree import Element, ElementTree, SubElement, indent
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
-from mjsim.errors import UsageError
-from mjsim.exchange.sdf_parts import Look, add_box, add_geometry, add_link, add_prism, numbers, pose_of
-from mjsim.exchange.shown import Shown, shown_of
+from mjsim.exchange.sdf_parts import Appearance, add_box, add_geometry, add_link, add_prism, numbers, pose_of
+from mjsim.exchange.shown import BeaconFace, shown_of
 from mjsim.geometry import Array
-from mjsim.world.doors import THICKNESS, Leaf, leaves
-from mjsim.world.hung import Hung, hung
-from mjsim.world.joints import solid_pieces
-from mjsim.world.model import World
-from mjsim.world.names import item_names
-from mjsim.world.outlines import prisms, world_from_obstacle
-from mjsim.world.structure import Wall
-from mjsim.world.things import (
+from mjsim.output import write_files
+from mjsim.world import (
+    THICKNESS,
     BoxObstacle,
     CylinderObstacle,
+    Hung,
+    Leaf,
     ModelObstacle,
     Obstacle,
     RampObstacle,
     SphereObstacle,
     StepsObstacle,
+    Wall,
+    World,
+    hung,
+    item_names,
+    leaves,
+    prisms,
+    solid_pieces,
+    world_from_obstacle,
 )
 
 VERSION = "1.9"
@@ -42,7 +46,7 @@ DAMPING = 0.6
 """Of a hinge, as a share of the leaf's inertia [1/s]."""
 
 
-def write_sdf(world: World, path: str | Path) -> Path:
+def write_sdf(world: World, path: str | Path, *, overwrite: bool = False) -> Path:
     """Write a world as SDF 1.9, its pictures in a folder beside it, and return the path of the file.
 
     Walls are boxes, ramps and models from files prisms on their outlines. A thing that goes its own path stands
@@ -51,9 +55,10 @@ def write_sdf(world: World, path: str | Path) -> Path:
     Args:
         world: What is to be written.
         path: Of the file; pictures come into `NAME_pictures` beside it.
+        overwrite: Whether files that exist may be replaced.
 
     Raises:
-        UsageError: The file cannot be written.
+        UsageError: A file exists, or cannot be written.
     """
     path = Path(path)
     root = Element("sdf", version=VERSION)
@@ -74,15 +79,9 @@ def write_sdf(world: World, path: str | Path) -> Path:
             pictures[shown.file] = shown.png
             _add_beacon(place, item, shown, f"{folder}/{shown.file}")
     indent(root)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        if pictures:
-            (path.parent / folder).mkdir(exist_ok=True)
-        for file, data in pictures.items():
-            (path.parent / folder / file).write_bytes(data)
-        ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
-    except OSError as error:
-        raise UsageError(f"cannot write '{error.filename or path}': {error.strerror}") from error
+    files = {f"{folder}/{file}": data for file, data in pictures.items()}
+    text = tostring(root, encoding="utf-8", xml_declaration=True)
+    write_files(path.parent, files | {path.name: text}, overwrite=overwrite)
     return path
 
 
@@ -116,11 +115,11 @@ def _add_ground(place: Element, world: World) -> None:
     middle, size = ((low + high) / 2).tolist(), (high - low + 2 * MARGIN).tolist()
     link = add_link(place, "floor", at=(*middle, 0.0))
     plane = [("normal", numbers(0, 0, 1)), ("size", numbers(*size))]
-    add_geometry(link, "floor", "plane", plane, look=Look(world.floor.color, world.floor.friction))
+    add_geometry(link, "floor", "plane", plane, look=Appearance(world.floor.color, world.floor.friction))
     if world.ceiling is not None:
         height = world.ceiling.height or max((wall.height for wall in world.walls), default=2.5)
         above = add_link(place, "ceiling", at=(*middle, height + CEILING / 2))
-        add_box(above, "ceiling", [*(high - low).tolist(), CEILING], look=Look(world.ceiling.color))
+        add_box(above, "ceiling", [*(high - low).tolist(), CEILING], look=Appearance(world.ceiling.color))
 
 
 def _add_wall(place: Element, wall: Wall, name: str, pieces: Sequence[tuple[Array, float, float]]) -> None:
@@ -129,7 +128,7 @@ def _add_wall(place: Element, wall: Wall, name: str, pieces: Sequence[tuple[Arra
     link = add_link(place, f"wall_{name}")
     for number, (outline, low, high) in enumerate(pieces):
         box, at = _box_around(outline, low, high)
-        add_box(link, f"part_{number}", box, at=at, look=Look(wall.color))
+        add_box(link, f"part_{number}", box, at=at, look=Appearance(wall.color))
 
 
 def _box_around(outline: Array, low: float, high: float) -> tuple[list[float], tuple[float, ...]]:
@@ -152,7 +151,7 @@ def _add_obstacle(place: Element, obstacle: Obstacle, name: str) -> None:
     friction = obstacle.friction if obstacle.movable else None
     at = (here.x, here.y, obstacle.elevation, 0.0, 0.0, here.heading)
     link = add_link(place, name, at=at, mass=mass, size=_extent(obstacle))
-    look = Look(obstacle.color, friction)
+    look = Appearance(obstacle.color, friction)
     match obstacle:
         case BoxObstacle(box=(length, width, height)):
             add_box(link, "box", [length, width, height], at=(0, 0, height / 2), look=look)
@@ -193,7 +192,7 @@ def _add_door(place: Element, leaf: Leaf) -> None:
     middle = (leaf.width / 2, 0.0, (leaf.low + leaf.high) / 2)
     at = (here.x, here.y, 0.0, 0.0, 0.0, here.heading)
     link = add_link(place, f"door_{leaf.name}", at=at, mass=leaf.door.mass, size=size, center=middle)
-    add_box(link, "leaf", size, at=middle, look=Look(leaf.door.color))
+    add_box(link, "leaf", size, at=middle, look=Appearance(leaf.door.color))
     model = place[-1]
     kind = "fixed" if leaf.door.locked else "revolute"
     joint = SubElement(model, "joint", name="hinge", type=kind)
@@ -212,7 +211,7 @@ def _add_door(place: Element, leaf: Leaf) -> None:
     SubElement(dynamics, "spring_stiffness").text = numbers(leaf.door.spring)
 
 
-def _add_beacon(place: Element, item: Hung, shown: Shown, file: str) -> None:
+def _add_beacon(place: Element, item: Hung, shown: BeaconFace, file: str) -> None:
     """Add a plane whose x points to the viewer's right, whose y points up, and whose z faces the viewer."""
     tilt, heading = math.radians(item.beacon.tilt_deg), item.place.heading
     out = np.array([math.cos(tilt) * math.cos(heading), math.cos(tilt) * math.sin(heading), math.sin(tilt)])
@@ -221,4 +220,4 @@ def _add_beacon(place: Element, item: Hung, shown: Shown, file: str) -> None:
     at = pose_of(np.array([item.place.x, item.place.y, item.center]), frame)
     link = add_link(place, f"beacon_{item.beacon.name}", at=at)
     plane = [("normal", numbers(0, 0, 1)), ("size", numbers(*shown.size))]
-    add_geometry(link, "picture", "plane", plane, look=Look("#ffffff", picture=file), collides=False)
+    add_geometry(link, "picture", "plane", plane, look=Appearance("#ffffff", picture=file), collides=False)

@@ -12,7 +12,7 @@ NO_METAL, ROUGH = "0", "1"
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class Appearance:
     """A surface."""
 
     color: str
@@ -79,7 +79,7 @@ def add_geometry(
     sizes: Sequence[tuple[str, str]],
     *,
     at: Sequence[float] = (),
-    look: Look,
+    look: Appearance,
     collides: bool = True,
 ) -> None:
     """Add a shape to a link, as what is seen and as what bumps.
@@ -113,7 +113,7 @@ def add_box(
     size: Sequence[float],
     *,
     at: Sequence[float] = (),
-    look: Look,
+    look: Appearance,
 ) -> None:
     """Add a box with full sizes x, y, z [m]; the rest as `add_geometry` has it."""
     add_geometry(link, name, "box", [("size", numbers(*size))], at=at, look=look)
@@ -126,14 +126,14 @@ def add_prism(
     height: float,
     *,
     at: Sequence[float] = (),
-    look: Look,
+    look: Appearance,
 ) -> None:
     """Add an outline, shape (n, 2) [m], drawn out along z by a height [m]; the rest as `add_geometry` has it."""
     corners = [("point", numbers(x, y)) for x, y in outline.tolist()]
     add_geometry(link, name, "polyline", [*corners, ("height", numbers(height))], at=at, look=look)
 
 
-def _add_look(visual: Element, look: Look) -> None:
+def _add_look(visual: Element, look: Appearance) -> None:
     material = SubElement(visual, "material")
     tone = numbers(*(int(look.color[at : at + 2], 16) / 255 for at in (1, 3, 5)), 1)
     SubElement(material, "ambient").text = SubElement(material, "diffuse").text = tone

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjsim.exchange.grid import Cells
+from mjsim.exchange.pixels import Cells
 from mjsim.exchange.raster import filled
 from mjsim.geometry import Array
 

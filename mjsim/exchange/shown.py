@@ -4,14 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjsim.compile.pictures import LONGEST_BEACON_SIDE, bounded, encode_png, marker_picture, read_picture
-from mjsim.world.markers import printed_share
-from mjsim.world.model import World
-from mjsim.world.things import Beacon
+from mjsim.compile import LONGEST_BEACON_SIDE, marker_picture
+from mjsim.models import bounded, encode_png, read_picture
+from mjsim.world import Beacon, World, printed_share
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class BeaconFace:
     """The face of a beacon."""
 
     file: str
@@ -21,7 +20,7 @@ class Shown:
     """Width and height, a marker's with its white border [m]."""
 
 
-def shown_of(world: World, beacon: Beacon) -> Shown:
+def shown_of(world: World, beacon: Beacon) -> BeaconFace:
     """Return what a beacon shows; a reflector is white."""
     share = 1.0
     if beacon.marker is not None:
@@ -34,4 +33,4 @@ def shown_of(world: World, beacon: Beacon) -> Shown:
     high, wide = picture.shape[:2]
     width = beacon.width * share
     png = encode_png(bounded(picture, LONGEST_BEACON_SIDE))
-    return Shown(f"{beacon.name}.png", png, (width, width * high / wide))
+    return BeaconFace(f"{beacon.name}.png", png, (width, width * high / wide))

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mjsim.exchange.grid import Cells
+from mjsim.exchange.pixels import Cells
 from mjsim.exchange.shapes import Bar, bar_between, cells_in
 from mjsim.geometry import Array
 

@@ -1,13 +1,14 @@
-"""Walls drawn as lines in an SVG file; nothing that the file names elsewhere is ever opened."""
+"""Plans drawn in an SVG file; nothing that the file names elsewhere is ever opened."""
 
 import io
 import math
 import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import Element, ParseError
+from xml.etree.ElementTree import Element, ParseError, fromstring, tostring
 from xml.parsers import expat
 
 import numpy as np
@@ -15,8 +16,14 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.exchange.drawing import BOW, MOST_BYTES, MOST_CORNERS, Drawing, Line
 from mjsim.exchange.grid import read_bounded
+from mjsim.exchange.maps import name_of
+from mjsim.exchange.paint import darkness_of
+from mjsim.exchange.plan_in import read_plan
+from mjsim.exchange.roles import Role, role_of
 from mjsim.exchange.shapes import fitted_rectangle
+from mjsim.exchange.svg_tree import METRES, length_of, made_plain, tag_of
 from mjsim.geometry import Array
+from mjsim.world import World
 
 CURVE_STEPS = 48
 """Straight lines to a curve, before those that hardly bow are joined."""
@@ -25,55 +32,79 @@ DEEPEST = 100
 LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 UNIT = "data-metres-per-unit"
 """Attribute of files that mjsim wrote: metres to one user unit."""
-SHAPES = ("rect", "circle", "ellipse", "line")
-LENGTHS = ("x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "x1", "y1", "x2", "y2")
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+BUILDING = (2.0, 500.0)
+"""Sizes at which a drawing that says its size on paper is believed to be at 1 : 1 [m]."""
 _BROKEN = (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, ValueError)
 """What svgpathtools raises on paths that are none."""
+_RATIO = re.compile(r"\b1\s*:\s*(\d{1,4})\b")
 
 
-def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
-    """Return the lines of an SVG file, y up.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Tree:
+    """An SVG file that was read."""
 
-    Lines, polylines, polygons, rectangles, circles and paths are taken along their middles; a rectangle that is
-    filled and has no stroke is a wall of its length and width. What is hidden, text, pictures and clones are not.
+    path: Path
+    root: Element
+    parents: dict[Element, Element]
+    chosen: set[Element] | None
+    """The groups that hold walls; None when the user names none."""
+    numbers: dict[Element, int]
+    """Of elements, in their order."""
+
+
+def world_from_svg(
+    path: str | Path, *, scale: float | None = None, thickness: float | None = None, layers: Sequence[str] = ()
+) -> World:
+    """Return the world of the plan that an SVG file shows; its lower left corner becomes [0, 0].
 
     Args:
         path: The file.
-        layers: Ids or Inkscape labels of the groups that hold walls; the group `walls` unless given, or all.
+        scale: Metres to one user unit; must be given unless the file tells it.
+        thickness: Of the walls [m]; as they are drawn unless given, 0.1 when that is by one hair line.
+        layers: Ids or Inkscape labels of the groups that hold walls; those whose names say so unless given, or all.
+
+    Raises:
+        UsageError: It cannot be read, or does not show the walls of a building.
+    """
+    return read_plan(read_svg(path, layers=layers), name=name_of(path), scale=scale, thickness=thickness).world
+
+
+def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
+    """Return the lines of an SVG file, y up, clones and style sheets applied; what is hidden, text, pictures are not.
+
+    Args:
+        path: The file.
+        layers: Ids or Inkscape labels of the groups that hold walls; those whose names say so unless given, or all.
 
     Raises:
         UsageError: It is not there, too large, no SVG, or has no such layer.
     """
     path = Path(path)
-    data = read_bounded(path, most=MOST_BYTES, kind="a drawing")
-    document = _document(data, path)
-    root: Element = document.root
-    if root.tag != "{http://www.w3.org/2000/svg}svg":
-        raise UsageError(f"'{path}' is XML but no SVG drawing; its first element is '{root.tag[:60]}'")
-    odd = _without_units(root)
+    root = _root_of(read_bounded(path, most=MOST_BYTES, kind="a drawing"), path)
+    odd = made_plain(root, str(path))
+    document = _document(root, path)
+    root = document.root
     parents = {child: parent for parent in root.iter() for child in parent}
-    chosen = _layers(root, layers, path)
+    numbers = {element: number for number, element in enumerate(root.iter())}
+    tree = _Tree(path, root, parents, _layers(root, layers, path), numbers)
     lines: list[Line] = []
     try:
         for drawn in document.paths():
-            if not _hidden(drawn.element, parents) and _within(drawn.element, chosen, parents):
-                lines += _lines(drawn, parents)
+            if not _hidden(drawn.element, parents):
+                lines += _lines(drawn, tree)
                 if sum(len(line.points) for line in lines) > 2 * MOST_CORNERS:
                     raise UsageError(f"'{path}' has too many lines to be walls; name their --layer")
     except _BROKEN as error:
         raise UsageError(f"'{path}' has a shape that cannot be read ({error!s:.80}); mend the drawing") from error
-    counts = Counter(element.tag.rpartition("}")[2] for element in root.iter() if isinstance(element.tag, str))
+    counts = Counter(tag_of(element) for element in root.iter())
     left = [f"{counts[tag]} <{tag}>" for tag in ("use", "image", "text") if counts[tag]]
-    left += [f"{odd} shapes in other units than the drawing's"] if odd else []
+    left += [f"{odd} shapes in percent"] if odd else []
     notes = [f"left out: {', '.join(left)}"] if left else []
-    return Drawing(str(path), lines, _unit(root), notes)
+    return Drawing(str(path), lines, _unit(root), bool(layers), notes)
 
 
-def _document(data: bytes, path: Path) -> Any:
-    """Return the parsed drawing; entities, which can swell or reach outside, are refused."""
-    from svgpathtools import Document
-
+def _root_of(data: bytes, path: Path) -> Element:
+    """Return the root of a drawing; entities, which can swell or reach outside, are refused."""
     parser = expat.ParserCreate()
     depth = 0
 
@@ -94,46 +125,33 @@ def _document(data: bytes, path: Path) -> Any:
     parser.StartElementHandler, parser.EndElementHandler = deeper, higher
     try:
         parser.Parse(data, True)
-        return Document(io.BytesIO(data))
+        root = fromstring(data)
     except (expat.ExpatError, ParseError, ValueError, LookupError) as error:
         raise UsageError(f"'{path}' is not XML, and so no SVG drawing: {error}") from None
+    if root.tag != "{http://www.w3.org/2000/svg}svg":
+        raise UsageError(f"'{path}' is XML but no SVG drawing; its first element is '{root.tag[:60]}'")
+    return root
 
 
-def _without_units(root: Element) -> int:
-    """Take away shapes whose places or sizes are in percent or millimetres, and return how many they were."""
-    count = 0
-    for parent in list(root.iter()):
-        for shape in list(parent):
-            if any(not _plain(shape, key) for key in LENGTHS):
-                parent.remove(shape)
-                count += isinstance(shape.tag, str) and shape.tag.rpartition("}")[2] in SHAPES
-    return count
+def _document(root: Element, path: Path) -> Any:
+    from svgpathtools import Document
 
-
-def _plain(shape: Element, key: str) -> bool:
-    """Say whether a length is a number; one in pixels is made one."""
-    value = shape.get(key)
-    if value is None or (isinstance(shape.tag, str) and shape.tag.rpartition("}")[2] not in SHAPES):
-        return True
-    shape.set(key, value.strip().removesuffix("px"))
-    return NUMBER.fullmatch(shape.get(key, "")) is not None
+    try:
+        return Document(io.BytesIO(tostring(root)))
+    except (ParseError, ValueError, LookupError, RecursionError) as error:
+        raise UsageError(f"'{path}' cannot be read as SVG ({error!s:.80}); save it as plain SVG") from None
 
 
 def _layers(root: Element, names: Sequence[str], path: Path) -> set[Element] | None:
-    """Return the groups that hold walls; None for the whole drawing."""
+    """Return the groups that the user says hold walls; None when that is left to their names."""
     named = [(name, group) for group in root.iter() for name in (group.get("id"), group.get(LABEL)) if name]
-    wanted = [name.lower() for name in names] or ["walls"]
-    found = {group for name, group in named if name.lower() in wanted}
-    groups = sorted({name for name, group in named if group.tag.endswith("}g")})
+    found = {group for name, group in named if name.lower() in [wanted.lower() for wanted in names]}
+    groups = sorted({name for name, group in named if tag_of(group) == "g"})
     if missing := [name for name in names if name.lower() not in {other.lower() for other, _ in named}]:
         raise UsageError(
             f"'{path}' has no layer '{missing[0]:.60}'; layers are {', '.join(groups[:20]) or 'not in it'}"
         )
-    return found or None
-
-
-def _within(element: Element, chosen: set[Element] | None, parents: dict[Element, Element]) -> bool:
-    return chosen is None or any(above in chosen for above in _upward(element, parents))
+    return found if names else None
 
 
 def _upward(element: Element, parents: dict[Element, Element]) -> list[Element]:
@@ -141,6 +159,30 @@ def _upward(element: Element, parents: dict[Element, Element]) -> list[Element]:
     while (above := parents.get(found[-1])) is not None:
         found.append(above)
     return found
+
+
+def _role(element: Element, tree: _Tree) -> tuple[Role | None, str, int]:
+    """Return what a shape is, by the names of the groups that it is in; and its thing: name and number."""
+    above = _upward(element, tree.parents)
+    if tree.chosen is not None and any(group in tree.chosen for group in above):
+        return "wall", "", 0
+    found: Role | None = None
+    thing: Element | None = None
+    for group in above:
+        names = [name for key in (LABEL, "id", "class") if (name := group.get(key))]
+        role = next((role for name in names if (role := role_of(name)) is not None), None)
+        if found is None and role is not None:
+            found = role
+        # The groups in a group of furniture are one piece each.
+        if role == "furniture" and found == "furniture" and tag_of(group) == "g":
+            below = above[max(0, above.index(group) - 1)]
+            thing = below if tag_of(below) == "g" and below is not group else None
+    if tree.chosen is not None and found == "wall":
+        found = None
+    if thing is None or found != "furniture":
+        return found, "", 0
+    label = thing.get(LABEL) or thing.get("id") or ""
+    return found, label, tree.numbers[thing]
 
 
 def _own(element: Element, key: str) -> str | None:
@@ -161,23 +203,30 @@ def _hidden(element: Element, parents: dict[Element, Element]) -> bool:
     return none or _inherited(element, "visibility", parents) in ("hidden", "collapse")
 
 
-def _lines(drawn: Any, parents: dict[Element, Element]) -> list[Line]:
+def _lines(drawn: Any, tree: _Tree) -> list[Line]:
     """Return the lines of one shape."""
     element: Element = drawn.element
-    stroke = _inherited(element, "stroke", parents)
-    pen = _inherited(element, "stroke-width", parents) or "1"
-    number = re.match(r"\s*[0-9.]+(?:e-?[0-9]+)?", pen)
+    stroke = _inherited(element, "stroke", tree.parents)
+    bare = stroke in (None, "none", "transparent")
+    pen = length_of(_inherited(element, "stroke-width", tree.parents) or "1") or 0.0
     spread = math.sqrt(abs(float(np.linalg.det(np.asarray(drawn.transform, dtype=float)[:2, :2]))))
-    width = float(number[0]) * spread if number and stroke not in (None, "none") else 0.0
-    filled = stroke in (None, "none") and _inherited(element, "fill", parents) != "none"
+    width = 0.0 if bare else pen * spread
+    fill = _inherited(element, "fill", tree.parents)
+    dark = None if fill == "none" or tag_of(element) == "line" else darkness_of(fill)
+    role, block, part = _role(element, tree)
     lines = []
-    for part in drawn.continuous_subpaths():
-        points, closed = _points(part)
-        bar = fitted_rectangle(points) if filled and closed else None
-        if bar is not None:
-            lines.append(Line(bar.ends, width=bar.width))
-        elif len(points) > 1:
-            lines.append(Line(points, closed and len(points) > 2, width))
+    for outline in drawn.continuous_subpaths():
+        points, closed = _points(outline)
+        if len(points) < 2:
+            continue
+        ring = len(points) > 2 and (closed or (bare and fill not in (None, "none")))
+        shaded = dark if ring and (bare or fill is not None) else None
+        if shaded is not None and bare and role in (None, "wall"):
+            bar = fitted_rectangle(points)
+            # A rectangle without a stroke is there for its fill, whatever its colour.
+            shaded = max(shaded, 0.5) if bar is not None and bar.length >= 2.0 * bar.width else shaded
+        line = Line(points, ring, width, role=role, block=block, part=part, path=tree.numbers[element], dark=shaded)
+        lines.append(line)
     return lines
 
 
@@ -206,9 +255,32 @@ def _along(curve: Any) -> list[complex]:
 
 
 def _unit(root: Element) -> float | None:
-    """Return metres to one user unit, when mjsim wrote the file."""
+    """Return metres to one user unit: as mjsim wrote, or by the size on paper and the scale that a text tells."""
     try:
         unit = float(root.get(UNIT, "nan"))
     except ValueError:
         return None
-    return unit if 0.0 < unit < math.inf else None
+    if 0.0 < unit < math.inf:
+        return unit
+    box = [float(word) for word in re.findall(r"[-+0-9.eE]+", root.get("viewBox", "")) if _is_number(word)]
+    wide = root.get("width", "")
+    size = length_of(wide)
+    if size is None or re.fullmatch(r"[\d.\s]*(px)?", wide) or len(box) != 4 or box[2] <= 0.0:
+        return None
+    paper = size * METRES / box[2]
+    texts = " ".join(
+        text
+        for element in root.iter()
+        if tag_of(element) in ("text", "tspan", "title", "desc")
+        for text in element.itertext()
+    )
+    ratio = _RATIO.search(texts)
+    unit = paper * (float(ratio[1]) if ratio else 1.0)
+    return unit if BUILDING[0] <= unit * box[2] <= BUILDING[1] else None
+
+
+def _is_number(word: str) -> bool:
+    try:
+        return math.isfinite(float(word))
+    except ValueError:
+        return False

@@ -3,21 +3,15 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from xml.etree.ElementTree import Element, ElementTree, SubElement, indent, register_namespace
+from xml.etree.ElementTree import Element, SubElement, indent, register_namespace, tostring
 
 import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.exchange.svg_in import UNIT
 from mjsim.geometry import Array, Pose
-from mjsim.world.doors import THICKNESS, Leaf, leaves
-from mjsim.world.hung import hung
-from mjsim.world.model import World
-from mjsim.world.names import item_names
-from mjsim.world.outlines import prisms
-from mjsim.world.pieces import MITRE_LIMIT
-from mjsim.world.plan import SLICE
-from mjsim.world.structure import Opening, Wall
+from mjsim.output import write_file
+from mjsim.world import MITRE_LIMIT, SLICE, THICKNESS, Leaf, Opening, Wall, World, hung, item_names, leaves, prisms
 
 NAMESPACE = "http://www.w3.org/2000/svg"
 PER_METRE = 100.0
@@ -36,7 +30,7 @@ INK, SOFT, ROBOT, BEACON = "#23272e", "#8a93a0", "#c8402f", "#0b7a53"
 """Colours of lines."""
 
 
-def write_svg(world: World, path: str | Path) -> Path:
+def write_svg(world: World, path: str | Path, *, overwrite: bool = False) -> Path:
     """Write the plan of a world as SVG at 1 : 100 and return the path of the file.
 
     Walls are lines as wide as the walls are thick, broken at doorways, in a group `walls`: `world_from_svg` makes
@@ -45,11 +39,11 @@ def write_svg(world: World, path: str | Path) -> Path:
     Args:
         world: What is to be drawn.
         path: Of the file.
+        overwrite: Whether a file that exists may be replaced.
 
     Raises:
-        UsageError: The world is empty, or the file cannot be written.
+        UsageError: The world is empty, or the file exists or cannot be written.
     """
-    path = Path(path)
     root = _sheet(world)
     for name, draw in (("things", _things), ("walls", _walls), ("windows", _windows), ("doors", _doors)):
         draw(_group(root, name), world)
@@ -57,12 +51,7 @@ def write_svg(world: World, path: str | Path) -> Path:
     _robots(_group(root, "robots"), world)
     indent(root)
     register_namespace("", NAMESPACE)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
-    except OSError as error:
-        raise UsageError(f"cannot write '{error.filename or path}': {error.strerror}") from error
-    return path
+    return write_file(path, tostring(root, encoding="utf-8", xml_declaration=True), overwrite=overwrite)
 
 
 def _sheet(world: World) -> Element:

@@ -2,8 +2,7 @@
 
 from collections.abc import Sequence
 
-from mjsim.world.model import World
-from mjsim.world.writer import format_world
+from mjsim.world import World, format_world
 
 
 def world_text(world: World, *, notes: Sequence[str]) -> str:

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from mjsim.exchange.grid import Cells
+from mjsim.exchange.pixels import Cells
 from mjsim.geometry import Array
 
 BEND = 1.5

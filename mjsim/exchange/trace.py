@@ -5,20 +5,25 @@ again to both sides of its wall, made square where the map is, and followed to w
 over is cut into rectangles.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.exchange.grid import Cells, Grid
+from mjsim.exchange.gather import gathered
+from mjsim.exchange.grid import Grid
+from mjsim.exchange.pixels import Cells
 from mjsim.exchange.shapes import Bar, Disc, cells_in, fitted_bar, fitted_disc
 from mjsim.exchange.strips import along_walls
 from mjsim.exchange.thin import lines, thinned
+from mjsim.exchange.tidy import tidied
 from mjsim.geometry import Array
 
-THICKEST = 0.6
-"""What is thicker is a thing, not a wall [m]."""
+THICKEST, BROADEST = 0.6, 1.2
+"""What is thicker is a thing, not a wall; where walls are usually thick, walls up to the second are walls too [m]."""
+SHORTEST = 0.4
+"""What stands alone and is shorter is a thing, not a wall [m]."""
 BULKY = 2.0
 """What is so many times as thick as the usual wall is not taken for one, unless it is very long."""
 LONG = 12.0
@@ -31,12 +36,18 @@ ALIKE_ENOUGH = 0.65
 """The same for what is left over, before it is cut in two."""
 ROUND = 1.2
 """A disc is at most this much longer than wide."""
-SPECK = 3
-"""Fewer cells than this are noise."""
-REACH = 0.75
+ROUNDER = 0.03
+"""A disc that covers cells worse than a rectangle by this is still preferred."""
+SPECK = 2
+"""Fewer cells than this, if they are part of nothing else, are noise."""
+FRAGMENT = 0.1
+"""What is smaller may be part of something larger [m^2]."""
+TOGETHER = 0.3
+"""Fragments of one wall are no farther apart [m]."""
+REACH = 1.0
 """A cell whose middle is this near to a shape is explained by it [cells]."""
-MOST_PARTS, MOST_MIDDLES, MOST_LINES = 20_000, 500_000, 4_000
-"""More of them make no map: parts that hang together, cells in the middle of walls, straight lines."""
+MOST_MIDDLES, MOST_LINES = 500_000, 4_000
+"""More of them make no map: cells in the middle of walls, straight lines."""
 DEEPEST = 7
 """What is left over is cut in two at most so often."""
 
@@ -45,9 +56,9 @@ DEEPEST = 7
 class Traced:
     """What stands for the occupied cells of a grid."""
 
-    walls: Sequence[Bar]
-    boxes: Sequence[Bar]
-    discs: Sequence[Disc]
+    walls: list[Bar]
+    boxes: list[Bar]
+    discs: list[Disc]
 
 
 def trace(grid: Grid) -> Traced:
@@ -56,36 +67,57 @@ def trace(grid: Grid) -> Traced:
     Raises:
         UsageError: It has more lines or parts than the map of a building.
     """
-    cells = _tidied(grid.occupied)
-    thickest = THICKEST / grid.resolution
-    bars: list[Bar] = []
-    discs: list[Disc] = []
-    network = np.zeros_like(cells)
-    for window, part in _parts(cells):
-        shape = _one_shape(_middles(window, part))
-        if isinstance(shape, Bar):
-            bars.append(shape)
-        elif isinstance(shape, Disc):
-            discs.append(shape)
-        else:
-            network[window] |= part
-    # What is much thicker than the walls of this map leans on them, or they on it.
-    left = network & ~_bulky(network, min(thickest, max(BULKY * _usual_thickness(network), 3.0)), thickest)
-    middles = thinned(left)
-    _bounded(int(np.count_nonzero(middles)), MOST_MIDDLES, "cells of walls, thinned")
-    centrelines = lines(middles, spur=max(3.0, thickest / 4))
-    _bounded(len(centrelines), MOST_LINES, "straight lines")
-    walls = along_walls(left, network, centrelines, grid.free, thickest=thickest)
+    cells = tidied(grid)
+    alone, network = _alone(cells, grid.resolution)
+    walls = _walls(network, grid)
     explained = np.zeros_like(cells)
     for wall in walls:
         window, inner = cells_in(wall.outline(grown=REACH), cells.shape)
         explained[window] |= inner
-    for window, part in _parts(network & ~explained):
-        if np.count_nonzero(part) >= SPECK:
-            bars += _cut(_middles(window, part), 0)
-    slender = [bar for bar in bars if bar.length >= SLENDER * bar.width and bar.width <= thickest]
-    boxes = [bar for bar in bars if bar not in slender]
-    return Traced([*walls, *slender], boxes, discs)
+    left = [_middles(window, part) for window, part in _parts(network & ~explained) if np.count_nonzero(part) >= SPECK]
+    rows, single = gathered(left, gap=TOGETHER / grid.resolution)
+    bars = [*alone.boxes, *rows, *(bar for points in single for bar in _cut(points, 0))]
+    shortest, widest = SHORTEST / grid.resolution, THICKEST / grid.resolution
+    slender = [bar.length >= max(SLENDER * bar.width, shortest) and bar.width <= widest for bar in bars]
+    more = [bar for bar, is_wall in zip(bars, slender, strict=True) if is_wall]
+    boxes = [bar for bar, is_wall in zip(bars, slender, strict=True) if not is_wall]
+    return Traced([*walls, *more], boxes, alone.discs)
+
+
+def _alone(cells: Cells, resolution: float) -> tuple[Traced, Cells]:
+    """Return what stands alone and is a rectangle or a disc, or a row of fragments; and the cells of all else."""
+    found = Traced([], [], [])
+    network = np.zeros_like(cells)
+    fragments: list[Array] = []
+    for window, part in _parts(cells):
+        points = _middles(window, part)
+        if len(points) * resolution**2 <= FRAGMENT:
+            fragments.append(points)
+        elif not _taken(points, found):
+            network[window] |= part
+    rows, single = gathered(fragments, gap=TOGETHER / resolution)
+    found.boxes.extend(rows)
+    for points in single:
+        if len(points) >= SPECK and not _taken(points, found):
+            found.boxes.extend(_cut(points, 0))
+    return found, network
+
+
+def _walls(network: Cells, grid: Grid) -> list[Bar]:
+    """Return the walls that cells form which hang together.
+
+    Raises:
+        UsageError: They have more lines than the map of a building.
+    """
+    # What is much thicker than the walls of this map leans on them, or they on it.
+    thick = max(BULKY * _usual_thickness(network), 3.0)
+    thickest = min(max(THICKEST, thick * grid.resolution), BROADEST) / grid.resolution
+    slim = network & ~_bulky(network, min(thickest, thick), thickest)
+    middles = thinned(slim)
+    _bounded(int(np.count_nonzero(middles)), MOST_MIDDLES, "cells of walls, thinned")
+    centrelines = lines(middles, spur=max(3.0, thickest / 4))
+    _bounded(len(centrelines), MOST_LINES, "straight lines")
+    return along_walls(slim, network, centrelines, grid.free, thickest=thickest)
 
 
 def _bounded(count: int, most: int, kind: str) -> None:
@@ -93,20 +125,6 @@ def _bounded(count: int, most: int, kind: str) -> None:
         raise UsageError(
             f"the map has {count} {kind}, and that of a building at most {most}; clean it in a paint program"
         )
-
-
-def _tidied(occupied: Cells) -> Cells:
-    """Return the cells without specks, pinholes filled."""
-    import cv2
-
-    image = occupied.astype(np.uint8)
-    around = cv2.boxFilter(image, cv2.CV_8U, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
-    image |= (around >= 6).astype(np.uint8) & (around - image >= 6)
-    _, parts, stats, _ = cv2.connectedComponentsWithStats(image, connectivity=8)
-    large = stats[:, cv2.CC_STAT_AREA] >= SPECK
-    large[0] = False
-    _bounded(int(np.count_nonzero(large[1:])), MOST_PARTS, "parts")
-    return np.asarray(large[parts], dtype=bool)
 
 
 def _parts(cells: Cells) -> Iterator[tuple[tuple[slice, slice], Cells]]:
@@ -126,12 +144,22 @@ def _middles(window: tuple[slice, slice], part: Cells) -> Array:
     return np.column_stack([columns + window[1].start, rows + window[0].start]) + 0.5
 
 
+def _taken(points: Array, found: Traced) -> bool:
+    """Say whether cells are one rectangle or one disc, which is added to what is found."""
+    shape = _one_shape(points)
+    if isinstance(shape, Bar):
+        found.boxes.append(shape)
+    elif isinstance(shape, Disc):
+        found.discs.append(shape)
+    return shape is not None
+
+
 def _one_shape(points: Array) -> Bar | Disc | None:
     """Return the rectangle or the disc that stands for cells, if either does."""
     bar, alike = fitted_bar(points)
     if len(points) >= 12 and bar.length < ROUND * bar.width:
         disc, round_alike = fitted_disc(points)
-        if round_alike >= ALIKE and round_alike > alike:
+        if round_alike >= ALIKE and round_alike > alike - ROUNDER:
             return disc
     return bar if alike >= ALIKE or len(points) <= 6 else None
 

@@ -1,6 +1,5 @@
 """The classic experiments: five runs that show what a simulator of mobile robots is for, each with its verdict."""
 
-from mjsim.experiments.classic import EXPERIMENTS, run_experiments
-from mjsim.experiments.finding import Finding, Picture, Result
+from mjsim.faces import face
 
-__all__ = ["EXPERIMENTS", "Finding", "Picture", "Result", "run_experiments"]
+__getattr__, __dir__, __all__ = face(__name__, __file__)

@@ -13,15 +13,14 @@ from mjsim.errors import UsageError, did_you_mean
 from mjsim.experiments import plots
 from mjsim.experiments.finding import Result, at_least, at_most, exactly, within
 from mjsim.experiments.offline import triangulated
-from mjsim.experiments.page import write_page
+from mjsim.experiments.page import FILES, write_page
 from mjsim.geometry import Array
+from mjsim.output import free_paths
 from mjsim.record import Recording, Track
-from mjsim.report import metrics, statistics
-from mjsim.report.consistency import STATES, chi_square_bounds
+from mjsim.report import STATES, chi_square_bounds, metrics, statistics
 from mjsim.run import drivers_of, run, ticks
 from mjsim.sim import Simulation
-from mjsim.world import World, load_world
-from mjsim.world.plan import solid
+from mjsim.world import World, load_world, solid
 
 ROBOT = "scout"
 """Every classic world has one robot, and it is called so."""
@@ -173,7 +172,7 @@ EXPERIMENTS: Mapping[str, Callable[[Recording], Result]] = MappingProxyType(
 
 
 def run_experiments(
-    folder: str | Path, *, only: Sequence[str] = (), progress: Progress | None = None
+    folder: str | Path, *, only: Sequence[str] = (), progress: Progress | None = None, overwrite: bool = False
 ) -> tuple[Result, ...]:
     """Make the classic experiments, and write a page with their figures, plots and recordings.
 
@@ -181,33 +180,32 @@ def run_experiments(
         folder: Where `index.html`, `results.json`, and a folder for each experiment go; made if need be.
         only: Names of those to make; all of them unless given.
         progress: Told how far it is.
+        overwrite: Whether the files of earlier experiments may be replaced.
 
     Raises:
-        UsageError: There is no such experiment, or the folder cannot be written.
+        UsageError: There is no such experiment, or a file exists or cannot be written.
         MjsimError: A run failed.
     """
     for name in only:
         if name not in EXPERIMENTS:
             raise UsageError(f"no experiment '{name:.40}'{did_you_mean(name, EXPERIMENTS)}")
-    results = []
-    for name in only or EXPERIMENTS:
-        place = Path(folder) / name
-        try:
-            place.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise UsageError(f"cannot write '{place}': {error.strerror}") from error
-        recording = recorded(name, place / "run.mcap", progress)
+    chosen, results = only or list(EXPERIMENTS), []
+    records = free_paths(folder, (f"{name}/run.mcap" for name in chosen), overwrite=overwrite)
+    free_paths(folder, FILES, overwrite=overwrite)
+    for name, record in zip(chosen, records, strict=True):
+        recording = recorded(name, record, progress, overwrite=overwrite)
         results.append(EXPERIMENTS[name](recording))
-    write_page(Path(folder), results)
+    write_page(Path(folder), results, overwrite=overwrite)
     return tuple(results)
 
 
-def recorded(name: str, path: Path, progress: Progress | None = None) -> Recording:
+def recorded(name: str, path: Path, progress: Progress | None = None, *, overwrite: bool = False) -> Recording:
     """Run the world of an experiment and return the recording."""
     with classic_world(name) as world, Simulation(world) as sim:
         return run(
             sim,
             record=path,
+            overwrite=overwrite,
             watch=None if progress is None else lambda tick: progress(name, tick.time / world.run.seconds),
         )
 

@@ -16,7 +16,7 @@ class Finding:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Picture:
+class Plot:
     """A plot of an experiment."""
 
     name: str
@@ -33,7 +33,7 @@ class Result:
     title: str
     question: str
     findings: tuple[Finding, ...]
-    pictures: tuple[Picture, ...]
+    pictures: tuple[Plot, ...]
 
     @property
     def holds(self) -> bool:

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from mjsim.experiments.finding import Finding, Result
-from mjsim.report.page import STYLE, write_files
+from mjsim.output import write_files
+from mjsim.report import STYLE
 
 MORE = """
 .holds { color: #1a7f37; } .fails { color: #c62828; }
@@ -14,17 +15,20 @@ MORE = """
 td:last-child, th:last-child { text-align: left; } figcaption { color: var(--soft); } figure { margin: 1.5rem 0; }
 """
 
+FILES = ("index.html", "results.json")
+"""Of the page, beside the folder of each experiment."""
 
-def write_page(folder: Path, results: Sequence[Result]) -> None:
+
+def write_page(folder: Path, results: Sequence[Result], *, overwrite: bool = False) -> None:
     """Write `index.html`, `results.json`, and the plots of each experiment into its folder.
 
     Raises:
-        UsageError: The folder cannot be written.
+        UsageError: A file exists, or cannot be written.
     """
     files = {"index.html": _page(results).encode(), "results.json": _json(results).encode()}
     for result in results:
         files |= {f"{result.name}/{picture.name}.png": picture.png for picture in result.pictures}
-    write_files(folder, files)
+    write_files(folder, files, overwrite=overwrite)
 
 
 def lines(results: Sequence[Result]) -> list[str]:

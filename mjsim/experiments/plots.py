@@ -7,16 +7,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
-from mjsim.experiments.finding import Picture
+from mjsim.experiments.finding import Plot
 from mjsim.experiments.offline import Fixes
 from mjsim.geometry import Array, ellipse_points
 from mjsim.record import Recording, Track
-from mjsim.report import metrics
-from mjsim.report.consistency import STATES, chi_square_bounds
-from mjsim.report.page import png_of
-from mjsim.report.plots import ESTIMATE, MAP, ODOMETRY, TRUTH, sheet
-from mjsim.world import World
-from mjsim.world.plan import obstacle_polygons, wall_polygons
+from mjsim.report import ESTIMATE, MAP, ODOMETRY, STATES, TRUTH, chi_square_bounds, metrics, png_of, sheet
+from mjsim.world import World, obstacle_polygons, wall_polygons
 
 WALL, THING = "#8a8a86", "#d9d4c8"
 LARGER = 4.0
@@ -25,7 +21,7 @@ AROUND = 1.6
 """How far the enlarged view reaches to each side of the robot [m]."""
 
 
-def way(name: str, caption: str, recording: Recording) -> Picture:
+def way(name: str, caption: str, recording: Recording) -> Plot:
     """Draw the plan with the true and the estimated path, ellipses of both poses and map."""
     (track,) = recording.robots.values()
     figure, axes = _plan(recording.world)
@@ -38,7 +34,7 @@ def way(name: str, caption: str, recording: Recording) -> Picture:
     return _picture(f"{name}_path", caption, figure)
 
 
-def trail(name: str, caption: str, recording: Recording) -> Picture:
+def trail(name: str, caption: str, recording: Recording) -> Plot:
     """Draw the plan with the true path, and what of the floor the body has been over."""
     import shapely
 
@@ -54,7 +50,7 @@ def trail(name: str, caption: str, recording: Recording) -> Picture:
     return _picture(f"{name}_path", caption, figure)
 
 
-def wriggling(name: str, caption: str, track: Track, first: float) -> Picture:
+def wriggling(name: str, caption: str, track: Track, first: float) -> Plot:
     """Draw speed and heading over time, and when the robot first bumped."""
     figure, (above, below) = sheet(2, height=4.6)
     speed = np.hypot(*np.diff(track.truth[:, :2], axis=0).T) / np.diff(track.time)
@@ -68,7 +64,7 @@ def wriggling(name: str, caption: str, track: Track, first: float) -> Picture:
     return _picture(f"{name}_motion", caption, figure)
 
 
-def growth(name: str, caption: str, time: Array, repeats: tuple[Array, Array, Array]) -> Picture:
+def growth(name: str, caption: str, time: Array, repeats: tuple[Array, Array, Array]) -> Plot:
     """Draw errors of many runs with the predicted deviation, and their average NEES with its band."""
     truth, estimate, covariance = repeats
     runs, rows = truth.shape[:2]
@@ -94,7 +90,7 @@ def growth(name: str, caption: str, time: Array, repeats: tuple[Array, Array, Ar
     return _picture(f"{name}_growth", caption, figure)
 
 
-def fixes(name: str, caption: str, recording: Recording, found: Fixes) -> Picture:
+def fixes(name: str, caption: str, recording: Recording, found: Fixes) -> Plot:
     """Draw where pictures were taken, and where they say they were."""
     figure, axes = _plan(recording.world)
     (track,) = recording.robots.values()
@@ -107,7 +103,7 @@ def fixes(name: str, caption: str, recording: Recording, found: Fixes) -> Pictur
     return _picture(f"{name}_fixes", caption, figure)
 
 
-def fix_errors(name: str, caption: str, found: Fixes) -> Picture:
+def fix_errors(name: str, caption: str, found: Fixes) -> Plot:
     """Draw the error of each triangulated position over time."""
     figure, (axes,) = sheet(1, height=3.2)
     errors = np.hypot(*(found.position - found.truth).T)
@@ -118,7 +114,7 @@ def fix_errors(name: str, caption: str, found: Fixes) -> Picture:
     return _picture(f"{name}_errors", caption, figure)
 
 
-def enlarged(name: str, caption: str, recording: Recording) -> Picture:
+def enlarged(name: str, caption: str, recording: Recording) -> Plot:
     """Draw where the robot came nearest to a beacon on its last round, ellipses larger than they are."""
     (track,) = recording.robots.values()
     figure, axes = _plan(recording.world)
@@ -140,7 +136,7 @@ def enlarged(name: str, caption: str, recording: Recording) -> Picture:
     return _picture(f"{name}_enlarged", caption, figure)
 
 
-def transient(name: str, caption: str, track: Track) -> Picture:
+def transient(name: str, caption: str, track: Track) -> Plot:
     """Draw the errors in x, y and heading between their 3-sigma bounds, and the distance beside odometry's."""
     figure, panels = sheet(4, height=8.0)
     errors = track.estimate - track.truth
@@ -194,5 +190,5 @@ def _draw_ellipses(axes: Axes, means: Array, covariances: Array, color: str) -> 
     axes.add_collection(PolyCollection(outlines, facecolors="none", edgecolors=color, linewidths=0.8, alpha=0.9))
 
 
-def _picture(name: str, caption: str, figure: Figure) -> Picture:
-    return Picture(name=name, caption=caption, png=png_of(figure))
+def _picture(name: str, caption: str, figure: Figure) -> Plot:
+    return Plot(name=name, caption=caption, png=png_of(figure))

@@ -1,6 +1,5 @@
 """Logs of real robots -> recordings, so that one class runs in simulation and on real data."""
 
-from mjsim.logs.mrclam import import_mrclam
-from mjsim.logs.victoria_park import import_victoria_park
+from mjsim.faces import face
 
-__all__ = ["import_mrclam", "import_victoria_park"]
+__getattr__, __dir__, __all__ = face(__name__, __file__)

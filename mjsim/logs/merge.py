@@ -6,7 +6,11 @@ import numpy as np
 
 from mjsim.geometry import Array, Pose, wrap_angles
 from mjsim.interface import Odometry
-from mjsim.sim.odometry import arc_end, arc_end_slopes
+from mjsim.sim import arc_end, arc_end_slopes
+
+PIVOT = 1e-3
+"""Standard deviation of the place of a robot that turns on the spot by one radian: nothing pivots about a point of no
+size, and estimators that invert a covariance cannot do with zeros [m/sqrt(rad)]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +69,13 @@ def _covariance(way: float, turned: float, heading: float, noise: MotionNoise) -
     along, around = noise.distance**2 * way, noise.turn**2 * turned + noise.veer**2 * way
     (f_d, f_t), (l_d, l_t) = arc_end_slopes(way, heading)
     G = np.array([[f_d, f_t], [l_d, l_t], [0.0, 1.0]])
-    return np.asarray(G @ np.diag([along, around]) @ G.T + np.diag([0.0, noise.aside**2 * way, 0.0]), dtype=float)
+    return np.asarray(G @ np.diag([along, around]) @ G.T + _least(way, turned, noise), dtype=float)
+
+
+def _least(way: float, turned: float, noise: MotionNoise) -> Array:
+    """Return what is added to the covariance of an arc: tyres slip aside, and a turn shifts the robot a little."""
+    pivot = PIVOT**2 * turned
+    return np.diag([pivot, noise.aside**2 * way + pivot, 0.0])
 
 
 def places_at(times: Array, track: Array, *, gap: float) -> Array:

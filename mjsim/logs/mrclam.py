@@ -28,6 +28,7 @@ from mjsim.interface import Sighting
 from mjsim.logs.merge import MotionNoise, places_at
 from mjsim.logs.table import TIME, read_table, whole_numbers
 from mjsim.logs.ticks import RobotLog, cut, name_from, write_log
+from mjsim.output import require_free
 from mjsim.record import Recording
 from mjsim.world import World, parse_world
 
@@ -66,6 +67,7 @@ def import_mrclam(
     sighting: tuple[float, float] = (RANGE, BEARING),
     record: str | Path | None = None,
     progress: Callable[[float], None] | None = None,
+    overwrite: bool = False,
 ) -> Recording:
     """Return a data set as a recording: robots 'robot1' and so on, landmarks 'landmark6' and so on.
 
@@ -82,12 +84,15 @@ def import_mrclam(
         sighting: Standard deviations of range and bearing [m, rad].
         record: The MCAP file to write; a temporary one, gone with the recording, unless given.
         progress: Called with how much of it is done [%].
+        overwrite: Whether `record` may replace a file.
 
     Raises:
-        UsageError: A file is not there or not as it must be; names file and line.
+        UsageError: A file is not there or not as it must be (names file and line), or `record` exists.
         RecordingError: The file cannot be written.
     """
     folder = Path(folder)
+    if record is not None:
+        require_free(Path(record), overwrite=overwrite)
     subjects = _subjects(folder)
     landmarks = _landmarks(folder)
     files = {f"robot{n}": _read_robot(folder, n, subjects, landmarks, sighting) for n in _numbers(folder, robots)}
@@ -107,7 +112,9 @@ def import_mrclam(
     world = _world(folder, files, landmarks, span, rate_hz=rate_hz, known_map=known_map, sighting=sighting)
     left_out = {f"{name} measurements of no landmark": str(each.unknown) for name, each in files.items()}
     metadata = {"log": "mrclam", "log folder": str(folder), **left_out}
-    return write_log(world, logs, span=span, noise=motion, metadata=metadata, record=record, progress=progress)
+    return write_log(
+        world, logs, span=span, noise=motion, metadata=metadata, record=record, overwrite=overwrite, progress=progress
+    )
 
 
 def _numbers(folder: Path, wanted: Sequence[int] | None) -> list[int]:

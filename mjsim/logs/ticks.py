@@ -7,19 +7,18 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from shutil import rmtree
-from tempfile import mkdtemp
 
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.geometry import Array, Pose
+from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import Command, Observation, Odometry, Sighting
 from mjsim.logs.merge import MotionNoise, motions, places_at
+from mjsim.output import temporary_file
 from mjsim.record import Order, Recorder, Recording, Tick, read_recording
-from mjsim.run.pilot import Driver, Pilot
+from mjsim.run import Driver, Pilot
 from mjsim.sim import Simulation
 from mjsim.world import World
-from mjsim.world.base import PHYSICS_STEP
 
 SEED = 0
 """Of an imported recording; nothing in it was drawn by lot, but a replayed module may draw."""
@@ -48,6 +47,7 @@ def write_log(
     noise: MotionNoise,
     metadata: Mapping[str, str],
     record: str | Path | None,
+    overwrite: bool,
     progress: Callable[[float], None] | None,
 ) -> Recording:
     """Write logs as a recording and return it.
@@ -59,29 +59,33 @@ def write_log(
         noise: Of the motion.
         metadata: Where the log is from.
         record: The MCAP file; a temporary one, gone with the recording, unless given.
+        overwrite: Whether that may replace a file.
         progress: Called with how much of it is done [%].
 
     Raises:
+        UsageError: The file exists.
         RecordingError: The file cannot be written.
     """
-    dt = world.run.steps_per_tick * PHYSICS_STEP
-    count = int((span[1] - span[0]) / dt + 1e-9) + 1
-    folder = None
     if record is None:
-        folder = mkdtemp(prefix="mjsim-")
-        record = Path(folder) / "log.mcap"
+        with temporary_file("log.mcap") as path:
+            recording = write_log(
+                world, logs, span=span, noise=noise, metadata=metadata, record=path, overwrite=False, progress=progress
+            )
+        weakref.finalize(recording, rmtree, path.parent, ignore_errors=True)
+        return recording
+    dt = world.run.steps_per_tick * world.run.step
+    count = int((span[1] - span[0]) / dt + 1e-9) + 1
     told = {"command": " ".join(sys.argv), "log start": repr(span[0]), "seconds": str(count * dt), **metadata}
     with Simulation(world, seed=SEED) as sim:
         tellers = {name: _Teller(log, sim, name, span[0], count, noise) for name, log in logs.items()}
-        with Recorder(record, world=world, seed=SEED, robots=sim.robots, metadata=told) as recorder:
+        with Recorder(
+            record, world=world, seed=SEED, robots=sim.robots, metadata=told, overwrite=overwrite
+        ) as recorder:
             for tick in _ticks(sim, tellers, count):
                 recorder.write(tick)
                 if progress is not None:
                     progress(100.0 * (tick.time / sim.dt + 1.0) / count)
-    recording = read_recording(record)
-    if folder is not None:
-        weakref.finalize(recording, rmtree, folder, ignore_errors=True)
-    return recording
+    return read_recording(record)
 
 
 def cut(first: float, last: float, *, begin: float, seconds: float | None, rate_hz: float) -> tuple[float, float]:
@@ -118,9 +122,11 @@ def _ticks(sim: Simulation, tellers: Mapping[str, "_Teller"], count: int) -> Ite
         orders = {name: teller.order(row, seen[name]) for name, teller in tellers.items()}
         for name, teller in tellers.items():
             teller.stand(qpos, row, orders[name].dead_reckoning)
+        truth = {name: pose for name, teller in tellers.items() if (pose := teller.truth(row)) is not None}
         yield Tick(
             time=row * sim.dt,
-            truth={name: truth for name, teller in tellers.items() if (truth := teller.truth(row)) is not None},
+            truth=truth,
+            poses={name: Pose3.from_planar(pose) for name, pose in truth.items()},
             seen=seen,
             orders=orders,
             qpos=qpos.copy(),

@@ -29,6 +29,7 @@ from mjsim.interface import Sighting
 from mjsim.logs.merge import MotionNoise
 from mjsim.logs.table import TIME, read_table
 from mjsim.logs.ticks import RobotLog, cut, name_from, write_log
+from mjsim.output import require_free
 from mjsim.record import Recording
 from mjsim.world import World, parse_world
 
@@ -59,6 +60,7 @@ def import_victoria_park(
     sighting: tuple[float, float] = (RANGE, BEARING),
     record: str | Path | None = None,
     progress: Callable[[float], None] | None = None,
+    overwrite: bool = False,
 ) -> Recording:
     """Return the data set as a recording of the robot 'car', whose sightings have no names.
 
@@ -74,12 +76,15 @@ def import_victoria_park(
         sighting: Standard deviations of range and bearing by the scanner [m, rad].
         record: The MCAP file to write; a temporary one, gone with the recording, unless given.
         progress: Called with how much of it is done [%].
+        overwrite: Whether `record` may replace a file.
 
     Raises:
-        UsageError: A file is not there or not as it must be; names file and line.
+        UsageError: A file is not there or not as it must be (names file and line), or `record` exists.
         RecordingError: The file cannot be written.
     """
     folder = Path(folder)
+    if record is not None:
+        require_free(Path(record), overwrite=overwrite)
     inputs = read_table(folder / "inputs.dat", (TIME, "velocity", "steering"))
     seen = read_table(folder / "measurements.dat", (TIME, "range", "bearing", "diameter"), positive={"range"})
     gps = folder / "gps.dat"
@@ -93,7 +98,16 @@ def import_victoria_park(
     )
     world = _world(folder, _first(truth, span[0]), span, rate_hz=rate_hz, sighting=sighting)
     metadata = {"log": "victoria park", "log folder": str(folder)}
-    return write_log(world, {NAME: log}, span=span, noise=motion, metadata=metadata, record=record, progress=progress)
+    return write_log(
+        world,
+        {NAME: log},
+        span=span,
+        noise=motion,
+        metadata=metadata,
+        record=record,
+        overwrite=overwrite,
+        progress=progress,
+    )
 
 
 def twists_of(inputs: Array) -> Array:

@@ -1,20 +1,5 @@
 """Ticks to a file and back: the MCAP recording and its exports."""
 
-from mjsim.record.file import numeric_topics, same_run
-from mjsim.record.reader import read_recording
-from mjsim.record.recorder import Recorder
-from mjsim.record.recording import Landmarks, Recording, Track
-from mjsim.record.tick import Event, Order, Tick
+from mjsim.faces import face
 
-__all__ = [
-    "Event",
-    "Landmarks",
-    "Order",
-    "Recorder",
-    "Recording",
-    "Tick",
-    "Track",
-    "numeric_topics",
-    "read_recording",
-    "same_run",
-]
+__getattr__, __dir__, __all__ = face(__name__, __file__)

@@ -2,14 +2,8 @@
 
 from collections.abc import Hashable
 
-from mjsim.record.messages import (
-    Message,
-    innovations_message,
-    landmarks_message,
-    map_arrays,
-    pose_message,
-    sightings_message,
-)
+from mjsim.record.messages import innovations_message, landmarks_message, map_arrays, pose_message, sightings_message
+from mjsim.record.numbers import Message
 from mjsim.record.tick import Order
 
 BELIEF_TOPICS = frozenset({"estimate", "landmarks", "sightings", "innovations", "covariance"})

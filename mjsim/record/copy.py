@@ -1,6 +1,7 @@
 """A recording written anew from another: every message is kept as it stands, left out, or followed by new ones."""
 
 import json
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,9 +12,13 @@ from mcap.writer import Writer
 from mjsim.closing import Closes
 from mjsim.errors import RecordingError
 from mjsim.geometry import Pose
-from mjsim.record.file import METADATA_NAME, RawMessage, parts_of, records
-from mjsim.record.messages import Message as Values
-from mjsim.record.messages import encode, nanoseconds
+from mjsim.output import NewFile
+from mjsim.record.container import records
+from mjsim.record.file import METADATA_NAME, RawMessage, parts_of
+from mjsim.record.messages import encode
+from mjsim.record.numbers import Message as Values
+from mjsim.record.numbers import nanoseconds
+from mjsim.record.parse import unfit
 from mjsim.record.scene import frames_message
 from mjsim.record.schemas import ROBOT_TOPICS
 
@@ -28,21 +33,23 @@ class Copy(Closes):
         RecordingError: The file cannot be written, or the other is no recording; every method raises it.
     """
 
-    def __init__(self, source: Path, path: Path, *, metadata: Mapping[str, str]) -> None:
+    def __init__(self, source: Path, path: Path, *, metadata: Mapping[str, str], overwrite: bool = False) -> None:
         """Open the new file.
 
         Args:
             source: A recording.
-            path: The MCAP file; it is written over, and folders are made as needed.
+            path: The MCAP file; it appears once whole ticks are written. Folders are made as needed.
             metadata: What is added to the metadata of the recording, or changed in it.
+            overwrite: Whether a file at the path may be replaced.
         """
         self._source, self._path, self._metadata = source, path, metadata
         self._channels: dict[str, int] = {}
         self._names: dict[int, tuple[str, str]] = {}
         self._sequence = 0
+        self._before: int | None = None
         with self._reporting():
-            path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = path.open("wb")
+            self._place = NewFile(path, overwrite=overwrite)
+            self._file = os.fdopen(os.dup(self._place.fileno()), "wb")
             self._writer = Writer(self._file, chunk_size=CHUNK)
             self._writer.start(library="mjsim")
 
@@ -51,8 +58,9 @@ class Copy(Closes):
         schemas: dict[int, Schema] = {}
         for record in records(self._source):
             if isinstance(record, Message):
-                topic, schema = self._names[record.channel_id]
-                yield RawMessage(topic, record.log_time, record.data, schema)
+                if record.channel_id in self._names:
+                    topic, schema = self._names[record.channel_id]
+                    yield RawMessage(topic, record.log_time, record.data, schema)
             elif isinstance(record, Schema):
                 schemas[record.id] = record
             elif isinstance(record, Channel):
@@ -78,13 +86,26 @@ class Copy(Closes):
                 self._channels[topic] = self._writer.register_channel(topic, "json", number)
         self._write(topic, nanoseconds(time), encode(message))
 
+    def end_tick(self) -> None:
+        """Note that all of a tick is here; the file is published as soon as a chunk has been written after one."""
+        if self._before is None:
+            self._before = self._file.tell()
+        elif self._file.tell() > self._before:
+            self._publish()
+
     def close(self) -> None:
-        """End the file."""
+        """End the file; without a whole tick there is none, and what was at its place before stays."""
+        if self._file.closed:
+            return
+        with self._place, self._reporting(), self._file:
+            self._writer.finish()  # type: ignore[no-untyped-call]
+            if self._before is not None:
+                self._publish()
+
+    def _publish(self) -> None:
         with self._reporting():
-            try:
-                self._writer.finish()  # type: ignore[no-untyped-call]
-            finally:
-                self._file.close()
+            self._file.flush()
+            self._place.publish()
 
     def _copy_channel(self, channel: Channel, schema: Schema | None) -> None:
         if channel.id in self._names:
@@ -119,9 +140,15 @@ def with_frame(data: bytes, name: str, time: float, pose: Pose) -> bytes:
         name: Of the frame; where it is not in the message, it is not added.
         time: Simulated [s].
         pose: Where the frame is, world frame.
+
+    Raises:
+        RecordingError: The message is not as Foxglove defines it.
     """
     new = frames_message(time, {name: pose}, ()).encode()
-    return b"".join(new if _child(value) == name else whole for _, value, whole in parts_of(data))
+    try:
+        return b"".join(new if _child(value) == name else whole for _, value, whole in parts_of(data))
+    except ValueError as error:
+        raise unfit("a message on '/tf'", error) from error
 
 
 def _child(transform: bytes) -> str:

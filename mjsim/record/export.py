@@ -1,24 +1,24 @@
 """A recording to the files that other tools read: TUM, CSV, NPZ, MAT and pictures.
 
-Every file appears whole or not at all.
+Every file appears whole or not at all, and replaces one that exists only with `overwrite`.
 """
 
 import csv
 import io
 import re
-import tempfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.geometry import Array
+from mjsim.geometry import Array, Pose, Pose3, roll_and_pitch
 from mjsim.interface import Sighting
+from mjsim.output import free_paths, new_file, require_free, write_file, write_files
 from mjsim.record.recording import Recording, Track
-from mjsim.record.sensor_tables import sensor_arrays, sensor_tables
-from mjsim.world.events import said_of
+from mjsim.record.sensor_tables import sensor_tables
+from mjsim.world import said_of
 
 _SUFFIXES = {"jpeg": "jpg"}
 """Formats of pictures whose files are called otherwise."""
@@ -26,39 +26,42 @@ _LONGEST_FIELD = 63
 """Characters in a name of MATLAB."""
 
 
-def export_tum(recording: Recording, folder: str | Path) -> list[Path]:
+def export_tum(recording: Recording, folder: str | Path, *, overwrite: bool = False) -> list[Path]:
     """Write `R_truth.tum`, `R_estimate.tum` and `R_odometry.tum` for each robot R, as evo reads them.
 
-    Rows are `t x y z qx qy qz qw` [s, m]; in the plane qz = sin(heading / 2) and qw = cos(heading / 2). What a robot
-    without a driver does not have is left out.
+    Rows are `t x y z qx qy qz qw` [s, m]. The truth is the pose of the base in space; estimate and odometry lie in the
+    plane, where qz = sin(heading / 2) and qw = cos(heading / 2). A robot without a driver has its truth only.
 
     Returns:
         The files written.
 
     Raises:
-        UsageError: A file cannot be written.
+        UsageError: A file exists, or cannot be written.
     """
-    written = []
+    files = {}
     for name, track in recording.robots.items():
-        for kind, poses in (("truth", track.truth), ("estimate", track.estimate), ("odometry", track.odometry)):
-            known = np.isfinite(poses).all(axis=1)
-            if known.any():
-                text = "".join(_tum_row(*row) for row in np.column_stack([track.time, poses])[known].tolist())
-                written.append(_write(Path(folder) / f"{name}_{kind}.tum", text.encode()))
-    return written
+        planar = (("estimate", _in_space(track.estimate)), ("odometry", _in_space(track.odometry)))
+        for kind, poses in (("truth", track.truth_pose), *planar):
+            rows = np.column_stack([track.time, poses])[np.isfinite(poses).all(axis=1)]
+            if len(rows):
+                text = "".join(f"{' '.join(map(repr, row))}\n" for row in rows.tolist())
+                files[f"{name}_{kind}.tum"] = text.encode()
+    write_files(folder, files, overwrite=overwrite)
+    return [Path(folder) / name for name in files]
 
 
-def _tum_row(time: float, x: float, y: float, heading: float) -> str:
-    half = heading / 2
-    return f"{time!r} {x!r} {y!r} 0.0 0.0 0.0 {float(np.sin(half))!r} {float(np.cos(half))!r}\n"
+def _in_space(planar: Array) -> Array:
+    """Return poses in the plane, shape (N, 3), as (x, y, z, qx, qy, qz, qw), shape (N, 7)."""
+    poses = [Pose3.from_planar(Pose(*row)).as_array() for row in planar.tolist()]
+    return np.array(poses, dtype=float).reshape(-1, 7)
 
 
-def export_csv(recording: Recording, folder: str | Path) -> list[Path]:
+def export_csv(recording: Recording, folder: str | Path, *, overwrite: bool = False) -> list[Path]:
     """Write `R_track.csv`, `R_landmarks.csv`, `R_sightings.csv`, `R_innovations.csv`, `R_events.csv` for each robot R.
 
-    Beside them come `R_scan_LIDAR.csv` and `R_imu_NAME.csv` for each lidar and each inertial sensor; and, where there
-    is something to tell, `things.csv`, where doors, movers and what can be pushed were, and `events.csv`, what
-    happened to the world.
+    Beside them comes a table for each sensor whose readings have one, such as `R_scan_LIDAR.csv`; and, if there is
+    something to tell, `things.csv` (where doors, movers and movable things were) and `events.csv` (what happened to the
+    world).
 
     A number is written so that it reads back exactly; what is not there is an empty field. The table of landmarks
     has a row for each landmark at each tick at which its mean or covariance changed.
@@ -67,21 +70,29 @@ def export_csv(recording: Recording, folder: str | Path) -> list[Path]:
         The files written.
 
     Raises:
-        UsageError: A file cannot be written.
+        UsageError: A file exists, or cannot be written.
     """
-    folder = Path(folder)
-    written = [_write(folder / f"{kind}.csv", _table(header, rows)) for kind, header, rows in _world_tables(recording)]
+    tables = list(_tables(recording))
+    paths = free_paths(folder, (f"{name}.csv" for name, _, _ in tables), overwrite=overwrite)
+    for path, (_, header, rows) in zip(paths, tables, strict=True):
+        write_file(path, _table(header, rows), overwrite=overwrite)
+    return paths
+
+
+def _tables(recording: Recording) -> Iterator[tuple[str, Sequence[str], Iterable[Iterable[Any]]]]:
+    """Yield name, header and rows of each table."""
+    yield from _world_tables(recording)
     for name, track in recording.robots.items():
+        sensors = sensor_tables(recording, name)
         for kind, header, rows in (
             ("track", _TRACK_HEADER, _track_rows(track)),
             ("landmarks", _LANDMARKS_HEADER, _landmark_rows(track)),
             ("sightings", _SIGHTINGS_HEADER, _sighting_rows(track)),
             ("innovations", _INNOVATIONS_HEADER, _innovation_rows(track)),
             ("events", _EVENTS_HEADER, ((e.time, e.kind, e.text, e.bearing) for e in track.events)),
-            *sensor_tables(recording, name),
+            *((table.name, list(table.columns), zip(*table.columns.values(), strict=True)) for table in sensors),
         ):
-            written.append(_write(folder / f"{name}_{kind}.csv", _table(header, rows)))
-    return written
+            yield f"{name}_{kind}", header, rows
 
 
 def _table(header: Sequence[str], rows: Iterable[Iterable[Any]]) -> bytes:
@@ -119,6 +130,7 @@ _TRACK_HEADER = [
     "command_turn",
     *_covariance_header("odometry", _POSE),
     *_covariance_header("estimate", _POSE),
+    *("truth_z", "truth_roll", "truth_pitch"),
 ]
 _LANDMARKS_HEADER = ["time", "name", "x", "y", *_covariance_header("landmark", ("x", "y"))]
 _SIGHTINGS_HEADER = [
@@ -144,6 +156,8 @@ def _track_rows(track: Track) -> Iterable[list[float | None]]:
         track.command,
         track.odometry_covariance.reshape(n, 9),
         track.covariance.reshape(n, 9),
+        track.truth_pose[:, 2:3],
+        roll_and_pitch(track.truth_pose[:, 3:]),
     )
     for row in np.concatenate(parts, axis=1).tolist():
         yield [None if value != value else value for value in row]
@@ -173,7 +187,7 @@ def _innovation_rows(track: Track) -> Iterable[list[Any]]:
             yield [time, name, *nu.tolist(), *S.ravel().tolist()]
 
 
-def export_npz(recording: Recording, file: str | Path) -> Path:
+def export_npz(recording: Recording, file: str | Path, *, overwrite: bool = False) -> Path:
     """Write all arrays into one NumPy file, as 'time', 'qpos', 'qvel', 'seed', 'R/truth', 'R/landmarks/mean' and so on.
 
     Sightings and innovations are flat: `tick` is the row of `time` that each belongs to.
@@ -182,16 +196,19 @@ def export_npz(recording: Recording, file: str | Path) -> Path:
         The file written.
 
     Raises:
-        UsageError: It cannot be written.
+        UsageError: It exists, or cannot be written.
     """
+    require_free(Path(file), overwrite=overwrite, source=recording.path)
     arrays = _arrays_of(recording)
     for name, track in recording.robots.items():
-        found = _arrays_of_track(track) | sensor_arrays(recording, name)
+        found = _arrays_of_track(track) | _arrays_of_sensors(recording, name)
         arrays |= {f"{name}/{key}": value for key, value in found.items()}
-    return _write_with(Path(file), lambda stream: np.savez_compressed(stream, **arrays))
+    with new_file(file, overwrite=overwrite) as part, part.open("wb") as stream:
+        np.savez_compressed(stream, **arrays)
+    return Path(file)
 
 
-def export_mat(recording: Recording, file: str | Path) -> Path:
+def export_mat(recording: Recording, file: str | Path, *, overwrite: bool = False) -> Path:
     """Write all arrays into one MATLAB file: `time`, `qpos`, `qvel`, `seed`, and the struct `robots` of all robots.
 
     Its fields are as `export_npz` names them, `robots.R.landmarks.mean` and so on. In names, what MATLAB does not
@@ -201,22 +218,22 @@ def export_mat(recording: Recording, file: str | Path) -> Path:
         The file written.
 
     Raises:
-        UsageError: It cannot be written.
+        UsageError: It exists, or cannot be written.
     """
     from scipy.io import savemat
 
+    require_free(Path(file), overwrite=overwrite, source=recording.path)
     robots: dict[str, Any] = {}
     for name, track in recording.robots.items():
         fields: dict[str, Any] = {"name": name}
-        for key, value in (_arrays_of_track(track) | sensor_arrays(recording, name)).items():
+        for key, value in (_arrays_of_track(track) | _arrays_of_sensors(recording, name)).items():
             group, _, field = key.rpartition("/")
             (fields.setdefault(_plain_name(group), {}) if group else fields)[field] = value
         robots[_field_name(name, robots)] = fields
     content = _arrays_of(recording) | {"robots": robots}
-    return _write_with(
-        Path(file),
-        lambda stream: savemat(stream, content, long_field_names=True, do_compression=True, oned_as="column"),
-    )
+    with new_file(file, overwrite=overwrite) as part, part.open("wb") as stream:
+        savemat(stream, content, long_field_names=True, do_compression=True, oned_as="column")
+    return Path(file)
 
 
 def _plain_name(name: str) -> str:
@@ -228,7 +245,7 @@ def _field_name(name: str, taken: Iterable[str]) -> str:
     """Return a name that MATLAB allows and that is not taken."""
     plain = _plain_name(name)[: _LONGEST_FIELD - 8]
     if not plain[0].isalpha():
-        plain = f"r{plain}"
+        plain = f"x{plain}"  # as makeValidName of MATLAB has it
     number, field = 1, plain
     while field in taken:
         number += 1
@@ -250,6 +267,7 @@ def _arrays_of_track(track: Track) -> dict[str, Any]:
     innovations = [(tick, *item) for tick, items in enumerate(track.innovations) for item in items]
     return {
         "truth": track.truth,
+        "truth_pose": track.truth_pose,
         "odometry": track.odometry,
         "odometry_covariance": track.odometry_covariance,
         "estimate": track.estimate,
@@ -275,6 +293,11 @@ def _arrays_of_track(track: Track) -> dict[str, Any]:
     }
 
 
+def _arrays_of_sensors(recording: Recording, robot: str) -> dict[str, Any]:
+    tables = sensor_tables(recording, robot)
+    return {f"{table.name}/{key}": values for table in tables for key, values in table.arrays.items()}
+
+
 def _texts(words: Iterable[str]) -> Any:
     return np.array(list(words), dtype=np.str_)
 
@@ -287,37 +310,27 @@ def _corners(sighting: Sighting) -> Array:
     return np.full((4, 2), np.nan) if sighting.corners is None else sighting.corners
 
 
-def export_images(recording: Recording, folder: str | Path) -> int:
+def export_images(recording: Recording, folder: str | Path, *, overwrite: bool = False) -> int:
     """Write the pictures of each camera as they were recorded, as `R/CAMERA/STAMP.jpg`, the stamp in seconds.
 
     Returns:
         How many were written.
 
     Raises:
-        UsageError: A file cannot be written.
+        UsageError: A file exists, or cannot be written.
     """
-    count = 0
+    folder, count = Path(folder), 0
+    for robot, camera in recording.cameras():
+        # Else pictures of two runs, taken at different times, would lie in one folder.
+        if not overwrite and any((folder / robot / camera).glob("*.*")):
+            raise UsageError(
+                f"'{folder / robot / camera}' holds pictures; name another folder, or add --overwrite (in Python:"
+                " overwrite=True)"
+            )
     for robot, camera in recording.cameras():
         for stamp, data, form in recording.pictures(robot, camera):
             # Padded, so that files sort by time.
-            _write(Path(folder) / robot / camera / f"{stamp:015.6f}.{_SUFFIXES.get(form, form)}", data)
+            name = f"{robot}/{camera}/{stamp:015.6f}.{_SUFFIXES.get(form, form)}"
+            write_files(folder, {name: data}, overwrite=overwrite)
             count += 1
     return count
-
-
-def _write(path: Path, data: bytes) -> Path:
-    return _write_with(path, lambda stream: stream.write(data))
-
-
-def _write_with(path: Path, write: Callable[[BinaryIO], object]) -> Path:
-    """Write a file beside its place, and put it there once it is whole."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".mjsim-", dir=path.parent) as folder:
-            half = Path(folder) / path.name
-            with half.open("wb") as stream:
-                write(stream)
-            half.replace(path)
-    except OSError as error:
-        raise UsageError(f"cannot write '{path}': {error.strerror}") from error
-    return path

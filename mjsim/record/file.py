@@ -7,12 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from mcap.exceptions import McapError
-from mcap.records import Attachment, Channel, Footer, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader
-from zstandard import ZstdError
+from mcap.records import Attachment, Channel, Footer, Message, Metadata, Schema
 
-from mjsim.errors import RecordingError, UsageError
+from mjsim.record.container import records
 
 WORLD_NAME = "world.yaml"
 """Attachment that holds the text of the world."""
@@ -59,8 +56,8 @@ def raw_messages(
         head: Filled with attachments and metadata as they come.
 
     Raises:
-        UsageError: The file cannot be opened.
-        RecordingError: It is not an MCAP file.
+        UsageError: The file cannot be read.
+        RecordingError: It is not an MCAP file, or is larger than it may be.
     """
     head = Head() if head is None else head
     channels: dict[int, tuple[str, str] | None] = {}
@@ -81,39 +78,6 @@ def raw_messages(
             head.metadata[record.name] = record.metadata
         elif isinstance(record, Footer):
             head.whole = True
-
-
-def records(path: Path) -> Iterator[McapRecord]:
-    """Yield the records of a file up to where it ends or is broken.
-
-    Raises:
-        UsageError: The file cannot be opened.
-        RecordingError: It is not an MCAP file.
-    """
-    try:
-        stream = path.open("rb")
-        size = path.stat().st_size
-    except OSError as error:
-        raise UsageError(f"cannot read '{path}': {error.strerror}") from None
-    with stream:
-        if size == 0:
-            raise RecordingError(f"'{path}' is empty; it is not a recording")
-        if stream.read(len(_MAGIC)) != _MAGIC:
-            raise RecordingError(f"'{path}' is not an MCAP file, so it is not a recording")
-        stream.seek(0)
-        records = StreamReader(stream, validate_crcs=True, record_size_limit=size).records
-        while True:
-            try:
-                record = next(records, None)
-            # What a cut or broken file makes the reader stumble on; what came before is good.
-            except (McapError, struct.error, ZstdError, ValueError, EOFError, OverflowError):
-                return
-            if record is None:
-                return
-            yield record
-
-
-_MAGIC = b"\x89MCAP0\r\n"
 
 
 def numeric_topics(path: str | Path) -> dict[str, str]:
@@ -137,13 +101,23 @@ def same_run(first: str | Path, second: str | Path) -> bool:
 
 
 def picture_of(data: bytes) -> tuple[bytes, str]:
-    """Return the picture's bytes and its format from a `foxglove.CompressedImage`."""
+    """Return the picture's bytes and its format, 'jpeg' or 'png', from a `foxglove.CompressedImage`.
+
+    Raises:
+        ValueError: It is not as Foxglove defines it, or of another format.
+    """
     fields = {number: value for number, value, _ in parts_of(data)}
-    return fields[2], fields[3].decode()
+    picture, form = fields.get(2, b""), fields.get(3, b"").decode()
+    if not picture or form not in ("jpeg", "png"):
+        raise ValueError(f"a picture of format '{form:.20}'")
+    return picture, form
 
 
 def parts_of(data: bytes) -> Iterator[tuple[int, bytes, bytes]]:
     """Yield number, value and whole bytes of each field of a message of Foxglove's that has texts and messages only.
+
+    Raises:
+        ValueError: It is not as Foxglove defines it.
 
     References:
         Protocol Buffers encoding: a field is a varint key (number << 3 | wire type), then its value.
@@ -153,20 +127,27 @@ def parts_of(data: bytes) -> Iterator[tuple[int, bytes, bytes]]:
         began = place
         key, place = _varint(data, place)
         if key & 7 != _LENGTH_DELIMITED:
-            raise RecordingError("a picture or a frame in this recording is not as Foxglove defines it")
+            raise ValueError("a picture or a frame that is not as Foxglove defines it")
         size, place = _varint(data, place)
+        if place + size > len(data):
+            raise ValueError("a picture or a frame that ends too early")
         yield key >> 3, data[place : place + size], data[began : place + size]
         place += size
 
 
 _LENGTH_DELIMITED = 2
+_VARINT = 70
+"""Bits of the longest."""
 
 
 def _varint(data: bytes, place: int) -> tuple[int, int]:
-    value = shift = 0
-    while True:
+    value = 0
+    for shift in range(0, _VARINT, 7):
+        if place == len(data):
+            break
         byte = data[place]
         value |= (byte & 0x7F) << shift
-        place, shift = place + 1, shift + 7
+        place += 1
         if byte < 0x80:
             return value, place
+    raise ValueError("a picture or a frame that is not as Foxglove defines it")

@@ -19,20 +19,27 @@ from foxglove.messages import (
     TriangleListPrimitive,
     Vector3,
 )
-from foxglove.messages import Pose as Pose3
+from foxglove.messages import Pose as FoxglovePose
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose
 from mjsim.record.scene import stamp
-from mjsim.world import World
-from mjsim.world.doors import leaves
-from mjsim.world.hung import Hung, hung
-from mjsim.world.joints import solid_pieces
-from mjsim.world.looks import Looks, first_looks
-from mjsim.world.names import item_names
-from mjsim.world.outlines import prisms, stays, world_from_obstacle
-from mjsim.world.robots import Robot
-from mjsim.world.things import Beacon, Obstacle
+from mjsim.world import (
+    Beacon,
+    Hung,
+    Looks,
+    Obstacle,
+    Robot,
+    World,
+    first_looks,
+    hung,
+    item_names,
+    leaves,
+    prisms,
+    solid_pieces,
+    stays,
+    world_from_obstacle,
+)
 
 BEACON_THICKNESS = 0.02
 """As drawn [m]."""
@@ -169,7 +176,7 @@ def _lamps(world: World, looks: Looks) -> Iterator[SpherePrimitive]:
     for lamp, name in zip(world.lamps, item_names(world.lamps), strict=True):
         x, y = lamp.at
         yield SpherePrimitive(
-            pose=Pose3(position=Vector3(x=x, y=y, z=lamp.height), orientation=Quaternion(w=1.0)),
+            pose=FoxglovePose(position=Vector3(x=x, y=y, z=lamp.height), orientation=Quaternion(w=1.0)),
             size=Vector3(x=LAMP_SIZE, y=LAMP_SIZE, z=LAMP_SIZE),
             color=_color(lamp.color, share=min(looks.lamps[name], 1.0)),
         )
@@ -188,11 +195,11 @@ def _height(beacon: Beacon, files: Mapping[str, bytes]) -> float:
     return beacon.width if small is None else float(beacon.width * small.shape[0] / small.shape[1])
 
 
-def _pose_of(item: Hung, place: Pose) -> Pose3:
+def _pose_of(item: Hung, place: Pose) -> FoxglovePose:
     """Return where a beacon hangs: x to where it faces, z up; its place is in the frame in which it is drawn."""
     turn, tilt = place.heading / 2, -math.radians(item.beacon.tilt_deg) / 2
     c, s, cos_tilt, sin_tilt = math.cos(turn), math.sin(turn), math.cos(tilt), math.sin(tilt)
-    return Pose3(
+    return FoxglovePose(
         position=Vector3(x=float(place.x), y=float(place.y), z=item.center),
         orientation=Quaternion(x=-s * sin_tilt, y=c * sin_tilt, z=s * cos_tilt, w=c * cos_tilt),
     )

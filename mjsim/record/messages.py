@@ -8,34 +8,26 @@ import json
 import math
 import sys
 from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import TypeAdapter
 
-from mjsim.geometry import Array, Pose
-from mjsim.interface import Command, Estimate, Observation, Odometry, Sighting, WheelCommand
-from mjsim.readings import message_text
-from mjsim.record.readings import (
-    heard_messages,
-    heard_of,
-    imu_messages,
-    imu_of,
-    packed,
-    scan_messages,
-    scans_of,
-    unpacked,
-)
-from mjsim.record.tick import Event, Order, Tick
-from mjsim.world.events import Event as WorldEvent
-from mjsim.world.events import said_of
-
-Message = dict[str, Any]
+from mjsim.geometry import Array, Pose, Pose3
+from mjsim.interface import Command, Estimate, JointGoal, Observation, Sighting, WheelCommand, message_text
+from mjsim.record.numbers import Message, flat, nanoseconds, numbers, packed, unpacked
+from mjsim.record.readings import CODECS, sighting_messages
+from mjsim.record.tick import Order, RobotEvent, Tick
+from mjsim.world import WorldEvent, said_of
 
 _WORLD_EVENT: TypeAdapter[WorldEvent] = TypeAdapter(WorldEvent)
 
+_FIELDS = tuple((codec.field, codec.encode, codec.sparse) for codec in CODECS)
 _ENCODER = json.JSONEncoder(separators=(",", ":"), allow_nan=False, check_circular=False)
+ROUGHLY_UNIT = 1e-6
+"""How far the length of a quaternion may be from 1; MuJoCo keeps it within rounding."""
 _LEVELS = {"changed": 2, "blocked": 2, "bump": 3, "fault": 4}
 """Information, warning and error, as Foxglove counts them."""
 
@@ -60,23 +52,6 @@ def _without_infinity(value: Any) -> Any:
     return None if isinstance(value, float) and value == math.inf else value
 
 
-def _flat(values: ArrayLike) -> list[float]:
-    flat: list[float] = np.asarray(values, dtype=float).ravel().tolist()
-    return flat
-
-
-def numbers(values: Sequence[float | None], *shape: int) -> Array:
-    """Return an array of numbers read from JSON, in which None stands for +infinity."""
-    array = np.array(values, dtype=float).reshape(shape or -1)
-    array[np.isnan(array)] = np.inf
-    return array
-
-
-def nanoseconds(time: float) -> int:
-    """Return a time as files carry it, rounded [ns]."""
-    return round(time * 1e9)
-
-
 def _stamp(time: float) -> Message:
     sec, nsec = divmod(nanoseconds(time), 1_000_000_000)
     return {"sec": sec, "nsec": nsec}
@@ -96,8 +71,22 @@ def pose_message(time: float, pose: Pose, covariance: ArrayLike | None = None) -
         "heading": float(pose.heading),
     }
     if covariance is not None:
-        message["covariance"] = _flat(covariance)
+        message["covariance"] = flat(covariance)
     return message
+
+
+def truth_message(time: float, planar: Pose, pose: Pose3) -> Message:
+    """Return the pose of a base in the world frame, exactly: in space, and its heading as seen from above."""
+    return {
+        "timestamp": _stamp(time),
+        "frame_id": "world",
+        "pose": {
+            "position": {"x": pose.x, "y": pose.y, "z": pose.z},
+            "orientation": {"x": pose.qx, "y": pose.qy, "z": pose.qz, "w": pose.qw},
+        },
+        "time": time,
+        "heading": float(planar.heading),
+    }
 
 
 def pose_row(message: Message) -> tuple[float, float, float]:
@@ -106,83 +95,38 @@ def pose_row(message: Message) -> tuple[float, float, float]:
     return position["x"], position["y"], message["heading"]
 
 
-def _sighting_message(sighting: Sighting) -> Message:
-    message = {
-        "stamp": float(sighting.stamp),
-        "range": float(sighting.range),
-        "bearing": float(sighting.bearing),
-        "covariance": _flat(sighting.covariance),
-    }
-    if sighting.name is not None:
-        message["name"] = sighting.name
-    if sighting.corners is not None:
-        message["corners"] = _flat(sighting.corners)
-    return message
+def pose3_row(message: Message) -> tuple[float, ...]:
+    """Return (x, y, z, qx, qy, qz, qw) of a pose message; ValueError when its quaternion is no rotation."""
+    position, orientation = message["pose"]["position"], message["pose"]["orientation"]
+    quaternion = [orientation[axis] for axis in "xyzw"]
+    if not abs(math.hypot(*quaternion) - 1.0) < ROUGHLY_UNIT:
+        raise ValueError(f"the quaternion {quaternion} is no rotation")
+    return (*(position[axis] for axis in "xyz"), *quaternion)
 
 
 def sightings_message(time: float, sightings: Sequence[Sighting]) -> Message:
     """Return all sightings of a tick."""
-    return {"time": time, "sightings": [_sighting_message(sighting) for sighting in sightings]}
-
-
-def sightings_of(message: Message) -> tuple[Sighting, ...]:
-    """Return the sightings of a message that holds some."""
-    return tuple(
-        Sighting(
-            stamp=item["stamp"],
-            name=sys.intern(item["name"]) if item.get("name") is not None else None,
-            range=_number(item["range"]),
-            bearing=item["bearing"],
-            covariance=numbers(item["covariance"], 2, 2),
-            corners=numbers(item["corners"], -1, 2) if "corners" in item else None,
-        )
-        for item in message["sightings"]
-    )
-
-
-def _number(value: float | None) -> float:
-    return math.inf if value is None else value
+    return {"time": time, "sightings": sighting_messages(sightings)}
 
 
 def observation_message(seen: Observation) -> Message:
     """Return every number of an observation, and which pictures came with it."""
-    odometry = seen.odometry
-    return {
-        "time": float(seen.time),
-        "dt": float(seen.dt),
-        "odometry": {
-            "forward": float(odometry.forward),
-            "left": float(odometry.left),
-            "turn": float(odometry.turn),
-            "covariance": _flat(odometry.covariance),
-        },
-        "sightings": [_sighting_message(sighting) for sighting in seen.sightings],
-        # Most rays meet nothing: writing None here spares `encode` a second pass.
-        "proximity": [None if distance == math.inf else distance for distance in _flat(seen.proximity)],
-        "bump": _flat(seen.bump),
-        "cameras": [{"name": name, "stamp": float(frame.stamp)} for name, frame in seen.cameras.items()],
-        "scans": scan_messages(seen.scans),
-        "imu": imu_messages(seen.imu),
-        "messages": heard_messages(seen.messages),
-    }
+    message: Message = {"time": float(seen.time), "dt": float(seen.dt)}
+    for field, encode_value, sparse in _FIELDS:
+        value = getattr(seen, field)
+        if not sparse or value:
+            message[field] = encode_value(value)
+    return message
 
 
 def observation_of(message: Message) -> Observation:
     """Return the observation of a message, without its pictures."""
-    odometry = message["odometry"]
-    return Observation(
-        time=message["time"],
-        dt=message["dt"],
-        odometry=Odometry(
-            odometry["forward"], odometry["left"], odometry["turn"], numbers(odometry["covariance"], 3, 3)
-        ),
-        sightings=sightings_of(message),
-        proximity=numbers(message["proximity"]),
-        bump=tuple(message["bump"]),
-        scans=scans_of(message.get("scans", ())),
-        imu=imu_of(message.get("imu", ())),
-        messages=heard_of(message.get("messages", ())),
-    )
+    fields = {
+        codec.field: codec.decode(message[codec.field])
+        for codec in CODECS
+        if codec.decode is not None and codec.field in message
+    }
+    return Observation(time=message["time"], dt=message["dt"], **fields)
 
 
 def _label(name: Hashable) -> tuple[str, bool]:
@@ -225,7 +169,7 @@ def landmarks_message(time: float, names: Sequence[Hashable], means: Array, cova
         "time": time,
         "poses": [{"position": {"x": x, "y": y, "z": 0.0}, "orientation": upright} for x, y in means.tolist()],
         **_labels(names),
-        "covariances": _flat(covariances),
+        "covariances": flat(covariances),
     }
 
 
@@ -234,7 +178,7 @@ def landmarks_of(message: Message) -> tuple[tuple[Hashable, ...], Array, Array]:
     names = names_of(message)
     means = [(pose["position"]["x"], pose["position"]["y"]) for pose in message["poses"]]
     covariances = np.reshape(numbers(message["covariances"]), (len(names), 2, 2))
-    return names, np.array(means, dtype=float).reshape(-1, 2), covariances
+    return names, np.array(means, dtype=float).reshape(len(names), 2), covariances
 
 
 def innovations_message(time: float, innovations: Sequence[tuple[Hashable, ArrayLike, ArrayLike]]) -> Message:
@@ -242,7 +186,7 @@ def innovations_message(time: float, innovations: Sequence[tuple[Hashable, Array
     items = []
     for name, nu, S in innovations:
         text, numbered = _label(name)
-        items.append({"name": text, "numbered": numbered, "nu": _flat(nu), "S": _flat(S)})
+        items.append({"name": text, "numbered": numbered, "nu": flat(nu), "S": flat(S)})
     return {"time": time, "innovations": items}
 
 
@@ -279,11 +223,18 @@ def command_message(time: float, order: Order) -> Message:
 
 def _command(command: Command | WheelCommand) -> Message:
     if isinstance(command, WheelCommand):
-        return {"wheels": _flat(command.speeds)}
+        return {"wheels": flat(command.speeds)}
     told: Message = {"forward": float(command.forward), "left": float(command.left), "turn": float(command.turn)}
     if command.messages:
         told["messages"] = [message_text(message) for message in command.messages]
+    if command.joints:
+        told["joints"] = [_goal_message(arm, goal) for arm, goal in command.joints.items()]
     return told
+
+
+def _goal_message(arm: str, goal: JointGoal) -> Message:
+    parts = {part.name: getattr(goal, part.name) for part in fields(goal)}
+    return {"arm": arm} | {name: flat(values) for name, values in parts.items() if values is not None}
 
 
 def command_row(message: Message) -> tuple[float, float, float]:
@@ -292,7 +243,7 @@ def command_row(message: Message) -> tuple[float, float, float]:
     return command.get("forward", math.nan), command.get("left", math.nan), command.get("turn", math.nan)
 
 
-def event_message(robot: str, event: Event) -> Message:
+def event_message(robot: str, event: RobotEvent) -> Message:
     """Return an event as a line of a log."""
     message = {
         "timestamp": _stamp(event.time),
@@ -309,9 +260,9 @@ def event_message(robot: str, event: Event) -> Message:
     return message
 
 
-def event_of(message: Message) -> Event:
+def event_of(message: Message) -> RobotEvent:
     """Return the event of a message."""
-    return Event(message["time"], message["kind"], message["message"], message.get("bearing"))
+    return RobotEvent(message["time"], message["kind"], message["message"], message.get("bearing"))
 
 
 def world_event_message(time: float, event: WorldEvent) -> Message:
@@ -350,7 +301,7 @@ def things_rows(message: Message) -> dict[str, tuple[float, float, float]]:
 
 def state_message(tick: Tick) -> Message:
     """Return the state of MuJoCo."""
-    return {"time": float(tick.time), "qpos": _flat(tick.qpos), "qvel": _flat(tick.qvel)}
+    return {"time": float(tick.time), "qpos": flat(tick.qpos), "qvel": flat(tick.qvel)}
 
 
 def timing_message(tick: Tick, clock: float) -> Message:

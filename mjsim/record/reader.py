@@ -1,9 +1,8 @@
 """A recording's file to arrays."""
 
-import json
 import math
 from array import array
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,23 +11,38 @@ import numpy as np
 from mjsim.errors import RecordingError, WorldError
 from mjsim.geometry import Array
 from mjsim.interface import Sighting
+from mjsim.models import picture_size
 from mjsim.record.file import FILES, METADATA_NAME, WORLD_NAME, Head, RawMessage, raw_messages
+from mjsim.record.joints import JointRows
 from mjsim.record.messages import (
     command_row,
     event_of,
     innovations_of,
     landmarks_of,
+    pose3_row,
     pose_row,
-    sightings_of,
     things_rows,
     world_event_of,
 )
-from mjsim.record.readings import identities_of
+from mjsim.record.metadata import checked_metadata
+from mjsim.record.numbers import Message
+from mjsim.record.parse import FAULTS, content_of, misfit, unfit
+from mjsim.record.readings import identities_of, sightings_of
 from mjsim.record.recording import Landmarks, Recording, Track
-from mjsim.record.tick import Event
-from mjsim.world import World, parse_world
-from mjsim.world.events import Event as WorldEvent
-from mjsim.world.source import Source
+from mjsim.record.schemas import ARM_TOPICS
+from mjsim.record.tick import RobotEvent
+from mjsim.record.writer import named_pictures
+from mjsim.world import Source, World, WorldEvent, parse_world
+
+LEAST_MEMORY, MEMORY_GROWTH = 1 << 26, 48
+"""What is kept may take so many bytes, and so many times the size of the file; ours takes at most 10 times. With what
+is needed for a moment, reading takes at most 0.5 GB and 64 times the size of the file."""
+_TAKES = {"identities": 12, "innovations": 12, "things": 8, "sightings": 8, "events": 4, "timing": 4}
+"""How many bytes a byte of a message takes that is kept as objects; as numbers it takes 2."""
+_ROW_BYTES = 8 * (3 * 3 + 7 + 2 * 9 + 3)
+"""Of one robot at one tick."""
+_MESSAGE_BYTES = 64
+"""Of any message that is kept."""
 
 
 def read_recording(path: str | Path) -> Recording:
@@ -36,28 +50,41 @@ def read_recording(path: str | Path) -> Recording:
 
     Raises:
         UsageError: The file cannot be opened.
-        RecordingError: It is not a recording, or holds no tick.
+        RecordingError: It is not a recording, holds no tick, or was not written by mjsim.
     """
     path = Path(path)
     head = Head()
     run: _Run | None = None
     for message in raw_messages(path, head=head):
         if run is None:
-            run = _Run(_world(path, head))
-        run.take(message)
+            run = _Run(path, _world(path, head))
+        try:
+            run.take(message)
+        except FAULTS as error:
+            raise misfit(message, error, path=path) from error
     if run is None or not run.time:
         raise RecordingError(f"'{path}' holds no tick; the run ended, or the file was cut, before the first one")
-    metadata = dict(head.metadata[METADATA_NAME])
+    try:
+        return _recording(path, head, run)
+    except FAULTS as error:
+        raise unfit(f"'{path}'", error) from error
+
+
+def _recording(path: Path, head: Head, run: "_Run") -> Recording:
+    """Return what was read as arrays."""
+    seed, metadata = checked_metadata(head.metadata[METADATA_NAME])
+    run.check()
     return Recording(
         path=path,
         world=run.world,
-        seed=int(metadata.pop("seed")),
+        seed=seed,
         metadata=metadata,
         time=np.array(run.time),
         qpos=run.qpos.array(),
         qvel=run.qvel.array(),
         events=tuple(run.events),
         things=run.things(),
+        joints={name: rows.track() for name, rows in run.arms.items()},
         robots={name: robot.track(np.array(run.time)) for name, robot in run.robots.items()},
         clock=np.array(run.clock),
         module_seconds=run.module_seconds(),
@@ -72,10 +99,21 @@ def _world(path: Path, head: Head) -> World:
     attached = {name.removeprefix(FILES): data for name, data in head.files.items() if name.startswith(FILES)}
     try:
         text = head.files[WORLD_NAME].decode()
-        return parse_world(text, source=Source(file=WORLD_NAME, text=text, attached=attached))
-    except (WorldError, UnicodeDecodeError) as error:
+        world = parse_world(text, source=Source(file=WORLD_NAME, text=text, attached=attached))
+        # Pictures beside a world file were checked with it; these come from elsewhere.
+        for name in named_pictures(world):
+            _check_picture(name, world)
+    except (WorldError, ValueError) as error:
         reason = str(error).partition("\n")[0]
         raise RecordingError(f"the world in '{path}' cannot be read: {reason}") from error
+    return world
+
+
+def _check_picture(name: str, world: World) -> None:
+    try:
+        picture_size(world.read_asset(name))
+    except ValueError as error:
+        raise ValueError(f"'{name}' {error}") from None
 
 
 class _Rows:
@@ -90,22 +128,34 @@ class _Rows:
         """Add a row; None for a number is +infinity, None for all is a row of NaN."""
         if values is None:
             values = [math.nan] * math.prod(self._shape)
+        elif not self._shape:
+            self._shape = (len(values),)
         elif None in values:
             values = [math.inf if value is None else value for value in values]
+        if len(values) != math.prod(self._shape):
+            raise ValueError(f"a row has {len(values)} numbers, others have {math.prod(self._shape)}")
         self._values.extend(values)  # type: ignore[arg-type]
         self._count += 1
 
     def array(self) -> Array:
         """Return all rows, shape (N, *shape), or (N, width) where no shape was given."""
-        return np.frombuffer(self._values, dtype=float).reshape(self._count, *(self._shape or (-1,))).copy()
+        return np.frombuffer(self._values, dtype=float).reshape(self._count, *self._shape).copy()
 
 
 class _Run:
     """A recording as it is read; a tick counts once its last message, on `/state`, is there."""
 
-    def __init__(self, world: World) -> None:
-        self.world = world
+    def __init__(self, path: Path, world: World) -> None:
+        self._path, self.world = path, world
+        self._left = LEAST_MEMORY + MEMORY_GROWTH * path.stat().st_size
         self.robots = {robot.name: _Robot() for robot in world.robots}
+        self.arms = {
+            f"{robot.name}/{item.name}": JointRows(tuple(f"joint{k + 1}" for k in range(item.arm.n)))
+            for robot in world.robots
+            for item in robot.arms
+        }
+        balancing = (robot for robot in world.robots if robot.drive.controller is not None)
+        self.arms |= {f"{robot.name}/drive": JointRows(robot.drive.driven_wheels) for robot in balancing}
         self.time: list[float] = []
         self.clock: list[float] = []
         self.qpos, self.qvel = _Rows(), _Rows()
@@ -117,35 +167,73 @@ class _Run:
 
     def take(self, raw: RawMessage) -> None:
         """Take the next message of the file."""
-        _, first, *rest = raw.topic.split("/")
-        if raw.topic == "/timing":
-            self._timing = json.loads(raw.data)
+        if raw.topic == "/state":
+            self._end_tick(self._content(raw))
+        elif raw.topic == "/timing":
+            self._timing = self._content(raw)
         elif raw.topic == "/events":
-            self.events.append(world_event_of(json.loads(raw.data)))
+            self.events.append(world_event_of(self._content(raw)))
         elif raw.topic == "/things":
-            self._now = things_rows(json.loads(raw.data))
-        elif raw.topic == "/state":
-            self._end_tick(json.loads(raw.data))
-        elif len(rest) == 1 and rest[0] in _READ and first in self.robots:
-            self.robots[first].take(rest[0], json.loads(raw.data))
+            self._now = things_rows(self._content(raw))
+        else:
+            robot, _, kind = raw.topic[1:].partition("/")
+            if kind in _READ and robot in self.robots:
+                self.robots[robot].take(kind, self._content(raw))
+            elif self.arms:
+                arm, _, kind = raw.topic[1:].rpartition("/")
+                if arm in self.arms and kind in ARM_TOPICS:
+                    self.arms[arm].take(kind, self._content(raw))
 
-    def _end_tick(self, state: dict[str, Any]) -> None:
+    def _content(self, raw: RawMessage) -> Message:
+        self._take_bytes(_MESSAGE_BYTES + len(raw.data) * _TAKES.get(raw.topic.rpartition("/")[2], 2))
+        return content_of(raw, path=self._path)
+
+    def _end_tick(self, state: Message) -> None:
         for item in self._timing["parts"]:
             self._seconds.setdefault(item["part"], []).append((len(self.time), item["seconds"]))
+        # They are those of one tick; the clock goes on.
+        self._timing = {**self._timing, "parts": []}
         self.clock.append(self._timing["clock"])
         self.time.append(state["time"])
         self.qpos.add(state["qpos"])
         self.qvel.add(state["qvel"])
         self._places.append(self._now)
         self._now = {}
+        self._take_bytes(_ROW_BYTES * len(self.robots) + 8 * sum(rows.width for rows in self.arms.values()))
         for robot in self.robots.values():
             robot.end_tick()
+        for rows in self.arms.values():
+            rows.end_tick()
+
+    def _take_bytes(self, size: int) -> None:
+        """Count what is kept.
+
+        Raises:
+            ValueError: It is too much for a file of this size.
+        """
+        self._left -= size
+        if self._left < 0:
+            raise ValueError(f"it would take far more memory than its size; its ticks are {len(self.time)}")
+
+    def check(self) -> None:
+        """Check what has been read as a whole.
+
+        Raises:
+            ValueError: The ticks are not as far apart as in this world, or arrays would take too much memory.
+        """
+        period = 1.0 / self.world.run.rate_hz
+        if self.time[0] < 0.0 or (np.abs(np.diff(self.time) - period) > 0.01 * period).any():
+            raise ValueError(f"its ticks are not {period:g} s apart")
+        names = len(self._thing_names()) * 24 + len(self._seconds) * 8
+        self._take_bytes(len(self.time) * (names + sum(robot.map_bytes() for robot in self.robots.values())))
+
+    def _thing_names(self) -> dict[str, None]:
+        return dict.fromkeys(name for places in self._places for name in places)
 
     def things(self) -> dict[str, Array]:
         """Return (x, y, heading) of each thing at each tick, NaN where it is not there, shape (N, 3)."""
         nowhere = (math.nan,) * 3
-        names = dict.fromkeys(name for places in self._places for name in places)
-        return {name: np.array([places.get(name, nowhere) for places in self._places]) for name in names}
+        return {name: np.array([places.get(name, nowhere) for places in self._places]) for name in self._thing_names()}
 
     def module_seconds(self) -> dict[str, Array]:
         """Return the cost of each part, NaN where it did not run, shape (N,) [s]."""
@@ -157,10 +245,18 @@ class _Run:
         return costs
 
 
-_READ = frozenset(
-    {"truth", "odometry", "estimate", "command", "landmarks", "sightings", "identities", "innovations", "events"}
-)
-"""Topics of a robot that make its track."""
+_READ: dict[str, Callable[[Message], Any]] = {
+    "truth": lambda message: (pose_row(message), pose3_row(message)),
+    "odometry": lambda message: (pose_row(message), message["covariance"]),
+    "estimate": lambda message: (pose_row(message), message["covariance"]),
+    "command": command_row,
+    "landmarks": landmarks_of,
+    "sightings": lambda message: sightings_of(message["sightings"]),
+    "identities": identities_of,
+    "innovations": innovations_of,
+    "events": event_of,
+}
+"""Topics of a robot that make its track, and what is made of their messages."""
 
 
 class _Robot:
@@ -170,34 +266,38 @@ class _Robot:
         self._tick: dict[str, Any] = {}
         self._count = 0
         self._poses = {kind: _Rows(3) for kind in ("truth", "odometry", "estimate")}
+        self._truth_pose = _Rows(7)
         self._covariances = {kind: _Rows(3, 3) for kind in ("odometry", "estimate")}
         self._command = _Rows(3)
         self._maps: list[tuple[int, tuple[Hashable, ...], Array, Array]] = []
         self._sightings: list[tuple[Sighting, ...]] = []
         self._identities: list[tuple[str | None, ...]] = []
         self._innovations: list[tuple[tuple[Hashable, Array, Array], ...]] = []
-        self._events: list[Event] = []
+        self._events: list[RobotEvent] = []
 
-    def take(self, kind: str, message: dict[str, Any]) -> None:
+    def take(self, kind: str, message: Message) -> None:
         """Take a message of the tick at hand."""
+        value = _READ[kind](message)
         if kind == "events":
-            self._events.append(event_of(message))
+            self._events.append(value)
         else:
-            self._tick[kind] = message
+            self._tick[kind] = value
 
     def end_tick(self) -> None:
         """Add a row of everything; NaN for what did not come."""
         tick, self._tick = self._tick, {}
+        nothing = (None, None)
         for kind, rows in self._poses.items():
-            rows.add(pose_row(tick[kind]) if kind in tick else None)
+            rows.add(tick.get(kind, nothing)[0])
+        self._truth_pose.add(tick.get("truth", nothing)[1])
         for kind, rows in self._covariances.items():
-            rows.add(tick[kind]["covariance"] if kind in tick else None)
-        self._command.add(command_row(tick["command"]) if "command" in tick else None)
+            rows.add(tick.get(kind, nothing)[1])
+        self._command.add(tick.get("command"))
         if "landmarks" in tick:
-            self._maps.append((self._count, *landmarks_of(tick["landmarks"])))
-        self._sightings.append(sightings_of(tick["sightings"]) if "sightings" in tick else ())
-        self._identities.append(identities_of(tick["identities"]) if "identities" in tick else ())
-        self._innovations.append(innovations_of(tick["innovations"]) if "innovations" in tick else ())
+            self._maps.append((self._count, *tick["landmarks"]))
+        self._sightings.append(tick.get("sightings", ()))
+        self._identities.append(tick.get("identities", ()))
+        self._innovations.append(tick.get("innovations", ()))
         self._count += 1
 
     def track(self, time: Array) -> Track:
@@ -205,6 +305,7 @@ class _Robot:
         return Track(
             time=time,
             truth=self._poses["truth"].array(),
+            truth_pose=self._truth_pose.array(),
             odometry=self._poses["odometry"].array(),
             odometry_covariance=self._covariances["odometry"].array(),
             estimate=self._poses["estimate"].array(),
@@ -217,12 +318,21 @@ class _Robot:
             events=tuple(self._events),
         )
 
-    def _landmarks(self) -> Landmarks:
-        """Hold each map until the next one."""
+    def map_bytes(self) -> int:
+        """Return how much the map of one tick takes as an array."""
+        return 48 * len(self._columns())
+
+    def _columns(self) -> dict[Hashable, int]:
+        """Return the column of each landmark, in the order in which they came."""
         columns: dict[Hashable, int] = {}
         for _, names, _, _ in self._maps:
             for name in names:
                 columns.setdefault(name, len(columns))
+        return columns
+
+    def _landmarks(self) -> Landmarks:
+        """Hold each map until the next one."""
+        columns = self._columns()
         mean = np.full((self._count, len(columns), 2), np.nan)
         covariance = np.full((self._count, len(columns), 2, 2), np.nan)
         ends = [*(first for first, *_ in self._maps[1:]), self._count]

@@ -11,11 +11,12 @@ from typing import Self
 import numpy as np
 
 from mjsim.errors import RecordingError
-from mjsim.geometry import Pose
-from mjsim.interface import CameraFrame, Observation, RobotInfo
+from mjsim.geometry import Pose, Pose3
+from mjsim.interface import RobotInfo
+from mjsim.output import NewFile
 from mjsim.record.belief import BeliefMessages
+from mjsim.record.joints import joint_messages
 from mjsim.record.messages import (
-    Message,
     command_message,
     event_message,
     observation_message,
@@ -23,11 +24,14 @@ from mjsim.record.messages import (
     state_message,
     things_message,
     timing_message,
+    truth_message,
     world_event_message,
 )
-from mjsim.record.readings import identities_message, imu_topic_message
-from mjsim.record.tick import Event, Order, Tick
-from mjsim.record.writer import Job, Writer
+from mjsim.record.numbers import Message
+from mjsim.record.place import reserve
+from mjsim.record.readings import CODECS
+from mjsim.record.tick import Order, RobotEvent, Tick
+from mjsim.record.writer import Batch, Writer
 from mjsim.world import World
 
 KEPT_BACK = 0.4
@@ -41,31 +45,50 @@ class Recorder:
     its last second.
 
     Args:
-        path: The MCAP file; it is written over, and folders are made as needed.
+        path: The MCAP file, or its reserved name; it appears with the first whole tick. Folders are made as needed.
         world: Where the run takes place; its text and pictures go into the file.
         seed: Of the run.
         robots: What the modules are told of each robot.
         metadata: Versions, command line and the like.
         pictures: Whether those of the cameras are written; they can be drawn again from the states.
+        overwrite: Whether a file at the path may be replaced.
 
     Raises:
+        UsageError: The file exists, or is being written.
         RecordingError: The file cannot be written; also from `write`, `event` and `close`. What was written stays.
     """
 
     def __init__(
         self,
-        path: str | Path,
+        path: str | Path | NewFile,
         *,
         world: World,
         seed: int,
         robots: Mapping[str, RobotInfo],
         metadata: Mapping[str, str],
         pictures: bool = True,
+        overwrite: bool = False,
     ) -> None:
-        self._with_pictures = pictures
-        self._writer = Writer(Path(path), world=world, seed=seed, robots=robots, metadata=metadata)
+        codecs = [
+            (robot, codec)
+            for robot, info in robots.items()
+            for codec in CODECS
+            if any(sensor.kind == codec.sensor for sensor in info.sensors.values())
+        ]
+        self._topics = [
+            (f"/{robot}/{codec.topic.name}", codec.topic.message, robot)
+            for robot, codec in codecs
+            if codec.topic is not None
+        ]
+        self._drawings = [
+            (codec.drawing, robot, codec.field)
+            for robot, codec in codecs
+            if codec.drawing is not None and (pictures or not codec.drawing.is_picture)
+        ]
+        place = reserve(path, overwrite=overwrite)
+        self._writer = Writer(place, world=world, seed=seed, robots=robots, metadata=metadata)
         dt = min((info.dt for info in robots.values()), default=KEPT_BACK)
-        self._queue: queue.Queue[Job | None] = queue.Queue(min(max(round(KEPT_BACK / dt), 2), 64))
+        self._queue: queue.Queue[Batch | None] = queue.Queue(min(max(round(KEPT_BACK / dt), 2), 64))
         self._beliefs: dict[str, BeliefMessages] = {}
         self._began = time.perf_counter()
         self._failure: BaseException | None = None
@@ -76,17 +99,17 @@ class Recorder:
     def write(self, tick: Tick) -> None:
         """Record a tick; what may still change is copied before this returns."""
         messages: list[tuple[str, Message]] = []
-        frames: dict[str, Pose] = {}
-        for robot, pose in tick.truth.items():
-            messages.append((f"/{robot}/truth", pose_message(tick.time, pose)))
-            frames[f"{robot}/base"] = pose
+        frames: dict[str, Pose | Pose3] = {}
+        for robot, planar in tick.truth.items():
+            messages.append((f"/{robot}/truth", truth_message(tick.time, planar, tick.poses[robot])))
+            frames[f"{robot}/base"] = tick.poses[robot]
         for robot, seen in tick.seen.items():
             messages.append((f"/{robot}/observation", observation_message(seen)))
-            if seen.imu:
-                messages.append((f"/{robot}/imu", imu_topic_message(tick.time, seen.imu)))
-        for robot, identities in tick.identities.items():
-            if identities:
-                messages.append((f"/{robot}/identities", identities_message(tick.time, identities)))
+        for topic, message_of, robot in self._topics:
+            message = message_of(tick, robot)
+            if message is not None:
+                messages.append((topic, message))
+        messages += joint_messages(tick.time, tick.joints)
         for robot, order in tick.orders.items():
             messages += self._order_messages(tick.time, robot, order)
             frames[f"{robot}/estimate"] = order.estimate.pose
@@ -96,7 +119,7 @@ class Recorder:
             messages.append(("/things", things_message(tick.time, tick.things)))
             frames |= tick.things
         self._put(
-            Job(
+            Batch(
                 time=tick.time,
                 messages=messages,
                 joints=[
@@ -104,8 +127,12 @@ class Recorder:
                     for robot, order in tick.orders.items()
                     if order.estimate.joint_covariance is not None
                 ],
-                pictures=_pictures(tick.seen) if self._with_pictures else (),
-                scans=[(robot, name, scan) for robot, seen in tick.seen.items() for name, scan in seen.scans.items()],
+                drawn=[
+                    (drawing, robot, name, reading)
+                    for drawing, robot, field in self._drawings
+                    if robot in tick.seen
+                    for name, reading in getattr(tick.seen[robot], field).items()
+                ],
                 frames=frames,
                 looks=tick.looks if tick.events else None,
                 closing=[
@@ -115,9 +142,9 @@ class Recorder:
             )
         )
 
-    def event(self, robot: str, event: Event) -> None:
+    def event(self, robot: str, event: RobotEvent) -> None:
         """Record what happened to a robot outside of ticks."""
-        self._put(Job(time=event.time, messages=[(f"/{robot}/events", event_message(robot, event))]))
+        self._put(Batch(time=event.time, messages=[(f"/{robot}/events", event_message(robot, event))]))
 
     def close(self) -> None:
         """Write what waits and end the file; more calls do nothing."""
@@ -150,14 +177,14 @@ class Recorder:
         ]
         return [(f"/{robot}/{kind}", message) for kind, message in messages]
 
-    def _put(self, job: Job) -> None:
+    def _put(self, batch: Batch) -> None:
         if self._closed:
             raise RecordingError("this recording is closed; nothing more can be written to it")
         while True:
             if self._failure is not None:
                 raise self._failure
             try:
-                self._queue.put(job, timeout=KEPT_BACK)
+                self._queue.put(batch, timeout=KEPT_BACK)
             except queue.Full:
                 continue  # The thread may have failed meanwhile.
             return
@@ -174,36 +201,30 @@ class Recorder:
     def _work(self) -> None:
         try:
             try:
-                self._write_jobs()
+                self._write_batches()
             finally:
                 self._writer.close()
         # Whatever it is, it is raised again in the thread of the loop.
         except BaseException as error:
             self._failure = error
 
-    def _write_jobs(self) -> None:
-        """Write jobs until there are no more; end a chunk when it is old, on the clock or in simulated time."""
-        first: Job | None = None
+    def _write_batches(self) -> None:
+        """Write batches until there are no more; end a chunk when it is old, on the clock or in simulated time."""
+        first: Batch | None = None
         began = 0.0
         while True:
             try:
                 wait = None if first is None else max(0.0, began + KEPT_BACK - time.perf_counter())
-                job = self._queue.get(timeout=wait)
+                batch = self._queue.get(timeout=wait)
             except queue.Empty:
                 self._writer.flush()
                 first = None
                 continue
-            if job is None:
+            if batch is None:
                 return
-            self._writer.put(job)
+            self._writer.put(batch)
             if first is None:
-                first, began = job, time.perf_counter()
-            if job.time - first.time >= KEPT_BACK or time.perf_counter() - began >= KEPT_BACK:
+                first, began = batch, time.perf_counter()
+            if batch.time - first.time >= KEPT_BACK or time.perf_counter() - began >= KEPT_BACK:
                 self._writer.flush()
                 first = None
-
-
-def _pictures(seen: Mapping[str, Observation]) -> list[tuple[str, CameraFrame]]:
-    return [
-        (f"{robot}/{name}", frame) for robot, observation in seen.items() for name, frame in observation.cameras.items()
-    ]

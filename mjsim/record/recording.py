@@ -1,10 +1,10 @@
 """A recording in memory: arrays by robot, one row a tick."""
 
-import json
 import math
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Collection, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -13,13 +13,17 @@ from numpy.typing import NDArray
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import Observation, Picture, Sighting
-from mjsim.record.file import picture_of, raw_messages
-from mjsim.record.messages import covariance_of, names_of, observation_of
-from mjsim.record.tick import Event
-from mjsim.world import World
-from mjsim.world.events import Event as WorldEvent
-from mjsim.world.looks import Looks, looks_after
-from mjsim.world.sensors import Camera
+from mjsim.models import picture_size
+from mjsim.record.file import RawMessage, picture_of, raw_messages
+from mjsim.record.joints import JointTrack
+from mjsim.record.messages import covariance_of, event_of, names_of, observation_of
+from mjsim.record.numbers import Message
+from mjsim.record.parse import content_of, reading, value_of
+from mjsim.record.readings import CODECS
+from mjsim.record.tick import RobotEvent
+from mjsim.world import AnySensor, Camera, Lidar, Looks, World, WorldEvent, looks_after, name_of
+
+T = TypeVar("T")
 
 SAME_TIME = 1e-6
 """Times that differ less are the same [s]."""
@@ -47,7 +51,9 @@ class Track:
     time: Array
     """Shape (N,) [s]."""
     truth: Array
-    """Shape (N, 3), world frame."""
+    """Seen from above, shape (N, 3), world frame."""
+    truth_pose: Array
+    """Of the base in space: position and unit quaternion (x, y, z, qx, qy, qz, qw), world frame, shape (N, 7)."""
     odometry: Array
     """Dead reckoning, shape (N, 3)."""
     odometry_covariance: Array
@@ -66,7 +72,7 @@ class Track:
     nothing."""
     innovations: tuple[tuple[tuple[Hashable, Array, Array], ...], ...]
     """One tuple a tick: name, nu (2,), S (2, 2)."""
-    events: tuple[Event, ...]
+    events: tuple[RobotEvent, ...]
 
     def at(self, rows: NDArray[np.intp]) -> "Track":
         """Return some rows of it; events stay."""
@@ -75,6 +81,7 @@ class Track:
             self,
             time=self.time[rows],
             truth=self.truth[rows],
+            truth_pose=self.truth_pose[rows],
             odometry=self.odometry[rows],
             odometry_covariance=self.odometry_covariance[rows],
             estimate=self.estimate[rows],
@@ -108,6 +115,8 @@ class Recording:
     things: Mapping[str, Array] = field(default_factory=dict)
     """Where each thing was that can move but robots, (x, y, heading), shape (N, 3) [m, m, rad], by its name in the
     scene; NaN once it was taken away. Of a door the hinge, and the heading of its leaf."""
+    joints: Mapping[str, JointTrack] = field(default_factory=dict)
+    """How the joints of each arm moved, by 'robot/arm'; the wheels of a base that balances by 'robot/drive'."""
     clock: Array
     """Time on the clock of each tick, counted from when the recording was begun, shape (N,) [s]."""
     module_seconds: Mapping[str, Array]
@@ -155,6 +164,7 @@ class Recording:
             },
             events=tuple(event for event in self.events if event.time <= until),
             things={name: places[rows] for name, places in self.things.items()},
+            joints={name: track.at(rows) for name, track in self.joints.items()},
             clock=self.clock[rows],
             module_seconds={part: seconds[rows] for part, seconds in self.module_seconds.items()},
         )
@@ -182,7 +192,71 @@ class Recording:
 
         Raises:
             UsageError: There is no such robot or camera.
+            RecordingError: A picture is not as mjsim writes it.
         """
+        for _, stamp, data, form in self._pictures(robot, camera):
+            yield stamp, data, form
+
+    def images(self, robot: str, camera: str) -> Iterator[tuple[float, Picture]]:
+        """Yield stamp [s] and RGB picture, shape (height, width, 3), of a camera, read one after the other.
+
+        Raises:
+            UsageError: There is no such robot or camera.
+            RecordingError: A picture is not as mjsim writes it, or of another size than the camera's.
+        """
+        cameras = [sensor for sensor in self._sensors(robot) if isinstance(sensor, Camera)]
+        sizes = {sensor.camera: (sensor.width, sensor.height) for sensor in cameras}
+        for message, stamp, data, _ in self._pictures(robot, camera):
+            with reading(message, path=self.path):
+                if picture_size(data) != sizes[camera]:
+                    raise ValueError("a picture of another size than the camera's")
+                picture = decode_picture(data)
+            yield stamp, picture
+
+    def observations(self, robot: str) -> Iterator[Observation]:
+        """Yield the observations that a robot's modules were given, exactly, but without pictures.
+
+        Raises:
+            RecordingError: One is not as mjsim writes it.
+        """
+        for message in raw_messages(self.path, topics={f"/{robot}/observation"}):
+            yield self.observation_in(message)[0]
+
+    def observation_in(self, message: RawMessage) -> tuple[Observation, dict[str, float]]:
+        """Return the observation in a message, and camera -> stamp of each picture that came with it [s].
+
+        Raises:
+            RecordingError: It is not as mjsim writes it, or of sensors that the robot does not have.
+        """
+        robot = message.topic.split("/")[1]
+        content = content_of(message, path=self.path)
+        with reading(message, path=self.path):
+            seen = observation_of(content)
+            stamps = {item["name"]: item["stamp"] for item in content["cameras"]}
+            _check_fit(seen, self._sensors(robot))
+            if unknown := stamps.keys() - {name for of, name in self.cameras() if of == robot}:
+                raise ValueError(f"a picture of '{min(unknown):.40}', which is no camera of the robot")
+        return seen, stamps
+
+    def event_in(self, message: RawMessage) -> RobotEvent:
+        """Return the event in a message on '/R/events'; raises RecordingError when it is not as mjsim writes it."""
+        return value_of(message, event_of, path=self.path)
+
+    def is_observed(self, robot: str) -> bool:
+        """Return whether there are observations of a robot: whether something drove it."""
+        return next(self.messages(f"/{robot}/observation"), None) is not None
+
+    def joint_covariances(self, robot: str) -> Iterator[tuple[float, tuple[Hashable, ...], Array]]:
+        """Yield time [s], names of n landmarks and joint covariance (3 + 2 n, 3 + 2 n), where a tick has one.
+
+        Raises:
+            RecordingError: One is not as mjsim writes it.
+        """
+        for message in raw_messages(self.path, topics={f"/{robot}/covariance"}):
+            yield value_of(message, _joint_covariance, path=self.path)
+
+    def _pictures(self, robot: str, camera: str) -> Iterator[tuple[RawMessage, float, bytes, str]]:
+        """Yield message, stamp [s], file contents and format of each picture of a camera."""
         name = f"{robot}/{camera}"
         if (robot, camera) not in self.cameras():
             known = did_you_mean(name, ("/".join(pair) for pair in self.cameras()))
@@ -192,33 +266,47 @@ class Recording:
         stamp = math.nan
         for message in raw_messages(self.path, topics={observed, picture}):
             if message.topic == observed:
-                given = json.loads(message.data)["cameras"]
+                given = content_of(message, path=self.path)["cameras"]
                 stamp = next((item["stamp"] for item in given if item["name"] == camera), math.nan)
             else:
-                yield (stamp, *picture_of(message.data))
+                with reading(message, path=self.path):
+                    data, form = picture_of(message.data)
+                yield message, stamp, data, form
 
-    def images(self, robot: str, camera: str) -> Iterator[tuple[float, Picture]]:
-        """Yield stamp [s] and RGB picture, shape (height, width, 3), of a camera, read one after the other.
+    def _sensors(self, robot: str) -> tuple[AnySensor, ...]:
+        """Return the sensors that a robot has in the world; none for one that is not there."""
+        return next((each.sensors for each in self.world.robots if each.name == robot), ())
 
-        Raises:
-            UsageError: There is no such robot or camera.
-        """
-        for stamp, data, _ in self.pictures(robot, camera):
-            yield stamp, decode_picture(data)
 
-    def observations(self, robot: str) -> Iterator[Observation]:
-        """Yield the observations that a robot's modules were given, exactly, but without pictures."""
-        for data in self.messages(f"/{robot}/observation"):
-            yield observation_of(json.loads(data))
+def _check_fit(seen: Observation, sensors: Collection[AnySensor]) -> None:
+    """Raise ValueError for a reading of a sensor that the robot does not have in the world."""
+    names = {name_of(sensor) for sensor in sensors}
+    beams = {sensor.lidar: sensor.beams for sensor in sensors if isinstance(sensor, Lidar)}
+    for codec in CODECS:
+        if codec.tables is not None:
+            value = getattr(seen, codec.field)
+            for name in value if isinstance(value, Mapping) else (reading.name for reading in value):
+                if name not in names:
+                    raise ValueError(f"a reading of '{name:.40}', which is no sensor of the robot")
+    for name, scan in seen.scans.items():
+        if {len(scan.ranges), len(scan.ranges if scan.intensities is None else scan.intensities)} != {beams.get(name)}:
+            raise ValueError(f"a scan of {len(scan.ranges)} beams; '{name:.40}' has {beams.get(name, 0)}")
 
-    def joint_covariances(self, robot: str) -> Iterator[tuple[float, tuple[Hashable, ...], Array]]:
-        """Yield time [s], names of n landmarks and joint covariance (3 + 2 n, 3 + 2 n), where a tick has one."""
-        for data in self.messages(f"/{robot}/covariance"):
-            message = json.loads(data)
-            yield message["time"], names_of(message), covariance_of(message)
+
+def _joint_covariance(message: Message) -> tuple[float, tuple[Hashable, ...], Array]:
+    names, size = names_of(message), message["size"]
+    if size != 3 + 2 * len(names) or len(message["lower"]) < size * (size + 1) // 2 * 8:
+        raise ValueError(f"a covariance of {size} rows for {len(names)} landmarks")
+    return message["time"], names, covariance_of(message)
 
 
 def decode_picture(data: bytes) -> Picture:
-    """Return the RGB picture of a JPEG or PNG file's contents, shape (height, width, 3)."""
+    """Return the RGB picture of a JPEG or PNG file's contents, shape (height, width, 3).
+
+    Raises:
+        ValueError: It is broken.
+    """
     picture = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_COLOR_RGB)
+    if picture is None:
+        raise ValueError("a broken picture")
     return np.asarray(picture, dtype=np.uint8)

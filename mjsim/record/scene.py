@@ -16,11 +16,11 @@ from foxglove.messages import (
     Timestamp,
     Vector3,
 )
-from foxglove.messages import Pose as Pose3
+from foxglove.messages import Pose as FoxglovePose
 
-from mjsim.geometry import Array, Pose
+from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import CameraFrame, Intrinsics, Scan
-from mjsim.record.messages import nanoseconds
+from mjsim.record.numbers import nanoseconds
 
 JPEG_QUALITY = 90
 
@@ -28,11 +28,6 @@ JPEG_QUALITY = 90
 def stamp(time: float) -> Timestamp:
     """Return a simulated time as Foxglove's messages hold it."""
     return Timestamp(*divmod(nanoseconds(time), 1_000_000_000))
-
-
-def turned(heading: float) -> Quaternion:
-    """Return the rotation of a heading [rad]."""
-    return Quaternion(z=math.sin(heading / 2), w=math.cos(heading / 2))
 
 
 def picture_message(frame: CameraFrame, frame_id: str) -> CompressedImage:
@@ -48,7 +43,7 @@ def laser_message(scan: Scan, frame_id: str) -> LaserScan:
     return LaserScan(
         timestamp=stamp(scan.stamp),
         frame_id=frame_id,
-        pose=Pose3(position=Vector3(), orientation=Quaternion(w=1.0)),
+        pose=FoxglovePose(position=Vector3(), orientation=Quaternion(w=1.0)),
         start_angle=scan.angle_min,
         end_angle=scan.angle_min + scan.angle_increment * (len(scan.ranges) - 1),
         ranges=scan.ranges.tolist(),
@@ -91,7 +86,7 @@ def mount(outer: str, inner: str, outer_from_inner: Array) -> Mount:
     return Mount(outer, inner, Vector3(x=x, y=y, z=z), Quaternion(x=qx, y=qy, z=qz, w=qw))
 
 
-def frames_message(time: float, poses: Mapping[str, Pose], mounts: Sequence[Mount]) -> FrameTransforms:
+def frames_message(time: float, poses: Mapping[str, Pose | Pose3], mounts: Sequence[Mount]) -> FrameTransforms:
     """Return all frames at a simulated time [s]: those with a pose in the world, and those fixed in them."""
     now = stamp(time)
     moving = [
@@ -99,8 +94,8 @@ def frames_message(time: float, poses: Mapping[str, Pose], mounts: Sequence[Moun
             timestamp=now,
             parent_frame_id="world",
             child_frame_id=name,
-            translation=Vector3(x=float(pose.x), y=float(pose.y)),
-            rotation=turned(pose.heading),
+            translation=_translation(pose),
+            rotation=_rotation(pose),
         )
         for name, pose in poses.items()
     ]
@@ -115,6 +110,19 @@ def frames_message(time: float, poses: Mapping[str, Pose], mounts: Sequence[Moun
         for item in mounts
     ]
     return FrameTransforms(transforms=moving + fixed)
+
+
+def _translation(pose: Pose | Pose3) -> Vector3:
+    if isinstance(pose, Pose3):
+        return Vector3(x=pose.x, y=pose.y, z=pose.z)
+    return Vector3(x=float(pose.x), y=float(pose.y))
+
+
+def _rotation(pose: Pose | Pose3) -> Quaternion:
+    if isinstance(pose, Pose3):
+        return Quaternion(x=pose.qx, y=pose.qy, z=pose.qz, w=pose.qw)
+    half = pose.heading / 2
+    return Quaternion(z=math.sin(half), w=math.cos(half))
 
 
 def quaternion(rotation: Array) -> Array:

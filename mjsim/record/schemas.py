@@ -1,258 +1,208 @@
 """JSON Schemas of the topics that are written as JSON.
 
-Foxglove reads JSON Schema without unions and without arrays in arrays, so a matrix is a flat list, row by row, and
-what is not there is left out. Where a topic's schema carries the name of one of Foxglove's own, its messages hold
-that schema's fields and exact numbers beside them.
+Where a topic's schema carries the name of one of Foxglove's own, its messages hold that schema's fields and exact
+numbers beside them. What stands in an observation has its schema beside its codec, in `readings`.
 """
 
-from typing import Any
+from typing import get_args
 
-Schema = dict[str, Any]
+from mjsim.record.json_schema import (
+    Schema,
+    boolean,
+    integer,
+    keyed,
+    listed,
+    number,
+    numbers,
+    one_of,
+    packed,
+    text,
+    topic,
+)
+from mjsim.record.readings import CODECS, SIGHTINGS_SCHEMA
+from mjsim.record.tick import EventKind
 
-EXACT = "Numbers are IEEE doubles, written so that they read back exactly; null stands for +infinity."
-
-
-def _number(description: str) -> Schema:
-    return {"type": "number", "description": description}
-
-
-def _numbers(description: str) -> Schema:
-    return {"type": "array", "items": {"type": "number"}, "description": description}
-
-
-def _text(description: str) -> Schema:
-    return {"type": "string", "description": description}
-
-
-def _packed(rows: str) -> Schema:
-    description = f"Little-endian doubles, row by row: {rows}"
-    return {"type": "string", "contentEncoding": "base64", "description": description}
-
-
-def _object(properties: Schema, description: str = "") -> Schema:
-    return {"type": "object", "description": description, "properties": properties}
-
-
-def _list(item: Schema, description: str) -> Schema:
-    return {"type": "array", "items": item, "description": description}
-
-
-def _topic(title: str, description: str, properties: Schema) -> Schema:
-    return {"title": title} | _object({"time": TIME} | properties, f"{description} {EXACT}")
-
-
-TIME = _number("Simulated time [s]")
-_STAMP = _object({"sec": {"type": "integer"}, "nsec": {"type": "integer"}}, "Simulated time, rounded to 1 ns")
+_STAMP = keyed({"sec": {"type": "integer"}, "nsec": {"type": "integer"}}, "Simulated time, rounded to 1 ns")
 _XYZ: Schema = {axis: {"type": "number"} for axis in "xyz"}
-_POSE = _object({"position": _object(_XYZ, "[m]"), "orientation": _object(_XYZ | {"w": {"type": "number"}})})
-_FRAME = {"timestamp": _STAMP, "frame_id": _text("Frame of the poses")}
-_NUMBERED: Schema = {"type": "boolean", "description": "Whether the name is a whole number"}
-_SIGHTING = _object(
+_POSE = keyed({"position": keyed(_XYZ, "[m]"), "orientation": keyed(_XYZ | {"w": {"type": "number"}})})
+_FRAME = {"timestamp": _STAMP, "frame_id": text("Frame of the poses")}
+_NUMBERED: Schema = boolean("Whether the name is a whole number")
+_COMMAND = keyed(
     {
-        "stamp": _number("[s]"),
-        "name": _text("Left out when the sensor cannot tell"),
-        "range": _number("Horizontal, from the robot's origin [m]"),
-        "bearing": _number("From the robot's x axis, left positive [rad]"),
-        "covariance": _numbers("Of (range, bearing), 2 x 2"),
-        "corners": _numbers("u, v of 4 corners from the picture's own top left clockwise [px]; left out without"),
-    }
-)
-_SCAN = _object(
-    {
-        "name": _text("Of the lidar"),
-        "stamp": _number("[s]"),
-        "angle_min": _number("Of the first beam, left positive [rad]"),
-        "angle_increment": _number("From beam to beam [rad]"),
-        "range_min": _number("[m]"),
-        "range_max": _number("[m]"),
-        "ranges": _packed("one a beam [m]; infinite as ROS REP 117 has it"),
-        "intensities": _packed("one a beam; left out unless the lidar tells"),
-    }
-)
-_SIGHTINGS = _list(_SIGHTING, "Beacons seen")
-_COMMAND = _object(
-    {
-        "messages": _list({"type": "string"}, "Sent to other robots, as JSON; left out without"),
-        "forward": _number("[m/s]"),
-        "left": _number("[m/s]"),
-        "turn": _number("Counter-clockwise [rad/s]"),
-        "wheels": _numbers("[rad/s], instead of the others"),
-    }
+        "messages": listed({"type": "string"}, "Sent to other robots, as JSON; left out without"),
+        "forward": number("[m/s]"),
+        "left": number("[m/s]"),
+        "turn": number("Counter-clockwise [rad/s]"),
+        "wheels": numbers("[rad/s], instead of the others"),
+        "joints": listed(
+            keyed(
+                {
+                    "arm": text("Name"),
+                    "positions": numbers("[rad], or [m] of joints that slide"),
+                    "velocities": numbers("[rad/s], or [m/s]"),
+                    "accelerations": numbers("[rad/s^2], or [m/s^2]"),
+                    "torques": numbers("[N m], or [N]"),
+                },
+                optional=("velocities", "accelerations", "torques"),
+            ),
+            "Goals of arms; left out without",
+        ),
+    },
+    optional=("messages", "forward", "left", "turn", "wheels", "joints"),
 )
 
-POSE = _topic(
+POSE = topic(
     "foxglove.PoseInFrame",
     "A pose in the plane.",
     _FRAME
     | {
         "pose": _POSE,
-        "heading": _number("Counter-clockwise from x [rad]"),
-        "covariance": _numbers("Of (x, y, heading), 3 x 3; left out for the truth"),
+        "heading": number("Counter-clockwise from x [rad]"),
+        "covariance": numbers("Of (x, y, heading), 3 x 3; left out for the truth", count=9),
     },
+    optional=("covariance",),
 )
-LANDMARKS = _topic(
+LANDMARKS = topic(
     "foxglove.PosesInFrame",
     "The estimated map, whole, whenever it has changed.",
     _FRAME
     | {
-        "poses": _list(_POSE, "Position of each landmark"),
-        "names": _list({"type": "string"}, "Of each landmark"),
-        "numbered": _list({"type": "boolean"}, "Whether a name is a whole number"),
-        "covariances": _numbers("Of (x, y), 2 x 2, one after the other [m^2]"),
+        "poses": listed(_POSE, "Position of each landmark"),
+        "names": listed({"type": "string"}, "Of each landmark"),
+        "numbered": listed({"type": "boolean"}, "Whether a name is a whole number"),
+        "covariances": numbers("Of (x, y), 2 x 2, one after the other [m^2]"),
     },
 )
-OBSERVATION = _topic(
+OBSERVATION = topic(
     "mjsim.Observation",
     "Every number that a robot's modules were given.",
-    {
-        "dt": _number("Since the last tick [s]"),
-        "odometry": _object(
-            {
-                "forward": _number("[m]"),
-                "left": _number("[m]"),
-                "turn": _number("[rad]"),
-                "covariance": _numbers("3 x 3"),
-            },
-            "Motion since the last tick as the wheels tell it",
-        ),
-        "sightings": _SIGHTINGS,
-        "proximity": _numbers("Ring of ranges, first ahead, then counter-clockwise [m]"),
-        "bump": _numbers("Bearings of contacts, left positive [rad]"),
-        "cameras": _list(_object({"name": _text("Of the camera"), "stamp": _number("[s]")}), "Pictures given"),
-        "scans": _list(_SCAN, "Of lidars, where due"),
-        "imu": _list(
-            _object({"name": _text("Of the sensor"), "readings": _packed("stamp, acceleration x y z, turn x y z")}),
-            "Since the last tick",
-        ),
-        "messages": _list(
-            _object({"sender": _text("Robot"), "stamp": _number("[s]"), "text": _text("Content as JSON")}),
-            "What the radio brought",
-        ),
-    },
+    {"dt": number("Since the last tick [s]")} | {codec.field: codec.schema for codec in CODECS},
+    optional=[codec.field for codec in CODECS if codec.optional or codec.sparse],
 )
-IMU = _topic(
-    "mjsim.Imu",
-    "Readings of inertial sensors since the last tick.",
-    {
-        "readings": _list(
-            _object(
-                {
-                    "name": _text("Of the sensor"),
-                    "stamp": _number("[s]"),
-                    "acceleration": _object(_XYZ, "Specific force in the sensor's frame [m/s^2]"),
-                    "turn": _object(_XYZ, "Angular velocity in the sensor's frame [rad/s]"),
-                }
-            ),
-            "In time, one sensor after the other",
-        )
-    },
+SIGHTINGS = topic(
+    "mjsim.Sightings", "All sightings of a tick, of sensors and observer.", {"sightings": SIGHTINGS_SCHEMA}
 )
-IDENTITIES = _topic(
-    "mjsim.Identities",
-    "Which beacons the sensors truly saw; no module is told.",
-    {"names": _list({"type": "string"}, "Of each of the first sightings of the tick; empty for one of nothing")},
-)
-SIGHTINGS = _topic("mjsim.Sightings", "All sightings of a tick, of sensors and observer.", {"sightings": _SIGHTINGS})
-INNOVATIONS = _topic(
+INNOVATIONS = topic(
     "mjsim.Innovations",
     "What the estimator was surprised by.",
     {
-        "innovations": _list(
-            _object(
+        "innovations": listed(
+            keyed(
                 {
-                    "name": _text("Of the landmark"),
+                    "name": text("Of the landmark"),
                     "numbered": _NUMBERED,
-                    "nu": _numbers("[m, rad]"),
-                    "S": _numbers("Covariance of nu, 2 x 2"),
+                    "nu": numbers("[m, rad]", count=2),
+                    "S": numbers("Covariance of nu, 2 x 2", count=4),
                 }
             ),
             "One a sighting used",
         )
     },
 )
-COVARIANCE = _topic(
+COVARIANCE = topic(
     "mjsim.JointCovariance",
     "Of the pose, then of each landmark.",
     {
-        "names": _list({"type": "string"}, "Of each landmark"),
-        "numbered": _list({"type": "boolean"}, "Whether a name is a whole number"),
-        "size": {"type": "integer", "description": "Rows of the matrix"},
-        "lower": _packed("the lower triangle"),
+        "names": listed({"type": "string"}, "Of each landmark"),
+        "numbered": listed({"type": "boolean"}, "Whether a name is a whole number"),
+        "size": integer("Rows of the matrix"),
+        "lower": packed("the lower triangle"),
     },
 )
-COMMAND = _topic(
+JOINTS = topic(
+    "mjsim.Joints",
+    "How the joints of an arm move; in m and N where they slide.",
+    {
+        "names": listed({"type": "string"}, "Of the joints"),
+        "positions": numbers("[rad]"),
+        "velocities": numbers("[rad/s]"),
+        "accelerations": numbers("In the last step of the physics [rad/s^2]"),
+        "torques": numbers("Of the motors, at the joints [N m]"),
+        "goal": numbers("Where they should be [rad]"),
+    },
+)
+COMMAND = topic(
     "mjsim.Command", "What the drive is told, and what the navigator wanted.", {"command": _COMMAND, "wanted": _COMMAND}
 )
-EVENT = _topic(
+EVENT = topic(
     "foxglove.Log",
     "Something that happened to a robot.",
     {
         "timestamp": _STAMP,
-        "level": {"type": "integer", "description": "2 information, 3 warning, 4 error"},
-        "message": _text("For people"),
-        "name": _text("Of the robot"),
-        "file": _text("Empty"),
-        "line": {"type": "integer", "description": "0"},
-        "kind": _text("bump, blocked, fault or changed"),
-        "bearing": _number("Where it was touched, left positive [rad]; left out otherwise"),
+        "level": integer("2 information, 3 warning, 4 error"),
+        "message": text("For people"),
+        "name": text("Of the robot"),
+        "file": text("Empty"),
+        "line": integer("0"),
+        "kind": one_of(get_args(EventKind), "What happened"),
+        "bearing": number("Where it was touched, left positive [rad]; left out otherwise"),
     },
+    optional=("bearing",),
 )
-WORLD_EVENT = _topic(
+WORLD_EVENT = topic(
     "foxglove.Log",
     "Something that happened to the world.",
     {
         "timestamp": _STAMP,
-        "level": {"type": "integer", "description": "2, information"},
-        "message": _text("For people"),
-        "name": _text("world"),
-        "file": _text("Empty"),
-        "line": {"type": "integer", "description": "0"},
-        "event": _object(
+        "level": integer("2, information"),
+        "message": text("For people"),
+        "name": text("world"),
+        "file": text("Empty"),
+        "line": integer("0"),
+        "event": keyed(
             {
-                "move": _text("What was put down elsewhere"),
-                "to": _numbers("x, y [m]"),
-                "heading_deg": _number("Left out when it stayed as it was"),
-                "open": _text("Door"),
-                "angle_deg": _number("Positive to the left side of the wall"),
-                "close": _text("Door"),
-                "light": _number("General light"),
-                "lamp": _text("Name"),
-                "brightness": _number("Of the lamp"),
-                "remove": _text("What was taken away"),
+                "time": number("First tick not before it [s]"),
+                "move": text("What was put down elsewhere"),
+                "to": numbers("x, y [m]"),
+                "heading_deg": number("Left out when it stayed as it was"),
+                "open": text("Door"),
+                "angle_deg": number("Positive to the left side of the wall"),
+                "close": text("Door"),
+                "light": number("General light"),
+                "lamp": text("Name"),
+                "brightness": number("Of the lamp"),
+                "remove": text("What was taken away"),
+                "shove": text("Robot or obstacle"),
+                "impulse": numbers("x, y, z [N s]"),
+                "seconds": number("How long the push takes [s]"),
             },
             "With the keys of `run: events:` in a world file",
+            optional=(
+                *("move", "to", "heading_deg", "open", "angle_deg", "close"),
+                *("light", "lamp", "brightness", "remove", "shove", "impulse", "seconds"),
+            ),
         ),
     },
 )
-THINGS = _topic(
+THINGS = topic(
     "mjsim.Things",
     "Where everything is that can move but robots; of a door its hinge, and the heading of its leaf.",
     {
-        "things": _list(
-            _object(
+        "things": listed(
+            keyed(
                 {
-                    "name": _text("'obstacle/NAME' or 'door/NAME'"),
-                    "x": _number("World frame [m]"),
-                    "y": _number("World frame [m]"),
-                    "heading": _number("Counter-clockwise from x [rad]"),
+                    "name": text("'obstacle/NAME' or 'door/NAME'"),
+                    "x": number("World frame [m]"),
+                    "y": number("World frame [m]"),
+                    "heading": number("Counter-clockwise from x [rad]"),
                 }
             ),
             "Without what was taken away",
         )
     },
 )
-STATE = _topic(
+STATE = topic(
     "mjsim.State",
     "State of MuJoCo; the last message of each tick.",
-    {"qpos": _numbers("qpos"), "qvel": _numbers("qvel")},
+    {"qpos": numbers("qpos"), "qvel": numbers("qvel")},
 )
-TIMING = _topic(
+TIMING = topic(
     "mjsim.Timing",
     "Wall-clock time; the one topic that differs between equal runs.",
     {
-        "clock": _number("Since the recording began [s]"),
-        "parts": _list(
-            _object({"part": _text("'ROBOT/module' or 'loop/part'"), "seconds": _number("[s]")}), "Cost of this tick"
+        "clock": number("Since the recording began [s]"),
+        "parts": listed(
+            keyed({"part": text("'ROBOT/module' or 'loop/part'"), "seconds": number("[s]")}), "Cost of this tick"
         ),
     },
 )
@@ -270,7 +220,11 @@ ROBOT_TOPICS = {
     "events": EVENT,
 }
 """Topics of robot R are '/R/' and one of these names; its pictures are '/R/CAMERA/image', its scans '/R/scan'."""
-SENSOR_TOPICS = {"beacons": ("identities", IDENTITIES), "imu": ("imu", IMU)}
+ARM_TOPICS = {"joints": JOINTS, "tool": POSE}
+"""Topics of an arm are '/R/ARM/' and one of these names."""
+SENSOR_TOPICS = {
+    codec.sensor: (codec.topic.name, codec.topic.schema) for codec in CODECS if codec.sensor and codec.topic
+}
 """Topics that only a robot with a sensor of a kind has."""
 
 WORLD_TOPICS = {"/events": WORLD_EVENT, "/things": THINGS, "/state": STATE, "/timing": TIMING}

@@ -4,21 +4,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from mjsim.geometry import Array, Pose
+from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import Command, Estimate, Observation, Sighting, WheelCommand
-from mjsim.world.events import Event as WorldEvent
-from mjsim.world.looks import Looks
+from mjsim.mechanics import JointMotion
+from mjsim.world import Looks, WorldEvent
+
+EventKind = Literal["bump", "blocked", "fault", "changed"]
+"""bump: it touched something; blocked: a command was not let through; fault: a module failed; changed: somebody changed
+how far it errs."""
 
 
 @dataclass(frozen=True, slots=True)
-class Event:
+class RobotEvent:
     """Something that happened to a robot."""
 
     time: float
     """[s]"""
-    kind: Literal["bump", "blocked", "fault", "changed"]
-    """bump: it touched something; blocked: a command was not let through; fault: a module failed; changed: somebody
-    changed how far it errs."""
+    kind: EventKind
     text: str
     """For people."""
     bearing: float | None = None
@@ -40,7 +42,7 @@ class Order:
     """Shape (3, 3) [m, m, rad]."""
     sightings: tuple[Sighting, ...] = ()
     """All of this tick, of the sensor and of the observer."""
-    events: tuple[Event, ...] = ()
+    events: tuple[RobotEvent, ...] = ()
     timing: Mapping[str, float] = field(default_factory=dict)
     """Wall-clock time of each module [s]."""
 
@@ -52,6 +54,9 @@ class Tick:
     time: float
     """[s]"""
     truth: Mapping[str, Pose]
+    """Of each robot whose place is known, seen from above, world frame."""
+    poses: Mapping[str, Pose3]
+    """Of the same robots: the pose of the base in space, world frame."""
     seen: Mapping[str, Observation]
     orders: Mapping[str, Order]
     qpos: Array
@@ -63,6 +68,8 @@ class Tick:
     """What has happened to the world since the tick before."""
     things: Mapping[str, Pose] = field(default_factory=dict)
     """Where everything is that can move but robots, by its name in the scene: `obstacle/NAME`, `door/NAME`."""
+    joints: Mapping[str, JointMotion] = field(default_factory=dict)
+    """How the joints of each arm move, by `ROBOT/ARM`."""
     looks: Looks | None = None
     """Light, and what is no longer there; None in a world that knows no such thing."""
     identities: Mapping[str, tuple[str | None, ...]] = field(default_factory=dict)

@@ -1,43 +1,40 @@
 """The recording as a file being written: its head, its channels and its chunks."""
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from importlib.metadata import version
-from pathlib import Path
-from typing import Self
+from typing import Any
 
 from foxglove import Channel, Context, open_mcap
-from foxglove.channels import (
-    CameraCalibrationChannel,
-    CompressedImageChannel,
-    FrameTransformsChannel,
-    LaserScanChannel,
-    SceneUpdateChannel,
-)
+from foxglove.channels import FrameTransformsChannel, SceneUpdateChannel
 from foxglove.mcap import MCAPWriteOptions
 
+from mjsim.closing import Closes
 from mjsim.errors import RecordingError, WorldError
-from mjsim.geometry import Array, Pose
-from mjsim.interface import CameraFrame, Estimate, RobotInfo, Scan, SensorInfo
+from mjsim.geometry import Array, Pose, Pose3
+from mjsim.interface import Estimate, RobotInfo
+from mjsim.output import NewFile
 from mjsim.record.file import FILES, METADATA_NAME, WORLD_NAME
 from mjsim.record.map import looks_update, map_update
-from mjsim.record.messages import Message, covariance_message, encode, nanoseconds
-from mjsim.record.scene import calibration_message, frames_message, laser_message, mount, picture_message
-from mjsim.record.schemas import ROBOT_TOPICS, SENSOR_TOPICS, WORLD_TOPICS
-from mjsim.world import World, parse_world
-from mjsim.world.bodies import ModelBody
-from mjsim.world.layout import escaped
-from mjsim.world.looks import Looks
-from mjsim.world.source import Source
-from mjsim.world.things import ModelObstacle
+from mjsim.record.messages import covariance_message, encode
+from mjsim.record.numbers import Message, nanoseconds
+from mjsim.record.readings import CODECS, DrawnTopic
+from mjsim.record.scene import frames_message, mount
+from mjsim.record.schemas import ARM_TOPICS, ROBOT_TOPICS, SENSOR_TOPICS, WORLD_TOPICS
+from mjsim.world import Looks, ModelBody, ModelObstacle, Source, World, escaped, is_preset_file, parse_world
 
 VERSIONED = ("mjsim", "mujoco", "numpy", "opencv-python-headless", "foxglove-sdk")
 """Packages whose versions are noted."""
 
 
+Drawn = tuple[DrawnTopic, str, str, Any]
+"""How it is drawn, robot, sensor, and what the sensor gave."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Job:
+class Batch:
     """What one tick, or one event outside of ticks, adds to the file."""
 
     time: float
@@ -46,11 +43,9 @@ class Job:
     """Topic and JSON message, in the order of the file."""
     joints: Sequence[tuple[str, Estimate, Array]] = ()
     """Topic, estimate, joint covariance."""
-    pictures: Sequence[tuple[str, CameraFrame]] = ()
-    """'ROBOT/CAMERA' and what it gave."""
-    scans: Sequence[tuple[str, str, Scan]] = ()
-    """Robot, lidar and what it gave."""
-    frames: Mapping[str, Pose] = field(default_factory=dict)
+    drawn: Sequence[Drawn] = ()
+    """Readings that Foxglove draws."""
+    frames: Mapping[str, Pose | Pose3] = field(default_factory=dict)
     """Frame -> pose in the world."""
     looks: Looks | None = None
     """How the world looks now, when that has changed."""
@@ -66,109 +61,129 @@ class Writer:
     """
 
     def __init__(
-        self, path: Path, *, world: World, seed: int, robots: Mapping[str, RobotInfo], metadata: Mapping[str, str]
+        self, place: NewFile, *, world: World, seed: int, robots: Mapping[str, RobotInfo], metadata: Mapping[str, str]
     ) -> None:
-        self._path = path
-        included = world.source.included
-        files = {name: included.get(name) or world.read_asset(name) for name in named_files(world)}
-        text = text_of(world, files)
-        self._file: _File | None = None
-        # Its channels close when it goes.
-        self._context = context = Context()
-        with self._reporting(), ExitStack() as undo:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = undo.enter_context(_File(path))
-            # Chunks end where `flush` ends them, so that each holds whole ticks.
-            options = MCAPWriteOptions(chunk_size=None, compression_threads=0)
-            self._mcap = open_mcap(self._file, context=context, writer_options=options)
-            versions = {f"{name} version": version(name) for name in VERSIONED}
-            self._mcap.write_metadata(METADATA_NAME, versions | dict(metadata) | {"seed": str(seed)})
-            self._attach(WORLD_NAME, "application/yaml", text.encode())
-            for name, data in files.items():
-                self._attach(FILES + name, "application/octet-stream", data)
+        """Write what comes before the first tick; the file is published with the first whole tick, or not at all.
+
+        Args:
+            place: Where the file goes; closed with this writer, also when this fails.
+            world: Where the run takes place.
+            seed: Of the run.
+            robots: What the modules are told of each robot.
+            metadata: Versions, command line and the like.
+        """
+        self._place, self._world, self._whole_ticks = place, world, False
+        with ExitStack() as undo:
+            undo.enter_context(place)
+            self._file = undo.enter_context(_File(place))
+            with self._reporting():
+                self._begin(seed, metadata)
+            self._open_channels(robots)
             undo.pop_all()
+
+    def _begin(self, seed: int, metadata: Mapping[str, str]) -> None:
+        """Open the MCAP file; write its metadata and the world with its files."""
+        included = self._world.source.included
+        self._files = {name: included.get(name) or self._world.read_asset(name) for name in named_files(self._world)}
+        # Its channels close when it goes.
+        self._context = Context()
+        # Chunks end where `flush` ends them, so that each holds whole ticks.
+        options = MCAPWriteOptions(chunk_size=None, compression_threads=0)
+        self._mcap = open_mcap(self._file, context=self._context, writer_options=options)
+        versions = {f"{name} version": version(name) for name in VERSIONED}
+        self._mcap.write_metadata(METADATA_NAME, versions | dict(metadata) | {"seed": str(seed)})
+        self._attach(WORLD_NAME, "application/yaml", text_of(self._world, self._files).encode())
+        for name, data in self._files.items():
+            self._attach(FILES + name, "application/octet-stream", data)
+
+    def _open_channels(self, robots: Mapping[str, RobotInfo]) -> None:
+        """Open a channel for each topic, and write what is said once."""
+        context = self._context
         schemas = {f"/{robot}/{kind}": schema for robot in robots for kind, schema in ROBOT_TOPICS.items()}
         for robot, info in robots.items():
             topics = [SENSOR_TOPICS[each.kind] for each in info.sensors.values() if each.kind in SENSOR_TOPICS]
+            topics += [("drive/joints", ARM_TOPICS["joints"])] if info.balancing is not None else []
+            topics += [(f"{arm}/{kind}", schema) for arm in info.arms for kind, schema in ARM_TOPICS.items()]
             schemas |= {f"/{robot}/{topic}": schema for topic, schema in topics}
+        # A channel's base takes bytes as they are.
         self._json = {
-            topic: Channel(topic, schema=schema, context=context) for topic, schema in (schemas | WORLD_TOPICS).items()
+            topic: Channel(topic, schema=schema, context=context).base
+            for topic, schema in (schemas | WORLD_TOPICS).items()
         }
-        cameras, lidars = sensors_of(robots, "camera"), sensors_of(robots, "lidar")
         self._mounts = [
-            mount(f"{name.rpartition('/')[0]}/base", name, sensor.robot_from_sensor)
-            for name, sensor in (cameras | lidars).items()
+            mount(f"{robot}/base", f"{robot}/{name}", robots[robot].sensors[name].robot_from_sensor)
+            for _, robot, name in drawn_sensors(robots)
         ]
-        scanning = sorted({name.rpartition("/")[0] for name in lidars})
-        self._scans = {robot: LaserScanChannel(f"/{robot}/scan", context=context) for robot in scanning}
-        self._pictures = {name: CompressedImageChannel(f"/{name}/image", context=context) for name in cameras}
+        self._drawings: dict[str, Any] = {}
         self._frames = FrameTransformsChannel("/tf", context=context)
-        self._world, self._files = world, files
         self._map = SceneUpdateChannel("/map", context=context)
-        self._map.log(map_update(world, files), log_time=0)
-        for name, sensor in cameras.items():
-            if sensor.intrinsics is not None:
-                channel = CameraCalibrationChannel(f"/{name}/calibration", context=context)
-                channel.log(calibration_message(sensor.intrinsics, name), log_time=0)
+        self._map.log(map_update(self._world, self._files), log_time=0)
+        for drawing, robot, name in drawn_sensors(robots):
+            topic = drawing.topic(robot, name)
+            if topic not in self._drawings:
+                self._drawings[topic] = drawing.channel(topic, context=context)
+            drawing.begin(context, f"{robot}/{name}", robots[robot].sensors[name])
 
     def _attach(self, name: str, media_type: str, data: bytes) -> None:
         self._mcap.attach(log_time=0, create_time=0, name=name, media_type=media_type, data=data)
 
-    def put(self, job: Job) -> None:
-        """Add a job to the chunk at hand."""
-        log_time = nanoseconds(job.time)
-        for topic, message in job.messages:
+    def put(self, batch: Batch) -> None:
+        """Add a batch to the chunk at hand."""
+        log_time = nanoseconds(batch.time)
+        for topic, message in batch.messages:
             self._log(topic, message, log_time)
-        for topic, estimate, joint in job.joints:
-            self._log(topic, covariance_message(job.time, estimate, joint), log_time)
-        for name, frame in job.pictures:
-            self._pictures[name].log(picture_message(frame, name), log_time=log_time)
-        for robot, name, scan in job.scans:
-            self._scans[robot].log(laser_message(scan, f"{robot}/{name}"), log_time=log_time)
-        if job.looks is not None:
-            self._map.log(looks_update(self._world, self._files, job.looks, time=job.time), log_time=log_time)
-        if job.frames:
-            self._frames.log(frames_message(job.time, job.frames, self._mounts), log_time=log_time)
-        for topic, message in job.closing:
+        for topic, estimate, joint in batch.joints:
+            self._log(topic, covariance_message(batch.time, estimate, joint), log_time)
+        for drawing, robot, name, reading in batch.drawn:
+            message = drawing.message(reading, f"{robot}/{name}")
+            self._drawings[drawing.topic(robot, name)].log(message, log_time=log_time)
+        if batch.looks is not None:
+            self._map.log(looks_update(self._world, self._files, batch.looks, time=batch.time), log_time=log_time)
+        if batch.frames:
+            self._frames.log(frames_message(batch.time, batch.frames, self._mounts), log_time=log_time)
+        for topic, message in batch.closing:
             self._log(topic, message, log_time)
+            self._whole_ticks = True
 
     def _log(self, topic: str, message: Message, log_time: int) -> None:
         try:
             data = encode(message)
         except ValueError as error:
             raise RecordingError(f"{topic} at {message['time']:.3f} s holds NaN or -infinity: {message}") from error
-        self._json[topic].log(data, log_time=log_time)
+        self._json[topic].log(data, log_time)
 
     def flush(self) -> None:
         """End the chunk at hand and give it to the operating system."""
         with self._reporting():
             self._mcap.flush()
+            self._publish()
 
     def close(self) -> None:
-        """End the file."""
-        try:
-            with self._reporting():
-                self._mcap.close()
-        finally:
-            if self._file is not None:
-                self._file.close()
+        """End the file; without a whole tick there is none, and what was at its place before stays."""
+        with self._place, self._file, self._reporting():
+            self._mcap.close()
+            self._publish()
+
+    def _publish(self) -> None:
+        if self._whole_ticks:
+            self._place.publish()
 
     @contextmanager
     def _reporting(self) -> Iterator[None]:
         try:
             yield
         except (OSError, RuntimeError) as error:
-            failure = self._file.failure if self._file is not None else None
-            cause = failure or error
+            cause = self._file.failure or error
             reason = cause.strerror if isinstance(cause, OSError) and cause.strerror else str(cause)
-            raise RecordingError(f"cannot write '{self._path}': {reason}") from error
+            raise RecordingError(f"cannot write '{self._place.path}': {reason}") from error
 
 
-class _File:
+class _File(Closes):
     """The file below the MCAP writer; it keeps the reason of a failure, which the writer above does not tell."""
 
-    def __init__(self, path: Path) -> None:
-        self._raw = path.open("wb", buffering=0)
+    def __init__(self, place: NewFile) -> None:
+        # A descriptor of its own: what the writer above may still write when it goes must not reach another file.
+        self._raw = os.fdopen(os.dup(place.fileno()), "wb", buffering=0)
         self.failure: OSError | None = None
 
     def write(self, data: bytes | bytearray) -> int:
@@ -188,35 +203,34 @@ class _File:
         """Nothing is held back here."""
 
     def close(self) -> None:
+        """Close it; the name stays reserved."""
         self._raw.close()
 
-    def __enter__(self) -> Self:
-        return self
 
-    def __exit__(self, *error: object) -> None:
-        self.close()
-
-
-def sensors_of(robots: Mapping[str, RobotInfo], kind: str) -> dict[str, SensorInfo]:
-    """Return 'ROBOT/SENSOR' -> its data sheet, of all sensors of a kind."""
-    return {
-        f"{robot}/{name}": sensor
-        for robot, info in robots.items()
-        for name, sensor in info.sensors.items()
-        if sensor.kind == kind
-    }
+def drawn_sensors(robots: Mapping[str, RobotInfo]) -> Iterator[tuple[DrawnTopic, str, str]]:
+    """Yield how it is drawn, robot and name of each sensor whose readings Foxglove draws."""
+    for codec in CODECS:
+        if codec.drawing is not None:
+            for robot, info in robots.items():
+                found = (name for name, sensor in info.sensors.items() if sensor.kind == codec.sensor)
+                yield from ((codec.drawing, robot, name) for name in found)
 
 
 def named_files(world: World) -> list[str]:
     """Return the files that a world names, with what its models name in turn, and those that its text includes."""
+    shapes = {item.model: item.shape for item in world.obstacles if isinstance(item, ModelObstacle)}
+    of_models = [path for shape in shapes.values() for path in shape.files.paths]
+    bodies = [path for robot in world.robots if isinstance(robot.body, ModelBody) for path in robot.body.files.paths]
+    presets = [robot.preset for robot in world.robots if robot.preset is not None and is_preset_file(robot.preset)]
+    return list(dict.fromkeys([*named_pictures(world), *of_models, *bodies, *presets, *world.source.included]))
+
+
+def named_pictures(world: World) -> list[str]:
+    """Return the pictures that a world names."""
     patches = [patch.texture for patch in world.floor.patches]
     covers = [world.floor.texture, world.ceiling.texture if world.ceiling is not None else None, *patches]
     named = [*covers, *(wall.texture for wall in world.walls), *(beacon.image for beacon in world.beacons)]
-    shapes = {item.model: item.shape for item in world.obstacles if isinstance(item, ModelObstacle)}
-    of_models = [path for shape in shapes.values() for path in shape.files.paths]
-    bodies = [robot.body.model for robot in world.robots if isinstance(robot.body, ModelBody)]
-    names = [*(name for name in named if name is not None), *of_models, *bodies, *world.source.included]
-    return list(dict.fromkeys(names))
+    return list(dict.fromkeys(name for name in named if name is not None))
 
 
 def text_of(world: World, files: Mapping[str, bytes]) -> str:

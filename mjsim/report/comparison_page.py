@@ -2,10 +2,12 @@
 
 import html
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
+from mjsim.output import write_set
 from mjsim.report.comparison import Comparison
 from mjsim.report.comparison_tables import (
     comparison_csv,
@@ -14,28 +16,43 @@ from mjsim.report.comparison_tables import (
     interval_text,
     told_in_cells,
 )
+from mjsim.report.drawings import drawing_files, png_of, require_formats
 from mjsim.report.figures import FIGURES
-from mjsim.report.page import STYLE, picture, png_of, write_files
+from mjsim.report.page import STYLE, picture
+
+COMPARISON_FILES = ("comparison.json", "table.csv", "table.tex", "comparison.html")
+"""Of every comparison."""
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def write_comparison(comparison: Comparison, folder: Path) -> None:
-    """Write `comparison.json`, `table.csv`, `table.tex`, the plots as PNG and `comparison.html` into a folder.
+def write_comparison(
+    comparison: Comparison, folder: Path, *, formats: Sequence[str] = ("png",), overwrite: bool = False
+) -> None:
+    """Write `comparison.json`, `table.csv`, `table.tex`, the plots and `comparison.html` into a folder.
+
+    Args:
+        comparison: What is written.
+        folder: Where to; made if need be.
+        formats: Of the plots: 'png', 'pdf', 'svg'; the page has them in any case.
+        overwrite: Whether the files of an earlier comparison are replaced or, where this one has none of their name,
+            removed; all others in the folder stay.
 
     Raises:
-        UsageError: The folder cannot be written.
+        UsageError: The folder holds a comparison, or cannot be written; or a format is not known.
     """
     from mjsim.report.comparison_plots import PLOTS
 
-    drawn = {name: png_of(drawing) for name, draw in PLOTS if (drawing := draw(comparison)) is not None}
+    formats = require_formats(formats)
+    drawn = {name: drawing for name, draw in PLOTS if (drawing := draw(comparison)) is not None}
+    pictures = {name: png_of(drawing) for name, drawing in drawn.items()}
     files = {
         "comparison.json": (json.dumps(comparison_json(comparison), indent=1, allow_nan=False) + "\n").encode(),
         "table.csv": comparison_csv(comparison).encode(),
         "table.tex": comparison_latex(comparison).encode(),
-        **{f"{name}.png": data for name, data in drawn.items()},
-        "comparison.html": _page(comparison, drawn).encode(),
+        **drawing_files(drawn, formats, pictures=pictures),
+        "comparison.html": _page(comparison, pictures).encode(),
     }
-    write_files(folder, files)
+    write_set(folder, files, of="comparison", overwrite=overwrite)
 
 
 def _page(comparison: Comparison, pictures: dict[str, bytes]) -> str:

@@ -58,18 +58,21 @@ def _difference_row(item: Compared) -> Sequence[Any]:
 
 
 def comparison_latex(comparison: Comparison) -> str:
-    """Return the means and their intervals for LaTeX with booktabs; a table for every three groups."""
+    """Return the means and their intervals for LaTeX with booktabs; a table for every three groups.
+
+    What is certain follows in comments.
+    """
     tables = []
     for groups in _abreast(comparison.groups):
         rows = [
             latex_row((latex_text(figure.heading), *(_latex_cell(figure, group) for group in groups)))
             for figure in _shown(groups)
         ]
-        counts = ", ".join(f"{group.label}: {_counted(group)}" for group in groups)
         heads = ("", *(group.label for group in groups))
-        certain = " ".join(f"{told}." for told in comparison.verdicts)
-        caption = f"{told_in_cells(groups).capitalize()}; {counts}. {certain}"
-        tables.append(latex_float("l" + "r" * len(groups), heads, rows, caption=caption.strip()))
+        caption = f"{told_in_cells(groups).capitalize()}; {_counts(groups)}."
+        tables.append(latex_float("l" + "r" * len(groups), heads, rows, caption=caption))
+    # For the text; a caption has no room for them.
+    tables += [f"% {latex_text(told)}.\n" for told in comparison.verdicts]
     return "\n".join(tables)
 
 
@@ -141,6 +144,12 @@ def _shown(groups: Sequence[Group]) -> Iterator[Figure]:
 def _counted(group: Group) -> str:
     count = max((spread.count for spread in group.spreads.values()), default=0)
     return "1 run" if count == 1 else f"{count} runs"
+
+
+def _counts(groups: Sequence[Group]) -> str:
+    """Return how many runs groups have, in few words."""
+    counts = list(map(_counted, groups))
+    return f"{counts[0]} each" if len(set(counts)) == 1 else f"from left to right {', '.join(counts)}"
 
 
 def _lines_of(groups: Sequence[Group]) -> Iterator[str]:

@@ -28,7 +28,7 @@ def coverage(world: World, positions: Array, *, radius: float) -> float | None:
     """
     import shapely
 
-    from mjsim.world.plan import solid
+    from mjsim.world import solid
 
     things = solid(world)
     if things.is_empty:

@@ -1,21 +1,21 @@
-"""A report as files: `statistics.json`, the plots as PNG, and one HTML page that opens offline."""
+"""A report as files: `statistics.json`, the plots, and one HTML page that opens offline."""
 
 import base64
 import html
-import io
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mjsim.errors import UsageError
+from mjsim.output import free_paths, write_set
 from mjsim.record import Recording, Track
-from mjsim.report.statistics import known_part, statistics_file
+from mjsim.report.arms import slides_of
+from mjsim.report.drawings import drawing_files, png_of, require_formats
+from mjsim.report.statistics import known_part, stands, statistics_file
 from mjsim.report.tables import csv_table, key_figures, latex_table
-from mjsim.world import World
-from mjsim.world.events import said_of
+from mjsim.world import World, said_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,32 +40,33 @@ img { width: 100%; height: auto; margin: 1rem 0; background: #fff; border-radius
 """
 
 
-def write_report(recording: Recording, folder: Path) -> dict[str, Any]:
+REPORT_FILES = ("statistics.json", "report.html", "table.csv", "table.tex")
+"""Of every report."""
+
+
+def write_report(
+    recording: Recording, folder: Path, *, formats: Sequence[str] = ("png",), overwrite: bool = False
+) -> dict[str, Any]:
     """Write statistics, plots and page into a folder, made if need be; return what `statistics.json` holds.
 
+    Args:
+        recording: What it is about.
+        folder: Where the files go.
+        formats: Of the plots: 'png', 'pdf', 'svg'; the page has them in any case.
+        overwrite: Whether the files of an earlier report are replaced or, where this one has none of their name,
+            removed; all others in the folder stay.
+
     Raises:
-        UsageError: The folder cannot be written.
+        UsageError: The folder holds a report, or cannot be written; or a format is not known.
     """
+    formats = require_formats(formats)
+    free_paths(folder, REPORT_FILES, overwrite=overwrite)
     figures = statistics_file(recording)
-    write_files(folder, _files(recording, figures))
+    write_set(folder, _files(recording, figures, formats), of="report", overwrite=overwrite)
     return figures
 
 
-def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Write files into a folder, which is made if need be, as those within it that their names have.
-
-    Raises:
-        UsageError: It cannot be written.
-    """
-    try:
-        for name, data in files.items():
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_bytes(data)
-    except OSError as error:
-        raise UsageError(f"cannot write '{folder}': {error.strerror}") from error
-
-
-def _files(recording: Recording, figures: dict[str, Any]) -> dict[str, bytes]:
+def _files(recording: Recording, figures: dict[str, Any], formats: Sequence[str]) -> dict[str, bytes]:
     """Return what is written, by the names of the files."""
     files = {
         "statistics.json": (json.dumps(figures, indent=1, allow_nan=False) + "\n").encode(),
@@ -74,27 +75,46 @@ def _files(recording: Recording, figures: dict[str, Any]) -> dict[str, bytes]:
     }
     sections = []
     for robot, track in recording.robots.items():
-        part = known_part(track)
-        drawn = {} if part is None else draw_all(recording.world, part)
-        files |= {f"{robot}_{name}.png": data for name, data in drawn.items()}
-        sections.append(_section(robot, figures["robots"][robot], drawn))
+        part = None if stands(recording.world, robot) else known_part(track)
+        drawn = {} if part is None else _draw(recording.world, part)
+        with np.errstate(over="ignore", invalid="ignore"):
+            pictures = {name: png_of(figure) for name, figure in drawn.items()}
+            plots = drawing_files(drawn, formats, pictures=pictures)
+        files |= {f"{robot}_{name}": data for name, data in plots.items()}
+        of_arms = {}
+        for arm, drawn in _drawn_arms(recording, robot):
+            of_arms[arm] = {name: png_of(figure) for name, figure in drawn.items()}
+            plots = drawing_files(drawn, formats, pictures=of_arms[arm])
+            files |= {f"{robot}_{arm}_{name}": data for name, data in plots.items()}
+        sections.append(_section(robot, figures["robots"][robot], pictures) + "".join(_arm_sections(robot, of_arms)))
     files["report.html"] = _page(recording, figures["run"], sections).encode()
     return files
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def draw_all(world: World, track: Track) -> dict[str, bytes]:
-    """Return the plots of a track by their names, as the contents of PNG files."""
+def _draw(world: World, track: Track) -> dict[str, "Figure"]:
+    """Return the plots of a track by their names."""
     from mjsim.report.plots import PLOTS
 
-    return {name: png_of(figure) for name, draw in PLOTS if (figure := draw(world, track)) is not None}
+    return {name: figure for name, draw in PLOTS if (figure := draw(world, track)) is not None}
 
 
-def png_of(figure: "Figure") -> bytes:
-    """Return a drawing as the contents of a PNG file."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png")
-    return buffer.getvalue()
+def _drawn_arms(recording: Recording, robot: str) -> Iterator[tuple[str, dict[str, "Figure"]]]:
+    """Yield the name of each arm of a robot, and its plots by their names."""
+    if not recording.joints:
+        return
+    from mjsim.report.arm_plots import arm_plots
+
+    for name, track in recording.joints.items():
+        of, _, arm = name.partition("/")
+        if of == robot and arm != "drive":
+            yield arm, arm_plots(recording.time, track, slides_of(recording.world, robot, arm))
+
+
+def _arm_sections(robot: str, pictures: Mapping[str, Mapping[str, bytes]]) -> Iterator[str]:
+    for arm, drawn in pictures.items():
+        images = "".join(picture(f"{name} of {robot}/{arm}", png) for name, png in drawn.items())
+        yield f"<h2>{html.escape(robot)}/{html.escape(arm)}</h2>{images}"
 
 
 def picture(title: str, png: bytes) -> str:

@@ -154,7 +154,7 @@ def sheet(rows: int, *, height: float) -> tuple[Figure, list[Axes]]:
 
 
 def _draw_walls(axes: Axes, world: World) -> None:
-    from mjsim.world.plan import segments
+    from mjsim.world import segments
 
     axes.add_collection(LineCollection(list(segments(world)), colors="#888888", linewidths=0.8, label="walls"))
 

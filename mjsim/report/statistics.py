@@ -6,15 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from mjsim.geometry import Array
+from mjsim.geometry import Array, roll_and_pitch
 from mjsim.record import Recording, Track
 from mjsim.report import metrics
+from mjsim.report.arms import arm_figures
 from mjsim.report.consistency import nees_figures, nis_figures, normalised_innovations
 from mjsim.report.coverage import coverage
 from mjsim.report.transient import recoveries, transient_errors
-from mjsim.world import World
-from mjsim.world.events import MoveEvent
-from mjsim.world.hung import hung
+from mjsim.world import MoveEvent, World, hung
 
 PATH_FIGURES = ("position_error_m", "heading_error_deg", "ate_m", "rpe_m")
 ODOMETRY_FIGURES = ("odometry_error_m", "odometry_heading_error_deg", "odometry_ate_m", "odometry_rpe_m")
@@ -59,7 +58,7 @@ def statistics_file(recording: Recording) -> dict[str, Any]:
             "milliseconds": _module_times(recording),
         },
         "robots": {
-            name: robot_statistics(recording.world, name, track, lifted=lifts(recording, name))
+            name: robot_statistics(recording.world, name, track, lifted=lifts(recording, name)) | _arms(recording, name)
             for name, track in recording.robots.items()
         },
     }
@@ -81,19 +80,48 @@ def robot_statistics(world: World, name: str, track: Track, *, lifted: Sequence[
     steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
     steps[np.isin(times[1:], lifted)] = 0.0
     radius = next(robot.body.radius for robot in world.robots if robot.name == name)
-    believed = known_part(track)
+    believed = None if stands(world, name) else known_part(track)
     return {
         **(
             dict.fromkeys(ESTIMATE_FIGURES)
             if believed is None
             else _estimate_figures(world, track, believed, lifted=lifted)
         ),
+        **_pose_figures(track.truth_pose[placed]),
         "distance_m": float(steps.sum()),
         "coverage": coverage(world, positions, radius=radius) if len(positions) else None,
         "bumps": sum(event.kind == "bump" for event in track.events),
         "fault": next((event.text for event in track.events if event.kind == "fault"), None),
         "ticks": 0 if believed is None else len(believed.time),
     }
+
+
+def stands(world: World, name: str) -> bool:
+    """Return whether the base of a robot is fixed, so that there is nothing to estimate."""
+    return any(robot.name == name and robot.base == "fixed" for robot in world.robots)
+
+
+def _arms(recording: Recording, name: str) -> dict[str, Any]:
+    """Return the figures of a robot's arms under 'arms'; nothing for a robot without."""
+    found = {
+        joints.partition("/")[2]: arm_figures(track)
+        for joints, track in recording.joints.items()
+        if joints.partition("/")[0] == name and not joints.endswith("/drive")
+    }
+    return {"arms": found} if found else {}
+
+
+def _pose_figures(poses: Array) -> dict[str, Any]:
+    """Return height, roll and pitch of the base over the run; None where its place was never known.
+
+    Args:
+        poses: World frame, (x, y, z, qx, qy, qz, qw), shape (N, 7).
+    """
+    keys = ("height_m", "roll_deg", "pitch_deg")
+    if not len(poses):
+        return dict.fromkeys(keys)
+    roll, pitch = np.degrees(roll_and_pitch(poses[:, 3:])).T
+    return dict(zip(keys, map(metrics.spread, (poses[:, 2], roll, pitch)), strict=True))
 
 
 def known_part(track: Track) -> Track | None:

@@ -12,8 +12,7 @@ from pydantic import BaseModel, Field, ValidationError
 from mjsim.errors import UsageError
 from mjsim.report.comparison import RunFigures, Series
 from mjsim.report.labels import Found, settings_of
-from mjsim.world import load_world
-from mjsim.world.settings import with_settings
+from mjsim.world import load_world, with_settings
 
 Values = list[float | None]
 Setting = Annotated[list[Any], Field(min_length=2)]

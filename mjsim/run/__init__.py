@@ -1,6 +1,5 @@
 """The loop: sense, decide, apply, step; and the modules of the user's that decide."""
 
-from mjsim.run.loop import drivers_of, run, ticks
-from mjsim.run.pilot import Driver
+from mjsim.faces import face
 
-__all__ = ["Driver", "drivers_of", "run", "ticks"]
+__getattr__, __dir__, __all__ = face(__name__, __file__)

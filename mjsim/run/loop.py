@@ -3,27 +3,31 @@
 import json
 import shutil
 import sys
-import tempfile
 import time
 import weakref
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
+from contextlib import ExitStack, closing
+from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from threadpoolctl import threadpool_limits
 
 from mjsim.errors import ModuleFault, UsageError, did_you_mean
-from mjsim.record.tick import Event, Tick
-from mjsim.run.pilot import Driver, Pilot, Steer
-from mjsim.world import World
-from mjsim.world.use import make_module
+from mjsim.interface import ControlLoop, Observation
+from mjsim.modules import ROLES, make_module, name_of
+from mjsim.output import NewFile, temporary_file
+from mjsim.record import Order, RobotEvent, Tick
+from mjsim.run.pilot import Driver, Pilot, Steer, controller_of
+from mjsim.world import Modules, Source, Use, World
 
 if TYPE_CHECKING:
     from mjsim.record import Recorder, Recording
     from mjsim.sim import Simulation
 
 
-def ticks(sim: "Simulation", drivers: Mapping[str, Driver], *, steer: Steer | None = None) -> Iterator[Tick]:
+def ticks(sim: "Simulation", drivers: Mapping[str, Driver], *, steer: Steer | None = None) -> Generator[Tick]:
     """Yield one Tick per period, for as long as the caller asks for more.
 
     Args:
@@ -39,62 +43,86 @@ def ticks(sim: "Simulation", drivers: Mapping[str, Driver], *, steer: Steer | No
     for name in drivers:
         if name not in sim.robots:
             raise UsageError(f"no robot '{name}' in this world{did_you_mean(name, sim.robots)}")
-    pilots = {
-        name: Pilot(driver, sim.robots[name], dict(sim.catalogue), sim.map, seed=sim.seed, steer=steer)
-        for name, driver in drivers.items()
-    }
-    physics = 0.0
-    while True:
-        began = time.perf_counter()
-        seen = {name: sim.sense(name) for name in pilots}
-        sensing = time.perf_counter() - began
-        orders = {name: pilot.decide(seen[name]) for name, pilot in pilots.items()}
-        qpos, qvel = sim.state()
-        yield Tick(
-            time=sim.time,
-            truth=sim.truths(),
-            seen=seen,
-            orders=orders,
-            qpos=qpos,
-            qvel=qvel,
-            timing={"sense": sensing, "step": physics},
-            events=sim.happened(),
-            things=sim.things(),
-            looks=sim.looks,
-            identities={name: sim.identities(name) for name in pilots},
-        )
-        began = time.perf_counter()
-        for name, order in orders.items():
-            sim.apply(name, order.command)
-        sim.step()
-        physics = time.perf_counter() - began
+    with ExitStack() as stack:
+        pilots = {
+            name: stack.enter_context(
+                Pilot(driver, sim.robots[name], dict(sim.catalogue), sim.map, seed=sim.seed, steer=steer)
+            )
+            for name, driver in drivers.items()
+        }
+        for name, driver in drivers.items():
+            sim.control(name, driver.controllers)
+        physics = 0.0
+        while True:
+            began = time.perf_counter()
+            seen = {name: sim.sense(name) for name in pilots}
+            sensing = time.perf_counter() - began
+            orders = {name: timed(pilot.decide(seen[name]), sim.control_times(name)) for name, pilot in pilots.items()}
+            yield _tick(sim, seen, orders, timing={"sense": sensing, "step": physics})
+            began = time.perf_counter()
+            for name, order in orders.items():
+                sim.apply(name, order.command)
+            sim.step()
+            physics = time.perf_counter() - began
+
+
+def timed(order: Order, times: Mapping[str, float]) -> Order:
+    """Return an order with the wall-clock times of the controllers since the last tick, by part [s]."""
+    if not times:
+        return order
+    parts = {f"controller/{part}": seconds for part, seconds in times.items()}
+    return replace(order, timing={**order.timing, **parts})
+
+
+def _tick(
+    sim: "Simulation", seen: Mapping[str, Observation], orders: Mapping[str, Order], *, timing: Mapping[str, float]
+) -> Tick:
+    qpos, qvel = sim.state()
+    poses = sim.poses()
+    return Tick(
+        time=sim.time,
+        truth={name: pose.planar() for name, pose in poses.items()},
+        poses=poses,
+        seen=seen,
+        orders=orders,
+        qpos=qpos,
+        qvel=qvel,
+        timing=timing,
+        events=sim.happened(),
+        things=sim.things(),
+        joints=sim.motions(),
+        looks=sim.looks,
+        identities={name: sim.identities(name) for name in orders},
+    )
 
 
 def drivers_of(world: World) -> dict[str, Driver]:
     """Return a driver for each robot of a world, its modules made as `run: drivers:` says.
 
     Raises:
-        UsageError: A module or class is not there, or does not take its arguments.
+        UsageError: A module or class is not there, or does not take its keys.
+        ModuleFault: It is there, and fails, or lacks what its role needs.
     """
-    drivers = {}
-    for robot in world.robots:
-        modules = world.run.drivers.get(robot.name)
-        if modules is None:
-            drivers[robot.name] = Driver()
-            continue
-        observer, estimator, navigator = (
-            make_module(use, world.source) if use is not None else None
-            for use in (modules.observer, modules.estimator, modules.navigator)
+    source = world.source.for_run()
+    return {robot.name: _driver(world, robot.name, source) for robot in world.robots}
+
+
+def _driver(world: World, robot: str, source: Source) -> Driver:
+    said = world.run.drivers.get(robot, Modules())
+    live = {
+        role: make_module(use, source, role=role, robot=robot)
+        for role in ROLES
+        if isinstance(use := getattr(said, role, None), Use)
+    }
+    controllers = {
+        part: ControlLoop(
+            controller=make_module(control, world.source, role="controller", robot=robot),
+            rate_hz=control.rate_hz,
+            latency=control.latency,
         )
-        avoidance = modules.avoidance
-        drivers[robot.name] = Driver(
-            observer=observer,
-            estimator=estimator,
-            navigator=navigator,
-            avoidance=avoidance if isinstance(avoidance, bool) else make_module(avoidance, world.source),
-            push=modules.push,
-        )
-    return drivers
+        for part, control in said.controllers.items()
+    }
+    return Driver(**{"avoidance": said.avoidance, **live}, controllers=controllers, push=said.push)
 
 
 def run(
@@ -102,10 +130,11 @@ def run(
     *,
     drivers: Mapping[str, Driver] | None = None,
     seconds: float | None = None,
-    record: str | Path | None = None,
+    record: str | Path | NewFile | None = None,
     watch: Callable[[Tick], None] | None = None,
     realtime: bool = False,
     pictures: bool = True,
+    overwrite: bool = False,
 ) -> "Recording":
     """Run a simulation from now on and return its recording.
 
@@ -113,30 +142,32 @@ def run(
         sim: Where the robots are.
         drivers: The modules of each robot; those of the world file unless given.
         seconds: How long, simulated [s]; as the world file says unless given.
-        record: The MCAP file to write; a temporary one, gone with the recording, unless given.
+        record: The MCAP file to write, or its name from `reserve`; a temporary one, gone with the recording, unless
+            given. It appears with the first tick.
         watch: Called with each tick, after it is recorded.
         realtime: Go no faster than the clock.
         pictures: Whether the recording holds those of the cameras, which are most of it; they can be drawn again.
+        overwrite: Whether `record` may replace a file; that stays until the first tick of the new one is written.
 
     Raises:
-        UsageError: It would have no tick, or the file cannot be written.
+        UsageError: It would have no tick, or `record` exists, is being written, or cannot be written.
         MjsimError: As `ticks`; what was recorded until then stays readable in `record`.
     """
-    from mjsim.record import read_recording
+    from mjsim.record import read_recording, reserve
 
-    if drivers is None:
-        drivers = drivers_of(sim.world)
     count = tick_count(sim, seconds)
-    folder = None
     if record is None:
-        folder = tempfile.mkdtemp(prefix="mjsim-")
-        record = Path(folder) / "run.mcap"
-    with one_blas_thread(), recorder_of(sim, drivers, count, record, pictures=pictures) as recorder:
-        _consume(sim, drivers, count, recorder.write, recorder.event, watch, realtime)
-    recording = read_recording(record)
-    if folder is not None:
-        weakref.finalize(recording, shutil.rmtree, folder, ignore_errors=True)
-    return recording
+        with temporary_file("run.mcap") as path:
+            recording = run(
+                sim, drivers=drivers, seconds=seconds, record=path, watch=watch, realtime=realtime, pictures=pictures
+            )
+        weakref.finalize(recording, shutil.rmtree, path.parent, ignore_errors=True)
+        return recording
+    with reserve(record, overwrite=overwrite) as place:
+        drivers = drivers_of(sim.world) if drivers is None else drivers
+        with one_blas_thread(), recorder_of(sim, drivers, count, place, pictures=pictures) as recorder:
+            _consume(sim, drivers, count, recorder.write, recorder.event, watch, realtime)
+    return read_recording(place.path)
 
 
 def tick_count(sim: "Simulation", seconds: float | None) -> int:
@@ -158,7 +189,7 @@ def one_blas_thread() -> threadpool_limits:
 
 
 def recorder_of(
-    sim: "Simulation", drivers: Mapping[str, Driver], count: int, path: str | Path, *, pictures: bool = True
+    sim: "Simulation", drivers: Mapping[str, Driver], count: int, place: NewFile, *, pictures: bool = True
 ) -> "Recorder":
     """Return what records a run of so many ticks.
 
@@ -168,7 +199,7 @@ def recorder_of(
     from mjsim.record import Recorder
 
     metadata = {"command": " ".join(sys.argv), "seconds": str(count * sim.dt), "modules": _modules_text(drivers)}
-    return Recorder(path, world=sim.world, seed=sim.seed, robots=sim.robots, metadata=metadata, pictures=pictures)
+    return Recorder(place, world=sim.world, seed=sim.seed, robots=sim.robots, metadata=metadata, pictures=pictures)
 
 
 def _modules_text(drivers: Mapping[str, Driver]) -> str:
@@ -176,7 +207,8 @@ def _modules_text(drivers: Mapping[str, Driver]) -> str:
     parts = ("observer", "estimator", "navigator")
     return json.dumps(
         {
-            name: {part: type(module).__name__ for part in parts if (module := getattr(driver, part)) is not None}
+            name: {part: name_of(module) for part in parts if (module := getattr(driver, part)) is not None}
+            | {f"controllers/{part}": name_of(controller_of(each)) for part, each in driver.controllers.items()}
             for name, driver in drivers.items()
         }
     )
@@ -187,21 +219,20 @@ def _consume(
     drivers: Mapping[str, Driver],
     count: int,
     write: Callable[[Tick], None],
-    note: Callable[[str, Event], None],
+    note: Callable[[str, RobotEvent], None],
     watch: Callable[[Tick], None] | None,
     realtime: bool,
 ) -> None:
     began = time.perf_counter()
-    loop = ticks(sim, drivers)
     try:
-        for _ in range(count):
-            tick = next(loop)
-            write(tick)
-            if watch is not None:
-                watch(tick)
-            if realtime:
-                time.sleep(max(0.0, began + tick.time - time.perf_counter()))
+        with closing(ticks(sim, drivers)) as loop:
+            for tick in islice(loop, count):
+                write(tick)
+                if watch is not None:
+                    watch(tick)
+                if realtime:
+                    time.sleep(max(0.0, began + tick.time - time.perf_counter()))
     except ModuleFault as fault:
         if fault.robot is not None:
-            note(fault.robot, Event(sim.time, "fault", str(fault)))
+            note(fault.robot, RobotEvent(sim.time, "fault", str(fault)))
         raise

@@ -1,32 +1,42 @@
 """The modules of one robot at work: observation in, order out, and a fault named when one fails."""
 
 import time
-import traceback
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
 
-from mjsim.errors import ModuleFault
+from mjsim.closing import Closes
 from mjsim.geometry import Array, Pose
 from mjsim.interface import (
     Avoidance,
     BeaconInfo,
     Command,
+    Controller,
+    ControlLoop,
     Estimate,
     Estimator,
     Navigator,
     Observation,
     Observer,
     RobotInfo,
-    Sighting,
-    TakesMap,
     WheelCommand,
     WorldMap,
 )
-from mjsim.record.tick import Event, Order
-from mjsim.run.checks import checked_command, checked_estimate, checked_sightings
+from mjsim.modules import (
+    Boundary,
+    Hosted,
+    checked_command,
+    checked_estimate,
+    checked_sightings,
+    sealed_catalogue,
+    sealed_map,
+    sealed_observation,
+    sealed_robot,
+)
+from mjsim.record import Order, RobotEvent
 from mjsim.safety import RingAvoidance, react_to_bump
 
 T = TypeVar("T")
@@ -49,6 +59,9 @@ class Driver:
     navigator: Navigator | None = None
     avoidance: bool | Avoidance = False
     """True for the built-in one."""
+    controllers: Mapping[str, Controller | ControlLoop] = field(default_factory=dict)
+    """What drives motors between ticks, by part: 'drive' of a balancing base, or the name of an arm; at 250 Hz and
+    without latency unless a ControlLoop says more. Parts without one have that of mjsim."""
     push: bool = False
     """Whether it may press on against what it touches, to push a door open or a thing away; else a bump stops it."""
 
@@ -60,8 +73,19 @@ class Noticed:
     seen: Observation
     """With what the observer saw."""
     belief: Estimate
-    events: tuple[Event, ...]
+    events: tuple[RobotEvent, ...]
     """The bump that begins now, if one does."""
+
+
+def controller_of(control: Controller | ControlLoop) -> Controller:
+    """Return a controller, alone or in its loop."""
+    return control.controller if isinstance(control, ControlLoop) else control
+
+
+def _avoidance_of(driver: Driver) -> Avoidance | None:
+    if driver.avoidance is True:
+        return RingAvoidance()
+    return None if driver.avoidance is False else driver.avoidance
 
 
 class DeadReckoning:
@@ -70,6 +94,7 @@ class DeadReckoning:
     def __init__(self, robot: RobotInfo) -> None:
         self.pose = robot.prior
         self.covariance: Array = np.array(robot.prior_covariance, dtype=float)
+        self._F, self._G = np.eye(3), np.eye(3)
 
     def add(self, seen: Observation) -> None:
         """Go on by one tick's odometry.
@@ -79,15 +104,15 @@ class DeadReckoning:
         """
         odometry, heading = seen.odometry, self.pose.heading
         c, s = np.cos(heading), np.sin(heading)
-        F = np.eye(3)
+        F, G = self._F, self._G
         F[0, 2] = -s * odometry.forward - c * odometry.left
         F[1, 2] = c * odometry.forward - s * odometry.left
-        G = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        G[0, 0], G[0, 1], G[1, 0], G[1, 1] = c, -s, s, c
         self.pose = self.pose @ Pose(odometry.forward, odometry.left, odometry.turn)
         self.covariance = F @ self.covariance @ F.T + G @ odometry.covariance @ G.T
 
 
-class Pilot:
+class Pilot(Closes):
     """One robot's driver during a run: it holds what changes from tick to tick."""
 
     def __init__(
@@ -107,21 +132,44 @@ class Pilot:
         self._touched = -np.inf
         self._blocked = False
         self._seconds: dict[str, float] = {}
-        self._avoidance = RingAvoidance() if driver.avoidance is True else driver.avoidance or None
+        self._boundary = Boundary(robot.name)
+        self._avoidance = _avoidance_of(driver)
+        self._checked_command = partial(checked_command, robot=robot)
+        self._ticks_a_second, self._unchecked = max(round(1.0 / robot.dt), 1), 0
+        controllers = [controller_of(each) for each in driver.controllers.values()]
+        modules = (driver.observer, driver.estimator, driver.navigator, self._avoidance, *controllers)
+        self._modules = [module for module in modules if module is not None]
+        try:
+            self._start(sealed_catalogue(catalogue), sealed_map(map), seed)
+        except BaseException:
+            self.close()
+            raise
 
-        def stream(purpose: str) -> np.random.Generator:
-            return np.random.default_rng([seed, *f"{robot.name}/{purpose}/module".encode()])
-
-        for part, module, extra in (
+    def _start(self, catalogue: Mapping[str, BeaconInfo], map: WorldMap | None, seed: int) -> None:
+        """Get the modules ready; each has a source of chance of its own."""
+        robot, driver, boundary = sealed_robot(self._robot), self._driver, self._boundary
+        parts: tuple[tuple[str, object | None, tuple[object, ...]], ...] = (
             ("observer", driver.observer, (catalogue,)),
             ("estimator", driver.estimator, (catalogue,)),
             ("navigator", driver.navigator, (map,)),
             ("avoidance", self._avoidance, ()),
-        ):
-            if isinstance(module, TakesMap):
-                self._call(part, module, 0.0, module.take_map, map)
-            if module is not None:
-                self._call(part, module, 0.0, module.start, robot, *extra, stream(part))
+        )
+        for part, module, extra in parts:
+            if module is None:
+                continue
+            boundary.require(part, module)
+            if isinstance(module, Hosted):
+                boundary.ask(part, module, 0.0, "take_world", catalogue, map)
+            if boundary.offers(part, module, "take_map"):
+                boundary.ask(part, module, 0.0, "take_map", map)
+            rng = np.random.default_rng([seed, *f"{robot.name}/{part}/module".encode()])
+            boundary.ask(part, module, 0.0, "start", robot, *extra, rng)
+
+    def close(self) -> None:
+        """Close the modules that hold more than memory."""
+        for module in self._modules:
+            if isinstance(module, Hosted):
+                module.close()
 
     def decide(self, seen: Observation) -> Order:
         """Let the modules look, believe, decide; then let safety have the last word.
@@ -135,7 +183,7 @@ class Pilot:
         """Let the modules look and believe, once a tick; `order` comes next."""
         self._seconds = {}
         self._dead_reckoning.add(seen)
-        seen = self._look(seen)
+        seen = self._look(sealed_observation(seen) if self._modules else seen)
         return Noticed(seen, self._believe(seen), self._bump(seen))
 
     def order(self, noticed: Noticed) -> Order:
@@ -146,10 +194,10 @@ class Pilot:
         wanted = self._steered(seen.time) or navigated
         command = wanted
         if self._avoidance is not None and isinstance(wanted, Command):
-            command = self._ask("avoidance", self._avoidance, seen.time, self._avoidance.adjust, wanted, seen)
-            command = self._check("avoidance", self._avoidance, seen.time, checked_command, command, self._robot)
+            command = self._ask("avoidance", self._avoidance, seen.time, "adjust", self._checked_command, wanted, seen)
             if isinstance(command, Command):
-                command = replace(command, messages=wanted.messages)  # Who avoids a wall need not think of the radio.
+                # Who avoids a wall need not think of the radio, nor of arms.
+                command = replace(command, messages=wanted.messages, joints=wanted.joints)
         safe = command if self._driver.push else react_to_bump(command, seen.bump, self._robot)
         return Order(
             command=safe,
@@ -166,66 +214,55 @@ class Pilot:
         observer = self._driver.observer
         if observer is None:
             return seen
-        found: Sequence[Sighting] = self._ask("observer", observer, seen.time, observer.observe, seen)
-        sightings = self._check("observer", observer, seen.time, checked_sightings, found)
+        sightings = self._ask("observer", observer, seen.time, "observe", checked_sightings, seen)
         return replace(seen, sightings=(*seen.sightings, *sightings)) if sightings else seen
 
     def _believe(self, seen: Observation) -> Estimate:
         estimator = self._driver.estimator
         if estimator is None:
             return Estimate(self._dead_reckoning.pose, self._dead_reckoning.covariance)
-        belief: Estimate = self._ask("estimator", estimator, seen.time, estimator.update, seen)
-        return self._check("estimator", estimator, seen.time, checked_estimate, belief)
+        return self._ask("estimator", estimator, seen.time, "update", self._checked_estimate, seen)
 
     def _navigate(self, seen: Observation, belief: Estimate) -> Command | WheelCommand:
         navigator = self._driver.navigator
         if navigator is None:
             return Command()
-        command = self._ask("navigator", navigator, seen.time, navigator.command, seen, belief)
-        return self._check("navigator", navigator, seen.time, checked_command, command, self._robot)
+        return self._ask("navigator", navigator, seen.time, "command", self._checked_command, seen, belief)
 
     def _steered(self, now: float) -> Command | None:
         """Return what somebody who took over wants, None when nobody has."""
         return self._steer(self._robot.name, now) if self._steer is not None else None
 
-    def _bump(self, seen: Observation) -> tuple[Event, ...]:
+    def _bump(self, seen: Observation) -> tuple[RobotEvent, ...]:
         """Return the bump that begins now, if one does."""
         if not seen.bump:
             return ()
         begins = seen.time - self._touched > BUMP_ENDS_AFTER
         self._touched = seen.time
-        return (Event(seen.time, "bump", f"{self._robot.name} bumped", seen.bump[0]),) if begins else ()
+        return (RobotEvent(seen.time, "bump", f"{self._robot.name} bumped", seen.bump[0]),) if begins else ()
 
-    def _block(self, seen: Observation, *, blocked: bool) -> tuple[Event, ...]:
+    def _block(self, seen: Observation, *, blocked: bool) -> tuple[RobotEvent, ...]:
         """Return that the robot is held up, if that begins now."""
         begins = blocked and not self._blocked
         # Contact flickers while a robot presses against a wall; one episode is one event.
         self._blocked = blocked or (self._blocked and seen.time - self._touched <= BUMP_ENDS_AFTER)
-        text = f"{self._robot.name} cannot go on; what it touches is in the way"
-        return (Event(seen.time, "blocked", text),) if begins else ()
+        if not begins:
+            return ()
+        return (RobotEvent(seen.time, "blocked", f"{self._robot.name} cannot go on; what it touches is in the way"),)
 
-    def _ask(self, part: str, module: object, now: float, function: Callable[..., T], *arguments: Any) -> T:
-        """Call a module and note how long it took."""
+    def _ask(
+        self, part: str, module: object, now: float, method: str, check: Callable[[object], T], *arguments: Any
+    ) -> T:
+        """Return a module's answer, checked, and note how long it took to give it."""
         began = time.perf_counter()
-        answer = self._call(part, module, now, function, *arguments)
+        answer = self._boundary.ask(part, module, now, method, *arguments)
         self._seconds[part] = time.perf_counter() - began
-        return answer
+        return self._boundary.check(part, module, now, method, check, answer)
 
-    def _call(self, part: str, module: object, now: float, function: Callable[..., T], *arguments: Any) -> T:
-        try:
-            return function(*arguments)
-        # Whatever the user's code raises ends the run with one line; this is the boundary to that code.
-        except Exception as error:
-            frame = traceback.extract_tb(error.__traceback__)[-1]
-            where = f"{frame.filename.rpartition('/')[2]}:{frame.lineno}"
-            raise self._fault(part, module, now, f"raised {type(error).__name__}: {error} ({where})") from error
-
-    def _check(self, part: str, module: object, now: float, check: Callable[..., T], *arguments: Any) -> T:
-        try:
-            return check(*arguments)
-        except ValueError as error:
-            raise self._fault(part, module, now, str(error)) from error
-
-    def _fault(self, part: str, module: object, now: float, what: str) -> ModuleFault:
-        name = self._robot.name
-        return ModuleFault(f"{part} {type(module).__name__} of robot '{name}' at {now:.2f} s {what}", robot=name)
+    def _checked_estimate(self, belief: object) -> Estimate:
+        """Return an estimate that is checked; all of its joint covariance, which is dear, once a second."""
+        self._unchecked -= 1
+        if self._unchecked > 0:
+            return checked_estimate(belief, whole=False)
+        self._unchecked = self._ticks_a_second
+        return checked_estimate(belief)

@@ -3,31 +3,40 @@
 import json
 import shutil
 import sys
-import tempfile
 import time
 import weakref
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from mjsim.errors import ModuleFault, RecordingError, UsageError, did_you_mean
 from mjsim.interface import CameraFrame, Estimator, Observation, Observer
-from mjsim.record import Recording, read_recording
-from mjsim.record.belief import BELIEF_TOPICS, BeliefMessages
-from mjsim.record.copy import Copy, with_frame
-from mjsim.record.file import RawMessage
-from mjsim.record.messages import covariance_message, encode, event_message, observation_of
-from mjsim.record.tick import Event, Order
+from mjsim.modules import name_of
+from mjsim.output import require_free, temporary_file
+from mjsim.record import (
+    BELIEF_TOPICS,
+    BeliefMessages,
+    Copy,
+    Order,
+    RawMessage,
+    Recording,
+    RobotEvent,
+    covariance_message,
+    encode,
+    event_message,
+    read_recording,
+    with_frame,
+)
 from mjsim.run.pilot import Driver, Pilot
-from mjsim.world.running import Use
+from mjsim.world import Use
 
 if TYPE_CHECKING:
-    from mjsim.sim.retake import Retake
+    from mjsim.sim import Retake
 
 
 def replay(
@@ -39,6 +48,7 @@ def replay(
     record: str | Path | None = None,
     uses: Mapping[str, Use] = MappingProxyType({}),
     progress: Callable[[float], None] | None = None,
+    overwrite: bool = False,
 ) -> Recording:
     """Let other modules look at what a robot observed, and return the recording with their estimates.
 
@@ -54,28 +64,32 @@ def replay(
         uses: Which classes the modules are of, and their arguments, by 'estimator' and 'observer': kept in the
             recording, so that `compare` tells replays apart; unless given, it tells them by the names of classes.
         progress: Called with the simulated time of each tick once it is done [s].
+        overwrite: Whether `record` may replace a file; that stays until the first ticks of the new one are written.
 
     Raises:
-        UsageError: There is no such robot, or the file would be written over itself.
+        UsageError: There is no such robot, or `record` exists, is being written, or is the recording itself.
         RecordingError: The recording holds no observations of the robot, or a file cannot be read or written.
         ModuleFault: A module raised, or returned what it must not; what was estimated until then stays in `record`.
     """
+    if record is not None:
+        source = recording if isinstance(recording, str | Path) else recording.path
+        require_free(Path(record), overwrite=overwrite, source=Path(source))
     run = read_recording(recording) if isinstance(recording, str | Path) else recording
     require_observations(run, robot)
-    folder = None
     if record is None:
-        folder = tempfile.mkdtemp(prefix="mjsim-")
-        record = Path(folder) / "replay.mcap"
-    if Path(record).exists() and Path(record).samefile(run.path):
-        raise UsageError(f"'{record}' is the recording that is replayed; name another file")
+        with temporary_file("replay.mcap") as path:
+            replayed = replay(
+                run, robot=robot, estimator=estimator, observer=observer, record=path, uses=uses, progress=progress
+            )
+        weakref.finalize(replayed, shutil.rmtree, path.parent, ignore_errors=True)
+        return replayed
     # One BLAS thread, as in the run: the same sums to the last bit.
     with threadpool_limits(1, user_api="blas"):
         driver = Driver(observer=observer, estimator=estimator)
-        _write(run, robot, driver, Path(record), _metadata(run, robot, driver, uses), progress)
-    replayed = read_recording(record)
-    if folder is not None:
-        weakref.finalize(replayed, shutil.rmtree, folder, ignore_errors=True)
-    return replayed
+        metadata = _metadata(run, robot, driver, uses)
+        with Copy(run.path, Path(record), metadata=metadata, overwrite=overwrite) as copy:
+            _write(run, robot, driver, copy, progress)
+    return read_recording(record)
 
 
 def require_observations(run: Recording, robot: str) -> None:
@@ -87,7 +101,7 @@ def require_observations(run: Recording, robot: str) -> None:
     """
     if robot not in run.robots:
         raise UsageError(f"no robot '{robot}' in '{run.path}'{did_you_mean(robot, run.robots)}")
-    if next(run.messages(f"/{robot}/observation"), None) is None:
+    if not run.is_observed(robot):
         raise RecordingError(f"'{run.path}' holds no observation of robot '{robot}'; nothing drove it in that run")
 
 
@@ -95,30 +109,24 @@ def _write(
     run: Recording,
     robot: str,
     driver: Driver,
-    path: Path,
-    metadata: Mapping[str, str],
+    copy: Copy,
     progress: Callable[[float], None] | None,
 ) -> None:
     """Write the recording of a replay."""
-    from mjsim.sim.retake import Retake
+    from mjsim.sim import Retake
 
-    pilot = _pilot(run, robot, driver)
     with (
+        _pilot(run, robot, driver) as pilot,
         Retake(
-            run.world,
-            robot,
-            seed=run.seed,
-            times=run.time,
-            qpos=run.qpos,
-            qvel=run.qvel,
-            looks=run.looks,
+            run.world, robot, seed=run.seed, times=run.time, qpos=run.qpos, qvel=run.qvel, looks=run.looks
         ) as retake,
-        Copy(run.path, path, metadata=metadata) as copy,
     ):
         again = _Again(run, robot, driver, pilot, retake, copy)
         for message in copy.messages():
-            if again.take(message) and progress is not None:
-                progress(message.time * 1e-9)
+            if again.take(message):
+                copy.end_tick()
+                if progress is not None:
+                    progress(message.time * 1e-9)
 
 
 def _pilot(run: Recording, robot: str, driver: Driver) -> Pilot:
@@ -135,10 +143,10 @@ def _metadata(run: Recording, robot: str, driver: Driver, uses: Mapping[str, Use
         "replay of": str(run.path),
         "replay of command": run.metadata.get("command", ""),
         "replayed robot": robot,
-        "replayed estimator": type(driver.estimator).__name__,
+        "replayed estimator": name_of(driver.estimator),
         "replayed modules": json.dumps({part: use.model_dump(mode="json") for part, use in uses.items()}),
     }
-    return told | ({"replayed observer": type(driver.observer).__name__} if driver.observer is not None else {})
+    return told | ({"replayed observer": name_of(driver.observer)} if driver.observer is not None else {})
 
 
 class _Again:
@@ -161,12 +169,12 @@ class _Again:
             return False
         if topic == f"/{robot}/observation":
             self._copy.keep(message)
-            self._decide(json.loads(message.data))
+            self._decide(message)
         elif topic == "/tf" and self._order is not None:
-            moved = with_frame(message.data, f"{robot}/estimate", self._now, self._order.estimate.pose)
-            self._copy.keep(message, data=moved)
+            pose = self._order.estimate.pose
+            self._copy.keep(message, data=with_frame(message.data, f"{robot}/estimate", self._now, pose))
         elif topic == "/timing":
-            self._copy.keep(message, data=self._timing(json.loads(message.data)))
+            self._copy.keep(message, data=self._timing())
         else:
             self._copy.keep(message)
         if topic != "/state":
@@ -180,40 +188,43 @@ class _Again:
 
     def _is_of_no_whole_tick(self, message: RawMessage) -> bool:
         """Say whether a message is of the last tick of a file that was cut in it; events need no tick."""
-        return message.time > self._last and not message.topic.endswith("/events")
+        over = message.time > self._last or self._row == len(self._run.time)
+        return over and not message.topic.endswith("/events")
 
     def _is_fault(self, message: RawMessage) -> bool:
         """Say whether a message tells of a module that failed in the run."""
-        return message.topic == f"/{self._robot}/events" and json.loads(message.data)["kind"] == "fault"
+        return message.topic == f"/{self._robot}/events" and self._run.event_in(message).kind == "fault"
 
-    def _decide(self, told: dict[str, Any]) -> None:
+    def _decide(self, message: RawMessage) -> None:
         """Let the modules look at an observation, and write what they make of it."""
-        robot = self._robot
+        robot, seen = self._robot, self._observation(message)
         try:
-            order = self._order = self._pilot.decide(self._observation(told))
+            order = self._order = self._pilot.decide(seen)
         except ModuleFault as fault:
-            self._copy.put(f"/{robot}/events", self._now, event_message(robot, Event(self._now, "fault", str(fault))))
+            self._copy.put(
+                f"/{robot}/events", self._now, event_message(robot, RobotEvent(self._now, "fault", str(fault)))
+            )
             raise
-        for kind, message in self._beliefs.of(self._now, order):
-            self._copy.put(f"/{robot}/{kind}", self._now, message)
+        for kind, belief in self._beliefs.of(self._now, order):
+            self._copy.put(f"/{robot}/{kind}", self._now, belief)
         joint = order.estimate.joint_covariance
         if joint is not None:
             values = covariance_message(self._now, order.estimate, np.asarray(joint, dtype=float))
             self._copy.put(f"/{robot}/covariance", self._now, values)
 
-    def _observation(self, told: dict[str, Any]) -> Observation:
+    def _observation(self, message: RawMessage) -> Observation:
         """Return what the modules of the run were given."""
-        stamps = {item["name"]: item["stamp"] for item in told["cameras"]}
-        seen = replace(observation_of(told), cameras=Frames(stamps, self._retake.frame))
+        seen, stamps = self._run.observation_in(message)
+        seen = replace(seen, cameras=Frames(stamps, self._retake.frame))
         if self._looks_anew:
             return seen
         return replace(seen, sightings=self._run.robots[self._robot].sightings[self._row])
 
-    def _timing(self, told: dict[str, Any]) -> bytes:
+    def _timing(self) -> bytes:
         """Return what this tick cost now: only the modules that were at work."""
         costs = self._order.timing if self._order is not None else {}
         parts = [{"part": f"{self._robot}/{part}", "seconds": seconds} for part, seconds in costs.items()]
-        return encode({"time": told["time"], "clock": time.perf_counter() - self._began, "parts": parts})
+        return encode({"time": self._now, "clock": time.perf_counter() - self._began, "parts": parts})
 
 
 class Frames(Mapping[str, CameraFrame]):

@@ -1,6 +1,5 @@
 """What keeps a robot whole: the reaction to a bump, always on, and the built-in obstacle avoidance."""
 
-from mjsim.safety.bump import react_to_bump
-from mjsim.safety.ring import RingAvoidance
+from mjsim.faces import face
 
-__all__ = ["RingAvoidance", "react_to_bump"]
+__getattr__, __dir__, __all__ = face(__name__, __file__)

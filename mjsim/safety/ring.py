@@ -8,9 +8,9 @@ from numpy.random import Generator
 
 from mjsim.geometry import Array, wrap_angle
 from mjsim.interface import Command, Observation, RobotInfo
+from mjsim.safety.footprint import TOUCHING, Footprint
 from mjsim.safety.hits import RAYS, Hits
 from mjsim.safety.outline import is_round, rim
-from mjsim.safety.sweep import TOUCHING, Body
 from mjsim.safety.trail import Trail
 
 
@@ -61,12 +61,12 @@ class RingAvoidance:
     def start(self, robot: RobotInfo, rng: Generator) -> None:
         """Forget what was seen; take the shape and the limits of the robot."""
         self._robot, self._rng = robot, rng
-        self._body = Body(robot)
+        self._body = Footprint(robot)
         self._spins = math.isinf(robot.max_curvature) and self._body.slender < self.SLENDER
         # What steers sharply, far from its middle, is slow to steer back.
         self._bend = robot.max_curvature if self._spins else min(robot.max_curvature, 1.0 / robot.radius)
         # Who avoids keeps room to turn on the spot, unless it cannot turn so or would need a hall for it.
-        self._swing = Body(robot, swing=True) if self._spins else self._body
+        self._swing = Footprint(robot, swing=True) if self._spins else self._body
         self._deceleration = 0.5 * robot.max_acceleration
         rims = np.full(RAYS, robot.radius)
         if robot.outline is not None and not is_round(robot.outline):
@@ -144,8 +144,8 @@ class RingAvoidance:
         most = min(self._robot.max_turn, self._bend * speed)
         sharpest = min(self._robot.max_turn, self.TURN * (self.HORIZON / seconds))
         turns = np.clip(wanted + self._fan * sharpest, -most, most)
-        ways = self._swing.arcs(points, speed=direction * speed, turns=turns, seconds=seconds)
-        speeds = np.minimum(speed * ways.ease, np.sqrt(2.0 * self._deceleration * speed * ways.times))
+        paths = self._swing.arcs(points, speed=direction * speed, turns=turns, seconds=seconds)
+        speeds = np.minimum(speed * paths.ease, np.sqrt(2.0 * self._deceleration * speed * paths.times))
         # A turn rate off by 1 rad/s is as bad as 0.15 of 0.7 m/s lost.
         off = 0.15 * (speed / 0.7) * (seconds / self.HORIZON) * np.abs(turns - wanted)
         best = int(np.argmax(speeds - off - self._second_thoughts(turns, wanted, speed)))
@@ -204,12 +204,12 @@ class RingAvoidance:
         direction, speed = math.copysign(1.0, command.forward), max(abs(command.forward), 0.1)
         seconds = max(self.HORIZON, 0.8 / speed)
         bearings, points = self._bearings, self._points(speed, seconds)
-        ways = self._swing.lines(points, speed=direction * speed, bearings=bearings, seconds=seconds, turned=True)
+        paths = self._swing.lines(points, speed=direction * speed, bearings=bearings, seconds=seconds, turned=True)
         forward = self._hits.heading + (0.0 if direction > 0.0 else math.pi)
         worn = self._trail.worn(self._hits.x, self._hits.y, forward + bearings)
         chance = self._rng.uniform(0.0, 0.2, len(bearings))
         cost = worn + chance + 0.1 * np.abs(bearings)
-        enough = ways.times >= 0.7 * float(np.max(ways.times))
+        enough = paths.times >= 0.7 * float(np.max(paths.times))
         return float(bearings[int(np.argmin(np.where(enough, cost, np.inf)))])
 
     def _on_the_way_out(self, command: Command, points: Array, now: float) -> Command | None:
@@ -264,8 +264,8 @@ class RingAvoidance:
         speed = share * abs(command.forward)
         most = min(self._robot.max_turn, self._bend * speed)
         turns = math.copysign(most, off) * np.array([1.0, 0.5, 0.2, 0.05, 0.0, -0.05, -0.2, -0.5, -1.0])
-        ways = self._body.arcs(points, speed=direction * speed, turns=turns, seconds=self.HORIZON)
-        free = ways.times * speed
+        paths = self._body.arcs(points, speed=direction * speed, turns=turns, seconds=self.HORIZON)
+        free = paths.times * speed
         best = int(np.argmax(np.minimum(free, 0.6 * speed * self.HORIZON) - 1e-3 * np.arange(9)))
         slow = min(speed, math.sqrt(2.0 * self._deceleration * float(free[best])))
         if slow < 0.1 * speed:
@@ -281,8 +281,8 @@ class RingAvoidance:
             return command
         offsets = np.linspace(-1.0, 1.0, 25) * 0.45 * math.pi
         bearings = math.atan2(command.left, command.forward) + offsets
-        ways = self._body.lines(points, speed=speed, bearings=bearings, seconds=seconds, turned=False)
-        speeds = np.minimum(speed, np.sqrt(2.0 * self._deceleration * speed * ways.times)) * ways.ease
+        paths = self._body.lines(points, speed=speed, bearings=bearings, seconds=seconds, turned=False)
+        speeds = np.minimum(speed, np.sqrt(2.0 * self._deceleration * speed * paths.times)) * paths.ease
         best = int(np.argmax(speeds * (1.0 - 0.3 * np.abs(offsets))))
         ahead, left = math.cos(float(bearings[best])), math.sin(float(bearings[best]))
         turn = command.turn if not command.turn or self._body.can_spin(points, command.turn) else 0.0

@@ -1,7 +1,5 @@
 """A run in a thread of its own, which others start, pause, slow, steer and watch."""
 
-from mjsim.session.gate import State
-from mjsim.session.session import Session
-from mjsim.session.watcher import Watcher
+from mjsim.faces import face
 
-__all__ = ["Session", "State", "Watcher"]
+__getattr__, __dir__, __all__ = face(__name__, __file__)

@@ -2,21 +2,20 @@
 
 import threading
 from collections.abc import Callable, Mapping
-from contextlib import nullcontext
+from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from mjsim.closing import Closes
 from mjsim.errors import ModuleFault, UsageError
 from mjsim.interface import Command
-from mjsim.record.tick import Event
-from mjsim.run.loop import drivers_of, one_blas_thread, recorder_of, tick_count, ticks
-from mjsim.run.pilot import Driver
+from mjsim.output import NewFile
+from mjsim.record import RobotEvent, reserve, reserve_next
+from mjsim.run import Driver, drivers_of, one_blas_thread, recorder_of, tick_count, ticks
 from mjsim.session.gate import Gate, State
 from mjsim.session.helm import Helm
 from mjsim.session.watcher import Watcher
-from mjsim.world import World
-from mjsim.world.settings import with_values
+from mjsim.world import World, with_values
 
 if TYPE_CHECKING:
     from mjsim.record import Recorder, Tick
@@ -40,7 +39,8 @@ class Session(Closes):
         seed: int | None = None,
         seconds: float | None = None,
         drivers: Mapping[str, Driver] | None = None,
-        record: str | Path | None = None,
+        record: str | Path | NewFile | None = None,
+        overwrite: bool = False,
         speed: float | None = None,
         on_tick: "Callable[[Tick], None] | None" = None,
         on_change: Callable[[], None] | None = None,
@@ -52,13 +52,15 @@ class Session(Closes):
             seed: Of all chance; that of the world unless given.
             seconds: How long, simulated [s]; as the world says unless given.
             drivers: The modules of each robot; those of the world unless given, made anew at each start.
-            record: The MCAP file to write, anew at each start; none unless given.
+            record: The MCAP file to write, or its name from `reserve`; none unless given. A restart writes another one,
+                under the next free name: 'run.mcap', 'run-2.mcap' and so on.
+            overwrite: Whether `record` may replace a file; then a restart replaces it as well.
             speed: Simulated seconds a second; as fast as it goes unless given.
             on_tick: Called in the session's thread with each tick; the run waits for it.
             on_change: Called from any thread when state, speed or noise have changed.
 
         Raises:
-            UsageError: The speed is not above 0.
+            UsageError: The speed is not above 0, or `record` exists, is being written, or cannot be written.
         """
         self.world = world
         """What is simulated; noise that was changed is in it."""
@@ -66,11 +68,14 @@ class Session(Closes):
         """Of all chance in the run."""
         self.seconds = world.run.seconds if seconds is None else seconds
         """How long it lasts, simulated [s]."""
-        self.record = Path(record) if record is not None else None
-        """The file that is written."""
+        speed = _checked_speed(speed)
+        self._place = None if record is None else reserve(record, overwrite=overwrite)
+        self._named, self._overwrite = None if self._place is None else self._place.path, overwrite
+        self.record = self._named
+        """The file that is written, or was written last."""
         self._drivers, self._on_tick, self._on_change = drivers, on_tick, on_change
         self._helm = Helm(robot.name for robot in world.robots)
-        self._gate = Gate(_checked_speed(speed), self._tell)
+        self._gate = Gate(speed, self._tell)
         self._newest: Tick | None = None
         self._number = 0
         self._recorder: Recorder | None = None
@@ -179,6 +184,8 @@ class Session(Closes):
         if self._thread.is_alive():
             self._gate.leave("close")
             self._thread.join()
+        if self._place is not None:
+            self._place.close()
 
     def __enter__(self) -> Self:
         """Start."""
@@ -244,20 +251,30 @@ class Session(Closes):
         """Take all ticks of a run, or those until it is to be left."""
         drivers = drivers_of(sim.world) if self._drivers is None else self._drivers
         count = tick_count(sim, self.seconds)
-        recording = nullcontext() if self.record is None else recorder_of(sim, drivers, count, self.record)
+        place = self._next_place()
+        recording = nullcontext() if place is None else recorder_of(sim, drivers, count, place)
         with one_blas_thread(), recording as recorder:
             self._recorder = recorder
             self._gate.pace.forget()
-            loop = ticks(sim, drivers, steer=self._helm.command)
             try:
-                for number in range(count):
-                    if not self._gate.may_go_on(sim, number):
-                        return
-                    self._show(next(loop), recorder)
+                with closing(ticks(sim, drivers, steer=self._helm.command)) as loop:
+                    for number in range(count):
+                        if not self._gate.may_go_on(sim, number):
+                            return
+                        self._show(next(loop), recorder)
             except ModuleFault as fault:
                 if recorder is not None and fault.robot is not None:
-                    recorder.event(fault.robot, Event(sim.time, "fault", str(fault)))
+                    recorder.event(fault.robot, RobotEvent(sim.time, "fault", str(fault)))
                 raise
+
+    def _next_place(self) -> NewFile | None:
+        """Return the reserved name of the next recording; None when there is to be none."""
+        place, self._place = self._place, None
+        if place is None and self._named is not None:
+            place = reserve(self._named, overwrite=True) if self._overwrite else reserve_next(self._named)
+            self.record = place.path
+            self._tell()
+        return place
 
     def _show(self, tick: "Tick", recorder: "Recorder | None") -> None:
         if recorder is not None:
@@ -276,7 +293,7 @@ class Session(Closes):
         if self._recorder is not None and self.state in ("running", "paused"):
             for old, new in zip(before.robots, changed.robots, strict=True):
                 if old != new:
-                    self._recorder.event(new.name, Event(sim.time, "changed", f"{key} is {value}"))
+                    self._recorder.event(new.name, RobotEvent(sim.time, "changed", f"{key} is {value}"))
 
 
 def _checked_speed(speed: float | None) -> float | None:

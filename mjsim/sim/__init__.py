@@ -1,5 +1,5 @@
 """The simulation: owns MuJoCo's model and state; drives, sensors, pictures and contact."""
 
-from mjsim.sim.simulation import Simulation
+from mjsim.faces import face
 
-__all__ = ["Simulation"]
+__getattr__, __dir__, __all__ = face(__name__, __file__)

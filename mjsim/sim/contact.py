@@ -3,8 +3,8 @@
 import mujoco
 import numpy as np
 
-from mjsim.compile.parts import RUNNING_GEAR
-from mjsim.world.robots import Robot
+from mjsim.compile import RUNNING_GEAR
+from mjsim.world import Robot
 
 UPRIGHT = 0.7
 """A contact whose normal is steeper than this carries wheels and casters, and is no bump."""

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.compile.walls import wall_lines
+from mjsim.compile import wall_lines
 from mjsim.geometry import Array
 
 WORTH = 16

@@ -11,7 +11,7 @@ from mjsim.sim.hiding import Hiding
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class View:
+class Frustum:
     """Where a camera is and how far it sees to all sides; world frame."""
 
     eye: Array
@@ -39,12 +39,12 @@ class View:
         return np.asarray(beside)
 
 
-def view_of(scene: mujoco.MjvScene, *, width: int, height: int) -> View:
+def frustum_of(scene: mujoco.MjvScene, *, width: int, height: int) -> Frustum:
     """Return the view of a scene whose camera is up to date, for pictures of a size [px]."""
     first, second = scene.camera[0], scene.camera[1]
     ahead, up = np.array(first.forward, dtype=float), np.array(first.up, dtype=float)
     half_height = float(first.frustum_top / first.frustum_near)
-    return View(
+    return Frustum(
         eye=(np.asarray(first.pos, dtype=float) + second.pos) / 2,
         ahead=ahead,
         up=up,
@@ -79,7 +79,7 @@ class InView:
         self._radii = np.where(self._planes, flat, model.geom_rbound[drawn])
         self._hiding = Hiding(model, drawn)
 
-    def unseen(self, data: mujoco.MjData, view: View) -> NDArray[np.intp]:
+    def unseen(self, data: mujoco.MjData, view: Frustum) -> NDArray[np.intp]:
         """Return the drawn geoms that lie wholly beside or behind the view or behind walls, or show a bare back."""
         offsets = data.geom_xpos[self._drawn] - view.eye
         normals = data.geom_xmat[self._drawn, 2::3]

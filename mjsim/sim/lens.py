@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 from mjsim.interface import Intrinsics, Picture
-from mjsim.world.lenses import Lens
-from mjsim.world.sensors import Camera
+from mjsim.world import Camera, Lens
 
 WIDEST = math.tan(math.radians(80.0))
 """What is farther from the axis is not drawn: black, as outside of the circle of a fisheye."""

@@ -3,9 +3,7 @@
 import mujoco
 import numpy as np
 
-from mjsim.world.model import World
-from mjsim.world.names import item_names
-from mjsim.world.routes import Route, route_of
+from mjsim.world import Route, World, item_names, route_of
 
 
 class Movers:

@@ -2,18 +2,18 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.random import Generator
 
 from mjsim.geometry import Array
 from mjsim.interface import Odometry
-from mjsim.sim.kinematics import Twist
-from mjsim.world.drives import WheelOdometry
+from mjsim.world import Slip, WheelOdometry
 
 SMALL_TURN = 1e-4
 """Below it series are exact to the last digit [rad]."""
+Twist = tuple[float, float, float]
+"""(forward [m/s], left [m/s], turn [rad/s]); of rotations, a small motion [m, m, rad]."""
 Steering = tuple[float, float]
 """The angle of what is steered when a tick began and when it ended [rad]."""
 STRAIGHT: Steering = (0.0, 0.0)
@@ -21,34 +21,6 @@ Motion = Callable[[Sequence[float], Steering], Twist]
 """Rotations of the wheels [rad], steering -> way ahead [m], way to the left [m], turn [rad]."""
 
 
-@dataclass(frozen=True, slots=True)
-class Slip:
-    """What tyres slip on a level floor, as a data sheet would give it, beside the configured noise."""
-
-    forward: float = 0.001
-    """Standard deviation along for one metre driven [m/sqrt(m)]."""
-    left: float = 0.001
-    """Standard deviation aside for one metre driven [m/sqrt(m)]."""
-    turn: float = 0.002
-    """Standard deviation of the heading for one radian turned [rad/sqrt(rad)]."""
-    outward: float = 0.0076
-    """What tyres creep outward on an arc, a speed of so much for one metre a second and one radian a second [s]."""
-    surge: float = 0.0
-    """What tyres slip along while the speed changes, a speed of so much for one metre a second squared [s]."""
-    swing: float = 0.0
-    """What they slip in turn while the turn rate changes, a rate of so much for one radian a second squared [s]."""
-
-
-# Fitted to drives without noise at changing speeds and turns (scripts/measure_odometry.py), where those that slip by
-# nature err by far more than tyres that roll.
-SKID_SLIP = Slip(forward=0.019, left=0.015, turn=0.028, outward=0.0, surge=0.029, swing=0.02)
-"""Of four fixed wheels, which turn by slipping sideways."""
-ROLLER_SLIP = Slip(forward=0.0045, left=0.008, turn=0.0075, outward=0.0)
-"""Of mecanum wheels, which roll from one roller onto the next."""
-OMNI_SLIP = Slip(forward=0.0015, left=0.0015, outward=0.0)
-"""Of wheels whose rollers lie across, and which creep every way alike."""
-STEERED_SLIP = Slip(forward=0.002, turn=0.0045)
-"""Of one wheel that drives and steers, while its angle changes."""
 KEPT = 1.0
 """How long a robot is taken to keep to an arc, and its tyres to creep to the same side [s]."""
 SETTLED = 0.1
@@ -81,7 +53,7 @@ def arc_end_slopes(distance: float, turn: float) -> tuple[tuple[float, float], t
     return forward, left
 
 
-class Change:
+class SmoothedAcceleration:
     """How fast a speed changes, of a speed that is smoothed twice: its mean square is much the same at all ticks."""
 
     def __init__(self, dt: float) -> None:
@@ -138,10 +110,12 @@ class WheelOdometer:
         """
         self._motion, self._slip, self._sideways, self._stream = motion, slip, sideways, stream
         self._creep = slip.outward**2 * KEPT / dt**3
-        self._changes = (Change(dt), Change(dt)) if slip.surge or slip.swing else None
+        self._changes = (SmoothedAcceleration(dt), SmoothedAcceleration(dt)) if slip.surge or slip.swing else None
         self._lurch = slip.surge**2 * KEPT * dt, slip.swing**2 * KEPT * dt
         self._step = 2.0 * math.pi / errors.ticks if errors.ticks is not None else None
         self._uncounted = [0.0] * wheels
+        self.counts = [0] * wheels
+        """Whole steps that the encoder of each driven wheel has counted since the start, forward positive."""
         self.retune(errors)
 
     def retune(self, errors: WheelOdometry) -> None:
@@ -155,10 +129,18 @@ class WheelOdometer:
         """Return the increment of a robot that has not moved yet."""
         return Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
 
-    def increment(self, rotations: Sequence[float], steering: Steering = STRAIGHT) -> Odometry:
-        """Return what is told of rotations of the wheels since the last tick [rad], steered meanwhile."""
+    def increment(self, rotations: Sequence[float], steering: Steering = STRAIGHT, *, pitched: float = 0.0) -> Odometry:
+        """Return what is told of rotations of the wheels since the last tick.
+
+        Args:
+            rotations: Of each driven wheel, relative to the body [rad].
+            steering: What is steered, before and after.
+            pitched: How far the body has pitched forward meanwhile; wheels have turned by as much more [rad].
+        """
         if self._step is not None:
             rotations = self._counted(rotations, self._step)
+        if pitched:
+            rotations = [rotation + pitched for rotation in rotations]
         if self._radii is not None:
             rotations = [rotation * radius for rotation, radius in zip(rotations, self._radii, strict=True)]
         distance, left, turn = self._motion(rotations, steering)
@@ -186,7 +168,9 @@ class WheelOdometer:
         counted = []
         for wheel, rotation in enumerate(rotations):
             whole = self._uncounted[wheel] + rotation
-            counted.append(math.floor(whole / step) * step)
+            steps = math.floor(whole / step)
+            self.counts[wheel] += steps
+            counted.append(steps * step)
             self._uncounted[wheel] = whole - counted[-1]
         return counted
 

@@ -6,18 +6,16 @@ from dataclasses import dataclass
 import mujoco
 
 from mjsim.closing import Closes
-from mjsim.compile import compile_world
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Picture
-from mjsim.sim.camera import OnboardCamera
 from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.playback import bring_near
 from mjsim.sim.renderer import SEEN_FROM_OUTSIDE, Renderer
-from mjsim.sim.scenery import Scenery
-from mjsim.world import World
-from mjsim.world.looks import Looks
-from mjsim.world.sensors import Camera
+from mjsim.sim.sensors import OnboardCamera
+from mjsim.sim.still import StillScene
+from mjsim.sim.streams import streams_of
+from mjsim.world import Camera, Looks, World
 
 EYE_LEVEL = 0.4
 """Height over the floor that a view from outside looks at [m]."""
@@ -47,7 +45,7 @@ class Onlooker(Closes):
     def __init__(self, world: World) -> None:
         """Keep the world."""
         self._world = world
-        self._model: mujoco.MjModel | None = None
+        self._scene: StillScene | None = None
         self._canvases: dict[Quality, Canvas] = {}
         self._outside: dict[tuple[int, int, Quality], Renderer] = {}
         self._cameras: dict[tuple[str, str, bool, bool], OnboardCamera] = {}
@@ -62,18 +60,9 @@ class Onlooker(Closes):
         Raises:
             UsageError: The state is not of this world.
         """
-        if self._model is None:
-            self._model = compile_world(self._world).compile()
-            self._data = mujoco.MjData(self._model)
-            self._scenery = Scenery(self._model, self._world)
-            self._first_looks = self._scenery.looks
-        if qpos.shape != self._data.qpos.shape:
-            raise UsageError(f"a state of {len(qpos)} numbers cannot be drawn; this world has {self._model.nq}")
-        self._scenery.show(self._first_looks if looks is None else looks)
-        self._data.qpos[:] = qpos
-        mujoco.mj_kinematics(self._model, self._data)
-        mujoco.mj_comPos(self._model, self._data)
-        mujoco.mj_camlight(self._model, self._data)
+        if self._scene is None:
+            self._scene = StillScene(self._world)
+        self._scene.show(qpos, looks=looks)
 
     def outside(self, view: str | Orbit, *, width: int, height: int, quality: Quality = "normal") -> Picture:
         """Return a view from outside, RGB, shape (height, width, 3).
@@ -87,17 +76,17 @@ class Onlooker(Closes):
         Raises:
             UsageError: There is no such view.
         """
-        key = width, height, quality
+        scene, key = self._shown(), (width, height, quality)
         if key not in self._outside:
             canvas = self._canvas(quality)
             self._outside[key] = Renderer(
-                self._model, width=width, height=height, canvas=canvas, groups=SEEN_FROM_OUTSIDE
+                scene.model, width=width, height=height, canvas=canvas, groups=SEEN_FROM_OUTSIDE
             )
         if isinstance(view, str):
             if view.endswith("/chase"):
-                bring_near(self._model, self._data, view)
-            return self._outside[key].render(self._data, view)
-        return self._outside[key].render(self._data, _free_camera(view))
+                bring_near(scene.model, scene.data, view)
+            return self._outside[key].render(scene.data, view)
+        return self._outside[key].render(scene.data, _free_camera(view))
 
     def onboard(
         self, robot: str, camera: str, *, stamp: float = 0.0, depth: bool = False, segmentation: bool = False
@@ -117,7 +106,7 @@ class Onlooker(Closes):
         key = robot, camera, depth, segmentation
         if key not in self._cameras:
             self._cameras[key] = self._mounted(robot, camera, depth=depth, segmentation=segmentation)
-        return self._cameras[key].frame(self._data, stamp)
+        return self._cameras[key].frame(self._shown().data, stamp)
 
     def close(self) -> None:
         """Give back what was made for drawing; a second call does nothing."""
@@ -137,18 +126,20 @@ class Onlooker(Closes):
         body, sensor = cameras[robot, camera]
         exact = {"noise": 0.0, "blur": 0.0, "shutter": 0.0, "rolling_shutter": 0.0}
         return OnboardCamera(
-            self._model,
+            self._shown().model,
             body,
             sensor.model_copy(update={**exact, "depth": depth, "segmentation": segmentation}),
-            rate_hz=self._world.run.rate_hz,
-            seed=0,
+            streams=streams_of(0, robot, camera),
             canvas=self._canvas(sensor.quality),
         )
 
     def _canvas(self, quality: Quality) -> Canvas:
-        if self._model is None:
+        return self._canvases.setdefault(quality, Canvas(self._shown().model, quality=quality))
+
+    def _shown(self) -> StillScene:
+        if self._scene is None:
             raise UsageError("nothing to draw yet; show a state first")
-        return self._canvases.setdefault(quality, Canvas(self._model, quality=quality))
+        return self._scene
 
 
 def _free_camera(view: Orbit) -> mujoco.MjvCamera:

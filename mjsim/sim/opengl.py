@@ -12,17 +12,20 @@ import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from ctypes import CDLL
+from pathlib import Path
 from typing import Protocol
 
 import mujoco
 
-from mjsim.errors import OpenGLError
+from mjsim.errors import OpenGLError, how_to_install
 from mjsim.gl_request import requested_backend
 from mjsim.sim import native
 from mjsim.sim.egl import Egl, EglContext
-from mjsim.sim.osmesa import OsmesaContext, package_is_there, packaged_osmesa, system_osmesa
+from mjsim.sim.osmesa import PACKAGE, VERSION, OsmesaContext, package_is_there, packaged_osmesa, system_osmesa
 
 APT_LINE = "sudo apt install libegl1 libgl1-mesa-dri"
+CHECKOUT = Path(__file__).resolve().parents[2]
+"""Holds scripts/setup unless mjsim was installed from a wheel."""
 TINY = "<mujoco><visual><global offwidth='1' offheight='1'/><quality shadowsize='1' offsamples='0'/></visual></mujoco>"
 
 
@@ -111,8 +114,13 @@ def _remedy() -> str:
     """Return the one command that mends a machine on which nothing draws."""
     if requested_backend():
         return "unset MUJOCO_GL"
-    has_wheel = sys.platform == "linux" and platform.machine() == "x86_64"
-    return "scripts/setup" if has_wheel and not package_is_there() else APT_LINE
+    if (sys.platform, platform.machine()) != ("linux", "x86_64") or package_is_there():
+        return APT_LINE
+    setup = CHECKOUT / "scripts" / "setup"
+    if setup.is_file():
+        return str(setup)
+    # Its wheels end with Python 3.13.
+    return how_to_install("--no-deps", f"{PACKAGE}=={VERSION}") if sys.version_info < (3, 14) else APT_LINE
 
 
 def _open_egl() -> ContextMaker:

@@ -17,7 +17,7 @@ from mjsim.sim.native import function, open_library, renderer_name
 
 RGBA, UNSIGNED_BYTE = 0x1908, 0x1401
 DEPTH_BITS, STENCIL_BITS = 24, 8
-PACKAGE = "lavavu-osmesa"
+PACKAGE, VERSION = "lavavu-osmesa", "1.9.10"
 NEEDED_FIRST = ("tinfo", "ffi", "zstd", "pcre2", "selinux", "drm", "glapi", "LLVM")
 """Libraries of the package, each after those that it needs: they carry no search path of their own."""
 

@@ -7,15 +7,12 @@ import mujoco
 import numpy as np
 
 from mjsim.closing import Closes
-from mjsim.compile import compile_world
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.sim.canvas import Quality
 from mjsim.sim.renderer import SEEN, Renderer
-from mjsim.sim.scenery import Scenery
-from mjsim.world import World
-from mjsim.world.events import Event
-from mjsim.world.looks import looks_after
+from mjsim.sim.still import StillScene
+from mjsim.world import World, WorldEvent, looks_after
 
 ABOVE = 0.5
 """Height over the floor to which a camera's way must be free [m]."""
@@ -36,7 +33,7 @@ class Playback(Closes):
         height: int,
         quality: Quality = "normal",
         groups: tuple[int, ...] = SEEN,
-        events: Iterable[Event] = (),
+        events: Iterable[WorldEvent] = (),
     ) -> None:
         """Compile the world.
 
@@ -50,10 +47,8 @@ class Playback(Closes):
         """
         self._world, self._events = world, tuple(events)
         self._times = [event.time for event in self._events]
-        self._model = compile_world(world).compile()
-        self._scenery = Scenery(self._model, world)
-        self._data = mujoco.MjData(self._model)
-        self._renderer = Renderer(self._model, width=width, height=height, quality=quality, groups=groups)
+        self._scene = StillScene(world)
+        self._renderer = Renderer(self._scene.model, width=width, height=height, quality=quality, groups=groups)
 
     def picture(self, qpos: Array, camera: str, out: Picture | None = None, *, time: float | None = None) -> Picture:
         """Return what a camera sees in a state, RGB, shape (height, width, 3).
@@ -69,13 +64,10 @@ class Playback(Closes):
             UsageError: There is no such camera.
         """
         past = 0 if time is None else bisect_right(self._times, time)
-        self._scenery.show(looks_after(self._world, self._events[:past]))
-        self._data.qpos[:] = qpos
-        mujoco.mj_kinematics(self._model, self._data)
-        mujoco.mj_camlight(self._model, self._data)
+        self._scene.show(qpos, looks=looks_after(self._world, self._events[:past]))
         if camera.endswith("/chase"):
-            bring_near(self._model, self._data, camera)
-        return self._renderer.render(self._data, camera, out)
+            bring_near(self._scene.model, self._scene.data, camera)
+        return self._renderer.render(self._scene.data, camera, out)
 
     def close(self) -> None:
         """Give back what was made for drawing; a second call does nothing."""

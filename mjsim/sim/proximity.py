@@ -4,12 +4,10 @@ import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.world.bodies import rims
-from mjsim.world.robots import Robot
+from mjsim.sim.rays import fan_of
+from mjsim.world import Robot, rims
 
 RAYS = 16
-SOLID = np.array([1, 0, 0, 1, 0, 0], dtype=np.uint8)
-"""Geom groups that rays hit: 0 and 3, so neither beacons nor anybody's running gear."""
 HEIGHT = 0.6
 """Of the ring on the body, of the body's height."""
 
@@ -19,7 +17,7 @@ class ProximityRing:
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> None:
         """Keep the model and its state, which is read at each look, and where the rays of the robot begin."""
-        self._model, self._data = model, data
+        self._data, self._fan = data, fan_of(model, data)
         self._base = model.body(f"{robot.name}/base").id
         angles = np.asarray(np.arange(RAYS) * (2.0 * np.pi / RAYS), dtype=float)
         self._rims, self._reach = rims(robot.body, angles), robot.proximity_range
@@ -39,20 +37,14 @@ class ProximityRing:
         np.matmul(self._rays, world_from_base.T, out=self._directions)
         # From the middle, leaving out the base: a ray that began at the rim would begin inside what is touched.
         start = self._data.xpos[self._base] + world_from_base @ self._start
-        limit = self._farthest
-        mujoco.mj_multiRay(
-            self._model,
-            self._data,
+        self._fan(
             start,
-            self._directions.ravel(),
-            SOLID,
-            True,
-            self._base,
-            self._geoms,
-            self._distances,
-            None,
-            RAYS,
-            limit,
+            self._directions,
+            exclude=self._base,
+            geoms=self._geoms,
+            distances=self._distances,
+            normals=None,
+            limit=self._farthest,
         )
         hit = (self._geoms >= 0) & (self._distances <= self._rims + self._reach)
         return np.where(hit, np.maximum(self._distances - self._rims, 0.0), np.inf)

@@ -5,10 +5,9 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 
 from mjsim.geometry import Pose
-from mjsim.interface import Message
-from mjsim.readings import message_text
+from mjsim.interface import Message, message_text
 from mjsim.sim.streams import stream
-from mjsim.world.radio import Radio
+from mjsim.world import Radio
 
 
 class RadioNet:

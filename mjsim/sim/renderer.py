@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.closing import Closes
-from mjsim.compile.light import general_light, lamp_lights, lamps_drawn
+from mjsim.compile import general_light, lamp_lights, lamps_drawn
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.sim.canvas import Canvas, Quality
-from mjsim.sim.in_view import InView, View, view_of
+from mjsim.sim.in_view import Frustum, InView, frustum_of
 
 SEEN = (0, 1)
 """Geom groups that onboard cameras see."""
@@ -151,7 +151,7 @@ class Renderer(Closes):
         """Fill the scene with what a camera may see."""
         model, scene = self._model, self._scene
         mujoco.mjv_updateCamera(model, data, self._camera(camera), scene)
-        view = view_of(scene, width=self._rect.width, height=self._rect.height)
+        view = frustum_of(scene, width=self._rect.width, height=self._rect.height)
         unseen = self._in_view.unseen(data, view) if cull else self._drawn[:0]
         groups = model.geom_group[unseen]
         model.geom_group[unseen] = UNSEEN
@@ -180,7 +180,7 @@ class Renderer(Closes):
         self._fixed.fixedcamid = found
         return self._fixed
 
-    def _lamps_unseen(self, data: mujoco.MjData, view: View) -> NDArray[np.intp]:
+    def _lamps_unseen(self, data: mujoco.MjData, view: Frustum) -> NDArray[np.intp]:
         """Return the lamps that light nothing in this view, and those that are too many, farthest first."""
         model, lamps = self._model, self._lamps
         reach = np.where(model.light_active[lamps], model.light_range[lamps], -np.inf)

@@ -7,16 +7,14 @@ import mujoco
 import numpy as np
 
 from mjsim.closing import Closes
-from mjsim.compile import compile_world
 from mjsim.errors import RecordingError
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame
-from mjsim.sim.camera import OnboardCamera, ticks_between
 from mjsim.sim.canvas import Canvas, Quality
-from mjsim.sim.scenery import Scenery
-from mjsim.world.looks import Looks
-from mjsim.world.model import World
-from mjsim.world.sensors import Camera
+from mjsim.sim.sensors import OnboardCamera, ticks_between
+from mjsim.sim.still import StillScene
+from mjsim.sim.streams import streams_of
+from mjsim.world import Camera, Looks, World
 
 SAME_TIME = 1e-6
 """A stamp that differs less from the time of a tick is of that tick [s]."""
@@ -72,13 +70,8 @@ class Retake(Closes):
             raise RecordingError(f"camera '{camera}' took its picture at {stamp:g} s; no tick of then is recorded")
         if not self._cameras:
             self._compile()
-        data = self._data
-        data.qpos[:], data.qvel[:] = self._qpos[row], self._qvel[row]
-        self._scenery.show(self._looks(row))
-        mujoco.mj_kinematics(self._model, data)
-        mujoco.mj_comPos(self._model, data)
-        mujoco.mj_camlight(self._model, data)
-        return self._cameras[camera].frame(data, stamp, tick=round(stamp / self._period))
+        self._scene.show(self._qpos[row], qvel=self._qvel[row], looks=self._looks(row))
+        return self._cameras[camera].frame(self._scene.data, stamp, tick=round(stamp / self._period))
 
     def close(self) -> None:
         """Give back what the cameras draw with; a second call does nothing."""
@@ -87,15 +80,13 @@ class Retake(Closes):
 
     def _compile(self) -> None:
         world = self._world
-        self._model: mujoco.MjModel = compile_world(world).compile()
-        self._scenery = Scenery(self._model, world)
-        self._data = mujoco.MjData(self._model)
+        self._scene = StillScene(world)
+        model = self._scene.model
         for sensor in self._robot.sensors:
             if isinstance(sensor, Camera):
-                canvas = self._canvases.setdefault(sensor.quality, Canvas(self._model, quality=sensor.quality))
-                camera = OnboardCamera(
-                    self._model, self._robot, sensor, rate_hz=world.run.rate_hz, seed=self._seed, canvas=canvas
-                )
+                canvas = self._canvases.setdefault(sensor.quality, Canvas(model, quality=sensor.quality))
+                streams = streams_of(self._seed, self._robot.name, sensor.camera)
+                camera = OnboardCamera(model, self._robot, sensor, streams=streams, canvas=canvas)
                 self._cameras[sensor.camera] = _Again(camera, ticks_between(world.run.rate_hz, sensor.rate_hz))
 
 

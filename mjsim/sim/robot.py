@@ -1,23 +1,36 @@
 """One robot at work in a simulation: its drive, its wheels and its sensors."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
-from mjsim.errors import UsageError
-from mjsim.geometry import Pose
-from mjsim.interface import Command, Message, Observation, RobotInfo, WheelCommand
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.geometry import Array, Pose, Pose3
+from mjsim.interface import (
+    Command,
+    Controller,
+    ControlLoop,
+    JointGoal,
+    Message,
+    Observation,
+    RobotInfo,
+    WheelCommand,
+)
+from mjsim.mechanics import JointMotion
+from mjsim.sim.actuation import Actuation, ServoActuation
+from mjsim.sim.arms import ArmAtWork
+from mjsim.sim.bases import RunningGear, balancing_info, gear_of
 from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.contact import Bumper
-from mjsim.sim.gear import running_gear
+from mjsim.sim.controls import Controls
 from mjsim.sim.odometry import STRAIGHT
 from mjsim.sim.proximity import ProximityRing
-from mjsim.sim.sensors import Sensors
-from mjsim.world.drives import UserDrive
-from mjsim.world.model import World
-from mjsim.world.robots import Robot
+from mjsim.sim.sensors import MAKERS, Mounting, Sensors
+from mjsim.sim.streams import kept, streams_of
+from mjsim.world import AnySensor, BalancingDrive, Robot, World, name_of
 
 
 class SimulatedRobot:
@@ -45,24 +58,36 @@ class SimulatedRobot:
             canvas: Gives what cameras of a quality draw on.
             received: Gives what the radio has brought until a tick.
         """
-        self._robot, self._data, self._received = robot, data, received
+        self._robot, self._model, self._data, self._received = robot, model, data, received
         self._dt = world.run.steps_per_tick * model.opt.timestep
-        self._gear = gear = running_gear(robot, dt=self._dt, seed=seed, source=world.source)
-        turned = [f"{robot.name}/{part}" for part in (*gear.wheels, *gear.steering)]
-        try:
-            self._hinges = np.array([model.joint(part).qposadr[0] for part in turned])
-            self._servos = np.array([model.actuator(part).id for part in turned])
-        except KeyError as error:
-            raise UsageError(
-                f"robot '{robot.name}' lacks a hinge or a servo of a wheel its drive names: {str(error).split('.')[0]}"
-            ) from None
-        self._free = slice(start := int(model.joint(f"{robot.name}/free").qposadr[0]), start + 7)
+        self._gear = gear = gear_of(robot, dt=self._dt, seed=seed, source=world.source, clock=lambda: float(data.time))
+        self._hinges, self._dofs, motors = _turned(model, robot, gear)
+        servos = motors if gear.wanted is None else []
+        self.actuations: list[Actuation] = [ServoActuation(data, gear, servos, every=world.run.steps_per_tick)]
+        """What its motors are told through, beside controllers."""
+        self._pose = _pose_of(model, data, robot)
         self._ring = ProximityRing(model, data, robot)
         self._bumper = Bumper(model, data, robot)
-        self._sensors = Sensors(
-            model, data, robot, beacons=world.beacons, rate_hz=world.run.rate_hz, seed=seed, canvas=canvas
-        )
+
+        def mounting(sensor: AnySensor) -> Mounting:
+            return Mounting(
+                model=model,
+                data=data,
+                robot=robot,
+                gear=gear,
+                beacons=world.beacons,
+                streams=kept(streams_of(seed, robot.name, name_of(sensor))),
+                canvas=canvas,
+            )
+
+        self._sensors = Sensors(robot, makers=MAKERS, mounting=mounting, rate_hz=world.run.rate_hz)
+        self.after_step = self._sensors.after_step
+        """What to call after each step of the physics."""
+        self._arms = {item.name: ArmAtWork(model, data, robot, item, tick=self._dt) for item in robot.arms}
+        arms, imus = [*self._arms.values()], self._sensors.imus
+        self._controls = Controls(model, data, robot, gear=gear, arms=arms, imus=imus, world=world, seed=seed)
         self._angles = data.qpos[self._hinges]
+        self._pitch = self.truth().pitch() if gear.wanted is not None else 0.0
         self._odometry = gear.odometer.at_rest()
         self._seen: Observation | None = None
         self._identities: tuple[str | None, ...] = ()
@@ -90,38 +115,77 @@ class SimulatedRobot:
             raise UsageError(
                 f"{len(numbers)} wheel speeds for robot '{self._robot.name}'; its wheels are {', '.join(wheels)}"
             )
-        self._gear.drive.command(command)
+        if isinstance(command, Command) and command.joints:
+            self._move_arms(command.joints)
+        self._gear.profile.command(command)
+
+    def _move_arms(self, goals: Mapping[str, JointGoal]) -> None:
+        for name, goal in goals.items():
+            if name not in self._arms:
+                raise UsageError(f"robot '{self._robot.name}' has no arm '{name}'{did_you_mean(name, self._arms)}")
+            self._arms[name].command(goal)
+
+    def motions(self) -> dict[str, JointMotion]:
+        """Return how each arm moves now, by its name; and 'drive', the wheels of a base that balances."""
+        arms = {name: arm.motion() for name, arm in self._arms.items()}
+        return arms if self._gear.goal is None else {"drive": self._wheel_motion(self._gear.goal()), **arms}
+
+    def _wheel_motion(self, goal: Sequence[float]) -> JointMotion:
+        """Return how the driven wheels move relative to the body, and where set-points would have turned them."""
+        data, dofs = self._data, self._dofs
+        return JointMotion(
+            names=self._gear.wheels,
+            positions=data.qpos[self._hinges],
+            velocities=data.qvel[dofs],
+            accelerations=data.qacc[dofs],
+            torques=data.qfrc_actuator[dofs],
+            goal=np.array(goal),
+        )
+
+    def acting(self) -> list[Actuation]:
+        """Return what its motors are told through, controllers last; those that come with mjsim are made now."""
+        return [*self.actuations, *self._controls.actuations(self.info)]
+
+    def control(self, controllers: Mapping[str, Controller | ControlLoop]) -> None:
+        """Let controllers drive parts of the robot from now on.
+
+        Raises:
+            UsageError: There is no such part, or a rate does not fit.
+            ModuleFault: A controller lacks a method, or raises when it starts.
+        """
+        self._controls.install(controllers, self.info)
+
+    def control_times(self) -> dict[str, float]:
+        """Return the wall-clock time inside each controller since the last call, by part [s]."""
+        return self._controls.times()
 
     def retune(self, robot: Robot) -> None:
-        """Err as far as said from now on; `robot` differs from what it was in noise alone."""
+        """Use this noise from now on; `robot` differs from what it was in noise alone."""
         self._robot = robot
-        self._gear.drive.retune(robot.drive.noise)
+        self._gear.profile.retune(robot.drive.noise)
         self._gear.odometer.retune(robot.odometry)
         self._sensors.retune(robot)
 
     def before_step(self, tick: int) -> None:
-        """Tell the servos of the wheels what to reach in the step that ends a tick."""
+        """Pass over what is due at a tick and was not asked for."""
         if self._seen is None:
             self._sensors.unasked(tick, tick * self._dt)
-        self._data.ctrl[self._servos] = self._gear.drive.advance()
 
-    @property
-    def feels(self) -> bool:
-        """Whether each step of the physics is to be told to `feel_step`."""
-        return self._sensors.feels
-
-    def feel_step(self) -> None:
-        """Note what inertial sensors feel, after a step of the physics."""
-        self._sensors.feel_step()
-
-    def after_step(self) -> None:
-        """Read the wheels, so that nothing depends on who looks when."""
+    def after_tick(self, tick: int) -> None:
+        """Read the wheels, so that nothing depends on who looks when; `tick` is the one that begins."""
+        self._controls.feel(tick * self._dt)
         angles, before = self._data.qpos[self._hinges], self._angles
         turned, count = (angles - before).tolist(), len(self._gear.wheels)
         steering = (float(before[count]), float(angles[count])) if len(angles) > count else STRAIGHT
         self._angles = angles
-        self._odometry = self._gear.odometer.increment(turned[:count], steering)
+        pitched = self._pitched() if self._gear.wanted is not None else 0.0
+        self._odometry = self._gear.odometer.increment(turned[:count], steering, pitched=pitched)
         self._seen = None
+
+    def _pitched(self) -> float:
+        """Return how far a balancing base has pitched forward since the last tick [rad]."""
+        before, self._pitch = self._pitch, self.truth().pitch()
+        return math.remainder(self._pitch - before, math.tau)
 
     def sense(self, tick: int) -> Observation:
         """Return all that the robot senses at a tick; the same when asked again."""
@@ -133,13 +197,11 @@ class SimulatedRobot:
                 time=time,
                 dt=self._dt,
                 odometry=self._odometry,
-                sightings=sensed.sightings,
-                cameras=sensed.cameras,
-                scans=sensed.scans,
-                imu=sensed.imu,
                 proximity=self._ring.ranges(),
                 bump=self._bumper.bearings(),
                 messages=self._received(tick),
+                joints={name: arm.read(time) for name, arm in self._arms.items()},
+                **sensed.fields(),
             )
         return self._seen
 
@@ -148,11 +210,10 @@ class SimulatedRobot:
         self.sense(tick)
         return self._identities
 
-    def truth(self) -> Pose:
-        """Return where the robot is, world frame."""
-        x, y, _, qw, qx, qy, qz = self._data.qpos[self._free].tolist()
-        # Heading of the x axis of the base, seen from above.
-        return Pose(x, y, math.atan2(2.0 * (qx * qy + qw * qz), 1.0 - 2.0 * (qy * qy + qz * qz)))
+    def truth(self) -> Pose3:
+        """Return where the base is, world frame."""
+        x, y, z, qw, qx, qy, qz = self._pose.tolist()
+        return Pose3(x, y, z, qx, qy, qz, qw)
 
     def _describe(self) -> RobotInfo:
         robot, drive = self._robot, self._robot.drive
@@ -163,11 +224,11 @@ class SimulatedRobot:
             max_turn=math.radians(drive.max_turn_deg),
             max_acceleration=drive.max_acceleration,
             max_turn_acceleration=math.radians(drive.max_turn_acceleration_deg),
-            max_left=self._gear.max_left,
-            max_curvature=self._gear.max_curvature,
+            max_left=drive.sideways,
+            max_curvature=drive.max_curvature,
             wheels=self._gear.wheels,
-            wheel_radius=0.0 if isinstance(drive, UserDrive) else drive.wheel_radius,
-            track=self._gear.track,
+            wheel_radius=drive.driven_radius,
+            track=drive.turning_track,
             radius=robot.body.radius,
             twist_from_wheels=self._gear.twist_from_wheels(),
             outline=robot.body.outline(),
@@ -175,4 +236,36 @@ class SimulatedRobot:
             prior=Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg)),
             prior_covariance=np.zeros((3, 3)),
             sensors=self._sensors.info,
+            arms={name: arm.info for name, arm in self._arms.items()},
+            balancing=balancing_info(self._model, robot) if isinstance(drive, BalancingDrive) else None,
         )
+
+
+def _pose_of(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> Array:
+    """Return the position and the quaternion of a base, shape (7,), which follow it if it moves."""
+    if robot.base == "fixed":
+        body = model.body(f"{robot.name}/base")
+        return np.concatenate([body.pos, body.quat])
+    start = int(model.joint(f"{robot.name}/free").qposadr[0])
+    following: Array = data.qpos[start : start + 7]
+    return following
+
+
+def _turned(
+    model: mujoco.MjModel, robot: Robot, gear: RunningGear
+) -> tuple[NDArray[np.intp], NDArray[np.intp], list[int]]:
+    """Return where the wheels, then what is steered, stand in `qpos` and in `qvel`, and which motors turn them.
+
+    Raises:
+        UsageError: The robot's file lacks one that its drive names.
+    """
+    names = [f"{robot.name}/{part}" for part in (*gear.wheels, *gear.steering)]
+    try:
+        hinges = [model.joint(name) for name in names]
+        motors = [int(model.actuator(name).id) for name in names]
+    except KeyError as error:
+        raise UsageError(
+            f"robot '{robot.name}' lacks a hinge or a servo of a wheel its drive names: {str(error).split('.')[0]}"
+        ) from None
+    places, speeds = ([getattr(hinge, key)[0] for hinge in hinges] for key in ("qposadr", "dofadr"))
+    return np.array(places, dtype=np.intp), np.array(speeds, dtype=np.intp), motors

@@ -4,12 +4,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.compile.contacts import GHOST
-from mjsim.compile.light import dim_lamp, dim_light, lamp_names
+from mjsim.compile import GHOST, dim_lamp, dim_light, lamp_names
 from mjsim.sim.renderer import UNSEEN
-from mjsim.world.looks import Looks, first_looks
-from mjsim.world.model import World
-from mjsim.world.names import item_names
+from mjsim.world import Looks, World, first_looks, item_names
 
 FREE = 6
 """Degrees of freedom of what can fall."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 from mjsim.interface import Picture
-from mjsim.world.sensors import Camera
+from mjsim.world import Camera
 
 MOST = 24
 """Pictures that one picture is made of, at most."""
@@ -40,8 +40,9 @@ class Shutter:
         self._camera, self._focal = camera, focal
         self._index = model.camera(f"{robot}/{camera.camera}").id
         self._base = model.body(f"{robot}/base").id
-        start = int(model.joint(f"{robot}/free").dofadr[0])
-        self._moved = slice(start, start + 6)
+        start = int(model.body_dofadr[self._base])
+        self._moved = slice(start, start + 6) if start >= 0 else None
+        """Of the base's velocities; None for a base that stands."""
         middles = (np.arange(camera.height) + 0.5) / camera.height - 0.5
         self._rows = camera.rolling_shutter * middles
         self._window = camera.rolling_shutter + camera.shutter
@@ -92,6 +93,8 @@ class Shutter:
 
     def _velocities(self, data: mujoco.MjData) -> tuple[Array, Array]:
         """Return velocity [m/s] and turn [rad/s] of the base, world frame, shapes (3,)."""
+        if self._moved is None:
+            return np.zeros(3), np.zeros(3)
         moved = data.qvel[self._moved]
         return moved[:3].copy(), data.xmat[self._base].reshape(3, 3) @ moved[3:]
 

@@ -1,7 +1,7 @@
 """The simulation: a world in MuJoCo, its robots, and time."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from types import MappingProxyType
 
@@ -10,23 +10,34 @@ import numpy as np
 from pydantic import ValidationError
 
 from mjsim.closing import Closes
-from mjsim.compile import compile_world
-from mjsim.compile.pictures import read_picture
+from mjsim.compile import compile_world, likely_cause, set_exact_masses
 from mjsim.errors import PhysicsFault, UsageError, did_you_mean
-from mjsim.geometry import Array, Pose
-from mjsim.interface import BeaconInfo, Command, MarkerInfo, Observation, Picture, RobotInfo, WheelCommand, WorldMap
+from mjsim.geometry import Array, Pose, Pose3
+from mjsim.interface import BeaconInfo, Command, Controller, ControlLoop, Observation, RobotInfo, WheelCommand, WorldMap
+from mjsim.mechanics import JointMotion
+from mjsim.sim.actuation import Actuation
 from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.radio import RadioNet
 from mjsim.sim.robot import SimulatedRobot
 from mjsim.sim.snapshot import Snapshot
-from mjsim.sim.stage import Stage
-from mjsim.world.events import CloseEvent, Event, LampEvent, LightEvent, MoveEvent, OpenEvent, RemoveEvent
-from mjsim.world.hung import hung
-from mjsim.world.looks import Looks
-from mjsim.world.model import World
-from mjsim.world.noise import require_same_but_noise
-from mjsim.world.plan import segments
-from mjsim.world.words import path_of, sentence
+from mjsim.sim.still import bring_up
+from mjsim.sim.told import catalogue_of, map_of
+from mjsim.sim.world_script import WorldScript
+from mjsim.world import (
+    CloseEvent,
+    LampEvent,
+    LightEvent,
+    Looks,
+    MoveEvent,
+    OpenEvent,
+    RemoveEvent,
+    ShoveEvent,
+    World,
+    WorldEvent,
+    path_of,
+    require_same_but_noise,
+    sentence,
+)
 
 FASTEST = 100.0
 """No robot of ours is as fast unless the physics failed [m/s]."""
@@ -53,6 +64,7 @@ class Simulation(Closes):
         self.world = world
         self.seed = _checked_seed(world.run.seed if seed is None else seed)
         self.model: mujoco.MjModel = compile_world(world).compile()
+        set_exact_masses(self.model, world)
         self.data = mujoco.MjData(self.model)
         self.dt: float = world.run.steps_per_tick * self.model.opt.timestep
         """Period of the loop [s]."""
@@ -61,13 +73,20 @@ class Simulation(Closes):
         self._compiled = Snapshot(self.model)
         self._canvases: dict[Quality, Canvas] = {}
         self._speeds = np.array(
-            [self.model.joint(f"{robot.name}/free").dofadr[0] + axis for robot in world.robots for axis in range(3)],
+            [
+                self.model.joint(f"{robot.name}/free").dofadr[0] + axis
+                for robot in world.robots
+                if robot.base != "fixed"
+                for axis in range(3)
+            ],
             dtype=int,
         )
+        # Found at a step, so that no controller is made that is replaced before.
+        self._actuations: list[Actuation] | None = None
         self._set_up()
-        self.catalogue: Mapping[str, BeaconInfo] = MappingProxyType(_catalogue(world))
+        self.catalogue: Mapping[str, BeaconInfo] = MappingProxyType(catalogue_of(world))
         """What modules are told of each beacon, by name."""
-        self.map: WorldMap | None = _map(world) if world.run.map == "known" else None
+        self.map: WorldMap | None = map_of(world) if world.run.map == "known" else None
         """What modules are told of the room; None when the world says `map: unknown`."""
 
     def reset(self, seed: int | None = None) -> None:
@@ -126,6 +145,25 @@ class Simulation(Closes):
         except ValueError as error:
             raise UsageError(f"robot '{robot}' sends {error}") from None
 
+    def control(self, robot: str, controllers: Mapping[str, Controller | ControlLoop]) -> None:
+        """Let controllers drive parts of a robot from now on, until `reset`; other parts go on as before.
+
+        Args:
+            robot: Its name.
+            controllers: By part, 'drive' of a balancing base or the name of an arm; at 250 Hz and without latency
+                unless a `ControlLoop` says more.
+
+        Raises:
+            UsageError: There is no such robot or part, or a rate is no whole number of physics steps.
+            ModuleFault: A controller lacks a method, or raises when it starts.
+        """
+        self._robot(robot).control(controllers)
+        self._actuations = None
+
+    def control_times(self, robot: str) -> dict[str, float]:
+        """Return the wall-clock time inside each controller of a robot since the last call, by part [s]."""
+        return self._robot(robot).control_times()
+
     def step(self) -> None:
         """Go on by one tick.
 
@@ -137,19 +175,37 @@ class Simulation(Closes):
             robot.before_step(self.tick)
         said = self._run_physics()
         self.tick += 1
-        self._stage.let_happen(self.time)
+        self._script.let_happen(self.time)
         self._look()
         self._check(said)
         for robot in self._robots.values():
-            robot.after_step()
+            robot.after_tick(self.tick)
 
     def truth(self, robot: str) -> Pose:
-        """Return where a robot is, world frame."""
-        return self._robot(robot).truth()
+        """Return where a robot is, seen from above, world frame."""
+        return self._robot(robot).truth().planar()
 
     def truths(self) -> dict[str, Pose]:
-        """Return where each robot is, world frame."""
+        """Return where each robot is, seen from above, world frame."""
+        return {name: robot.truth().planar() for name, robot in self._robots.items()}
+
+    def pose(self, robot: str) -> Array:
+        """Return the pose of a robot's base in space, world_from_base, shape (4, 4) [m].
+
+        Raises:
+            UsageError: There is no such robot.
+        """
+        return self._robot(robot).truth().matrix()
+
+    def poses(self) -> dict[str, Pose3]:
+        """Return the pose of each robot's base in space, world frame."""
         return {name: robot.truth() for name, robot in self._robots.items()}
+
+    def motions(self) -> dict[str, JointMotion]:
+        """Return how the joints of each arm truly move now, by `ROBOT/ARM`."""
+        return {
+            f"{name}/{arm}": motion for name, robot in self._robots.items() for arm, motion in robot.motions().items()
+        }
 
     def identities(self, robot: str) -> tuple[str | None, ...]:
         """Return which beacon each sighting of a robot's sensors at this tick is of, None for one of nothing.
@@ -189,7 +245,7 @@ class Simulation(Closes):
         Raises:
             UsageError: There is no such door.
         """
-        return self._stage.door(name)
+        return self._script.door(name)
 
     def set_light(self, level: float) -> None:
         """Change the general light.
@@ -215,21 +271,34 @@ class Simulation(Closes):
         """
         self._happen(RemoveEvent, remove=name)
 
-    def happened(self) -> tuple[Event, ...]:
+    def shove(self, name: str, impulse: Sequence[float], seconds: float = 0.1) -> None:
+        """Begin to push a robot or a movable obstacle at its centre of mass.
+
+        Args:
+            name: Whom.
+            impulse: In the world, x, y and z, all of it together [N s].
+            seconds: How long [s].
+
+        Raises:
+            UsageError: There is none of that name, or a number is out of bounds.
+        """
+        self._happen(ShoveEvent, shove=name, impulse=tuple(impulse), seconds=seconds)
+
+    def happened(self) -> tuple[WorldEvent, ...]:
         """Return what has happened to the world since the last call, each at the time when it did."""
-        return self._stage.happened()
+        return self._script.happened()
 
     @property
     def looks(self) -> Looks:
         """Light, and what was taken away."""
-        return self._stage.looks
+        return self._script.looks
 
     def things(self) -> dict[str, Pose]:
         """Return where everything is that can move but robots, world frame: `obstacle/NAME`, and `door/NAME`.
 
         A door's place is its hinge, its heading that of its leaf. What was taken away is left out.
         """
-        return self._stage.things()
+        return self._script.things()
 
     def state(self) -> tuple[Array, Array]:
         """Return copies of MuJoCo's positions and velocities, shapes (nq,) and (nv,)."""
@@ -243,7 +312,7 @@ class Simulation(Closes):
     def _set_up(self) -> None:
         """Set the stage and put the robots at their starts, in a state and a model that are as new."""
         world = self.world
-        self._stage = Stage(self.model, self.data, world)
+        self._script = WorldScript(self.model, self.data, world)
         self._radio = RadioNet([robot.name for robot in world.robots], world.radio, seed=self.seed)
         self._robots = {
             robot.name: SimulatedRobot(
@@ -257,9 +326,11 @@ class Simulation(Closes):
             )
             for robot in world.robots
         }
+        self._after_each = [call for robot in self._robots.values() for call in robot.after_step]
+        self._actuations = None
         self.robots: Mapping[str, RobotInfo] = MappingProxyType({n: robot.info for n, robot in self._robots.items()})
         """What modules are told of each robot, by name."""
-        self._stage.let_happen(0.0)
+        self._script.let_happen(0.0)
         self._look()
 
     def _robot(self, name: str) -> SimulatedRobot:
@@ -267,14 +338,14 @@ class Simulation(Closes):
             raise UsageError(f"no robot '{name}' in this world{did_you_mean(name, self._robots)}")
         return self._robots[name]
 
-    def _happen(self, kind: type[Event], **keys: object) -> None:
+    def _happen(self, kind: type[WorldEvent], **keys: object) -> None:
         """Let an event happen now, and bring everything up to it."""
         try:
             event = kind.model_validate({"time": self.time, **keys})
         except ValidationError as error:
             first = error.errors()[0]
             raise UsageError(sentence(first, path_of(first), kind)) from None
-        self._stage.happen(event, self.time)
+        self._script.happen(event, self.time)
         self._look()
 
     def _canvas(self, quality: Quality) -> Canvas:
@@ -284,10 +355,8 @@ class Simulation(Closes):
         return self._canvases[quality]
 
     def _look(self) -> None:
-        """Bring places and contacts up to the state; mj_step leaves those from before its last step."""
-        mujoco.mj_kinematics(self.model, self.data)
-        mujoco.mj_comPos(self.model, self.data)
-        mujoco.mj_camlight(self.model, self.data)
+        """Bring places and contacts up to the state."""
+        bring_up(self.model, self.data)
         mujoco.mj_collision(self.model, self.data)
 
     def _run_physics(self) -> list[str]:
@@ -297,8 +366,9 @@ class Simulation(Closes):
         mujoco.set_mju_user_warning(said.append)
         try:
             steps = self.world.run.steps_per_tick
-            feelers = [robot.feel_step for robot in self._robots.values() if robot.feels]
-            self._stage.run(steps, self.tick * steps, after_each=feelers)
+            if self._actuations is None:
+                self._actuations = [each for robot in self._robots.values() for each in robot.acting()]
+            self._script.run(steps, self.tick * steps, actuations=self._actuations, after_each=self._after_each)
         finally:
             mujoco.set_mju_user_warning(before)
         return said
@@ -309,40 +379,18 @@ class Simulation(Closes):
         if warning.number.any():
             kind = int(np.flatnonzero(warning.number)[0])
             what = said[0] if said else mujoco.mju_warningText(kind, int(warning.lastinfo[kind]))
-            raise PhysicsFault(f"physics failed at {self.time:.2f} s: {what.partition(' Time = ')[0]}")
+            raise self._failed(what.partition(" Time = ")[0])
         if not np.isfinite(self.data.qpos).all() or not (np.abs(speeds) < FASTEST).all():
-            raise PhysicsFault(f"physics failed at {self.time:.2f} s: a robot moves at {np.abs(speeds).max():g} m/s")
+            raise self._failed(f"a robot moves at {np.abs(speeds).max():g} m/s")
+
+    def _failed(self, what: str) -> PhysicsFault:
+        """Return the fault of a state that is no longer to be trusted, with its likely cause."""
+        cause = likely_cause(self.model)
+        likely = f"; likely cause: {cause}" if cause else ""
+        return PhysicsFault(f"physics failed at {self.time:.2f} s: {what}{likely}")
 
 
 def _checked_seed(seed: int) -> int:
     if seed < 0:
         raise UsageError(f"seed is {seed}; it must be 0 or more")
     return seed
-
-
-def _catalogue(world: World) -> dict[str, BeaconInfo]:
-    pictures: dict[str, Picture] = {}
-    known = world.run.map == "known"
-    catalogue = {}
-    for item in hung(world):
-        beacon, marker, picture = item.beacon, item.beacon.marker, None
-        if beacon.image is not None:
-            if beacon.image not in pictures:
-                pictures[beacon.image] = read_picture(world.read_asset(beacon.image))
-            picture = pictures[beacon.image]
-        rows, columns = (1, 1) if picture is None else picture.shape[:2]
-        catalogue[beacon.name] = BeaconInfo(
-            name=beacon.name,
-            picture=picture,
-            width=beacon.width,
-            height=beacon.width * rows / columns,
-            pose=item.place if known and item.fixed else None,
-            center=item.center if known and item.fixed else None,
-            marker=MarkerInfo(marker.dictionary, marker.id) if marker is not None else None,
-        )
-    return catalogue
-
-
-def _map(world: World) -> WorldMap:
-    beacons = {item.beacon.name: item.place for item in hung(world) if item.fixed}
-    return WorldMap(segments=segments(world), beacons=beacons)

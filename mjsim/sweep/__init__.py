@@ -1,5 +1,5 @@
 """Many runs on many cores or many machines -> one table."""
 
-from mjsim.sweep.sweep import Sweep, run_plan, sweep
+from mjsim.faces import face
 
-__all__ = ["Sweep", "run_plan", "sweep"]
+__getattr__, __dir__, __all__ = face(__name__, __file__)

@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from mjsim.sweep.modules import INSTALLED
+from mjsim.modules import INSTALLED
 from mjsim.sweep.plan import Job
-from mjsim.world import load_world
-from mjsim.world.settings import with_settings
+from mjsim.world import load_world, with_settings
 
 if TYPE_CHECKING:
     from mjsim.sim import Simulation

@@ -1,12 +1,13 @@
 """A world with all that it names, as files that go anywhere."""
 
 import hashlib
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from mjsim.record.writer import named_files, text_of
-from mjsim.sweep.modules import user_files
+from mjsim.modules import user_files
+from mjsim.record import named_files, text_of
 from mjsim.world import World
 
 
@@ -18,6 +19,8 @@ class Bundle:
     """Which of them is the world file."""
     files: Mapping[str, bytes]
     """By their paths from one folder."""
+    programs: frozenset[str] = frozenset()
+    """Those that can be executed."""
 
     def digests(self) -> dict[str, str]:
         """Return the SHA-256 of each file by its path, sorted."""
@@ -34,6 +37,8 @@ class Bundle:
             path.parent.mkdir(parents=True, exist_ok=True)
             if not path.is_file() or path.read_bytes() != data:
                 path.write_bytes(data)
+            if name in self.programs:
+                path.chmod(0o755)
         return folder / self.main
 
 
@@ -52,7 +57,10 @@ def bundle_of(world: World, cases: Sequence[World]) -> Bundle:
     for each in (world, *cases):
         files |= {name: included.get(name) or each.read_asset(name) for name in named_files(each)}
     text = text_of(world, files)
+    own: dict[str, bytes] = {}
     for each in (world, *cases):
-        files |= user_files(each)
+        own |= user_files(each)
+    folder = world.source.folder or Path.cwd()
     main = Path(world.source.file).name if world.source.folder is not None else "world.yaml"
-    return Bundle(main=main, files={**files, main: text.encode()})
+    programs = frozenset(name for name in own if os.access(folder / name, os.X_OK))
+    return Bundle(main=main, files={**files, **own, main: text.encode()}, programs=programs)

@@ -9,7 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mjsim.errors import MjsimError, UsageError
+from mjsim.errors import MjsimError, UsageError, how_to_install
 from mjsim.sweep.bundle import Bundle
 from mjsim.sweep.plan import Job
 from mjsim.sweep.store import Store, versions
@@ -68,7 +68,7 @@ def _client(address: str) -> Iterator["Client"]:
         from distributed import Client
         from distributed.comm.addressing import parse_address, parse_host_port
     except ModuleNotFoundError as error:
-        raise UsageError("Dask is not installed here; type: pip install 'mjsim[dask]'") from error
+        raise UsageError(f"Dask is not installed here; type: {how_to_install('distributed')}") from error
     try:
         parse_host_port(parse_address(address)[1])  # A client would leave threads behind before it finds out.
     except ValueError as error:

@@ -9,9 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mjsim.geometry import Array
-from mjsim.report.consistency import STATES, chi_square_bounds
-from mjsim.report.page import png_of
-from mjsim.report.plots import GROUPS, MAP, ODOMETRY, sheet
+from mjsim.report import GROUPS, MAP, ODOMETRY, STATES, chi_square_bounds, drawing_files, sheet
 from mjsim.sweep.plan import Plan
 from mjsim.sweep.summary import interval_of_mean
 from mjsim.sweep.table import Row
@@ -23,9 +21,11 @@ ERROR, DEAD_RECKONING = "position_error_m.rmse", "odometry_error_m.rmse"
 Series = Mapping[str, Sequence[float | None]]
 
 
-def plots(plan: Plan, rows: Sequence[Row], outcomes: Sequence[Outcome], robots: Sequence[str]) -> dict[str, bytes]:
-    """Return the plots as files of PNG by their names; none of a robot that nothing drove, or whose runs all failed."""
-    files = {}
+def plots(
+    plan: Plan, rows: Sequence[Row], outcomes: Sequence[Outcome], robots: Sequence[str], formats: Sequence[str]
+) -> dict[str, bytes]:
+    """Return the plots as files by their names; none of a robot that nothing drove, or whose runs all failed."""
+    files: dict[str, bytes] = {}
     for robot in robots:
         own = [row for row in rows if row["robot"] == robot and row.get(ERROR) is not None]
         if not own:
@@ -39,9 +39,9 @@ def plots(plan: Plan, rows: Sequence[Row], outcomes: Sequence[Outcome], robots: 
             "error": error_plot(plan, series),
             "nees": nees_plot(plan, series),
         }
-        for name, figure in drawn.items():
+        for figure in drawn.values():
             figure.axes[0].set_title(f"{robot}: {figure.axes[0].get_title()}")
-            files[f"{robot}_{name}.png"] = png_of(figure)
+        files |= drawing_files({f"{robot}_{name}": figure for name, figure in drawn.items()}, formats)
     return files
 
 

@@ -1,13 +1,15 @@
 """What a sweep leaves in its folder when all its runs are done."""
 
+import importlib.util
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from mjsim.sweep.plan import Plan
 from mjsim.sweep.store import Store
 from mjsim.sweep.summary import INTERVAL, summary_of, summary_rows
-from mjsim.sweep.sweep import Sweep
 from mjsim.sweep.table import csv_text, parquet, rows_of
 from mjsim.sweep.worker import Outcome
 
@@ -20,14 +22,31 @@ KEY_FIGURES = {
 """Figure -> the head of its column in the small table."""
 
 
-def write_results(store: Store, plan: Plan, outcomes: Sequence[Outcome], robots: Sequence[str]) -> Sweep:
-    """Write table, summary, clock and plots; return what they hold.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sweep:
+    """What a sweep gave; its folder holds the same as files."""
+
+    folder: Path
+    rows: Sequence[Mapping[str, Any]]
+    """The table: one row for each robot of each run, with case, seed, settings, robot, error, and figures such as
+    'position_error_m.rmse'."""
+    summary: Mapping[str, Any]
+    """What summary.json holds."""
+    failed: Mapping[str, str]
+    """Name of each run that failed -> why."""
+
+
+def write_results(
+    store: Store, plan: Plan, outcomes: Sequence[Outcome], robots: Sequence[str], formats: Sequence[str]
+) -> Sweep:
+    """Write table, summary, clock and plots; return what they hold. A table in Parquet needs pyarrow, an extra.
 
     Args:
         store: Where they go.
         plan: Of the sweep.
         outcomes: One of each job, in the order of the jobs.
         robots: Whom the table is about.
+        formats: Of the plots.
 
     Raises:
         UsageError: A file cannot be written.
@@ -36,13 +55,16 @@ def write_results(store: Store, plan: Plan, outcomes: Sequence[Outcome], robots:
 
     rows = rows_of(plan, outcomes, robots)
     summary = summary_of(plan, rows)
-    store.write("table.parquet", parquet(rows))
     store.write("table.csv", csv_text(rows))
+    if importlib.util.find_spec("pyarrow"):
+        store.write("table.parquet", parquet(rows))
+    else:
+        (store.folder / "table.parquet").unlink(missing_ok=True)
     store.write("summary.json", (json.dumps(summary, indent=1) + "\n").encode())
     if flat := summary_rows(summary):
         store.write("summary.csv", csv_text(flat))
     store.write("clock.csv", csv_text([_clock(outcome) for outcome in outcomes]))
-    for name, data in plots(plan, rows, outcomes, robots).items():
+    for name, data in plots(plan, rows, outcomes, robots, formats).items():
         store.write(f"plots/{name}", data)
     names = [job.name for job in plan.jobs()]
     failed = {name: each["error"] for name, each in zip(names, outcomes, strict=True) if each["error"] is not None}

@@ -7,8 +7,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from mjsim.geometry import Array
-from mjsim.report.figures import largest
-from mjsim.report.paired import CONFIDENCE, fewest_pairs, mean_interval
+from mjsim.report import CONFIDENCE, fewest_pairs, largest, mean_interval
 from mjsim.sweep.plan import Plan
 from mjsim.sweep.table import Row, figure_names
 

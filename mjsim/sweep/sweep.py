@@ -3,32 +3,22 @@
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
 from operator import index
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
-from mjsim.world import World, load_checked
-
-if TYPE_CHECKING:
-    from mjsim.sweep.plan import Plan
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Sweep:
-    """What a sweep gave; its folder holds the same as files."""
-
-    folder: Path
-    rows: Sequence[Mapping[str, Any]]
-    """The table: one row for each robot of each run, with case, seed, settings, robot, error, and figures such as
-    'position_error_m.rmse'."""
-    summary: Mapping[str, Any]
-    """What summary.json holds."""
-    failed: Mapping[str, str]
-    """Name of each run that failed -> why."""
+from mjsim.modules import load_runnable, require_modules
+from mjsim.report import require_formats
+from mjsim.sweep.bundle import bundle_of
+from mjsim.sweep.cluster import run_on_cluster
+from mjsim.sweep.plan import Plan, setting_texts
+from mjsim.sweep.pool import run_on_processes
+from mjsim.sweep.results import Sweep, write_results
+from mjsim.sweep.store import Store
+from mjsim.world import World, with_settings
 
 
 def sweep(
@@ -42,6 +32,7 @@ def sweep(
     workers: int | None = None,
     dask: str | None = None,
     keep: bool = False,
+    formats: Sequence[str] = ("png",),
     progress: Callable[[float], None] | None = None,
 ) -> Sweep:
     """Run a world with many seeds and settings; return the table of all runs, and write it.
@@ -59,15 +50,14 @@ def sweep(
         workers: Processes of this machine; one a core unless given.
         dask: Address of the scheduler of a Dask cluster that runs it instead.
         keep: Whether recordings stay, beside the figures of each run.
+        formats: Of the plots: 'png', 'pdf', 'svg'.
         progress: Called with the number of runs that are done, at the start and after each.
 
     Raises:
         WorldError: The world is wrong.
         UsageError: A setting does not fit the world, or the folder holds another sweep.
     """
-    from mjsim.sweep.plan import Plan
-
-    world = world if isinstance(world, World) else load_checked(world)
+    world = world if isinstance(world, World) else load_runnable(world)
     plan = Plan(
         seeds=tuple(map(index, seeds)),
         settings={key: _values(key, values) for key, values in (settings or {}).items()},
@@ -75,29 +65,28 @@ def sweep(
         robot=robot,
         keep=keep,
     )
-    return run_plan(world, plan, Path(folder), workers=workers, dask=dask, progress=progress)
+    return run_plan(world, plan, Path(folder), workers=workers, dask=dask, formats=formats, progress=progress)
 
 
 def run_plan(
     world: World,
-    plan: "Plan",
+    plan: Plan,
     folder: Path,
     *,
     workers: int | None = None,
     dask: str | None = None,
+    formats: Sequence[str] = ("png",),
     progress: Callable[[float], None] | None = None,
 ) -> Sweep:
     """Run what of a plan is not done yet in a folder; as `sweep`, which says more."""
-    from mjsim.sweep.bundle import bundle_of
-    from mjsim.sweep.cluster import run_on_cluster
-    from mjsim.sweep.pool import run_on_processes
-    from mjsim.sweep.results import write_results
-    from mjsim.sweep.store import Store
-
     if workers is not None and workers < 1:
         raise UsageError(f"workers is {workers}; it takes at least one")
+    formats = require_formats(formats)
     robots = _robots(world, plan.robot)
-    bundle = bundle_of(world, list(_cases(world, plan)))
+    cases = list(_cases(world, plan))
+    for case in cases:
+        require_modules(case)
+    bundle = bundle_of(world, cases)
     store = Store(folder, plan.keep)
     with store.held():
         world_file = store.open(plan, bundle)
@@ -117,7 +106,7 @@ def run_plan(
                     store.put(job, outcome)
                 if progress is not None:
                     progress(len(outcomes))
-        return write_results(store, plan, [outcomes[job] for job in jobs], robots)
+        return write_results(store, plan, [outcomes[job] for job in jobs], robots, formats)
 
 
 def _values(key: str, values: Sequence[Any]) -> tuple[Any, ...]:
@@ -137,11 +126,8 @@ def _robots(world: World, wanted: str | None) -> list[str]:
     return names if wanted is None else [wanted]
 
 
-def _cases(world: World, plan: "Plan") -> Iterator[World]:
+def _cases(world: World, plan: Plan) -> Iterator[World]:
     """Yield the world of each case, checked."""
-    from mjsim.sweep.plan import setting_texts
-    from mjsim.world.settings import with_settings
-
     for case in plan.cases():
         changed = with_settings(world, setting_texts(case)) if case else world
         seconds = changed.run.seconds if plan.seconds is None else plan.seconds

@@ -8,8 +8,7 @@ import numpy as np
 
 from mjsim.errors import ModuleFault, PhysicsFault, UsageError
 from mjsim.record import Recording, Track
-from mjsim.report import metrics
-from mjsim.report.statistics import statistics_file
+from mjsim.report import metrics, statistics_file
 from mjsim.run import run
 from mjsim.sweep.bench import bench, own_modules, seed_the_rest, settle
 from mjsim.sweep.plan import Job
@@ -43,8 +42,6 @@ def run_job(world_file: Path, job: Job, *, record: Path, pictures: bool) -> Outc
         outcome |= _figures(recording)
     except (ModuleFault, PhysicsFault, UsageError) as error:
         outcome["error"] = str(error)
-    except SystemExit as error:
-        outcome["error"] = f"a module ended the program with exit code {error.code}"
     outcome["clock"]["total_seconds"] = time.perf_counter() - began
     return outcome
 

@@ -1,7 +1,5 @@
 """A recording -> film: plan and figures drawn, 3-D views drawn again from the recorded states."""
 
-from mjsim.video.film import frame_rows, frames_between, make_video, require_film_name
-from mjsim.video.sheet import draw_world
-from mjsim.video.still import take_picture
+from mjsim.faces import face
 
-__all__ = ["draw_world", "frame_rows", "frames_between", "make_video", "require_film_name", "take_picture"]
+__getattr__, __dir__, __all__ = face(__name__, __file__)

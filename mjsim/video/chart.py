@@ -5,18 +5,7 @@ from numpy.typing import ArrayLike
 
 from mjsim.geometry import Array
 from mjsim.interface import Picture
-from mjsim.video.ink import (
-    ESTIMATE,
-    HAIR,
-    INK,
-    MUTED,
-    ODOMETRY,
-    PAPER,
-    SEMIBOLD,
-    Color,
-    Letters,
-    draw_polyline,
-)
+from mjsim.video.ink import ESTIMATE, HAIR, INK, MUTED, ODOMETRY, PAPER, SEMIBOLD, Color, Letters, draw_polyline
 from mjsim.video.moment import Moment
 from mjsim.video.view import format_metres, round_step
 

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from mjsim.errors import UsageError
 from mjsim.interface import Picture
+from mjsim.output import new_file, require_free
 from mjsim.record import Recording
 from mjsim.video.views import composed_pictures, plan_pictures, scene_pictures
-from mjsim.world.running import View as Look
+from mjsim.world import View
 
 RATE = 25
 """Frames a second."""
@@ -39,6 +40,7 @@ def make_video(
     begin: float | None = None,
     end: float | None = None,
     progress: Callable[[float], None] | None = None,
+    overwrite: bool = False,
 ) -> None:
     """Write the film of a recording as H.264 in an MP4 file.
 
@@ -53,12 +55,14 @@ def make_video(
         begin: Only what was from this time on [s].
         end: Only what was until this time [s].
         progress: Called with how many frames are done.
+        overwrite: Whether a file at the path may be replaced, once the film is whole.
 
     Raises:
-        UsageError: There is no such view, no tick is between these times, or the file cannot be written.
+        UsageError: There is no such view, no tick is between these times, or the file exists or cannot be written.
     """
     path = Path(path)
     require_film_name(path)
+    require_free(path, overwrite=overwrite)
     rows = frames_between(recording, begin, end)
     if view is None or view == "plan":
         look = look_of(recording.world.run.view, follow, sightings, ellipses, trails)
@@ -67,11 +71,8 @@ def make_video(
         pictures = scene_pictures(recording, rows, view)
     # The first one shows what cannot be before a file is begun.
     first = next(pictures)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_film(chain((first,), pictures), path, progress=progress)
-    except OSError as error:
-        raise UsageError(f"cannot write '{path}': {error.strerror or error}") from error
+    with new_file(path, overwrite=overwrite) as part:
+        write_film(chain((first,), pictures), part, progress=progress)
 
 
 def require_film_name(path: Path) -> None:
@@ -80,7 +81,7 @@ def require_film_name(path: Path) -> None:
         raise UsageError(f"cannot write a film as '{path.name}'; name it .mp4")
 
 
-def look_of(look: Look, follow: str | None, sightings: bool | None, ellipses: bool | None, trails: bool | None) -> Look:
+def look_of(look: View, follow: str | None, sightings: bool | None, ellipses: bool | None, trails: bool | None) -> View:
     """Return what is shown, with what is given in place of what the world says."""
     if follow is not None and follow not in ("truth", "estimate", "nothing"):
         raise UsageError(f"follow is '{follow}'; it must be truth, estimate or nothing")
@@ -108,15 +109,12 @@ def frame_rows(times: NDArray[np.float64]) -> list[int]:
 
 
 def write_film(pictures: Iterable[Picture], path: Path, *, progress: Callable[[float], None] | None = None) -> None:
-    """Encode RGB pictures of one even size; they are drawn in a thread of their own, ahead of the encoder."""
-    part = path.with_name(f".{path.name}.part")
+    """Encode RGB pictures of one even size into a file; they are drawn in a thread of their own."""
     frames = _Ahead(pictures)
     try:
-        _encode(frames, part, progress)
-        part.replace(path)
+        _encode(frames, path, progress)
     finally:
         frames.stop()
-        part.unlink(missing_ok=True)
 
 
 def _encode(frames: "_Ahead", path: Path, progress: Callable[[float], None] | None) -> None:

@@ -24,16 +24,14 @@ from mjsim.video.ink import (
     draw_disc,
     draw_polyline,
 )
-from mjsim.video.layout import HEIGHT, MARGIN, WIDTH, Box, arrange
+from mjsim.video.layout import HEIGHT, MARGIN, WIDTH, Pane, arrange
 from mjsim.video.moment import Moment
 from mjsim.video.overlay import LIFTED, Trails, draw_moment, draw_others
 from mjsim.video.plan import bounds_with, draw_background, draw_scale_bar
 from mjsim.video.scans import mounts_of
 from mjsim.video.things import Things
-from mjsim.video.view import View
-from mjsim.world import World
-from mjsim.world.running import View as Look
-from mjsim.world.sensors import Camera
+from mjsim.video.view import PlanView
+from mjsim.world import Camera, View, World
 
 CLOSE_UP = 110.0
 """Scale of the close-up [px/m]; less in a world too large to keep at this scale."""
@@ -53,7 +51,7 @@ LEGEND: tuple[tuple[str, Color], ...] = (
 class Panel:
     """A plan with what moves on it; it stays whole, and a window of it is shown."""
 
-    def __init__(self, world: World, view: View, *, look: Look, robot: str, letters: Letters | None = None) -> None:
+    def __init__(self, world: World, view: PlanView, *, look: View, robot: str, letters: Letters | None = None) -> None:
         """Draw the plan once, with names when there are letters."""
         self._world, self._letters = world, letters
         self._look = look
@@ -82,7 +80,7 @@ class Panel:
         other = (before != now).any(axis=2)
         self.plan[other] = now[other]
 
-    def draw(self, image: Picture, moment: Moment, *, around: Array | None = None) -> View:
+    def draw(self, image: Picture, moment: Moment, *, around: Array | None = None) -> PlanView:
         """Draw the plan, or its window around a world point, into a picture; return what it shows."""
         if moment.looks is not None and moment.looks.removed != self._removed:
             self._take_away(moment.looks.removed)
@@ -111,7 +109,7 @@ class Frame:
         world: World,
         robot: str | None = None,
         *,
-        look: Look | None = None,
+        look: View | None = None,
         seconds: float | None = None,
         reach: Array | None = None,
     ) -> None:
@@ -144,7 +142,7 @@ class Frame:
         self._chart_part = self._part(layout.chart)
         self._close_part = self._part(layout.close_up)
         self._seen_part = self._part(layout.onboard) if layout.onboard else None
-        whole = View.fit(bounds, layout.plan.width, layout.plan.height, margin=14)
+        whole = PlanView.fit(bounds, layout.plan.width, layout.plan.height, margin=14)
         self._whole = Panel(world, whole, look=self._look, robot=self.robot)
         close_view = _close_view(bounds, layout.close_up)
         self._close = Panel(world, close_view, look=self._look, robot=self.robot, letters=self._letters)
@@ -181,7 +179,7 @@ class Frame:
         self._write_figures(moment)
         return self._page
 
-    def _part(self, box: Box) -> Picture:
+    def _part(self, box: Pane) -> Picture:
         part = self._page[box.y : box.y + box.height, box.x : box.x + box.width]
         part[:] = PAPER
         return part
@@ -220,10 +218,10 @@ class Frame:
 class PlanFrame:
     """The plan alone, 1280 x 720: `add` every moment, `draw` those that are to be shown."""
 
-    def __init__(self, world: World, robot: str, *, look: Look, reach: Array | None = None) -> None:
+    def __init__(self, world: World, robot: str, *, look: View, reach: Array | None = None) -> None:
         """Draw the plan once; it also shows the places of `reach`, shape (n, 2) [m]."""
         self._page = np.empty((HEIGHT, WIDTH, 3), np.uint8)
-        view = View.fit(bounds_with(world, reach), WIDTH, HEIGHT, margin=MARGIN)
+        view = PlanView.fit(bounds_with(world, reach), WIDTH, HEIGHT, margin=MARGIN)
         self._panel = Panel(world, view, look=look, robot=robot)
         self._letters = Letters()
 
@@ -278,11 +276,11 @@ def _write_tag(
     return x, y, width
 
 
-def _close_view(bounds: Array, part: Box) -> View:
+def _close_view(bounds: Array, part: Pane) -> PlanView:
     """Return the view of the whole world at the scale of the close-up, with some floor around it."""
     room = bounds + np.array([[-0.5], [0.5]])
     width, height = room[1] - room[0]
     scale = min(CLOSE_UP, float(np.sqrt(LARGEST / (width * height))))
     size = np.maximum(np.ceil(np.array([width, height]) * scale), (part.width, part.height)).astype(int)
     x, y = room.mean(axis=0).tolist()
-    return View.around(x, y, scale, int(size[0]), int(size[1]))
+    return PlanView.around(x, y, scale, int(size[0]), int(size[1]))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mjsim.errors import UsageError
 from mjsim.interface import Picture
+from mjsim.output import write_file
 
 Color = tuple[int, int, int]
 
@@ -118,15 +119,20 @@ class Letters:
         cv2.putText(image, text, (round(at[0] - shift), round(at[1])), color, self._face, size, weight)
 
 
-def write_picture(path: str | Path, page: Picture) -> None:
-    """Write an RGB picture as PNG or JPEG, by the name of the file; raises UsageError when that cannot be."""
+def write_picture(path: str | Path, page: Picture, *, overwrite: bool = False) -> None:
+    """Write an RGB picture as PNG or JPEG, by the name of the file.
+
+    Raises:
+        UsageError: The file exists, unless `overwrite` allows to replace it, is called otherwise, or cannot be written.
+    """
+    write_file(path, encoded_picture(path, page), overwrite=overwrite)
+
+
+def encoded_picture(path: str | Path, page: Picture) -> bytes:
+    """Return the contents of a PNG or JPEG file, by its name; raises UsageError for another name."""
     suffix = Path(path).suffix.lower()
     if suffix not in (".png", ".jpg", ".jpeg"):
         raise UsageError(f"cannot write a picture as '{path}'; name it .png or .jpg")
     done, data = cv2.imencode(suffix, cv2.cvtColor(page, cv2.COLOR_RGB2BGR))
     assert done, "a picture of ours can always be encoded"
-    try:
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        Path(path).write_bytes(data.tobytes())
-    except OSError as error:
-        raise UsageError(f"cannot write '{path}': {error.strerror}") from error
+    return data.tobytes()

@@ -15,7 +15,7 @@ WIDE, TALL = 2.4, 0.75
 
 
 @dataclass(frozen=True, slots=True)
-class Box:
+class Pane:
     """A part of the picture [px]."""
 
     x: int
@@ -28,10 +28,10 @@ class Box:
 class Layout:
     """The parts of a composed picture under its head."""
 
-    plan: Box
-    close_up: Box
-    chart: Box
-    onboard: Box | None
+    plan: Pane
+    close_up: Pane
+    chart: Pane
+    onboard: Pane | None
     """None for a robot without camera."""
 
 
@@ -55,17 +55,17 @@ def _usual(camera: float | None) -> Layout:
     x, bottom = MARGIN + left + GAP, HEIGHT - MARGIN
     rows = min(round(COLUMN / camera), 400) if camera else 0
     return Layout(
-        plan=Box(MARGIN, HEAD, left, bottom - HEAD - GAP - CHART),
-        chart=Box(MARGIN, bottom - CHART, left, CHART),
-        close_up=Box(x, HEAD, COLUMN, bottom - HEAD - (rows + GAP if rows else 0)),
-        onboard=Box(x, bottom - rows, COLUMN, rows) if rows else None,
+        plan=Pane(MARGIN, HEAD, left, bottom - HEAD - GAP - CHART),
+        chart=Pane(MARGIN, bottom - CHART, left, CHART),
+        close_up=Pane(x, HEAD, COLUMN, bottom - HEAD - (rows + GAP if rows else 0)),
+        onboard=Pane(x, bottom - rows, COLUMN, rows) if rows else None,
     )
 
 
 def _wide(shape: float, camera: float | None) -> Layout:
     """Plan across the whole picture, everything else in a row below."""
     across = WIDTH - 2 * MARGIN
-    plan = Box(MARGIN, HEAD, across, min(max(round(across / shape) + 20, 140), 320))
+    plan = Pane(MARGIN, HEAD, across, min(max(round(across / shape) + 20, 140), 320))
     y = HEAD + plan.height + GAP
     rows = HEIGHT - MARGIN - y
     columns = min(round(rows * camera), 560) if camera else 0
@@ -73,23 +73,23 @@ def _wide(shape: float, camera: float | None) -> Layout:
     left = (rest - GAP) // 2
     return Layout(
         plan=plan,
-        chart=Box(MARGIN, y, left, rows),
-        close_up=Box(MARGIN + left + GAP, y, rest - GAP - left, rows),
-        onboard=Box(MARGIN + across - columns, y, columns, rows) if columns else None,
+        chart=Pane(MARGIN, y, left, rows),
+        close_up=Pane(MARGIN + left + GAP, y, rest - GAP - left, rows),
+        onboard=Pane(MARGIN + across - columns, y, columns, rows) if columns else None,
     )
 
 
 def _tall(shape: float, camera: float | None) -> Layout:
     """Plan from top to bottom on the left, close-up and onboard picture side by side above the chart."""
     rows = HEIGHT - MARGIN - HEAD
-    plan = Box(MARGIN, HEAD, min(max(round(rows * shape) + 20, 200), 460), rows)
+    plan = Pane(MARGIN, HEAD, min(max(round(rows * shape) + 20, 200), 460), rows)
     x = MARGIN + plan.width + GAP
     across = WIDTH - MARGIN - x
     columns = round(0.55 * across) if camera else 0
     above = min(round(columns / camera), rows - GAP - CHART) if camera else rows - GAP - CHART
     return Layout(
         plan=plan,
-        chart=Box(x, HEAD + above + GAP, across, rows - GAP - above),
-        close_up=Box(x, HEAD, across - (columns + GAP if columns else 0), above),
-        onboard=Box(WIDTH - MARGIN - columns, HEAD, columns, above) if columns else None,
+        chart=Pane(x, HEAD + above + GAP, across, rows - GAP - above),
+        close_up=Pane(x, HEAD, across - (columns + GAP if columns else 0), above),
+        onboard=Pane(WIDTH - MARGIN - columns, HEAD, columns, above) if columns else None,
     )

@@ -6,17 +6,15 @@ import numpy as np
 
 from mjsim.geometry import Array, Pose
 from mjsim.video.ink import BEACON, INK, MUTED, SEEN, TRUTH, WALL, Color
-from mjsim.video.paper import Drawing, px
+from mjsim.video.paper import Paper, px
 from mjsim.video.symbols import draw_lamp
-from mjsim.world import World
-from mjsim.world.light import Lamp
-from mjsim.world.things import RampObstacle, StepsObstacle
+from mjsim.world import Lamp, RampObstacle, StepsObstacle, World
 
-Sign = Callable[[Drawing, Pose], None]
+Sign = Callable[[Paper, Pose], None]
 """Draws a sign of the legend in the middle of its place."""
 
 
-def draw_legend(sheet: Drawing, world: World, *, left: float, right: float) -> None:
+def draw_legend(sheet: Paper, world: World, *, left: float, right: float) -> None:
     """Draw a sign of each kind that is there, and what it means, in rows at the foot, inside margins [mm]."""
     x, y = px(left), sheet.view.height - px(8.0)
     size = round(px(2.3))
@@ -37,8 +35,13 @@ def _signs(world: World) -> Iterator[tuple[str, Sign]]:
         yield "picture, facing its tick", lambda sheet, place: _stroke_sign(sheet, place, BEACON)
     if any(beacon.marker is not None for beacon in world.beacons):
         yield "marker", lambda sheet, place: _stroke_sign(sheet, place, SEEN)
-    if any(beacon.image is None and beacon.marker is None for beacon in world.beacons):
-        yield "reflector", lambda sheet, place: sheet.disc((place.x, place.y), sheet.metres(0.7), TRUTH, thickness=0.3)
+    if any(beacon.reflects for beacon in world.beacons):
+        yield "reflector", lambda sheet, place: _ring_sign(sheet, place, TRUTH)
+    if any(beacon.anchor and not beacon.has_face for beacon in world.beacons):
+        yield (
+            "radio anchor",
+            lambda sheet, place: sheet.disc((place.x, place.y), sheet.metres(0.7), SEEN, thickness=0.3),
+        )
     if any(opening.sill > 0 for wall in world.walls for opening in wall.openings):
         yield "window", _window_sign
     if world.lamps:
@@ -51,33 +54,37 @@ def _signs(world: World) -> Iterator[tuple[str, Sign]]:
         yield "way up", lambda sheet, place: sheet.arrow(_along(sheet, place, 2.5), INK)
 
 
-def _along(sheet: Drawing, place: Pose, half: float) -> Array:
+def _along(sheet: Paper, place: Pose, half: float) -> Array:
     """Return the ends of a line along x through a place, of half a length [mm]."""
     return place.transform(np.array([[-1.0, 0.0], [1.0, 0.0]]) * sheet.metres(half))
 
 
-def _robot_sign(sheet: Drawing, place: Pose) -> None:
+def _robot_sign(sheet: Paper, place: Pose) -> None:
     sheet.disc((place.x, place.y), sheet.metres(1.0), INK, thickness=0.3)
     sheet.arrow(place.transform(np.array([[0.0, 0.0], [3.0, 0.0]]) * sheet.metres(1.0)), INK, 0.4)
 
 
-def _stroke_sign(sheet: Drawing, place: Pose, color: Color) -> None:
+def _ring_sign(sheet: Paper, place: Pose, color: Color) -> None:
+    sheet.disc((place.x, place.y), sheet.metres(0.7), color, thickness=0.3)
+
+
+def _stroke_sign(sheet: Paper, place: Pose, color: Color) -> None:
     sheet.line(_along(sheet, place, 2.2), color, 0.7)
     sheet.line(place.transform(np.array([[0.0, 0.0], [0.0, 1.2]]) * sheet.metres(1.0)), color, 0.3)
 
 
-def _window_sign(sheet: Drawing, place: Pose) -> None:
+def _window_sign(sheet: Paper, place: Pose) -> None:
     corners = np.array([[-2.4, -0.5], [2.4, -0.5], [2.4, 0.5], [-2.4, 0.5]]) * sheet.metres(1.0)
     sheet.line(place.transform(corners), WALL, 0.15, closed=True)
     sheet.line(_along(sheet, place, 2.4), TRUTH, 0.2)
 
 
-def _movable_sign(sheet: Drawing, place: Pose) -> None:
+def _movable_sign(sheet: Paper, place: Pose) -> None:
     corners = np.array([[-2.2, -1.1], [2.2, -1.1], [2.2, 1.1], [-2.2, 1.1], [-2.2, -1.1]]) * sheet.metres(1.0)
     sheet.dashes(place.transform(corners), INK, 0.3)
 
 
-def _path_sign(sheet: Drawing, place: Pose) -> None:
+def _path_sign(sheet: Paper, place: Pose) -> None:
     ends = _along(sheet, place, 2.5)
     sheet.dashes(ends, SEEN, 0.35, dash=0.7)
     sheet.arrow(np.stack([np.mean(ends, axis=0), ends[1]]), SEEN)

@@ -11,7 +11,7 @@ from mjsim.geometry import Array
 from mjsim.interface import Picture, Sighting
 from mjsim.record import Recording, Tick
 from mjsim.video.scans import newest_points, recorded_points
-from mjsim.world.looks import Looks
+from mjsim.world import Looks
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

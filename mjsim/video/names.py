@@ -8,7 +8,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.video.ink import MUTED, PAPER, Color, blend
-from mjsim.video.paper import Drawing, px
+from mjsim.video.paper import Paper, px
 
 SIZE = 2.3
 """Height of the font [mm]."""
@@ -40,7 +40,7 @@ class Tag:
     """Height of the font [mm]."""
 
 
-def write_tags(drawing: Drawing, tags: Sequence[Tag]) -> list[Array]:
+def write_tags(drawing: Paper, tags: Sequence[Tag]) -> list[Array]:
     """Write names, the first ones choose first; one that finds no free place is left out.
 
     Returns:
@@ -59,7 +59,7 @@ def write_tags(drawing: Drawing, tags: Sequence[Tag]) -> list[Array]:
     return boxes
 
 
-def _places(drawing: Drawing, tag: Tag, size: Array) -> tuple[Array, Array]:
+def _places(drawing: Paper, tag: Tag, size: Array) -> tuple[Array, Array]:
     """Return the boxes where a name may stand, shape (n, 2, 2) [px], and how much each is disliked."""
     at, half, reach = drawing.view.pixels(tag.at), size / 2, np.array(tag.reach) * drawing.view.scale
     right_on = [(at, 0.0)] if not tag.side.any() else []
@@ -93,7 +93,7 @@ def _covered(places: Array, ink: Array, taken: Sequence[Array]) -> Array:
     return np.where(off, np.inf, share)
 
 
-def _write(drawing: Drawing, tag: Tag, box: Array) -> None:
+def _write(drawing: Paper, tag: Tag, box: Array) -> None:
     at, reach = drawing.view.pixels(tag.at), np.array(tag.reach) * drawing.view.scale
     last = np.clip(at, box[0], box[1])
     first = np.clip(last, at - reach, at + reach)

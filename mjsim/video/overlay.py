@@ -22,8 +22,8 @@ from mjsim.video.ink import (
     fixed_polylines,
 )
 from mjsim.video.moment import Moment
-from mjsim.video.view import View
-from mjsim.world.running import View as Look
+from mjsim.video.view import PlanView
+from mjsim.world import View
 
 TRAILS: tuple[tuple[str, Color, int, int], ...] = (
     ("odometry", ODOMETRY, 1, 1),
@@ -42,7 +42,7 @@ LIFTED = 1.0
 class Trails:
     """The ways of one robot on a plan that stays: drawn on as the robot goes, never from the start again."""
 
-    def __init__(self, plan: Picture, view: View) -> None:
+    def __init__(self, plan: Picture, view: PlanView) -> None:
         """Keep the plan, which is drawn upon."""
         self._plan = plan
         self._view = view
@@ -63,7 +63,7 @@ class Trails:
                 self._last[name] = [*last, here][-again:]
 
 
-def draw_others(image: Picture, view: View, moment: Moment, radii: Mapping[str, float]) -> None:
+def draw_others(image: Picture, view: PlanView, moment: Moment, radii: Mapping[str, float]) -> None:
     """Draw the other robots as discs of their radii, by name [m]."""
     for name, pose in moment.others.items():
         if not np.isfinite(pose).all():
@@ -71,7 +71,7 @@ def draw_others(image: Picture, view: View, moment: Moment, radii: Mapping[str, 
         _draw_robot(image, view, pose, max(radii[name], 5.0 / view.scale), MUTED, filled=True)
 
 
-def draw_moment(image: Picture, view: View, moment: Moment, *, look: Look, radius: float) -> None:
+def draw_moment(image: Picture, view: PlanView, moment: Moment, *, look: View, radius: float) -> None:
     """Draw one robot, its belief and its map over a plan.
 
     Args:
@@ -99,14 +99,14 @@ def draw_moment(image: Picture, view: View, moment: Moment, *, look: Look, radiu
         draw_polyline(image, view.pixels(outline), ESTIMATE, closed=True)
 
 
-def _draw_sightings(image: Picture, view: View, moment: Moment) -> None:
+def _draw_sightings(image: Picture, view: PlanView, moment: Moment) -> None:
     robot = Pose.from_array(moment.estimate)
     for seen in moment.sightings:
         place = robot.transform((seen.range * np.cos(seen.bearing), seen.range * np.sin(seen.bearing)))
         draw_polyline(image, view.pixels([moment.estimate[:2], place]), SEEN)
 
 
-def _draw_map(image: Picture, view: View, moment: Moment, *, ellipses: bool) -> None:
+def _draw_map(image: Picture, view: PlanView, moment: Moment, *, ellipses: bool) -> None:
     if not len(moment.means):
         return
     middles = view.pixels(moment.means)
@@ -117,7 +117,7 @@ def _draw_map(image: Picture, view: View, moment: Moment, *, ellipses: bool) -> 
         draw_disc(image, middle, 2.6, SEEN)
 
 
-def _draw_robot(image: Picture, view: View, pose: Array, radius: float, color: Color, *, filled: bool) -> None:
+def _draw_robot(image: Picture, view: PlanView, pose: Array, radius: float, color: Color, *, filled: bool) -> None:
     place = Pose.from_array(pose)
     middle = view.pixels(pose[:2])
     nose = view.pixels(place.transform([[0.0, 0.0], [radius * (1.0 if filled else 1.45), 0.0]]))

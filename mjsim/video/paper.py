@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 
 from mjsim.geometry import Array
 from mjsim.interface import Picture
-from mjsim.video.ink import PAPER, Color, Letters, draw_disc, draw_polyline, fill_polygons, write_picture
-from mjsim.video.view import View
+from mjsim.output import write_file
+from mjsim.video.ink import PAPER, Color, Letters, draw_disc, draw_polyline, encoded_picture, fill_polygons
+from mjsim.video.view import PlanView
 
 DPI = 200
 """Pixels to an inch of paper."""
@@ -27,11 +28,11 @@ def px(millimetres: float) -> float:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Drawing:
+class Paper:
     """A sheet of paper and the piece of the world on it; points are in the world frame, shape (..., 2) [m]."""
 
     image: Picture
-    view: View
+    view: PlanView
     letters: Letters
 
     def metres(self, millimetres: float) -> float:
@@ -68,16 +69,16 @@ class Drawing:
         draw_polyline(self.image, np.stack([tail, foot]), color, width=max(round(px(thickness)), 1))
         fill_polygons(self.image, [np.stack([tip, foot + 0.38 * head * across, foot - 0.38 * head * across])], color)
 
-    def inner(self, left: float, top: float, right: float, bottom: float) -> "Drawing":
+    def inner(self, left: float, top: float, right: float, bottom: float) -> "Paper":
         """Return the part of the sheet inside margins [mm]; what is drawn there is drawn here."""
         x0, y0 = round(px(left)), round(px(top))
         image = self.image[y0 : self.image.shape[0] - round(px(bottom)), x0 : self.image.shape[1] - round(px(right))]
-        return Drawing(image, self.view.part(x0, y0, image.shape[1], image.shape[0]), self.letters)
+        return Paper(image, self.view.part(x0, y0, image.shape[1], image.shape[0]), self.letters)
 
 
-def blank(view: View) -> Drawing:
+def blank(view: PlanView) -> Paper:
     """Return an empty sheet of a view's size."""
-    return Drawing(np.full((view.height, view.width, 3), PAPER, np.uint8), view, Letters())
+    return Paper(np.full((view.height, view.width, 3), PAPER, np.uint8), view, Letters())
 
 
 def arc(middle: ArrayLike, radius: float, first: float, last: float) -> Array:
@@ -86,19 +87,19 @@ def arc(middle: ArrayLike, radius: float, first: float, last: float) -> Array:
     return np.asarray(middle, dtype=float) + radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
 
 
-def write_sheet(path: str | Path, page: Picture) -> None:
+def write_sheet(path: str | Path, page: Picture, *, overwrite: bool = False) -> None:
     """Write a picture as PNG or JPEG; a PNG says how large it is on paper, so that it prints to scale.
 
     Raises:
-        UsageError: The file is called otherwise, or cannot be written.
+        UsageError: The file exists, unless `overwrite` allows to replace it, is called otherwise, or cannot be written.
     """
-    write_picture(path, page)
+    data = encoded_picture(path, page)
     if Path(path).suffix.lower() == ".png":
-        data = Path(path).read_bytes()
         # The PNG specification, 11.3.5.3: pixels to the metre in x and y, unit 1. It stands after the header chunk.
         body = b"pHYs" + struct.pack(">IIB", *(round(DPI / 0.0254),) * 2, 1)
         chunk = struct.pack(">I", 9) + body + struct.pack(">I", zlib.crc32(body))
-        Path(path).write_bytes(data[:33] + chunk + data[33:])
+        data = data[:33] + chunk + data[33:]
+    write_file(path, data, overwrite=overwrite)
 
 
 def _dashes(points: Array, dash: float, gap: float) -> Iterator[Array]:

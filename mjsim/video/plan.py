@@ -21,14 +21,9 @@ from mjsim.video.ink import (
     parse_color,
 )
 from mjsim.video.labels import Label, place_labels
-from mjsim.video.view import View, format_metres, round_step
-from mjsim.world import World
-from mjsim.world.hung import hung as beacons_of
-from mjsim.world.joints import solid_pieces
-from mjsim.world.outlines import stays
-from mjsim.world.plan import footprint, wall_polygons
-from mjsim.world.routes import extent
-from mjsim.world.things import Beacon, Obstacle
+from mjsim.video.view import PlanView, format_metres, round_step
+from mjsim.world import Beacon, Obstacle, World, extent, footprint, solid_pieces, stays, wall_polygons
+from mjsim.world import hung as beacons_of
 
 MOST_NAMES = 1000
 """With more things than this the plan is drawn without names: nobody could read them."""
@@ -64,7 +59,12 @@ def bounds_with(world: World, reach: Array | None) -> Array:
 
 
 def draw_background(
-    image: Picture, world: World, view: View, *, removed: frozenset[str] = frozenset(), letters: Letters | None = None
+    image: Picture,
+    world: World,
+    view: PlanView,
+    *,
+    removed: frozenset[str] = frozenset(),
+    letters: Letters | None = None,
 ) -> None:
     """Draw what stays: floor, grid, walls with open doorways, obstacles and beacons.
 
@@ -109,14 +109,14 @@ def hung(world: World, removed: frozenset[str] = frozenset()) -> list[Beacon]:
     return placed
 
 
-def draw_beacon(image: Picture, beacon: Beacon, view: View) -> None:
+def draw_beacon(image: Picture, beacon: Beacon, view: PlanView) -> None:
     """Draw a beacon as a stroke as wide as it is, with a tick to where its picture faces."""
     stroke, tick = beacon_stroke(beacon, view)
     draw_polyline(image, stroke, BEACON, width=_stroke_width(view) + 1)
     draw_polyline(image, tick, BEACON, width=_stroke_width(view) - 1)
 
 
-def beacon_stroke(beacon: Beacon, view: View) -> tuple[Array, Array]:
+def beacon_stroke(beacon: Beacon, view: PlanView) -> tuple[Array, Array]:
     """Return the ends of a beacon and of its facing tick in the picture, shape (2, 2) each [px]."""
     place = Pose(beacon.at[0], beacon.at[1], math.radians(beacon.heading_deg))
     half, ahead = max(beacon.width / 2, 4 / view.scale), max(0.1, 6 / view.scale)
@@ -124,7 +124,7 @@ def beacon_stroke(beacon: Beacon, view: View) -> tuple[Array, Array]:
     return view.pixels(stroke), view.pixels(tick)
 
 
-def _draw_names(image: Picture, world: World, view: View, letters: Letters, removed: frozenset[str]) -> None:
+def _draw_names(image: Picture, world: World, view: PlanView, letters: Letters, removed: frozenset[str]) -> None:
     """Write the names of beacons and obstacles beside them."""
     if len(world.beacons) + len(world.obstacles) > MOST_NAMES:
         return
@@ -148,7 +148,7 @@ def floor_color(world: World) -> tuple[int, int, int]:
     return blend(parse_color(world.floor.color), PAPER, 0.86)
 
 
-def _draw_grid(image: Picture, world: World, view: View) -> None:
+def _draw_grid(image: Picture, world: World, view: PlanView) -> None:
     step = round_step(28 / view.scale)
     color = blend(floor_color(world), INK, 0.06)
     for value in np.arange(math.ceil(view.left / step), view.right / step):
@@ -159,7 +159,7 @@ def _draw_grid(image: Picture, world: World, view: View) -> None:
         cv2.line(image, (0, row), (view.width, row), color, 1)
 
 
-def _draw_walls(image: Picture, world: World, view: View) -> None:
+def _draw_walls(image: Picture, world: World, view: PlanView) -> None:
     low: list[Array] = []
     full: list[Array] = []
     for pieces in solid_pieces(world.walls):
@@ -173,7 +173,7 @@ def _draw_walls(image: Picture, world: World, view: View) -> None:
                 draw_polyline(image, outline, color, closed=True)
 
 
-def _labels(world: World, view: View, letters: Letters, removed: frozenset[str]) -> list[Label]:
+def _labels(world: World, view: PlanView, letters: Letters, removed: frozenset[str]) -> list[Label]:
     labels = []
     for beacon in hung(world, removed):
         facing = Pose(0.0, 0.0, math.radians(beacon.heading_deg)).transform((1.0, 0.0)) * (1, -1)
@@ -188,12 +188,12 @@ def _labels(world: World, view: View, letters: Letters, removed: frozenset[str])
     return labels
 
 
-def _obstructions(world: World, view: View) -> list[Array]:
+def _obstructions(world: World, view: PlanView) -> list[Array]:
     outlines = [view.pixels(outline) for outline in wall_polygons(world)]
     outlines += [view.pixels(footprint(obstacle)) for obstacle in world.obstacles if obstacle.name is None]
     outlines += [np.concatenate(beacon_stroke(beacon, view)) for beacon in hung(world)]
     return [np.stack([outline.min(axis=0), outline.max(axis=0)]) for outline in outlines]
 
 
-def _stroke_width(view: View) -> int:
+def _stroke_width(view: PlanView) -> int:
     return 3 if view.scale < 80 else 4

@@ -4,12 +4,11 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from mjsim.compile.sensors import robot_from_sensor
+from mjsim.compile import robot_from_sensor
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Scan
 from mjsim.record import Recording
-from mjsim.world import World
-from mjsim.world.sensors import Lidar
+from mjsim.world import Lidar, World
 
 NOWHERE = np.zeros((0, 2))
 """No point."""

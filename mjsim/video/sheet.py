@@ -2,15 +2,17 @@
 
 import math
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.interface import Picture
+from mjsim.output import require_free
 from mjsim.video.ink import BEACON, INK, MUTED, PAPER, SEEN, SEMIBOLD, TRUTH, blend
 from mjsim.video.legend import draw_legend
 from mjsim.video.names import Tag, write_tags
-from mjsim.video.paper import Drawing, blank, px, write_sheet
+from mjsim.video.paper import Paper, blank, px, write_sheet
 from mjsim.video.plan import MOST_NAMES, world_bounds
 from mjsim.video.symbols import (
     LEAST_ROBOT,
@@ -26,12 +28,8 @@ from mjsim.video.symbols import (
     leaf_way,
     swing,
 )
-from mjsim.video.view import View, format_metres, round_step
-from mjsim.world import World
-from mjsim.world.doors import leaves
-from mjsim.world.hung import hung
-from mjsim.world.plan import footprint, top
-from mjsim.world.things import RampObstacle, StepsObstacle
+from mjsim.video.view import PlanView, format_metres, round_step
+from mjsim.world import RampObstacle, StepsObstacle, Wall, World, footprint, hung, leaves, top
 
 A4 = (297.0, 210.0)
 """Length and width of the paper [mm]."""
@@ -41,38 +39,74 @@ AROUND = 5.0
 """Free paper around the outermost walls [mm]."""
 LEAST = 120.0
 """A sheet is at least this wide, for title and legend [mm]."""
+CROWDED = 0.025
+"""Things go without names, unless these are asked for, when the names would cover a larger share of the plan."""
 SCALES = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5)
 """Scales are 1 : these times a power of ten."""
 
 
-def draw_world(world: World, path: str | Path | None = None, *, names: bool = True) -> Picture:
+Labels = Literal["none", "walls", "all"]
+
+
+def draw_world(
+    world: World,
+    path: str | Path | None = None,
+    *,
+    names: bool = True,
+    labels: Labels | None = None,
+    overwrite: bool = False,
+) -> Picture:
     """Draw the plan of a world for print: A4 at most, at a round scale, with coordinates and names.
 
     Args:
         world: What to draw.
         path: PNG or JPEG file to write as well.
         names: Whether things are named.
+        labels: Which names are written: none, those of walls, or all; unless given those of robots, beacons, doors and
+            lamps, and those of things where there is room for them.
+        overwrite: Whether a file that exists may be replaced.
 
     Returns:
         RGB picture, `DPI` pixels to the inch.
 
     Raises:
-        UsageError: The file cannot be written.
+        UsageError: The file exists or cannot be written.
     """
-    bounds = _bounds(world)
-    ratio = scale_for(bounds)
-    sheet = _lay_out(bounds, ratio)
-    plan = sheet.inner(LEFT, TOP, RIGHT, BOTTOM)
-    _draw_grid(plan)
-    _draw_things(plan, world)
-    if names and len(world.beacons) + len(world.obstacles) <= MOST_NAMES:
-        write_tags(plan, _tags(plan, world))
-    _draw_axes(sheet, plan)
-    _write_head(sheet, world, ratio)
-    draw_legend(sheet, world, left=LEFT, right=RIGHT)
     if path is not None:
-        write_sheet(path, sheet.image)
+        require_free(Path(path), overwrite=overwrite)
+    page = plan_page(world, bounds_of(world), labels=labels if names else "none")
+    if path is not None:
+        write_sheet(path, page, overwrite=overwrite)
+    return page
+
+
+def plan_page(world: World, bounds: Array, *, labels: Labels | None = None) -> Picture:
+    """Return the sheet with the plan of a world within bounds, shape (2, 2) [m]."""
+    ratio = scale_for(bounds)
+    sheet = lay_out(bounds, ratio)
+    plan = sheet.inner(LEFT, TOP, RIGHT, BOTTOM)
+    draw_grid(plan)
+    _draw_things(plan, world)
+    write_tags(plan, _chosen_tags(plan, world, labels))
+    draw_axes(sheet, plan)
+    write_head(sheet, world.name, world_bounds(world), ratio)
+    draw_legend(sheet, world, left=LEFT, right=RIGHT)
     return sheet.image
+
+
+def _chosen_tags(plan: Paper, world: World, labels: Labels | None) -> list[Tag]:
+    """Return the names to write."""
+    if labels == "none" or len(world.beacons) + len(world.obstacles) > MOST_NAMES:
+        return []
+    walls = [_wall_tag(plan, wall) for wall in world.walls if wall.name is not None]
+    if labels == "walls":
+        return walls
+    tags, things = _tags(plan, world), _thing_tags(plan, world)
+    if labels == "all":
+        return [*tags, *things, *walls]
+    room = plan.image.shape[0] * plan.image.shape[1]
+    ink = sum(plan.letters.width(tag.text, round(px(tag.size))) * px(tag.size) for tag in things)
+    return tags if ink > CROWDED * room else [*tags, *things]
 
 
 def scale_for(bounds: Array) -> float:
@@ -86,7 +120,7 @@ def scale_for(bounds: Array) -> float:
     return next(step * power for step in (*SCALES, 10.0) if step * power >= min(fits) * (1 - 1e-9))
 
 
-def _bounds(world: World) -> Array:
+def bounds_of(world: World) -> Array:
     """Return (x, y) min and (x, y) max of all that is drawn, shape (2, 2) [m]."""
     points = [world_bounds(world)]
     points += [leaf_way(leaf, swing(world, leaf)) for leaf in leaves(world)]
@@ -96,17 +130,17 @@ def _bounds(world: World) -> Array:
     return np.stack([found.min(axis=0), found.max(axis=0)])
 
 
-def _lay_out(bounds: Array, ratio: float) -> Drawing:
+def lay_out(bounds: Array, ratio: float) -> Paper:
     """Return an empty sheet around the plan."""
     scale = px(1000.0) / ratio
     size = (bounds[1] - bounds[0]) * scale + 2 * px(AROUND)
     width = max(float(size[0]) + px(LEFT + RIGHT), px(LEAST))
     left = bounds[0, 0] - (px(LEFT) + (width - px(LEFT + RIGHT) - (size[0] - 2 * px(AROUND))) / 2) / scale
     above = bounds[1, 1] + px(TOP + AROUND) / scale
-    return blank(View(float(left), float(above), scale, math.ceil(width), math.ceil(size[1] + px(TOP + BOTTOM))))
+    return blank(PlanView(float(left), float(above), scale, math.ceil(width), math.ceil(size[1] + px(TOP + BOTTOM))))
 
 
-def _draw_things(plan: Drawing, world: World) -> None:
+def _draw_things(plan: Paper, world: World) -> None:
     """Draw all that the world holds, from the floor up."""
     for patch in world.floor.patches:
         draw_patch(plan, patch)
@@ -128,8 +162,8 @@ def _draw_things(plan: Drawing, world: World) -> None:
         draw_beacon(plan, item.beacon, item.place)
 
 
-def _tags(plan: Drawing, world: World) -> list[Tag]:
-    """Return the names of everything, the most important first."""
+def _tags(plan: Paper, world: World) -> list[Tag]:
+    """Return the names of all but things and walls, the most important first."""
     below, tags = np.array([0.0, -1.0]), []
     for robot in world.robots:
         reach = (max(robot.body.radius, plan.metres(LEAST_ROBOT)),) * 2
@@ -141,9 +175,6 @@ def _tags(plan: Drawing, world: World) -> list[Tag]:
         color = blend(SEEN, INK, 0.5) if beacon.marker is not None else color
         at = np.array([place.x, place.y])
         tags.append(Tag(text=beacon.name, at=at, side=ahead, reach=(plan.metres(1.2),) * 2, color=color))
-    for obstacle in world.obstacles:
-        if obstacle.name is not None:
-            tags.append(_obstacle_tag(plan, obstacle.name, footprint(obstacle), _slope(obstacle)))
     named = {opening.name for wall in world.walls for opening in wall.openings}
     for leaf in leaves(world):
         if leaf.name in named:
@@ -158,6 +189,21 @@ def _tags(plan: Drawing, world: World) -> list[Tag]:
     return tags
 
 
+def _thing_tags(plan: Paper, world: World) -> list[Tag]:
+    """Return the names of obstacles."""
+    things = [(item, item.name) for item in world.obstacles if item.name is not None]
+    return [_obstacle_tag(plan, name, footprint(item), _slope(item)) for item, name in things]
+
+
+def _wall_tag(plan: Paper, wall: Wall) -> Tag:
+    """Return the name of a wall, beside the middle of its longest segment."""
+    start, end = max(wall.segments(), key=lambda ends: math.dist(*ends))
+    along = np.subtract(end, start) / math.dist(start, end)
+    side = np.array([-along[1], along[0]])
+    reach = (wall.thickness / 2 + plan.metres(0.5),) * 2
+    return Tag(text=wall.name or "", at=np.add(start, end) / 2, side=side, reach=reach, color=MUTED)
+
+
 def _slope(obstacle: object) -> str:
     """Return what is said of a ramp or of steps besides their name."""
     match obstacle:
@@ -168,7 +214,7 @@ def _slope(obstacle: object) -> str:
     return ""
 
 
-def _obstacle_tag(plan: Drawing, name: str, outline: Array, more: str) -> Tag:
+def _obstacle_tag(plan: Paper, name: str, outline: Array, more: str) -> Tag:
     low, high = np.min(outline, axis=0), np.max(outline, axis=0)
     middle, size = (low + high) / 2, high - low
     width = plan.letters.width(name + more, round(px(2.3))) / plan.view.scale
@@ -177,7 +223,7 @@ def _obstacle_tag(plan: Drawing, name: str, outline: Array, more: str) -> Tag:
     return Tag(text=name + more, at=middle, side=side, reach=(size[0] / 2, size[1] / 2), color=MUTED)
 
 
-def _draw_grid(plan: Drawing) -> None:
+def draw_grid(plan: Paper) -> None:
     """Draw the grid: a line at each number of the axes, fainter ones between."""
     coarse = _axis_step(plan.view)
     for step, share in ((coarse / 2 if coarse > 0.5 else coarse / 5, 0.93), (coarse, 0.86)):
@@ -188,11 +234,11 @@ def _draw_grid(plan: Drawing) -> None:
             plan.line([(plan.view.left, y), (plan.view.right, y)], color, 0.1)
 
 
-def _axis_step(view: View) -> float:
+def _axis_step(view: PlanView) -> float:
     return round_step(px(9.0) / view.scale)
 
 
-def _draw_axes(sheet: Drawing, plan: Drawing) -> None:
+def draw_axes(sheet: Paper, plan: Paper) -> None:
     """Draw the frame, and coordinates along its left and lower edge."""
     view, step, page, letters = plan.view, _axis_step(plan.view), sheet.image, sheet.letters
     left, right, bottom, high = px(LEFT), px(LEFT) + view.width, px(TOP) + view.height, px(TOP)
@@ -211,24 +257,24 @@ def _draw_axes(sheet: Drawing, plan: Drawing) -> None:
     letters.write(page, "y north [m]", (px(4.0), high - px(2.4)), size, MUTED)
 
 
-def _write_head(sheet: Drawing, world: World, ratio: float) -> None:
+def write_head(sheet: Paper, title: str, bounds: Array, ratio: float) -> None:
     """Write title and size at the left, scale bar and north arrow at the right."""
     letters, page, right = sheet.letters, sheet.image, sheet.view.width - px(RIGHT)
-    letters.write(page, world.name, (px(LEFT), px(10.5)), round(px(5.2)), INK, weight=SEMIBOLD)
+    letters.write(page, title, (px(LEFT), px(10.5)), round(px(5.2)), INK, weight=SEMIBOLD)
     metres = " \N{MULTIPLICATION SIGN} ".join(
-        format_metres(round(value, 1), 0.1) for value in np.ptp(world_bounds(world), axis=0).tolist()
+        format_metres(round(value, 1), 0.1) for value in np.ptp(bounds, axis=0).tolist()
     )
     letters.write(page, f"{metres} m, 1 : {ratio:g}", (px(LEFT), px(15.2)), round(px(2.6)), MUTED)
     _draw_north(sheet, right - px(3.0), px(5.5))
     _draw_scale(sheet, right - px(11.0), px(11.5))
 
 
-def _draw_north(sheet: Drawing, x: float, y: float) -> None:
+def _draw_north(sheet: Paper, x: float, y: float) -> None:
     sheet.arrow(sheet.view.world([[x, y + px(7.5)], [x, y]]), INK, 0.3)
     sheet.letters.write(sheet.image, "N", (x, y - px(0.6)), round(px(2.6)), INK, weight=SEMIBOLD, align=0.5)
 
 
-def _draw_scale(sheet: Drawing, right: float, y: float) -> None:
+def _draw_scale(sheet: Paper, right: float, y: float) -> None:
     """Draw a bar of four parts, black and white, with the lengths at its ends and in its middle."""
     part = round_step(px(7.0) / sheet.view.scale)
     width = part * sheet.view.scale

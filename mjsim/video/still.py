@@ -4,29 +4,30 @@ from pathlib import Path
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.interface import Picture
-from mjsim.sim import Simulation
-from mjsim.sim.playback import Playback
-from mjsim.sim.renderer import SEEN_FROM_OUTSIDE
+from mjsim.output import require_free
+from mjsim.sim import SEEN_FROM_OUTSIDE, Playback, Simulation
 from mjsim.video.ink import write_picture
 from mjsim.video.layout import HEIGHT, WIDTH
-from mjsim.world import World
-from mjsim.world.sensors import Camera
+from mjsim.world import Camera, World
 
 OVERVIEW, CHASE = "overview", "chase"
 
 
-def take_picture(world: World, camera: str, path: Path | None = None) -> Picture:
+def take_picture(world: World, camera: str, path: Path | None = None, *, overwrite: bool = False) -> Picture:
     """Return what a camera sees at the start, RGB, shape (height, width, 3), and write it if a path is given.
 
     Args:
         world: Where its robots stand.
         camera: 'ROBOT/CAMERA'; or from outside, 'ROBOT/chase' (behind a robot) or 'overview'.
         path: PNG or JPEG file to write as well.
+        overwrite: Whether a file that exists may be replaced.
 
     Raises:
-        UsageError: There is no such camera, or the file cannot be written.
+        UsageError: There is no such camera, or the file exists or cannot be written.
         OpenGLError: Nothing can be drawn on this machine.
     """
+    if path is not None:
+        require_free(path, overwrite=overwrite)
     outside = [OVERVIEW, *(f"{robot.name}/{CHASE}" for robot in world.robots)]
     onboard = [
         f"{robot.name}/{sensor.camera}"
@@ -38,7 +39,7 @@ def take_picture(world: World, camera: str, path: Path | None = None) -> Picture
         raise UsageError(f"no camera '{camera}' in this world{did_you_mean(camera, onboard + outside)}")
     picture = _seen_onboard(world, camera) if camera in onboard else _seen_from_outside(world, camera)
     if path is not None:
-        write_picture(path, picture)
+        write_picture(path, picture, overwrite=overwrite)
     return picture
 
 

@@ -7,16 +7,24 @@ import numpy as np
 
 from mjsim.geometry import Array, Pose
 from mjsim.video.ink import BEACON, INK, MUTED, PAPER, SEEN, TRUTH, WALL, Color, blend, parse_color
-from mjsim.video.paper import Drawing, arc
-from mjsim.world import World
-from mjsim.world.doors import Leaf
-from mjsim.world.events import OpenEvent
-from mjsim.world.light import Lamp
-from mjsim.world.pieces import wall_pieces
-from mjsim.world.plan import footprint, top
-from mjsim.world.robots import Robot
-from mjsim.world.structure import FloorPatch, Opening, Wall
-from mjsim.world.things import Beacon, Obstacle, RampObstacle, StepsObstacle
+from mjsim.video.paper import Paper, arc
+from mjsim.world import (
+    Beacon,
+    FloorPatch,
+    Lamp,
+    Leaf,
+    Obstacle,
+    OpenEvent,
+    Opening,
+    RampObstacle,
+    Robot,
+    StepsObstacle,
+    Wall,
+    World,
+    footprint,
+    top,
+    wall_pieces,
+)
 
 CUT = 1.0
 """Height at which an architect cuts a plan [m]: through windows and doors, over tables and benches."""
@@ -29,14 +37,14 @@ SWING = 90.0
 """How far the arc of a closed door goes [deg]."""
 
 
-def draw_patch(drawing: Drawing, patch: FloorPatch) -> None:
+def draw_patch(drawing: Paper, patch: FloorPatch) -> None:
     """Draw a piece of another floor as a pale tint with a fine border."""
     outline, color = patch.outline(), parse_color(patch.color)
     drawing.fill(outline, blend(color, PAPER, 0.72))
     drawing.dashes(np.vstack([outline, outline[:1]]), blend(color, PAPER, 0.3), 0.15)
 
 
-def draw_low_wall(drawing: Drawing, wall: Wall) -> None:
+def draw_low_wall(drawing: Paper, wall: Wall) -> None:
     """Draw what of a wall ends below `CUT`, pale: low walls, and what is under windows."""
     pieces = [piece.outline for piece in wall_pieces(wall) if piece.high <= CUT]
     for outline in pieces:
@@ -45,7 +53,7 @@ def draw_low_wall(drawing: Drawing, wall: Wall) -> None:
         drawing.fill(outline, LOW)  # over the half of the lines that lies inside: no seams where pieces meet
 
 
-def draw_wall(drawing: Drawing, wall: Wall) -> None:
+def draw_wall(drawing: Paper, wall: Wall) -> None:
     """Draw where a wall is cut at `CUT`, solid, and the panes of its windows."""
     for piece in wall_pieces(wall):
         if piece.low <= CUT < piece.high:
@@ -57,7 +65,7 @@ def draw_wall(drawing: Drawing, wall: Wall) -> None:
             drawing.line([start, start + along * opening.width], TRUTH, 0.2)
 
 
-def draw_door(drawing: Drawing, leaf: Leaf, *, opens_to: float) -> None:
+def draw_door(drawing: Paper, leaf: Leaf, *, opens_to: float) -> None:
     """Draw a door's leaf where it stands, and the arc that it sweeps to an angle [deg]."""
     way, stands = leaf_way(leaf, opens_to), leaf_way(leaf, leaf.door.angle_deg)
     drawing.line(way, MUTED, 0.12)
@@ -86,7 +94,7 @@ def swing(world: World, leaf: Leaf) -> float:
     return standing if abs(standing) > SWING else math.copysign(SWING, standing)
 
 
-def draw_obstacle(drawing: Drawing, obstacle: Obstacle) -> None:
+def draw_obstacle(drawing: Paper, obstacle: Obstacle) -> None:
     """Draw an obstacle in its colour, calmed.
 
     Ramps and steps have an arrow up, what can move has a broken edge, what hangs over the cut a fine one.
@@ -110,7 +118,7 @@ def draw_obstacle(drawing: Drawing, obstacle: Obstacle) -> None:
         drawing.arrow(place.transform([[-0.42 * length, 0.0], [0.42 * length, 0.0]]), edge)
 
 
-def _draw_treads(drawing: Drawing, steps: StepsObstacle, color: Color) -> None:
+def _draw_treads(drawing: Paper, steps: StepsObstacle, color: Color) -> None:
     length, width, _ = steps.steps
     place = Pose(steps.at[0], steps.at[1], math.radians(steps.heading_deg))
     for number in range(1, steps.count):
@@ -118,7 +126,7 @@ def _draw_treads(drawing: Drawing, steps: StepsObstacle, color: Color) -> None:
         drawing.line(place.transform([[x, -width / 2], [x, width / 2]]), color, 0.15)
 
 
-def draw_path(drawing: Drawing, obstacle: Obstacle) -> None:
+def draw_path(drawing: Paper, obstacle: Obstacle) -> None:
     """Draw the way of a thing that goes by itself: dots, and an arrow on each straight part."""
     if obstacle.path is None:
         return
@@ -132,20 +140,20 @@ def draw_path(drawing: Drawing, obstacle: Obstacle) -> None:
             drawing.arrow(np.stack([middle - reach, middle + reach]), SEEN)
 
 
-def draw_beacon(drawing: Drawing, beacon: Beacon, place: Pose) -> None:
-    """Draw a beacon as wide as it is with a tick to where it faces: pictures, markers, reflectors differ."""
+def draw_beacon(drawing: Paper, beacon: Beacon, place: Pose) -> None:
+    """Draw a beacon as wide as it is with a tick to where it faces; without a face it is a ring."""
     half = max(beacon.width / 2, drawing.metres(0.6))
     ahead, off = drawing.metres(1.3), drawing.metres(0.35)
-    if beacon.image is None and beacon.marker is None:
+    if not beacon.has_face:
         drawing.disc((place.x, place.y), drawing.metres(0.7), PAPER)
-        drawing.disc((place.x, place.y), drawing.metres(0.7), TRUTH, thickness=0.3)
+        drawing.disc((place.x, place.y), drawing.metres(0.7), SEEN if beacon.anchor else TRUTH, thickness=0.3)
         return
     color = BEACON if beacon.image is not None else SEEN
     drawing.line(place.transform([[off, 0.0], [ahead, 0.0]]), color, 0.35)
     drawing.fill(place.transform([[0.0, -half], [2 * off, -half], [2 * off, half], [0.0, half]]), color)
 
 
-def draw_lamp(drawing: Drawing, lamp: Lamp) -> None:
+def draw_lamp(drawing: Paper, lamp: Lamp) -> None:
     """Draw a lamp as a small sun; one that is off is hollow."""
     middle, radius = np.array(lamp.at), drawing.metres(0.8)
     for angle in np.arange(8) * (np.pi / 4):
@@ -155,7 +163,7 @@ def draw_lamp(drawing: Drawing, lamp: Lamp) -> None:
     drawing.disc(middle, radius, LAMP, thickness=0.2)
 
 
-def draw_robot(drawing: Drawing, robot: Robot) -> None:
+def draw_robot(drawing: Paper, robot: Robot) -> None:
     """Draw a robot where it starts, with an arrow where it looks."""
     least, color = drawing.metres(LEAST_ROBOT), blend(parse_color(robot.body.color), PAPER, 0.5)
     place = Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg))

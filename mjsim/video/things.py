@@ -10,14 +10,8 @@ from mjsim.video.ink import INK, PAPER, Color, blend, draw_disc, draw_polyline, 
 from mjsim.video.moment import Moment
 from mjsim.video.plan import draw_beacon, draw_outline
 from mjsim.video.symbols import LAMP
-from mjsim.video.view import View
-from mjsim.world import World
-from mjsim.world.doors import leaves
-from mjsim.world.looks import first_looks
-from mjsim.world.names import item_names
-from mjsim.world.outlines import stays, world_from_obstacle
-from mjsim.world.plan import footprint
-from mjsim.world.things import Beacon
+from mjsim.video.view import PlanView
+from mjsim.world import Beacon, World, first_looks, footprint, item_names, leaves, stays, world_from_obstacle
 
 LAMP_RADIUS = 5.0
 """[px]"""
@@ -43,7 +37,7 @@ class Things:
             item.name: Pose(item.at[0], item.at[1], math.radians(item.heading_deg)) for item in world.robots
         }
 
-    def draw(self, image: Picture, view: View, moment: Moment, *, robot: str) -> None:
+    def draw(self, image: Picture, view: PlanView, moment: Moment, *, robot: str) -> None:
         """Draw everything where it is at a moment of a robot's run."""
         looks = moment.looks or self._looks
         places = self._places(moment, robot)

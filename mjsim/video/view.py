@@ -11,7 +11,7 @@ from mjsim.geometry import Array
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class PlanView:
     """What a picture of the plan shows; x east, y north, so y points up in the picture."""
 
     left: float
@@ -46,9 +46,9 @@ class View:
         """Return the world points [m] of pixels, shape (..., 2)."""
         return np.asarray((np.asarray(pixels, dtype=float) + 0.5) / (self.scale, -self.scale) + (self.left, self.top))
 
-    def part(self, column: int, row: int, width: int, height: int) -> "View":
+    def part(self, column: int, row: int, width: int, height: int) -> "PlanView":
         """Return the view of a part of the picture, its top left corner at (column, row)."""
-        return View(self.left + column / self.scale, self.top - row / self.scale, self.scale, width, height)
+        return PlanView(self.left + column / self.scale, self.top - row / self.scale, self.scale, width, height)
 
     @property
     def bottom(self) -> float:

@@ -9,13 +9,11 @@ from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.record import Recording
-from mjsim.sim.playback import Playback
-from mjsim.sim.renderer import SEEN_FROM_OUTSIDE
+from mjsim.sim import SEEN_FROM_OUTSIDE, Playback
 from mjsim.video.frame import Frame, PlanFrame
 from mjsim.video.layout import HEIGHT, WIDTH
 from mjsim.video.moment import moments
-from mjsim.world.running import View as Look
-from mjsim.world.sensors import Camera
+from mjsim.world import Camera, View
 
 
 def known_views(recording: Recording) -> list[str]:
@@ -23,7 +21,7 @@ def known_views(recording: Recording) -> list[str]:
     return ["plan", "chase", "overview", *("/".join(camera) for camera in recording.cameras())]
 
 
-def composed_pictures(recording: Recording, rows: Sequence[int], look: Look) -> Iterator[Picture]:
+def composed_pictures(recording: Recording, rows: Sequence[int], look: View) -> Iterator[Picture]:
     """Yield the plan with close-up, onboard picture and error at rows of a recording, which ascend."""
     seconds = float(recording.time[-1]) + 1e-3
     robot = _first_robot(recording)
@@ -31,7 +29,7 @@ def composed_pictures(recording: Recording, rows: Sequence[int], look: Look) -> 
     yield from _drawn(frame, recording, rows)
 
 
-def plan_pictures(recording: Recording, rows: Sequence[int], look: Look) -> Iterator[Picture]:
+def plan_pictures(recording: Recording, rows: Sequence[int], look: View) -> Iterator[Picture]:
     """Yield the plan alone at rows of a recording, which ascend."""
     robot = _first_robot(recording)
     yield from _drawn(PlanFrame(recording.world, robot, look=look, reach=_reach(recording)), recording, rows)

@@ -1,5 +1,5 @@
 """Watching a run in the browser; what is shown never steps the simulation."""
 
-from mjsim.web.live import LiveView
+from mjsim.faces import face
 
-__all__ = ["LiveView"]
+__getattr__, __dir__, __all__ = face(__name__, __file__)

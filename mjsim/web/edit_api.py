@@ -1,15 +1,17 @@
 """What the page asks for while a world is edited."""
 
 import math
-from collections.abc import Sequence
-from typing import Any, Literal
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any, Literal
 
+from pydantic import Field
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from mjsim.errors import WorldError
 from mjsim.geometry import Pose
+from mjsim.record import named_files
 from mjsim.web.answers import Ask, RefusedError, answered, asked, body_of, posted, refusal
 from mjsim.web.files import listed, new_world, read_world, save_world, source_of
 from mjsim.web.folder import Folder
@@ -18,11 +20,11 @@ from mjsim.web.local import HEADERS
 from mjsim.web.modules import modules_in
 from mjsim.web.parsed import Read, parsed
 from mjsim.web.pictures import MOST_BYTES, bring_picture, small_picture
-from mjsim.web.preview import Look, Preview
+from mjsim.web.preview import Preview, PreviewRequest
+from mjsim.web.requests import Drivers, with_drivers
 from mjsim.web.trust import Trust
-from mjsim.world import World, parse_world
-from mjsim.world.edit import Change, UnwritableError, edited
-from mjsim.world.schema import panel_schema
+from mjsim.web.watch import Signs, signs_of
+from mjsim.world import Change, UnwritableError, World, edited, panel_schema, parse_world
 
 
 class OpenAsk(Ask):
@@ -53,6 +55,13 @@ class ChangeAsk(Ask):
     value: Any = None
 
 
+class TrustAsk(TextAsk):
+    """A text whose code may run, with what the person was shown of that code."""
+
+    code: dict[str, str]
+    drivers: Annotated[Drivers, Field(default_factory=dict)]
+
+
 class EditAsk(TextAsk):
     """Changes to be made in a text."""
 
@@ -79,11 +88,18 @@ class PreviewAsk(TextAsk):
 class EditApi:
     """Opens, reads, changes and saves the worlds of a folder."""
 
-    def __init__(self, folder: Folder, trust: Trust, *, world: str | None = None) -> None:
-        """Take the folder, what code may run, and the world that is opened at first."""
-        self._folder, self._trust, self._world = folder, trust, world
+    def __init__(self, folder: Folder, trust: Trust, *, world: str | None, saved: Callable[[], None]) -> None:
+        """Take what is edited, and what code may run.
+
+        Args:
+            folder: Of the studio.
+            trust: What code may run.
+            world: That is opened at first.
+            saved: Called when a file was written.
+        """
+        self._folder, self._trust, self._world, self._saved = folder, trust, world, saved
         self._preview = Preview()
-        self._seen: tuple[tuple[str, str], World] | None = None
+        self._seen: tuple[tuple[str, str], World, Signs] | None = None
         self.routes: Sequence[BaseRoute] = [
             Route("/api/folder", asked(self._list), methods=["GET"]),
             Route("/api/schema", asked(lambda _: panel_schema()), methods=["GET"]),
@@ -93,7 +109,7 @@ class EditApi:
             Route("/api/parse", posted(TextAsk, self._parse), methods=["POST"]),
             Route("/api/edit", posted(EditAsk, self._edit), methods=["POST"]),
             Route("/api/save", posted(SaveAsk, self._save), methods=["POST"]),
-            Route("/api/trust", posted(TextAsk, self._allow), methods=["POST"]),
+            Route("/api/trust", posted(TrustAsk, self._allow), methods=["POST"]),
             Route("/api/preview", posted(PreviewAsk, self._see), methods=["POST"]),
             Route("/api/upload", self._upload, methods=["POST"]),
             Route("/api/picture", asked(self._picture), methods=["GET"]),
@@ -110,7 +126,7 @@ class EditApi:
             RefusedError: The text has a mistake, or the path leaves the folder.
         """
         try:
-            return parse_world(text, source=source_of(self._folder, path))
+            return parse_world(text, source=self._trust.guarded(source_of(self._folder, path)))
         except WorldError as error:
             first, more = error.problems[0], len(error.problems) - 1
             others = f" (and {more} more)" if more else ""
@@ -143,27 +159,30 @@ class EditApi:
 
     def _save(self, ask: SaveAsk) -> Json:
         stamp = save_world(self._folder, ask.path, text=ask.text, stamp=ask.stamp, overwrite=ask.overwrite)
+        self._saved()
         return {"stamp": stamp}
 
-    def _allow(self, ask: TextAsk) -> Json:
-        world = self.world_of(ask.path, ask.text)
-        self._trust.allow(world)
+    def _allow(self, ask: TrustAsk) -> Json:
+        world = with_drivers(self.world_of(ask.path, ask.text), ask.drivers)
+        self._trust.allow(world, ask.code)
         return {"needs_trust": self._trust.asks_for(world)}
 
     def _see(self, ask: PreviewAsk) -> Response:
-        world = self._seen_world(ask.path, ask.text)
+        world, signs = self._seen_world(ask.path, ask.text)
         # A drive of the user's own is code too.
         self._trust.check(world)
         pose = Pose(ask.at[0], ask.at[1], math.radians(ask.heading_deg))
-        data, taken = self._preview.picture(Look(world, ask.robot, ask.camera, pose, ask.width))
+        look = PreviewRequest(world, ask.robot, ask.camera, pose, ask.width, signs)
+        data, taken = self._preview.picture(look)
         return Response(data, media_type="image/jpeg", headers={**HEADERS, "Server-Timing": f"draw;dur={taken:.1f}"})
 
-    def _seen_world(self, path: str, text: str) -> World:
-        """Return the world of a text, the one that was asked for last: while a robot is dragged it stays the same."""
+    def _seen_world(self, path: str, text: str) -> tuple[World, Signs]:
+        """Return the world of a text and the signs of its files; while a robot is dragged both stay the same."""
         last = self._seen
-        if last is None or last[0] != (path, text):
-            self._seen = last = (path, text), self.world_of(path, text)
-        return last[1]
+        if last is None or last[0] != (path, text) or last[2] != signs_of(self._folder, path, last[2]):
+            world = self.world_of(path, text)
+            self._seen = last = (path, text), world, signs_of(self._folder, path, named_files(world))
+        return last[1], last[2]
 
     async def _upload(self, request: Request) -> Response:
         name, world = request.query_params.get("name", "picture"), request.query_params.get("path")
@@ -184,4 +203,5 @@ class EditApi:
     def _told(self, path: str, text: str, *, read: Read | None = None) -> Json:
         found = parsed(text, source_of(self._folder, path), read=read)
         needs = [] if found.world is None else self._trust.asks_for(found.world)
-        return {**found.told, "needs_trust": needs}
+        files = signs_of(self._folder, path, found.told["files"])
+        return {**found.told, "needs_trust": needs, "files": files}

@@ -6,10 +6,10 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from mjsim.interface import CameraFrame, Sighting
-from mjsim.record.tick import Tick
+from mjsim.record import Tick
+from mjsim.web.news import EventNews, PastNews
 from mjsim.web.past import Past
 from mjsim.web.telling import events_told, tick_told
 from mjsim.world import World
@@ -46,7 +46,7 @@ class Feed:
         self._told: tuple[int, str] = (0, "")
         self._looking: dict[str, str] = {}
         self._pasts: dict[str, Past] = {}
-        self._events: deque[tuple[int, dict[str, Any]]] = deque(maxlen=EVENTS)
+        self._events: deque[tuple[int, EventNews]] = deque(maxlen=EVENTS)
         self._event_count = 0
         self._paced: deque[tuple[float, float]] = deque()
 
@@ -93,12 +93,12 @@ class Feed:
             self._told = number, json.dumps(tick_told(newest, number=number, pace=pace), allow_nan=False)
         return self._told
 
-    def events(self, after: int) -> tuple[int, list[dict[str, Any]]]:
+    def events(self, after: int) -> tuple[int, list[EventNews]]:
         """Return the number of the newest event, and all after one of a number."""
         with self._lock:
             return self._event_count, [event for number, event in self._events if number > after]
 
-    def past(self) -> tuple[int, dict[str, Any]]:
+    def past(self) -> tuple[int, PastNews]:
         """Return how many events there are, and all that was until now."""
         with self._lock:
             pasts = {name: past.copy() for name, past in self._pasts.items()}

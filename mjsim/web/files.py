@@ -3,20 +3,25 @@
 import hashlib
 import os
 import re
-import secrets
-import shutil
 from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
 
-from mjsim.exchange.template import TEMPLATES, template_text
+from mjsim.exchange import TEMPLATES, template_text
 from mjsim.web.answers import RefusedError
 from mjsim.web.folder import Folder
 from mjsim.web.items import Json
-from mjsim.world.presets import preset_names
-from mjsim.world.reader import read_file
-from mjsim.world.source import Source
-from mjsim.world.text import MOST_BYTES, too_large
+from mjsim.world import (
+    MOST_BYTES,
+    Source,
+    preset_names,
+    read_file,
+    shipped_worlds,
+    too_large,
+    worlds_folder,
+    write_new,
+    write_whole,
+)
 
 SHIPPED = "shipped:"
 """Begins the name of a world that comes with mjsim."""
@@ -55,6 +60,19 @@ def shipped() -> Json:
     }
 
 
+def shipped_name(word: str) -> str | None:
+    """Return how the page names the shipped world that a bare word names; None when it names none."""
+    file = shipped_worlds().get(word)
+    if file is None:
+        return None
+    return f"{SHIPPED}{file.relative_to(worlds_folder()).with_suffix('').as_posix()}"
+
+
+def is_shipped(path: str) -> bool:
+    """Return whether a path of the page names a shipped world."""
+    return path.startswith(SHIPPED) and path.removeprefix(SHIPPED) in shipped()["worlds"]
+
+
 def source_of(folder: Folder, path: str) -> Source:
     """Return where a world comes from: its own folder; that of the studio for one that is not saved yet.
 
@@ -71,9 +89,9 @@ def read_world(folder: Folder, path: str) -> tuple[str, str | None]:
     """Return the text of a world and the stamp of its content, None for one that comes with mjsim."""
     if path.startswith(SHIPPED):
         name = path.removeprefix(SHIPPED)
-        if name not in shipped()["worlds"]:
+        if not is_shipped(path):
             raise RefusedError(404, f"no world '{name:.60}' comes with mjsim; see the list")
-        return (resources.files("mjsim.worlds") / f"{name}.yaml").read_text(encoding="utf-8"), None
+        return (worlds_folder() / f"{name}.yaml").read_text(encoding="utf-8"), None
     place = _world_path(folder, path)
     if not place.is_file():
         raise RefusedError(404, f"no file '{path:.80}'; it may have been moved or removed")
@@ -102,36 +120,37 @@ def save_world(folder: Folder, path: str, *, text: str, stamp: str | None, overw
         RefusedError: Another text is there, or it cannot be written.
     """
     place = _world_path(folder, path)
-    now = stamp_of(place) if place.is_file() else None
-    if now is not None and now != stamp and not overwrite:
-        said = "is there already" if stamp is None else "was changed by somebody else since it was opened"
-        raise RefusedError(409, f"'{path}' {said}; overwrite it, or save under another name", stamp=now)
     data = text.encode("utf-8", "replace")
     if len(data) > MOST_BYTES:
         raise RefusedError(413, too_large(len(data)))
-    if now is not None:
-        data = _as_before(place.read_bytes(), data)
     try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(place, data)
+        # One at a time: of two pages that save at once the second is told what the first one wrote.
+        with folder.writing:
+            return _written(place, path, data=data, stamp=stamp, overwrite=overwrite)
     except OSError as error:
+        if isinstance(error, FileExistsError) and place.is_file():
+            raise _taken(path, place, stamp) from None
         raise RefusedError(409, f"'{path}' cannot be written: {error.strerror}; choose another place") from None
+
+
+def _written(place: Path, path: str, *, data: bytes, stamp: str | None, overwrite: bool) -> str:
+    """Write a world as `save_world` does, and return the stamp of its content."""
+    place.parent.mkdir(parents=True, exist_ok=True)
+    if not place.is_file():
+        write_new(place, data)
+        return _stamp(data)
+    if stamp_of(place) != stamp and not overwrite:
+        raise _taken(path, place, stamp)
+    data = _as_before(place.read_bytes(), data)
+    write_whole(place, data)
     return _stamp(data)
 
 
-def write_whole(place: Path, data: bytes) -> None:
-    """Write a file in one step: whoever reads it sees the old content or the new, also after a power cut."""
-    new = place.with_name(f".{place.name}.{secrets.token_hex(4)}.new")
-    try:
-        with open(new, "xb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        if place.exists():
-            shutil.copymode(place, new)
-        new.replace(place)
-    finally:
-        new.unlink(missing_ok=True)
+def _taken(path: str, place: Path, stamp: str | None) -> RefusedError:
+    """Return what tells that another text is there than the one that a page knows."""
+    said = "is there already" if stamp is None else "changed on disk since it was opened"
+    message = f"'{path}' {said}; overwrite it, or save under another name"
+    return RefusedError(409, message, stamp=stamp_of(place))
 
 
 def stamp_of(place: Path) -> str:

@@ -16,7 +16,7 @@ MOST = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Job:
+class FilmProgress:
     """How far a film is."""
 
     done: int
@@ -35,7 +35,8 @@ class Films:
     def __init__(self) -> None:
         """Be idle."""
         self._lock = threading.Lock()
-        self._jobs: dict[str, Job] = {}
+        self._progress: dict[str, FilmProgress] = {}
+        self._files: dict[str, Path] = {}
         self._closed = False
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="mjsim-films")
 
@@ -56,9 +57,10 @@ class Films:
         total = len(frames_between(recording, begin, end))
         name = secrets.token_hex(8)
         with self._lock:
-            if len(self._jobs) >= MOST:
-                self._jobs.pop(next(iter(self._jobs)))
-            self._jobs[name] = Job(0, total)
+            if len(self._progress) >= MOST:
+                self._progress.pop(next(iter(self._progress)))
+            self._progress[name] = FilmProgress(0, total)
+            self._files[name] = file
 
         def note(done: float) -> None:
             self._note(name, int(done))
@@ -70,22 +72,31 @@ class Films:
                 self._finish(name, error=str(error).partition("\n")[0])
             except _ClosedError:
                 self._finish(name, error="the studio was closed")
+            except BaseException as error:
+                # A bug of ours; the page is told as well.
+                self._finish(name, error=f"the film failed: {type(error).__name__}")
+                raise
             else:
                 self._finish(name, path=shown)
 
         self._thread.submit(make)
         return name
 
-    def job(self, name: str) -> Job:
+    def progress(self, name: str) -> FilmProgress:
         """Return how far a film is.
 
         Raises:
             RefusedError: There is no such film.
         """
         with self._lock:
-            if name not in self._jobs:
+            if name not in self._progress:
                 raise RefusedError(404, "no film of that name is being made; begin it again")
-            return self._jobs[name]
+            return self._progress[name]
+
+    def files(self) -> set[Path]:
+        """Return where films go that are not done yet."""
+        with self._lock:
+            return set(self._files.values())
 
     def close(self) -> None:
         """Make no more, and give up the one at hand."""
@@ -96,13 +107,14 @@ class Films:
         if self._closed:
             raise _ClosedError
         with self._lock:
-            if name in self._jobs:
-                self._jobs[name] = replace(self._jobs[name], done=done)
+            if name in self._progress:
+                self._progress[name] = replace(self._progress[name], done=done)
 
     def _finish(self, name: str, *, path: str | None = None, error: str | None = None) -> None:
         with self._lock:
-            if name in self._jobs:
-                self._jobs[name] = replace(self._jobs[name], path=path, error=error)
+            self._files.pop(name, None)
+            if name in self._progress:
+                self._progress[name] = replace(self._progress[name], path=path, error=error)
 
 
 class _ClosedError(Exception):

@@ -1,5 +1,6 @@
 """The folder that a studio was opened in: nothing outside of it is read or written."""
 
+import threading
 from pathlib import Path, PurePosixPath
 
 from mjsim.errors import UsageError
@@ -7,6 +8,8 @@ from mjsim.web.answers import RefusedError
 
 LONGEST = 400
 """Characters of a path."""
+LONGEST_NAME = 255
+"""Bytes of one name in it, as file systems have it."""
 
 
 class Folder:
@@ -19,6 +22,8 @@ class Folder:
             UsageError: There is none.
         """
         self.root = root.resolve()
+        self.writing = threading.Lock()
+        """Held while a file is written whose old content, or absence, was checked before."""
         if not self.root.is_dir():
             raise UsageError(f"no folder '{root}'; name one that is there")
 
@@ -31,6 +36,8 @@ class Folder:
         given = PurePosixPath(name)
         if not name or len(name) > LONGEST or not name.isprintable() or "\\" in name:
             raise RefusedError(400, f"path {name!r:.60} is no name of a file; write such as 'worlds/room.yaml'")
+        if any(len(part.encode("utf-8", "replace")) > LONGEST_NAME for part in given.parts):
+            raise RefusedError(400, f"path '{name:.60}...' has a name of more than {LONGEST_NAME} bytes; shorten it")
         if given.is_absolute() or ".." in given.parts or name[1:2] == ":":
             raise RefusedError(403, f"path '{name:.60}' leaves the folder of the studio; keep to what is in it")
         try:

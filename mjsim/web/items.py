@@ -7,15 +7,7 @@ from typing import Any
 import numpy as np
 
 from mjsim.geometry import Array, Pose
-from mjsim.world import World
-from mjsim.world.base import Model
-from mjsim.world.doors import leaves
-from mjsim.world.hung import hung
-from mjsim.world.joints import solid_pieces
-from mjsim.world.plan import footprint
-from mjsim.world.routes import extent
-from mjsim.world.structure import Opening, Wall
-from mjsim.world.text import Node
+from mjsim.world import Model, Node, Opening, Wall, World, extent, footprint, hung, leaves, solid_pieces
 
 EYE = 1.5
 """What of a wall begins above this is not drawn [m]."""

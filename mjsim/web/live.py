@@ -47,8 +47,13 @@ class LiveView(Closes):
         self._server = Server(routes, port=port, closing=[self._api.close])
 
     @property
+    def address(self) -> str:
+        """Where the page is; browsers that were not let in are asked for a one-time address there."""
+        return self._server.address
+
+    @property
     def url(self) -> str:
-        """Address of the page."""
+        """A new address that lets in one browser, once, within five minutes."""
         return self._server.url
 
     def show(self, tick: Tick) -> None:

@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
-from mjsim.record.tick import Tick
-from mjsim.sim.onlooker import Onlooker, Orbit
-from mjsim.web.orders import Outside
+from mjsim.record import Tick
+from mjsim.sim import Onlooker, Orbit
+from mjsim.web.requests import Outside
 from mjsim.web.shots import depth_shown, jpeg, segmentation_shown
 from mjsim.world import World
 

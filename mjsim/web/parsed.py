@@ -1,22 +1,30 @@
 """A text as the page knows it: what is wrong with it, and the items that it describes."""
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 
 from pydantic import ValidationError
 
 from mjsim.errors import Problem, WorldError
+from mjsim.modules import check_modules
+from mjsim.record import named_files
 from mjsim.web.items import Json, Path, scene_of, world_values
-from mjsim.world import World, parse_world
-from mjsim.world.check import check_world
-from mjsim.world.expand import expand, needs_expansion
-from mjsim.world.fit import misfits
-from mjsim.world.patience import uncollected
-from mjsim.world.reader import MOST
-from mjsim.world.source import Source
-from mjsim.world.text import Node, read_text
+from mjsim.web.watch import named_in
+from mjsim.world import (
+    MOST,
+    Node,
+    Source,
+    World,
+    check_world,
+    expand,
+    gc_paused,
+    misfits,
+    needs_expansion,
+    parse_world,
+    read_text,
+)
 
 LISTS = ("walls", "obstacles", "beacons", "lamps", "robots")
 _PATIENCE = 3
@@ -32,10 +40,10 @@ class Parsed:
     world: World | None
     """None when something in it is wrong."""
     told: Json
-    """For the page: problems, items, bounds, name, run and world."""
+    """For the page: problems, items, bounds, name, run, world, and the files that the text names."""
 
 
-@uncollected()
+@gc_paused()
 def parsed(text: str, source: Source, *, read: Read | None = None) -> Parsed:
     """Return what a text comes to; of one that is wrong in part, what is right.
 
@@ -50,15 +58,27 @@ def parsed(text: str, source: Source, *, read: Read | None = None) -> Parsed:
         world = parse_world(text, source=source, read=read)
     except WorldError as error:
         return Parsed(None, _told_of_part(text, source, read=read, problems=error.problems))
-    problems = check_world(world)
+    problems = sorted([*check_world(world), *check_modules(world)])
     node = world.source.written
     told = [_problem(problem, source, paths=_Paths(node), kind="warning") for problem in problems] if problems else []
-    return Parsed(world, {"problems": told, **_told(world, raw or node)})
+    return Parsed(world, {"problems": told, **_told(world, raw or node), "files": _files(read[0], node, world=world)})
 
 
 def _told(world: World, raw: Node | None) -> Json:
     whole = world_values(world, raw)
     return {**scene_of(world, raw), "name": world.name, "run": whole["values"]["run"], "world": whole}
+
+
+def _files(*nodes: Node | None, world: World | None = None, included: Iterable[str] = ()) -> list[str]:
+    """Return the files that a text names, whether they are there or not, by their paths from its folder.
+
+    Args:
+        nodes: The text as it is written, and what it stands for.
+        world: That it describes.
+        included: Files that it includes.
+    """
+    named = (name for node in nodes if node is not None for name in named_in(node.value))
+    return sorted({*named, *included, *(named_files(world) if world is not None else ())})
 
 
 _NOTHING: Json = {"items": None, "bounds": [-5.0, -5.0, 5.0, 5.0], "name": "", "run": {}, "world": None}
@@ -68,21 +88,24 @@ def _told_of_part(text: str, source: Source, *, read: Read, problems: Sequence[P
     """Return what is wrong with a text, and the items of it that are right."""
     node, _ = read
     if node is None or not isinstance(node.value, dict):
-        return {"problems": [_problem(problem, source, paths=None) for problem in problems], **_NOTHING}
+        found = [_problem(problem, source, paths=None) for problem in problems]
+        return {"problems": found, **_NOTHING, "files": _files(node)}
     source = replace(source, text=text, included={}, variables={})
-    written = expand(node, source).node if needs_expansion(text) else node
+    expansion = expand(node, source) if needs_expansion(text) else None
+    written = node if expansion is None else expansion.node
+    files = _files(node, written, included=() if expansion is None else expansion.included)
     paths = _Paths(written)
     told = [_problem(problem, source, paths=paths) for problem in problems]
     wrong = {path for problem in problems if problem.file == source.file for path in paths.at(problem)}
-    found = _right_part(written, source, wrong=wrong)
-    if found is None:
-        return {"problems": told, **_NOTHING}
-    world, kept = found
+    right = _right_part(written, source, wrong=wrong)
+    if right is None:
+        return {"problems": told, **_NOTHING, "files": files}
+    world, kept = right
     seen = _told(world, node if needs_expansion(text) else None)
     for item in seen["items"]:
         if item["path"][0] in kept:
             item["path"][1] = kept[item["path"][0]][item["path"][1]]
-    return {"problems": told, **seen}
+    return {"problems": told, **seen, "files": files}
 
 
 def _right_part(node: Node, source: Source, *, wrong: set[Path]) -> tuple[World, Mapping[str, list[int]]] | None:

@@ -2,14 +2,15 @@
 
 import math
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.record.tick import Tick
+from mjsim.record import Tick
 from mjsim.report import metrics
+from mjsim.web.news import TrackHistory
 
 MOST = 2000
 """Rows that are kept; when twice as many are there, every second one goes."""
@@ -50,21 +51,19 @@ class Past:
         copied._timing = {name: column[:] for name, column in self._timing.items()}
         return copied
 
-    def told(self) -> dict[str, Any]:
+    def told(self) -> TrackHistory:
         """Return it as the page takes it: lists of at most MOST rows, None for what is not known."""
         rows = np.array(self._rows).reshape(-1, WIDTH)
         keep = slice(None, None, max(1, math.ceil(len(rows) / MOST)))
         timing = {name: [*column, *[math.nan] * (len(rows) - len(column))] for name, column in self._timing.items()}
-        return {
-            **track_told(
-                rows[keep, 0],
-                truth=rows[keep, 1:4],
-                estimate=rows[keep, 4:7],
-                odometry=rows[keep, 7:10],
-                covariance=rows[keep, 10:],
-            ),
-            "timing": {name: plain(1e3 * np.array(column)[keep], 3) for name, column in timing.items()},
-        }
+        return track_told(
+            rows[keep, 0],
+            truth=rows[keep, 1:4],
+            estimate=rows[keep, 4:7],
+            odometry=rows[keep, 7:10],
+            covariance=rows[keep, 10:],
+            timing={name: np.array(column)[keep] for name, column in timing.items()},
+        )
 
     def _thin(self, rows: int) -> None:
         self._stride *= 2
@@ -73,7 +72,10 @@ class Past:
             self._timing[name] = column[::2]
 
 
-def track_told(time: Array, *, truth: Array, estimate: Array, odometry: Array, covariance: Array) -> dict[str, Any]:
+@np.errstate(over="ignore", invalid="ignore")  # an estimate may be anywhere
+def track_told(
+    time: Array, *, truth: Array, estimate: Array, odometry: Array, covariance: Array, timing: Mapping[str, Array]
+) -> TrackHistory:
     """Return a way as the page takes it.
 
     Args:
@@ -82,10 +84,10 @@ def track_told(time: Array, *, truth: Array, estimate: Array, odometry: Array, c
         estimate: Shape (n, 3).
         odometry: Dead reckoning, shape (n, 3).
         covariance: Of the estimate, shape (n, 9).
+        timing: Wall-clock time of each module, shape (n,) [s].
     """
     P = covariance.reshape(-1, 3, 3)
-    with np.errstate(invalid="ignore"):
-        sigma = np.sqrt(np.einsum("nii->ni", P))
+    sigma = np.sqrt(np.einsum("nii->ni", P))
     return {
         "time": plain(time),
         "truth": plain(truth),
@@ -95,15 +97,20 @@ def track_told(time: Array, *, truth: Array, estimate: Array, odometry: Array, c
         "error": plain(metrics.position_errors(truth, estimate)),
         "heading_error": plain(metrics.heading_errors(truth, estimate)),
         "nees": plain(metrics.normalised_errors(truth, estimate, P), 3),
+        "timing": {name: plain(1e3 * seconds, 3) for name, seconds in timing.items()},
     }
 
 
 def plain(values: Any, digits: int = 4) -> Any:
     """Return an array as lists for JSON, rounded; None for what is not finite."""
     array = np.asarray(values, dtype=float)
-    if np.isfinite(array).all():
-        return np.round(array, digits).tolist()
-    return list(_plain(np.round(array, digits).tolist())) if array.ndim else None
+    with np.errstate(over="ignore", invalid="ignore"):
+        rounded = np.round(array, digits)
+    if np.isfinite(rounded).all():
+        return rounded.tolist()
+    # The largest numbers overflow when they are rounded; they have no decimals anyway.
+    rounded = np.where(np.isfinite(rounded), rounded, array)
+    return list(_plain(rounded.tolist())) if array.ndim else _number(float(rounded))
 
 
 def _plain(values: list[Any]) -> Iterator[Any]:
@@ -111,4 +118,8 @@ def _plain(values: list[Any]) -> Iterator[Any]:
         if isinstance(value, list):
             yield list(_plain(value))
         else:
-            yield value if math.isfinite(value) else None
+            yield _number(value)
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None

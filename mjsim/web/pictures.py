@@ -7,12 +7,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mjsim.models import picture_size
 from mjsim.web.answers import RefusedError
-from mjsim.web.files import free_name, source_of, write_whole
+from mjsim.web.files import free_name, source_of
 from mjsim.web.folder import Folder
 from mjsim.web.items import Json
-from mjsim.world.pictures import picture_size
-from mjsim.world.source import read_asset
+from mjsim.world import read_asset, write_new
 
 MOST_BYTES = 20_000_000
 """Of a picture that is brought."""
@@ -45,11 +45,13 @@ def bring_picture(folder: Folder, data: bytes, *, name: str, world: str | None) 
     kind = ".png" if data.startswith(b"\x89PNG") else ".jpg"
     place = source_of(folder, world or "").folder or folder.root
     stem = _ODD.sub("-", PurePosixPath(name.replace("\\", "/")).stem).strip("-.") or "picture"
-    path = place / free_name(place, f"{stem[:60]}{kind}")
+    data = encoded(pixels, kind)
     try:
-        write_whole(path, encoded(pixels, kind))
+        with folder.writing:
+            path = place / free_name(place, f"{stem[:60]}{kind}")
+            write_new(path, data)
     except OSError as error:
-        raise RefusedError(409, f"'{path.name}' cannot be written: {error.strerror}") from None
+        raise RefusedError(409, f"'{stem[:60]}{kind}' cannot be written: {error.strerror}") from None
     return {"path": path.name, "file": folder.name(path)}
 
 

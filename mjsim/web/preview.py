@@ -4,26 +4,24 @@ import math
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
 
 from mjsim.geometry import Pose
-from mjsim.sim import Simulation
-from mjsim.sim.camera import OnboardCamera
-from mjsim.sim.canvas import Canvas
+from mjsim.sim import Canvas, OnboardCamera, Simulation, streams_of
 from mjsim.web.answers import RefusedError
 from mjsim.web.pictures import encoded
-from mjsim.world import World
-from mjsim.world.sensors import Camera
+from mjsim.web.watch import Signs
+from mjsim.world import Camera, World
 
 NARROWEST, WIDEST = 64, 1280
 """Of a picture [px]."""
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class PreviewRequest:
     """What is to be seen."""
 
     world: World
@@ -33,6 +31,8 @@ class Look:
     """Of the robot, world frame."""
     width: int
     """Of the picture [px]."""
+    signs: Signs = field(default_factory=dict)
+    """Of the files that the world names."""
 
 
 class Preview:
@@ -45,7 +45,7 @@ class Preview:
         self._newest = 0
         self._set: _Set | None = None
 
-    def picture(self, look: Look) -> tuple[bytes, float]:
+    def picture(self, request: PreviewRequest) -> tuple[bytes, float]:
         """Return a JPEG, and how long it took [ms]; waits for it.
 
         Raises:
@@ -55,21 +55,21 @@ class Preview:
         with self._lock:
             self._newest += 1
             number = self._newest
-        return self._pool.submit(self._draw, look, number).result()
+        return self._pool.submit(self._draw, request, number).result()
 
     def close(self) -> None:
         """Give back what was made for drawing."""
         self._pool.submit(self._clear).result()
         self._pool.shutdown()
 
-    def _draw(self, look: Look, number: int) -> tuple[bytes, float]:
+    def _draw(self, request: PreviewRequest, number: int) -> tuple[bytes, float]:
         if number != self._newest:
             raise RefusedError(409, "a newer view was asked for", superseded=True)
         began = time.perf_counter()
-        if self._set is None or not _differ_in_poses_alone(self._set.world, look.world):
+        if self._set is None or not self._set.serves(request):
             self._clear()
-            self._set = _Set(look.world)
-        data = self._set.picture(look)
+            self._set = _Set(request.world, request.signs)
+        data = self._set.picture(request)
         return data, 1e3 * (time.perf_counter() - began)
 
     def _clear(self) -> None:
@@ -81,18 +81,22 @@ class Preview:
 class _Set:
     """A compiled world whose robots are put wherever they are wanted."""
 
-    def __init__(self, world: World) -> None:
-        self.world = world
+    def __init__(self, world: World, signs: Signs) -> None:
+        self.world, self._signs = world, signs
         self._sim = Simulation(world)
         self._canvases: dict[str, Canvas] = {}
         self._cameras: dict[tuple[str, str, int], OnboardCamera] = {}
 
-    def picture(self, look: Look) -> bytes:
+    def serves(self, request: PreviewRequest) -> bool:
+        """Return whether what is to be seen is this world, but for where its robots stand."""
+        return self._signs == request.signs and _differ_in_poses_alone(self.world, request.world)
+
+    def picture(self, request: PreviewRequest) -> bytes:
         """Return what is seen as a JPEG."""
-        camera = self._camera(look)
-        for robot in look.world.robots:
+        camera = self._camera(request)
+        for robot in request.world.robots:
             place = Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg))
-            self._sim.move(robot.name, look.pose if robot.name == look.robot else place)
+            self._sim.move(robot.name, request.pose if robot.name == request.robot else place)
         image = camera.frame(self._sim.data, 0.0).image
         return encoded(np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2BGR), dtype=np.uint8), ".jpg")
 
@@ -101,18 +105,17 @@ class _Set:
             canvas.close()
         self._sim.close()
 
-    def _camera(self, look: Look) -> OnboardCamera:
-        key = look.robot, look.camera, look.width
+    def _camera(self, request: PreviewRequest) -> OnboardCamera:
+        key = request.robot, request.camera, request.width
         if key not in self._cameras:
-            robot = next((robot for robot in self.world.robots if robot.name == look.robot), None)
+            robot = next((robot for robot in self.world.robots if robot.name == request.robot), None)
             sensors = () if robot is None else robot.sensors
-            found = [each for each in sensors if isinstance(each, Camera) and each.camera == look.camera]
+            found = [each for each in sensors if isinstance(each, Camera) and each.camera == request.camera]
             if robot is None or not found:
-                raise RefusedError(404, f"no camera '{look.robot}/{look.camera}' in this world")
+                raise RefusedError(404, f"no camera '{request.robot}/{request.camera}' in this world")
             canvas = self._canvases.setdefault(found[0].quality, Canvas(self._sim.model, quality=found[0].quality))
-            self._cameras[key] = OnboardCamera(
-                self._sim.model, robot, _calm(found[0], look.width), rate_hz=found[0].rate_hz, seed=0, canvas=canvas
-            )
+            calm, streams = _calm(found[0], request.width), streams_of(0, request.robot, request.camera)
+            self._cameras[key] = OnboardCamera(self._sim.model, robot, calm, streams=streams, canvas=canvas)
         return self._cameras[key]
 
 

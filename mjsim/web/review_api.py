@@ -15,14 +15,15 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from mjsim.errors import MjsimError
+from mjsim.output import free_path, move_to_free
 from mjsim.record import read_recording
-from mjsim.report.statistics import statistics_file
-from mjsim.sim.onlooker import Orbit
+from mjsim.report import statistics_file
+from mjsim.sim import Orbit
 from mjsim.web.answers import Ask, RefusedError, answered, asked, posted, refusal
-from mjsim.web.files import free_name
 from mjsim.web.films import Films
 from mjsim.web.folder import Folder
 from mjsim.web.local import HEADERS
+from mjsim.web.news import TickNews
 from mjsim.web.reviewing import WHOLE, default_film, recording_told, row_at, row_told
 from mjsim.web.shelf import Opened, Shelf
 from mjsim.web.stage import Scene
@@ -70,7 +71,7 @@ class ReviewApi:
         path, opened = self._opened(request)
         return recording_told(opened.recording, path=path, scene=self._scene(opened.recording.world))
 
-    def _tick(self, request: Request) -> dict[str, Any]:
+    def _tick(self, request: Request) -> TickNews:
         _, opened = self._opened(request)
         return row_told(opened.recording, row_at(opened.recording, _number(request, "time")))
 
@@ -95,14 +96,14 @@ class ReviewApi:
     def _film(self, ask: FilmAsk) -> dict[str, Any]:
         recording = self._shelf.open(self._folder.path(ask.path)).recording
         wanted = default_film(ask.path, view=ask.view, begin=ask.begin, end=ask.end)
-        place = self._folder.path(wanted.parent.as_posix())
-        name = f"{wanted.parent.as_posix()}/{free_name(place, wanted.name)}"
+        place = free_path(self._folder.path(wanted.as_posix()), taken=self._films.files())
         view = None if ask.view == WHOLE else ask.view
-        job = self._films.begin(recording, self._folder.path(name), shown=name, view=view, begin=ask.begin, end=ask.end)
+        shown = self._folder.name(place)
+        job = self._films.begin(recording, place, shown=shown, view=view, begin=ask.begin, end=ask.end)
         return {"job": job}
 
     def _job(self, request: Request) -> dict[str, Any]:
-        return asdict(self._films.job(request.query_params.get("id", "")))
+        return asdict(self._films.progress(request.query_params.get("id", "")))
 
     def _file(self, request: Request) -> Response:
         """Return a file that was made here, to be kept elsewhere."""
@@ -148,9 +149,7 @@ class ReviewApi:
             why = str(error).partition("\n")[0].replace(str(part), name[:80])
             raise RefusedError(400, f"this cannot be opened: {why}") from None
         stem = _ODD.sub("-", PurePosixPath(name.replace("\\", "/")).stem).strip("-.") or "run"
-        place = part.parent / free_name(part.parent, f"{stem[:60]}.mcap")
-        part.replace(place)
-        return {"path": self._folder.name(place)}
+        return {"path": self._folder.name(move_to_free(part, part.parent / f"{stem[:60]}.mcap"))}
 
     def _opened(self, request: Request) -> tuple[str, Opened]:
         path = request.query_params.get("path", "")

@@ -10,9 +10,10 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.record import Recording, Track
 from mjsim.report import metrics
+from mjsim.web.news import EventNews, RobotTick, TickNews, TrackHistory
 from mjsim.web.past import plain, track_told
 from mjsim.web.telling import recognised_told, robots_told
-from mjsim.world.events import KINDS, said_of
+from mjsim.world import EVENT_KINDS, kind_of, said_of
 
 MOST = 5000
 """Rows of a track that are told."""
@@ -50,7 +51,8 @@ def row_at(recording: Recording, time: float) -> int:
     return max(int(np.searchsorted(recording.time, time + 1e-6, side="right")) - 1, 0)
 
 
-def row_told(recording: Recording, row: int) -> dict[str, Any]:
+@np.errstate(over="ignore", invalid="ignore")  # an estimate may be anywhere
+def row_told(recording: Recording, row: int) -> TickNews:
     """Return a tick of a recording as one of a run is told."""
     first = row_at(recording, float(recording.time[row]) - PACED_OVER)
     took = float(recording.clock[row] - recording.clock[first])
@@ -63,7 +65,7 @@ def row_told(recording: Recording, row: int) -> dict[str, Any]:
         "kind": "tick",
         "number": row,
         "time": float(recording.time[row]),
-        "pace": round(float(recording.time[row] - recording.time[first]) / took, 3) if took > 0.0 else 0.0,
+        "pace": plain((recording.time[row] - recording.time[first]) / took, 3) if took > 0.0 else 0.0,
         "robots": robots,
         "things": {
             name: plain(places[row]) for name, places in recording.things.items() if np.isfinite(places[row]).all()
@@ -71,17 +73,17 @@ def row_told(recording: Recording, row: int) -> dict[str, Any]:
     }
 
 
-def events_told(recording: Recording) -> list[dict[str, Any]]:
+def events_told(recording: Recording) -> list[EventNews]:
     """Return all that has happened to robots and to the world, in the order of time."""
-    told: list[dict[str, Any]] = [
+    told: list[EventNews] = [
         {"kind": "event", "time": event.time, "robot": name, "event": event.kind, "text": event.text}
         for name, track in recording.robots.items()
         for event in track.events
     ]
     for happened in recording.events:
-        kind = next(name for name, model in KINDS.items() if isinstance(happened, model))
+        kind = str(kind_of(happened, EVENT_KINDS))
         told.append({"kind": "event", "time": happened.time, "robot": None, "event": kind, "text": said_of(happened)})
-    return sorted(told, key=lambda event: float(event["time"]))
+    return sorted(told, key=lambda event: event["time"])
 
 
 def default_film(path: str, *, view: str, begin: float, end: float) -> Path:
@@ -94,18 +96,18 @@ def _driven(track: Track) -> bool:
     return bool(np.isfinite(track.estimate).all(axis=1).any())
 
 
-def _track(recording: Recording, name: str) -> dict[str, Any]:
+def _track(recording: Recording, name: str) -> TrackHistory:
     track = recording.robots[name]
     keep = slice(None, None, max(1, math.ceil(len(track.time) / MOST)))
     covariance = track.covariance.reshape(-1, 9)
-    told = track_told(
+    return track_told(
         track.time[keep],
         truth=track.truth[keep],
         estimate=track.estimate[keep],
         odometry=track.odometry[keep],
         covariance=covariance[keep],
+        timing={part: seconds[keep] for part, seconds in _timing(recording, name).items()},
     )
-    return {**told, "timing": {part: plain(1e3 * ms[keep], 3) for part, ms in _timing(recording, name).items()}}
 
 
 def _timing(recording: Recording, robot: str) -> dict[str, Array]:
@@ -116,7 +118,7 @@ def _timing(recording: Recording, robot: str) -> dict[str, Array]:
     }
 
 
-def _robot(recording: Recording, name: str, *, row: int) -> dict[str, Any]:
+def _robot(recording: Recording, name: str, *, row: int) -> RobotTick:
     track = recording.robots[name]
     truth, estimate, P = track.truth[row], track.estimate[row], track.covariance[row]
     marks = track.landmarks
@@ -134,7 +136,7 @@ def _robot(recording: Recording, name: str, *, row: int) -> dict[str, Any]:
             )
             for k in mapped
         },
-        "sightings": [[each.name, round(each.range, 4), round(each.bearing, 5)] for each in track.sightings[row]],
+        "sightings": [(each.name, round(each.range, 4), round(each.bearing, 5)) for each in track.sightings[row]],
         "recognised": recognised_told(track.sightings[row]),
         "error": plain(metrics.position_errors(truth[None], estimate[None]), 5)[0],
         "heading_error": plain(metrics.heading_errors(truth[None], estimate[None]), 5)[0],

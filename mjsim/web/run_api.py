@@ -3,25 +3,36 @@
 import asyncio
 import contextlib
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 from starlette.routing import BaseRoute, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from mjsim.errors import MjsimError, UsageError, WorldError, did_you_mean
 from mjsim.interface import Command
+from mjsim.modules import missing_modules
+from mjsim.output import NewFile
+from mjsim.record import is_mcap, reserve_next
 from mjsim.session import Session
 from mjsim.web.answers import RefusedError
 from mjsim.web.files import source_of
 from mjsim.web.folder import Folder
-from mjsim.web.orders import Drive, Order, SetNoise, Shown, Simple, Speed, Start, Watch, read_order
+from mjsim.web.requests import (
+    DriveByHand,
+    RunRequest,
+    SetNoise,
+    Shown,
+    Simple,
+    Speed,
+    Start,
+    Watch,
+    read_request,
+    with_drivers,
+)
 from mjsim.web.stage import Scene, Stage
-from mjsim.web.trust import Trust
+from mjsim.web.trust import Code, Trust
 from mjsim.web.viewer import Viewer
-from mjsim.world import World, parse_world
-from mjsim.world.check import check_world
-from mjsim.world.settings import with_values
+from mjsim.world import World, check_world, parse_world
 
 
 class RunApi:
@@ -38,6 +49,7 @@ class RunApi:
         self._folder, self._trust = folder, trust
         self.stage = Stage(scene)
         self._starting = asyncio.Lock()
+        self._code: Mapping[str, Code] | None = None
         self.routes: Sequence[BaseRoute] = [WebSocketRoute("/api/run", self._serve)]
 
     def close(self) -> None:
@@ -64,33 +76,35 @@ class RunApi:
 
     async def _take(self, viewer: Viewer, text: str) -> None:
         """Do what a browser asks, or tell it why not."""
-        do = "order"
+        do = "request"
         try:
-            order = read_order(text)
-            do = order.do
-            await self._obey(viewer, order)
+            request = read_request(text)
+            do = request.do
+            await self._obey(viewer, request)
         except RefusedError as refused:
             await viewer.tell({"kind": "refused", "do": do, "error": refused.message, **refused.more})
         except MjsimError as error:
             await viewer.tell({"kind": "refused", "do": do, "error": _one_line(error)})
 
-    async def _obey(self, viewer: Viewer, order: Order) -> None:
-        match order:
+    async def _obey(self, viewer: Viewer, request: RunRequest) -> None:
+        match request:
             case Watch():
-                viewer.watch(order)
+                viewer.watch(request)
             case Shown():
-                viewer.shown(order)
+                viewer.shown(request)
             case Start():
                 async with self._starting:
-                    await asyncio.to_thread(self._start, order)
+                    await asyncio.to_thread(self._start, request)
             case Simple():
-                getattr(self._session(), order.do)()
+                if request.do == "restart":
+                    await asyncio.to_thread(self._check_code)
+                getattr(self._session(), request.do)()
             case Speed():
-                self._session().speed = order.value
+                self._session().speed = request.value
             case SetNoise():
-                await asyncio.to_thread(self._session().set_noise, order.key, order.value)
-            case Drive():
-                self._drive(order)
+                await asyncio.to_thread(self._session().set_noise, request.key, request.value)
+            case DriveByHand():
+                self._drive(request)
 
     def _session(self) -> Session:
         if self.stage.world is None:
@@ -99,31 +113,34 @@ class RunApi:
             raise UsageError("this run goes on elsewhere; steer it from there")
         return self.stage.session
 
-    def _start(self, order: Start) -> None:
+    def _start(self, request: Start) -> None:
         """Begin a run in place of the one that there is."""
         if self._folder is None:
             raise UsageError("this page shows one run alone; start others with 'mjsim studio'")
-        world = self._world(order, self._folder)
-        self._trust.check(world)
-        record = None if order.record is None else self._folder.path(order.record)
-        if record is not None and record.suffix != ".mcap":
-            raise UsageError(f"cannot record as '{order.record}'; name it .mcap")
+        world = self._world(request, self._folder)
+        code = self._trust.check(world)
+        record = None if request.record is None else _reserved(self._folder, request.record)
         if self.stage.session is not None:
             self.stage.session.close()
         session = Session(
             world,
-            seed=order.seed,
-            seconds=order.seconds,
-            speed=order.speed,
+            seed=request.seed,
+            seconds=request.seconds,
+            speed=request.speed,
             record=record,
             on_tick=self.stage.take,
             on_change=self.stage.changed,
         )
-        shown = record.relative_to(self._folder.root) if record is not None else None
-        self.stage.put_on(world, session, path=order.path, recording=shown)
+        self._code = code
+        self.stage.put_on(world, session, path=request.path, root=self._folder.root)
         session.start()
 
-    def _world(self, order: Start, folder: Folder) -> World:
+    def _check_code(self) -> None:
+        """Raise UsageError when a run begun here is not of the code that its world has now."""
+        if self._code is not None and self._trust.code_of(self._session().world) != self._code:
+            raise UsageError("the code of this world has changed since the run began; start it with Start")
+
+    def _world(self, request: Start, folder: Folder) -> World:
         """Return the world of a text, with the modules that were chosen.
 
         Raises:
@@ -131,37 +148,41 @@ class RunApi:
             UsageError: Modules were chosen for a robot that is not there, or cannot be.
             RefusedError: The path leaves the folder.
         """
-        world = parse_world(order.text, source=source_of(folder, order.path or ""))
-        if order.drivers:
-            world = _with_drivers(world, order.drivers)
-        if problems := check_world(world):
+        world = parse_world(request.text, source=self._trust.guarded(source_of(folder, request.path or "")))
+        world = with_drivers(world, request.drivers)
+        if problems := [*check_world(world), *missing_modules(world)]:
             raise WorldError(problems)
         return world
 
-    def _drive(self, order: Drive) -> None:
+    def _drive(self, request: DriveByHand) -> None:
         session = self._session()
-        if order.forward is order.left is order.turn is None:
-            session.drive(order.robot, None)
+        if request.forward is request.left is request.turn is None:
+            session.drive(request.robot, None)
             return
-        robot = next((each for each in session.world.robots if each.name == order.robot), None)
+        robot = next((each for each in session.world.robots if each.name == request.robot), None)
         if robot is None:
             names = [each.name for each in session.world.robots]
-            raise UsageError(f"no robot '{order.robot}' to drive in this world{did_you_mean(order.robot, names)}")
+            raise UsageError(f"no robot '{request.robot}' to drive in this world{did_you_mean(request.robot, names)}")
         drive = robot.drive
-        forward = (order.forward or 0.0) * drive.max_speed
-        left = (order.left or 0.0) * float(getattr(drive, "max_left", 0.0))
-        session.drive(order.robot, Command(forward, left, (order.turn or 0.0) * math.radians(drive.max_turn_deg)))
+        forward = (request.forward or 0.0) * drive.max_speed
+        left = (request.left or 0.0) * drive.sideways
+        session.drive(request.robot, Command(forward, left, (request.turn or 0.0) * math.radians(drive.max_turn_deg)))
 
 
-def _with_drivers(world: World, chosen: dict[str, dict[Any, Any]]) -> World:
-    """Return the world with modules in place of those that it names."""
-    names = [robot.name for robot in world.robots]
-    drivers = {name: modules.model_dump(exclude_unset=True) for name, modules in world.run.drivers.items()}
-    for name, modules in chosen.items():
-        if name not in names:
-            raise UsageError(f"no robot '{name}' to drive in this world{did_you_mean(name, names)}")
-        drivers[name] = {**drivers.get(name, {}), **modules}
-    return with_values(world, {"run.drivers": drivers})
+def _reserved(folder: Folder, name: str) -> NewFile:
+    """Return the file that a run is recorded to: the next free name where a recording exists already.
+
+    Raises:
+        UsageError: The name is none of a recording, or the file that exists is none.
+        RefusedError: The path leaves the folder.
+        RecordingError: It cannot be written.
+    """
+    path = folder.path(name)
+    if path.suffix != ".mcap" or any(part.startswith(".") for part in path.relative_to(folder.root).parts):
+        raise UsageError(f"cannot record as '{name}'; name it .mcap, without a dot in front")
+    if path.exists() and not is_mcap(path):
+        raise UsageError(f"'{name}' exists and is no recording; name another file")
+    return reserve_next(path)
 
 
 def _one_line(error: MjsimError) -> str:

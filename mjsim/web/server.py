@@ -2,27 +2,42 @@
 
 import asyncio
 import contextlib
-import secrets
 import socket
 import threading
-from collections.abc import AsyncIterator, Callable, Sequence
+import time
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
-from starlette.routing import BaseRoute
+from starlette.requests import Request
+from starlette.routing import BaseRoute, Route
+from starlette.types import ASGIApp
 
 from mjsim.closing import Closes
 from mjsim.errors import UsageError
+from mjsim.progress import say
+from mjsim.web.answers import asked
+from mjsim.web.browser import BrowserOpener
+from mjsim.web.connections import Connections, HttpConnection, Limits, WebSocketConnection
+from mjsim.web.entrance import PARAMETER, Entrance
+from mjsim.web.keys import LIFETIME, Keys, Pass
 from mjsim.web.local import LOOPBACK, SameOrigin, is_loopback, listen
 
 LONGEST_MESSAGE = 8_000_000
-"""Of a browser over a WebSocket [bytes]: it sends the text of a world."""
+"""From a browser over a WebSocket [bytes]: the text of a world."""
+LONGEST_HEADERS = 65_536
+"""Of a request [bytes]; browsers send the cookies of all ports."""
 START = 20.0
 """The server must be there after this long [s]."""
+QUEUE = 1024
+"""Connections that may wait to be accepted."""
+COMPLAINT = 60.0
+"""A lack of files is reported at most this often [s]."""
 
 
 class Server(Closes):
-    """Serves routes until it is closed, guarded as `SameOrigin` does."""
+    """Serves routes until it is closed, to the page's own origin and to browsers that were let in."""
 
     def __init__(
         self,
@@ -31,50 +46,69 @@ class Server(Closes):
         host: str = LOOPBACK,
         port: int = 0,
         token: str | None = None,
+        without_token: bool = False,
         closing: Sequence[Callable[[], None]] = (),
+        limits: Limits | None = None,
     ) -> None:
         """Begin to serve.
 
         Args:
             routes: Of HTTP and WebSocket.
-            host: Address to listen at; another than this machine's own needs a token, which is made unless given.
+            host: Address to listen at.
             port: A free one unless given.
-            token: That everybody must have.
+            token: Lets in whoever knows it, besides the one-time addresses that `url` gives.
+            without_token: Let in every program and user of this machine; for the loopback address alone.
             closing: Called when it ends, before browsers are let go.
+            limits: Of connections.
 
         Raises:
-            UsageError: The port is taken, or the address is none of this machine.
+            UsageError: The port is taken, the address is none of this machine, or the token does not do.
         """
+        if without_token and (token is not None or not is_loopback(host)):
+            raise UsageError("serving without a token works at the loopback address alone, and takes no token")
         self._host, self._closing = host, closing
-        self._token = token or (None if is_loopback(host) else secrets.token_urlsafe(16))
+        self._keys = None if without_token else Keys(token)
+        limits = limits or Limits()
+        self._connections, self._opening = Connections(limits), BrowserOpener()
         listener = listen(port, host=host)
         self.port: int = listener.getsockname()[1]
-        app = Starlette(routes=routes, lifespan=self._lifespan)
-        self._server = uvicorn.Server(
-            uvicorn.Config(
-                SameOrigin(app, self.port, host=host, token=self._token),
-                ws="websockets-sansio",
-                # JPEG gains little from it, and it costs half as much as drawing, for each who watches.
-                ws_per_message_deflate=False,
-                ws_max_size=LONGEST_MESSAGE,
-                log_config=None,
-                access_log=False,
-                server_header=False,
-                timeout_graceful_shutdown=2,
-            )
-        )
+        invite = Route("/api/invite", asked(self._invite), methods=["POST"])
+        app = Starlette(routes=[*routes, invite], lifespan=self._lifespan)
+        guarded = app if self._keys is None else Entrance(app, self._keys, port=self.port)
         self._ready, self._closed = threading.Event(), False
+        self._server = _Uvicorn(
+            _settings(SameOrigin(guarded, self.port, host=host), limits),
+            self._connections,
+            started=self._ready,
+        )
         self._thread = threading.Thread(target=self._serve, args=[listener], name="page", daemon=True)
         self._thread.start()
         if not self._ready.wait(START):
             raise UsageError(f"the page did not come up within {START:g} s; the machine may be overloaded")
 
     @property
-    def url(self) -> str:
-        """Address of the page, with its token when it has one."""
+    def address(self) -> str:
+        """Where the page is; browsers that were not let in are asked for the token there."""
         host = self._host if self._host not in ("0.0.0.0", "::") else socket.gethostname()
         shown = f"[{host}]" if ":" in host else host
-        return f"http://{shown}:{self.port}/" + (f"?token={self._token}" if self._token else "")
+        return f"http://{shown}:{self.port}/"
+
+    @property
+    def url(self) -> str:
+        """A new address that lets in one browser, once, within five minutes; `address` when no token is asked for."""
+        return self.address if self._keys is None else self._address_with(self._keys.new_pass())
+
+    def open(self, *, failed: Callable[[], None]) -> None:
+        """Open the page in the browser of this machine, and let it in; what does so stands in no command line.
+
+        Args:
+            failed: Called when there is no browser, from another thread.
+        """
+        if self._keys is None:
+            self._opening.open(self.address, failed=failed)
+        else:
+            given = self._keys.new_pass()
+            self._opening.open_privately(self._address_with(given), given.over, failed=failed)
 
     def wait(self) -> None:
         """Serve until it is closed from elsewhere, or Ctrl-C interrupts."""
@@ -87,21 +121,74 @@ class Server(Closes):
             self._closed = True
             for call in self._closing:
                 call()
-            self._loop.call_soon_threadsafe(self._cut_off)
+            self._loop.call_soon_threadsafe(self._connections.cut_off)
         self._server.should_exit = True
         self._thread.join()
+        self._opening.close()
+
+    def _address_with(self, given: Pass) -> str:
+        return f"{self.address}?{PARAMETER}={given.word}"
+
+    def _invite(self, _: Request) -> Mapping[str, Any]:
+        """Return an address for another browser, to one that is in."""
+        return {"url": self.url, "minutes": None if self._keys is None else LIFETIME / 60.0}
 
     def _serve(self, listener: socket.socket) -> None:
         asyncio.run(self._server.serve(sockets=[listener]))
 
     @contextlib.asynccontextmanager
-    async def _lifespan(self, _: Starlette) -> AsyncIterator[None]:
+    async def _lifespan(self, _: Starlette) -> AsyncIterator[Mapping[str, Any]]:
         self._loop = asyncio.get_running_loop()
-        self._ready.set()
-        yield
+        async with self._connections.sweeping():
+            yield {"connections": self._connections}
 
-    def _cut_off(self) -> None:
-        """Drop who does not take what was sent: the server would wait for them, and complain."""
-        for connection in self._server.server_state.connections:
-            if connection.transport.get_write_buffer_size():
-                connection.transport.abort()
+
+def _settings(app: ASGIApp, limits: Limits) -> uvicorn.Config:
+    """Return how an application is served to people who may be strangers."""
+    return uvicorn.Config(
+        app,
+        http=HttpConnection,
+        ws=WebSocketConnection,
+        # JPEG gains little from it, and it costs half as much as drawing, for each who watches.
+        ws_per_message_deflate=False,
+        ws_max_size=LONGEST_MESSAGE,
+        ws_ping_interval=limits.ping,
+        ws_ping_timeout=limits.ping,
+        h11_max_incomplete_event_size=LONGEST_HEADERS,
+        backlog=limits.batch,
+        # Anybody could claim another address with its headers.
+        proxy_headers=False,
+        log_config=None,
+        # Requests that are no HTTP are refused; strangers shall not fill the terminal with them.
+        log_level="error",
+        access_log=False,
+        server_header=False,
+        timeout_graceful_shutdown=2,
+    )
+
+
+class _Uvicorn(uvicorn.Server):
+    """Takes connections in small batches from a long queue, and outlives a lack of files."""
+
+    def __init__(self, config: uvicorn.Config, connections: Connections, *, started: threading.Event) -> None:
+        super().__init__(config)
+        self._connections, self._started, self._complained = connections, started, -COMPLAINT
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Begin to serve."""
+        asyncio.get_running_loop().set_exception_handler(self._complain)
+        await super().startup(sockets=sockets)
+        for listener in sockets or ():
+            # The server's own setting, `backlog`, is that of a batch as well.
+            listener.listen(QUEUE)
+        self._started.set()
+
+    def _complain(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """Report a lack of files in a line, and make room; the event loop tries again after a second."""
+        if "out of system resource" not in context.get("message", ""):
+            loop.default_exception_handler(context)
+            return
+        self._connections.make_room()
+        if time.monotonic() - self._complained >= COMPLAINT:
+            self._complained = time.monotonic()
+            say("this process has no more files for connections; others are closed, and the page goes on")

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from mjsim.record import Recording, read_recording
-from mjsim.sim.onlooker import Onlooker, Orbit
+from mjsim.sim import Onlooker, Orbit
 from mjsim.web.answers import RefusedError
 from mjsim.web.reviewing import row_at
 from mjsim.web.shots import depth_shown, jpeg, segmentation_shown

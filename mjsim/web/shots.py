@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Picture
-from mjsim.video.ink import INK, PAPER, Letters
+from mjsim.video import INK, PAPER, Letters
 
 QUALITY = 80
 """Of JPEG, of 100."""

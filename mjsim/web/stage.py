@@ -6,18 +6,14 @@ import json
 import threading
 from collections.abc import Awaitable, Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
-from mjsim.record.tick import Tick
+from mjsim.record import Tick
 from mjsim.session import Session, State
 from mjsim.web.feed import Feed, Shot
 from mjsim.web.painter import Painter
 from mjsim.web.telling import drivers_told, noise_told, robots_told
-from mjsim.world import World
-from mjsim.world.noise import noise_figures
-
-if TYPE_CHECKING:
-    from mjsim.web.viewer import Viewer
+from mjsim.world import World, noise_figures
 
 Scene = Callable[[World], Mapping[str, Any]]
 """World -> the items of its plan and its bounds, as the page draws them."""
@@ -33,6 +29,13 @@ LATE = 0.97
 """A run that comes to less than this share of its speed is late."""
 
 
+class Watching(Protocol):
+    """Who watches the run."""
+
+    news: asyncio.Event
+    """Set when there is something to tell."""
+
+
 class Stage:
     """One run at a time, for as many browsers as there are. The server's thread tells; any thread brings news."""
 
@@ -40,7 +43,7 @@ class Stage:
         """Be empty."""
         self._scene = scene
         self.feed = Feed(self.wake)
-        self.viewers: set[Viewer] = set()
+        self.viewers: set[Watching] = set()
         self.closing = False
         """Whether browsers are to be told the last, and let go."""
         self.world: World | None = None
@@ -56,7 +59,7 @@ class Stage:
         self._news, self._spread_news, self._woken = 0, 0, False
         self.version = 0
         """Changes with what the run is and does."""
-        self._recording: Path | None = None
+        self._root: Path | None = None
         self._made: dict[str, tuple[Shot, asyncio.Future[tuple[float, bytes]]]] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
 
@@ -66,7 +69,7 @@ class Stage:
         session: Session | None,
         *,
         path: str | None = None,
-        recording: Path | None = None,
+        root: Path | None = None,
         first: str | None = None,
     ) -> None:
         """Show another run.
@@ -75,13 +78,13 @@ class Stage:
             world: Where it is.
             session: That runs it; None when its ticks come from elsewhere.
             path: Of the world file.
-            recording: What is written, as the page names it.
+            root: Folder from which the page names recordings; none are named unless given.
             first: Name of the robot that is shown first.
         """
         scene = {"kind": "scene", **self._scene(world)}
         with self._lock:
             self.world, self.session, self._path, self._first = world, session, path, first
-            self._recording = recording
+            self._root = root
             self._initial = {figure.key: figure.value for figure in noise_figures(world)}
             self._scene_text = json.dumps(scene, allow_nan=False)
             painter, self.painter = self.painter, Painter(world, self._share)
@@ -136,10 +139,16 @@ class Stage:
             "speed": None if session is None else session.speed,
             "robots": robots_told(world, first=self._first),
             "controllable": session is not None,
-            "recording": None if self._recording is None else self._recording.as_posix(),
+            "recording": self._recording_of(session),
             "drivers": drivers_told(world),
             "noise": noise_told(shown, self._initial),
         }
+
+    def _recording_of(self, session: Session | None) -> str | None:
+        """Return the path of the recording from the root; a restart writes another one."""
+        if session is None or session.record is None or self._root is None:
+            return None
+        return session.record.relative_to(self._root).as_posix()
 
     def _state_without_session(self) -> State:
         """Return what a run does whose ticks come from elsewhere."""
@@ -163,14 +172,14 @@ class Stage:
             with contextlib.suppress(RuntimeError):
                 loop.call_soon_threadsafe(self._spread)
 
-    def join(self, viewer: "Viewer") -> None:
+    def join(self, viewer: Watching) -> None:
         """Let a browser watch."""
         self._loop = asyncio.get_running_loop()
         self.viewers.add(viewer)
         self._left.clear()
         viewer.news.set()
 
-    def leave(self, viewer: "Viewer") -> None:
+    def leave(self, viewer: Watching) -> None:
         """Let a browser go."""
         self.viewers.discard(viewer)
         if not self.viewers:

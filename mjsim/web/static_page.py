@@ -1,4 +1,4 @@
-"""The page itself, which is built from mjsim/web/page by scripts/build-page."""
+"""The page itself, which is built from mjsim/web/page by scripts/make/page."""
 
 from collections.abc import Sequence
 from importlib import resources
@@ -11,7 +11,7 @@ from mjsim.web.local import HEADERS
 
 _FILES = {"/": ("index.html", "text/html"), "/studio.js": ("studio.js", "text/javascript")}
 _FILES["/studio.css"] = ("studio.css", "text/css")
-_UNBUILT = "<!doctype html><title>mjsim</title><p>The page is not built; run scripts/build-page."
+_UNBUILT = "<!doctype html><title>mjsim</title><p>The page is not built; run scripts/make/page."
 
 
 def page_routes() -> Sequence[BaseRoute]:
@@ -21,6 +21,6 @@ def page_routes() -> Sequence[BaseRoute]:
 
 async def _file(request: Request) -> Response:
     name, kind = _FILES[request.url.path]
-    file = resources.files("mjsim.web") / "static" / name
+    file = resources.files(__package__) / "static" / name
     text = file.read_text(encoding="utf-8") if file.is_file() else (_UNBUILT if request.url.path == "/" else "")
     return Response(text, media_type=kind, headers=HEADERS)

@@ -1,10 +1,12 @@
 """The studio: one page to edit worlds, to run them, and to look at what was recorded."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from mjsim.closing import Closes
 from mjsim.errors import UsageError
 from mjsim.web.edit_api import EditApi
+from mjsim.web.files import is_shipped
 from mjsim.web.folder import Folder
 from mjsim.web.items import scene_of
 from mjsim.web.local import LOOPBACK
@@ -12,6 +14,7 @@ from mjsim.web.review_api import ReviewApi
 from mjsim.web.run_api import RunApi
 from mjsim.web.server import Server
 from mjsim.web.static_page import page_routes
+from mjsim.web.tabs import Tabs
 from mjsim.web.trust import Trust
 
 
@@ -26,31 +29,49 @@ class Studio(Closes):
         host: str = LOOPBACK,
         port: int = 0,
         token: str | None = None,
+        without_token: bool = False,
     ) -> None:
         """Begin to serve.
 
         Args:
             folder: Worlds, pictures and modules of this folder are seen; nothing outside of it is read or written.
-            world: What the page opens at first, from the folder.
-            host: Address to listen at; another than this machine's own needs a token, which is made unless given.
+            world: What the page opens first: a file of the folder, or `shipped:NAME` for a shipped world.
+            host: Address to listen at.
             port: Of the page; a free one unless given.
-            token: That everybody must have.
+            token: Lets in whoever knows it, besides the one-time addresses that `url` gives; 16 characters or more.
+            without_token: Let in every user and program of this machine; for the loopback address alone.
 
         Raises:
             UsageError: There is no such folder or world, or the page cannot be served there.
         """
         place, trust = Folder(Path(folder)), Trust()
-        if world is not None and not place.path(world).is_file():
+        if world is not None and not is_shipped(world) and not place.path(world).is_file():
             raise UsageError(f"no file '{world}' in {place.root}; name a world file")
-        edit = EditApi(place, trust, world=world)
+        tabs = Tabs(place)
+        edit = EditApi(place, trust, world=world, saved=tabs.wake)
         run, review = RunApi(place, trust, scene=scene_of), ReviewApi(place, scene=scene_of)
-        routes = [*page_routes(), *edit.routes, *run.routes, *review.routes]
-        self._server = Server(routes, host=host, port=port, token=token, closing=[run.close, review.close, edit.close])
+        routes = [*page_routes(), *edit.routes, *tabs.routes, *run.routes, *review.routes]
+        closing = [tabs.close, run.close, review.close, edit.close]
+        self.asks_for_token = not without_token
+        self._server = Server(routes, host=host, port=port, token=token, without_token=without_token, closing=closing)
+
+    @property
+    def address(self) -> str:
+        """Where the page is; browsers that were not let in are asked for the token there."""
+        return self._server.address
 
     @property
     def url(self) -> str:
-        """Address of the page, with its token when it has one."""
+        """A new address that lets in one browser, once, within five minutes; `address` when no token is asked for."""
         return self._server.url
+
+    def open(self, *, failed: Callable[[], None]) -> None:
+        """Open the page in the browser of this machine, and let it in.
+
+        Args:
+            failed: Called when there is no browser, from another thread.
+        """
+        self._server.open(failed=failed)
 
     def wait(self) -> None:
         """Serve until it is closed from elsewhere, or Ctrl-C interrupts."""

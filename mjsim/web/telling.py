@@ -1,25 +1,18 @@
 """What the page is told of a run: values of the loop as JSON."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from mjsim.interface import Command, Observation, Sighting, WheelCommand
-from mjsim.record.tick import Tick
+from mjsim.record import Tick
 from mjsim.report import metrics
+from mjsim.web.news import Chosen, EventNews, NoiseFigure, Recognised, RobotFacts, RobotTick, TickNews
 from mjsim.web.past import plain
-from mjsim.world import World
-from mjsim.world.drives import MecanumDrive, Omni3Drive, UserDrive
-from mjsim.world.events import KINDS, said_of
-from mjsim.world.noise import noise_figures
-from mjsim.world.robots import Robot
-from mjsim.world.running import Modules, Use
-from mjsim.world.sensors import Camera
+from mjsim.world import EVENT_KINDS, Camera, Modules, Robot, Use, World, kind_of, noise_figures, said_of
 
 
-def tick_told(tick: Tick, *, number: int, pace: float) -> dict[str, Any]:
+def tick_told(tick: Tick, *, number: int, pace: float) -> TickNews:
     """Return a tick; `pace` is in simulated seconds a second."""
     return {
         "kind": "tick",
@@ -31,7 +24,8 @@ def tick_told(tick: Tick, *, number: int, pace: float) -> dict[str, Any]:
     }
 
 
-def _robot_told(tick: Tick, name: str) -> dict[str, Any]:
+@np.errstate(over="ignore", invalid="ignore")  # an estimate may be anywhere
+def _robot_told(tick: Tick, name: str) -> RobotTick:
     seen, order, truth = tick.seen[name], tick.orders[name], tick.truth[name].as_array()
     belief = order.estimate
     estimate, P = belief.pose.as_array(), np.asarray(belief.covariance, dtype=float)
@@ -45,8 +39,8 @@ def _robot_told(tick: Tick, name: str) -> dict[str, Any]:
             str(key): plain([mean[0], mean[1], S[0, 0], S[0, 1], S[1, 1]], 6)
             for key, (mean, S) in belief.landmarks.items()
         },
-        "sightings": [[each.name, round(each.range, 4), round(each.bearing, 5)] for each in order.sightings],
-        "error": round(math.hypot(estimate[0] - truth[0], estimate[1] - truth[1]), 5),
+        "sightings": [(each.name, round(each.range, 4), round(each.bearing, 5)) for each in order.sightings],
+        "error": plain(metrics.position_errors(truth[None], estimate[None]), 5)[0],
         "heading_error": plain(metrics.heading_errors(truth[None], estimate[None]), 5)[0],
         "nees": plain(nees, 3)[0],
         "timing": {part: round(1e3 * seconds, 3) for part, seconds in {**tick.timing, **order.timing}.items()},
@@ -64,32 +58,32 @@ def _twist(command: Command | WheelCommand, seen: Observation) -> tuple[float, f
     return odometry.forward / seen.dt, odometry.left / seen.dt, odometry.turn / seen.dt
 
 
-def recognised_told(sightings: Sequence[Sighting]) -> list[Any]:
+def recognised_told(sightings: Sequence[Sighting]) -> list[Recognised]:
     """Return name and corners [px] of what was recognised in a picture."""
-    return [[each.name, plain(each.corners, 2)] for each in sightings if each.corners is not None]
+    return [(each.name, plain(each.corners, 2)) for each in sightings if each.corners is not None]
 
 
-def events_told(tick: Tick) -> Iterator[dict[str, Any]]:
+def events_told(tick: Tick) -> Iterator[EventNews]:
     """Yield what has happened at a tick, to the world and to its robots."""
     for happened in tick.events:
-        kind = next(name for name, model in KINDS.items() if isinstance(happened, model))
+        kind = str(kind_of(happened, EVENT_KINDS))
         yield {"kind": "event", "time": happened.time, "robot": None, "event": kind, "text": said_of(happened)}
     for robot, order in tick.orders.items():
         for event in order.events:
             yield {"kind": "event", "time": event.time, "robot": robot, "event": event.kind, "text": event.text}
 
 
-def robots_told(world: World, *, first: str | None = None) -> list[dict[str, Any]]:
+def robots_told(world: World, *, first: str | None = None) -> list[RobotFacts]:
     """Return what the page shows of each robot; one that is named comes first."""
     return [_facts(robot) for robot in sorted(world.robots, key=lambda robot: robot.name != first)]
 
 
-def drivers_told(world: World) -> dict[str, Any]:
+def drivers_told(world: World) -> dict[str, Chosen]:
     """Return which modules drive each robot."""
     return {robot.name: _modules_told(world.run.drivers.get(robot.name, Modules())) for robot in world.robots}
 
 
-def noise_told(world: World, initial: Mapping[str, float]) -> list[dict[str, Any]]:
+def noise_told(world: World, initial: Mapping[str, float]) -> list[NoiseFigure]:
     """Return the figures that may change while it runs; `initial` holds those of the start."""
     return [
         {
@@ -99,12 +93,13 @@ def noise_told(world: World, initial: Mapping[str, float]) -> list[dict[str, Any
             "initial": initial.get(figure.key, figure.value),
             "unit": figure.unit,
             "description": figure.about,
+            "slider": None if figure.slider is None else [figure.slider.low, figure.slider.high],
         }
         for figure in noise_figures(world)
     ]
 
 
-def _facts(robot: Robot) -> dict[str, Any]:
+def _facts(robot: Robot) -> RobotFacts:
     outline = robot.body.outline()
     return {
         "name": robot.name,
@@ -116,12 +111,11 @@ def _facts(robot: Robot) -> dict[str, Any]:
             for sensor in robot.sensors
             if isinstance(sensor, Camera)
         ],
-        "can_strafe": isinstance(robot.drive, Omni3Drive | MecanumDrive)
-        or (isinstance(robot.drive, UserDrive) and robot.drive.max_left > 0.0),
+        "can_strafe": robot.drive.sideways > 0.0,
     }
 
 
-def _modules_told(modules: Modules) -> dict[str, Any]:
+def _modules_told(modules: Modules) -> Chosen:
     def named(use: Use | None) -> str | None:
         return None if use is None else use.use
 

@@ -1,83 +1,107 @@
-"""Whose code may run: what came with a world is asked for once, before it first runs."""
+"""Whose code may run: what came with a world is asked for before it first runs, and again when it changes."""
 
 import json
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from hashlib import sha256
+from pathlib import Path
 
 from mjsim.errors import UsageError
-from mjsim.sweep.modules import user_files
+from mjsim.modules import foreign_code, modules_of
 from mjsim.web.answers import RefusedError
-from mjsim.world import World
+from mjsim.world import Source, Use, World
 
-_OURS = "mjsim.algorithms."
+Code = tuple[str, str]
+"""A file and the SHA-256 of its content; or the name of an installed class, and nothing."""
 
 
 class Trust:
-    """Remembers what code somebody said may run while the studio is open; nothing else of it runs.
+    """Remembers what code somebody allowed while the studio is open; nothing else of a world runs.
 
-    A file that was allowed stays so while it is worked on; a module that is installed may be any of thousands, so
-    what it is given is asked for too.
+    A file is allowed with the content that it has, and a class of an installed package by its name. What counts in the
+    end is `admit`, which sees the bytes that run; all else is there so that people are asked in time.
     """
 
     def __init__(self) -> None:
-        self._allowed: set[str] = set()
-        self._known: dict[str, set[str]] = {}
+        self._allowed: set[Code] = set()
+        self._known: dict[str, dict[str, Code]] = {}
+        self._refused: set[Path] = set()
 
-    def asks_for(self, world: World) -> list[str]:
-        """Return what of a world's code nobody has allowed yet: files, and modules with what they are given.
+    def guarded(self, source: Source) -> Source:
+        """Return the source of a world of which only allowed code runs."""
+        return replace(source, admit=self.admit)
 
-        It is asked at each change of a text; files are looked through for others that they import only when their
-        names are new, and when it matters, by `check` and `allow`.
+    def admit(self, path: Path, data: bytes) -> None:
+        """Raise UsageError unless a file beside a world may run with this content."""
+        if (str(path), _digest(data)) not in self._allowed:
+            # Its name need not stand in the text that imports it; now it is known.
+            self._refused.add(path)
+            self._known = {}
+            raise UsageError(f"'{path.name}' is code that you have not allowed as it is now; start again to be asked")
+
+    def asks_for(self, world: World) -> dict[str, str]:
+        """Return what of a world's code nobody has allowed yet.
+
+        It is asked at each change of a text; files are read again only when their names are new, and when it
+        matters, by `check` and `allow`.
+
+        Returns:
+            Files beside the world with the SHA-256 of their content, installed classes with an empty text.
         """
-        uses = _foreign(world)
-        key = f"{world.source.folder} {json.dumps(uses, default=str)}"
+        key = f"{world.source.folder} {json.dumps([_shown(named.use) for named in modules_of(world)])}"
         if key not in self._known:
-            self._known = {key: _code(world)}
-        return sorted(self._known[key] - self._allowed)
+            self._known = {key: self.code_of(world)}
+        return _told({name: code for name, code in self._known[key].items() if code not in self._allowed})
 
-    def allow(self, world: World) -> None:
-        """Let all code run that a world names now."""
+    def allow(self, world: World, shown: Mapping[str, str]) -> None:
+        """Let code of a world run, as it was when somebody was asked.
+
+        Args:
+            world: Whose code it is.
+            shown: What `asks_for` said then.
+
+        Raises:
+            RefusedError: It is not what the world asks for now.
+        """
         self._known = {}
-        self._allowed |= _code(world)
+        asked = {name: code for name, code in self.code_of(world).items() if code not in self._allowed}
+        if changed := sorted(name for name, (_, digest) in asked.items() if shown.get(name) != digest):
+            message = f"this code has changed since you were asked: {', '.join(changed)}; look at it again"
+            raise RefusedError(409, message, needs_trust=_told(asked))
+        self._allowed |= set(asked.values())
 
-    def check(self, world: World) -> None:
-        """Raise RefusedError when code that a world names may not run yet."""
+    def check(self, world: World) -> Mapping[str, Code]:
+        """Return the code of a world as it is now.
+
+        Raises:
+            RefusedError: It may not run.
+        """
         self._known = {}
-        if names := self.asks_for(world):
-            message = f"this world runs code that you have not allowed yet: {', '.join(names)}"
-            raise RefusedError(403, message, needs_trust=names)
+        code = self.code_of(world)
+        if asked := _told({name: each for name, each in code.items() if each not in self._allowed}):
+            message = f"this world runs code that you have not allowed yet, or that has changed: {', '.join(asked)}"
+            raise RefusedError(403, message, needs_trust=asked)
+        return code
+
+    def code_of(self, world: World) -> dict[str, Code]:
+        """Return what a world runs that did not come with mjsim, by what people are shown."""
+        code, folder = foreign_code(world), (world.source.folder or Path.cwd()).resolve()
+        files = {name: (str(folder / name), _digest(data)) for name, data in code.files.items()}
+        for path in [path for path in self._refused.copy() if path.is_relative_to(folder)]:
+            with suppress(OSError):
+                files[path.relative_to(folder).as_posix()] = str(path), _digest(path.read_bytes())
+        return {**files, **{use.use: (use.use, "") for use in code.installed}}
 
 
-def _code(world: World) -> set[str]:
-    uses = _foreign(world)
-    if not uses:
-        return set()
-    named = {use["use"].rpartition(":")[0] for use in uses}
-    installed = {_shown(use) for use in uses if not use["use"].rpartition(":")[0].endswith(".py")}
-    try:
-        files = set(user_files(world))
-    except UsageError:
-        files = set()  # Whoever runs it is told that one of them cannot be read.
-    return installed | {name for name in files | named if name.endswith(".py")}
+def _told(code: Mapping[str, Code]) -> dict[str, str]:
+    return {name: code[name][1] for name in sorted(code)}
 
 
-def _foreign(world: World) -> list[Mapping[str, Any]]:
-    """Return what a world names with `use:` that does not come with mjsim."""
-    driven = {"robots": world.model_dump(include={"robots"})["robots"], "run": world.run.model_dump()}
-    return [use for use in _uses(driven) if not use["use"].startswith(_OURS)]
+def _digest(data: bytes) -> str:
+    return sha256(data).hexdigest()
 
 
-def _shown(use: Mapping[str, Any]) -> str:
-    given = {key: value for key, value in use.items() if key != "use"}
-    return f"{use['use']} {json.dumps(given, default=str)}" if given else str(use["use"])
-
-
-def _uses(value: Any) -> Iterator[Mapping[str, Any]]:
-    """Yield all mappings with the key `use`, wherever they stand."""
-    if isinstance(value, Mapping):
-        if isinstance(value.get("use"), str):
-            yield value
-        value = tuple(value.values())
-    if isinstance(value, (list, tuple)):
-        for item in value:
-            yield from _uses(item)
+def _shown(use: Use) -> str:
+    given = use.arguments()
+    return f"{use.use} {json.dumps(given, default=str)}" if given else use.use

@@ -3,7 +3,7 @@
 import asyncio
 import json
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -11,9 +11,9 @@ from typing import Any
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from mjsim.errors import MjsimError
-from mjsim.record.tick import Tick
+from mjsim.record import Tick
 from mjsim.web.feed import Shot
-from mjsim.web.orders import Outside, Shown, Watch
+from mjsim.web.requests import Outside, Shown, Watch
 from mjsim.web.shots import FAR, NEAR, depth_shown, jpeg, segmentation_shown
 from mjsim.web.stage import Stage
 from mjsim.web.telling import recognised_told
@@ -73,7 +73,7 @@ class Viewer:
             view.on_the_way.discard(shown.number)
         self.news.set()
 
-    async def tell(self, news: dict[str, Any]) -> None:
+    async def tell(self, news: Mapping[str, Any]) -> None:
         """Send something to this browser alone."""
         await self._send(json.dumps(news, allow_nan=False))
 

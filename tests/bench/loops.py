@@ -16,8 +16,7 @@ from mjsim.bench.figure import Clock, Once, Prepare
 from mjsim.bench.scenes import gallery
 from mjsim.record import Recorder, Tick
 from mjsim.run import Driver, drivers_of, run, ticks
-from mjsim.sim import Simulation
-from mjsim.sim.renderer import Renderer
+from mjsim.sim import Renderer, Simulation
 from mjsim.world import World
 
 TICKS = 100

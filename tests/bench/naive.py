@@ -11,13 +11,12 @@ from dataclasses import dataclass
 import mujoco
 from mujoco.rendering.classic import gl_context
 
-from mjsim.compile.pictures import encode_png, read_picture
 from mjsim.compile.walls import wall_boxes
 from mjsim.geometry import Pose
 from mjsim.interface import Picture
-from mjsim.sim.opengl import make_context
-from mjsim.world import World
-from mjsim.world.things import BoxObstacle, CylinderObstacle
+from mjsim.models import encode_png, read_picture
+from mjsim.sim import make_context
+from mjsim.world import BoxObstacle, CylinderObstacle, World
 
 THICKNESS = 0.01
 """Of a picture [m]."""

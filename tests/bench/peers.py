@@ -1,6 +1,7 @@
 """What people would use instead, on the same layouts: ir-sim's lidar world and PyBullet's camera.
 
-Both are optional: `uv pip install 'mjsim[peers]'`. PyBullet has no wheels for newer Pythons and is then built.
+Both are optional; `mjsim bench --peers` says how to install them. PyBullet has no wheels for newer Pythons and is
+then built.
 """
 
 import contextlib
@@ -19,7 +20,7 @@ import numpy as np
 from mjsim.bench.figure import Clock, Figure, Once, Prepare
 from mjsim.bench.naive import CAMERA_AT, CAMERA_FOV, Block, blocks_of, pictures_of
 from mjsim.bench.scenes import gallery, gallery_places, hall
-from mjsim.errors import UsageError
+from mjsim.errors import UsageError, how_to_install
 from mjsim.geometry import Pose
 from mjsim.world import World
 
@@ -33,7 +34,7 @@ PACKAGES = {"irsim": "ir-sim", "pybullet": "pybullet"}
 def require(module: str) -> None:
     """Raise UsageError unless a package is installed."""
     if importlib.util.find_spec(module) is None:
-        raise UsageError(f"{PACKAGES[module]} is not installed; type: uv pip install 'mjsim[peers]'")
+        raise UsageError(f"{PACKAGES[module]} is not installed; type: {how_to_install(*PACKAGES.values())}")
 
 
 @contextmanager

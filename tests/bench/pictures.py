@@ -12,9 +12,7 @@ from mjsim.bench.figure import Clock, Once, Prepare
 from mjsim.bench.naive import naive_scene, put, stock_renderer
 from mjsim.bench.scenes import gallery, gallery_places, gallery_with, office, office_places
 from mjsim.geometry import Pose
-from mjsim.sim import Simulation
-from mjsim.sim.opengl import make_context
-from mjsim.sim.renderer import Renderer
+from mjsim.sim import Renderer, Simulation, make_context
 from mjsim.world import World
 
 LAMPS = ((4.0, 5.0), (10.0, 5.0))

@@ -51,7 +51,7 @@ def film() -> Iterator[Once]:
 
         def once(clock: Clock) -> float:
             began = clock()
-            make_video(recorded, Path(folder) / "run.mp4")
+            make_video(recorded, Path(folder) / "run.mp4", overwrite=True)
             return len(recorded.time) / (clock() - began)
 
         yield once

@@ -8,8 +8,7 @@ import numpy as np
 
 from mjsim.bench.large import large_floor
 from mjsim.geometry import Pose
-from mjsim.world import World, load_world, parse_world
-from mjsim.world.sensors import Camera
+from mjsim.world import Camera, World, load_world, parse_world
 
 LIDAR = "{lidar: scan, beams: 180, rate_hz: 12.5, noise: {range: 0.01}}"
 CORNERS = ((2.7, 1.9), (11.3, 1.9), (11.3, 8.1), (2.7, 8.1))

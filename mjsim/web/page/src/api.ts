@@ -1,31 +1,13 @@
 /** What the server offers: its values, and one call for each of its addresses. */
 
+import type { Item } from "./run/protocol";
+
 export type Point = [number, number];
 export type Path = (string | number)[];
 export type Values = Record<string, unknown>;
 export type Bounds = [number, number, number, number];
 
-export interface Item {
-  path: Path;
-  kind: string;
-  name: string | null;
-  label: string;
-  at: Point | null;
-  heading_deg: number | null;
-  /** Outlines in the world frame [m]. */
-  polygons: Point[][];
-  values: Values;
-  written: string[];
-  /** As it stands in the text: before defaults, presets and arithmetic. */
-  raw?: Values;
-  /** Keys whose values are arithmetic; those cannot be set from here. */
-  computed?: string[];
-  /** Name of its definition in the schema. */
-  type: string;
-  /** Why it cannot be changed here. */
-  fixed: string | null;
-  line: number;
-}
+export type { Item };
 
 export interface Problem {
   line: number;
@@ -41,6 +23,9 @@ export interface WorldValues {
   raw?: Values;
 }
 
+/** Code that waits to be allowed: files with the SHA-256 of their content, installed classes with an empty text. */
+export type Code = Record<string, string>;
+
 export interface Parsed {
   problems: Problem[];
   /** null: the text cannot be read; keep the last ones. */
@@ -48,8 +33,10 @@ export interface Parsed {
   bounds: Bounds;
   name: string;
   run: Values;
-  needs_trust: string[];
+  needs_trust: Code;
   world?: WorldValues;
+  /** That the text names, there or not, by their paths from its folder; and what tells their states apart. */
+  files: Record<string, string>;
 }
 
 export interface Opened extends Parsed {
@@ -60,6 +47,50 @@ export interface Opened extends Parsed {
 
 export interface Edited extends Parsed {
   text: string;
+}
+
+/** What the server is to keep; `restored`: the draft of a closed tab that it goes on from, which goes in the same moment. */
+export interface DraftKept {
+  path: string;
+  fresh: boolean;
+  stamp: string | null;
+  text: string;
+  past: Past;
+  restored?: string;
+}
+
+/** Unsaved changes that the server keeps. */
+export interface Draft {
+  id: string;
+  tab: string;
+  path: string;
+  /** Never saved: the path is only what it was to be called. */
+  fresh: boolean;
+  /** When it was kept [s since 1970]. */
+  when: number;
+  /** Whether a tab has it open. */
+  open: boolean;
+}
+
+export interface DraftText extends Draft {
+  text: string;
+  /** Of the content that the text was made from. */
+  stamp: string | null;
+  /** Whether the world that it was made from is there. */
+  there: boolean;
+  past: Past;
+}
+
+/** The steps around a text, so that it can be undone: at `from` stood `old`, then `fresh`; `at` of them lead to it. */
+export interface Past {
+  steps: { from: number; old: string; fresh: string }[];
+  at: number;
+}
+
+/** Orders of a tab are numbered: one that arrives late does not undo a newer one. */
+export interface DraftOrder {
+  tab: string;
+  number: number;
 }
 
 export interface Folder {
@@ -147,11 +178,22 @@ export const api = {
   edit: (path: string, text: string, changes: Change[]) => postJson<Edited>("/api/edit", { path, text, changes }),
   save: (path: string, text: string, stamp: string | null, overwrite = false) =>
     postJson<{ stamp: string }>("/api/save", { path, text, stamp, ...(overwrite ? { overwrite } : {}) }),
-  trust: (path: string, text: string) => postJson<Values>("/api/trust", { path, text }),
+  drafts: () => getJson<{ drafts: Draft[] }>("/api/drafts"),
+  keepDraft: (order: DraftOrder & DraftKept) => postJson<Values>("/api/draft/keep", order),
+  forgetDraft: (order: DraftOrder) => postJson<Values>("/api/draft/forget", order),
+  readDraft: (id: string) => postJson<DraftText>("/api/draft/read", { id }),
+  dropDraft: (id: string) => postJson<Values>("/api/draft/drop", { id }),
+  trust: (path: string, text: string, code: Code, drivers: Record<string, Values>) =>
+    postJson<Values>("/api/trust", { path, text, code, drivers }),
   preview: (ask: PreviewAsk) => postForBlob("/api/preview", ask),
+  /** How often pictures have changed on disk; browsers keep those of an address. */
+  version: 0,
   /** Address of a thumbnail; `world` is the path of the world file that names it. */
-  picture: (path: string, size: number, world?: string | null) =>
-    `/api/picture?${new URLSearchParams({ path, size: String(size), ...(world ? { world } : {}) })}`,
+  picture(path: string, size: number, world?: string | null): string {
+    const asked = new URLSearchParams({ path, size: String(size), ...(world ? { world } : {}) });
+    if (this.version) asked.set("version", String(this.version));
+    return `/api/picture?${asked}`;
+  },
   /** Put a picture beside a world; `path` is what the world then calls it. */
   upload: async (file: File, world: string | null) => {
     const address = `/api/upload?${new URLSearchParams({ name: file.name, ...(world ? { path: world } : {}) })}`;

@@ -31,6 +31,23 @@ export function debounced(work: () => void, quiet: number): { (): void; now(): v
   return call;
 }
 
+/** Call so long [ms] after the first of several wishes, also while more of them come; `now` calls at once when one is due. */
+export function throttled(work: () => void, wait: number): { (): void; now(): void } {
+  let timer: number | undefined;
+  const run = (): void => {
+    window.clearTimeout(timer);
+    timer = undefined;
+    work();
+  };
+  const call = (): void => {
+    timer ??= window.setTimeout(run, wait);
+  };
+  call.now = (): void => {
+    if (timer !== undefined) run();
+  };
+  return call;
+}
+
 /** Do one piece of work at a time; of those asked for meanwhile only the newest is done. */
 export function newestWins<T>(work: (wanted: T) => Promise<void>): (wanted: T) => void {
   let busy = false;

@@ -85,9 +85,10 @@ class EditView {
     schema: Values,
   ) {
     this.editor = new Editor(studio, this.plan);
-    this.tools = new Tools(this.editor);
+    const book = new SchemaBook(schema);
+    this.tools = new Tools(this.editor, book);
     this.text = new TextPane(studio.document);
-    this.panel = new Panel(this.editor, new SchemaBook(schema));
+    this.panel = new Panel(this.editor, book);
     const preview = new Preview(this.editor);
     this.panel.element.append(preview.element);
     this.editor.asked.on(() => this.panel.focus());

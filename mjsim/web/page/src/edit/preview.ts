@@ -50,7 +50,7 @@ export class Preview {
       heading_deg: robot.heading_deg ?? 0,
       width: WIDTH,
     };
-    const key = JSON.stringify(ask);
+    const key = JSON.stringify([ask, this.editor.studio.api.version]);
     if (key === this.last) return;
     this.last = key;
     if (!this.picture.src) fill(this.caption, "Drawing …");
@@ -88,7 +88,7 @@ export class Preview {
     const allow = async (): Promise<void> => {
       if (await this.editor.studio.askTrust()) this.wanted(ask);
     };
-    const needsTrust = Array.isArray(error.data["needs_trust"]);
+    const needsTrust = error.data["needs_trust"] !== undefined;
     fill(
       this.caption,
       error.message,

@@ -4,6 +4,7 @@ import type { Values } from "../api";
 import { el, fill, icon } from "../dom";
 import type { Tool } from "../plan/gestures";
 import { choosePicture } from "../panel/pictures";
+import type { SchemaBook } from "../panel/schema";
 import { ICONS } from "../shell/icons";
 import { Signal } from "../signal";
 import type { Editor } from "./editor";
@@ -37,12 +38,6 @@ const HINTS: Record<ToolName, string> = {
   beacon: "Click near a wall: it hangs there and looks into the room.",
   robot: "Click, or drag to where it looks.",
 };
-const SENSORS: Record<string, Values> = {
-  camera: { camera: "front", at: [0.1, 0, 0.5] },
-  lidar: { lidar: "scan" },
-  "beacon sensor": { beacons: "ring" },
-};
-
 export class Tools {
   readonly bar = el("div", { class: "tools", role: "toolbar", "aria-label": "Tools", "aria-orientation": "vertical" });
   readonly strip = el("div", { class: "strip" });
@@ -52,13 +47,19 @@ export class Tools {
   /** Where the pointer is. */
   private readonly where = el("span", { class: "where", "aria-hidden": "true" });
   private picture = "posters/lion.jpg";
-  private look: "picture" | "marker" | "reflector" = "picture";
+  private look: "picture" | "marker" | "reflector" | "anchor" = "picture";
   private preset = "";
+  /** Sensors that a new robot may bring: a word for each, and its first keys. */
+  private readonly offered: Map<string, unknown>;
   private readonly sensors = new Set(["camera"]);
   private readonly tools: Record<ToolName, Tool | null>;
   private readonly buttons = new Map<ToolName, HTMLButtonElement>();
 
-  constructor(private readonly editor: Editor) {
+  constructor(
+    private readonly editor: Editor,
+    book: SchemaBook,
+  ) {
+    this.offered = book.offers("Robot", "sensors");
     const { shipped } = editor.studio.folder;
     if (!shipped.pictures.includes(this.picture)) this.picture = shipped.pictures[0] ?? this.picture;
     this.preset = (shipped.presets.find(({ name }) => name === "pioneer3dx") ?? shipped.presets[0])?.name ?? "";
@@ -191,7 +192,7 @@ export class Tools {
   }
 
   private beaconChoices(): HTMLElement[] {
-    const kinds = ["picture", "marker", "reflector"] as const;
+    const kinds = ["picture", "marker", "reflector", "anchor"] as const;
     const select = el(
       "select",
       { "aria-label": "Kind" },
@@ -230,7 +231,7 @@ export class Tools {
     );
     const select = el("select", { "aria-label": "Preset" }, ...options);
     select.addEventListener("change", () => (this.preset = select.value));
-    const boxes = Object.keys(SENSORS).map((name) => {
+    const boxes = [...this.offered.keys()].map((name) => {
       const box = el("input", { type: "checkbox", checked: this.sensors.has(name) });
       box.addEventListener("change", () => (box.checked ? this.sensors.add(name) : this.sensors.delete(name)));
       return el("label", { class: "check" }, box, name);
@@ -241,6 +242,7 @@ export class Tools {
   private beacon(): { name: string; value: Values } {
     if (this.look === "picture") return pictureBeacon(this.picture);
     if (this.look === "reflector") return { name: "reflector", value: {} };
+    if (this.look === "anchor") return { name: "anchor", value: { anchor: true } };
     const ids = this.editor.items
       .map((item) => item.values["marker"] as Values | null | undefined)
       .map((marker) => Number(marker?.["id"] ?? -1));
@@ -249,9 +251,7 @@ export class Tools {
   }
 
   private robot(): Values {
-    const sensors = Object.entries(SENSORS)
-      .filter(([name]) => this.sensors.has(name))
-      .map(([, sensor]) => sensor);
+    const sensors = [...this.offered].filter(([name]) => this.sensors.has(name)).map(([, sensor]) => sensor);
     return { name: "robot", ...(this.preset ? { preset: this.preset } : {}), ...(sensors.length ? { sensors } : {}) };
   }
 }

@@ -5,7 +5,7 @@ import { el, icon, type Child } from "../dom";
 import { keyOf } from "../plan/plan";
 import { ICONS } from "../shell/icons";
 import { control, type Tools } from "./controls";
-import { type Field, labelOf, type Option, type Schema, type SchemaBook } from "./schema";
+import { type Field, labelOf, namingKey, type Option, type Schema, type SchemaBook } from "./schema";
 
 /** What the rows of one item are made from. */
 export interface Subject {
@@ -222,11 +222,15 @@ function listEntry(
   index: number,
 ): HTMLElement {
   const path = [...place.path, index];
-  const field = {
-    ...sheet.book.field(place.field.key, entry, true),
-    label: entryTitle(value, index),
-    key: String(index),
-  };
+  const described = sheet.book.field(place.field.key, entry, true);
+  const { kind } = described;
+  const schema =
+    kind.is === "union"
+      ? sheet.book.optionOf(kind.options, value)?.schema
+      : kind.is === "object"
+        ? kind.schema
+        : null;
+  const field = { ...described, label: entryTitle(value, index, schema ?? {}), key: String(index) };
   const give = (fresh: unknown): void => sheet.change([{ op: "set", path, value: fresh }]);
   const remove = el(
     "button",
@@ -242,12 +246,6 @@ function listEntry(
   );
   const within = inner(place);
   const one = { field, path, value, raw, written: true, fixed: place.fixed, within, give };
-  const schema =
-    field.kind.is === "union"
-      ? sheet.book.optionOf(field.kind.options, value)?.schema
-      : field.kind.is === "object"
-        ? field.kind.schema
-        : null;
   if (schema && schema["type"] === "object") return group(sheet, one, remove, objectInside(sheet, one, schema));
   const simple = simpleRow(sheet, one);
   simple.querySelector(".value")?.append(remove);
@@ -345,11 +343,11 @@ function under(raw: unknown, key: string): unknown {
   return typeof raw === "object" && raw !== null ? (raw as Values)[key] : undefined;
 }
 
-function entryTitle(value: unknown, index: number): string {
+function entryTitle(value: unknown, index: number, schema: Schema): string {
   if (typeof value !== "object" || value === null || Array.isArray(value)) return String(index + 1);
   const has = value as Values;
-  const sensor = ["camera", "lidar", "beacons", "imu"].find((key) => typeof has[key] === "string");
-  if (sensor) return `${labelOf(sensor)} ${String(has[sensor])}`;
+  const naming = namingKey(schema);
+  if (naming && typeof has[naming] === "string") return `${labelOf(naming)} ${has[naming]}`;
   return typeof has["name"] === "string" ? has["name"] : String(index + 1);
 }
 

@@ -104,6 +104,8 @@ export class SchemaBook {
     const schema = this.resolve(node);
     if (schema["default"] !== undefined && schema["default"] !== null) return schema["default"];
     if (schema["const"] !== undefined) return schema["const"];
+    const [example] = (schema["examples"] ?? []) as unknown[];
+    if (example !== undefined) return example;
     const kind = this.kind(key, this.forms(schema).main, schema);
     if (kind.is === "number") return Math.max(kind.least === null ? 0 : kind.least, 0) || 1;
     if (kind.is === "numbers") return kind.parts.map(() => (key === "at" ? 0 : 1));
@@ -113,7 +115,15 @@ export class SchemaBook {
     if (kind.is === "union") return kind.options[0] ? this.fresh(kind.options[0].schema) : null;
     if (kind.is === "list") return [];
     if (kind.is === "object") return this.freshObject(kind.schema);
-    return NAMES[key] ?? key;
+    return key;
+  }
+
+  /** What may be put into a list of an item: a word for each form, and a value to begin with. */
+  offers(type: string, list: string): Map<string, unknown> {
+    const properties = (this.definition(type)?.["properties"] ?? {}) as Record<string, Schema>;
+    const kind = this.field(list, (properties[list]?.["items"] ?? {}) as Schema, true).kind;
+    const options = kind.is === "union" ? kind.options : [];
+    return new Map(options.map(({ title, schema }) => [title.toLowerCase(), this.fresh(schema)]));
   }
 
   private freshObject(schema: Schema): Values {
@@ -190,13 +200,11 @@ export class SchemaBook {
   }
 }
 
-const NAMES: Record<string, string> = {
-  camera: "front",
-  lidar: "scan",
-  beacons: "ring",
-  imu: "imu",
-  use: "my_module.py:MyClass",
-};
+/** The key that names what a schema describes: the only one that it requires, such as `camera` of a camera. */
+export function namingKey(schema: Schema): string | null {
+  const required = (schema["required"] ?? []) as string[];
+  return required.length === 1 ? (required[0] ?? null) : null;
+}
 
 function objectKind(schema: Schema, node: Schema): Kind {
   if (schema["properties"]) return { is: "object", schema };

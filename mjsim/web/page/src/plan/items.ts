@@ -215,11 +215,12 @@ function drawLight({ context, palette, look, at, view, shapes }: Brush): void {
 }
 
 function drawBeacon({ context, item, shapes, palette, look, facing, at, view }: Brush): void {
-  const reflector = !item.values["image"] && !item.values["marker"];
-  context.strokeStyle = look.selected ? palette.accent : item.values["marker"] ? palette.seen : palette.beacon;
+  const faceless = !item.values["image"] && !item.values["marker"];
+  const marked = item.values["marker"] || (faceless && item.values["anchor"]);
+  context.strokeStyle = look.selected ? palette.accent : marked ? palette.seen : palette.beacon;
   const place = centreOf(shapes) ?? (at ? view.toScreen(at) : null);
   if (!place) return;
-  if (reflector) {
+  if (faceless) {
     context.fillStyle = palette.paper;
     context.lineWidth = 2;
     disc(context, place, 4);

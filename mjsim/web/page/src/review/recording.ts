@@ -1,7 +1,7 @@
 /** What the server knows of a recording. */
 
 import { getJson, postJson, type Bounds, type Item } from "../api";
-import type { EventNews, Outside, RobotFacts, TickNews, Track } from "../run/protocol";
+import type { EventNews, Outside, RobotFacts, TickNews, TrackHistory } from "../run/protocol";
 
 export interface Recording {
   path: string;
@@ -15,7 +15,7 @@ export interface Recording {
   /** Whether it was closed properly; false: it was cut off, or is still being written. */
   whole: boolean;
   scene: { items: Item[]; bounds: Bounds };
-  tracks: Record<string, Track>;
+  tracks: Record<string, TrackHistory>;
   events: EventNews[];
   /** `ROBOT/CAMERA`. */
   cameras: string[];

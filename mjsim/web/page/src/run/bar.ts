@@ -155,6 +155,7 @@ export class Bar {
       connecting: "Connecting",
       closed: "Ended",
       lost: "Server lost; trying again",
+      out: "Not let in",
     };
     const text = away[this.link];
     write(this.status, text);

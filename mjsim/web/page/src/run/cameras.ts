@@ -4,7 +4,7 @@ import { el } from "../dom";
 import type { Bounds } from "../api";
 import { remembered, toggle } from "./controls";
 import { Orbit, overlook } from "./orbit";
-import type { FrameHead, Order, Outside, RobotFacts } from "./protocol";
+import type { FrameHead, RunRequest, Outside, RobotFacts } from "./protocol";
 import { Screen } from "./screen";
 import { makeTile, type Tile } from "./tile";
 
@@ -29,7 +29,7 @@ export class Cameras {
   private timer = 0;
 
   constructor(
-    private readonly send: (order: Order) => void,
+    private readonly send: (request: RunRequest) => void,
     /** Told when there are other tiles. */
     private readonly changed: () => void,
   ) {

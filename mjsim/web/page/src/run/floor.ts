@@ -5,7 +5,7 @@ import type { Bounds, Item } from "../api";
 import { Plan } from "../plan/plan";
 import { button, isPressed, remembered, setPressed, sign, toggle } from "./controls";
 import { Overlay, type Shown } from "./overlay";
-import type { Pose, RobotFacts, RobotTick } from "./protocol";
+import type { PlanarPose, RobotFacts, RobotTick } from "./protocol";
 import type { RunRecord } from "./record";
 import { makeTile, type Tile } from "./tile";
 
@@ -23,7 +23,7 @@ const CLOSE = 90;
 
 export interface Moment {
   robots: Record<string, RobotTick>;
-  things: Record<string, Pose>;
+  things: Record<string, PlanarPose>;
 }
 
 export class Floor {
@@ -108,7 +108,7 @@ export class Floor {
   }
 
   /** Set aside where things stand that have moved; true when one has. */
-  private move(things: Record<string, Pose>): boolean {
+  private move(things: Record<string, PlanarPose>): boolean {
     let moved = false;
     for (const [name, [x, y, heading]] of Object.entries(things)) {
       const short = name.slice(name.indexOf("/") + 1);

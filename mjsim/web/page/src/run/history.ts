@@ -1,6 +1,6 @@
 /** What a run has been so far, thinned so that it always fits on a screen. */
 
-import type { Pose, RobotTick, Track } from "./protocol";
+import type { PlanarPose, RobotTick, TrackHistory } from "./protocol";
 
 /** Most rows that are kept; then every other one goes. */
 const MOST = 3000;
@@ -18,7 +18,7 @@ export function wrapped(angle: number): number {
 type Column = (number | null)[];
 
 /** A pose as it was told: what is not known of it is null in JSON, and NaN here. */
-export function known(pose: Pose | null[] | undefined): Pose {
+export function known(pose: PlanarPose | null[] | undefined): PlanarPose {
   const [x, y, heading] = pose ?? [];
   return [x ?? Number.NaN, y ?? Number.NaN, heading ?? Number.NaN];
 }
@@ -61,7 +61,7 @@ export class History {
   }
 
   /** Begin with a whole track. */
-  fill(track: Track): void {
+  fill(track: TrackHistory): void {
     this.clear();
     const modules = Object.keys(track.timing ?? {});
     track.time.forEach((time, k) => {
@@ -73,9 +73,9 @@ export class History {
 
   private append(
     time: number,
-    truth: Pose,
-    estimate: Pose,
-    odometry: Pose,
+    truth: PlanarPose,
+    estimate: PlanarPose,
+    odometry: PlanarPose,
     sigma: (number | null)[],
     nees: number | null,
     timing: Record<string, number | null>,
@@ -130,7 +130,7 @@ export class Trail {
     this.stride = STRIDE;
   }
 
-  add(pose: Pose): void {
+  add(pose: PlanarPose): void {
     if (!Number.isFinite(pose[0] ?? Number.NaN)) return;
     const piece = this.pieces[this.pieces.length - 1];
     const last = piece?.[piece.length - 1];
@@ -141,7 +141,7 @@ export class Trail {
     if (++this.count > MOST) this.thin();
   }
 
-  fill(poses: Pose[]): void {
+  fill(poses: PlanarPose[]): void {
     this.clear();
     const gap = poses.length > 500 ? 2 * LIFTED : LIFTED;
     for (const pose of poses) {

@@ -1,14 +1,17 @@
 /** The connection to the run: it comes back by itself when the server does. */
 
 import { splitFrame } from "./frames";
-import type { FrameHead, News, Order } from "./protocol";
+import type { FrameHead, News, RunRequest } from "./protocol";
 
 /** Shortest and longest wait before the next try [ms]. */
 const FIRST_WAIT = 300;
 const LONGEST_WAIT = 3000;
 
-/** Whether the server can be talked to; `lost` and `closed` while the page tries again: `closed` was said before. */
-export type LinkState = "connecting" | "open" | "lost" | "closed";
+/**
+ * Whether the server can be talked to; the others while the page tries again: `closed` was announced before, and in
+ * `out` there is a server that does not know this browser, such as one that was started anew.
+ */
+export type LinkState = "connecting" | "open" | "lost" | "closed" | "out";
 
 export interface LinkListener {
   state(state: LinkState): void;
@@ -23,15 +26,16 @@ export class Link {
   private timer = 0;
   private closed = false;
   private farewell = false;
+  private shutOut = false;
 
   constructor(private readonly listener: LinkListener) {
     this.connect();
   }
 
-  /** Send an order; false when there is nobody to take it. */
-  send(order: Order): boolean {
+  /** Send a request; false when there is nobody to take it. */
+  send(request: RunRequest): boolean {
     if (this.socket?.readyState !== WebSocket.OPEN) return false;
-    this.socket.send(JSON.stringify(order));
+    this.socket.send(JSON.stringify(request));
     return true;
   }
 
@@ -47,7 +51,7 @@ export class Link {
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.wait = FIRST_WAIT;
-      this.farewell = false;
+      this.farewell = this.shutOut = false;
       this.listener.state("open");
     };
     socket.onmessage = (message: MessageEvent<string | ArrayBuffer>) => this.take(message.data);
@@ -69,8 +73,17 @@ export class Link {
 
   private lose(socket: WebSocket): void {
     if (this.closed || this.socket !== socket) return;
-    this.listener.state(this.farewell ? "closed" : "lost");
+    if (!this.shutOut) this.listener.state(this.farewell ? "closed" : "lost");
+    void this.askWhy(socket);
     this.timer = window.setTimeout(() => this.connect(), this.wait);
     this.wait = Math.min(LONGEST_WAIT, this.wait * 1.7);
+  }
+
+  /** Find out whether the server answers, but not to this browser. */
+  private async askWhy(socket: WebSocket): Promise<void> {
+    const response = await fetch("/api/folder").catch(() => null);
+    if (this.closed || this.socket !== socket || !response) return;
+    this.shutOut = response.status === 401;
+    if (this.shutOut) this.listener.state("out");
   }
 }

@@ -2,14 +2,12 @@
 
 import { el } from "../dom";
 import { button, sign, write } from "./controls";
-import type { Noise } from "./protocol";
+import type { NoiseFigure } from "./protocol";
 
 /** The slider's way is cut into so many steps. */
 const STEPS = 1000;
-/** Where the slider ends when the world's own value is 0: by the last word of the key, or by unit. */
-const MOST: Record<string, number> = { noise: 40, missed: 1, mixed_pixels: 1, outliers: 1, deg: 10, m: 0.3, "1/s": 2 };
-/** These are errors to both sides of a value; the slider goes evenly between. */
-const EVEN: Record<string, [number, number]> = { scale: [0.8, 1.2], track_error: [-0.2, 0.2] };
+/** Where the slider ends when the world's own value is 0 and the model says nothing, by unit. */
+const MOST: Record<string, number> = { deg: 10, m: 0.3, "1/s": 2 };
 
 /** Values at the ends of a slider; `even` unless small values get more room. */
 interface Span {
@@ -19,7 +17,7 @@ interface Span {
 }
 
 interface Row {
-  noise: Noise;
+  noise: NoiseFigure;
   slider: HTMLInputElement;
   field: HTMLInputElement;
   reset: HTMLButtonElement;
@@ -38,7 +36,7 @@ export class NoisePanel {
     this.all.hidden = true;
   }
 
-  show(noise: Noise[], enabled: boolean): void {
+  show(noise: NoiseFigure[], enabled: boolean): void {
     if (noise.map((each) => each.key).join() !== [...this.rows.keys()].join()) this.build(noise);
     for (const each of noise) this.refresh(each, enabled);
     this.empty.hidden = noise.length > 0;
@@ -56,7 +54,7 @@ export class NoisePanel {
       if (noise.value !== noise.initial) this.set(noise.key, noise.initial ?? 0);
   }
 
-  private build(noise: Noise[]): void {
+  private build(noise: NoiseFigure[]): void {
     this.rows.clear();
     this.element.replaceChildren(this.empty);
     let group = "";
@@ -69,7 +67,7 @@ export class NoisePanel {
     this.element.append(this.all);
   }
 
-  private row(noise: Noise, label: string): HTMLElement {
+  private row(noise: NoiseFigure, label: string): HTMLElement {
     const span = spanOf(noise);
     const slider = el("input", {
       type: "range",
@@ -107,7 +105,7 @@ export class NoisePanel {
     );
   }
 
-  private refresh(noise: Noise, enabled: boolean): void {
+  private refresh(noise: NoiseFigure, enabled: boolean): void {
     const row = this.rows.get(noise.key);
     if (!row) return;
     row.noise = noise;
@@ -120,12 +118,11 @@ export class NoisePanel {
   }
 }
 
-function spanOf({ key, initial, unit }: Noise): Span {
-  const word = key.slice(key.lastIndexOf(".") + 1);
-  const even = EVEN[word];
-  if (even) return { low: even[0], high: even[1], even: true };
-  const usual = MOST[word] ?? MOST[unit ?? ""] ?? 0.2;
-  return { low: 0, high: MOST[word] === 1 ? 1 : initial ? 8 * initial : usual, even: false };
+function spanOf({ initial, unit, slider }: NoiseFigure): Span {
+  const [low, high] = [slider?.[0] ?? 0, slider?.[1] ?? MOST[unit ?? ""] ?? 0.2];
+  // An error to both sides of a value, or a probability.
+  if (low !== 0 || (slider && high === 1)) return { low, high, even: low !== 0 };
+  return { low, high: initial ? 8 * initial : high, even: false };
 }
 
 /** The value at a share of the slider's way; the square gives small values more room. */
@@ -150,7 +147,6 @@ function splitKey(key: string): [string, string] {
   return [group.join(", "), last];
 }
 
-function unitShown({ key, unit }: Noise): string {
-  if (unit === null) return key.endsWith(".noise") ? "of 255" : "";
-  return unit.replace(/sqrt\((\w+)\)/, "√$1");
+function unitShown({ unit }: NoiseFigure): string {
+  return unit?.replace(/sqrt\((\w+)\)/, "√$1") ?? "";
 }

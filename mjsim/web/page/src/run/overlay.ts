@@ -2,7 +2,7 @@
 
 import type { Trail } from "./history";
 import { faded, readTokens } from "./ink";
-import type { Landmark, Pose, RobotFacts, RobotTick } from "./protocol";
+import type { LandmarkRow, PlanarPose, RobotFacts, RobotTick } from "./protocol";
 
 /** Where the world is on the canvas: px = x + scale * east, py = y - scale * north. */
 export interface View {
@@ -93,7 +93,7 @@ export class Overlay {
   }
 
   /** Trace a robot's footprint; at least so large that it can be seen. */
-  private trace(robot: RobotFacts, pose: Pose): void {
+  private trace(robot: RobotFacts, pose: PlanarPose): void {
     const least = 5 / this.view.scale;
     this.context.beginPath();
     if (robot.outline?.length && robot.radius > least) {
@@ -108,7 +108,7 @@ export class Overlay {
     this.context.arc(px, py, Math.max(robot.radius, least) * this.view.scale, 0, 2 * Math.PI);
   }
 
-  private body(robot: RobotFacts, pose: Pose, color: string): void {
+  private body(robot: RobotFacts, pose: PlanarPose, color: string): void {
     if (!isKnown(pose)) return;
     this.trace(robot, pose);
     this.context.fillStyle = faded(color, 0.3);
@@ -119,7 +119,7 @@ export class Overlay {
     this.nose(robot, pose, color, 4);
   }
 
-  private outline(robot: RobotFacts, pose: Pose, color: string, dashes: number[]): void {
+  private outline(robot: RobotFacts, pose: PlanarPose, color: string, dashes: number[]): void {
     if (!isKnown(pose)) return;
     this.trace(robot, pose);
     this.context.strokeStyle = color;
@@ -131,7 +131,7 @@ export class Overlay {
   }
 
   /** A stroke from the middle to where the robot looks. */
-  private nose(robot: RobotFacts, pose: Pose, color: string, width: number): void {
+  private nose(robot: RobotFacts, pose: PlanarPose, color: string, width: number): void {
     const length = Math.max(robot.radius * 1.35, 8 / this.view.scale);
     this.context.strokeStyle = color;
     this.context.lineWidth = width;
@@ -168,7 +168,7 @@ export class Overlay {
     this.context.stroke();
   }
 
-  private landmark(name: string, [x, y, cxx, cxy, cyy]: Landmark, color: string): void {
+  private landmark(name: string, [x, y, cxx, cxy, cyy]: LandmarkRow, color: string): void {
     if (this.shown.ellipses) this.ellipse([x, y], [cxx, cxy, cyy], color);
     const [px, py] = this.point(x, y);
     this.context.strokeStyle = color;
@@ -208,6 +208,6 @@ export class Overlay {
 }
 
 /** What a module does not say is null in a message. */
-function isKnown(pose: Pose): boolean {
+function isKnown(pose: PlanarPose): boolean {
   return pose.every((each) => Number.isFinite(each ?? Number.NaN));
 }

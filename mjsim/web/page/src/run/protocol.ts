@@ -1,34 +1,13 @@
-/** What page and server say to each other about a run, over the WebSocket at `/api/run`. */
+/** What page and server say to each other about a run. Made by scripts/make/protocol.py; do not edit. */
 
-import type { Item } from "../api";
-
-/** Position in the world frame [m] and heading [rad, counter-clockwise from x]. */
-export type Pose = [x: number, y: number, heading: number];
-
-/** A landmark's mean [m] and covariance [m^2]. */
-export type Landmark = [x: number, y: number, cxx: number, cxy: number, cyy: number];
-
-/** Name, null when anonymous; horizontal range [m]; bearing [rad, left positive]. */
-export type Sighting = [name: string | null, range: number, bearing: number];
-
-export interface CameraInfo {
+/** A camera of a robot. */
+export interface CameraFacts {
   name: string;
+  /** [px] */
   width: number;
+  /** [px] */
   height: number;
 }
-
-export interface RobotFacts {
-  name: string;
-  /** [m] */
-  radius: number;
-  /** Of its footprint, in its own frame [m]. */
-  outline: [number, number][] | null;
-  color: string | null;
-  cameras: CameraInfo[];
-  can_strafe: boolean;
-}
-
-export type RunState = "idle" | "loading" | "running" | "paused" | "ended" | "failed";
 
 /** Which modules drive a robot: what `use:` says, null for none. */
 export interface Chosen {
@@ -38,17 +17,134 @@ export interface Chosen {
   avoidance: boolean | string;
 }
 
+/** Something that happened to a robot or to the world. */
+export interface EventNews {
+  kind: "event";
+  /** Simulated [s]. */
+  time: number;
+  /** null: to the world. */
+  robot: string | null;
+  event: string;
+  text: string;
+}
+
+/** What stands before a picture. */
+export interface FrameHead {
+  number: number;
+  /** `ROBOT/CAMERA`, the same with `:depth` or `:segmentation`, or `outside`. */
+  view: string;
+  /** Simulated [s]. */
+  time: number;
+  recognised: Recognised[];
+  /** Distances at the near and the far end of the colours of a picture of depth [m]. */
+  scale?: [number, number];
+}
+
+/** An item of a world as the plan, the panel and the outline show it. */
+export interface Item {
+  path: (string | number)[];
+  kind: string;
+  name: string | null;
+  label: string;
+  at: [number, number] | null;
+  heading_deg: number | null;
+  /** Outlines in the world frame [m]. */
+  polygons: [number, number][][];
+  values: Record<string, unknown>;
+  written: string[];
+  /** As it stands in the text: before defaults, presets and arithmetic. */
+  raw?: Record<string, unknown>;
+  /** Keys whose values are arithmetic; those cannot be set from here. */
+  computed?: string[];
+  /** Name of its definition in the schema. */
+  type: string;
+  /** Why it cannot be changed here. */
+  fixed: string | null;
+  line: number;
+}
+
+/** Mean x, y [m], then covariance xx, xy, yy [m^2]. */
+export type LandmarkRow = [number, number, number, number, number];
+
+export type News = RunNews | SceneNews | PastNews | TickNews | EventNews | RefusedNews;
+
 /** A figure of the world that may be changed while it runs. */
-export interface Noise {
+export interface NoiseFigure {
   key: string;
+  label: string;
   /** null: nothing is said, and there is none. */
   value: number | null;
   /** What the world says. */
   initial: number | null;
   unit: string | null;
   description: string | null;
+  /** Both ends of the useful part of its range; null: the unit is enough to choose one. */
+  slider: number[] | null;
 }
 
+/** All that was until now, for browsers that come late. */
+export interface PastNews {
+  kind: "past";
+  robots: Record<string, TrackHistory>;
+  events: EventNews[];
+}
+
+export type Pixel = [number, number];
+
+/** x, y [m] and heading [rad, counter-clockwise from x]. */
+export type PlanarPose = [number, number, number];
+
+/** Name and corners [px] of a beacon in a picture. */
+export type Recognised = [string | null, Pixel[]];
+
+/** A request that was refused. */
+export interface RefusedNews {
+  kind: "refused";
+  do: string;
+  error: string;
+  /** Code that the person has not allowed yet: files with the SHA-256 of their content, installed classes with ''. */
+  needs_trust?: Record<string, string>;
+}
+
+/** What is shown of a robot that does not change. */
+export interface RobotFacts {
+  name: string;
+  /** [m] */
+  radius: number;
+  /** Of its footprint, in its own frame [m]. */
+  outline: [number, number][] | null;
+  color: string | null;
+  cameras: CameraFacts[];
+  can_strafe: boolean;
+}
+
+/** One robot at one tick. */
+export interface RobotTick {
+  truth: PlanarPose;
+  estimate: PlanarPose;
+  odometry: PlanarPose;
+  /** Of x, y, heading, row by row. */
+  covariance: number[];
+  landmarks: Record<string, LandmarkRow>;
+  sightings: SightingRow[];
+  /** Distance of the estimate from the truth [m]. */
+  error: number;
+  /** [rad] */
+  heading_error: number;
+  nees: number | null;
+  /** [ms] */
+  timing: Record<string, number>;
+  /** Forward, left [m/s], turn [rad/s]. */
+  command: [number, number, number];
+  /** Ranges of the ring, the first one ahead, counter-clockwise [m]; null for nothing near. */
+  proximity?: (number | null)[];
+  /** What was recognised in its pictures; of recordings alone. */
+  recognised?: Recognised[];
+  /** Bearings of contacts now [rad]. */
+  bump?: number[];
+}
+
+/** What the run is and does. */
 export interface RunNews {
   kind: "run";
   state: RunState;
@@ -68,136 +164,111 @@ export interface RunNews {
   controllable: boolean;
   recording?: string | null;
   drivers?: Record<string, Chosen>;
-  noise?: Noise[];
+  noise?: NoiseFigure[];
 }
 
+export type RunState = "idle" | "loading" | "running" | "paused" | "ended" | "failed";
+
+/** What a plan of the run's world shows. */
 export interface SceneNews {
   kind: "scene";
   items: Item[];
   bounds: [number, number, number, number];
 }
 
+/** Name, null when anonymous; horizontal range [m]; bearing [rad, left positive]. */
+export type SightingRow = [string | null, number, number];
+
+/** One tick of the loop. */
+export interface TickNews {
+  kind: "tick";
+  number: number;
+  /** Simulated [s]. */
+  time: number;
+  /** Simulated seconds a second. */
+  pace: number;
+  robots: Record<string, RobotTick>;
+  /** Where everything is that can move but robots, by its name in the scene. */
+  things: Record<string, PlanarPose>;
+}
+
 /** Path and figures of one robot; all lists are equally long. */
-export interface Track {
+export interface TrackHistory {
   time: number[];
-  truth: Pose[];
-  estimate: Pose[];
-  odometry: Pose[];
+  truth: PlanarPose[];
+  estimate: PlanarPose[];
+  odometry: PlanarPose[];
   /** Standard deviations of x, y [m] and heading [rad]. */
-  sigma: Pose[];
+  sigma: PlanarPose[];
+  /** Distance of the estimate from the truth [m]. */
+  error: (number | null)[];
+  /** [rad] */
+  heading_error: (number | null)[];
   nees: (number | null)[];
   /** Wall-clock time of each module [ms]. */
   timing: Record<string, (number | null)[]>;
 }
 
-export interface PastNews {
-  kind: "past";
-  robots: Record<string, Track>;
-  events: EventNews[];
+/** Drive a robot by hand, as fractions of its limits; null releases control. */
+export interface DriveByHand {
+  do: "drive";
+  robot: string;
+  forward?: number | null;
+  left?: number | null;
+  turn?: number | null;
 }
-
-export interface RobotTick {
-  truth: Pose;
-  estimate: Pose;
-  odometry: Pose;
-  /** Of x, y, heading, row by row. */
-  covariance: number[];
-  landmarks: Record<string, Landmark>;
-  sightings: Sighting[];
-  /** Distance of the estimate from the truth [m]. */
-  error: number;
-  /** [rad] */
-  heading_error: number;
-  nees: number | null;
-  /** [ms] */
-  timing: Record<string, number>;
-  /** Forward, left [m/s], turn [rad/s]. */
-  command: [number, number, number];
-  /** Ranges of the ring, the first one ahead, counter-clockwise [m]. */
-  proximity?: number[];
-  /** What was recognised in its pictures, as in `FrameHead`; of recordings alone. */
-  recognised?: FrameHead["recognised"];
-  /** Bearings of contacts now [rad]. */
-  bump?: number[];
-}
-
-export interface TickNews {
-  kind: "tick";
-  number: number;
-  time: number;
-  /** Simulated seconds a second. */
-  pace: number;
-  robots: Record<string, RobotTick>;
-  things: Record<string, Pose>;
-}
-
-export interface EventNews {
-  kind: "event";
-  time: number;
-  robot: string | null;
-  event: string;
-  text: string;
-}
-
-/** An order that could not be obeyed. */
-export interface RefusedNews {
-  kind: "refused";
-  do: string;
-  error: string;
-  /** Files whose code the person has not allowed yet. */
-  needs_trust?: string[];
-}
-
-export type News = RunNews | SceneNews | PastNews | TickNews | EventNews | RefusedNews;
 
 /** From where the view from outside looks. */
 export interface Outside {
   azimuth_deg: number;
   elevation_deg: number;
-  /** [m] */
   distance: number;
   at: [number, number];
 }
 
-/** A module and the arguments that it is made with. */
-export interface Use {
-  use: string;
-  [key: string]: unknown;
+/** Change the noise of something. */
+export interface SetNoise {
+  do: "set";
+  key: string;
+  value: number | null;
 }
 
-/** Modules that are to replace those of the world; a key that is not there stays as the world has it. */
-export interface Driver {
-  observer?: Use | null;
-  estimator?: Use | null;
-  navigator?: Use | null;
-  avoidance?: Use | boolean;
-}
-
-export type Order =
-  | {
-      do: "start";
-      path: string;
-      text: string;
-      seed?: number;
-      seconds?: number;
-      speed: number | null;
-      drivers?: Record<string, Driver>;
-      record?: string | null;
-    }
-  | { do: "pause" | "go" | "tick" | "restart" | "stop" }
-  | { do: "speed"; value: number | null }
-  | { do: "drive"; robot: string; forward: number | null; left: number | null; turn: number | null }
-  | { do: "set"; key: string; value: number }
-  | { do: "watch"; cameras: string[]; depth: boolean; segmentation: boolean; outside: Outside | null }
-  | { do: "shown"; number: number };
-
-/** What stands before a picture. */
-export interface FrameHead {
+/** A picture has been shown: another may come. */
+export interface Shown {
+  do: "shown";
   number: number;
-  /** `ROBOT/CAMERA`, the same with `:depth` or `:segmentation`, or `outside`. */
-  view: string;
-  time: number;
-  recognised: [name: string | null, corners: [number, number][]][];
-  /** Distances at the ends of the colours of a picture of depth [m]. */
-  scale?: [near: number, far: number];
 }
+
+/** A request without arguments. */
+export interface Simple {
+  do: "pause" | "go" | "tick" | "restart" | "stop";
+}
+
+/** Go at a multiple of real time. */
+export interface Speed {
+  do: "speed";
+  value?: number | null;
+}
+
+/** Begin a run of a world's text. */
+export interface Start {
+  do: "start";
+  path?: string | null;
+  text: string;
+  seed?: number | null;
+  seconds?: number | null;
+  speed?: number | null;
+  drivers?: Record<string, Record<string, unknown>>;
+  record?: string | null;
+}
+
+/** Choose the views that are sent. */
+export interface Watch {
+  do: "watch";
+  cameras?: string[];
+  depth?: boolean;
+  segmentation?: boolean;
+  outside?: Outside | null;
+}
+
+export type RunRequest = Start | Simple | Speed | DriveByHand | SetNoise | Watch | Shown;

@@ -2,7 +2,7 @@
 
 import { History, Trail } from "./history";
 import type { Trails } from "./overlay";
-import type { RobotTick, TickNews, Track } from "./protocol";
+import type { RobotTick, TickNews, TrackHistory } from "./protocol";
 
 export interface RobotRecord {
   history: History;
@@ -34,7 +34,7 @@ export class RunRecord {
     for (const [name, tick] of Object.entries(news.robots)) this.addTick(name, news.time, tick);
   }
 
-  fill(tracks: Record<string, Track>): void {
+  fill(tracks: Record<string, TrackHistory>): void {
     this.clear();
     for (const [name, track] of Object.entries(tracks)) {
       const { history, trails } = this.of(name);

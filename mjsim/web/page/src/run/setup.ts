@@ -3,7 +3,21 @@
 import { el, fill } from "../dom";
 import type { Module, Modules } from "../api";
 import { choice } from "./controls";
-import type { Driver, Use } from "./protocol";
+
+/** A module and the arguments that it is made with. */
+interface Use {
+  use: string;
+  [key: string]: unknown;
+}
+
+/** Modules that are to replace those of the world; a key that is not there stays as the world has it. */
+interface Driver {
+  observer?: Use | null;
+  estimator?: Use | null;
+  navigator?: Use | null;
+  avoidance?: Use | boolean;
+  [key: string]: unknown;
+}
 
 type Part = "observer" | "estimator" | "navigator" | "avoidance";
 

@@ -14,7 +14,7 @@ import { Wheel, type Push } from "./keys";
 import { Link, type LinkState } from "./link";
 import { NoisePanel } from "./noise";
 import { Pad } from "./pad";
-import type { News, Order, RefusedNews, RunNews, TickNews } from "./protocol";
+import type { News, RunRequest, RefusedNews, RunNews, TickNews } from "./protocol";
 import { RunRecord } from "./record";
 import { Setup } from "./setup";
 import { Tabs } from "./tabs";
@@ -42,7 +42,7 @@ export class RunView implements View {
   );
   private readonly pad = new Pad(this.wheel);
   private readonly cameras = new Cameras(
-    (order) => void this.link?.send(order),
+    (request) => void this.link?.send(request),
     () => this.arrange(),
   );
   private readonly banner = el("p", { class: "run-banner", role: "alert", hidden: true });
@@ -190,15 +190,17 @@ export class RunView implements View {
     // A page of one run is over with it; a studio is wanted back.
     const lost = state === "lost" || (state === "closed" && !this.live);
     this.bar.connection(lost ? "lost" : state);
-    this.banner.hidden = !lost;
+    this.banner.hidden = !lost && state !== "out";
     this.banner.textContent =
-      "The server does not answer. Is mjsim still running? This page goes on by itself once it is back.";
+      state === "out"
+        ? "mjsim was started anew and does not know this browser. Open the address that it printed; this page then goes on by itself."
+        : "The server does not answer. Is mjsim still running? This page goes on by itself once it is back.";
     if (state === "open" && this.visible) this.cameras.watch();
     if (state !== "open") this.wheel.releaseAll();
   }
 
-  private send(order: Order): void {
-    this.link?.send(order);
+  private send(request: RunRequest): void {
+    this.link?.send(request);
   }
 
   private take(news: News): void {
@@ -328,15 +330,16 @@ export class RunView implements View {
     if (path === null) return toasts.error("No world is open; open one, or make a new one, then start it");
     const wrong = parsed.problems.find((problem) => problem.kind === "error");
     if (wrong) return toasts.error(`Line ${wrong.line} of the world is wrong: ${wrong.message}`);
-    if (parsed.needs_trust.length && !(await this.studio.askTrust())) return;
+    if (Object.keys(parsed.needs_trust).length && !(await this.studio.askTrust())) return;
     this.say(null);
     this.send({ do: "start", path, text, speed: this.bar.speed, ...this.setup.settings() });
   }
 
-  /** Say why an order was not obeyed; one that waits for trust is given again once it is there. */
+  /** Say why a request was refused; one that waits for trust is given again once it is there. */
   private async refused(news: RefusedNews): Promise<void> {
-    if (news.do === "start" && news.needs_trust?.length) {
-      if (await this.studio.askTrust()) await this.start();
+    if (news.do === "start" && news.needs_trust) {
+      const { drivers = {} } = this.setup.settings();
+      if (await this.studio.askTrust({ code: news.needs_trust, drivers })) await this.start();
       return;
     }
     this.studio.toasts.error(news.error);

@@ -1,9 +1,10 @@
 /** The world that is open: its text, all texts before, what the server reads from it, what is selected. */
 
-import { type Api, type Change, type Edited, type Item, type Opened, type Parsed, type Path } from "../api";
+import { type Api, ApiError, type Change, type Edited, type Item, type Opened, type Parsed, type Past, type Path } from "../api";
 import { debounced, newestWins, Signal } from "../signal";
+import { History } from "./history";
 
-const EMPTY: Parsed = { problems: [], items: [], bounds: [0, 0, 10, 8], name: "", run: {}, needs_trust: [] };
+const EMPTY: Parsed = { problems: [], items: [], bounds: [0, 0, 10, 8], name: "", run: {}, needs_trust: {}, files: {} };
 /** Typing is read after so long a pause [ms]. */
 const PAUSE = 250;
 /** Letters typed within so long are one step of undo [ms]. */
@@ -13,7 +14,6 @@ export type Origin = "open" | "type" | "edit" | "history" | "draft";
 
 export class WorldDocument {
   path: string | null = null;
-  text = "";
   parsed: Parsed = EMPTY;
   /** Those of the last text that could be read. */
   items: Item[] = [];
@@ -34,8 +34,9 @@ export class WorldDocument {
   private draft: string | null = null;
   private readonly askDraft = newestWins((changes: Change[]) => this.readDraft(changes));
   private saved = "";
-  private steps: string[] = [""];
-  private step = 0;
+  /** Whether its file was removed from disk since it was read. */
+  private gone = false;
+  private history = new History();
   private typedAt = 0;
   private asked = 0;
   private work: Promise<unknown> = Promise.resolve();
@@ -43,9 +44,17 @@ export class WorldDocument {
   /** Whether a drag goes on whose text is to be shown. */
   private sketched = false;
   private isNew = false;
+  /** Changes that are on their way. */
+  private pending = 0;
+  /** Counts the texts that were read from disk: a change of an earlier one is none of this. */
+  private edition = 0;
   private readonly readSoon = debounced(() => void this.read(), PAUSE);
 
   constructor(private readonly api: Api) {}
+
+  get text(): string {
+    return this.history.text;
+  }
 
   /** The text as it is shown: while a drag goes on, as it would be. */
   get shown(): string {
@@ -83,8 +92,19 @@ export class WorldDocument {
     return this.path !== null;
   }
 
+  /** Whether it would be lost with the page: edited, or its file is gone. */
   get isChanged(): boolean {
+    return this.isEdited || (this.isOpen && this.gone);
+  }
+
+  /** Whether the text is another than the one that was read or saved. */
+  get isEdited(): boolean {
     return this.isOpen && this.text !== this.saved;
+  }
+
+  /** Whether a drag goes on, or a change is on its way. */
+  get isBusy(): boolean {
+    return this.sketched || this.pending > 0;
   }
 
   /** Whether it needs a name before it can be saved: new, or one that came with mjsim. */
@@ -95,11 +115,12 @@ export class WorldDocument {
   /** Take up a world as the server gave it. */
   take(world: Opened, isNew = false): void {
     this.path = world.path;
-    this.text = world.text;
+    this.history = new History(world.text);
     this.stamp = world.stamp ?? null;
     this.saved = world.text;
-    this.isNew = isNew;
-    [this.steps, this.step, this.typedAt] = [[world.text], 0, 0];
+    [this.isNew, this.gone] = [isNew, false];
+    this.typedAt = 0;
+    this.edition++;
     this.selection = [];
     this.items = [];
     this.asked++;
@@ -110,11 +131,55 @@ export class WorldDocument {
     this.selectionChanged.emit();
   }
 
+  /** The steps that lead to the text and on from it. */
+  get past(): Past {
+    return this.history.past();
+  }
+
+  /** Put a text that was kept in the place of all of it: with the steps that led to it, or as one over other changes. */
+  async restore(text: string, past: Past): Promise<void> {
+    this.typedAt = 0;
+    [this.draft, this.sketched] = [null, false];
+    if (this.isEdited) this.history.push(text, false);
+    else this.history.restore(text, past);
+    this.textChanged.emit("edit");
+    this.stateChanged.emit();
+    await this.read();
+  }
+
+  /** Take the text that its file has now in place of its own, as one step of undo. */
+  reload(world: Opened): void {
+    const chosen = this.selectedItems;
+    this.rebase(world);
+    this.typedAt = 0;
+    this.asked++;
+    this.edition++;
+    this.push(world.text, false);
+    this.textChanged.emit("edit");
+    this.stateChanged.emit();
+    this.adopt(world);
+    // What stands at the same place of another text may be another thing.
+    this.select(chosen.filter((item) => this.itemAt(item.path)?.label === item.label).map(({ path }) => path));
+  }
+
+  /** Keep the text as it is, as a change of what its file has now. */
+  rebase({ text, stamp }: Opened): void {
+    [this.saved, this.stamp, this.gone] = [text, stamp, false];
+    this.stateChanged.emit();
+  }
+
+  /** Its file was removed from disk, or is there again as it was. */
+  noteGone(gone: boolean): void {
+    if (this.gone === gone) return;
+    this.gone = gone;
+    this.stateChanged.emit();
+  }
+
   /** The person typed: read it after a pause. */
   type(text: string): void {
     if (text === this.text) return;
     const now = Date.now();
-    const goesOn = now - this.typedAt < STROKE && this.step > 0;
+    const goesOn = now - this.typedAt < STROKE && this.canUndo;
     this.typedAt = now;
     this.push(text, goesOn);
     this.textChanged.emit("type");
@@ -122,35 +187,28 @@ export class WorldDocument {
     this.readSoon();
   }
 
-  /** Put another text in the place of all of it, as one step of undo. */
-  async replace(text: string): Promise<void> {
-    this.typedAt = 0;
-    this.push(text, false);
-    this.textChanged.emit("edit");
-    this.stateChanged.emit();
-    await this.read();
-  }
-
   /** Change the text through the server, as one step of undo; done one after the other. False: it was refused. */
   async change(changes: Change[]): Promise<boolean> {
     if (changes.length === 0 || this.path === null) return false;
-    const done = this.work.then(() => this.changeNow(changes));
+    const { edition } = this;
+    this.pending++;
+    const done = this.work.then(() => this.changeNow(changes, edition)).finally(() => this.pending--);
     this.work = done;
     return done;
   }
 
-  private async changeNow(changes: Change[]): Promise<boolean> {
+  private async changeNow(changes: Change[], edition: number): Promise<boolean> {
     const { path, text } = this;
     let edited: Edited;
     try {
-      edited = await this.api.edit(path ?? "", text, changes);
+      edited = await this.ofEdition(edition, () => this.api.edit(path ?? "", text, changes));
     } catch (error) {
       this.failed.emit(error);
       this.dropDraft();
       this.parsedChanged.emit(); // what was dragged goes back to where it is
       return false;
     }
-    if (this.text !== text || this.path !== path) return false;
+    if (this.text !== text) return false;
     this.asked++;
     this.typedAt = 0;
     this.push(edited.text, false);
@@ -159,6 +217,13 @@ export class WorldDocument {
     this.noteRaw(changes);
     this.adopt(edited);
     return true;
+  }
+
+  /** Do what belongs to the text as it was read from disk, if it has not been read again meanwhile. */
+  private async ofEdition<T>(edition: number, work: () => Promise<T>): Promise<T> {
+    const done = edition === this.edition ? await work() : null;
+    if (done !== null && edition === this.edition) return done;
+    throw new ApiError(409, "the world was reloaded meanwhile; make this change again");
   }
 
   /** What was set stands in the text, be it right or wrong. */
@@ -173,21 +238,21 @@ export class WorldDocument {
   }
 
   get canUndo(): boolean {
-    return this.step > 0;
+    return this.history.canUndo;
   }
 
   get canRedo(): boolean {
-    return this.step < this.steps.length - 1;
+    return this.history.canRedo;
   }
 
   async undo(): Promise<void> {
     await this.finish();
-    if (this.canUndo) this.go(this.step - 1);
+    if (this.canUndo) this.go(() => this.history.undo());
   }
 
   async redo(): Promise<void> {
     await this.finish();
-    if (this.canRedo) this.go(this.step + 1);
+    if (this.canRedo) this.go(() => this.history.redo());
   }
 
   /** Wait until what is under way is a step of its own. */
@@ -213,7 +278,7 @@ export class WorldDocument {
 
   /** It was saved: under this path, with this stamp. */
   noteSaved(path: string, stamp: string, text: string): void {
-    Object.assign(this, { path, stamp, saved: text, isNew: false });
+    Object.assign(this, { path, stamp, saved: text, isNew: false, gone: false });
     this.stateChanged.emit();
   }
 
@@ -250,19 +315,14 @@ export class WorldDocument {
     );
   }
 
-  private push(text: string, inPlace: boolean): void {
+  private push(text: string, joined: boolean): void {
     [this.draft, this.sketched] = [null, false];
-    this.text = text;
-    if (text === this.steps[this.step]) return;
-    this.steps.length = this.step + 1;
-    if (inPlace) this.steps[this.step] = text;
-    else this.step = this.steps.push(text) - 1;
+    this.history.push(text, joined);
   }
 
-  private go(step: number): void {
+  private go(step: () => void): void {
     [this.draft, this.sketched] = [null, false];
-    this.step = step;
-    this.text = this.steps[step] ?? "";
+    step();
     this.typedAt = 0;
     this.textChanged.emit("history");
     this.stateChanged.emit();

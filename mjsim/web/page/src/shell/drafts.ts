@@ -1,165 +1,284 @@
-/** Work that was not saved outlives a reload or a crash: it is kept in this browser until it is saved or dropped. */
+/** Unsaved changes survive a crash of the page, the browser or the server: the server keeps them until they are saved. */
 
-import { ApiError } from "../api";
-import { el } from "../dom";
-import { debounced } from "../signal";
-import { ask } from "./dialog";
+import { ApiError, type Draft, type DraftKept, type DraftText } from "../api";
+import { el, fill } from "../dom";
+import { newestWins, throttled } from "../signal";
+import { askWith } from "./dialog";
+import type { Notices } from "./notices";
+import type { TabLink } from "./tab";
 import type { Studio } from "./view";
 
-const KEY = "mjsim.draft:";
-/** A change is kept after so long a pause [ms]. */
+/** Changes are kept this long after the first of them [ms], also while the person types on. */
 const PAUSE = 400;
-/** Longer texts are not kept [letters], and no more drafts than so many. */
-const LONGEST = 500_000;
-const MOST = 6;
-
-interface Draft {
-  folder: string;
-  path: string;
-  /** Never saved: the path is only what it was to be called. */
-  fresh: boolean;
-  text: string;
-  /** When it was kept [ms since 1970]. */
-  when: number;
-}
+/** What could not be kept is tried again after this long [ms]. */
+const AGAIN = 3000;
+/** A browser sends no more than this while a page is closed [bytes]. */
+const MOST_AT_THE_END = 60_000;
+/** The server is missed after this long [ms]: a restart takes a moment. */
+const PATIENCE = 1500;
 
 export class Drafts {
-  /** Under what this page keeps the draft of the world that is open. */
-  private key: string | null = null;
-  private readonly keepSoon = debounced(() => this.keep(), PAUSE);
+  private number = 0;
+  /** What the server has of this tab; null for nothing. */
+  private kept: string | null = null;
+  /** The draft that the text goes on from, until the server has put this tab's in its place. */
+  private restored: string | undefined;
+  /** Drafts of closed tabs that the person has seen and left where they are. */
+  private readonly seen = new Set<string>();
+  /** Drafts of other tabs that the person has been told of. */
+  private readonly known = new Set<string>();
+  private others: Draft[] = [];
+  private ready = false;
+  private readonly keep = newestWins<void>(() => this.keepNow());
+  private readonly keepSoon = throttled(() => this.keep(), PAUSE);
+  /** Why changes were not kept the last time; '' when they were. */
+  private reason = "";
+  private timer = 0;
+  /** Whether the server has not answered for a while. */
+  private away = false;
 
-  constructor(private readonly studio: Studio) {
-    studio.document.stateChanged.on(() => (studio.document.isChanged ? this.keepSoon() : this.forget()));
-    window.addEventListener("pagehide", () => this.keepSoon.now());
+  constructor(
+    private readonly studio: Studio,
+    private readonly link: TabLink,
+    private readonly notices: Notices,
+    private readonly mayLeave: () => Promise<boolean>,
+  ) {
+    const { document: world } = studio;
+    world.stateChanged.on(() => {
+      this.keepSoon();
+      if (!world.isChanged) this.keepSoon.now();
+    });
+    world.opened.on(() => this.note());
+    world.stateChanged.on(() => this.noteAway());
+    link.drafts.on((drafts) => {
+      this.others = drafts;
+      this.note();
+    });
+    link.stateChanged.on(() => this.noteState());
+    document.addEventListener("visibilitychange", () => document.hidden && this.keepSoon.now());
+    // While the browser asks whether to leave, nothing else is done.
+    window.addEventListener("beforeunload", () => this.keepSoon.now());
+    window.addEventListener("pagehide", () => this.keepLast());
   }
 
-  /** Offer what was not saved when the page was last left: of the world that is open, else the newest. */
+  /** Offer what was not saved when pages of this folder were closed, that of the world that is open first. */
   async offerFirst(): Promise<void> {
-    const mine = all().filter(([, draft]) => draft.folder === this.studio.folder.folder);
     const { path } = this.studio.document;
-    const found = mine.find(([, draft]) => draft.path === path && !draft.fresh) ?? mine[0];
-    if (found) await this.offer(...found);
+    const own = ({ path: other, fresh }: Draft): number => Number(other === path && !fresh);
+    const drafts = await this.left();
+    await this.offer(drafts.sort((one, other) => own(other) - own(one)));
+    this.ready = true;
+    this.note();
   }
 
-  /** Offer the draft of the world that is open, if there is one. */
+  /** Offer what was not saved of the world that is open. */
   async offerOwn(): Promise<void> {
-    const { folder, document } = this.studio;
-    const key = keyOf({ folder: folder.folder, path: document.path ?? "", fresh: false });
-    const draft = read(key);
-    if (draft) await this.offer(key, draft);
+    await this.offer((await this.left()).filter((draft) => this.isOwn(draft)));
   }
 
-  private async offer(key: string, draft: Draft): Promise<void> {
-    const { document, toasts } = this.studio;
-    if (!draft.fresh && draft.path === document.path && draft.text === document.text) return remove(key);
-    const what = `What was changed in ${draft.fresh ? "a new world" : draft.path} was not saved; it is of ${spoken(draft.when)}.`;
-    const hint = "Taken up, it can be undone, and is saved when you save it.";
-    const answer = await ask(
-      "Unsaved work",
-      [el("p", {}, what), el("p", { class: "hint" }, hint)],
-      [
-        { text: "Drop it", value: false, kind: "danger" },
-        { text: "Take it up", value: true, kind: "primary" },
-      ],
-    );
-    if (answer === null) return;
+  /** Drafts of tabs that are closed, the newest first. */
+  async left(): Promise<Draft[]> {
     try {
-      if (answer) await this.takeUp(draft);
-      if (key !== this.key) remove(key);
+      const { drafts } = await this.studio.api.drafts();
+      return drafts.filter(({ open, tab }) => !open && tab !== this.link.id);
+    } catch (error) {
+      this.studio.toasts.error(error);
+      return [];
+    }
+  }
+
+  /** Open what a draft was made from, unless it is open, and put the draft over it as one step that can be undone. */
+  async restore({ id }: Draft): Promise<boolean> {
+    const { api, document: world, toasts } = this.studio;
+    try {
+      const draft = await api.readDraft(id);
+      if (draft.fresh || draft.path !== world.path) {
+        if (!(await this.mayLeave())) return false;
+        await this.begin(draft);
+      }
+      // What was made from other content than there is on disk now is not saved over it unasked.
+      if (world.stamp !== null && draft.stamp !== null) world.stamp = draft.stamp;
+      this.restored = id;
+      // Kept at once: the page may be closed while the text is read.
+      await Promise.all([world.restore(draft.text, draft.past), this.keepNow()]);
+      // What is on disk as it is was not kept, so it took the place of nothing.
+      if (this.restored === id && !world.isChanged) {
+        this.restored = undefined;
+        await api.dropDraft(id);
+      }
+      return true;
     } catch (error) {
       toasts.error(error); // the draft stays for another time
+      return false;
     }
   }
 
-  /** Open what it began with, then put the draft over it as one step. */
-  private async takeUp(draft: Draft): Promise<void> {
-    const { document } = this.studio;
-    if (draft.fresh || draft.path !== document.path) await this.begin(draft);
-    await document.replace(draft.text);
-    this.keepSoon.now();
+  private async discard({ id }: Draft): Promise<void> {
+    await this.studio.api.dropDraft(id).catch((error) => this.studio.toasts.error(error));
   }
 
-  /** What was never saved, or is there no more, begins with an empty room under its name. */
-  private async begin({ path, fresh }: Draft): Promise<void> {
-    const { api, document } = this.studio;
+  /** What was never saved, or is no longer there, begins with an empty room under its name. */
+  private async begin({ path, there }: DraftText): Promise<void> {
+    const { api, document: world } = this.studio;
+    if (there) world.take(await api.open(path));
+    else world.take({ ...(await api.create()), path }, true);
+  }
+
+  private async offer(drafts: Draft[]): Promise<void> {
+    if (drafts.length === 0) return;
+    for (const { id } of drafts) this.seen.add(id);
+    const chosen = await askWith<Draft>("Unsaved changes", (answer) => [
+      el("p", { class: "hint" }, "These changes were not saved when their page was closed. You can undo restoring them."),
+      this.list(drafts, answer),
+    ]);
+    if (chosen) await this.restore(chosen);
+  }
+
+  /** A list of drafts, each to be restored or discarded; `answer` gets null when all are discarded. */
+  list(drafts: Draft[], answer: (chosen: Draft | null) => void): HTMLElement {
+    const list = el("ul", { class: "drafts" });
+    fill(
+      list,
+      ...drafts.map((draft, index) => {
+        const drop = async (): Promise<void> => {
+          row.remove();
+          await this.discard(draft);
+          if (!list.firstChild) answer(null);
+        };
+        const row = el(
+          "li",
+          {},
+          el("span", {}, el("b", {}, named(draft)), el("span", { class: "hint" }, spoken(draft.when))),
+          el("button", { type: "button", class: "danger", onclick: () => void drop() }, "Discard"),
+          el(
+            "button",
+            { type: "button", class: index ? "" : "primary", autofocus: index === 0, onclick: () => answer(draft) },
+            "Restore",
+          ),
+        );
+        return row;
+      }),
+    );
+    return list;
+  }
+
+  /** Tell of the drafts that others have of the world that is open, or left behind. */
+  private note(): void {
+    const own = this.others.filter((draft) => this.isOwn(draft));
+    const { path } = this.studio.document;
+    const open = own.find(({ open, id }) => open && !this.known.has(id));
+    if (open) this.notices.set("tab", `Another tab has unsaved changes in ${path}.`, [], () => this.known.add(open.id));
+    else this.notices.clear("tab");
+    const left = this.ready ? own.find(({ open, id }) => !open && !this.seen.has(id)) : undefined;
+    if (left) this.noteLeft(left);
+    else this.notices.clear("left");
+  }
+
+  private noteLeft(draft: Draft): void {
+    const done = (): void => {
+      this.seen.add(draft.id);
+      this.note();
+    };
+    const text = `A closed tab left unsaved changes in ${draft.path} (${spoken(draft.when)}).`;
+    const restore = (): void => void this.restore(draft).then((restored) => restored && done());
+    const title = "You can undo this";
+    this.notices.set(
+      "left",
+      text,
+      [
+        { text: "Discard", kind: "danger", act: () => void this.discard(draft).then(done) },
+        { text: "Restore", title, kind: "primary", act: restore },
+      ],
+      done,
+    );
+  }
+
+  private isOwn(draft: Draft): boolean {
+    return !draft.fresh && draft.path === this.studio.document.path;
+  }
+
+  /** When the server is back, or another one is there, it is told what there is to be kept. */
+  private noteState(): void {
+    window.clearTimeout(this.timer);
+    const turn = (): void => {
+      this.away = !this.link.isOpen;
+      this.noteAway();
+    };
+    if (!this.link.isOpen) {
+      this.timer = window.setTimeout(turn, PATIENCE);
+      return;
+    }
+    turn();
+    this.kept = null;
+    this.keepSoon();
+  }
+
+  private noteAway(): void {
+    if (!this.away || !this.studio.document.isChanged) return this.notices.clear("away");
+    const text = "The studio does not answer: your changes are not kept. Start it again, or download the text.";
+    this.notices.set("away", text, [{ text: "Download", act: () => this.download() }]);
+  }
+
+  private download(): void {
+    const { document: world } = this.studio;
+    const address = URL.createObjectURL(new Blob([world.text], { type: "text/yaml" }));
+    el("a", { href: address, download: (world.path || "world.yaml").replace(/^shipped:|^.*\//g, "") }).click();
+    window.setTimeout(() => URL.revokeObjectURL(address), 1000);
+  }
+
+  /** What is to be kept of this tab; null for nothing. */
+  private wanted(): string | null {
+    const { document: world } = this.studio;
+    if (!world.isChanged || world.path === null) return null;
+    const { path, text, stamp, past } = world;
+    const fresh = world.needsName && !path.startsWith("shipped:");
+    return JSON.stringify({ path, fresh, stamp, text, past });
+  }
+
+  private async keepNow(): Promise<void> {
+    const wanted = this.wanted();
+    if (wanted === this.kept) return;
+    const { api } = this.studio;
+    const { restored } = this;
+    const order = { tab: this.link.id, number: ++this.number };
     try {
-      if (!fresh) return document.take(await api.open(path));
+      if (wanted === null) await api.forgetDraft(order);
+      else await api.keepDraft({ ...order, ...(JSON.parse(wanted) as DraftKept), restored });
+      if (wanted !== null && this.restored === restored) this.restored = undefined;
+      this.kept = wanted;
+      this.noteUnkept("");
     } catch (error) {
-      if (!(error instanceof ApiError) || error.status !== 404) throw error;
+      if (!(error instanceof ApiError)) throw error;
+      if (error.status) this.noteUnkept(error.message);
+      window.setTimeout(() => this.keepSoon(), AGAIN);
     }
-    document.take({ ...(await api.create()), path }, true);
   }
 
-  private keep(): void {
-    const { document, folder } = this.studio;
-    if (!document.isChanged || document.path === null || document.text.length > LONGEST) return this.forget();
-    const { path, text } = document;
-    const fresh = document.needsName && !path.startsWith("shipped:");
-    const draft: Draft = { folder: folder.folder, path, fresh, text, when: Date.now() };
-    const key = keyOf(draft);
-    if (key !== this.key) this.forget();
-    this.key = key;
-    write(key, draft);
-    for (const [old] of all().slice(MOST)) remove(old);
+  /** Say why changes are not kept, once for each reason; '' when they are. */
+  private noteUnkept(reason: string): void {
+    if (reason === "") this.notices.clear("unkept");
+    else if (reason !== this.reason) this.notices.set("unkept", reason, []);
+    this.reason = reason;
   }
 
-  private forget(): void {
-    if (this.key !== null) remove(this.key);
-    this.key = null;
-  }
-}
-
-/** One for each world, and one for a new one. */
-function keyOf({ folder, path, fresh }: Pick<Draft, "folder" | "path" | "fresh">): string {
-  return `${KEY}${folder}\n${fresh ? "" : path}`;
-}
-
-/** All drafts of this browser, the newest first. */
-function all(): [string, Draft][] {
-  return keys()
-    .flatMap((key): [string, Draft][] => {
-      const draft = read(key);
-      return draft ? [[key, draft]] : [];
-    })
-    .sort(([, one], [, other]) => other.when - one.when);
-}
-
-/** A browser may forbid to keep things, or have no room left: then there are no drafts. */
-function keys(): string[] {
-  try {
-    return Object.keys(localStorage).filter((key) => key.startsWith(KEY));
-  } catch {
-    return [];
+  /** The page is being closed: what has not been kept yet goes along. */
+  private keepLast(): void {
+    const wanted = this.wanted();
+    if (wanted === this.kept) return;
+    const order = { tab: this.link.id, number: ++this.number };
+    const said = JSON.stringify(
+      wanted === null ? order : { ...order, ...(JSON.parse(wanted) as DraftKept), restored: this.restored },
+    );
+    const body = new Blob([said], { type: "application/json" });
+    const address = `/api/draft/${wanted === null ? "forget" : "keep"}`;
+    void fetch(address, { method: "POST", body, keepalive: body.size < MOST_AT_THE_END }).catch(() => undefined);
   }
 }
 
-function read(key: string): Draft | null {
-  try {
-    const draft = JSON.parse(localStorage.getItem(key) ?? "null") as Partial<Draft> | null;
-    const { folder, path, text, fresh, when } = draft ?? {};
-    const whole = [folder, path, text].every((part) => typeof part === "string") && typeof when === "number" && typeof fresh === "boolean";
-    return whole ? (draft as Draft) : null;
-  } catch {
-    return null;
-  }
-}
-
-function write(key: string, draft: Draft): void {
-  try {
-    localStorage.setItem(key, JSON.stringify(draft));
-  } catch {
-    remove(key);
-  }
-}
-
-function remove(key: string): void {
-  try {
-    localStorage.removeItem(key);
-  } catch {
-    // Then there is none.
-  }
+function named({ path, fresh }: Draft): string {
+  return fresh ? `A new world (${path})` : path.replace(/^shipped:/, "");
 }
 
 function spoken(when: number): string {
-  return new Date(when).toLocaleString([], { dateStyle: "medium", timeStyle: "short" });
+  return new Date(when * 1000).toLocaleString([], { dateStyle: "medium", timeStyle: "short" });
 }

@@ -1,23 +1,33 @@
 /** Opening, making and saving worlds; a file that changed on disk is never overwritten without asking. */
 
-import { ApiError, type Opened } from "../api";
+import { ApiError, type Draft, type Opened } from "../api";
 import { el, type Child } from "../dom";
 import { ask, askWith } from "./dialog";
-import type { Drafts } from "./drafts";
+import { Drafts } from "./drafts";
+import type { Notices } from "./notices";
+import type { TabLink } from "./tab";
 import type { Studio } from "./view";
 
-type Wanted = { open: string } | { make: string | undefined };
+type Wanted = { open: string } | { make: string | undefined } | { restore: Draft };
 
 export class Files {
+  readonly drafts: Drafts;
+  /** Whether a save is under way: what the disk has then is not news. */
+  isSaving = false;
+
   constructor(
     private readonly studio: Studio,
-    private readonly drafts: Drafts,
-  ) {}
+    link: TabLink,
+    notices: Notices,
+  ) {
+    this.drafts = new Drafts(studio, link, notices, () => this.mayLeave());
+  }
 
   /** Let the person choose a world of the folder, or one that comes with mjsim. */
   async ask(): Promise<void> {
     await this.studio.refresh().catch((error) => this.studio.toasts.error(error));
-    const wanted = await askWith<Wanted>("Open a world", (answer) => this.worldList(answer));
+    const drafts = await this.drafts.left();
+    const wanted = await askWith<Wanted>("Open a world", (answer) => this.worldList(drafts, answer));
     if (wanted) await this.take(wanted);
   }
 
@@ -74,7 +84,8 @@ export class Files {
   }
 
   private async take(wanted: Wanted): Promise<void> {
-    if ("open" in wanted) await this.openPath(wanted.open);
+    if ("restore" in wanted) await this.drafts.restore(wanted.restore);
+    else if ("open" in wanted) await this.openPath(wanted.open);
     else await this.create(wanted.make);
   }
 
@@ -109,30 +120,68 @@ export class Files {
     return answer === "drop" || (answer === "save" && !world.isChanged);
   }
 
+  /** Save the text beside its file under a name that is free, and go on with that one. */
+  async keepBoth(): Promise<void> {
+    const { document: world, toasts } = this.studio;
+    const base = (world.path ?? "world.yaml").replace(/\.ya?ml$/, "");
+    for (let number = 2; number < 100; number++) {
+      const path = `${base}-${number}.yaml`;
+      try {
+        return await this.saveTo(path, null, false);
+      } catch (error) {
+        if (!(error instanceof ApiError) || typeof error.data["stamp"] !== "string") return toasts.error(error);
+      }
+    }
+  }
+
+  /** Put the content of the file in place of the text, as a step that can be undone. */
+  async reload(): Promise<void> {
+    const { api, document: world, toasts } = this.studio;
+    const { path } = world;
+    try {
+      await world.settled();
+      const opened = await api.open(path ?? "");
+      if (world.path === path) world.reload(opened);
+    } catch (error) {
+      toasts.error(error);
+    }
+  }
+
   private async write(path: string, stamp: string | null, overwrite: boolean): Promise<void> {
+    try {
+      await this.saveTo(path, stamp, overwrite);
+    } catch (error) {
+      const isOther = error instanceof ApiError && typeof error.data["stamp"] === "string";
+      if (isOther && !overwrite) await this.conflict(path, error);
+      else this.studio.toasts.error(error);
+    }
+  }
+
+  private async saveTo(path: string, stamp: string | null, overwrite: boolean): Promise<void> {
     const { document: world, toasts, api } = this.studio;
     const { text } = world;
+    const moved = path !== world.path;
+    this.isSaving = true;
     try {
       const saved = await api.save(path, text, stamp, overwrite);
-      const moved = path !== world.path;
       world.noteSaved(path, saved.stamp, text);
-      toasts.done(`Saved ${path}`);
-      await this.studio.refresh();
-      if (moved) await world.read(); // what stands beside the file is looked for from its new place
-    } catch (error) {
-      if (error instanceof ApiError && error.status === 409 && !overwrite) await this.conflict(path, error);
-      else toasts.error(error);
+    } finally {
+      this.isSaving = false;
     }
+    toasts.done(`Saved ${path}`);
+    await this.studio.refresh().catch((error) => toasts.error(error));
+    if (moved) await world.read(); // what stands beside the file is looked for from its new place
   }
 
   /** The file is not as it was when it was read: whose text shall stand? */
   private async conflict(path: string, error: ApiError): Promise<void> {
+    const same = path === this.studio.document.path;
     const body = [
       el("p", {}, error.message),
       el("p", { class: "hint" }, "Your text is kept here until you decide; nothing was written."),
     ];
-    const same = path === this.studio.document.path;
-    const answer = await ask<"mine" | "theirs" | "name">(`${path} is not as it was read`, body, [
+    const title = same ? `${path} is not as it was read` : `${path} is there already`;
+    const answer = await ask<"mine" | "theirs" | "name">(title, body, [
       { text: "Overwrite it", value: "mine", kind: "danger" },
       ...(same ? [{ text: "Load the one on disk", value: "theirs" as const }] : []),
       { text: "Save under another name", value: "name", kind: "primary" },
@@ -140,16 +189,8 @@ export class Files {
     if (answer === "mine") {
       const stamp = typeof error.data["stamp"] === "string" ? error.data["stamp"] : null;
       await this.write(path, stamp, true);
-    } else if (answer === "theirs") await this.reload(path);
+    } else if (answer === "theirs") await this.reload();
     else if (answer === "name") await this.saveAs();
-  }
-
-  private async reload(path: string): Promise<void> {
-    try {
-      this.studio.document.take(await this.studio.api.open(path));
-    } catch (error) {
-      this.studio.toasts.error(error);
-    }
   }
 
   private freshName(): string {
@@ -159,7 +200,7 @@ export class Files {
     return `${names.find((name) => !folder.worlds.includes(`${name}.yaml`)) ?? base}.yaml`;
   }
 
-  private worldList(answer: (wanted: Wanted) => void): Child[] {
+  private worldList(drafts: Draft[], answer: (wanted: Wanted) => void): Child[] {
     const { folder } = this.studio;
     const cards = (worlds: string[], prefix: string): HTMLElement[] =>
       worlds.map((world) =>
@@ -175,9 +216,16 @@ export class Files {
       "aria-label": "Find a world",
       autofocus: true,
     });
+    const unsaved = drafts.length
+      ? [
+          el("p", { class: "list-title" }, "Unsaved changes"),
+          this.drafts.list(drafts, (draft) => draft && answer({ restore: draft })),
+        ]
+      : [];
     const rest = el(
       "div",
       {},
+      ...unsaved,
       el("p", { class: "list-title" }, folder.folder),
       own,
       el("p", { class: "list-title" }, "Come with mjsim (saved under a name of your own)"),

@@ -6,13 +6,16 @@ import { makeEditView } from "../edit/edit";
 import { makeReviewView } from "../review/index";
 import { makeRunView } from "../run/index";
 import { WorldDocument } from "./document";
-import { Drafts } from "./drafts";
+import { Disk } from "./disk";
 import { Files } from "./files";
 import { askHelp } from "./help";
 import { ICONS } from "./icons";
+import { askInvite } from "./invite";
+import { Notices } from "./notices";
+import { TabLink } from "./tab";
 import { switchTheme, theme, themeChanged } from "./theme";
 import { Toasts } from "./toasts";
-import { askTrust } from "./trust";
+import { askTrust, type RunCode } from "./trust";
 import type { Studio, View, ViewName } from "./view";
 
 const MAKERS: Record<ViewName, (studio: Studio) => View> = {
@@ -28,8 +31,8 @@ export class Shell implements Studio {
   readonly document = new WorldDocument(api);
   readonly toasts = new Toasts();
   recording: string | null = null;
-  private readonly drafts = new Drafts(this);
-  private readonly files = new Files(this, this.drafts);
+  private readonly notices = new Notices();
+  private files!: Files;
   private readonly views = new Map<ViewName, View>();
   private readonly place = el("main", { class: "views" });
   private readonly tabs = new Map<ViewName, HTMLButtonElement>();
@@ -49,7 +52,8 @@ export class Shell implements Studio {
     public folder: Folder,
   ) {
     const live = folder.mode === "live";
-    fill(root, this.bar(live), this.place, this.toasts.element);
+    if (!live) this.link();
+    fill(root, this.bar(live), this.notices.element, this.place, this.toasts.element);
     root.removeAttribute("aria-busy");
     const note = (): void => this.note();
     this.document.stateChanged.on(note);
@@ -63,10 +67,16 @@ export class Shell implements Studio {
     if (!live) void this.begin(folder.world);
   }
 
+  private link(): void {
+    const link = new TabLink();
+    this.files = new Files(this, link, this.notices);
+    new Disk(this, link, this.files, this.notices);
+  }
+
   /** Open the world that the command named, and offer what was not saved before. */
   private async begin(world: string | null): Promise<void> {
     if (world) await this.files.openFirst(world);
-    await this.drafts.offerFirst();
+    await this.files.drafts.offerFirst();
   }
 
   show(name: ViewName, recording?: string): void {
@@ -102,8 +112,8 @@ export class Shell implements Studio {
     return this.files.askNew();
   }
 
-  askTrust(): Promise<boolean> {
-    return askTrust(this);
+  askTrust(run?: RunCode): Promise<boolean> {
+    return askTrust(this, run);
   }
 
   private bar(live: boolean): HTMLElement {
@@ -115,6 +125,7 @@ export class Shell implements Studio {
     };
     themeChanged.on(paint);
     paint();
+    const invite = tool("share", "Open in another browser", () => void askInvite(this.toasts));
     const help = tool("help", "Keys (?)", () => void askHelp());
     const world = el("button", {
       class: "quiet world",
@@ -131,6 +142,7 @@ export class Shell implements Studio {
       el("span", { class: "space" }),
       live ? null : this.tabList(),
       el("span", { class: "space" }),
+      invite,
       help,
       light,
     );

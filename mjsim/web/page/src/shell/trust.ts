@@ -1,35 +1,54 @@
-/** A world that names code beside it asks once before that code first runs. */
+/** A world that names code beside it asks before that code first runs, and again when the code has changed. */
 
+import { ApiError, type Code, type Values } from "../api";
 import { el } from "../dom";
 import { ask } from "./dialog";
 import type { Studio } from "./view";
 
-/** Let the person allow the world's own code; true when there is none, or it may run. */
-export async function askTrust(studio: Studio): Promise<boolean> {
+/** Code that a run was refused for, and the modules that were chosen for it in place of the world's own. */
+export interface RunCode {
+  code: Code;
+  drivers: Record<string, Values>;
+}
+
+/**
+ * Let the person allow the world's own code; true when there is none, or it may run.
+ *
+ * What the dialog lists is allowed with the content that it had then; if that has changed meanwhile, the person is asked
+ * again.
+ */
+export async function askTrust(studio: Studio, run?: RunCode): Promise<boolean> {
   const { document: world } = studio;
   await world.settled();
-  const files = world.parsed.needs_trust;
-  if (files.length === 0) return true;
+  let code = run?.code ?? world.parsed.needs_trust;
+  while (Object.keys(code).length > 0) {
+    if (!(await mayRun(code))) return false;
+    try {
+      await studio.api.trust(world.path ?? "", world.text, code, run?.drivers ?? {});
+      await world.read();
+      return true;
+    } catch (error) {
+      studio.toasts.error(error);
+      const now = error instanceof ApiError && error.status === 409 ? error.data["needs_trust"] : undefined;
+      if (!now) return false;
+      code = now as Code;
+    }
+  }
+  return true;
+}
+
+function mayRun(code: Code): Promise<boolean> {
   const body = [
     el("p", {}, "This world brings its own code, which can do on this computer what you can do:"),
-    el("ul", {}, ...files.map((file) => el("li", { class: "mono" }, file))),
+    el("ul", {}, ...Object.keys(code).map((name) => el("li", { class: "mono" }, name))),
     el(
       "p",
       { class: "hint" },
-      "Allow it if you wrote it, or read it and trust where it comes from. It stays allowed while the studio is open.",
+      "Allow it if you wrote it, or read it and trust where it comes from. You are asked again when it changes.",
     ),
   ];
-  const answer = await ask("Let this world's code run?", body, [
+  return ask("Let this world's code run?", body, [
     { text: "Not now", value: false },
     { text: "Allow", value: true, kind: "primary" },
-  ]);
-  if (!answer) return false;
-  try {
-    await studio.api.trust(world.path ?? "", world.text);
-    await world.read();
-    return true;
-  } catch (error) {
-    studio.toasts.error(error);
-    return false;
-  }
+  ]).then((answer) => answer === true);
 }

@@ -1,5 +1,6 @@
 /** What the three views have in common, and what the shell gives to each of them. */
 
+import type { RunCode } from "./trust";
 import type { Api, Folder } from "../api";
 import type { WorldDocument } from "./document";
 import type { Toasts } from "./toasts";
@@ -33,6 +34,6 @@ export interface Studio {
   askNew(): Promise<void>;
   /** Ask for the folder's files again. */
   refresh(): Promise<void>;
-  /** Let the person allow the world's own code, once; false: they would rather not. */
-  askTrust(): Promise<boolean>;
+  /** Let the person allow the world's own code, or that of a run; false: they would rather not. */
+  askTrust(run?: RunCode): Promise<boolean>;
 }

@@ -26,6 +26,7 @@ import {
 } from "@codemirror/view";
 import type { Item, Problem } from "../api";
 import type { WorldDocument } from "../shell/document";
+import { difference } from "./difference";
 import { HIGHLIGHT, THEME } from "./look";
 
 /** A change that came from elsewhere, not from the keyboard. */
@@ -122,8 +123,9 @@ export class TextPane {
   /** Take the text over as it is now: only what differs, so that cursor and scrolling stay. */
   private take(anew: boolean): void {
     const text = this.world.shown;
-    if (anew) {
-      const separator = /\r\n/.test(text) && !/(^|[^\r])\n/.test(text) ? "\r\n" : "\n";
+    const separator = /\r\n/.test(text) && !/(^|[^\r])\n/.test(text) ? "\r\n" : "\n";
+    // A file that was read again may have other ends of lines; a text of one line has none.
+    if (anew || (separator !== this.view.state.lineBreak && text.includes("\n"))) {
       this.view.dispatch({
         effects: this.endings.reconfigure(EditorState.lineSeparator.of(separator)),
         annotations: fromOutside.of(true),
@@ -215,14 +217,4 @@ function decorate(state: EditorState, ranges: [number, number][]): DecorationSet
     builder.add(from, from, marked);
   }
   return builder.finish();
-}
-
-/** The one stretch in which two texts differ. */
-export function difference(old: string, fresh: string): { from: number; to: number; insert: string } {
-  const most = Math.min(old.length, fresh.length);
-  let from = 0;
-  while (from < most && old[from] === fresh[from]) from++;
-  let behind = 0;
-  while (behind < most - from && old[old.length - 1 - behind] === fresh[fresh.length - 1 - behind]) behind++;
-  return { from, to: old.length - behind, insert: fresh.slice(from, fresh.length - behind) };
 }

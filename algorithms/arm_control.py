@@ -1,0 +1,181 @@
+"""Controllers of arms: what torques make the joints follow their goals.
+
+All are made alike: an error of a joint dies away as that of a critically damped oscillator with `frequency`. They know
+the arm as its data sheet gives it, `RobotInfo.arms`; `mass_scale` makes them believe in other masses.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.random import Generator
+
+from mjsim.geometry import Array
+from mjsim.interface import ArmInfo, Command, FastReading, JointState, RobotInfo
+from mjsim.mechanics import Arm, with_links
+
+STILL = 1e-4
+"""A goal that is slower is at rest [rad/s, m/s]."""
+POSTURES = 50
+"""Postures at which the largest inertia of each joint is looked for."""
+
+
+def believed(arm: Arm, mass_scale: float) -> Arm:
+    """Return an arm whose links are so many times as heavy; motors and friction stay."""
+    if mass_scale == 1.0:
+        return arm
+    links = [
+        replace(
+            link,
+            mass=mass_scale * link.mass,
+            inertia=tuple(mass_scale * value for value in link.inertia),  # type: ignore[arg-type]
+        )
+        for link in arm.links
+    ]
+    return with_links(arm, links)
+
+
+class _ArmController:
+    """What all controllers of arms share: the arm, its goal, and the limits of its motors."""
+
+    def __init__(self, *, frequency: float = 25.0, mass_scale: float = 1.0) -> None:
+        """Set the gains.
+
+        Args:
+            frequency: Natural frequency with which errors die away [rad/s].
+            mass_scale: Masses that it believes in, as multiples of those of the data sheet.
+
+        Raises:
+            ValueError: One of them is not above 0.
+        """
+        for name, value in (("frequency", frequency), ("mass_scale", mass_scale)):
+            if not value > 0.0:
+                raise ValueError(f"{name} is {value}; it must be above 0")
+        self._frequency, self._mass_scale = frequency, mass_scale
+
+    def start(self, robot: RobotInfo, part: str, rng: Generator) -> None:
+        """Look at the arm."""
+        self._part, self._info = part, robot.arms[part]
+        self._arm = believed(self._info.model, self._mass_scale)
+        slow = np.full(len(self._info.joints), STILL)
+        self._at_rest = 0.5 * (self._arm.friction(slow) + self._arm.friction(-slow))
+
+    def torques(self, sensed: FastReading, wanted: Command) -> Sequence[float]:
+        """Return the torque of each joint [N m, N]."""
+        goal = wanted.joints[self._part]
+        q = np.array(goal.positions)
+        none = np.zeros_like(q)
+        qd, qdd, more = (
+            none if part is None else np.array(part) for part in (goal.velocities, goal.accelerations, goal.torques)
+        )
+        found: Array = self._law(sensed.joints[self._part], q, qd, qdd, sensed.dt) + more
+        return tuple(within_limits(found, self._info).tolist())
+
+    def _law(self, state: JointState, q: Array, qd: Array, qdd: Array, dt: float) -> Array:
+        """Return the torques for a goal, shape (joints,)."""
+        raise NotImplementedError
+
+    def _friction(self, qd: Array) -> Array:
+        """Return the torques that friction will take at the rates of a goal, shape (joints,).
+
+        At rest dry friction is anything between what it is to minus and to plus; the middle is the best guess.
+        """
+        return np.where(np.abs(qd) < STILL, self._at_rest, self._arm.friction(qd))
+
+
+def within_limits(torques: Array, arm: ArmInfo) -> Array:
+    """Return torques that the motors can give, shape (joints,)."""
+    return np.asarray(np.clip(torques, -arm.max_torque, arm.max_torque))
+
+
+class PdGravity(_ArmController):
+    """Springs and dampers between joints and goals, and what holds the arm up: the controller of arms that name none.
+
+    tau = Kp (q_goal - q) + Kd (qd_goal - qd) + g(q), with Kp = w^2 m and Kd = 2 w m for the largest inertia m of each
+    joint. Friction and inertia are not made up for, so it lags while it moves.
+
+    References:
+        Takegaki and Arimoto, A new feedback method for dynamic control of manipulators, ASME J. Dynamic Systems 103,
+        1981; Spong, Hutchinson, Vidyasagar, Robot Modeling and Control (2006), section 8.1.
+    """
+
+    def start(self, robot: RobotInfo, part: str, rng: Generator) -> None:
+        """Find the gains."""
+        super().start(robot, part, rng)
+        lower, upper = (np.clip(limits, -np.pi, np.pi) for limits in (self._info.lower, self._info.upper))
+        postures = np.random.default_rng(0).uniform(lower, upper, (POSTURES, len(lower)))
+        inertia = np.diagonal(self._arm.inertia(postures), axis1=-2, axis2=-1).max(axis=0)
+        self._stiffness, self._damping = self._frequency**2 * inertia, 2.0 * self._frequency * inertia
+
+    def _law(self, state: JointState, q: Array, qd: Array, qdd: Array, dt: float) -> Array:
+        spring = self._stiffness * (q - state.positions) + self._damping * (qd - state.velocities)
+        return np.asarray(spring + self._arm.gravload(state.positions))
+
+
+class ComputedTorque(_ArmController):
+    """The arm's own dynamics turned round, so that each joint's error becomes that of an oscillator of its own.
+
+    tau = M(q) (qdd_goal + 2 w e' + w^2 e) + C(q, qd) qd + g(q) + friction(qd_goal), with e = q_goal - q.
+
+    References:
+        Luh, Walker, Paul, Resolved-acceleration control of mechanical manipulators, IEEE Trans. Automatic Control
+        25(3), 1980; Spong, Hutchinson, Vidyasagar, Robot Modeling and Control (2006), section 8.3.
+    """
+
+    def _law(self, state: JointState, q: Array, qd: Array, qdd: Array, dt: float) -> Array:
+        error, rate = q - state.positions, qd - state.velocities
+        pulled = qdd + 2.0 * self._frequency * rate + self._frequency**2 * error
+        rigid = self._arm.rne_nofriction(state.positions, state.velocities, pulled)
+        return rigid + self._friction(qd)
+
+
+class Adaptive(_ArmController):
+    """Computed torque that learns the masses of the links while it moves.
+
+    With the reference rate v = qd_goal + w e and s = v - qd it gives
+    tau = Y(q, qd, v, v') a + J v' + friction(qd_goal) + w M(q) s, and moves the parameters a, ten of each link, by
+    a' = G Y^T s. Y is the regressor of the links, J the inertia of the rotors. What it begins with are the parameters
+    of the data sheet; G is diagonal, in proportion to their squares.
+
+    References:
+        Slotine and Li, On the adaptive control of robot manipulators, Int. J. of Robotics Research 6(3), 1987; Spong,
+        Hutchinson, Vidyasagar, Robot Modeling and Control (2006), section 8.5.
+    """
+
+    def __init__(self, *, frequency: float = 25.0, mass_scale: float = 1.0, adaptation: float = 1.0) -> None:
+        """Set the gains.
+
+        Args:
+            frequency: Natural frequency with which errors die away [rad/s].
+            mass_scale: Masses that it begins with, as multiples of those of the data sheet.
+            adaptation: How fast parameters change: G = adaptation a0^2 [1/(N m s)].
+
+        Raises:
+            ValueError: One of them is not above 0.
+        """
+        super().__init__(frequency=frequency, mass_scale=mass_scale)
+        if not adaptation > 0.0:
+            raise ValueError(f"adaptation is {adaptation}; it must be above 0")
+        self._adaptation = adaptation
+
+    def start(self, robot: RobotInfo, part: str, rng: Generator) -> None:
+        """Begin with the parameters of the data sheet."""
+        super().start(robot, part, rng)
+        self._parameters = self._arm.parameters()
+        self._rates = self._adaptation * self._parameters**2
+        self._rotors = self._arm.armature()
+
+    @property
+    def parameters(self) -> Array:
+        """The parameters that it believes in now, as `Arm.parameters` has them, shape (10 joints,)."""
+        return self._parameters.copy()
+
+    def _law(self, state: JointState, q: Array, qd: Array, qdd: Array, dt: float) -> Array:
+        error, rate = q - state.positions, qd - state.velocities
+        reference, reference_rate = qd + self._frequency * error, qdd + self._frequency * rate
+        s = reference - state.velocities
+        Y = self._arm.regressor(state.positions, state.velocities, reference, reference_rate)
+        inertia = self._arm.inertia(state.positions)
+        torques = Y @ self._parameters + self._rotors * reference_rate + self._friction(qd)
+        self._parameters = self._parameters + dt * self._rates * (Y.T @ s)
+        return np.asarray(torques + self._frequency * inertia @ s)

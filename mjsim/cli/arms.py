@@ -1,0 +1,108 @@
+"""The command `arm`: an arm's table, its limits, and a picture of it."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from mjsim.cli.arguments import Overwrite
+from mjsim.errors import UsageError
+from mjsim.output import require_free
+
+if TYPE_CHECKING:
+    from mjsim.geometry import Array
+    from mjsim.mechanics import Arm, Link
+
+HEAD = ("joint", "theta", "d", "a", "alpha", "range", "speed", "torque", "mass", "gear")
+UNITS = ("", "deg", "m", "m", "deg", "deg, m", "deg/s, m/s", "N m, N", "kg", "")
+
+
+def arm(
+    name: Annotated[str, typer.Argument(metavar="PRESET|FILE", help="Such as puma560, or a YAML file with `dh`.")],
+    joints: Annotated[
+        str | None,
+        typer.Option(metavar="Q1,Q2,...", help="Values of the joints [deg, m]; those at the start unless given."),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a picture of the arm: PNG, SVG or PDF.")
+    ] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Print the table of an arm's joints, their limits, and where its tool is; draw it on request."""
+    import numpy as np
+
+    from mjsim.world import arm_item
+
+    item = arm_item(name)
+    found = item.arm
+    q = np.array(item.start()) if joints is None else _values(joints, found)
+    if plot is not None:
+        require_free(plot, overwrite=overwrite)
+    print(f"{found.name}: {found.n} joints, {found.convention} convention")
+    print(_table([_row(number, link) for number, link in enumerate(found.links, start=1)]))
+    print(f"at {_shown(q, found)}: tool at {_tool(found.fkine(q))}")
+    if plot is not None:
+        from mjsim.output import write_file
+
+        write_file(plot, _picture(found, q, plot), overwrite=overwrite)
+        print(plot)
+
+
+def _values(text: str, arm: "Arm") -> "Array":
+    """Return the values of joints that somebody typed [rad, m]."""
+    import numpy as np
+
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) != arm.n or not all(map(math.isfinite, values)):
+        raise UsageError(f"--joints is '{text}'; give {arm.n} numbers with commas between them")
+    return np.array([v if link.slide else math.radians(v) for v, link in zip(values, arm.links, strict=True)])
+
+
+def _row(number: int, link: "Link") -> tuple[str, ...]:
+    theta, d, a, alpha = link.dh or (math.nan,) * 4
+    scale = 1.0 if link.slide else 180.0 / math.pi
+    limited = math.isfinite(link.lower) or math.isfinite(link.upper)
+    return (
+        f"{number} {'slides' if link.slide else 'turns'}",
+        *(f"{value:.6g}" for value in (math.degrees(theta), d, a, math.degrees(alpha))),
+        f"{link.lower * scale:.6g} .. {link.upper * scale:.6g}" if limited else "-",
+        *(f"{value:.4g}" if math.isfinite(value) else "-" for value in (link.max_velocity * scale, link.max_torque)),
+        f"{link.mass:.4g}",
+        f"{link.gear:.6g}",
+    )
+
+
+def _table(rows: list[tuple[str, ...]]) -> str:
+    """Return lines with columns aligned to the right."""
+    lines = [HEAD, UNITS, *rows]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(HEAD))]
+    return "\n".join("  ".join(map(str.rjust, line, widths)).rstrip() for line in lines)
+
+
+def _shown(q: "Array", arm: "Arm") -> str:
+    pairs = zip(q.tolist(), arm.links, strict=True)
+    return ", ".join(f"{value:g} m" if link.slide else f"{math.degrees(value):g} deg" for value, link in pairs)
+
+
+def _tool(pose: "Array") -> str:
+    """Return a pose as place [m], and roll, pitch and yaw about fixed axes [deg]."""
+    roll, yaw = math.atan2(pose[2, 1], pose[2, 2]), math.atan2(pose[1, 0], pose[0, 0])
+    pitch = math.atan2(-pose[2, 0], math.hypot(pose[0, 0], pose[1, 0]))
+    x, y, z = (f"{value + 0.0:.4f}" for value in pose[:3, 3])
+    turned = ", ".join(f"{math.degrees(angle) + 0.0:.2f}" for angle in (roll, pitch, yaw))
+    return f"{x}, {y}, {z} m; roll, pitch, yaw {turned} deg"
+
+
+def _picture(arm: "Arm", q: "Array", path: Path) -> bytes:
+    import io
+
+    kind = path.suffix.lower().lstrip(".")
+    if kind not in ("png", "svg", "pdf"):
+        raise UsageError(f"'{path}' is no picture; its name must end in .png, .svg or .pdf")
+    data = io.BytesIO()
+    arm.plot(q).savefig(data, format=kind, dpi=120)
+    return data.getvalue()

@@ -1,0 +1,71 @@
+"""What the commands that serve a page share: the token, and addresses for more browsers."""
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from mjsim.errors import UsageError
+from mjsim.progress import say
+
+_HOW = "write --token file:PATH or --token env:NAME"
+
+
+def read_token(source: str) -> str:
+    """Return the token that a file or an environment variable holds.
+
+    Args:
+        source: 'file:PATH' or 'env:NAME'; the variable is removed, so that no other program inherits it.
+
+    Raises:
+        UsageError: It is neither, there is no such file or variable, or others can read the file.
+    """
+    kind, colon, place = source.partition(":")
+    if not colon or kind not in ("file", "env") or not place:
+        raise UsageError(f"a token on the command line can be read by all users of this machine; {_HOW}")
+    token = _from_file(Path(place)) if kind == "file" else os.environ.pop(place, "")
+    if not token.strip():
+        what = f"file '{place}'" if kind == "file" else f"environment variable {place}"
+        raise UsageError(f"{what} holds no token; {_HOW}")
+    return token.strip()
+
+
+@contextmanager
+def addresses_on_signal(address: Callable[[], str]) -> Iterator[None]:
+    """While the block runs, SIGUSR1 prints a new address for another browser; systems without it have none."""
+    if sys.platform == "win32":
+        yield
+        return
+
+    def answer(*_: Any) -> None:
+        # A handler interrupts the main thread anywhere, even while it prints.
+        threading.Thread(target=lambda: say(f"for another browser, once: {address()}"), daemon=True).start()
+
+    before = signal.signal(signal.SIGUSR1, answer)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+
+
+def how_to_get_another() -> str:
+    """Return how one gets an address for another browser, as the end of a sentence; '' where there is no way."""
+    return "" if sys.platform == "win32" else f"; 'kill -USR1 {os.getpid()}' prints another one"
+
+
+def _from_file(path: Path) -> str:
+    try:
+        with path.open(encoding="utf-8") as file:
+            mode = os.fstat(file.fileno()).st_mode & 0o777
+            text = file.read(4096)
+    except OSError as error:
+        raise UsageError(f"cannot read the token from '{path}': {error.strerror}") from None
+    except ValueError:
+        raise UsageError(f"'{path}' is no text; write the token into it, in one line") from None
+    if sys.platform != "win32" and mode & 0o077:
+        raise UsageError(f"other users can read '{path}' (mode {mode:04o}); run 'chmod 600 {path}'")
+    return text

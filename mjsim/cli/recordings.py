@@ -1,0 +1,103 @@
+"""The commands that turn a recording into something else: `video` and `export`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from mjsim.cli.arguments import Begin, End, Overwrite, RunFile
+from mjsim.errors import UsageError
+from mjsim.output import require_free
+from mjsim.progress import tracked
+
+if TYPE_CHECKING:
+    from mjsim.record import Recording
+
+
+def video(
+    recording: RunFile,
+    output: Annotated[Path, typer.Option("-o", metavar="MP4", help="The film to write.")],
+    view: Annotated[str | None, typer.Option(help="One view alone: plan, chase, overview or ROBOT/CAMERA.")] = None,
+    follow: Annotated[str | None, typer.Option(help="Whom the close-up follows: truth, estimate, nothing.")] = None,
+    sightings: Annotated[bool | None, typer.Option(help="Lines to what is seen.")] = None,
+    ellipses: Annotated[bool | None, typer.Option(help="95 % ellipses.")] = None,
+    trails: Annotated[bool | None, typer.Option(help="Trails of the robot.")] = None,
+    begin: Begin = None,
+    end: End = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Draw the film of a recording."""
+    from mjsim.record import read_recording
+
+    require_free(output, overwrite=overwrite)
+    film(
+        read_recording(recording),
+        output,
+        view=view,
+        follow=follow,
+        sightings=sightings,
+        ellipses=ellipses,
+        trails=trails,
+        begin=begin,
+        end=end,
+        overwrite=overwrite,
+    )
+
+
+def export(
+    recording: RunFile,
+    tum: Annotated[Path | None, typer.Option(metavar="DIR", help="Trajectories for evo.")] = None,
+    csv: Annotated[Path | None, typer.Option(metavar="DIR", help="Tables.")] = None,
+    npz: Annotated[Path | None, typer.Option(metavar="FILE", help="Arrays for NumPy.")] = None,
+    mat: Annotated[Path | None, typer.Option(metavar="FILE", help="Arrays for Matlab and Octave.")] = None,
+    images: Annotated[Path | None, typer.Option(metavar="DIR", help="The onboard pictures.")] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Write a recording in other formats."""
+    from mjsim.record import export_csv, export_images, export_mat, export_npz, export_tum, read_recording
+
+    wanted = ((export_tum, tum), (export_csv, csv), (export_npz, npz), (export_mat, mat), (export_images, images))
+    if all(place is None for _, place in wanted):
+        raise UsageError("nothing to export; name at least one of --tum, --csv, --npz, --mat, --images")
+    for file in (npz, mat):
+        if file is not None:
+            require_free(file, overwrite=overwrite, source=recording)
+    read = read_recording(recording)
+    for write, place in wanted:
+        if place is not None:
+            write(read, place, overwrite=overwrite)
+            print(place)
+
+
+def film(
+    recording: "Recording",
+    path: Path,
+    *,
+    view: str | None = None,
+    follow: str | None = None,
+    sightings: bool | None = None,
+    ellipses: bool | None = None,
+    trails: bool | None = None,
+    begin: float | None = None,
+    end: float | None = None,
+    overwrite: bool = False,
+) -> None:
+    """Draw the film of a recording and print its path; the options are those of `mjsim video`."""
+    from mjsim.video import frames_between, make_video
+
+    count = len(frames_between(recording, begin, end))
+    with tracked(f"video {path.name}", total=count, unit="frames") as advance:
+        make_video(
+            recording,
+            path,
+            view=view,
+            follow=follow,
+            sightings=sightings,
+            ellipses=ellipses,
+            trails=trails,
+            begin=begin,
+            end=end,
+            progress=advance,
+            overwrite=overwrite,
+        )
+    print(path)

@@ -1,0 +1,54 @@
+"""The commands `report` and `compare`: what recordings tell."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mjsim.cli.arguments import Begin, End, Formats, Overwrite, RunFile
+from mjsim.output import free_paths
+from mjsim.progress import tracked
+
+
+def report(
+    recording: RunFile,
+    output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder of the report.")],
+    begin: Begin = None,
+    end: End = None,
+    formats: Formats = "png",
+    overwrite: Overwrite = False,
+) -> None:
+    """Write statistics.json, report.html, tables and plots of a run or a part of it; print the key figures."""
+    from mjsim.record import read_recording
+    from mjsim.report import REPORT_FILES, key_table, parse_formats, write_report
+
+    kinds = parse_formats(formats)
+    free_paths(output, REPORT_FILES, overwrite=overwrite)
+    run = read_recording(recording).between(begin, end)
+    figures = write_report(run, output, formats=kinds, overwrite=overwrite)
+    print(*key_table(figures), sep="\n")
+
+
+def compare(
+    runs: Annotated[
+        list[Path], typer.Argument(metavar="RUN.mcap...", help="Recordings, folders of them, or a sweep's folder.")
+    ],
+    output: Annotated[
+        Path | None, typer.Option("-o", metavar="DIR", help="Also write tables, plots and comparison.html.")
+    ] = None,
+    confidence: Annotated[float, typer.Option(help="That all intervals of a figure hold at once.")] = 0.95,
+    formats: Formats = "png",
+    overwrite: Overwrite = False,
+) -> None:
+    """Compare runs by what differs in them, pair by pair with the same seed; say what is certain."""
+    from mjsim.report import COMPARISON_FILES, comparison_lines, parse_formats, write_comparison
+    from mjsim.report import compare as compare_runs
+
+    kinds = parse_formats(formats)
+    if output is not None:
+        free_paths(output, COMPARISON_FILES, overwrite=overwrite)
+    with tracked("compare", total=100.0, unit="%") as advance:
+        comparison = compare_runs(runs, confidence=confidence, progress=lambda share: advance(100.0 * share))
+    if output is not None:
+        write_comparison(comparison, output, formats=kinds, overwrite=overwrite)
+    print(*comparison_lines(comparison), sep="\n")

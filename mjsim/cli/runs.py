@@ -1,0 +1,142 @@
+"""The commands that make recordings from worlds and recordings: `run` and `replay`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from mjsim.cli.arguments import Overwrite, RunFile, Settings, WorldFile
+from mjsim.cli.page import addresses_on_signal, how_to_get_another
+from mjsim.cli.recordings import film
+from mjsim.output import NewFile, require_free
+from mjsim.progress import say, tracked
+
+if TYPE_CHECKING:
+    from mjsim.record import Recording, Tick
+    from mjsim.world import World
+
+
+def run(
+    world: WorldFile,
+    output: Annotated[
+        Path | None, typer.Option("-o", metavar="RUN.mcap", help="out/NAME/run.mcap unless given, or run-2.mcap.")
+    ] = None,
+    seconds: Annotated[float | None, typer.Option(help="How long, simulated.", min=0.0)] = None,
+    seed: Annotated[int | None, typer.Option(help="Of all chance in the run.", min=0)] = None,
+    video: Annotated[Path | None, typer.Option(metavar="MP4", help="Also draw the video, after the run.")] = None,
+    live: Annotated[bool, typer.Option("--live", help="Watch it in a browser while it runs.")] = False,
+    realtime: Annotated[bool, typer.Option("--realtime", help="Go no faster than the clock.")] = False,
+    overwrite: Overwrite = False,
+    settings: Settings = None,
+) -> None:
+    """Run a world and record it."""
+    from mjsim.modules import load_runnable, thread_faults
+    from mjsim.run import drivers_of
+    from mjsim.run import run as run_loop
+    from mjsim.sim import Simulation
+    from mjsim.world import with_settings
+
+    _check_outputs(output, video, overwrite=overwrite)
+    checked = with_settings(load_runnable(world), settings or ())
+    duration = checked.run.seconds if seconds is None else seconds
+    with thread_faults(), _recording_of(checked, output, overwrite=overwrite) as place:
+        if live:
+            recording = _run_live(checked, place, seed=seed, seconds=duration, speed=1.0 if realtime else None)
+        else:
+            drivers = drivers_of(checked)
+            with (
+                Simulation(checked, seed=seed) as sim,
+                tracked(f"run {checked.name}", total=duration, unit="s") as advance,
+            ):
+                recording = run_loop(
+                    sim,
+                    drivers=drivers,
+                    seconds=duration,
+                    record=place,
+                    watch=lambda _: advance(sim.time + sim.dt),
+                    realtime=realtime,
+                )
+    print(recording.path)
+    if video is not None:
+        film(recording, video, overwrite=overwrite)
+
+
+def replay(
+    recording: RunFile,
+    robot: Annotated[str, typer.Option(metavar="R", help="Whose observations are replayed.")],
+    estimator: Annotated[
+        str, typer.Option(metavar="SPEC", help="module:Class or file.py:Class; arguments in braces: {key: value}.")
+    ],
+    output: Annotated[Path, typer.Option("-o", metavar="RUN2.mcap", help="The recording to write.")],
+    observer: Annotated[
+        str | None, typer.Option(metavar="SPEC", help="The estimator gets the run's own sightings unless given.")
+    ] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Run other modules on the observations of a recording."""
+    from mjsim.modules import module_of, thread_faults
+    from mjsim.record import read_recording
+    from mjsim.run import replay as replay_run
+    from mjsim.run import require_observations
+
+    require_free(output, overwrite=overwrite, source=recording)
+    run = read_recording(recording)
+    require_observations(run, robot)
+    believes, use = module_of(estimator, role="estimator", robot=robot)
+    looks, uses = None, {"estimator": use}
+    if observer is not None:
+        looks, uses["observer"] = module_of(observer, role="observer", robot=robot)
+    with thread_faults(), tracked(f"replay {recording.name}", total=float(run.time[-1]), unit="s") as advance:
+        replay_run(
+            run,
+            robot=robot,
+            estimator=believes,
+            observer=looks,
+            record=output,
+            uses=uses,
+            progress=advance,
+            overwrite=overwrite,
+        )
+    print(output)
+
+
+def _check_outputs(output: Path | None, video: Path | None, *, overwrite: bool) -> None:
+    """Refuse what cannot be written now, not after the run."""
+    if output is not None:
+        require_free(output, overwrite=overwrite)
+    if video is not None:
+        from mjsim.video import require_film_name
+
+        require_film_name(video)
+        require_free(video, overwrite=overwrite)
+
+
+def _recording_of(world: "World", output: Path | None, *, overwrite: bool) -> NewFile:
+    """Return where a run is recorded, reserved: as given, else the world's own place or the next free name there."""
+    from mjsim.record import reserve, reserve_next
+
+    path = output or Path("out") / world.name / "run.mcap"
+    return reserve_next(path) if output is None and not overwrite else reserve(path, overwrite=overwrite)
+
+
+def _run_live(world: "World", place: NewFile, *, seed: int | None, seconds: float, speed: float | None) -> "Recording":
+    """Run a world in a session that a page shows and steers; return what was recorded."""
+    from mjsim.record import read_recording
+    from mjsim.session import Session
+    from mjsim.web import LiveView
+
+    with LiveView(world) as page, addresses_on_signal(lambda: page.url):
+        say(f"watch it at {page.url} ; this address works once{how_to_get_another()}")
+        with tracked(f"run {world.name}", total=seconds, unit="s") as advance:
+
+            def watch(tick: "Tick") -> None:
+                advance(tick.time + 1.0 / world.run.rate_hz)
+                page.show(tick)
+
+            with Session(
+                world, seed=seed, seconds=seconds, record=place, speed=speed, on_tick=watch, on_change=page.changed
+            ) as session:
+                page.steer(session)
+                session.result()
+                path = session.record or place.path
+    return read_recording(path)

@@ -1,0 +1,125 @@
+"""The commands that read world files: `check`, `fmt`, `compile`, `show` and `schema`."""
+
+import sys
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from mjsim.cli.arguments import Overwrite, WorldFile, WorldFiles
+from mjsim.errors import UsageError, WorldError
+from mjsim.output import require_free
+from mjsim.progress import say
+
+
+def check(worlds: WorldFiles) -> None:
+    """Say everything that is wrong with world files; nothing when all is well."""
+    from mjsim.world import gc_paused
+
+    # Nearly all that is made here stays to the end; looking for garbage would take a tenth of the time.
+    with gc_paused():
+        right = [_is_right(path) for path in worlds]
+    if not all(right):
+        raise typer.Exit(2)
+
+
+def fmt(
+    worlds: WorldFiles,
+    check: Annotated[
+        bool, typer.Option("--check", help="Change nothing; exit with 1 when a file would change.")
+    ] = False,
+) -> None:
+    """Lay world files out anew, every value and comment kept; names those that change."""
+    from mjsim.world import format_file
+
+    code = 0
+    for path in worlds:
+        try:
+            if format_file(path, write=not check):
+                print(path)
+                code = max(code, 1 if check else 0)
+        except (WorldError, UsageError) as error:
+            print(error, file=sys.stderr)
+            code = 2
+    if code:
+        raise typer.Exit(code)
+
+
+def compile(
+    world: WorldFile,
+    output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder of scene.xml and assets.")],
+    overwrite: Overwrite = False,
+) -> None:
+    """Write the scene as MJCF with its assets; plain MuJoCo loads it."""
+    from mjsim.compile import export_scene, refused_links
+    from mjsim.world import load_checked
+
+    checked = load_checked(world)
+    print(export_scene(checked, output, overwrite=overwrite))
+    for name in refused_links(checked):
+        say(f"{name} has a mass or an inertia that MuJoCo refuses; scene.xml has the nearest, a run the exact one")
+
+
+def show(
+    world: WorldFile,
+    output: Annotated[Path, typer.Option("-o", metavar="PNG", help="The picture to write.")],
+    camera: Annotated[
+        str | None,
+        typer.Option("--camera", "--view", help="Instead of the plan: ROBOT/CAMERA, ROBOT/chase or overview."),
+    ] = None,
+    labels: Annotated[
+        Literal["none", "walls", "all"] | None,
+        typer.Option(help="Which names are written; unless given, those of things only where there is room."),
+    ] = None,
+    beside: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the map's YAML file, SVG or DXF that the world was made from, too."),
+    ] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Draw the plan of a world to be printed, or what a camera sees at the start."""
+    from mjsim.video import draw_beside, draw_world, take_picture
+    from mjsim.world import load_checked
+
+    if camera is not None and (labels is not None or beside is not None):
+        raise UsageError("--labels and --beside are for the plan; leave out --camera")
+    require_free(output, overwrite=overwrite)
+    checked = load_checked(world)
+    if beside is not None:
+        from mjsim.exchange import read_original
+
+        draw_beside(checked, read_original(beside, world=world), output, labels=labels, overwrite=overwrite)
+    elif camera is None:
+        draw_world(checked, output, labels=labels, overwrite=overwrite)
+    else:
+        take_picture(checked, camera, output, overwrite=overwrite)
+    print(output)
+
+
+def schema() -> None:
+    """Print the JSON Schema of the world file, for completion in editors."""
+    import json
+
+    from mjsim.world import editor_schema
+
+    print(json.dumps(editor_schema(), indent=1))
+
+
+def _is_right(path: str) -> bool:
+    """Return whether nothing is wrong with a world file; print what is."""
+    from mjsim.modules import check_modules
+    from mjsim.world import ModelBody, ModelObstacle, check_world, load_world
+
+    try:
+        world = load_world(path)
+        if problems := [*check_world(world), *check_modules(world)]:
+            raise WorldError(problems)
+        bodies = (robot.body for robot in world.robots)
+        if any(isinstance(item, ModelObstacle | ModelBody) for item in (*world.obstacles, *bodies)):
+            from mjsim.compile import check_models
+
+            check_models(world)
+    except (WorldError, UsageError) as error:
+        print(error, file=sys.stderr)
+        return False
+    return True

@@ -1,0 +1,202 @@
+"""Arms as MuJoCo bodies: links `ROBOT/ARM/link1`, joints and motors `ROBOT/ARM/joint1`, sites `flange` and `tool`.
+
+The frame of a link's body is that of its row in the table. A link whose mass or inertia MuJoCo's compiler refuses gets
+the nearest that it takes; `set_exact_masses` gives the compiled model those of the table.
+"""
+
+import math
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from mjsim.compile.parts import DARK, MATERIAL, SEEN, make_decor
+from mjsim.compile.pictures import color_of
+from mjsim.geometry import Array
+from mjsim.mechanics import Arm, Link, inverted, is_valid, nearest_valid, tensor
+from mjsim.world import NoBody, Robot, RobotArm, World
+
+SHORTEST = 1e-6
+"""A bone that is shorter is a ball [m]."""
+NEAR = 2.5
+"""Links that are joined by less than this many radii of arm pass through each other."""
+HUB = (1.25, 1.4)
+"""Radius and half of the length of what is seen of a joint, in radii of its link."""
+DIGITS = 12
+"""To which angles in degrees are rounded, so that 30 degrees stay 30 on the way through radians."""
+
+
+def add_arms(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot) -> None:
+    """Add the arms of a robot to its base, as they stand at the start."""
+    for item in robot.arms:
+        name = f"{robot.name}/{item.name}"
+        bodies = _add_links(spec, base, item, name)
+        last = bodies[-1]
+        last.add_site(name=f"{name}/flange", size=[0.005] * 3, group=4)
+        last.add_site(name=f"{name}/tool", size=[0.005] * 3, group=4, **_placed(item.arm.tool))
+        _add_column(base, item, name)
+        _add_excludes(spec, [base, *bodies], item.arm)
+        if robot.base == "fixed":
+            _clear_of_ground(spec, robot, item, bodies)
+
+
+def _add_links(spec: mujoco.MjSpec, base: mujoco.MjsBody, item: RobotArm, name: str) -> list[mujoco.MjsBody]:
+    parent, bodies, previous = base, [], item.arm.base
+    for number, (link, start) in enumerate(zip(item.arm.links, item.start(), strict=True), start=1):
+        pose = previous @ link.before @ _motion(link, start) @ link.after
+        body = parent.add_body(name=f"{name}/link{number}", **_placed(pose))
+        _set_mass(body, link)
+        _add_joint(body, link, f"{name}/joint{number}", start)
+        _add_motor(spec, link, f"{name}/joint{number}")
+        _add_shape(body, link, f"{name}/link{number}", item.color)
+        bodies.append(body)
+        parent, previous = body, np.eye(4)
+    return bodies
+
+
+def _motion(link: Link, value: float) -> Array:
+    """Return how far a joint has moved its link, shape (4, 4)."""
+    pose = np.eye(4)
+    if link.slide:
+        pose[2, 3] = value
+    else:
+        c, s = math.cos(value), math.sin(value)
+        pose[:2, :2] = [[c, -s], [s, c]]
+    return pose
+
+
+def _placed(pose: Array) -> dict[str, Array]:
+    """Return where a body is as MuJoCo has it: pos and quat."""
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(pose[:3, :3]).ravel())
+    return {"pos": pose[:3, 3], "quat": quaternion}
+
+
+def _set_mass(body: mujoco.MjsBody, link: Link) -> None:
+    solid = link.solid if is_valid(link.solid) else nearest_valid(link.solid)
+    xx, yy, zz, xy, yz, xz = solid.inertia
+    body.explicitinertial = True
+    body.mass, body.ipos = solid.mass, solid.center
+    body.fullinertia = [xx, yy, zz, xy, xz, yz]
+
+
+def _add_joint(body: mujoco.MjsBody, link: Link, name: str, start: float) -> None:
+    joint_in_link = inverted(link.after)
+    limited = math.isfinite(link.lower) or math.isfinite(link.upper)
+    joint = body.add_joint(
+        name=name,
+        type=mujoco.mjtJoint.mjJNT_SLIDE if link.slide else mujoco.mjtJoint.mjJNT_HINGE,
+        pos=joint_in_link[:3, 3],
+        axis=joint_in_link[:3, 2],
+        ref=_spec_value(link, start),
+        limited=limited,
+        armature=link.armature,
+        # A motor's dry friction differs both ways; the scene has the mean.
+        frictionloss=abs(link.gear) * (link.coulomb[0] - link.coulomb[1]) / 2.0,
+    )
+    joint.damping[0] = link.viscous * link.gear**2
+    if limited:
+        # A bound that is not there is far away.
+        joint.range = [_spec_value(link, max(link.lower, -1e3)), _spec_value(link, min(link.upper, 1e3))]
+
+
+def _spec_value(link: Link, value: float) -> float:
+    """Return a value as a spec has it: angles of joints are in degrees there."""
+    return value if link.slide else round(math.degrees(value), DIGITS)
+
+
+def _add_motor(spec: mujoco.MjSpec, link: Link, name: str) -> None:
+    """Add a motor, told the torque on its own side of the gear."""
+    motor = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=name)
+    motor.gear[0] = link.gear
+    if math.isfinite(link.max_torque):
+        most = link.max_torque / abs(link.gear)
+        motor.ctrllimited, motor.ctrlrange = True, [-most, most]
+
+
+def _add_shape(body: mujoco.MjsBody, link: Link, name: str, color: str) -> None:
+    """Add what is seen and touched of a link, and the hub of its joint, which is seen alone."""
+    start, end = map(np.array, link.bone)
+    _add_bone(body, start, end, link.radius, name=name, color=color)
+    frame = inverted(link.after)
+    hub = body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[HUB[0] * link.radius, HUB[1] * link.radius, 0.0], **_placed(frame)
+    )
+    make_decor(hub, DARK)
+
+
+def _add_bone(body: mujoco.MjsBody, start: Array, end: Array, radius: float, *, name: str, color: str) -> None:
+    common = {"name": name, "group": SEEN, "material": MATERIAL, "rgba": color_of(color), "mass": 0.0}
+    if np.linalg.norm(end - start) < SHORTEST:
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, pos=start, size=[radius, 0.0, 0.0], **common)
+    else:
+        ends = [*start, *end]
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=ends, size=[radius, 0.0, 0.0], **common)
+
+
+def _add_column(base: mujoco.MjsBody, item: RobotArm, name: str) -> None:
+    """Add what stands between the base of an arm and its first joint, where that is somewhere else."""
+    foot, head = item.arm.base[:3, 3], (item.arm.base @ item.arm.links[0].before)[:3, 3]
+    if np.linalg.norm(head - foot) >= SHORTEST:
+        _add_bone(base, foot, head, item.arm.links[0].radius, name=f"{name}/column", color=item.color)
+
+
+def _add_excludes(spec: mujoco.MjSpec, bodies: list[mujoco.MjsBody], arm: Arm) -> None:
+    """Let links pass through each other that so little arm joins that they always overlap."""
+    lengths = [math.dist(*link.bone) for link in arm.links]
+    widest = max(link.radius for link in arm.links)
+    for first in range(len(bodies)):
+        for second in range(first + 1, len(bodies)):
+            if sum(lengths[first : second - 1]) < NEAR * widest:
+                spec.add_exclude(bodyname1=bodies[first].name, bodyname2=bodies[second].name)
+
+
+def _clear_of_ground(spec: mujoco.MjSpec, robot: Robot, item: RobotArm, bodies: list[mujoco.MjsBody]) -> None:
+    """Let the first link of a standing arm pass through what it stands on; all of them when one begins below the floor.
+
+    A table of joints alone, as books print them, often has its origin on the floor and reaches below.
+    """
+    posture, links = item.arm.posture(item.start()), item.arm.links
+    ends = np.array([[[*end, 1.0] for end in link.bone] for link in links])
+    lowest = (ends @ np.swapaxes(posture.links, -1, -2))[..., 2].min(axis=-1) - [link.radius for link in links]
+    below = isinstance(robot.body, NoBody) and bool((lowest[1:] < 0.0).any())
+    for body in bodies if below else bodies[:1]:
+        spec.add_exclude(bodyname1="world", bodyname2=body.name)
+
+
+def links_of(world: World) -> Iterator[tuple[str, Link]]:
+    """Yield the links of all arms, each with the name of its body."""
+    for robot in world.robots:
+        for item in robot.arms:
+            for number, link in enumerate(item.arm.links, start=1):
+                yield f"{robot.name}/{item.name}/link{number}", link
+
+
+def refused_links(world: World) -> tuple[str, ...]:
+    """Return the names of links whose mass or inertia plain MuJoCo refuses."""
+    return tuple(name for name, link in links_of(world) if not is_valid(link.solid))
+
+
+def set_exact_masses(model: mujoco.MjModel, world: World) -> None:
+    """Give the links of all arms the masses and inertias of their tables, which the compiler rounds or refuses."""
+    links = list(links_of(world))
+    if not links:
+        return
+    for name, link in links:
+        body, solid, axes = model.body(name), link.solid, np.zeros(9)
+        # The principal axes are the compiled ones: the boxes around geoms, by which contacts are found, lie along them.
+        mujoco.mju_quat2Mat(axes, body.iquat)
+        principal = axes.reshape(3, 3).T @ tensor(solid.inertia) @ axes.reshape(3, 3)
+        body.mass[0], body.inertia[:] = solid.mass, np.diagonal(principal)
+    # It works out statistics anew as well, of which cameras have their own.
+    extent, center = model.stat.extent, model.stat.center.copy()
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+    model.stat.extent, model.stat.center[:] = extent, center
+
+
+def reached(robot: Robot) -> Array:
+    """Return two corners of a box around the arms of a robot as they start, world frame, shape (2, 3) [m]."""
+    points = np.concatenate([item.arm.posture(item.start()).links[:, :3, 3] for item in robot.arms])
+    c, s = math.cos(math.radians(robot.heading_deg)), math.sin(math.radians(robot.heading_deg))
+    points = points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) + [*robot.at, 0.0]
+    return np.array([points.min(axis=0), points.max(axis=0)])

@@ -1,0 +1,22 @@
+"""Whether MuJoCo takes the files of models that a world names, each of them alone."""
+
+from collections.abc import Iterator
+
+from mjsim.compile.obstacles import check_things
+from mjsim.compile.robots import check_robots
+from mjsim.errors import Problem, WorldError
+from mjsim.world import World
+
+
+def check_models(world: World) -> None:
+    """Raise WorldError when MuJoCo cannot take the files of a world's models; every one is told."""
+    if problems := sorted(_problems(world)):
+        raise WorldError(problems)
+
+
+def _problems(world: World) -> Iterator[Problem]:
+    for check in (check_things, check_robots):
+        try:
+            check(world)
+        except WorldError as error:
+            yield from error.problems

@@ -1,0 +1,376 @@
+"""Robots from files of MJCF and URDF, with running gear of ours where the file has its wheels.
+
+MuJoCo reads the file by itself; what enters the scene is made of the numbers it found, see `mjsim.compile.models`. What
+no joint moves becomes the body `ROBOT/base`. Wheels and what steers them are `ROBOT/wheel_left` and so on, as on all
+robots: their looks and masses are those of the file, and they touch the floor as ours do. All other joints keep their
+names below `ROBOT/` with their limits, each with a motor that does nothing and a lock that holds it still.
+"""
+
+import math
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import combinations
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from mjsim.compile.bodies import BUMPER_FRICTION, TOUCHED
+from mjsim.compile.joints import lock
+from mjsim.compile.models import Original, mesh_of
+from mjsim.compile.parts import DARK, DECOR, FITTINGS, RUNNING_GEAR, SEEN
+from mjsim.compile.running_gear import add_motor
+from mjsim.compile.sensors import NEAR
+from mjsim.compile.wheels import (
+    FREE_INERTIA,
+    SAGS,
+    WHEEL_SHARE,
+    WheelSpec,
+    add_kingpin,
+    add_steady_caster,
+    add_tread,
+    add_tyre,
+)
+from mjsim.geometry import Array
+from mjsim.models import AtRest, Rigid, at_rest, seen_and_touched
+from mjsim.world import Camera, ModelBody, Robot, Wheel
+
+LOWEST = 0.2
+"""What of a body hangs lower, as a share of the wheels' radius, does not touch: casters stand for it."""
+LIGHTEST = 1e-3
+"""Mass of a moving part, at least, of the robot's."""
+LARGEST_FITTING = 0.25
+"""[m]"""
+ARMATURE = 1e-4
+"""Inertia of what holds a joint, at least, as that of the robot's mass at its radius."""
+
+
+@dataclass(slots=True, eq=False)
+class _Build:
+    """One robot on its way into the scene."""
+
+    spec: mujoco.MjSpec
+    robot: Robot
+    body: ModelBody
+    original: Original
+    rest: AtRest
+    heavier: float
+    """By what the masses of the file are multiplied."""
+    robot_from_file: Array
+    """Shape (3, 4) [m]."""
+    made: dict[int, mujoco.MjsBody] = field(default_factory=dict)
+    """Bodies of the scene by the root of their rigid part."""
+    frames: dict[int, tuple[Array, Array]] = field(default_factory=dict)
+    """Origin and axes of each, robot frame."""
+    taken: set[str] = field(default_factory=set)
+
+    def point(self, p_file: Array) -> Array:
+        """Return a point in the robot's frame, shape (3,)."""
+        return np.asarray(self.robot_from_file[:, :3] @ p_file + self.robot_from_file[:, 3])
+
+    def name(self, own: str) -> str:
+        """Return the name of a part below the robot's, one that no other part has."""
+        name = f"{self.robot.name}/{own}"
+        number = 2
+        while name in self.taken:
+            name, number = f"{self.robot.name}/{own}-{number}", number + 1
+        self.taken.add(name)
+        return name
+
+
+def add_model_robot(
+    spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, body: ModelBody, original: Original
+) -> list[tuple[Array, Array]]:
+    """Add what a robot from a file has to its base, which stands where the robot does.
+
+    Returns:
+        The lowest and the highest corner of each small thing that is seen, robot frame, shape (3,) each [m].
+    """
+    rest = at_rest(original.model)
+    build = _Build(spec, robot, body, original, rest, heavier_by(body, rest), _robot_from_file(body))
+    build.taken = {f"{robot.name}/{name}" for name in ("base", "free", *_reserved(robot))}
+    build.made[0], build.frames[0] = base, (np.zeros(3), np.eye(3))
+    wheels = {joint: wheel for wheel in robot.drive.wheels for joint in _joints_of(body, wheel)}
+    steering = {joint: name for name, joint in body.steering.items()}
+    for part in rest.parts:
+        hinges = [original.model.joint(joint).name for joint in part.joints]
+        found = next((name for name in hinges if name in wheels), None)
+        if found is not None:
+            _add_wheels(build, part, found, [w for w in robot.drive.wheels if found in _joints_of(body, w)])
+        elif any(name in steering for name in hinges):
+            _add_knuckle(build, part, next(name for name in hinges if name in steering), steering)
+        else:
+            _add_part(build, part)
+    for x, y, radius in body.casters:
+        add_steady_caster(base, x=x, y=y, radius=radius)
+    _exclude(build)
+    return list(_fittings(build))
+
+
+def _fittings(build: _Build) -> Iterator[tuple[Array, Array]]:
+    """Yield boxes around what is seen and as small as a sensor, robot frame."""
+    seen, _ = seen_and_touched(build.original.model, urdf=build.original.urdf)
+    for number in np.flatnonzero(seen).tolist():
+        low, high = _box(build, number)
+        if float((high - low).max()) < LARGEST_FITTING:
+            yield low, high
+
+
+def _box(build: _Build, number: int) -> tuple[Array, Array]:
+    """Return the lowest and the highest corner of a geom, robot frame, shape (3,) each [m]."""
+    corners = build.rest.points(number) @ build.robot_from_file[:, :3].T + build.robot_from_file[:, 3]
+    return corners.min(axis=0), corners.max(axis=0)
+
+
+def _houses_camera(build: _Build, number: int) -> bool:
+    """Return whether a geom is the housing of a camera, which must not stand before its lens."""
+    low, high = _box(build, number)
+    cameras = [np.array(sensor.at) for sensor in build.robot.sensors if isinstance(sensor, Camera)]
+    small = float((high - low).max()) < LARGEST_FITTING
+    return small and any((low - NEAR < at).all() and (at < high + NEAR).all() for at in cameras)
+
+
+def heavier_by(body: ModelBody, rest: AtRest) -> float:
+    """Return by what the masses of a file are multiplied."""
+    total = sum(part.mass for part in rest.parts)
+    return 1.0 if body.mass is None or total <= 0.0 else body.mass / total
+
+
+def mass_of(body: ModelBody, rest: AtRest) -> float:
+    """Return the mass of a whole robot [kg]."""
+    return max(sum(part.mass for part in rest.parts), 1e-3) if body.mass is None else body.mass
+
+
+def _robot_from_file(body: ModelBody) -> Array:
+    """Return the transform from the frame of the file to that of the robot, shape (3, 4)."""
+    angle = math.radians(body.forward_deg)
+    turn = np.array([[math.cos(angle), math.sin(angle), 0.0], [-math.sin(angle), math.cos(angle), 0.0], [0, 0, 1.0]])
+    return np.column_stack([turn, -turn @ np.array(body.origin)])
+
+
+def _reserved(robot: Robot) -> Iterator[str]:
+    yield from (f"wheel_{wheel.name}" for wheel in robot.drive.wheels)
+    yield from robot.drive.steering
+
+
+def _joints_of(body: ModelBody, wheel: Wheel) -> tuple[str, ...]:
+    own = body.wheels[wheel.name]
+    return own.joint, *own.follow
+
+
+def _add_part(build: _Build, part: Rigid) -> None:
+    """Add a part that is no wheel: the base, or what hangs on joints that hold still."""
+    turn = build.robot_from_file[:, :3] @ part.turn
+    if part.root:
+        model = build.original.model
+        own = model.body(part.root).name or str(part.root)
+        _make(build, part, build.name(own), build.point(part.place), turn)
+        for joint in part.joints:
+            _add_held(build, part, joint)
+    _weigh(build, part, balanced=False)
+    _add_geoms(build, part)
+
+
+def _make(build: _Build, part: Rigid, name: str, place: Array, turn: Array) -> mujoco.MjsBody:
+    """Add the body of a part at a place in the robot's frame, its axes those of `turn`."""
+    origin, axes = build.frames[part.parent]
+    body = build.made[part.parent].add_body(name=name, pos=axes.T @ (place - origin), quat=_quaternion(axes.T @ turn))
+    build.made[part.root], build.frames[part.root] = body, (place, turn)
+    return body
+
+
+def _add_held(build: _Build, part: Rigid, number: int) -> None:
+    """Add a joint of the file that holds still where it is at rest."""
+    model, address = build.original.model, build.original.model.jnt_dofadr[number]
+    slide = int(model.jnt_type[number]) == int(mujoco.mjtJoint.mjJNT_SLIDE)
+    unit = 1.0 if slide else 180.0 / math.pi
+    name = build.name(model.joint(number).name or f"joint{number + 1}")
+    least = ARMATURE * mass_of(build.body, build.rest) * (1.0 if slide else build.body.radius**2)
+    joint = build.made[part.root].add_joint(
+        name=name,
+        type=int(model.jnt_type[number]),
+        pos=model.jnt_pos[number],
+        axis=model.jnt_axis[number],
+        ref=build.rest.rest[number] * unit,
+        armature=max(float(model.dof_armature[address]), least),
+    )
+    joint.damping[0] = model.dof_damping[address]
+    if model.jnt_limited[number]:
+        joint.limited, joint.range = mujoco.mjtLimited.mjLIMITED_TRUE, model.jnt_range[number] * unit
+    lock(build.spec, name, held=True)
+
+
+def _add_knuckle(build: _Build, part: Rigid, joint: str, steering: Mapping[str, str]) -> None:
+    """Add what a steered wheel hangs on: a hinge that stands upright, with its servo."""
+    anchor, _ = build.rest.axis(build.original.model.joint(joint).id)
+    name = f"{build.robot.name}/{steering[joint]}"
+    body = _make(build, part, name, build.point(anchor), np.eye(3))
+    _weigh(build, part, balanced=True)
+    wheel = next(wheel for wheel in build.robot.drive.wheels if wheel.steer == steering[joint])
+    mass = WHEEL_SHARE * mass_of(build.body, build.rest)
+    add_kingpin(build.spec, body, name, inertia=mass * build.body.wheels[wheel.name].radius ** 2)
+    _add_geoms(build, part)
+
+
+def _add_wheels(build: _Build, part: Rigid, joint: str, wheels: list[Wheel]) -> None:
+    """Add a wheel of the file; two where the wheels of an axle are one part, each with what lies on its side."""
+    sides: list[tuple[Wheel, str, float]] = []
+    if len(wheels) > 1:
+        sides = [(wheel, f"wheel_{wheel.name}", 1.0 if wheel.at[1] > 0 else -1.0) for wheel in wheels]
+    elif build.body.wheels[wheels[0].name].joint == joint:
+        sides = [(wheels[0], f"wheel_{wheels[0].name}", 0.0)]
+    else:
+        number = build.body.wheels[wheels[0].name].follow.index(joint) + 2
+        sides = [(wheels[0], f"wheel_{wheels[0].name}-{number}", 0.0)]
+    for wheel, name, side in sides:
+        _add_wheel(build, part, joint, wheel, name=f"{build.robot.name}/{name}", side=side)
+
+
+def _add_wheel(build: _Build, part: Rigid, joint: str, wheel: Wheel, *, name: str, side: float) -> None:
+    own, load = build.body.wheels[wheel.name], mass_of(build.body, build.rest)
+    share = 0.5 if side else 1.0
+    mass = max(part.mass * build.heavier * share, LIGHTEST * load)
+    inertia = FREE_INERTIA if wheel.motor is None else wheel.motor.inertia
+    sizes = WheelSpec(
+        name=name,
+        at=(0.0, 0.0),
+        radius=own.radius,
+        half_width=own.width / 2,
+        mass=mass,
+        gear=inertia * load * own.radius**2,
+        sag=SAGS[wheel.load],
+    )
+    place = _middle(build, part, joint, side)
+    if own.y is not None and not name.endswith(_FOLLOWERS):
+        place[1] = own.y
+    # It rolls on a circle that ends half-way into the contact.
+    place[2] = own.radius - sizes.sag / 2
+    body = _make(build, part, name, place, np.eye(3))
+    around = 0.5 * mass * own.radius**2
+    body.explicitinertial, body.mass = True, mass
+    body.ipos, body.inertia = [0.0, 0.0, 0.0], [0.6 * around, around, 0.6 * around]
+    add_tread(body, sizes)
+    if not _add_geoms(build, part, side=side, touch=False):
+        add_tyre(body, own.radius * 0.995, own.width / 2, hub=True)
+    if wheel.motor is not None and not name.endswith(_FOLLOWERS):
+        add_motor(build.spec, build.robot.drive, sizes, wheel.motor, load=load)
+    elif wheel.motor is not None:
+        _couple(build.spec, name, f"{build.robot.name}/wheel_{wheel.name}")
+
+
+_FOLLOWERS = tuple(f"-{number}" for number in range(2, 10))
+"""How the names of wheels end that another one turns."""
+
+
+def _middle(build: _Build, part: Rigid, joint: str, side: float) -> Array:
+    """Return the middle of a wheel, robot frame, shape (3,) [m]."""
+    model = build.original.model
+    anchor, _ = build.rest.axis(model.joint(joint).id)
+    middle = build.point(anchor)
+    points = [build.point(np.zeros(3))[:0]]
+    for geom in build.rest.geoms(part):
+        corners = build.rest.points(geom) @ build.robot_from_file[:, :3].T + build.robot_from_file[:, 3]
+        if not side or (corners[:, 1].mean() - middle[1]) * side > 0:
+            points.append(corners[:, 1])
+    across = np.concatenate(points)
+    if len(across):
+        middle[1] = (across.min() + across.max()) / 2
+    return middle
+
+
+def _couple(spec: mujoco.MjSpec, follower: str, leader: str) -> None:
+    """Let a wheel turn as another one does, as a chain would."""
+    chain = spec.add_equality(name=follower, type=mujoco.mjtEq.mjEQ_JOINT, name1=follower, name2=leader)
+    chain.objtype = mujoco.mjtObj.mjOBJ_JOINT
+    chain.data[:5] = [0.0, 1.0, 0.0, 0.0, 0.0]
+
+
+def _weigh(build: _Build, part: Rigid, *, balanced: bool) -> None:
+    """Give a part the mass of the file, and an inertia that physics allows."""
+    load = mass_of(build.body, build.rest)
+    body, (origin, axes) = build.made[part.root], build.frames[part.root]
+    mass = part.mass * build.heavier
+    turn = axes.T @ build.robot_from_file[:, :3]
+    center = axes.T @ (build.point(part.center) - origin)
+    inertia = turn @ part.inertia @ turn.T * build.heavier
+    least = LIGHTEST * load
+    if mass < least:
+        # Too light to be moved by what is as heavy as a robot.
+        mass, inertia = least, np.eye(3) * least * (0.1 * build.body.radius) ** 2
+    values, vectors = np.linalg.eigh(inertia + np.eye(3) * 1e-6 * mass * build.body.radius**2)
+    if np.linalg.det(vectors) < 0:
+        vectors[:, 0] *= -1
+    values[2] = min(values[2], values[0] + values[1])
+    body.explicitinertial, body.mass, body.inertia = True, mass, values
+    body.ipos = [0.0, 0.0, center[2]] if balanced else center
+    body.iquat = _quaternion(vectors)
+
+
+def _add_geoms(build: _Build, part: Rigid, *, side: float = 0.0, touch: bool = True) -> bool:
+    """Add the geoms of a part to its body; return whether one of them is seen."""
+    model = build.original.model
+    seen, touched = seen_and_touched(model, urdf=build.original.urdf)
+    lowest = LOWEST * min(wheel.radius for wheel in build.body.wheels.values())
+    any_seen = False
+    for number in build.rest.geoms(part):
+        corners = build.rest.points(number) @ build.robot_from_file[:, :3].T + build.robot_from_file[:, 3]
+        if side and (corners[:, 1].mean() - build.frames[part.root][0][1]) * side < -1e-3:
+            continue
+        touches = touch and bool(touched[number]) and float(corners[:, 2].min()) > lowest
+        housing = bool(seen[number]) and _houses_camera(build, number)
+        for keys in _ways(seen=bool(seen[number]), touches=touches, base=part.root == 0, housing=housing):
+            _add_geom(build, part, number, keys)
+        any_seen |= bool(seen[number])
+    return any_seen
+
+
+def _ways(*, seen: bool, touches: bool, base: bool, housing: bool) -> list[dict[str, Any]]:
+    """Return how a geom of the file stands in the scene: as what is seen, as what is touched, or both."""
+    solid = {"priority": 1, "friction": [BUMPER_FRICTION, 0.005, 0.0001], "solref": [0.01, 1.0]}
+    decor = {"group": FITTINGS if housing else DECOR, "contype": 0, "conaffinity": 0}
+    if base and touches and not housing:
+        return [{**solid, "group": SEEN if seen else TOUCHED}]
+    if base and touches:
+        return [{**solid, "group": TOUCHED}, decor]
+    # What moves on joints is hit by no rays, as wheels are.
+    return [*([{**solid, "group": RUNNING_GEAR}] if touches else []), *([decor] if seen else [])]
+
+
+def _add_geom(build: _Build, part: Rigid, number: int, keys: Mapping[str, Any]) -> None:
+    model, data = build.original.model, build.rest.data
+    origin, axes = build.frames[part.root]
+    turn = axes.T @ build.robot_from_file[:, :3] @ data.geom_xmat[number].reshape(3, 3)
+    look = {} if keys["group"] in (TOUCHED, RUNNING_GEAR) else build.original.looks.of_geom(number, plain=None)
+    geom = build.made[part.root].add_geom(
+        type=int(model.geom_type[number]),
+        size=model.geom_size[number],
+        pos=axes.T @ (build.point(data.geom_xpos[number]) - origin),
+        quat=_quaternion(turn),
+        mass=0.0,
+        **keys,
+        **(look or {"rgba": DARK}),
+    )
+    if geom.type == mujoco.mjtGeom.mjGEOM_MESH:
+        geom.meshname = mesh_of(build.spec, build.original, int(model.geom_dataid[number]), 1.0)
+
+
+def _exclude(build: _Build) -> None:
+    """Let the parts of a robot pass through each other."""
+    names = sorted({body.name for body in _all(build.made[0]) if _touches(body)})
+    for first, second in combinations(names, 2):
+        build.spec.add_exclude(bodyname1=first, bodyname2=second)
+
+
+def _all(base: mujoco.MjsBody) -> Collection[mujoco.MjsBody]:
+    return [base, *base.find_all(mujoco.mjtObj.mjOBJ_BODY)]
+
+
+def _touches(body: mujoco.MjsBody) -> bool:
+    return any(geom.contype or geom.conaffinity for geom in body.geoms)
+
+
+def _quaternion(turn: Array) -> Array:
+    """Return the quaternion (w, x, y, z) of a rotation, shape (3, 3) -> (4,)."""
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(turn).ravel())
+    return quaternion

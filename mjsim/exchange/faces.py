@@ -1,0 +1,266 @@
+"""Walls drawn by their faces: two parallel lines become one wall with a thickness; all lengths in metres."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mjsim.exchange.pixels import Cells
+from mjsim.exchange.shapes import Bar, bar_between
+from mjsim.exchange.strokes import Indices, Pieces
+from mjsim.geometry import Array
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+NEAREST, FARTHEST = 0.04, 0.5
+"""Between the faces of a wall [m]."""
+PARALLEL = math.sin(math.radians(1.5))
+"""Sine of the angle between two faces at most."""
+TOUCHING, LEVEL = 0.02, 0.005
+"""Lines that meet end to end are one when they are this near, and this far off each other's line at most [m]."""
+LONG = 0.8
+"""A wall is at least so many times as long as thick."""
+OUTERMOST = 2.5
+"""Of lines side by side the outer two are a wall: at a corner the inner is shorter by twice the thickness."""
+COVERED = 0.3
+"""A pair of which longer parallel walls cover more is none."""
+COMMON, ALIKE = 0.08, 0.015
+"""A usual thickness is that of this share of the length of all pairs; others count when they differ by less [m]."""
+WIDEST_GAP = 0.7
+"""Over which a wall goes on when one of its faces does [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Paired:
+    """Walls, and the pieces that are their faces."""
+
+    bars: list[Bar]
+    faces: Cells
+    """Whether a piece is a face of a wall, shape (n,)."""
+
+
+def merged(pieces: Pieces) -> Pieces:
+    """Return pieces with those that go on in each other, or lie on each other, made one."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    one, other = _near(pieces.ends, TOUCHING)
+    sine, offset, overlap = _relations(pieces.ends, one, other)
+    same = (np.abs(sine) < math.sin(math.radians(0.7))) & (np.abs(offset) < LEVEL) & (overlap > -TOUCHING)
+    count = len(pieces.ends)
+    graph = coo_matrix((np.ones(same.sum()), (one[same], other[same])), shape=(count, count))
+    _, label = connected_components(graph, directed=False)
+    order = np.argsort(label, kind="stable")
+    groups = np.split(order, np.flatnonzero(np.diff(label[order])) + 1) if count else []
+    ends = [_spanned(pieces.ends[group]) for group in groups]
+    return Pieces(np.array(ends).reshape(-1, 2, 2), np.array([pieces.owner[group[0]] for group in groups], dtype=int))
+
+
+def paired(pieces: Pieces, *, solid: "BaseGeometry | None" = None, usual_only: bool = False) -> Paired:
+    """Return the walls whose faces are parallel pieces: of three in a row the outer two are taken.
+
+    Args:
+        pieces: Straight lines.
+        solid: What is filled; between two faces it must be, if it is given.
+        usual_only: Whether pairs of an unusual distance are something else than walls.
+    """
+    import shapely
+
+    one, other = _near(pieces.ends, FARTHEST)
+    sine, offset, overlap = _relations(pieces.ends, one, other)
+    apart = np.abs(offset)
+    good = (np.abs(sine) < PARALLEL) & (apart >= NEAREST) & (apart <= FARTHEST) & (overlap >= LONG * apart)
+    one, other, apart, overlap = one[good], other[good], apart[good], overlap[good]
+    bars = [_between(pieces.ends[i], pieces.ends[j]) for i, j in zip(one, other, strict=True)]
+    if solid is not None:
+        shapely.prepare(solid)
+        inside = shapely.covers(solid, shapely.polygons([bar.outline(grown=-0.01) for bar in bars])) if bars else []
+        kept = np.flatnonzero(inside)
+        bars, one, other = [bars[k] for k in kept], one[kept], other[kept]
+        apart, overlap = apart[kept], overlap[kept]
+    if usual_only:
+        usual = _usual(apart, overlap)
+        kept = np.flatnonzero([any(abs(width - common) <= ALIKE for common in usual) for width in apart])
+        bars, one, other = [bars[k] for k in kept], one[kept], other[kept]
+    chosen = _without_overlaps(bars)
+    faces = np.zeros(len(pieces.ends), dtype=bool)
+    for index in chosen:
+        faces[[one[index], other[index]]] = True
+    return Paired([bars[index] for index in chosen], faces | _within(pieces, [bars[k] for k in chosen]))
+
+
+def _near(ends: Array, reach: float) -> tuple[Indices, Indices]:
+    """Return pairs of pieces that are near to each other, the first index the smaller."""
+    import shapely
+
+    lines = shapely.linestrings(ends)
+    one, other = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=reach)
+    return one[one < other], other[one < other]
+
+
+def _relations(ends: Array, one: Indices, other: Indices) -> tuple[Array, Array, Array]:
+    """Return, for pairs of pieces, the sine between them, how far the second is to the left, and their overlap."""
+    start, along = ends[one, 0], ends[one, 1] - ends[one, 0]
+    unit = along / np.maximum(1e-12, np.hypot(*along.T))[:, None]
+    left = np.stack([-unit[:, 1], unit[:, 0]], axis=-1)
+    step = ends[other, 1] - ends[other, 0]
+    sine = (unit[:, 0] * step[:, 1] - unit[:, 1] * step[:, 0]) / np.maximum(1e-12, np.hypot(*step.T))
+    places = ends[other] - start[:, None]
+    u = np.einsum("kij,kj->ki", places, unit)
+    offset = np.einsum("kij,kj->ki", places, left).mean(axis=1)
+    length = np.hypot(*along.T)
+    overlap = np.minimum(u.max(axis=1), length) - np.maximum(u.min(axis=1), 0.0)
+    return sine, offset, overlap
+
+
+def _spanned(ends: Array) -> Array:
+    """Return the line from end to end of pieces in one line, shape (2, 2)."""
+    lengths = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+    start, end = ends[int(np.argmax(lengths))]
+    unit = (end - start) / max(1e-12, math.hypot(*(end - start)))
+    u = (ends.reshape(-1, 2) - start) @ unit
+    return np.array([start + unit * u.min(), start + unit * u.max()])
+
+
+def _between(one: Array, other: Array) -> Bar:
+    """Return the wall between two faces, both ends each, as long as both are."""
+    longer, shorter = (one, other) if math.dist(*one) >= math.dist(*other) else (other, one)
+    unit = (longer[1] - longer[0]) / math.dist(*longer)
+    left = np.array([-unit[1], unit[0]])
+    u = np.sort((shorter - longer[0]) @ unit)
+    first, last = max(0.0, float(u[0])), min(math.dist(*longer), float(u[1]))
+    offset = float(((shorter - longer[0]) @ left).mean())
+    start = longer[0] + left * offset / 2
+    return bar_between(start + unit * first, start + unit * last, abs(offset))
+
+
+def _usual(apart: Array, overlap: Array) -> list[float]:
+    """Return the distances that a good share of the length of all pairs has."""
+    order = np.argsort(apart)
+    apart, weights = apart[order], overlap[order]
+    first, last = np.searchsorted(apart, apart - ALIKE), np.searchsorted(apart, apart + ALIKE, side="right")
+    found: list[float] = []
+    while weights.any():
+        sums = np.concatenate([[0.0], np.cumsum(weights)])
+        best = int(np.argmax(sums[last] - sums[first]))
+        near = slice(first[best], last[best])
+        if weights[near].sum() < COMMON * overlap.sum():
+            break
+        found.append(float(np.average(apart[near], weights=weights[near])))
+        weights[near] = 0.0
+    return found
+
+
+def _without_overlaps(bars: Sequence[Bar]) -> list[int]:
+    """Return the bars, longest and thickest first, that no parallel ones before cover."""
+    import shapely
+
+    if not bars:
+        return []
+    outlines = shapely.polygons([bar.outline() for bar in bars])
+    shapely.prepare(outlines)
+    tree = shapely.STRtree(outlines)
+    order = sorted(range(len(bars)), key=lambda k: -bars[k].length - OUTERMOST * bars[k].width)
+    rank = {index: place for place, index in enumerate(order)}
+    kept: set[int] = set()
+    for index in order:
+        bar = bars[index]
+        others = [k for k in tree.query(outlines[index]).tolist() if rank[k] < rank[index] and k in kept]
+        parallel = [k for k in others if abs(math.sin(bars[k].heading - bar.heading)) < 0.1]
+        hidden = shapely.union_all(outlines[parallel]).intersection(outlines[index]).area if parallel else 0.0
+        crossed = shapely.union_all(outlines[others]).intersection(outlines[index]).area if others else 0.0
+        if hidden <= COVERED * outlines[index].area and crossed <= 0.9 * outlines[index].area:
+            kept.add(index)
+    return [index for index in order if index in kept]
+
+
+def _within(pieces: Pieces, bars: Sequence[Bar]) -> Cells:
+    """Return which pieces lie wholly in or on walls: ends of walls, layers of insulation, posts of windows."""
+    import shapely
+
+    if not bars:
+        return np.zeros(len(pieces.ends), dtype=bool)
+    # Layers of insulation go on around a corner.
+    longer = [Bar(bar.x, bar.y, bar.heading, bar.length + 2 * bar.width, bar.width) for bar in bars]
+    shape = shapely.union_all(shapely.polygons([bar.outline(grown=0.03) for bar in longer]))
+    shapely.prepare(shape)
+    return np.asarray(shapely.covers(shape, shapely.linestrings(pieces.ends)), dtype=bool)
+
+
+def continued(bars: Sequence[Bar], pieces: Pieces) -> list[Bar]:
+    """Return walls with those made one that are parts of each other, where a face goes on or another wall crosses."""
+    bars = list(bars)
+    while pairs := _joints(bars, pieces):
+        taken = {index for pair in pairs for index in pair}
+        joints = [joined(bars[one], bars[other]) for one, other in pairs]
+        bars = [bar for index, bar in enumerate(bars) if index not in taken] + joints
+    return bars
+
+
+def joined(one: Bar, other: Bar) -> Bar:
+    """Return the wall from end to end of two in one line."""
+    ends = np.array([one.ends, other.ends])
+    start, end = _spanned(ends)
+    width = (one.width * one.length + other.width * other.length) / (one.length + other.length)
+    return bar_between(start, end, width)
+
+
+def gaps(bars: Sequence[Bar], widest: float) -> list[tuple[int, int, Array]]:
+    """Return pairs of walls in one line, with both ends of the gap between them, shape (2, 2), the narrowest first."""
+    found = []
+    if len(bars) < 2:
+        return []
+    ends = np.array([bar.ends for bar in bars])
+    for one, other in zip(*(index.tolist() for index in _near(ends, widest)), strict=True):
+        a, b = bars[one], bars[other]
+        if abs(math.sin(a.heading - b.heading)) > PARALLEL or abs(a.width - b.width) > max(ALIKE, 0.15 * a.width):
+            continue
+        c, s = a.along
+        places = (b.ends - [a.x, a.y]) @ np.array([[c, -s], [s, c]])
+        if np.abs(places[:, 1]).max() > max(0.015, 0.1 * a.width):
+            continue
+        low, high = sorted(places[:, 0].tolist())
+        near, far = (a.length / 2, low) if (low + high) > 0 else (high, -a.length / 2)
+        if far - near <= widest:
+            found.append((one, other, np.array([a.x, a.y]) + np.outer([near, far], a.along)))
+    return sorted(found, key=lambda gap: math.dist(*gap[2]))
+
+
+def _joints(bars: Sequence[Bar], pieces: Pieces) -> list[tuple[int, int]]:
+    """Return pairs of walls that are parts of one, no wall in two of them."""
+    import shapely
+
+    if len(bars) < 2:
+        return []
+    outlines = shapely.polygons([bar.outline(grown=0.01) for bar in bars])
+    tree = shapely.STRtree(outlines)
+    found: dict[int, int] = {}
+    for one, other, ends in gaps(bars, WIDEST_GAP):
+        if one in found or other in found:
+            continue
+        gap = shapely.LineString(ends)
+        near = [k for k in tree.query(gap, predicate="intersects").tolist() if k not in (one, other)]
+        filled = near and shapely.union_all(outlines[near]).intersection(gap).length > 0.9 * gap.length
+        if filled or _overlaps(bars[one], bars[other]) or _spanned_by(bars[one], ends, pieces):
+            found[one], found[other] = other, one
+    return [(one, other) for one, other in found.items() if one < other]
+
+
+def _overlaps(one: Bar, other: Bar) -> bool:
+    return (
+        float(np.abs((np.array([other.x, other.y]) - [one.x, one.y]) @ one.along))
+        <= (one.length + other.length) / 2 + TOUCHING
+    )
+
+
+def _spanned_by(bar: Bar, ends: Array, pieces: Pieces) -> bool:
+    """Say whether a face of a wall goes on over a gap."""
+    middle, unit = ends.mean(axis=0), bar.along
+    half = math.dist(*ends) / 2
+    places = pieces.ends - middle
+    u, v = places @ unit, places @ np.array([-unit[1], unit[0]])
+    level = np.abs(np.abs(v) - bar.width / 2).max(axis=1) < 0.015
+    return bool((level & (u.min(axis=1) <= -half + TOUCHING) & (u.max(axis=1) >= half - TOUCHING)).any())

@@ -1,0 +1,80 @@
+"""How well a world stands for the map that it was made from."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.exchange.grid import Grid
+from mjsim.exchange.pixels import Cells
+from mjsim.exchange.raster import cells_of
+from mjsim.geometry import Array
+from mjsim.world import World, solid
+
+NEAR = 1.0
+"""A cell is explained when its middle is this near to something solid [cells]."""
+DEEP = 0.5
+"""A free cell is covered when its middle is deeper than this in something solid [cells]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fidelity:
+    """Figures that compare a world with a map; specks count like all other cells."""
+
+    occupied: int
+    """Occupied cells of the map."""
+    explained: int
+    """Those whose middle is at most one cell from something solid."""
+    touched: int
+    """Those that something solid touches: their middle is at most half a cell from it."""
+    covered: int
+    """Cells that the map calls free, and whose middle is more than half a cell deep in something solid."""
+    solid: int
+    """Cells whose middle is in something solid."""
+    false_walls: float
+    """Share of the length of all walls that has no occupied cell within one cell of their faces, 0 to 1."""
+
+    @property
+    def share(self) -> float:
+        """Share of the occupied cells that is explained, 0 to 1."""
+        return self.explained / self.occupied if self.occupied else 1.0
+
+
+def fidelity(world: World, grid: Grid) -> Fidelity:
+    """Return how well a world stands for a grid."""
+    shape, cell = solid(world), grid.resolution
+    near: Cells = cells_of(shape.buffer(NEAR * cell), grid)
+    touched: Cells = cells_of(shape.buffer(cell / 2, join_style="mitre"), grid)
+    deep: Cells = cells_of(shape.buffer(-DEEP * cell), grid)
+    return Fidelity(
+        occupied=int(np.count_nonzero(grid.occupied)),
+        explained=int(np.count_nonzero(grid.occupied & near)),
+        touched=int(np.count_nonzero(grid.occupied & touched)),
+        covered=int(np.count_nonzero(grid.free & deep)),
+        solid=int(np.count_nonzero(cells_of(shape, grid))),
+        false_walls=_false_share(world, grid),
+    )
+
+
+def _false_share(world: World, grid: Grid) -> float:
+    """Return the share of the length of walls near which the map has nothing, 0 to 1."""
+    import cv2
+
+    away = np.asarray(cv2.distanceTransform((~np.pad(grid.occupied, 1)).astype(np.uint8), cv2.DIST_L2, 5), dtype=float)
+    length = false = 0.0
+    for wall in world.walls:
+        reach = wall.thickness / 2 / grid.resolution + NEAR
+        for start, end in wall.segments():
+            far = _looked_up(away, grid, np.array(start), np.array(end)) > reach
+            size = float(np.hypot(*np.subtract(end, start)))
+            length, false = length + size, false + size * float(far.mean())
+    return false / length if length else 0.0
+
+
+def _looked_up(away: Array, grid: Grid, start: Array, end: Array) -> Array:
+    """Return values of a padded picture along a line in the world, twice a cell."""
+    count = max(2, round(2 * float(np.hypot(*(end - start))) / grid.resolution))
+    places = start + np.outer((np.arange(count) + 0.5) / count, end - start)
+    cells = np.floor(grid.cells(places)).astype(int) + 1
+    rows, columns = away.shape
+    cells = cells.clip(0, (columns - 1, rows - 1))
+    return np.asarray(away[cells[:, 1], cells[:, 0]])

@@ -1,0 +1,147 @@
+"""A landmark map of MATLAB's SLAM simulators -> a world: `lm` (2 x n) are reflectors, `wp` (2 x m) is the way.
+
+References:
+    T. Bailey's SLAM simulators for MATLAB store their maps so.
+"""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from mjsim.errors import UsageError
+from mjsim.exchange.place import ODOMETRY_NOISE, ROBOT, WAYPOINTS
+from mjsim.geometry import Array
+from mjsim.world import Beacon, Modules, Robot, Run, Use, World
+
+SLAM = "mjsim.algorithms.ekf_slam:EkfSlam"
+SPEED = 0.6
+"""At which the way is driven [m/s]."""
+MOST_BYTES, MOST_LANDMARKS, MOST_WAYPOINTS = 10_000_000, 2000, 1000
+FARTHEST = 5000.0
+"""Of what the map holds, from its origin [m]."""
+DIGITS = 3
+"""Coordinates are written to the millimetre."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LandmarkMap:
+    """What such a file holds, in metres."""
+
+    landmarks: Array
+    """Shape (n, 2)."""
+    waypoints: Array
+    """Shape (m, 2); none where the file has none."""
+
+    def way(self) -> float:
+        """Return the length of the way [m]."""
+        return float(np.hypot(*np.diff(self.waypoints, axis=0).T).sum()) if len(self.waypoints) > 1 else 0.0
+
+
+def read_landmarks(path: Path, *, scale: float) -> LandmarkMap:
+    """Return a landmark map.
+
+    Args:
+        path: A MAT-file, version 5 to 7.
+        scale: Metres to one unit of the file.
+
+    Raises:
+        UsageError: It is none, or holds no such map.
+    """
+    content = _content(path)
+    if "lm" not in content:
+        there = ", ".join(sorted(content)) or "nothing"
+        raise UsageError(f"'{path}' holds no landmarks: lm, 2 x n; it holds {there:.200}")
+    landmarks = _points(path, "lm", content["lm"], most=MOST_LANDMARKS) * scale
+    waypoints = _points(path, "wp", content.get("wp", np.zeros((2, 0))), most=MOST_WAYPOINTS) * scale
+    if not len(landmarks):
+        raise UsageError(f"'{path}' has an empty lm; a map has at least one landmark")
+    farthest = float(np.abs(np.vstack([landmarks, waypoints])).max())
+    if farthest > FARTHEST:
+        raise UsageError(f"'{path}' reaches {farthest:g} m; the farthest is {FARTHEST:g} m, give a smaller --scale")
+    return LandmarkMap(np.round(landmarks, DIGITS) + 0.0, np.round(waypoints, DIGITS) + 0.0)
+
+
+def world_from_landmarks(map: LandmarkMap, *, name: str, preset: str | None, estimator: Use | None = None) -> World:
+    """Return a world with a reflector for each landmark, and a robot that drives the way.
+
+    Args:
+        map: Of landmarks.
+        name: Of the world.
+        preset: Of the robot; none unless given.
+        estimator: An EKF-SLAM unless given.
+
+    Raises:
+        UsageError: There is no such preset.
+    """
+    beacons = tuple(Beacon(name=f"lm{k}", at=_at(point)) for k, point in enumerate(map.landmarks, start=1))
+    world = World(name=name, beacons=beacons)
+    if preset is None:
+        return world
+    start = map.waypoints[0] if len(map.waypoints) else map.landmarks.mean(axis=0).round(DIGITS)
+    robot = _robot(preset, start, _heading(start, map.waypoints[1:]))
+    points = [list(_at(point)) for point in map.waypoints[1:]]
+    way = Use.model_validate({"use": WAYPOINTS, "points": points, "speed": SPEED}) if points else None
+    modules = Modules(estimator=estimator or Use(use=SLAM), navigator=way)
+    seconds = float(max(60, math.ceil(1.4 * map.way() / SPEED)))
+    run = Run(seconds=seconds, drivers={ROBOT: modules})
+    return world.model_copy(update={"robots": (robot,), "run": run})
+
+
+def _content(path: Path) -> dict[str, Any]:
+    from scipy.io import loadmat
+
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise UsageError(f"'{path}' is over {MOST_BYTES // 1_000_000} MB; a landmark map is smaller")
+        content = loadmat(path, variable_names=["lm", "wp"])
+    except OSError as error:
+        raise UsageError(f"cannot read '{path}': {error.strerror or error}") from error
+    except UsageError:
+        raise
+    # A reader of a format in C and Python raises many things on a broken file.
+    except Exception as error:
+        raise UsageError(
+            f"'{path}' is no MAT-file of version 5 to 7; write it with: save('-v7', 'map.mat', 'lm', 'wp')"
+        ) from error
+    return {key: value for key, value in content.items() if not key.startswith("__")}
+
+
+def _points(path: Path, name: str, value: Any, *, most: int) -> Array:
+    """Return columns as points, shape (n, 2)."""
+    array = np.asarray(value)
+    if array.dtype.kind not in "iuf" or array.ndim != 2 or (array.shape[0] != 2 and array.size):
+        sides = " x ".join(map(str, array.shape))
+        raise UsageError(f"'{path}' has {name} of {sides}; it must be 2 x n numbers, x above y")
+    if not np.isfinite(array).all():
+        raise UsageError(f"'{path}' has {name} that is not finite")
+    if array.shape[1] > most:
+        raise UsageError(f"'{path}' has {array.shape[1]} columns in {name}; {most} can be read")
+    return np.asarray(array.T, dtype=float).reshape(-1, 2)
+
+
+def _robot(preset: str, start: Array, heading: float) -> Robot:
+    noise = {"range": 0.05, "bearing_deg": 1.0}
+    sensor = {"beacons": "ring", "range": [0.3, 8.0], "fov_deg": 180.0, "rate_hz": 5.0, "noise": noise}
+    keys = {"name": ROBOT, "preset": preset, "at": list(_at(start)), "heading_deg": heading}
+    try:
+        return Robot.model_validate({**keys, "sensors": [sensor], "odometry": {"noise": ODOMETRY_NOISE}})
+    except ValidationError as error:
+        raise UsageError(error.errors()[0]["msg"].removeprefix("Value error, ")) from None
+
+
+def _heading(start: Array, ahead: Array) -> float:
+    """Return the direction of the first point of the way that is not the start [deg]."""
+    for point in ahead:
+        if (point != start).any():
+            dx, dy = point - start
+            return round(math.degrees(math.atan2(dy, dx)), 1)
+    return 0.0
+
+
+def _at(point: Array) -> tuple[float, float]:
+    x, y = point.tolist()
+    return x, y

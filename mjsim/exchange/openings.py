@@ -1,0 +1,213 @@
+"""Doors and windows of a drawing: where symbols lie on walls, or lines cross the gap between two; in metres."""
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.exchange.faces import PARALLEL, gaps, joined
+from mjsim.exchange.shapes import Bar
+from mjsim.exchange.strokes import Arc, Pieces
+from mjsim.geometry import Array
+from mjsim.world import Opening, Wall
+
+NARROWEST, WIDEST = 0.4, 4.0
+"""An opening [m]."""
+BESIDE = 0.12
+"""A symbol may lie so far beside the face of its wall [m]."""
+SHARE = 0.5
+"""Of a gap that the symbol in it spans at least."""
+SILL, HEAD = 0.9, 2.0
+"""Of windows [m]."""
+MARGIN = 0.02
+"""Between an opening and the end of its wall's segment [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hole:
+    """A doorway or a window in a wall."""
+
+    ends: Array
+    """On the wall's middle line, shape (2, 2) [m]."""
+    window: bool
+
+
+def doors_and_windows(
+    bars: Sequence[Bar], pieces: Pieces, arcs: Sequence[Arc], doors: Sequence[Array], windows: Sequence[Array]
+) -> tuple[list[Bar], list[Hole]]:
+    """Return walls that go on through their doors and windows, and these.
+
+    Args:
+        bars: Walls.
+        pieces: Lines that may be panes and posts.
+        arcs: Ways of leaves.
+        doors: Corners of other symbols of doors, shape (n, 2) each.
+        windows: The same of windows.
+    """
+    bars, holes = list(bars), []
+    symbols = [np.stack([arc.middle, end]) for arc in arcs for end in arc.ends]
+    while found := _filled_gaps(bars, pieces, [*symbols, *doors], windows):
+        taken = {k for one, other, _ in found for k in (one, other)}
+        joints = [joined(bars[one], bars[other]) for one, other, _ in found]
+        bars = [bar for k, bar in enumerate(bars) if k not in taken] + joints
+        holes += [hole for _, _, hole in found]
+    for arc in arcs:
+        options = [np.stack([arc.middle, end]) for end in arc.ends]
+        spots = [spot for ends in options if (spot := _spot(bars, ends)) is not None]
+        if spots:
+            holes.append(Hole(min(spots, key=lambda spot: spot[0])[1], window=False))
+    for corners, window in [*((corners, False) for corners in doors), *((corners, True) for corners in windows)]:
+        if (spot := _spot(bars, corners)) is not None:
+            holes.append(Hole(spot[1], window))
+    holes += [Hole(ends, window=True) for bar in bars for ends in _panes(bar, pieces)]
+    return bars, _distinct(holes)
+
+
+def with_openings(walls: Sequence[Wall], holes: Sequence[Hole]) -> list[Wall]:
+    """Return walls with their openings; a hole that no wall has room for is left out."""
+    openings: dict[int, list[Opening]] = {}
+    for hole in holes:
+        if (place := _place(walls, hole)) is None:
+            continue
+        index, segment, at, width = place
+        others = [other for other in openings.get(index, []) if other.segment == segment]
+        if any(at < other.at + other.width + MARGIN and other.at < at + width + MARGIN for other in others):
+            continue
+        opening = Opening(segment=segment, at=at, width=width)
+        pane = opening.model_copy(update={"sill": SILL, "head": HEAD})
+        openings.setdefault(index, []).append(pane if hole.window else opening)
+    return [
+        wall.model_copy(update={"openings": tuple(sorted(openings.get(index, ()), key=lambda o: (o.segment, o.at)))})
+        for index, wall in enumerate(walls)
+    ]
+
+
+def _filled_gaps(
+    bars: Sequence[Bar], pieces: Pieces, doors: Sequence[Array], windows: Sequence[Array]
+) -> list[tuple[int, int, Hole]]:
+    """Return pairs of walls between which a symbol lies, no wall in two of them, and the hole there."""
+    found: list[tuple[int, int, Hole]] = []
+    taken: set[int] = set()
+    for one, other, ends in gaps(bars, WIDEST):
+        if one in taken or other in taken or not NARROWEST <= math.dist(*ends) <= WIDEST:
+            continue
+        hole = _hole_in(ends, bars[one].width, pieces, doors, windows)
+        if hole is not None:
+            taken |= {one, other}
+            found.append((one, other, hole))
+    return found
+
+
+def _hole_in(
+    ends: Array, width: float, pieces: Pieces, doors: Sequence[Array], windows: Sequence[Array]
+) -> Hole | None:
+    """Return the doorway or the window that symbols say is in a gap; two leaves may be half a doorway each."""
+    reach = width / 2 + BESIDE
+    if any(_spans(ends, corners, reach) for corners in windows) or _has_panes(ends, width, pieces):
+        return Hole(ends, window=True)
+    whole = any(_spans(ends, corners, reach) for corners in doors)
+    halves = 0 if whole else sum(_spans(ends, corners, reach, share=0.35) for corners in doors)
+    return Hole(ends, window=False) if whole or halves > 1 else None
+
+
+def _along(ends: Array, points: Array) -> tuple[Array, Array]:
+    """Return where points lie along a line from its first end, and how far they are to its left."""
+    unit = (ends[1] - ends[0]) / math.dist(*ends)
+    offset = points - ends[0]
+    return offset @ unit, offset @ np.array([-unit[1], unit[0]])
+
+
+def _spans(ends: Array, corners: Array, reach: float, *, share: float = SHARE) -> bool:
+    """Say whether a symbol lies in a gap: beside its line, and along enough of it."""
+    u, v = _along(ends, corners)
+    length = math.dist(*ends)
+    if np.abs(v).min() > reach or (len(corners) == 2 and np.abs(v).max() > reach):
+        return False
+    overlap = min(length, float(u.max())) - max(0.0, float(u.min()))
+    return overlap >= share * length and float(np.ptp(u)) <= length + 0.5
+
+
+def _has_panes(ends: Array, width: float, pieces: Pieces) -> bool:
+    """Say whether at least two lines lead from one side of a gap to the other within the thickness of the wall."""
+    u, v = _along(ends, pieces.ends.reshape(-1, 2))
+    u, v = u.reshape(-1, 2), v.reshape(-1, 2)
+    length = math.dist(*ends)
+    inside = (np.abs(v).max(axis=1) <= width / 2 + 0.02) & (np.ptp(v, axis=1) <= 0.02)
+    through = (u.min(axis=1) <= 0.1 * length) & (u.max(axis=1) >= 0.9 * length)
+    return int(np.count_nonzero(inside & through)) >= 2
+
+
+def _spot(bars: Sequence[Bar], corners: Array) -> tuple[float, Array] | None:
+    """Return how far off its wall a symbol is, and where it lies on the wall, shape (2, 2); None when on none."""
+    best: tuple[float, Array] | None = None
+    for bar in bars:
+        u, v = _along(bar.ends, corners)
+        line = len(corners) == 2
+        low, high = float(u.min()), float(u.max())
+        off = float(np.abs(v).max() if line else np.abs(v).min())
+        beside = bar.width / 2 + BESIDE
+        tilted = line and abs(float(np.ptp(v))) > max(0.2 * math.dist(*corners), bar.width)
+        if off > beside or tilted or low < -MARGIN or high > bar.length + MARGIN:
+            continue
+        if NARROWEST <= high - low <= WIDEST and (best is None or off < best[0]):
+            unit = bar.along
+            best = off, bar.ends[0] + np.outer([low, high], unit)
+    return best
+
+
+def _panes(bar: Bar, pieces: Pieces) -> list[Array]:
+    """Return where a pane lies in a wall between two posts that cross it, shape (2, 2) each."""
+    u, v = _along(bar.ends, pieces.ends.reshape(-1, 2))
+    u, v = u.reshape(-1, 2), v.reshape(-1, 2)
+    inside = (
+        (np.abs(v).max(axis=1) <= bar.width / 2 + 0.01) & (u.min(axis=1) > -0.01) & (u.max(axis=1) < bar.length + 0.01)
+    )
+    posts = inside & (np.ptp(u, axis=1) < 0.01) & (np.ptp(v, axis=1) > 0.8 * bar.width)
+    panes = inside & (np.ptp(v, axis=1) < 0.01) & (np.abs(v).max(axis=1) < bar.width / 2 - 0.01)
+    places = np.unique(np.round(u[posts].mean(axis=1), 3))
+    found = []
+    for low, high in itertools.pairwise(places.tolist()):
+        slack = 0.1 * (high - low)
+        across = (u[panes].min(axis=1) <= low + slack) & (u[panes].max(axis=1) >= high - slack)
+        if NARROWEST <= high - low <= WIDEST and across.any():
+            found.append(bar.ends[0] + np.outer([low, high], bar.along))
+    return found
+
+
+def _distinct(holes: Sequence[Hole]) -> list[Hole]:
+    """Return holes without those that lie in one before; two leaves side by side are one doorway."""
+    kept: list[Hole] = []
+    for hole in holes:
+        for index, other in enumerate(kept):
+            u, v = _along(other.ends, hole.ends)
+            length = math.dist(*other.ends)
+            if np.abs(v).max() > 0.1 or float(u.max()) < -0.05 or float(u.min()) > length + 0.05:
+                continue
+            if not (hole.window or other.window) and float(u.max()) - float(u.min()) > 0.0:
+                unit = (other.ends[1] - other.ends[0]) / length
+                low, high = min(0.0, float(u.min())), max(length, float(u.max()))
+                if high - low <= WIDEST:
+                    kept[index] = Hole(other.ends[0] + np.outer([low, high], unit), window=False)
+            break
+        else:
+            kept.append(hole)
+    return kept
+
+
+def _place(walls: Sequence[Wall], hole: Hole) -> tuple[int, int, float, float] | None:
+    """Return the wall and its segment that a hole lies in, where it begins there, and how wide it is."""
+    best: tuple[float, tuple[int, int, float, float]] | None = None
+    for index, wall in enumerate(walls):
+        for segment, (start, end) in enumerate(wall.segments()):
+            ends = np.array([start, end])
+            u, v = _along(ends, hole.ends)
+            length, off = math.dist(start, end), float(np.abs(v).max())
+            low, high = max(MARGIN, float(u.min())), min(length - MARGIN, float(u.max()))
+            level = abs(float(np.ptp(v))) <= max(0.02, 5 * PARALLEL * float(np.ptp(u)))
+            if level and off <= wall.thickness / 2 + 0.02 and high - low >= 0.7 * math.dist(*hole.ends):
+                width = round(high - low, 3)
+                if width >= 0.3 and (best is None or off < best[0]):
+                    best = off, (index, segment, round(low, 3), width)
+    return None if best is None else best[1]

@@ -1,0 +1,102 @@
+"""A map or a drawing as it is, placed where the world that it became has it."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.exchange.bring import Reading, drawing_of, plan_of
+from mjsim.exchange.drawing import Line
+from mjsim.exchange.grid import Grid, read_bounded, read_grid
+from mjsim.geometry import Array, Pose
+from mjsim.interface import Picture
+
+OCCUPIED, FREE, UNKNOWN = 20, 255, 205
+"""Gray of the cells of a map."""
+AROUND = 10
+"""Cells around what a map knows that are shown."""
+_PLACED = re.compile(r"# From the drawing .*: (\S+) m to its unit, its place \[(\S+), (\S+)\] is \[0, 0\] here")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Original:
+    """A map or a drawing, placed in the world."""
+
+    name: str
+    """Of the file."""
+    bounds: Array
+    """(x, y) min and max of what it shows, shape (2, 2) [m]."""
+    strokes: Sequence[Line] = ()
+    """Of a drawing, in the world frame [m]."""
+    picture: Picture | None = None
+    """Of a map, its first row the lowest in y."""
+    cell: float = 1.0
+    """Side of a pixel of the picture [m]."""
+    world_from_picture: Pose = Pose(0.0, 0.0, 0.0)  # noqa: RUF009 - a frozen value
+    """The outer corner of its first pixel, and where its rows point."""
+
+
+def read_original(path: str | Path, *, world: str | Path | None = None, reading: Reading | None = None) -> Original:
+    """Return the map or the drawing of a file as it is.
+
+    Args:
+        path: A map's YAML file, an SVG or a DXF drawing.
+        world: The world file made from it, whose first lines say where the drawing lies in it.
+        reading: How the drawing was read, when the world file does not say it any more.
+
+    Raises:
+        UsageError: It is none of these, or cannot be read as one.
+    """
+    path = Path(path)
+    kind = path.suffix.lower()
+    if kind in (".yaml", ".yml"):
+        return _of_grid(read_grid(path), path.name)
+    if kind in (".svg", ".dxf"):
+        return _of_drawing(path, None if world is None else Path(world), reading or Reading())
+    raise UsageError(f"'{path}' is of no kind that can be shown; name a map's .yaml, an .svg or a .dxf file")
+
+
+def _of_grid(grid: Grid, name: str) -> Original:
+    """Return the part of a map that is known, with a margin."""
+    known = np.argwhere(grid.occupied | grid.free)
+    shape = np.array(grid.occupied.shape)
+    low = np.maximum(known.min(axis=0) - AROUND, 0) if len(known) else np.zeros(2, dtype=int)
+    high = np.minimum(known.max(axis=0) + AROUND + 1, shape) if len(known) else shape
+    gray = np.full(grid.occupied.shape, UNKNOWN, dtype=np.uint8)
+    gray[grid.free], gray[grid.occupied] = FREE, OCCUPIED
+    part = gray[low[0] : high[0], low[1] : high[1]]
+    corner = grid.corners(low[::-1].astype(float))
+    at = Pose(float(corner[0]), float(corner[1]), grid.world_from_grid.heading)
+    rows, columns = part.shape
+    corners = grid.corners(low[::-1] + np.array([[0, 0], [columns, 0], [columns, rows], [0, rows]], dtype=float))
+    bounds = np.stack([corners.min(axis=0), corners.max(axis=0)])
+    picture = np.repeat(part[..., None], 3, axis=2)
+    return Original(name, bounds, (), picture, grid.resolution, at)
+
+
+def _of_drawing(path: Path, world: Path | None, reading: Reading) -> Original:
+    if (placed := _placed(world)) is None:
+        plan, drawing = plan_of(path, reading)
+        scale, corner = plan.scale, np.array(plan.corner)
+    else:
+        drawing, (scale, corner) = drawing_of(path, reading), placed
+    lines = [replace(line, points=(line.points - corner) * scale) for line in drawing.lines if len(line.points) > 1]
+    if not lines:
+        raise UsageError(f"'{path}' has no lines to show")
+    points = np.concatenate([line.points for line in lines])
+    return Original(path.name, np.stack([points.min(axis=0), points.max(axis=0)]), lines)
+
+
+def _placed(world: Path | None) -> tuple[float, Array] | None:
+    """Return what the first lines of a world file say of its drawing: metres to the unit, and the place of [0, 0]."""
+    if world is None:
+        return None
+    head = read_bounded(world, most=50_000_000, kind="a world file")[:4096].decode("utf-8", "replace")
+    found = _PLACED.search(head)
+    try:
+        return (float(found[1]), np.array([float(found[2]), float(found[3])])) if found else None
+    except ValueError:
+        return None

@@ -1,0 +1,79 @@
+"""What a sheet shows besides the building: its frame, scale bars, legends; in metres."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mjsim.exchange.drawing import Line
+from mjsim.exchange.furnishing import touching
+from mjsim.exchange.shapes import fitted_rectangle
+from mjsim.geometry import Array
+
+MARGIN = 0.6
+"""Between the frame of a sheet and the building [m]."""
+LARGE = 0.35
+"""The building's size is at least so much of the frame's."""
+REACH = 0.6
+"""What is no farther from the building belongs to it [m]."""
+SMALL, SLIM = 0.2, 0.35
+"""What lies outside is no part of the building when it is smaller than this share of it, or as slim as a bar [m]."""
+
+
+def without_frames(lines: Sequence[Line]) -> list[Line]:
+    """Return lines without closed rectangles around all others, and without what is attached to these."""
+    left = list(lines)
+    while len(left) > 4:
+        boxes = np.array([_box(line.points) for line in left])
+        low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+        whole = np.flatnonzero((np.abs(boxes - [low, high]) <= 0.02 * (high - low).max()).all(axis=(1, 2)))
+        frames = [left[k] for k in whole if left[k].closed and fitted_rectangle(left[k].points) is not None]
+        inner = _apart(left, frames)
+        if not frames or not _is_building(inner, left, low, high):
+            break
+        left = inner
+    return left
+
+
+def _apart(lines: Sequence[Line], frames: Sequence[Line]) -> list[Line]:
+    """Return lines that touch no frame."""
+    import shapely
+
+    rings = shapely.union_all([shapely.LinearRing(line.points) for line in frames])
+    return [line for line in lines if shapely.LineString(line.points).distance(rings) > 0.02]
+
+
+def _is_building(inner: Sequence[Line], lines: Sequence[Line], low: Array, high: Array) -> bool:
+    """Say whether lines keep away from all sides of a frame, and are most of what it holds."""
+    if not inner:
+        return False
+    boxes = np.array([_box(line.points) for line in inner])
+    first, last = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+    away = min(*(first - low).tolist(), *(high - last).tolist()) >= MARGIN
+    large = float(np.hypot(*(last - first))) >= LARGE * float(np.hypot(*(high - low)))
+    return away and large and len(inner) >= 0.5 * len(lines)
+
+
+def without_outliers(lines: Sequence[Line]) -> list[Line]:
+    """Return lines without small groups that lie outside of the largest."""
+    import shapely
+
+    groups = touching(lines)
+    if len(groups) < 2:
+        return list(lines)
+    points = [np.concatenate([line.points for line in group]) for group in groups]
+    sizes = [float(np.hypot(*np.ptp(each, axis=0))) for each in points]
+    hull = shapely.MultiPoint(points[int(np.argmax(sizes))]).convex_hull.buffer(REACH)
+    # What lies beside the building and is large is another part of it.
+    large = [
+        each
+        for each, size in zip(points, sizes, strict=True)
+        if size >= SMALL * max(sizes) and np.ptp(each, axis=0).min() > SLIM
+    ]
+    hull = shapely.union_all([hull, *(shapely.MultiPoint(each).convex_hull.buffer(REACH) for each in large)])
+    kept = [group for group, each in zip(groups, points, strict=True) if hull.intersects(shapely.MultiPoint(each))]
+    chosen = {id(line) for group in kept for line in group}
+    return [line for line in lines if id(line) in chosen]
+
+
+def _box(points: Array) -> Array:
+    return np.stack([points.min(axis=0), points.max(axis=0)])

@@ -1,0 +1,341 @@
+"""Lines of a drawing -> a world: walls by one line or by two faces, openings, columns, furniture."""
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.exchange.corners import runs_of
+from mjsim.exchange.drawing import (
+    MOST_CORNERS,
+    THINNEST,
+    Drawing,
+    Line,
+    corner_and_scale,
+    drawn_thickness,
+    joined,
+    wall_along,
+)
+from mjsim.exchange.faces import Paired, continued, merged, paired
+from mjsim.exchange.filled import DARK, bars_of_filled
+from mjsim.exchange.furnishing import HEIGHT, Outline, Thing, column_of, distinct_outlines, outlines_of, thing_of
+from mjsim.exchange.maps import DIGITS, WALL_HEIGHT, distinct
+from mjsim.exchange.openings import Hole, doors_and_windows, with_openings
+from mjsim.exchange.outside import without_frames, without_outliers
+from mjsim.exchange.roles import Role
+from mjsim.exchange.shapes import Bar
+from mjsim.exchange.strokes import Arc, Pieces, patterned, split
+from mjsim.geometry import Array
+from mjsim.world import Wall, World, solid
+
+UNIT = 0.05
+"""Walls are joined at corners as those of a map with cells of this size are [m]."""
+BY_FACES = 0.3
+"""Walls are drawn by their faces when this share of the length of all lines is faces."""
+ALONE = 0.5
+"""A line on a layer of walls is a wall by itself when it is this long at least [m]."""
+BY_SIZE = (0.3, 3.0)
+"""Of closed shapes and blocks in rooms that are taken for furniture though no name says so [m]."""
+
+
+_LEFT: dict[Role | None, str] = {"note": "lines of notes", "stairs": "lines of stairs"}
+"""Roles that have no part in the world."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """What a drawing became."""
+
+    world: World
+    scale: float
+    """Metres to one unit of the drawing."""
+    corner: tuple[float, float]
+    """The place of the drawing that is [0, 0] in the world [units of the drawing]."""
+    notes: Sequence[str]
+    """What was made of what, and what was left out."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sorted:
+    """The lines of a drawing in metres, by what they are."""
+
+    walls: list[Line]
+    doors: list[Line]
+    windows: list[Line]
+    furniture: list[Line]
+    columns: list[Line]
+    others: list[Line]
+    """Of which no name says what they are."""
+    named: bool
+    """Whether names say which lines are walls."""
+
+
+def read_plan(
+    drawing: Drawing,
+    *,
+    name: str = "world",
+    scale: float | None = None,
+    thickness: float | None = None,
+    furniture: bool = True,
+) -> Plan:
+    """Return the world of a drawing; the lower left corner of what is drawn as walls becomes [0, 0].
+
+    Args:
+        drawing: Its lines.
+        name: Of the world.
+        scale: Metres to one unit of the drawing; as the drawing says unless given.
+        thickness: Of the walls [m]; as they are drawn unless given, 0.1 when that is by one hair line.
+        furniture: Whether furniture becomes obstacles.
+
+    Raises:
+        UsageError: It has no lines, too many, or no size of a building.
+    """
+    lines = [line for line in drawing.lines if len(line.points) > 1]
+    walls = [line for line in lines if line.role == "wall"] or [line for line in lines if line.role is None]
+    if not walls:
+        raise UsageError(f"'{drawing.name}' has no lines to make walls of; draw each wall as a line")
+    if (count := sum(len(line.points) for line in lines)) > 2 * MOST_CORNERS:
+        raise UsageError(f"'{drawing.name}' has {count} corners; walls have at most {MOST_CORNERS}, name their --layer")
+    _, metres = corner_and_scale(drawing, walls, scale)
+    counts = Counter(_LEFT[line.role] for line in lines if line.role in _LEFT)
+    sorted_lines = _sorted([replace(line, points=line.points * metres, width=line.width * metres) for line in lines])
+    if not sorted_lines.named:
+        sorted_lines = _cleared(sorted_lines, counts)
+    corner = np.concatenate([line.points for line in sorted_lines.walls]).min(axis=0)
+    moved = _moved(sorted_lines, corner)
+    made, holes = _walls(moved, thickness, counts)
+    if not made:
+        raise UsageError(f"'{drawing.name}' has no line that is longer than a centimetre at {metres:g} m to the unit")
+    named = [wall.model_copy(update={"name": f"wall-{index}"}) for index, wall in enumerate(made, start=1)]
+    named = with_openings(named, holes)
+    things = _things(moved, named, furniture, counts)
+    _count_openings(named, counts)
+    world = World(name=name, walls=tuple(named), obstacles=tuple(things))
+    place = (corner / metres).tolist()
+    return Plan(world, metres, (place[0], place[1]), [*_said(counts), *drawing.notes])
+
+
+def _sorted(lines: Sequence[Line]) -> _Sorted:
+    """Return lines by their roles; those without one are walls when no line is."""
+    by_role: dict[str | None, list[Line]] = {}
+    for line in lines:
+        by_role.setdefault(line.role, []).append(line)
+    known = "wall" in by_role
+    nothing = by_role.get(None, [])
+    return _Sorted(
+        walls=by_role["wall"] if known else nothing,
+        doors=by_role.get("door", []),
+        windows=by_role.get("window", []),
+        furniture=by_role.get("furniture", []),
+        columns=by_role.get("column", []),
+        others=nothing if known else [],
+        named=known,
+    )
+
+
+def _cleared(lines: _Sorted, counts: Counter[str]) -> _Sorted:
+    """Return lines whose walls no name tells, without frames of the sheet and what lies outside of the building."""
+    walls = without_frames(lines.walls)
+    counts["lines of a frame"] += len(lines.walls) - len(walls)
+    inner = without_outliers(walls)
+    counts["lines outside of the building"] += len(walls) - len(inner)
+    return replace(lines, walls=inner)
+
+
+def _moved(lines: _Sorted, corner: Array) -> _Sorted:
+    """Return lines with a place of the drawing at [0, 0]."""
+
+    def move(group: list[Line]) -> list[Line]:
+        return [replace(line, points=line.points - corner) for line in group]
+
+    return _Sorted(
+        walls=move(lines.walls),
+        doors=move(lines.doors),
+        windows=move(lines.windows),
+        furniture=move(lines.furniture),
+        columns=move(lines.columns),
+        others=move(lines.others),
+        named=lines.named,
+    )
+
+
+def _walls(lines: _Sorted, thickness: float | None, counts: Counter[str]) -> tuple[list[Wall], list[Hole]]:
+    """Return walls and the holes in them."""
+    hair, broad, filled = _by_pen(lines.walls)
+    solid_bars, columns = bars_of_filled(filled)
+    lines.columns.extend(columns)
+    pieces, arcs = split([line.points for line in hair], [line.closed for line in hair])
+    pattern, patterns = patterned(pieces)
+    counts["hatches and stairs"] += patterns
+    pieces = merged(pieces.where(~pattern))
+    found = paired(pieces, usual_only=not lines.named)
+    faced = float(pieces.lengths[found.faces].sum()) >= BY_FACES * max(1e-9, float(pieces.lengths.sum()))
+    bars = [*solid_bars]
+    straight = list(broad)
+    if faced or (filled and not lines.named):
+        bars += _continued_walls(found, pieces, lines, counts)
+    else:
+        straight += _without(hair, arcs)
+    singles = _by_lines(straight, thickness)
+    all_arcs = [*arcs, *_arcs(lines)]
+    doors = [outline.points for outline in outlines_of(lines.doors, "door")]
+    windows = [outline.points for outline in outlines_of(lines.windows, "window")]
+    seen = _bars_of_walls(singles)
+    panes = _joined_pieces(pieces, lines)
+    bars, holes = doors_and_windows(bars, panes, all_arcs, doors, windows)
+    _, more = doors_and_windows(seen, panes, all_arcs, doors, windows) if seen else ([], [])
+    return [*_by_bars(bars, thickness), *singles], [*holes, *more]
+
+
+def _by_pen(lines: Sequence[Line]) -> tuple[list[Line], list[Line], list[Line]]:
+    """Return hair lines, lines drawn as broad as a wall is thick, and shapes that are filled."""
+    filled = [line for line in lines if line.dark is not None and len(line.points) > 2]
+    drawn = [line for line in lines if line.dark is None or len(line.points) < 3]
+    broad = [line for line in drawn if line.width >= THINNEST]
+    hair = [line for line in drawn if line.width < THINNEST]
+    if broad and _are_faces(broad):
+        return [*hair, *broad], [], filled
+    return hair, broad, filled
+
+
+def _are_faces(lines: Sequence[Line]) -> bool:
+    """Say whether broad lines lie in pairs that are clearly farther apart than they are broad."""
+    pieces, _ = split([line.points for line in lines], [line.closed for line in lines])
+    pieces = merged(pieces)
+    found = paired(pieces)
+    width = float(np.median([line.width for line in lines]))
+    share = float(pieces.lengths[found.faces].sum()) / max(1e-9, float(pieces.lengths.sum()))
+    return share > 0.6 and bool(found.bars) and float(np.median([bar.width for bar in found.bars])) >= 2.5 * width
+
+
+def _continued_walls(found: Paired, pieces: Pieces, lines: _Sorted, counts: Counter[str]) -> list[Bar]:
+    """Return the walls of pairs of faces, and those of single lines where names say that these are walls."""
+    bars = continued(found.bars, pieces)
+    left = pieces.where(~found.faces)
+    long = left.where(left.lengths >= ALONE)
+    if lines.named and len(long.ends):
+        single = [Bar(*_bar_values(ends)) for ends in long.ends]
+        counts["walls drawn by one line"] += len(single)
+        bars += single
+    else:
+        counts["lines without a second face"] += len(long.ends)
+    return bars
+
+
+def _bar_values(ends: Array) -> tuple[float, float, float, float, float]:
+    middle, along = ends.mean(axis=0), ends[1] - ends[0]
+    thin = drawn_thickness(0.0)
+    return float(middle[0]), float(middle[1]), math.atan2(along[1], along[0]), math.hypot(*along), thin
+
+
+def _without(lines: Sequence[Line], arcs: Sequence[Arc]) -> list[Line]:
+    """Return lines that are no ways of leaves."""
+    swings = {arc.owner for arc in arcs if len(lines[arc.owner].points) > 4}
+    return [line for index, line in enumerate(lines) if index not in swings]
+
+
+def _arcs(lines: _Sorted) -> list[Arc]:
+    """Return the ways of leaves among lines that are no walls."""
+    others = [*lines.doors, *lines.others]
+    return split([line.points for line in others], [line.closed for line in others])[1]
+
+
+def _joined_pieces(pieces: Pieces, lines: _Sorted) -> Pieces:
+    """Return all straight lines that may be panes of windows."""
+    others, _ = split([line.points for line in lines.windows], [line.closed for line in lines.windows])
+    return Pieces(np.concatenate([pieces.ends, others.ends]), np.concatenate([pieces.owner, others.owner]))
+
+
+def _by_lines(lines: Sequence[Line], thickness: float | None) -> list[Wall]:
+    """Return walls along lines, the thickest first; those that meet end to end are one."""
+    drawn: dict[float, list[Line]] = {}
+    for line in lines:
+        width = drawn_thickness(line.width) if thickness is None else thickness
+        drawn.setdefault(width, []).append(line)
+    walls = [wall_along(line, width) for width, group in sorted(drawn.items(), reverse=True) for line in joined(group)]
+    return [wall for wall in walls if wall is not None]
+
+
+def _by_bars(bars: Sequence[Bar], thickness: float | None) -> list[Wall]:
+    """Return the runs of walls that straight walls form, joined as those of a map are."""
+    small = [
+        Bar(bar.x / UNIT, bar.y / UNIT, bar.heading, bar.length / UNIT, (thickness or bar.width) / UNIT) for bar in bars
+    ]
+    walls = []
+    for run in runs_of(small):
+        corners = distinct(run.points * UNIT, closed=run.closed)
+        if len(corners) > 1:
+            width = round(run.thickness * UNIT, DIGITS)
+            closed = run.closed and len(corners) > 2
+            walls.append(Wall(points=corners, closed=closed, thickness=width, height=WALL_HEIGHT))
+    return walls
+
+
+def _bars_of_walls(walls: Sequence[Wall]) -> list[Bar]:
+    """Return the segments of walls as bars."""
+    found = []
+    for wall in walls:
+        for segment in wall.segments():
+            x, y, heading, length, _ = _bar_values(np.array(segment))
+            found.append(Bar(x, y, heading, length, wall.thickness))
+    return found
+
+
+def _things(lines: _Sorted, walls: Sequence[Wall], furniture: bool, counts: Counter[str]) -> list[Thing]:
+    """Return columns, and furniture if it is wanted."""
+    columns = outlines_of(lines.columns, "column")
+    things = [thing for n, outline in enumerate(columns, start=1) if (thing := column_of(outline, n)) is not None]
+    counts["columns"] += len(things)
+    pieces = _furniture(lines, walls)
+    if not furniture:
+        counts["pieces of furniture that are not wanted"] += len(pieces)
+        return things
+    numbers: Counter[str] = Counter()
+    for outline in pieces:
+        numbers[outline.name] += 1
+        thing = thing_of(outline, height=HEIGHT, number=numbers[outline.name])
+        if thing is not None:
+            things.append(thing)
+            counts["pieces of furniture"] += 1
+    return things
+
+
+def _furniture(lines: _Sorted, walls: Sequence[Wall]) -> list[Outline]:
+    """Return what names say is furniture, and closed shapes and blocks of its size that are no part of walls."""
+    import shapely
+
+    unnamed = [*lines.others, *([] if lines.named else lines.walls)]
+    small = [line for line in unnamed if float(np.ptp(line.points, axis=0).max()) <= BY_SIZE[1]]
+    closed = [line for line in small if (line.closed or line.part) and (line.dark or 0.0) < DARK]
+    shape = solid(World(walls=tuple(walls)))
+    # What an opening leaves of a wall is still the wall's.
+    whole = solid(World(walls=tuple(wall.model_copy(update={"openings": ()}) for wall in walls)))
+    inside = shape.convex_hull
+    found = outlines_of(lines.furniture, "furniture")
+    for outline in outlines_of(closed, "thing"):
+        hull = shapely.MultiPoint(outline.points).convex_hull
+        size = np.ptp(outline.points, axis=0)
+        fits = BY_SIZE[0] <= float(size.max()) <= BY_SIZE[1] and float(size.min()) >= BY_SIZE[0] / 2
+        if fits and inside.covers(hull) and hull.intersection(whole).area <= 0.2 * hull.area:
+            found.append(outline)
+    return distinct_outlines(found)
+
+
+def _count_openings(walls: Sequence[Wall], counts: Counter[str]) -> None:
+    for wall in walls:
+        for opening in wall.openings:
+            counts["windows" if opening.sill else "doorways"] += 1
+
+
+def _said(counts: Counter[str]) -> list[str]:
+    """Return what was made and what was left out, in a line each."""
+    made = ("doorways", "windows", "columns", "pieces of furniture", "walls drawn by one line")
+    lines = []
+    if there := [f"{counts[kind]} {kind}" for kind in made if counts[kind]]:
+        lines.append(", ".join(there))
+    if left := [f"{count} {kind}" for kind, count in counts.items() if count and kind not in made]:
+        lines.append(f"left out: {', '.join(left)}")
+    return lines

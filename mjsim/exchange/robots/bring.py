@@ -1,0 +1,174 @@
+"""A robot's file to a preset, with what was found, guessed, measured and mended, in sentences."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from mjsim.errors import MjsimError, UsageError
+from mjsim.exchange.robots.frame import Stand, find_stand
+from mjsim.exchange.robots.gear import Gear, Wishes, find_gear
+from mjsim.exchange.robots.measure import Measured, measure
+from mjsim.exchange.robots.mounts import Mount, find_mounts
+from mjsim.exchange.robots.preset import ACCELERATION, Plan, first_plan, max_speed, preset_text
+from mjsim.exchange.robots.slip import ROBOTS, slip_factor
+from mjsim.exchange.robots.source import RobotSource
+from mjsim.models import Anatomy, RobotFiles, anatomy_of, gather_robot, robot_text
+
+MARGIN = 1.2
+"""Acceleration that it must stand, of the largest one that it is told."""
+MOST_MEASURED = 4
+"""How often it is measured, each time with what the last one found."""
+CLOSE = 0.0003
+"""What odometry may be off when it has been calibrated, of ways and of turns."""
+
+
+@dataclass(frozen=True, slots=True)
+class BroughtRobot:
+    """The preset of a robot."""
+
+    text: str
+    """Of a world of this robot alone, which other worlds name as a preset."""
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    """Its model with all that it names, by paths beside the preset."""
+    report: Sequence[str] = ()
+    """What people should know about it."""
+
+
+def bring_robot(
+    path: Path,
+    *,
+    name: str,
+    wishes: Wishes,
+    packages: Mapping[str, Path],
+    arguments: Mapping[str, str],
+) -> BroughtRobot:
+    """Return the preset of a robot from a file of URDF, xacro or MJCF.
+
+    Args:
+        path: Of that file.
+        name: Of the robot, and of the folder of its files.
+        wishes: What the file leaves open.
+        packages: Folders of ROS packages by name.
+        arguments: Of xacro.
+
+    Raises:
+        UsageError: It cannot be read, has no wheels that are clear, or does not drive.
+        PhysicsFault: The physics failed.
+    """
+    source = RobotSource(path, packages=packages, arguments=arguments)
+    try:
+        robot = gather_robot(source.name, source.read)
+    except ValueError as error:
+        raise UsageError(str(error).replace(f"'{source.name}'", f"'{path}'")) from None
+    anatomy = anatomy_of(robot)
+    gear = find_gear(anatomy, wishes, file=str(path), urdf=robot.files.urdf)
+    stand = find_stand(anatomy, gear, acceleration=MARGIN * ACCELERATION)
+    mounts = find_mounts(anatomy, stand, robot.sensors)
+    model = f"{name}/robot.{'urdf' if robot.files.urdf else 'xml'}"
+    files = {model: robot_text(robot.files).encode()}
+    files |= {f"{name}/{flat}": data for flat, data in robot.files.assets.items()}
+    plan = first_plan(name, model, gear, stand, mounts)
+    report = [*_found(path, robot, anatomy, plan), *_amiss(path, source, robot, anatomy, gear, stand)]
+    plan, measured = _calibrated(plan, files, path)
+    report += _driven(measured, plan)
+    if gear.drive == "skid_steer":
+        # Its tyres slip by more than all noise of a good robot, and each robot's by another share.
+        plan = replace(plan, slip=slip_factor(preset_text(plan, ()), files, file=str(path)))
+        report.append(f"measured: it slips {plan.slip:.2f} times as much as the Husky, over {ROBOTS} drives of 20 s")
+    notes = [
+        f"From {path.name}, by `mjsim new --robot-from`; worlds name this file as a preset.",
+        *_about(path, report),
+    ]
+    return BroughtRobot(preset_text(plan, notes), files, report)
+
+
+def _calibrated(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Plan, Measured]:
+    """Return a plan whose odometry fits what the robot drives, and what it drove last."""
+    for _ in range(MOST_MEASURED):
+        measured = _measured(plan, files, path)
+        if abs(measured.way - 1.0) < CLOSE and abs(measured.turn - 1.0) < CLOSE:
+            break
+        plan = plan.measured(way=measured.way, turn=measured.turn)
+    return plan, measured
+
+
+def _measured(plan: Plan, files: Mapping[str, bytes], path: Path) -> Measured:
+    try:
+        return measure(preset_text(plan, ()), files, file=str(path))
+    except UsageError:
+        raise
+    except MjsimError as error:
+        raise type(error)(f"{path}: {error}") from None
+
+
+def _found(path: Path, robot: RobotFiles, anatomy: Anatomy, plan: Plan) -> list[str]:
+    """Return what was found in a file."""
+    gear, stand = plan.gear, plan.stand
+    kinds = {"differential": "a differential drive", "skid_steer": "skid steering", "ackermann": "a car"}
+    rows = [f"'{pair[0][0].name}' and '{pair[1][0].name}'" for pair in gear.rows]
+    wheels = gear.rows[-1][0][0]
+    lines = [
+        f"{path}: {'URDF' if robot.files.urdf else 'MJCF'} of {anatomy.mass:.3g} kg,"
+        f" {2 * stand.radius:.2f} m across, {stand.height:.2f} m high, {_counted(robot.files.assets)}",
+        f"found {kinds[gear.drive]}: wheels {', '.join(rows)}, of radius {wheels.radius:.4f} m,"
+        f" track {plan.track:.4f} m",
+    ]
+    own = stand.casters[: len(stand.casters) - len(stand.notes)]  # those that are added come last
+    if own:
+        places = ", ".join(f"[{x:.3f}, {y:.3f}]" for x, y, _ in own)
+        lines.append(f"found what slides on the floor at {places}")
+    lines += [f"found {_sensor(mount)}" for mount in plan.mounts]
+    lines += [f"guessed: {note}" for note in gear.notes]
+    lines.append(f"guessed: max_speed {max_speed(plan):g} m/s, and noise of a good robot; change them in the preset")
+    held = _held(anatomy, gear)
+    if held:
+        shown = ", ".join(f"'{joint}'" for joint in held[:8]) + (" and more" if len(held) > 8 else "")
+        lines.append(f"joints that are no wheels hold still, {len(held)} of them: {shown}")
+    return lines
+
+
+def _counted(assets: Mapping[str, bytes]) -> str:
+    """Return how many meshes and pictures there are."""
+    meshes = sum(name.lower().endswith((".stl", ".obj", ".msh")) for name in assets)
+    pictures = len(assets) - meshes
+    return f"{meshes} mesh{'es' * (meshes != 1)}" + (f", {pictures} picture{'s' * (pictures != 1)}" if pictures else "")
+
+
+def _sensor(mount: Mount) -> str:
+    x, y, z = mount.at
+    return f"{mount.kind} '{mount.name}' at [{x:.3f}, {y:.3f}, {z:.3f}], from {mount.said}"
+
+
+def _held(anatomy: Anatomy, gear: Gear) -> list[str]:
+    wheels = gear.wheels()
+    used = {wheel.name for wheel in wheels} | {wheel.steer.name for wheel in wheels if wheel.steer is not None}
+    return [joint.name or "?" for joint in anatomy.joints if joint.name not in used]
+
+
+def _amiss(path: Path, source: RobotSource, robot: RobotFiles, anatomy: Anatomy, gear: Gear, stand: Stand) -> list[str]:
+    """Return what was left out, mended or added."""
+    said = ("left out", "made coarser")
+    lines = [note if note.startswith(said) else f"mended: {note}" for note in robot.notes]
+    lines += [
+        f"package '{name}' is not here; give --package {name}=DIR, or set ROS_PACKAGE_PATH"
+        for name in sorted(source.missing)
+    ]
+    if anatomy.loose:
+        lines.append(f"taken as rigid: ball joints, {len(anatomy.loose)} of them")
+    return [*lines, *(f"added: {note}" for note in stand.notes)]
+
+
+def _driven(measured: Measured, plan: Plan) -> list[str]:
+    """Return what was measured."""
+    where = "on the spot" if measured.on_spot else "on circles"
+    a, b, c, d = measured.ahead, measured.back, measured.left, measured.right
+    return [
+        f"measured: {a.driven:+.4f} m for {a.told:+.4f} m of odometry, {b.driven:+.4f} m for {b.told:+.4f} m back",
+        f"measured: {c.driven:+.4f} rad for {c.told:+.4f} rad {where}, {d.driven:+.4f} rad for {d.told:+.4f} rad",
+        f"so its odometry computes with wheels of {plan.wheel_radius:.5f} m and a track of {plan.track:.5f} m",
+    ]
+
+
+def _about(path: Path, report: Sequence[str]) -> list[str]:
+    """Return the report as comments: without the path of this machine."""
+    return [line.replace(str(path), path.name) for line in report]

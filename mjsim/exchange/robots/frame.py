@@ -1,0 +1,130 @@
+"""The robot's own frame in its file, what bears it on the floor, and how large it is."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.exchange.robots.gear import CASTER, Gear
+from mjsim.geometry import Array
+from mjsim.models import Anatomy, Shape
+
+SLACK = 0.3
+"""What of a robot that does not turn hangs this near to the floor, in radii of the wheels, bears it."""
+LEAST_SLACK = 0.006
+"""[m]"""
+LOWEST_POINTS = 0.003
+"""Points of a shape that are this near to its lowest one touch the floor [m]."""
+APART = 0.02
+"""Casters nearer to each other than this are one [m]."""
+MOST_CASTERS = 12
+GRAVITY = 9.81
+REACH = 0.8
+"""Where a caster is put that the file lacks, as a share of the body's reach."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stand:
+    """How a robot stands in its own frame: x ahead, y to the left, origin on the floor."""
+
+    origin: Array
+    """Of that frame, file frame, shape (3,) [m]."""
+    heading: float
+    """Of its x axis in the file [rad]."""
+    casters: tuple[tuple[float, float, float], ...]
+    """x, y and radius of what slides [m]."""
+    radius: float
+    """Of the circle around it [m]."""
+    height: float
+    """[m]"""
+    center: Array
+    """Of mass, robot frame, shape (3,) [m]."""
+    notes: tuple[str, ...]
+
+    def point(self, p_file: Array) -> Array:
+        """Return points in the robot's frame, shape (..., 3)."""
+        c, s = math.cos(self.heading), math.sin(self.heading)
+        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        return np.asarray((p_file - self.origin) @ turn)
+
+    def direction(self, d_file: Array) -> Array:
+        """Return a direction in the robot's frame, shape (3,)."""
+        return self.point(d_file + self.origin)
+
+
+def find_stand(anatomy: Anatomy, gear: Gear, *, acceleration: float) -> Stand:
+    """Return how a robot stands.
+
+    Args:
+        anatomy: Of its file.
+        gear: Its wheels.
+        acceleration: It must not tip over at this [m/s^2].
+    """
+    row = gear.rows[-1:] if gear.drive == "ackermann" else gear.rows
+    middles = np.array([(pair[0][0].middle + pair[1][0].middle) / 2 for pair in row])
+    origin = np.array([*middles[:, :2].mean(axis=0), gear.floor])
+    heading = math.atan2(gear.forward[1], gear.forward[0])
+    bare = Stand(origin, heading, (), 0.0, 0.0, np.zeros(3), ())
+    moving = {wheel.joint.part for wheel in gear.wheels()}
+    body = [shape for shape in anatomy.shapes if shape.part not in moving]
+    solid = [shape for shape in body if shape.touched] or body or list(anatomy.shapes)
+    points = np.concatenate([bare.point(shape.points) for shape in solid])
+    everything = np.concatenate([bare.point(shape.points) for shape in anatomy.shapes])
+    center = bare.point(anatomy.center)
+    casters = _casters(anatomy, gear, bare, solid)
+    wheels = [bare.point(wheel.middle) for wheel in gear.wheels()]
+    casters, notes = _steadied(casters, wheels, center, points, acceleration=acceleration)
+    wheel_rims = [np.hypot(*w[:2]) + 0.5 * r.width for w, r in zip(wheels, gear.wheels(), strict=True)]
+    radius = max(float(np.hypot(points[:, 0], points[:, 1]).max()), *wheel_rims)
+    height = max(float(everything[:, 2].max()), 0.02)
+    return Stand(origin, heading, tuple(casters[:MOST_CASTERS]), radius, height, center, notes)
+
+
+def _casters(anatomy: Anatomy, gear: Gear, stand: Stand, solid: list[Shape]) -> list[tuple[float, float, float]]:
+    """Return what bears a robot beside its wheels: small wheels, balls, and what hangs low."""
+    found: list[tuple[float, float, float]] = []
+    least = min(wheel.radius for wheel in gear.wheels())
+    for wheel in gear.bearing:
+        x, y, _ = stand.point(wheel.middle)
+        _keep(found, x, y, min(wheel.radius, 0.5 * least))
+    turning = {wheel.joint.part for wheel in gear.bearing}
+    for shape in solid:
+        if shape.part in turning:
+            continue
+        points = stand.point(shape.points)
+        lowest = float(points[:, 2].min())
+        named = any(CASTER.search(name) for name in shape.names)
+        if lowest < max(SLACK * least * (1.5 if named else 0.5), LEAST_SLACK):
+            low = points[points[:, 2] < lowest + LOWEST_POINTS]
+            x, y = (low[:, :2].min(axis=0) + low[:, :2].max(axis=0)) / 2
+            size = float(np.ptp(points, axis=0).max()) / 2
+            _keep(found, x, y, float(np.clip(size, 0.2 * least, 0.5 * least)))
+    return found
+
+
+def _keep(found: list[tuple[float, float, float]], x: float, y: float, radius: float) -> None:
+    if all(math.hypot(x - other[0], y - other[1]) > APART for other in found):
+        found.append((float(x), float(y), float(radius)))
+
+
+def _steadied(
+    casters: list[tuple[float, float, float]],
+    wheels: list[Array],
+    center: Array,
+    points: Array,
+    *,
+    acceleration: float,
+) -> tuple[list[tuple[float, float, float]], tuple[str, ...]]:
+    """Return casters with which a robot neither tips over nor rests on its nose, and what was added."""
+    along = [float(x) for x, *_ in (*casters, *(wheel.tolist() for wheel in wheels))]
+    spare = max(0.002, float(center[2]) * acceleration / GRAVITY)
+    small = 0.3 * min(float(wheel[2]) for wheel in wheels)
+    notes, steady = [], list(casters)
+    for sign, word in ((1.0, "ahead"), (-1.0, "behind")):
+        if max(sign * x for x in along) >= sign * float(center[0]) + spare:
+            continue
+        reach = REACH * float((sign * points[:, 0]).max())
+        x = sign * max(sign * float(center[0]) + spare, reach)
+        steady.append((x, 0.0, small))
+        notes.append(f"a caster that slides is added at {x:.3f} m {word}, as it would tip over its wheels without")
+    return steady, tuple(notes)

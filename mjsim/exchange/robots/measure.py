@@ -1,0 +1,152 @@
+"""A robot measured in the simulation: a metre straight, a turn on the spot, both ways each."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from mjsim.errors import UsageError
+from mjsim.geometry import Pose
+from mjsim.interface import Command
+from mjsim.sim import Simulation
+from mjsim.world import AckermannDrive, Source, parse_world
+
+SETTLE = 1.0
+"""Before and after a drive [s]."""
+TILT = math.radians(12.0)
+"""A robot that leans more does not stand."""
+WAY = 1.0
+"""[m]"""
+SLOW, STEER = 0.5, 0.7
+"""Shares of the largest speed and of the largest curvature."""
+MOST_TIME = 120.0
+"""For one drive [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """One drive: what odometry told, and what was driven."""
+
+    told: float
+    driven: float
+
+    @property
+    def ratio(self) -> float:
+        """What was driven of what was told."""
+        return self.driven / self.told if abs(self.told) > 1e-9 else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """Four drives of one robot."""
+
+    ahead: Drive
+    back: Drive
+    left: Drive
+    right: Drive
+    on_spot: bool
+    """Whether it turned on the spot; else on circles."""
+
+    @property
+    def way(self) -> float:
+        """What it drives of a metre that odometry tells."""
+        return (self.ahead.ratio + self.back.ratio) / 2
+
+    @property
+    def turn(self) -> float:
+        """What it turns of a radian that odometry tells."""
+        return (self.left.ratio + self.right.ratio) / 2
+
+
+def measure(text: str, files: Mapping[str, bytes], *, file: str) -> Measured:
+    """Drive a robot on an empty floor, without noise.
+
+    Args:
+        text: Of a world with this robot alone.
+        files: What it names.
+        file: The maker's file, as errors name it.
+
+    Raises:
+        UsageError: It does not stand, or does not drive.
+        PhysicsFault: The physics failed.
+    """
+    world = parse_world(text, source=Source(file=file, attached=files))
+    (robot,) = world.robots
+    quiet = robot.model_copy(
+        update={
+            "sensors": (),
+            "drive": robot.drive.model_copy(update={"noise": type(robot.drive.noise)()}),
+            "odometry": type(robot.odometry)(),
+        }
+    )
+    world = world.model_copy(update={"robots": (quiet,)})
+    with Simulation(world, seed=1) as sim:
+        pilot = _Pilot(sim, robot.name, file)
+        pilot.settle()
+        info = sim.robots[robot.name]
+        speed, rate = SLOW * info.max_speed, SLOW * min(info.max_turn, 2.0)
+        car = isinstance(robot.drive, AckermannDrive)
+        ahead, back = (pilot.straight(sign * speed) for sign in (1.0, -1.0))
+        if car:
+            rate = STEER * info.max_curvature * speed
+        left, right = (pilot.turning(speed if car else 0.0, sign * rate) for sign in (1.0, -1.0))
+    return Measured(ahead, back, left, right, not car)
+
+
+class _Pilot:
+    """Drives one robot and compares."""
+
+    def __init__(self, sim: Simulation, robot: str, file: str) -> None:
+        self._sim, self._robot, self._file = sim, robot, file
+        self._told = Pose(0.0, 0.0, 0.0)
+        self._turned = self._told_turn = 0.0
+
+    def settle(self) -> None:
+        """Stand still, and see that it stands."""
+        start = self._sim.truth(self._robot)
+        self._go(Command(), SETTLE)
+        pose = self._sim.pose(self._robot)
+        lean = math.acos(max(-1.0, min(1.0, float(pose[2, 2]))))
+        if lean > TILT:
+            raise UsageError(
+                f"{self._file}: the robot leans by {math.degrees(lean):.0f} degrees when it is put on its wheels; check"
+                " the wheels that were found, or name them with --left-wheel and --right-wheel"
+            )
+        end = self._sim.truth(self._robot)
+        if math.dist((start.x, start.y), (end.x, end.y)) > 0.05:
+            raise UsageError(f"{self._file}: the robot does not stand still; something of it pushes against the floor")
+
+    def straight(self, speed: float) -> Drive:
+        """Drive a metre, and stop."""
+        start, told = self._sim.truth(self._robot), self._told
+        self._go(Command(speed), WAY / abs(speed))
+        self._go(Command(), SETTLE)
+        moved = (start.inverse() @ self._sim.truth(self._robot)).x
+        said = (told.inverse() @ self._told).x
+        self._check("drives", moved, said, "m")
+        return Drive(said, moved)
+
+    def turning(self, speed: float, rate: float) -> Drive:
+        """Turn once around, and stop."""
+        turned, told = self._turned, self._told_turn
+        self._go(Command(speed, turn=rate), 2.0 * math.pi / abs(rate))
+        self._go(Command(), SETTLE)
+        self._check("turns", self._turned - turned, self._told_turn - told, "rad")
+        return Drive(self._told_turn - told, self._turned - turned)
+
+    def _check(self, verb: str, moved: float, told: float, unit: str) -> None:
+        if abs(told) < 0.05 or not 0.4 < moved / told < 2.0:
+            raise UsageError(
+                f"{self._file}: the robot {verb} {moved:.2f} {unit} while its wheels turn for {told:.2f} {unit};"
+                " something of it drags on the floor, or its wheels are not those that were found"
+            )
+
+    def _go(self, command: Command, seconds: float) -> None:
+        sim, robot = self._sim, self._robot
+        sim.apply(robot, command)
+        for _ in range(round(min(seconds, MOST_TIME) / sim.dt)):
+            before = sim.truth(robot)
+            sim.step()
+            seen = sim.sense(robot).odometry
+            self._told = self._told @ Pose(seen.forward, seen.left, seen.turn)
+            self._told_turn += seen.turn
+            self._turned += (before.inverse() @ sim.truth(robot)).heading

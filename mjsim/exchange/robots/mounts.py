@@ -1,0 +1,174 @@
+"""Sensors of a robot: what its file describes, and links, sites and cameras that are named like one."""
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mjsim.exchange.robots.frame import Stand
+from mjsim.geometry import Array
+from mjsim.models import Anatomy, Place, SaidSensor
+
+WORDS = {
+    "lidar": re.compile(r"lidar|laser|(^|_)scan|lds|hokuyo|rplidar|(^|_)sick|velodyne|vlp_?16|ouster|ust10|tim\d{3}"),
+    "camera": re.compile(r"camera|realsense|kinect|astra|(^|_)zed|(^|_)oak|webcam|d4[135]5|r200|t265"),
+    "imu": re.compile(r"(^|_)imu|inertial|gyro"),
+}
+"""What links with a sensor are called."""
+NO_SENSOR = re.compile(r"mount|bracket|holder|support|tower|screw|plate|(^|_)cap($|_)")
+SAME = 0.15
+"""Links of one kind nearer than this to each other belong to one sensor [m]."""
+MOST = {"lidar": 2, "camera": 2, "imu": 1}
+"""Sensors of a kind that a preset gets; each picture costs time."""
+WIDTH, HEIGHT = 640, 480
+STEEP = 85.0
+"""No camera is taken that looks more steeply [deg]."""
+RATES = (25.0, 12.5, 5.0, 2.5, 1.0)
+"""That divide the 25 Hz of the tick [Hz]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mount:
+    """A sensor of the preset."""
+
+    kind: str
+    name: str
+    at: tuple[float, float, float]
+    """Robot frame [m]."""
+    yaw_deg: float
+    pitch_deg: float
+    keys: Mapping[str, object] = field(default_factory=dict)
+    said: str = ""
+    """Where it comes from."""
+
+
+def find_mounts(anatomy: Anatomy, stand: Stand, said: tuple[SaidSensor, ...]) -> list[Mount]:
+    """Return the sensors of a robot, those that its file describes first."""
+    kept: list[Mount] = []
+    for mount in (*_described(anatomy, stand, said), *_cameras(anatomy, stand), *_named(anatomy, stand)):
+        same = [other for other in kept if other.kind == mount.kind]
+        near = any(math.dist(other.at, mount.at) < SAME for other in same)
+        if len(same) < MOST[mount.kind] and not near and abs(mount.pitch_deg) < STEEP and mount.at[2] > -0.01:
+            taken = {other.name for other in kept}
+            kept.append(_renamed(mount, taken))
+    return kept
+
+
+def _renamed(mount: Mount, taken: set[str]) -> Mount:
+    name, number = mount.name, 2
+    while name in taken or name in ("drive", "chase") or name.startswith("wheel_"):
+        name, number = f"{mount.name}{number}", number + 1
+    return Mount(mount.kind, name, mount.at, mount.yaw_deg, mount.pitch_deg, mount.keys, mount.said)
+
+
+def _described(anatomy: Anatomy, stand: Stand, said: tuple[SaidSensor, ...]) -> Iterator[Mount]:
+    """Yield the sensors that a file describes, each on its link or its site."""
+    for sensor in said:
+        place = next((place for place in anatomy.places if place.name == sensor.link), None)
+        if place is None:
+            continue
+        at = place.at + place.axes @ np.array(sensor.at)
+        ahead = place.axes @ _turn(sensor.rpy)[:, 0]
+        if sensor.kind == "imu":
+            ahead = np.array([math.cos(stand.heading), math.sin(stand.heading), 0.0])
+        yield _mount(stand, sensor.kind, _plain(sensor.name), at, ahead, _keys(sensor), f"described on '{sensor.link}'")
+
+
+def _cameras(anatomy: Anatomy, stand: Stand) -> Iterator[Mount]:
+    """Yield the cameras of MJCF, which look against their z axis."""
+    for place in anatomy.places:
+        if place.kind == "camera" and place.fov > 0.0:
+            width, height = place.size if min(place.size) >= 16 else (WIDTH, HEIGHT)
+            wide = 2.0 * math.atan(math.tan(math.radians(min(place.fov, 170.0)) / 2) * width / height)
+            keys = {"width": min(width, 1280), "height": min(height, 1280), "fov_deg": _within(wide)}
+            name = _plain(place.name or "camera")
+            yield _mount(stand, "camera", name, place.at, -place.axes[:, 2], keys, f"camera '{place.name}'")
+
+
+def _named(anatomy: Anatomy, stand: Stand) -> Iterator[Mount]:
+    """Yield places that are named like a sensor: links and sites, then shapes and meshes."""
+    for kind, word in WORDS.items():
+        places = [place for place in anatomy.places if place.kind != "camera"]
+        for place in sorted(places, key=lambda place: "optical" in place.name):
+            name = _plain(place.name)
+            if word.search(name) and not NO_SENSOR.search(name):
+                yield _mount(
+                    stand, kind, _short(kind, name), place.at, _ahead(place, stand, kind), {}, f"'{place.name}'"
+                )
+        for shape in anatomy.shapes:
+            found = next((n for n in shape.names if word.search(_plain(n)) and not NO_SENSOR.search(_plain(n))), None)
+            if found is not None:
+                at = (shape.points.min(axis=0) + shape.points.max(axis=0)) / 2
+                ahead = np.array([math.cos(stand.heading), math.sin(stand.heading), 0.0])
+                yield _mount(stand, kind, kind, at, ahead, {}, f"shape '{found}'")
+
+
+def _ahead(place: Place, stand: Stand, kind: str) -> Array:
+    """Return where a link looks: along x, along z for an optical frame of ROS."""
+    ahead = place.axes[:, 2] if "optical" in place.name else place.axes[:, 0]
+    if kind == "imu" or abs(ahead[2]) > math.sin(math.radians(STEEP)):
+        return np.array([math.cos(stand.heading), math.sin(stand.heading), 0.0])
+    return np.asarray(ahead)
+
+
+def _mount(stand: Stand, kind: str, name: str, at: Array, ahead: Array, keys: Mapping[str, object], said: str) -> Mount:
+    x, y, z = (round(float(value), 4) + 0.0 for value in stand.point(at))
+    look = stand.direction(ahead)
+    yaw = math.degrees(math.atan2(look[1], look[0]))
+    pitch = math.degrees(math.asin(float(np.clip(look[2], -1.0, 1.0))))
+    if kind == "lidar":
+        pitch = 0.0 if abs(pitch) < 3.0 else pitch
+    return Mount(kind, name, (x, y, z), round(yaw, 2) + 0.0, round(pitch, 2) + 0.0, keys, said)
+
+
+def _keys(sensor: SaidSensor) -> dict[str, object]:
+    """Return what a file says of a sensor, as keys of ours within their bounds."""
+    said = sensor.keys
+    keys: dict[str, object] = {}
+    if sensor.kind == "lidar":
+        if said.get("beams", 0) >= 2:
+            keys["beams"] = min(round(said["beams"]), 1440)
+        if said.get("fov_deg", 0) > 0:
+            keys["fov_deg"] = 360.0 if said["fov_deg"] > 355.0 else round(said["fov_deg"], 2)
+        near, far = said.get("nearest", 0.1), said.get("farthest", 10.0)
+        if 0 <= near < far <= 200:
+            keys["range"] = [near, far]
+        if 0 < said.get("noise", 0) < 1:
+            keys["noise"] = {"range": said["noise"]}
+    if sensor.kind == "camera":
+        if 16 <= said.get("width", 0) <= 1920 and 16 <= said.get("height", 0) <= 1920:
+            keys |= {"width": round(said["width"]), "height": round(said["height"])}
+        if said.get("fov_deg", 0) > 0:
+            keys["fov_deg"] = _within(math.radians(said["fov_deg"]))
+    if sensor.kind != "imu" and said.get("rate_hz", 0) > 0:
+        keys["rate_hz"] = min(RATES, key=lambda rate: abs(rate - said["rate_hz"]))
+    return keys
+
+
+def _within(angle: float) -> float:
+    """Return a field of view that cameras of ours have [rad] -> [deg]."""
+    return round(min(max(math.degrees(angle), 5.0), 150.0), 2)
+
+
+def _turn(rpy: tuple[float, float, float]) -> Array:
+    """Return the rotation of roll, pitch and yaw as URDF has them, shape (3, 3)."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def _plain(name: str) -> str:
+    """Return a name in lower case that may stand in a world."""
+    return re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")[:40] or "sensor"
+
+
+def _short(kind: str, name: str) -> str:
+    """Return a name without the words that every link has."""
+    return re.sub(r"_(link|frame|base|rgb|depth|optical|sensor)(?=_|$)", "", name) or kind

@@ -1,0 +1,216 @@
+"""The preset of a robot from its maker's file: what was found, as the text of a world of that robot alone."""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from mjsim.exchange.robots.frame import Stand
+from mjsim.exchange.robots.gear import Gear, steering_limit
+from mjsim.exchange.robots.mounts import Mount
+from mjsim.exchange.robots.rounds import Round
+from mjsim.world import CORNERS
+
+WHEEL_SPEED = 6.7
+"""How fast wheels turn where no file says it: that of small indoor robots [rad/s]."""
+FASTEST = 1.5
+"""Guessed [m/s]."""
+ACCELERATION = 1.0
+"""[m/s^2]"""
+TURN_NOISE, WAY_NOISE = 0.02, 0.01
+"""Of a good robot's odometry [rad/sqrt(rad)], [m/sqrt(m)]."""
+DRIVE_NOISE = 0.02
+LIDAR = {"beams": 360, "fov_deg": 360, "range": [0.12, 8.0], "rate_hz": 5, "noise": {"range": 0.01}}
+CAMERA = {"width": 640, "height": 480, "fov_deg": 60, "rate_hz": 5}
+IMU = {"noise": {"acceleration": 0.02, "turn": 0.002}}
+SIDES = ("left", "right")
+KEYS: Mapping[str, Mapping[str, object]] = {"lidar": LIDAR, "camera": CAMERA, "imu": IMU}
+"""Of sensors, where the file does not say them."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """All that the preset of a robot says."""
+
+    name: str
+    model: str
+    """Path of its file beside the preset."""
+    gear: Gear
+    stand: Stand
+    mounts: Sequence[Mount]
+    wheel_radius: float
+    """With which its odometry computes [m]."""
+    track: float
+    """[m]; of a skid-steered robot, that of the differential drive that turns alike."""
+    slip: float = 1.0
+    """How much it slips, of what is usual for its drive."""
+
+    def measured(self, *, way: float, turn: float) -> "Plan":
+        """Return a plan whose odometry fits what was driven.
+
+        Args:
+            way: What the robot drove of a metre that its odometry told.
+            turn: What it turned of a radian that its odometry told.
+        """
+        return replace(self, wheel_radius=self.wheel_radius * way, track=self.track * way / turn)
+
+
+def first_plan(name: str, model: str, gear: Gear, stand: Stand, mounts: Sequence[Mount]) -> Plan:
+    """Return a plan from sizes alone."""
+    row = gear.rows[-1]
+    track = _track(row)
+    if gear.drive == "skid_steer":
+        base = _wheelbase(gear)
+        track = (track**2 + base**2) / track
+    return Plan(
+        name=name, model=model, gear=gear, stand=stand, mounts=mounts, wheel_radius=row[0][0].radius, track=track
+    )
+
+
+def _track(row: tuple[tuple[Round, ...], tuple[Round, ...]]) -> float:
+    left, right = row[0][0].middle, row[1][0].middle
+    return math.dist(left[:2], right[:2])
+
+
+def _wheelbase(gear: Gear) -> float:
+    front, rear = gear.rows[0], gear.rows[-1]
+    middles = [(row[0][0].middle + row[1][0].middle)[:2] / 2 for row in (front, rear)]
+    return math.dist(*middles)
+
+
+def max_speed(plan: Plan) -> float:
+    """Return a guess of how fast it drives [m/s]."""
+    return round(min(FASTEST, WHEEL_SPEED * plan.wheel_radius), 2) or 0.05
+
+
+def max_turn_deg(plan: Plan) -> float:
+    """Return a guess of how fast it turns [deg/s]."""
+    return float(round(min(max(math.degrees(2.0 * max_speed(plan) / plan.track), 20.0), 170.0)))
+
+
+def preset_text(plan: Plan, notes: Sequence[str]) -> str:
+    """Return the text of a preset, a world of this robot alone on an empty floor."""
+    lines = [f"# {note}" for note in notes]
+    lines += [
+        "mjsim: 1",
+        f"name: {plan.name}",
+        "robots:",
+        f"  - name: {plan.name}",
+        "    at: [0, 0]",
+        *_drive(plan),
+        *_body(plan),
+        "    odometry:",
+        f"      noise: {{distance: {WAY_NOISE}, turn: {TURN_NOISE}}}  # a guess, that of a good robot",
+        *([f"      slip: {plan.slip:.3g}  # measured"] if plan.slip != 1.0 else []),
+    ]
+    if plan.mounts:
+        lines += ["    sensors:", *(f"      - {_inline(_sensor(mount))}  # {mount.said}" for mount in plan.mounts)]
+    lines += _run(plan)
+    return "\n".join(lines) + "\n"
+
+
+def _drive(plan: Plan) -> list[str]:
+    gear = plan.gear
+    keys: dict[str, object] = {"type": gear.drive, "wheel_radius": round(plan.wheel_radius, 6)}
+    lines = ["    drive:"]
+    if gear.drive == "skid_steer":
+        keys |= {"track": round(_track(gear.rows[-1]), 5), "wheelbase": round(_wheelbase(gear), 5)}
+        keys["effective_track"] = round(plan.track, 5)
+    else:
+        keys["track"] = round(plan.track, 6)
+    if gear.drive == "ackermann":
+        keys["wheelbase"] = round(_wheelbase(gear), 5)
+        keys["max_steer_deg"] = round(max_steer_deg(plan), 1)
+    lines += [f"      {key}: {value}" for key, value in keys.items()]
+    lines += [
+        f"      max_speed: {max_speed(plan)}  # a guess: wheels that turn at {WHEEL_SPEED} rad/s",
+        f"      max_turn_deg: {max_turn_deg(plan):g}",
+        f"      max_acceleration: {ACCELERATION}",
+        f"      noise: {{speed: {DRIVE_NOISE}, turn: {DRIVE_NOISE}}}  # a guess, that of a good robot",
+    ]
+    return lines
+
+
+def max_steer_deg(plan: Plan) -> float:
+    """Return how far a wheel midway between the steered ones turns, by the limit of the inner one [deg]."""
+    joints = [w.steer for side in plan.gear.rows[0] for w in side if w.steer is not None]
+    inner, base, half = 0.95 * steering_limit(joints), _wheelbase(plan.gear), _track(plan.gear.rows[0]) / 2
+    return math.degrees(math.atan(base / (base / math.tan(inner) + half)))
+
+
+def _body(plan: Plan) -> list[str]:
+    stand, gear = plan.stand, plan.gear
+    lines = [
+        "    body:",
+        f"      model: {json.dumps(plan.model)}",
+        f"      origin: {_numbers(stand.origin.tolist(), 5)}",
+        f"      forward_deg: {round(math.degrees(stand.heading), 3) + 0.0:g}",
+        f"      radius: {math.ceil(stand.radius * 1000) / 1000:g}",
+        f"      height: {round(stand.height, 3):g}",
+        "      wheels:",
+    ]
+    for name, wheels in wheels_by_name(gear).items():
+        first, *others = wheels
+        keys: dict[str, object] = {
+            "joint": first.name,
+            "y": round(float(stand.point(first.middle)[1]), 5) + 0.0,
+            "radius": round(first.radius, 5),
+            "width": round(max(first.width, 0.004), 5),
+        }
+        follow = [other.name for other in others if other.name != first.name]
+        lines.append(f"        {name}: {_inline(keys | ({'follow': follow} if follow else {}))}")
+    if gear.drive == "ackermann":
+        steer = {f"steer_front_{side}": row[0].steer for side, row in zip(SIDES, gear.rows[0], strict=True)}
+        lines.append(f"      steering: {_inline({key: joint.name for key, joint in steer.items() if joint})}")
+    if stand.casters:
+        lines.append(f"      casters: [{', '.join(_numbers(caster, 4) for caster in stand.casters)}]")
+    return lines
+
+
+def wheels_by_name(gear: Gear) -> dict[str, list[Round]]:
+    """Return the wheels by the names that their drive gives them, with those that turn alike."""
+    if gear.drive == "differential":
+        return {side: list(gear.rows[0][number]) for number, side in enumerate(SIDES)}
+    found: dict[str, list[Round]] = {}
+    for name, x, y in CORNERS:
+        side, row = (0 if y > 0 else 1), gear.rows[0 if x > 0 else -1]
+        between = [wheel for middle in gear.rows[1:-1] for wheel in middle[side]] if x > 0 else []
+        found[name] = [*row[side], *between]
+    return found
+
+
+def _sensor(mount: Mount) -> dict[str, object]:
+    keys: dict[str, object] = {mount.kind: mount.name, "at": list(mount.at)}
+    if mount.yaw_deg:
+        keys["yaw_deg"] = mount.yaw_deg
+    if mount.pitch_deg:
+        keys["pitch_deg"] = mount.pitch_deg
+    return keys | {**KEYS[mount.kind], **mount.keys}
+
+
+def _run(plan: Plan) -> list[str]:
+    """Return how the world runs: the robot drives a square, or ways that a car can."""
+    side = max(1.0, round(4.0 * plan.stand.radius, 1)) * (3.0 if plan.gear.drive == "ackermann" else 1.0)
+    points = f"[[{side:g}, 0], [{side:g}, {side:g}], [0, {side:g}], [0, 0]]"
+    return [
+        "run:",
+        "  seconds: 30",
+        "  drivers:",
+        f"    {plan.name}:",
+        f'      navigator: {{use: "mjsim.algorithms.waypoints:Waypoints", points: {points}}}',
+    ]
+
+
+def _numbers(values: Sequence[float], digits: int) -> str:
+    return f"[{', '.join(f'{round(float(value), digits) + 0.0:g}' for value in values)}]"
+
+
+def _inline(value: object) -> str:
+    """Return a value on one line of YAML."""
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {_inline(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_inline(item) for item in value) + "]"
+    if isinstance(value, float):
+        return f"{value:.10g}"
+    return json.dumps(value)

@@ -1,0 +1,151 @@
+"""The files of a robot where its maker has them: beside the description, in parent folders, in packages of ROS."""
+
+import os
+import posixpath
+import re
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+from xml.etree.ElementTree import Element
+
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.exchange.robots.xacro import parsed, resolved
+
+MOST_BYTES = 64_000_000
+"""Of one file."""
+AROUND = 3
+"""How many folders up from the description its own files may lie."""
+_URI = re.compile(rb"(?:package|model)://([A-Za-z0-9_.-]+)/?([^\"'<>\s]*)")
+_FILE = re.compile(rb"file://(/[^\"'<>]*)")
+
+
+class RobotSource:
+    """Reads the files of one robot; nothing outside of its own folders and of the packages that it names is opened."""
+
+    def __init__(self, path: Path, *, packages: Mapping[str, Path], arguments: Mapping[str, str]) -> None:
+        """Look for the description.
+
+        Args:
+            path: Of URDF, xacro or MJCF.
+            packages: Folders of ROS packages by their names; these go before all others.
+            arguments: Of xacro.
+
+        Raises:
+            UsageError: There is no such file.
+        """
+        if not path.is_file():
+            near = (
+                did_you_mean(path.name, (item.name for item in path.parent.iterdir())) if path.parent.is_dir() else ""
+            )
+            raise UsageError(f"no file '{path}'{near if near.startswith('; did') else '; name a URDF or MJCF file'}")
+        self._path = path.resolve()
+        self._root = self._path.parent
+        for _ in range(AROUND):
+            if self._root.parent != self._root and not (self._root / "package.xml").is_file():
+                self._root = self._root.parent
+        self._packages = dict(packages)
+        self._arguments = arguments
+        self.missing: set[str] = set()
+        """Packages that were named and not found."""
+
+    @property
+    def name(self) -> str:
+        """Path of the description, as `read` knows it."""
+        return self._path.relative_to(self._root).as_posix()
+
+    def read(self, name: str) -> bytes:
+        """Return a file by its path from the root, or `@PACKAGE/...`.
+
+        Raises:
+            ValueError: There is no such file, or it lies elsewhere.
+        """
+        data = self._bytes(name)
+        if name != self.name or data[:2] == b"\x1f\x8b":
+            return data
+        return self._description(data)
+
+    def folder(self, package: str) -> Path | None:
+        """Return the folder of a ROS package; None when it is not found."""
+        if package not in self._packages:
+            found = next((place for place in self._likely(package) if place.is_dir()), None)
+            if found is None:
+                self.missing.add(package)
+                return None
+            self._packages[package] = found
+        return self._packages[package]
+
+    def _description(self, data: bytes) -> bytes:
+        """Return the description with xacro resolved, its packages named as `read` knows them."""
+        data = resolved(data, self._path, arguments=self._arguments, find=self.folder)
+        _check_links(parsed(data, self._path), data, self._path)
+        depth = self.name.count("/")
+
+        def named(match: "re.Match[bytes]") -> bytes:
+            package, rest = match[1].decode(), match[2].decode("utf-8", "replace")
+            self.folder(package)
+            return f"{'../' * depth}@{package}/{rest}".encode()
+
+        return _FILE.sub(self._local, _URI.sub(named, data))
+
+    def _local(self, match: "re.Match[bytes]") -> bytes:
+        """Return an absolute path from the folder of the description."""
+        path = Path(os.path.normpath(match[1].decode("utf-8", "replace")))
+        return os.path.relpath(path, self._path.parent).encode()
+
+    def _likely(self, package: str) -> list[Path]:
+        above = [self._path.parent, *self._path.parent.parents]
+        named = [place for place in above if place.name == package]
+        beside = [place / package for place in above[: AROUND + 2]]
+        paths = [Path(entry) for entry in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if entry]
+        shared = [Path(entry) / "share" for entry in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if entry]
+        given = [place for path in (*paths, *shared) for place in _in_path(path, package)]
+        return [*named, *given, *beside]
+
+    def _bytes(self, name: str) -> bytes:
+        base, rest = self._root, name
+        if name.startswith("@"):
+            package, _, rest = name[1:].partition("/")
+            folder = self.folder(package)
+            if folder is None:
+                raise ValueError(f"no package '{package}'")
+            base = folder.resolve()
+        if PurePosixPath(rest).is_absolute() or ".." in PurePosixPath(posixpath.normpath(rest)).parts:
+            raise ValueError(f"'{name}' lies outside of the robot's folders")
+        try:
+            place = (base / rest).resolve(strict=True)
+            if not place.is_relative_to(base) or not place.is_file():
+                raise ValueError(f"'{name}' lies outside of the robot's folders")
+            if place.stat().st_size > MOST_BYTES:
+                raise ValueError(f"'{name}' has more than {MOST_BYTES // 10**6} MB; make it smaller")
+            return place.read_bytes()
+        except (OSError, RuntimeError) as error:
+            reason = getattr(error, "strerror", None) or "it cannot be read"
+            raise ValueError(f"no file '{name}': {reason}") from None
+
+
+def _check_links(root: Element, data: bytes, path: Path) -> None:
+    """Refuse joints between links that are not there.
+
+    Raises:
+        UsageError: There is one; names its line.
+    """
+    links = {link.get("name", "") for link in root.findall("link")}
+    for joint in root.findall("joint"):
+        name = joint.get("name", "")
+        for end in ("parent", "child"):
+            found = joint.find(end)
+            link = None if found is None else found.get("link")
+            if link not in links:
+                line = data[: max(data.find(f'"{name}"'.encode()), 0)].count(b"\n") + 1
+                which = f"names link '{link}', which is not there" if link else f"has no {end}"
+                near = did_you_mean(link, links) if link else "; name one of its links"
+                raise UsageError(f"{path}:{line}: joint '{name}' {which}{near}")
+
+
+def _in_path(path: Path, package: str) -> list[Path]:
+    """Return where a package may lie below an entry of ROS_PACKAGE_PATH."""
+    own = [path] if path.name == package else []
+    try:
+        deeper = [place / package for place in sorted(path.iterdir()) if place.is_dir()][:200]
+    except OSError:
+        deeper = []
+    return [*own, path / package, *deeper]

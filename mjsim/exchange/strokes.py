@@ -1,0 +1,177 @@
+"""Lines of a drawing, in metres, sorted: straight pieces, arcs of doors, patterns, frames."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.exchange.pixels import Cells
+from mjsim.geometry import Array
+
+Indices = NDArray[np.int64]
+
+SMOOTH = math.radians(32.0)
+"""Straight lines that bend by less at each corner, always the same way, are a curve [rad]."""
+DOOR_RADII = (0.45, 1.7)
+"""Width of the leaf of a door [m]."""
+DOOR_SWEEP = (math.radians(40.0), math.radians(125.0))
+"""How far a leaf is drawn to swing [rad]."""
+ROUND = 0.03
+"""An arc strays so far from its circle at most, as a share of its radius."""
+STEP_SPACING = (0.18, 0.42)
+"""Between the steps of stairs [m]."""
+EVEN = 0.15
+"""Spacings and lengths of a pattern differ by this share at most."""
+MANY, MANY_STEPS = 5, 4
+"""So many parallel lines evenly spaced are a hatch, or stairs."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pieces:
+    """Straight lines, both ends each, and which stroke each is of."""
+
+    ends: Array
+    """Shape (n, 2, 2) [m]."""
+    owner: Indices
+    """Index of the stroke, shape (n,)."""
+
+    def where(self, kept: Cells) -> "Pieces":
+        """Return those that are kept, shape (n,)."""
+        return Pieces(self.ends[kept], self.owner[kept])
+
+    @property
+    def lengths(self) -> Array:
+        """Shape (n,) [m]."""
+        return np.asarray(np.hypot(*(self.ends[:, 1] - self.ends[:, 0]).T))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arc:
+    """A quarter of a circle or so, as the way of a door's leaf is drawn."""
+
+    middle: Array
+    """Where the leaf hangs, shape (2,) [m]."""
+    radius: float
+    ends: Array
+    """Shape (2, 2) [m]."""
+    owner: int
+    """Index of the stroke."""
+
+
+def split(strokes: Sequence[Array], closed: Sequence[bool]) -> tuple[Pieces, list[Arc]]:
+    """Return the straight pieces of strokes, and the arcs that may be ways of doors, which are not among them."""
+    pieces: list[Array] = []
+    owners: list[int] = []
+    arcs: list[Arc] = []
+    for index, (points, ring) in enumerate(zip(strokes, closed, strict=True)):
+        corners = np.concatenate([points, points[:1]]) if ring else points
+        for run, curved in _runs(corners):
+            arc = _door_arc(run, index) if curved else None
+            if arc is not None:
+                arcs.append(arc)
+                continue
+            pieces += list(np.stack([run[:-1], run[1:]], axis=1))
+            owners += [index] * (len(run) - 1)
+    ends = np.array(pieces, dtype=float).reshape(-1, 2, 2)
+    found = Pieces(ends, np.array(owners, dtype=int))
+    return found.where(found.lengths > 1e-6), arcs
+
+
+def _runs(corners: Array) -> list[tuple[Array, bool]]:
+    """Return the parts of a polyline between its sharp corners, and whether each is a curve."""
+    steps = np.diff(corners, axis=0)
+    steps = steps[np.hypot(*steps.T) > 1e-9]
+    if len(steps) < 3:
+        return [(corners, False)]
+    headings = np.arctan2(steps[:, 1], steps[:, 0])
+    bends = (np.diff(headings) + math.pi) % (2 * math.pi) - math.pi
+    lengths = np.hypot(*steps.T)
+    places = np.concatenate([corners[:1], corners[0] + np.cumsum(steps, axis=0)])
+    runs, first = [], 0
+    for index in range(len(bends) + 1):
+        last = index == len(bends)
+        gentle = not last and 1e-3 < abs(bends[index]) < SMOOTH
+        alike = not last and max(lengths[index : index + 2]) < 3.0 * min(lengths[index : index + 2])
+        same = last or index == first or bends[index] * bends[index - 1] > 0
+        if last or not (gentle and alike and same):
+            run = places[first : index + 2]
+            runs.append((run, len(run) > 3))
+            first = index + 1
+    return runs
+
+
+def _door_arc(points: Array, owner: int) -> Arc | None:
+    """Return the arc through points, shape (n, 2), if it is one that a door's leaf may draw."""
+    shifted = points - points[0]
+    A = np.column_stack([2 * shifted, np.ones(len(points))])
+    (x, y, rest), *_ = np.linalg.lstsq(A, (shifted**2).sum(axis=1), rcond=None)
+    radius = math.sqrt(max(0.0, rest + x * x + y * y))
+    if not DOOR_RADII[0] <= radius <= DOOR_RADII[1]:
+        return None
+    away = shifted - [x, y]
+    if np.abs(np.hypot(*away.T) - radius).max() > ROUND * radius:
+        return None
+    turns = np.diff(np.unwrap(np.arctan2(away[:, 1], away[:, 0])))
+    if not DOOR_SWEEP[0] <= abs(float(turns.sum())) <= DOOR_SWEEP[1]:
+        return None
+    return Arc(points[0] + [x, y], radius, points[[0, -1]], owner)
+
+
+def patterned(pieces: Pieces) -> tuple[Cells, int]:
+    """Return which pieces are parts of hatches or stairs, shape (n,), and how many such patterns there are."""
+    lengths = pieces.lengths
+    along = pieces.ends[:, 1] - pieces.ends[:, 0]
+    headings = np.arctan2(along[:, 1], along[:, 0]) % math.pi
+    found, count = np.zeros(len(lengths), dtype=bool), 0
+    order = np.lexsort((lengths, np.round(headings / math.radians(1.0))))
+    groups = np.split(order, np.flatnonzero(_changes(headings[order], lengths[order])) + 1)
+    for group in groups:
+        for run in _ladders(pieces, group):
+            found[run] = True
+            count += 1
+    return found, count
+
+
+def _changes(headings: Array, lengths: Array) -> Cells:
+    """Return where the next piece has another direction or length, shape (n - 1,)."""
+    turned = np.abs(np.diff(headings)) > math.radians(1.5)
+    return np.asarray(turned | (np.diff(lengths) > EVEN * lengths[:-1]) | (np.diff(lengths) < 0))
+
+
+def _ladders(pieces: Pieces, group: Indices) -> list[Indices]:
+    """Return the runs of pieces of one direction and length that lie side by side, evenly spaced."""
+    if len(group) < MANY_STEPS:
+        return []
+    start, end = pieces.ends[group[0]]
+    unit = (end - start) / max(1e-9, math.hypot(*(end - start)))
+    middles = pieces.ends[group].mean(axis=1)
+    u, v = middles @ unit, middles @ [-unit[1], unit[0]]
+    length = float(pieces.lengths[group].mean())
+    runs: list[Indices] = []
+    for column in _columns(u, 0.6 * length):
+        order = column[np.argsort(v[column])]
+        gaps = np.diff(v[order])
+        first = 0
+        for index in range(len(gaps) + 1):
+            even = index < len(gaps) and index > first and abs(gaps[index] - gaps[first]) <= EVEN * gaps[first] + 2e-3
+            if index == len(gaps) or (index > first and not even):
+                if _is_pattern(index - first + 1, gaps[first:index], length):
+                    runs.append(group[order[first : index + 1]])
+                first = index
+    return runs
+
+
+def _is_pattern(count: int, gaps: Array, length: float) -> bool:
+    if not len(gaps) or gaps.mean() < 5e-3:
+        return False
+    spacing = float(gaps.mean())
+    steps = STEP_SPACING[0] <= spacing <= STEP_SPACING[1] and 0.6 <= length <= 4.0
+    return count >= (MANY_STEPS if steps else MANY) and spacing <= STEP_SPACING[1]
+
+
+def _columns(u: Array, reach: float) -> list[Indices]:
+    """Return indices of places that lie near to each other along a line."""
+    order = np.argsort(u)
+    return np.split(order, np.flatnonzero(np.diff(u[order]) > reach) + 1)

@@ -1,0 +1,125 @@
+"""An SVG file made plain: clones in place, style sheets applied, all lengths in user units."""
+
+import copy
+import re
+from collections.abc import Iterator
+from xml.etree.ElementTree import Element
+
+from mjsim.errors import UsageError
+
+SVG = "{http://www.w3.org/2000/svg}"
+HREFS = ("href", "{http://www.w3.org/1999/xlink}href")
+UNITS = {"": 1.0, "px": 1.0, "pt": 96 / 72, "pc": 16.0, "mm": 96 / 25.4, "cm": 96 / 2.54, "in": 96.0, "m": 96 / 0.0254}
+"""User units to a unit (CSS Values and Units 3, section 6.2)."""
+METRES = 0.0254 / 96
+"""To a user unit of a file that says its size on paper."""
+SHAPES = ("rect", "circle", "ellipse", "line")
+LENGTHS = ("x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "x1", "y1", "x2", "y2")
+GROUPS = ("a", "switch", "svg", "symbol")
+"""Elements that hold others and are drawn as groups are."""
+MOST_ELEMENTS = 50_000
+"""Of a drawing, its clones too."""
+_LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(px|pt|pc|mm|cm|in|m|)\s*")
+_RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")
+
+
+def tag_of(element: Element) -> str:
+    """Return the name of an element without its namespace; nothing for comments."""
+    return element.tag.rpartition("}")[2] if isinstance(element.tag, str) else ""
+
+
+def length_of(text: str | None) -> float | None:
+    """Return a length in user units; None for one in percent or none at all."""
+    found = _LENGTH.fullmatch(text or "")
+    return float(found[1]) * UNITS[found[2]] if found else None
+
+
+def made_plain(root: Element, name: str) -> int:
+    """Put clones in place, apply style sheets, make lengths numbers; return how many shapes have none in user units.
+
+    Raises:
+        UsageError: It has too many elements with its clones.
+    """
+    _expand(root, name)
+    _apply_styles(root)
+    for element in root.iter():
+        if element is not root and tag_of(element) in GROUPS:
+            element.tag = f"{SVG}g"
+    return _without_percent(root)
+
+
+def _expand(root: Element, name: str) -> None:
+    """Replace each `use` by a group with a copy of what it names."""
+    named = {key: element for element in root.iter() if (key := element.get("id"))}
+    waiting = [(root, frozenset[str]())]
+    count = 0
+    while waiting:
+        parent, above = waiting.pop()
+        for index, child in enumerate(list(parent)):
+            count += 1
+            if count > MOST_ELEMENTS:
+                raise UsageError(f"'{name}' has more than {MOST_ELEMENTS} elements with its clones; name their --layer")
+            inner = above
+            if tag_of(child) == "use":
+                href = next((value for key in HREFS if (value := child.get(key))), "")
+                target = named.get(href[1:]) if href.startswith("#") else None
+                if target is None or href in above or len(above) > 20:
+                    continue
+                parent[index] = child = _cloned(child, target)
+                inner = above | {href}
+            if tag_of(child) not in ("defs", "clipPath", "mask", "pattern", "marker"):
+                waiting.append((child, inner))
+
+
+def _cloned(use: Element, target: Element) -> Element:
+    """Return a group with a copy of what a `use` names, moved as it says."""
+    group = Element(f"{SVG}g", {key: value for key, value in use.attrib.items() if key not in (*HREFS, "x", "y")})
+    x, y = (length_of(use.get(key, "0")) or 0.0 for key in ("x", "y"))
+    group.set("transform", f"{use.get('transform', '')} translate({x} {y})".strip())
+    inner = copy.deepcopy(target)
+    if tag_of(inner) in ("symbol", "svg"):
+        inner.tag = f"{SVG}g"
+    group.append(inner)
+    return group
+
+
+def _apply_styles(root: Element) -> None:
+    """Write what style sheets say of elements into their `style`, before what stands there."""
+    sheet = "".join(element.text or "" for element in root.iter() if tag_of(element) == "style")
+    rules = list(_rules(re.sub(r"/\*.*?\*/|<!--|-->", "", sheet, flags=re.DOTALL)))
+    if not rules:
+        return
+    for element in root.iter():
+        keys = {tag_of(element), f"#{element.get('id')}", *(f".{word}" for word in element.get("class", "").split())}
+        keys |= {f"{tag_of(element)}{key}" for key in list(keys) if key[:1] in ".#"}
+        said = [text for selector, text in rules if selector in keys]
+        if said:
+            element.set("style", ";".join([*said, element.get("style", "")]))
+
+
+def _rules(sheet: str) -> Iterator[tuple[str, str]]:
+    """Yield the simple selectors of a style sheet with what they say, ids last, tags first."""
+    found = [
+        (selector.strip().split()[-1], body.strip())
+        for selectors, body in _RULE.findall(sheet)
+        for selector in selectors.split(",")
+        if selector.strip() and "@" not in selector
+    ]
+    yield from sorted(found, key=lambda rule: ("#" in rule[0], "." in rule[0]))
+
+
+def _without_percent(root: Element) -> int:
+    """Make the lengths of shapes numbers; take away shapes with lengths in percent, and return how many they were."""
+    count = 0
+    for parent in list(root.iter()):
+        for shape in list(parent):
+            if tag_of(shape) not in SHAPES:
+                continue
+            lengths = {key: length_of(shape.get(key)) for key in LENGTHS if shape.get(key) is not None}
+            if None in lengths.values():
+                parent.remove(shape)
+                count += 1
+                continue
+            for key, value in lengths.items():
+                shape.set(key, repr(value))
+    return count

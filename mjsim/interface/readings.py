@@ -1,0 +1,280 @@
+"""What a robot senses at one tick: an `Observation`, and the values of its fields, one for each kind of reading."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array
+
+Picture = NDArray[np.uint8]
+"""RGB picture, shape (height, width, 3), uint8."""
+LONGEST_MESSAGE = 1 << 20
+"""Characters of JSON in one message, at most."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Intrinsics:
+    """A pinhole camera: u = fx x/z + cx, v = fy y/z + cy, pixel centres at whole numbers; a lens bends x/z and y/z."""
+
+    width: int
+    """[px]"""
+    height: int
+    """[px]"""
+    fx: float
+    """[px]"""
+    fy: float
+    """[px]"""
+    cx: float
+    """[px]"""
+    cy: float
+    """[px]"""
+    lens: str = "pinhole"
+    """'pinhole', 'brown' or 'fisheye'."""
+    distortion: tuple[float, ...] = ()
+    """As OpenCV orders them: k1, k2, p1, p2, k3 of Brown's model, k1 to k4 of a fisheye; none for a pinhole."""
+
+    def matrix(self) -> Array:
+        """Return the calibration matrix, shape (3, 3) [px]."""
+        return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CameraFrame:
+    """One picture of an onboard camera."""
+
+    stamp: float
+    """When it was taken [s]."""
+    image: Picture
+    """RGB, shape (height, width, 3)."""
+    intrinsics: Intrinsics
+    depth: Array | None = None
+    """Distance along the optical axis, shape (height, width) [m]: +inf for none, -inf for too near, as in a `Scan`;
+    None unless the camera gives it."""
+    segmentation: NDArray[np.int32] | None = None
+    """Instance of each pixel, -1 for none, shape (height, width); None unless the camera gives it."""
+    instances: tuple[str, ...] = ()
+    """Name of each instance: 'beacon/NAME', 'obstacle/NAME', the name of a robot, 'wall', 'floor' and so on."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scan:
+    """One turn of a 2-D lidar: a range for each beam, from the right to the left.
+
+    +inf where nothing came back, -inf where something is too near to be measured.
+
+    References:
+        ROS REP 117, Informational Distance Measurements.
+    """
+
+    stamp: float
+    """When it was taken [s]."""
+    ranges: Array
+    """From the sensor along each beam, shape (beams,) [m]."""
+    angle_min: float
+    """Of the first beam, in the sensor's frame, left positive [rad]."""
+    angle_increment: float
+    """From one beam to the next [rad]."""
+    range_min: float
+    """[m]"""
+    range_max: float
+    """[m]"""
+    intensities: Array | None = None
+    """Strength of each return, of that of a white wall hit squarely, shape (beams,); None unless the lidar tells."""
+
+    def angles(self) -> Array:
+        """Return the angle of each beam in the sensor's frame, left positive, shape (beams,) [rad]."""
+        return np.asarray(self.angle_min + self.angle_increment * np.arange(len(self.ranges)), dtype=float)
+
+    def points(self) -> Array:
+        """Return where beams met something, in the plane of the sensor's frame, shape (n, 2) [m]."""
+        met = np.isfinite(self.ranges)
+        angles, ranges = self.angles()[met], self.ranges[met]
+        return np.stack([ranges * np.cos(angles), ranges * np.sin(angles)], axis=-1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ImuReading:
+    """What an inertial sensor felt, as the mean since its last reading, in its own frame."""
+
+    stamp: float
+    """When its period ended [s]."""
+    acceleration: Array
+    """Specific force: what it is pushed by, (0, 0, 9.81) at rest, shape (3,) [m/s^2]."""
+    turn: Array
+    """Angular velocity about x, y and z, shape (3,) [rad/s]."""
+    name: str = "imu"
+    """Of the sensor."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Odometry:
+    """Motion since the last tick as the wheels tell it, in the robot's frame at that tick."""
+
+    forward: float
+    """[m]"""
+    left: float
+    """[m]"""
+    turn: float
+    """[rad]"""
+    covariance: Array
+    """Of (forward, left, turn), shape (3, 3) [m, m, rad]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sighting:
+    """A beacon seen from the robot."""
+
+    stamp: float
+    """[s]"""
+    name: str | None
+    """None when the sensor cannot tell which beacon it is."""
+    range: float
+    """Horizontal distance from the robot's origin [m]."""
+    bearing: float
+    """From the robot's x axis, left positive, in [-pi, pi) [rad]."""
+    covariance: Array
+    """Of (range, bearing), shape (2, 2)."""
+    corners: Array | None = None
+    """Outline in the picture, shape (4, 2) [px], from the picture's own top left clockwise."""
+
+
+@dataclass(frozen=True, slots=True)
+class AnchorRanges:
+    """How far a tag is from radio anchors."""
+
+    stamp: float
+    """When it was measured [s]."""
+    ranges: Mapping[str, float]
+    """Name of an anchor -> distance in space from the tag to its middle [m]; those that are not heard are left out."""
+    variance: float
+    """Of each range in line of sight, as a data sheet gives it [m^2]; a blocked one is too long by more than that."""
+
+
+@dataclass(frozen=True, slots=True)
+class WheelTicks:
+    """What the encoders of the driven wheels have counted since the start: whole steps, forward positive."""
+
+    stamp: float
+    """When they were read [s]."""
+    counts: tuple[int, ...]
+    """Of each wheel, in the order of `RobotInfo.wheels`, from -2^(bits - 1) to 2^(bits - 1) - 1."""
+    resolution: int
+    """Steps in one turn of a wheel."""
+    bits: int = 32
+    """Width of the counters, which wrap around."""
+
+    def since(self, before: "WheelTicks") -> tuple[int, ...]:
+        """Return the steps of each wheel since an earlier reading: right if less than half of what a counter holds."""
+        half = 1 << (self.bits - 1)
+        return tuple(
+            (now - then + half) % (2 * half) - half for now, then in zip(self.counts, before.counts, strict=True)
+        )
+
+    def rotations(self, before: "WheelTicks") -> Array:
+        """Return how far each wheel has turned since an earlier reading, shape (wheels,) [rad]."""
+        return np.array(self.since(before), dtype=float) * (2.0 * np.pi / self.resolution)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointState:
+    """What the encoders of joints, or of driven wheels, tell at one moment; each array has shape (joints,)."""
+
+    stamp: float
+    """When they were read [s]."""
+    positions: Array
+    """[rad], or [m] of joints that slide; wheels count from the start, forward positive, relative to the body."""
+    velocities: Array
+    """[rad/s], or [m/s]."""
+    torques: Array
+    """Of the motors, on the side of the joint, as they are applied now [N m], or [N]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FastReading:
+    """What a controller senses between ticks: encoders and inertial sensors, nothing else."""
+
+    time: float
+    """[s]"""
+    dt: float
+    """Since the last call, and until the next [s]."""
+    joints: Mapping[str, JointState]
+    """By the name of the arm; all arms of the robot."""
+    wheels: JointState
+    """Driven wheels, in the order of `RobotInfo.wheels`."""
+    imu: tuple[ImuReading, ...] = ()
+    """Readings since the last call, one sensor after the other. The first call has one of the robot held at rest."""
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """What another robot sent over the radio."""
+
+    sender: str
+    """Name of the robot."""
+    stamp: float
+    """When it was sent [s]."""
+    text: str = field(repr=False)
+    """The content as JSON."""
+
+    @property
+    def content(self) -> Any:
+        """What was sent, a copy of its own: numbers, texts, None, lists and dicts; arrays and tuples come as lists."""
+        return json.loads(self.text)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observation:
+    """All that a robot senses at one tick."""
+
+    time: float
+    """[s]"""
+    dt: float
+    """Since the last tick [s]."""
+    odometry: Odometry
+    sightings: tuple[Sighting, ...] = ()
+    """Of the beacon sensor, and of the observer once it has looked."""
+    cameras: Mapping[str, CameraFrame] = field(default_factory=dict)
+    """By camera name, only those due at this tick."""
+    scans: Mapping[str, Scan] = field(default_factory=dict)
+    """By lidar name, only those due at this tick."""
+    imu: tuple[ImuReading, ...] = ()
+    """Readings since the last tick, one sensor after the other."""
+    ranges: Mapping[str, AnchorRanges] = field(default_factory=dict)
+    """Ranges to radio anchors by the name of the tag, only those due at this tick."""
+    encoders: Mapping[str, WheelTicks] = field(default_factory=dict)
+    """Counts of the driven wheels by the name of the sensor, only those due at this tick."""
+    proximity: Array = field(default_factory=lambda: np.full(16, np.inf))
+    """Ring of 16 ranges from the robot's rim, first ahead, then counter-clockwise [m]; +inf for nothing near."""
+    bump: tuple[float, ...] = ()
+    """Bearings of contacts now, left positive [rad]; empty when free."""
+    messages: tuple[Message, ...] = ()
+    """What other robots sent and the radio brought since the last tick."""
+    joints: Mapping[str, JointState] = field(default_factory=dict)
+    """What the encoders of each arm tell, by the name of the arm."""
+
+
+def message_text(content: object) -> str:
+    """Return a message's content as JSON, exactly.
+
+    Raises:
+        ValueError: It holds what JSON has no word for, or is too long.
+    """
+    try:
+        text = json.dumps(content, allow_nan=False, separators=(",", ":"), default=_plain)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise ValueError(
+            f"a message that cannot be sent ({error}); it holds finite numbers, texts, None, lists and dicts"
+        ) from None
+    if len(text) > LONGEST_MESSAGE:
+        raise ValueError(f"a message of {len(text)} characters as JSON; {LONGEST_MESSAGE} can be sent")
+    return text
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise TypeError(f"a value of type {type(value).__name__}")

@@ -1,0 +1,278 @@
+"""Values as trees of named numbers, texts and arrays: what modules in other languages are given.
+
+A tree holds dicts, lists, texts, numbers, None and arrays. An array of one dimension is a vector. `Stack` and `Named`
+mark what languages write differently: many things of one shape, and names that the user chose.
+"""
+
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+
+from mjsim.geometry import Array, Pose
+from mjsim.interface.readings import (
+    CameraFrame,
+    FastReading,
+    ImuReading,
+    Intrinsics,
+    JointState,
+    Observation,
+    Scan,
+)
+from mjsim.interface.values import (
+    ArmInfo,
+    BalancingInfo,
+    BeaconInfo,
+    Command,
+    Estimate,
+    JointGoal,
+    RobotInfo,
+    SensorInfo,
+    WheelCommand,
+    WorldMap,
+)
+
+Tree = Any
+"""A dict, list, text, number, None, array, `Stack`, `Named` or `Table`."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stack:
+    """Many numbers, vectors or matrices of one shape; JSON counts them first, Octave last."""
+
+    items: Array
+    """Shape (n, ...)."""
+
+
+class Named(dict[str, Tree]):
+    """A dict whose keys are names of the user's; languages with stricter rules change them."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Table:
+    """A list of dicts that all have the same keys, also when it is empty."""
+
+    keys: Sequence[str]
+    rows: Sequence[Mapping[str, Tree]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Text:
+    """A text that differs from tick to tick, such as a message."""
+
+    text: str
+
+
+@dataclass(slots=True)
+class Numbers:
+    """Numbers for the names of beacons, from 1: first those of the catalogue, then others as they appear; 0 is none."""
+
+    names: list[str] = field(default_factory=list)
+
+    def of(self, name: Hashable) -> int:
+        """Return the number of a name; a whole number above those of all names stays, what else is no text is 0."""
+        if isinstance(name, int) and not isinstance(name, bool):
+            return name if name > len(self.names) else 0
+        if not isinstance(name, str):
+            return 0
+        if name not in self.names:
+            self.names.append(name)
+        return self.names.index(name) + 1
+
+
+def observation_tree(seen: Observation, numbers: Numbers, *, pictures: bool) -> dict[str, Tree]:
+    """Return an observation; pictures, which take time to draw, only where they are wanted."""
+    sightings, odometry = seen.sightings, seen.odometry
+    return {
+        "time": seen.time,
+        "dt": seen.dt,
+        "odometry": {
+            "forward": odometry.forward,
+            "left": odometry.left,
+            "turn": odometry.turn,
+            "covariance": odometry.covariance,
+        },
+        "z": _stack([(each.range, each.bearing) for each in sightings], (2,)),
+        "id": _stack([numbers.of(each.name) for each in sightings]),
+        "R": _stack([each.covariance for each in sightings], (2, 2)),
+        "stamp": _stack([each.stamp for each in sightings]),
+        "scans": Named({name: _scan(scan) for name, scan in seen.scans.items()}),
+        "cameras": Named({name: _camera(frame) for name, frame in seen.cameras.items()} if pictures else {}),
+        "imu": _imu(seen.imu),
+        "ranges": Named(
+            {
+                name: {
+                    "stamp": tag.stamp,
+                    "id": _stack([numbers.of(anchor) for anchor in tag.ranges]),
+                    "range": _stack([*tag.ranges.values()]),
+                    "variance": tag.variance,
+                }
+                for name, tag in seen.ranges.items()
+            }
+        ),
+        "encoders": Named(
+            {
+                name: {
+                    "stamp": ticks.stamp,
+                    "counts": _stack(ticks.counts),
+                    "resolution": ticks.resolution,
+                    "bits": ticks.bits,
+                }
+                for name, ticks in seen.encoders.items()
+            }
+        ),
+        "joints": Named({name: joint_tree(state) for name, state in seen.joints.items()}),
+        "proximity": _stack(seen.proximity),
+        "bump": _stack(seen.bump),
+        "messages": Table(
+            ("sender", "stamp", "text"),
+            [{"sender": each.sender, "stamp": each.stamp, "text": Text(each.text)} for each in seen.messages],
+        ),
+    }
+
+
+def estimate_tree(belief: Estimate, numbers: Numbers) -> dict[str, Tree]:
+    """Return an estimate; landmarks that have a number instead of a name keep it where no beacon has that one."""
+    return {
+        "pose": belief.pose.as_array(),
+        "covariance": belief.covariance,
+        "landmarks": _stack([mean for mean, _ in belief.landmarks.values()], (2,)),
+        "landmark_covariance": _stack([P for _, P in belief.landmarks.values()], (2, 2)),
+        "ids": _stack([numbers.of(name) for name in belief.landmarks]),
+    }
+
+
+def command_tree(command: Command | WheelCommand) -> dict[str, Tree]:
+    """Return a command; what it sends over the radio is left out."""
+    if isinstance(command, WheelCommand):
+        return {"wheels": _stack(command.speeds)}
+    goals = Named({name: _goal(goal) for name, goal in command.joints.items()})
+    return {"forward": command.forward, "left": command.left, "turn": command.turn, "joints": goals}
+
+
+def _goal(goal: JointGoal) -> dict[str, Tree]:
+    parts = {"q": goal.positions, "qd": goal.velocities, "qdd": goal.accelerations, "tau": goal.torques}
+    return {key: None if part is None else np.array(part) for key, part in parts.items()}
+
+
+def fast_tree(sensed: FastReading) -> dict[str, Tree]:
+    """Return what a controller senses."""
+    return {
+        "time": sensed.time,
+        "dt": sensed.dt,
+        "joints": Named({name: joint_tree(state) for name, state in sensed.joints.items()}),
+        "wheels": joint_tree(sensed.wheels),
+        "imu": _imu(sensed.imu),
+    }
+
+
+def joint_tree(state: JointState) -> dict[str, Tree]:
+    """Return the state of joints, or of wheels."""
+    return {"stamp": state.stamp, "q": state.positions, "qd": state.velocities, "tau": state.torques}
+
+
+def robot_tree(
+    robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], map: WorldMap | None, *, pictures: bool
+) -> dict[str, Tree]:
+    """Return what a module is told before the first tick: its robot, the catalogue, and the map where it is known."""
+    return {
+        "name": robot.name,
+        "drive": robot.drive,
+        "max_speed": robot.max_speed,
+        "max_turn": robot.max_turn,
+        "max_left": robot.max_left,
+        "max_acceleration": robot.max_acceleration,
+        "max_turn_acceleration": robot.max_turn_acceleration,
+        "max_curvature": robot.max_curvature,
+        "wheels": list(robot.wheels),
+        "wheel_radius": robot.wheel_radius,
+        "track": robot.track,
+        "radius": robot.radius,
+        "dt": robot.dt,
+        "prior": robot.prior.as_array(),
+        "prior_covariance": robot.prior_covariance,
+        "twist_from_wheels": robot.twist_from_wheels,
+        "outline": None if robot.outline is None else Stack(robot.outline),
+        "sensors": Named({name: _sensor(sensor) for name, sensor in robot.sensors.items()}),
+        "catalogue": Table(
+            ("name", "width", "height", "pose", "center", "marker", "anchor", "image"),
+            [_beacon(beacon, pictures=pictures) for beacon in catalogue.values()],
+        ),
+        "map": None if map is None else _map(map),
+        "balancing": None if robot.balancing is None else _masses(robot.balancing),
+        "arms": Named({name: _arm(arm) for name, arm in robot.arms.items()}),
+    }
+
+
+def _masses(base: BalancingInfo) -> dict[str, Tree]:
+    return {part.name: getattr(base, part.name) for part in fields(base)}
+
+
+def _arm(arm: ArmInfo) -> dict[str, Tree]:
+    limits = {"lower": arm.lower, "upper": arm.upper}
+    return {"joints": list(arm.joints), **limits, "max_velocity": arm.max_velocity, "max_torque": arm.max_torque}
+
+
+def _map(map: WorldMap) -> dict[str, Tree]:
+    beacons = [{"name": name, "pose": pose.as_array()} for name, pose in map.beacons.items()]
+    return {"segments": Stack(map.segments), "beacons": Table(("name", "pose"), beacons)}
+
+
+def _beacon(beacon: BeaconInfo, *, pictures: bool) -> dict[str, Tree]:
+    marker = beacon.marker
+    return {
+        "name": beacon.name,
+        "width": beacon.width,
+        "height": beacon.height,
+        "pose": _pose(beacon.pose),
+        "center": beacon.center,
+        "marker": None if marker is None else {"dictionary": marker.dictionary, "id": marker.id},
+        "anchor": beacon.anchor,
+        "image": np.asarray(beacon.picture) if pictures and beacon.picture is not None else None,
+    }
+
+
+def _pose(pose: Pose | None) -> Array | None:
+    return None if pose is None else pose.as_array()
+
+
+def _sensor(sensor: SensorInfo) -> dict[str, Tree]:
+    return {
+        "kind": sensor.kind,
+        "robot_from_sensor": sensor.robot_from_sensor,
+        "rate_hz": sensor.rate_hz,
+        "noise": Named(sensor.noise),
+        "intrinsics": None if sensor.intrinsics is None else _intrinsics(sensor.intrinsics),
+        "latency": sensor.latency,
+        "range": None if sensor.range is None else np.array(sensor.range),
+        "fov": sensor.fov,
+    }
+
+
+def _intrinsics(lens: Intrinsics) -> dict[str, Tree]:
+    matrix = {"width": lens.width, "height": lens.height, "matrix": lens.matrix()}
+    return {**matrix, "lens": lens.lens, "distortion": _stack(lens.distortion)}
+
+
+def _scan(scan: Scan) -> dict[str, Tree]:
+    here = {"stamp": scan.stamp, "ranges": Stack(scan.ranges), "angles": Stack(scan.angles())}
+    bounds = {"range_min": scan.range_min, "range_max": scan.range_max}
+    return {**here, **bounds} | ({} if scan.intensities is None else {"intensities": Stack(scan.intensities)})
+
+
+def _camera(frame: CameraFrame) -> dict[str, Tree]:
+    told: dict[str, Tree] = {"stamp": frame.stamp, "image": np.asarray(frame.image)}
+    if frame.depth is not None:
+        told["depth"] = frame.depth
+    if frame.segmentation is not None:
+        told |= {"segmentation": frame.segmentation, "instances": list(frame.instances)}
+    return told
+
+
+def _imu(readings: Sequence[ImuReading]) -> Stack:
+    return _stack([(each.stamp, *each.acceleration, *each.turn) for each in readings], (7,))
+
+
+def _stack(items: Any, shape: tuple[int, ...] = ()) -> Stack:
+    return Stack(np.array(items, dtype=float).reshape(-1, *shape))

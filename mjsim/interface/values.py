@@ -1,0 +1,281 @@
+"""The values that modules give, commands and estimates, and what they are told of robot and world."""
+
+import math
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mjsim.geometry import Array, Pose
+from mjsim.interface.readings import Intrinsics, Picture, Sighting
+
+if TYPE_CHECKING:  # most robots have no arm
+    from mjsim.mechanics import Arm
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointGoal:
+    """Where the joints of an arm shall be now, and how they shall move on until the next goal; one number a joint."""
+
+    positions: tuple[float, ...]
+    """[rad], or [m] of joints that slide."""
+    velocities: tuple[float, ...] | None = None
+    """[rad/s], or [m/s]; at rest unless given."""
+    accelerations: tuple[float, ...] | None = None
+    """[rad/s^2], or [m/s^2]; 0 unless given."""
+    torques: tuple[float, ...] | None = None
+    """Added to what the controller finds [N m], or [N]."""
+
+    def after(self, seconds: float) -> "JointGoal":
+        """Return the goal a while later, going on with its velocities and accelerations [s]."""
+        if self.velocities is None:
+            return self
+        speeds = self.velocities
+        faster = self.accelerations or (0.0,) * len(speeds)
+        both = [(speed, more) for speed, more in zip(speeds, faster, strict=True)]
+        ways = [seconds * speed + 0.5 * seconds * seconds * more for speed, more in both]
+        return JointGoal(
+            positions=tuple(place + way for place, way in zip(self.positions, ways, strict=True)),
+            velocities=tuple(speed + seconds * more for speed, more in both),
+            accelerations=self.accelerations,
+            torques=self.torques,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A twist in the robot's frame, and goals of its arms, held until the next tick."""
+
+    forward: float = 0.0
+    """[m/s]"""
+    left: float = 0.0
+    """[m/s]; 0 for robots that cannot move sideways."""
+    turn: float = 0.0
+    """Counter-clockwise [rad/s]."""
+    messages: tuple[Any, ...] = ()
+    """What to send to all other robots, once: numbers, texts, None, and lists and dicts of these."""
+    joints: Mapping[str, JointGoal] = field(default_factory=dict)
+    """Goals by the name of the arm; an arm that is not named holds the goal that it had."""
+
+
+@dataclass(frozen=True, slots=True)
+class WheelCommand:
+    """Angular speeds of the driven wheels, in the order of `RobotInfo.wheels`."""
+
+    speeds: tuple[float, ...]
+    """[rad/s]"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Detection:
+    """A beacon found in a picture."""
+
+    name: str
+    position: Array
+    """Its centre in the camera's optical frame (x right, y down, z ahead), shape (3,) [m]."""
+    covariance: Array
+    """Of the position, shape (3, 3) [m^2]."""
+    corners: Array
+    """Shape (4, 2) [px], from the picture's own top left clockwise."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Estimate:
+    """What an estimator believes."""
+
+    pose: Pose
+    """Mean, in the frame in which the prior of `RobotInfo` is given."""
+    covariance: Array
+    """Of (x, y, heading), shape (3, 3) [m, m, rad]."""
+    landmarks: Mapping[Hashable, tuple[Array, Array]] = field(default_factory=dict)
+    """Name or index -> mean (2,) [m], covariance (2, 2) [m^2]."""
+    innovations: tuple[tuple[Hashable, Array, Array], ...] = ()
+    """Of this tick: name, nu (2,) [m, rad], S (2, 2)."""
+    joint_covariance: Array | None = None
+    """Of the pose, then each landmark in the order of `landmarks`, shape (3 + 2 n, 3 + 2 n); optional."""
+
+
+@dataclass(frozen=True, slots=True)
+class MarkerInfo:
+    """A square marker that computers read."""
+
+    dictionary: str
+    """As the world file names it: '4x4_50', 'apriltag_36h11' and so on."""
+    id: int
+    """Its number in the dictionary."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BeaconInfo:
+    """What the catalogue tells of a beacon: picture or marker and its printed size, not where it hangs."""
+
+    name: str
+    picture: Picture | None
+    """RGB; None for a marker, a reflector or an anchor."""
+    width: float
+    """Of the picture, or of the marker's black square without the white border around it [m]."""
+    height: float
+    """The same [m]."""
+    pose: Pose | None = None
+    """World frame, facing along its heading; only when the world says `map: known`, and it hangs on nothing that
+    moves."""
+    center: float | None = None
+    """Height of its middle above the floor [m]; only where there is a pose."""
+    marker: MarkerInfo | None = None
+    """None for a picture, a reflector or an anchor."""
+    anchor: bool = False
+    """Whether it holds a radio anchor."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SensorInfo:
+    """A sensor as its data sheet gives it."""
+
+    kind: str
+    """'camera' and so on: the key that names it in a world file."""
+    robot_from_sensor: Array
+    """Homogeneous transform, shape (4, 4) [m]; a camera's frame is optical (x right, y down, z ahead). On an arm it is
+    that at the start."""
+    rate_hz: float
+    noise: Mapping[str, float] = field(default_factory=dict)
+    """Standard deviations by the names that the world file uses."""
+    intrinsics: Intrinsics | None = None
+    """Of a camera."""
+    latency: int = 0
+    """How many ticks a reading comes after it was taken; its stamp tells when it was."""
+    range: tuple[float, float] | None = None
+    """Nearest and farthest distance that it measures [m]; None where there is no such limit."""
+    fov: float | None = None
+    """Horizontal field of view [rad]; None where it sees no things."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BalancingInfo:
+    """The masses of a balancing base, as its maker would give them; the body is all but the wheels."""
+
+    wheel_mass: float
+    """Of each wheel [kg]."""
+    wheel_inertia: float
+    """Of each wheel about the axle [kg m^2]."""
+    wheel_across: float
+    """Of each wheel about the vertical through its middle [kg m^2]."""
+    body_mass: float
+    """[kg]"""
+    center: float
+    """Height of the body's centre of mass above the axle [m]."""
+    pitch_inertia: float
+    """Of the body about an axis along the axle through its centre of mass [kg m^2]."""
+    yaw_inertia: float
+    """Of the body about the vertical through its centre of mass [kg m^2]."""
+    max_torque: float
+    """Of the motor of each wheel [N m]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ArmInfo:
+    """An arm as its data sheet gives it; each array has shape (joints,)."""
+
+    joints: tuple[str, ...]
+    """Names, from the base outwards."""
+    lower: Array
+    """Least values, infinite where there is no limit [rad], or [m] of joints that slide."""
+    upper: Array
+    """Largest values."""
+    max_velocity: Array
+    """Infinite where it is not known [rad/s], or [m/s]."""
+    max_torque: Array
+    """At the joint, infinite where it is not known [N m], or [N]."""
+    model: "Arm"
+    """Its kinematics and dynamics, in the robot's frame."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RobotInfo:
+    """What a module is told of the robot that it works for."""
+
+    name: str
+    drive: str
+    """'differential' and so on."""
+    max_speed: float
+    """[m/s]"""
+    max_turn: float
+    """[rad/s]"""
+    max_acceleration: float
+    """[m/s^2]"""
+    max_turn_acceleration: float
+    """[rad/s^2]"""
+    wheels: tuple[str, ...]
+    """Driven wheels, in the order of `WheelCommand.speeds`."""
+    wheel_radius: float
+    """[m]"""
+    track: float
+    """Distance between the wheels to the left and to the right, as wide as turns are computed with [m]."""
+    radius: float
+    """Of the circle about the origin around the body [m]."""
+    dt: float
+    """Period of the loop [s]."""
+    prior: Pose
+    """Mean of the pose at the start."""
+    prior_covariance: Array
+    """Of (x, y, heading) at the start, shape (3, 3)."""
+    sensors: Mapping[str, SensorInfo] = field(default_factory=dict)
+    max_left: float = 0.0
+    """Largest speed sideways [m/s]; 0 for robots that cannot move so."""
+    max_curvature: float = math.inf
+    """Of the sharpest arc that it can drive [1/m]; infinite for robots that can turn on the spot."""
+    twist_from_wheels: Array | None = None
+    """Twist (forward, left, turn) of wheel speeds, a matrix, shape (3, wheels) [m/rad, m/rad, 1]; steering straight."""
+    outline: Array | None = None
+    """Of the body from above, in its frame, counter-clockwise, shape (n, 2) [m]; None means the circle."""
+    balancing: BalancingInfo | None = None
+    """Its masses, when it balances; what wheels tell of its motion then lacks the pitch of the body."""
+    arms: Mapping[str, ArmInfo] = field(default_factory=dict)
+    """By their names."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WorldMap:
+    """The walls and obstacles that a module is given when the world says `map: known`."""
+
+    segments: Array
+    """Faces of walls and obstacles in the plane, shape (n, 2, 2) [m]."""
+    beacons: Mapping[str, Pose]
+    """Where the beacons hang, world frame."""
+
+
+def sightings_from(
+    detections: Sequence[Detection], robot_from_camera: Array, *, stamp: float = 0.0
+) -> tuple[Sighting, ...]:
+    """Turn detections in a camera's frame into horizontal range and bearing from the robot's origin.
+
+    Args:
+        detections: Beacons found in one picture.
+        robot_from_camera: Homogeneous transform of the optical frame, shape (4, 4) [m].
+        stamp: When the picture was taken [s].
+
+    Returns:
+        One sighting a detection, its covariance carried over to first order.
+
+    References:
+        Thrun, Burgard, Fox, Probabilistic Robotics (2005), section 6.6 for range and bearing; section 3.3
+        for the linear propagation of covariance.
+    """
+    rotation, offset = robot_from_camera[:3, :3], robot_from_camera[:3, 3]
+    sightings = []
+    for found in detections:
+        x, y = (rotation @ found.position + offset)[:2]
+        squared = x * x + y * y
+        distance = np.sqrt(squared)
+        jacobian = np.array([[x / distance, y / distance], [-y / squared, x / squared]]) @ rotation[:2]
+        sightings.append(
+            Sighting(
+                stamp=stamp,
+                name=found.name,
+                range=float(distance),
+                bearing=float(np.arctan2(y, x)),
+                covariance=jacobian @ found.covariance @ jacobian.T,
+                corners=found.corners,
+            )
+        )
+    return tuple(sightings)

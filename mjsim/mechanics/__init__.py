@@ -1,0 +1,5 @@
+"""Joints: arms by tables, their kinematics and dynamics, paths of joints and tools; no MuJoCo and no files."""
+
+from mjsim.faces import face
+
+__getattr__, __dir__, __all__ = face(__name__, __file__)

@@ -1,0 +1,16 @@
+from .arm import Arm as Arm
+from .arm import with_links as with_links
+from .dh import CONVENTIONS as CONVENTIONS
+from .dh import UNITS as UNITS
+from .inertias import Solid as Solid
+from .inertias import capsule as capsule
+from .inertias import is_valid as is_valid
+from .inertias import nearest_valid as nearest_valid
+from .inertias import tensor as tensor
+from .inverse import Reached as Reached
+from .links import Link as Link
+from .motion import JointMotion as JointMotion
+from .paths import ctraj as ctraj
+from .paths import jtraj as jtraj
+from .transforms import inverted as inverted
+from .transforms import placed as placed

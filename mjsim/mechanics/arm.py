@@ -1,0 +1,315 @@
+"""An arm: a chain of links with one joint each, from its Denavit-Hartenberg table to poses and torques."""
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mjsim.geometry import Array
+from mjsim.mechanics import dynamics
+from mjsim.mechanics.chain import Chain, Posture, chain_of, posture_at, tool_jacobian
+from mjsim.mechanics.dh import Row, links_of
+from mjsim.mechanics.inverse import Reached, Task, solve
+from mjsim.mechanics.links import Link
+from mjsim.mechanics.transforms import IDENTITY, is_rigid
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+GRAVITY = (0.0, 0.0, -9.81)
+"""World frame, z up [m/s^2]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Arm:
+    """A chain of n links. All methods take arrays of any leading shape and return them with that shape.
+
+    q is the value of each joint [rad, m where it slides]; the world is the frame in which `base` is given.
+    """
+
+    links: tuple[Link, ...]
+    """From the base outwards."""
+    name: str = "arm"
+    convention: str | None = None
+    """Of the table that it comes from: 'standard' or 'modified'."""
+    base: Array = field(default_factory=lambda: IDENTITY)
+    """world_from_base, shape (4, 4) [m]."""
+    tool: Array = field(default_factory=lambda: IDENTITY)
+    """flange_from_tool, shape (4, 4) [m]; the flange is the frame of the last link."""
+    gravity: tuple[float, float, float] = GRAVITY
+    """World frame [m/s^2]."""
+    _chain: Chain = field(init=False, repr=False)
+    _masses: dynamics.Masses = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Check poses, and keep the links as arrays."""
+        if not self.links:
+            raise ValueError("the arm has no links; give at least one row")
+        for name in ("base", "tool"):
+            pose = np.array(getattr(self, name), dtype=float)
+            if pose.shape != (4, 4) or not np.isfinite(pose).all() or not is_rigid(pose):
+                raise ValueError(f"{name} is no pose; give a homogeneous transform of shape (4, 4)")
+            pose.flags.writeable = False
+            object.__setattr__(self, name, pose)
+        object.__setattr__(self, "_chain", chain_of(self.links, self.base, self.tool))
+        object.__setattr__(self, "_masses", dynamics.masses_of(self.links))
+
+    @classmethod
+    def from_dh(
+        cls,
+        rows: Sequence[Row],
+        convention: str = "standard",
+        unit: str = "m",
+        *,
+        name: str = "arm",
+        base: Array = IDENTITY,
+        tool: Array = IDENTITY,
+    ) -> Self:
+        """Return the arm of a Denavit-Hartenberg table.
+
+        Args:
+            rows: One for each joint, with the keys that a row has in a world file: `theta_deg` or `theta` [rad], `d`,
+                `a`, `alpha_deg` or `alpha` [rad]; the joint's value is added to theta, or to d where `slide` is true;
+                `range_deg` or `range` [rad], `mass`, `center`, `inertia` and so on. Or four numbers: theta [rad], d, a,
+                alpha [rad]. What is missing is 0; without `mass` a link weighs as much as a capsule of 1000 kg/m^3.
+            convention: 'standard' (A = Rz Tz Tx Rx) or 'modified' (A = Rx Tx Rz Tz).
+            unit: Of lengths in the rows, 'm' or 'mm'. Poses of the arm are in metres in any case.
+            name: What it is called.
+            base: world_from_base, shape (4, 4) [m].
+            tool: flange_from_tool, shape (4, 4) [m].
+
+        Raises:
+            ValueError: A row is wrong; the message says which and why.
+
+        References:
+            Spong, Hutchinson, Vidyasagar, Robot Modeling and Control (2006), section 3.2; Craig, Introduction to
+            Robotics (1989), section 3.4.
+        """
+        links = links_of(rows, convention=convention, unit=unit)
+        return cls(links=links, name=name, convention=convention, base=base, tool=tool)
+
+    @property
+    def n(self) -> int:
+        """How many joints there are."""
+        return len(self.links)
+
+    @property
+    def limits(self) -> tuple[Array, Array]:
+        """Lower and upper limits of the joints, infinite where there is none, shape (n,) each [rad, m]."""
+        return np.array([link.lower for link in self.links]), np.array([link.upper for link in self.links])
+
+    def fkine(self, q: ArrayLike) -> Array:
+        """Return world_from_tool, shape (..., 4, 4) [m], at q of shape (..., n).
+
+        References:
+            Spong, Hutchinson, Vidyasagar (2006), section 3.2.
+        """
+        return self.posture(q).tool
+
+    def posture(self, q: ArrayLike) -> Posture:
+        """Return where all joints, links and the tool are at q, shape (..., n)."""
+        return posture_at(self._chain, self._values("q", q))
+
+    def jacob0(self, q: ArrayLike) -> Array:
+        """Return how the tool's velocity depends on the joints' rates, in the world frame.
+
+        Args:
+            q: Shape (..., n).
+
+        Returns:
+            Shape (..., 6, n): linear velocity of the tool's origin above angular velocity [m/rad, 1; 1, rad/m].
+
+        References:
+            Spong, Hutchinson, Vidyasagar (2006), section 4.6; Corke (2017), section 8.1.
+        """
+        return tool_jacobian(self._chain, self._values("q", q), in_tool=False)
+
+    def jacobe(self, q: ArrayLike) -> Array:
+        """Return the Jacobian like `jacob0`, with velocities along the axes of the tool, shape (..., 6, n)."""
+        return tool_jacobian(self._chain, self._values("q", q), in_tool=True)
+
+    def ikine(self, T: ArrayLike, q0: ArrayLike | None = None, *, mask: Sequence[float] = (1.0,) * 6) -> Reached:
+        """Return joint values that bring the tool to poses.
+
+        Values lie within the joints' limits, by whole turns where that helps. From `q0` damped least squares look for
+        the nearest solution; where they end elsewhere they try again from seeded chance.
+
+        Args:
+            T: world_from_tool, shape (..., 4, 4) [m].
+            q0: Where to start, shape (..., n) or (n,); the middle of the limits, or 0, unless given.
+            mask: Weights of x, y, z and of the rotation about them; 0 where any value is well, as for an arm with
+                fewer than six joints.
+
+        Returns:
+            Values, and for each pose whether it was reached: within 1e-10 m and 1e-10 rad.
+
+        Raises:
+            ValueError: T is no pose, or shapes do not fit.
+
+        References:
+            Sugihara, IEEE Trans. Robotics 27(5), 2011; Corke (2017), section 7.2.2.
+        """
+        goals = np.asarray(T, dtype=float)
+        if goals.shape[-2:] != (4, 4) or not all(map(is_rigid, goals.reshape(-1, 4, 4))):
+            raise ValueError("T holds no poses; give homogeneous transforms of shape (..., 4, 4)")
+        lower, upper = self.limits
+        start = self._values("q0", self._middle() if q0 is None else q0)
+        start = np.broadcast_to(start, (*goals.shape[:-2], self.n)).reshape(-1, self.n)
+        weights = np.asarray(mask, dtype=float)
+        found = solve(Task(self._chain, lower, upper, goals.reshape(-1, 4, 4), weights), start)
+        shape = goals.shape[:-2]
+        return Reached(
+            found.q.reshape(*shape, self.n),
+            found.converged.reshape(shape),
+            found.distance.reshape(shape),
+            found.angle.reshape(shape),
+        )
+
+    def rne(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Array:
+        """Return the torques that a motion takes, motors and their friction included.
+
+        Args:
+            q: Values of the joints, shape (..., n) [rad, m].
+            qd: Their rates, shape (..., n) [rad/s, m/s].
+            qdd: Their accelerations, shape (..., n) [rad/s^2, m/s^2].
+
+        Returns:
+            Torques at the joints, shape (..., n) [N m, N].
+
+        References:
+            Featherstone, Rigid Body Dynamics Algorithms (2008), section 5.3; Corke (2017), sections 9.1 and 9.2.
+        """
+        q, qd, qdd = self._several(q=q, qd=qd, qdd=qdd)
+        rigid = self._rigid(posture_at(self._chain, q), qd, qdd, np.array(self.gravity))
+        return rigid + self._masses.armature * qdd + dynamics.friction(self._masses, qd)
+
+    def rne_nofriction(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Array:
+        """Return the torques of `rne` without friction, shape (..., n) [N m, N]."""
+        q, qd, qdd = self._several(q=q, qd=qd, qdd=qdd)
+        rigid = self._rigid(posture_at(self._chain, q), qd, qdd, np.array(self.gravity))
+        return rigid + self._masses.armature * qdd
+
+    def friction(self, qd: ArrayLike) -> Array:
+        """Return the torques that friction takes, shape (..., n) [N m, N], at rates of that shape.
+
+        Viscous friction of a motor counts with the square of its gear, dry friction with the gear (Corke (2017),
+        section 9.1.1); at rest there is none.
+        """
+        return dynamics.friction(self._masses, self._values("qd", qd))
+
+    def inertia(self, q: ArrayLike) -> Array:
+        """Return the mass matrix, rotors included, shape (..., n, n) [kg m^2, kg m, kg], at q of shape (..., n).
+
+        References:
+            Spong, Hutchinson, Vidyasagar (2006), equation 7.50.
+        """
+        return dynamics.mass_matrix(self._chain, self._masses, self.posture(q))
+
+    def coriolis(self, q: ArrayLike, qd: ArrayLike) -> Array:
+        """Return the matrix C with which C @ qd are the torques of Coriolis and centrifugal forces.
+
+        Of all such matrices it is that of the Christoffel symbols: dM/dt - 2 C is skew-symmetric.
+
+        Args:
+            q: Shape (..., n) [rad, m].
+            qd: Shape (..., n) [rad/s, m/s].
+
+        Returns:
+            Shape (..., n, n).
+
+        References:
+            Spong, Hutchinson, Vidyasagar (2006), equations 7.62 to 7.65.
+        """
+        q, qd = self._several(q=q, qd=qd)
+        posture = _widened(posture_at(self._chain, q))
+        columns = self._bilinear(posture, qd[..., None, :], np.eye(self.n))
+        return np.swapaxes(columns, -1, -2)
+
+    def gravload(self, q: ArrayLike) -> Array:
+        """Return the torques that hold the arm against gravity, shape (..., n) [N m, N], at q of that shape."""
+        return dynamics.gravity_torques(self._chain, self._masses, self.posture(q), np.array(self.gravity))
+
+    def regressor(self, q: ArrayLike, qd: ArrayLike, reference: ArrayLike, qdd: ArrayLike) -> Array:
+        """Return the matrix Y of M(q) qdd + C(q, qd) reference + g(q) = Y @ parameters, without motors.
+
+        Args:
+            q: Values of the joints, shape (..., n) [rad, m].
+            qd: Their rates, shape (..., n).
+            reference: The rates that C is multiplied with, shape (..., n); those of the joints for `rne`.
+            qdd: Accelerations, shape (..., n).
+
+        Returns:
+            Shape (..., n, 10 n); the ten numbers of each link are those of `parameters`.
+
+        References:
+            Slotine and Li, Int. J. of Robotics Research 6(3), 1987, section 2; Spong, Hutchinson, Vidyasagar (2006),
+            section 7.5.3.
+        """
+        q, qd, reference, qdd = self._several(q=q, qd=qd, reference=reference, qdd=qdd)
+        posture, still, weightless = posture_at(self._chain, q), np.zeros_like(q), np.zeros(3)
+        rest = dynamics.regressor(self._chain, posture, still, qdd=qdd, gravity=np.array(self.gravity))
+        rates = np.stack([0.5 * (qd + reference), 0.5 * (qd - reference)])
+        # C(q, u) v is bilinear and symmetric, so it is the difference of two squares.
+        plus, minus = dynamics.regressor(self._chain, posture, rates, qdd=still, gravity=weightless)
+        return np.asarray(rest + plus - minus)
+
+    def parameters(self) -> Array:
+        """Return the numbers that `regressor` multiplies, shape (10 n,).
+
+        For each link its mass [kg], mass times centre (3) [kg m], and Ixx, Iyy, Izz, Ixy, Iyz, Ixz about the origin of
+        its frame [kg m^2].
+        """
+        return dynamics.parameters(self.links)
+
+    def armature(self) -> Array:
+        """Return the inertia of the rotors as the joints feel it, shape (n,) [kg m^2, kg]."""
+        return self._masses.armature.copy()
+
+    def plot(self, q: ArrayLike) -> "Figure":
+        """Return a picture of the arm at q, shape (n,), or at several, shape (k, n), as a matplotlib figure."""
+        from mjsim.mechanics.drawing import drawing
+
+        return drawing(self.name, self.links, self.base, self.posture(np.atleast_2d(np.asarray(q, dtype=float))))
+
+    def moved(self, base: Array, *, tool: Array | None = None) -> "Arm":
+        """Return the same arm on another base, world_from_base, and with another tool, shape (4, 4) each [m]."""
+        return dataclasses.replace(self, base=base, tool=self.tool if tool is None else tool)
+
+    def _rigid(self, posture: Posture, qd: Array, qdd: Array, gravity: Array) -> Array:
+        return dynamics.rigid_torques(self._chain, self._masses, posture, qd, qdd=qdd, gravity=gravity)
+
+    def _bilinear(self, posture: Posture, u: Array, v: Array) -> Array:
+        """Return C(q, u) v, shape (..., n): bilinear and symmetric, so the difference of two squares."""
+        u, v = np.broadcast_arrays(u, v)
+        still, weightless = np.zeros_like(u), np.zeros(3)
+        plus = self._rigid(posture, 0.5 * (u + v), still, weightless)
+        return plus - self._rigid(posture, 0.5 * (u - v), still, weightless)
+
+    def _middle(self) -> Array:
+        lower, upper = self.limits
+        both = np.isfinite(lower) & np.isfinite(upper)
+        return np.where(
+            both, 0.5 * (np.where(both, lower, 0.0) + np.where(both, upper, 0.0)), np.clip(0.0, lower, upper)
+        )
+
+    def _values(self, name: str, values: ArrayLike) -> Array:
+        array = np.asarray(values, dtype=float)
+        if array.ndim == 0 or array.shape[-1] != self.n:
+            raise ValueError(f"{name} has shape {array.shape}; its last axis must have {self.n}, one for each joint")
+        return array
+
+    def _several(self, **values: ArrayLike) -> list[Array]:
+        return list(np.broadcast_arrays(*(self._values(name, value) for name, value in values.items())))
+
+
+def _widened(posture: Posture) -> Posture:
+    """Return a posture with an axis of one before that of the joints, for several rates at a time."""
+    return Posture(posture.joints[..., None, :, :, :], posture.links[..., None, :, :, :], posture.tool[..., None, :, :])
+
+
+def with_links(arm: Arm, links: Sequence[Link]) -> Arm:
+    """Return an arm with other links, in all else the same."""
+    return dataclasses.replace(arm, links=tuple(links))

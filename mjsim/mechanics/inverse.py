@@ -1,0 +1,138 @@
+"""Joint values that bring a tool to a pose: damped least squares, for many poses at a time.
+
+References:
+    Sugihara, Solvability-Unconcerned Inverse Kinematics by the Levenberg-Marquardt Method, IEEE Trans. Robotics 27(5),
+    2011; Corke, Robotics, Vision and Control (2017), section 7.2.2.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array
+from mjsim.mechanics.chain import Chain, jacobian, posture_at
+from mjsim.mechanics.transforms import rotation_vector
+
+NEAR = 1e-10
+"""A pose is reached when position and rotation are as near as this [m, rad]."""
+STEPS, TRIES = 60, 40
+"""Of one try, and tries: the first from where the caller says, the others from chance."""
+DAMPING = 1e-2
+"""Share of the squared error that is added to the diagonal, and the least of it below."""
+LEAST_DAMPING = 1e-14
+TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reached:
+    """What inverse kinematics found."""
+
+    q: Array
+    """Values of the joints, within their limits, shape (..., n) [rad, m]."""
+    converged: NDArray[np.bool_]
+    """Whether the tool is where it should be, bool, shape (...)."""
+    distance: Array
+    """From the tool to where it should be, shape (...) [m]."""
+    angle: Array
+    """Between how it is turned and how it should be, shape (...) [rad]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """Poses to reach, one a row."""
+
+    chain: Chain
+    lower: Array
+    """Limits of the joints, shape (n,)."""
+    upper: Array
+    goals: Array
+    """world_from_tool, shape (m, 4, 4)."""
+    weights: Array
+    """Of x, y, z and the rotation about them, shape (6,); 0 where anything is well."""
+
+    def part(self, rows: NDArray[np.intp]) -> "Task":
+        """Return the task of some of the rows."""
+        return Task(self.chain, self.lower, self.upper, self.goals[rows], self.weights)
+
+
+def solve(task: Task, q0: Array) -> Reached:
+    """Return joint values for each pose; those that are not reached are the nearest that was found, within limits.
+
+    Args:
+        task: The poses.
+        q0: Where to start for each of them, shape (m, n).
+    """
+    best = _inside(task, q0)
+    distance, angle = _misses(task, best)
+    left = np.arange(len(best))
+    rng = np.random.default_rng(0)  # the same answer each time
+    for number in range(TRIES):
+        part = task.part(left)
+        start = best[left] if number == 0 else _anywhere(task, rng, len(left))
+        found = _inside(task, _descend(part, start))
+        near, turned = _misses(part, found)
+        better = near + turned < (distance + angle)[left]
+        rows = left[better]
+        best[rows], distance[rows], angle[rows] = found[better], near[better], turned[better]
+        left = np.flatnonzero(np.maximum(distance, angle) > NEAR)
+        if left.size == 0:
+            break
+    return Reached(best, np.maximum(distance, angle) <= NEAR, distance, angle)
+
+
+def _descend(task: Task, q: Array) -> Array:
+    """Return where damped least squares come to from `q`, shape (m, n)."""
+    identity = np.eye(q.shape[-1])
+    damping = np.full(len(q), DAMPING)
+    error, slope = _error_and_slope(task, q)
+    for _ in range(STEPS):
+        squared = (error**2).sum(axis=-1)
+        if squared.max(initial=0.0) < (0.01 * NEAR) ** 2:
+            break
+        down = np.swapaxes(slope, -1, -2)
+        added = damping * squared + LEAST_DAMPING
+        step = np.linalg.solve(down @ slope + added[:, None, None] * identity, down @ error[..., None])[..., 0]
+        ahead, slope_ahead = _error_and_slope(task, q + step)
+        good = (ahead**2).sum(axis=-1) < squared
+        q = np.where(good[:, None], q + step, q)
+        error, slope = np.where(good[:, None], ahead, error), np.where(good[:, None, None], slope_ahead, slope)
+        damping = np.where(good, np.maximum(damping * 0.3, 1e-8), damping * 10.0)
+    return q
+
+
+def _error_and_slope(task: Task, q: Array) -> tuple[Array, Array]:
+    """Return what is left to the goals, shape (m, 6), and the weighted Jacobian, shape (m, 6, n)."""
+    posture = posture_at(task.chain, q)
+    offset = task.goals[:, :3, 3] - posture.tool[:, :3, 3]
+    turn = rotation_vector(task.goals[:, :3, :3] @ np.swapaxes(posture.tool[:, :3, :3], -1, -2))
+    linear, angular = jacobian(task.chain, posture, posture.tool[:, :3, 3])
+    slope = np.concatenate([linear, angular], axis=-2)
+    return np.concatenate([offset, turn], axis=-1) * task.weights, slope * task.weights[:, None]
+
+
+def _misses(task: Task, q: Array) -> tuple[Array, Array]:
+    """Return distance and angle to the goals, shape (m,) each."""
+    error, _ = _error_and_slope(task, q)
+    return np.linalg.norm(error[:, :3], axis=-1), np.linalg.norm(error[:, 3:], axis=-1)
+
+
+def _inside(task: Task, q: Array) -> Array:
+    """Return values within the limits: by whole turns where a joint revolves, else the nearest."""
+    revolves = task.chain.slides == 0.0
+    finite_lower, finite_upper = np.isfinite(task.lower), np.isfinite(task.upper)
+    turns = np.zeros_like(q)
+    turns += np.where(finite_lower, np.ceil(np.maximum(np.where(finite_lower, task.lower, 0.0) - q, 0.0) / TURN), 0.0)
+    turns -= np.where(finite_upper, np.ceil(np.maximum(q - np.where(finite_upper, task.upper, 0.0), 0.0) / TURN), 0.0)
+    unlimited = ~(finite_lower | finite_upper)
+    wrapped = np.where(unlimited, (q + np.pi) % TURN - np.pi, q + TURN * turns)
+    return np.clip(np.where(revolves, wrapped, q), task.lower, task.upper)
+
+
+def _anywhere(task: Task, rng: np.random.Generator, count: int) -> Array:
+    """Return values by chance within the limits, or within a turn and a metre, shape (count, n)."""
+    reach = np.where(task.chain.slides == 0.0, np.pi, 1.0)
+    lower, upper = np.maximum(task.lower, -reach), np.minimum(task.upper, reach)
+    # Limits may lie beyond a turn altogether.
+    lower, upper = np.where(lower < upper, lower, task.lower), np.where(lower < upper, upper, task.upper)
+    return rng.uniform(lower, upper, (count, len(lower)))

@@ -1,0 +1,23 @@
+"""How the joints of an arm or a mechanism move at one moment, as it truly is."""
+
+from dataclasses import dataclass
+
+from mjsim.geometry import Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class JointMotion:
+    """The truth of some joints; each array has shape (joints,), in rad and N m, or m and N where they slide."""
+
+    names: tuple[str, ...]
+    positions: Array
+    velocities: Array
+    """[rad/s, m/s]"""
+    accelerations: Array
+    """In the last step of the physics [rad/s^2, m/s^2]."""
+    torques: Array
+    """Of the motors, at the joints [N m, N]."""
+    goal: Array
+    """Where they shall be."""
+    tool: Array | None = None
+    """world_from_tool of an arm, shape (4, 4) [m]; None where there is none."""

@@ -1,0 +1,171 @@
+"""What a robot's file has, in plain numbers: rigid parts, joints, shapes, and places of sensors."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.models.reader import seen_and_touched
+from mjsim.models.rigid import SINGLE, AtRest, at_rest
+from mjsim.models.robot_files import RobotFiles
+
+FINE = 4000
+"""Corners of a shape that are looked at."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Joint:
+    """A joint of one degree of freedom, at rest, file frame."""
+
+    name: str
+    part: int
+    """The part that it moves, by its number in `Anatomy.parts`."""
+    slides: bool
+    at: Array
+    """A point on its axis, shape (3,) [m]."""
+    axis: Array
+    """Unit vector, shape (3,)."""
+    range: tuple[float, float] | None
+    """None for one without limits."""
+    driven: bool
+    """Whether the file gives it a motor."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shape:
+    """A geom at rest, file frame."""
+
+    part: int
+    names: tuple[str, ...]
+    """Of the geom, its mesh and its body."""
+    points: Array
+    """Whose hull it is, or some of them, shape (n, 3) [m]."""
+    seen: bool
+    touched: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """What moves as one."""
+
+    name: str
+    parent: int
+    """-1 for the base, which comes first."""
+    names: tuple[str, ...]
+    """Of the bodies that it consists of."""
+    mass: float
+    """[kg]"""
+    center: Array
+    """Of mass, file frame, shape (3,) [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Place:
+    """A body, a site or a camera at rest, file frame."""
+
+    name: str
+    kind: str
+    """body, site or camera."""
+    part: int
+    at: Array
+    """Shape (3,) [m]."""
+    axes: Array
+    """As columns, shape (3, 3); a camera's z axis looks backwards."""
+    fov: float = 0.0
+    """Vertical, of a camera [deg]."""
+    size: tuple[int, int] = (0, 0)
+    """Of a camera's pictures [px]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Anatomy:
+    """A robot's file in plain numbers."""
+
+    parts: tuple[Part, ...]
+    joints: tuple[Joint, ...]
+    shapes: tuple[Shape, ...]
+    places: tuple[Place, ...]
+    loose: tuple[str, ...]
+    """Ball joints, which are taken as rigid."""
+
+    @property
+    def mass(self) -> float:
+        """Of all of it [kg]."""
+        return sum(part.mass for part in self.parts)
+
+    @property
+    def center(self) -> Array:
+        """Of all mass, file frame, shape (3,) [m]."""
+        total = max(self.mass, 1e-12)
+        return np.asarray(sum(part.mass * part.center for part in self.parts) / total, dtype=float)
+
+
+def anatomy_of(robot: RobotFiles) -> Anatomy:
+    """Return what a robot's file has."""
+    rest = at_rest(robot.model)
+    numbers = {body: index for index, part in enumerate(rest.parts) for body in part.bodies}
+    roots = {part.root: index for index, part in enumerate(rest.parts)}
+    parts = tuple(
+        Part(
+            name=rest.model.body(part.root).name if part.root else "base",
+            parent=roots.get(part.parent, -1),
+            names=tuple(rest.model.body(body).name for body in part.bodies),
+            mass=part.mass,
+            center=part.center,
+        )
+        for part in rest.parts
+    )
+    joints = tuple(
+        _joint(rest, number, index, robot.driven) for index, part in enumerate(rest.parts) for number in part.joints
+    )
+    ball = int(mujoco.mjtJoint.mjJNT_BALL)
+    loose = tuple(rest.model.joint(n).name for n in range(rest.model.njnt) if int(rest.model.jnt_type[n]) == ball)
+    return Anatomy(parts, joints, _shapes(rest, numbers, urdf=robot.files.urdf), _places(rest, numbers), loose)
+
+
+def _joint(rest: AtRest, number: int, part: int, driven: frozenset[str]) -> Joint:
+    model = rest.model
+    at, axis = rest.axis(number)
+    name = model.joint(number).name
+    low, high = model.jnt_range[number].tolist()
+    limits = (low, high) if model.jnt_limited[number] else None
+    return Joint(name, part, int(model.jnt_type[number]) != SINGLE[0], at, axis, limits, name in driven)
+
+
+def _shapes(rest: AtRest, numbers: dict[int, int], *, urdf: bool) -> tuple[Shape, ...]:
+    model = rest.model
+    seen, touched = seen_and_touched(model, urdf=urdf)
+    found = []
+    for number in np.flatnonzero(seen | touched).tolist():
+        body = int(model.geom_bodyid[number])
+        points = rest.points(number)
+        names = [model.geom(number).name, model.body(body).name]
+        if model.geom_type[number] == mujoco.mjtGeom.mjGEOM_MESH:
+            names.append(model.mesh(int(model.geom_dataid[number])).name)
+        fewer = points[:: max(1, len(points) // FINE)]
+        # The outermost corners tell the size.
+        ends = points[np.concatenate([points.argmin(axis=0), points.argmax(axis=0)])]
+        whole = np.concatenate([fewer, ends])
+        found.append(Shape(numbers[body], tuple(names), whole, bool(seen[number]), bool(touched[number])))
+    return tuple(found)
+
+
+def _places(rest: AtRest, numbers: dict[int, int]) -> tuple[Place, ...]:
+    model, data = rest.model, rest.data
+    mujoco.mj_camlight(model, data)
+    found = [
+        Place(model.body(n).name, "body", numbers[n], data.xpos[n].copy(), data.xmat[n].reshape(3, 3).copy())
+        for n in range(1, model.nbody)
+    ]
+    for n in range(model.nsite):
+        part = numbers[int(model.site_bodyid[n])]
+        found.append(
+            Place(model.site(n).name, "site", part, data.site_xpos[n].copy(), data.site_xmat[n].reshape(3, 3).copy())
+        )
+    for n in range(model.ncam):
+        part, axes = numbers[int(model.cam_bodyid[n])], data.cam_xmat[n].reshape(3, 3).copy()
+        width, height = model.cam_resolution[n].tolist()
+        at = data.cam_xpos[n].copy()
+        found.append(Place(model.camera(n).name, "camera", part, at, axes, float(model.cam_fovy[n]), (width, height)))
+    return tuple(found)

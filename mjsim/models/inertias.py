@@ -1,0 +1,140 @@
+"""Inertias that physics refuses, in the text of a model, and what is made of them."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.models.files import Element
+
+LEAST_MASS = 1e-3
+"""Of a link whose own mass is none [kg]."""
+BALL = 0.4
+"""Inertia of a ball, of its mass and the square of its radius."""
+GUESSED_RADIUS = 0.05
+"""Of a ball that stands for a link [m]."""
+SPARE = 1.0001
+"""By how much the triangle inequality may be missed: files are rounded."""
+DIGITS = ".9g"
+_URDF_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+
+
+def mend_inertias(root: Element, path: str) -> list[str]:
+    """Mend masses and inertias of a model's text in place; return what was done, in sentences.
+
+    Args:
+        root: Of MJCF or URDF.
+        path: Its file, for the sentences.
+    """
+    return list(_mend_urdf(root, path) if root.tag == "robot" else _mend_mjcf(root, path))
+
+
+def mended(inertia: Array) -> tuple[Array, str] | None:
+    """Return an inertia that physics allows and what was wrong with the given one; None when it is right.
+
+    Args:
+        inertia: Symmetric, shape (3, 3) [kg m^2].
+    """
+    if not np.isfinite(inertia).all():
+        return np.eye(3) * BALL * LEAST_MASS * GUESSED_RADIUS**2, "is no number"
+    values, vectors = np.linalg.eigh(inertia)
+    if values[2] <= 0.0:
+        return None  # MuJoCo takes it from the shapes, or the least there is
+    low = values[0]
+    if low <= 0.0:
+        values = np.maximum(values, values[2] / 2)
+        return vectors @ np.diag(values) @ vectors.T, f"has a principal moment of {low:.3g} kg m^2"
+    if values[0] + values[1] < values[2] / SPARE:
+        said = f"breaks the triangle inequality ({values[0]:.3g} + {values[1]:.3g} < {values[2]:.3g} kg m^2)"
+        return np.eye(3) * values.mean(), said
+    return None
+
+
+def _mend_urdf(root: Element, path: str) -> Iterator[str]:
+    for link in root.findall("link"):
+        inertial = link.find("inertial")
+        if inertial is None:
+            continue
+        name, mass, inertia = link.get("name", "?"), inertial.find("mass"), inertial.find("inertia")
+        weight = _number(mass.get("value") if mass is not None else None)
+        if weight is None or weight <= 0.0:
+            link.remove(inertial)
+            has = link.find("collision") is not None
+            instead = "its shapes weigh 1000 kg/m^3 instead" if has else "it weighs next to nothing instead"
+            yield f"{path}: link '{name}' has a mass of {_shown(weight)} kg; {instead}"
+            continue
+        if inertia is None:
+            yield from _ball(inertial, weight, f"{path}: link '{name}'")
+            continue
+        a, b, c, ab, ac, bc = (_number(inertia.get(key, "0")) or 0.0 for key in _URDF_KEYS)
+        found = mended(np.array([[a, ab, ac], [ab, b, bc], [ac, bc, c]]))
+        if found is None and max(a, b, c) <= 0.0:
+            inertial.remove(inertia)
+            yield from _ball(inertial, weight, f"{path}: link '{name}'")
+        elif found is not None:
+            matrix, wrong = found
+            for key, value in zip(_URDF_KEYS, matrix[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]], strict=True):
+                inertia.set(key, format(value, DIGITS))
+            yield f"{path}: the inertia of link '{name}' {wrong}; made {_moments(matrix)}"
+
+
+def _ball(inertial: Element, weight: float, called: str) -> Iterator[str]:
+    """Give a link the inertia of a ball."""
+    value = BALL * weight * GUESSED_RADIUS**2
+    keys = dict.fromkeys(("ixx", "iyy", "izz"), format(value, DIGITS)) | dict.fromkeys(("ixy", "ixz", "iyz"), "0")
+    new = inertial.makeelement("inertia", keys)
+    inertial.append(new)
+    yield f"{called} has no inertia; made {value:.3g} kg m^2, that of a ball of {GUESSED_RADIUS:g} m"
+
+
+def _mend_mjcf(root: Element, path: str) -> Iterator[str]:
+    for body in root.iter("body"):
+        inertial = body.find("inertial")
+        if inertial is None:
+            continue
+        called = f"body '{body.get('name', '?')}'"
+        weight = _number(inertial.get("mass"))
+        if weight is None or weight <= 0.0:
+            body.remove(inertial)
+            yield f"{path}: {called} has a mass of {_shown(weight)} kg; its shapes say what it weighs instead"
+            continue
+        for key, count in (("diaginertia", 3), ("fullinertia", 6)):
+            numbers = [_number(word) for word in inertial.get(key, "").split()]
+            if len(numbers) != count:
+                continue
+            values = np.array([np.nan if number is None else number for number in numbers])
+            found = mended(_matrix(values))
+            if found is not None:
+                inertial.attrib.pop(key)
+                matrix, wrong = found
+                ordered = matrix[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+                inertial.set("fullinertia", " ".join(format(value, DIGITS) for value in ordered))
+                if key == "diaginertia":
+                    inertial.attrib.pop("fullinertia")
+                    inertial.set(key, " ".join(format(value, DIGITS) for value in np.diag(matrix)))
+                yield f"{path}: the inertia of {called} {wrong}; made {_moments(matrix)}"
+
+
+def _matrix(values: Array) -> Array:
+    """Return the matrix of three or of six numbers as MJCF has them."""
+    if len(values) == 3:
+        return np.diag(values)
+    a, b, c, ab, ac, bc = values
+    return np.array([[a, ab, ac], [ab, b, bc], [ac, bc, c]])
+
+
+def _moments(matrix: Array) -> str:
+    return f"{', '.join(f'{value:.3g}' for value in np.linalg.eigvalsh(matrix))} kg m^2"
+
+
+def _number(text: str | None) -> float | None:
+    try:
+        value = float(text or "")
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
+
+
+def _shown(weight: float | None) -> str:
+    return "nothing" if weight is None else f"{weight:g}"

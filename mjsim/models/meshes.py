@@ -1,0 +1,40 @@
+"""How large a mesh is, told from its file before MuJoCo reads it."""
+
+import re
+
+MOST_CORNERS = 200_000
+"""Of a mesh; an STL has three for each of its triangles."""
+_VERTEX = re.compile(rb"^[ \t]*v[ \t]", re.MULTILINE)
+_STL_HEAD, _STL_TRIANGLE = 84, 50
+_MSH_HEAD = 16
+
+
+def check_mesh(path: str, data: bytes) -> None:
+    """Check that a file may be a mesh of a size that a thing has.
+
+    Args:
+        path: Its name; the ending tells the format.
+        data: An OBJ, a binary STL, or MuJoCo's own MSH.
+
+    Raises:
+        ValueError: It is none, or it has too many corners; a sentence that names the file.
+    """
+    count = {"obj": _obj_corners, "stl": _stl_corners, "msh": _msh_corners}[path.rpartition(".")[2].lower()](data)
+    if count is None:
+        raise ValueError(f"'{path}' cannot be read as a mesh; export it again as OBJ or binary STL")
+    if not 3 < count <= MOST_CORNERS:
+        raise ValueError(f"'{path}' has {count} corners; a mesh has 4 to {MOST_CORNERS}, simplify it")
+
+
+def _obj_corners(data: bytes) -> int:
+    return sum(1 for _ in _VERTEX.finditer(data))
+
+
+def _stl_corners(data: bytes) -> int | None:
+    triangles = int.from_bytes(data[80:_STL_HEAD], "little")
+    return 3 * triangles if len(data) == _STL_HEAD + triangles * _STL_TRIANGLE else None
+
+
+def _msh_corners(data: bytes) -> int | None:
+    corners = int.from_bytes(data[:4], "little")
+    return corners if len(data) >= _MSH_HEAD + 12 * corners else None

@@ -1,0 +1,49 @@
+"""Picture files to arrays and back."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Picture = NDArray[np.uint8]
+"""RGB picture, shape (height, width, 3), uint8."""
+WHITE = 255
+
+
+def read_picture(data: bytes) -> Picture:
+    """Return the RGB picture of a PNG or JPEG file, shape (height, width, 3); what is transparent becomes white.
+
+    Raises:
+        ValueError: It is not a picture that can be read.
+    """
+    raw = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED) if data else None
+    if raw is None:
+        raise ValueError("not a picture that can be read; use a PNG or JPEG file")
+    if raw.ndim == 3 and raw.shape[2] == 4:
+        return _on_white(raw)
+    # Once more, now turned as the camera held it (EXIF) and as 8-bit colours.
+    return np.asarray(cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_COLOR_RGB), dtype=np.uint8)
+
+
+def bounded(picture: Picture, longest: int) -> Picture:
+    """Return the picture with its longer side at most that many pixels, its shape kept."""
+    height, width = picture.shape[:2]
+    factor = longest / max(height, width)
+    if factor >= 1.0:
+        return picture
+    size = max(1, round(width * factor)), max(1, round(height * factor))
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+
+def encode_png(picture: Picture) -> bytes:
+    """Return a PNG file of an RGB picture."""
+    done, data = cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+    assert done
+    return data.tobytes()
+
+
+def _on_white(raw: np.ndarray) -> Picture:
+    """Return the RGB picture of a BGRA one over white."""
+    full = 65535 if raw.dtype == np.uint16 else 255
+    share = raw[..., 3:].astype(np.float32) / full
+    colors = raw[..., 2::-1].astype(np.float32) * (255 / full)
+    return np.asarray(np.rint(colors * share + WHITE * (1 - share)), dtype=np.uint8)

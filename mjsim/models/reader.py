@@ -1,0 +1,160 @@
+"""MuJoCo reads a model by itself, in memory: the one reader of MJCF and URDF."""
+
+import threading
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from xml.etree import ElementTree
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array
+from mjsim.models.files import ModelFiles
+from mjsim.models.pixels import bounded, encode_png, read_picture
+
+LAST_SEEN_GROUP = 2
+"""MuJoCo's viewers show the groups up to this one unless told otherwise."""
+SHAPES = ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
+"""Kinds of parts that a thing may have; planes of a file are left out, as a room has its own floor."""
+UNSAID = [0.5, 0.5, 0.5, 1.0]
+"""What MuJoCo takes for a geom without a colour of its own."""
+LONGEST_TEXTURE_SIDE = 1024
+"""[px]"""
+LARGEST = 1e6
+"""No thing reaches so far [units of its file]."""
+ROUND = 32
+"""Corners of a circle."""
+MOST_CORNERS = 1_200_000
+"""Of all parts of a model together; a ball has 544."""
+_TURNS = np.arange(ROUND) * (2.0 * np.pi / ROUND)
+_ONE_AT_A_TIME = threading.Lock()
+"""MuJoCo has one handler of warnings for all threads."""
+
+
+def compiled(files: ModelFiles) -> mujoco.MjModel:
+    """Return what MuJoCo makes of a model's files.
+
+    Raises:
+        ValueError: MuJoCo cannot read them, or warns about them; a sentence that names the file.
+    """
+    with no_warnings(files.paths[0]):
+        return spec_of(files).compile()
+
+
+def spec_of(files: ModelFiles) -> mujoco.MjSpec:
+    """Return a model's files as MuJoCo reads them, not compiled.
+
+    Raises:
+        ValueError: MuJoCo cannot read them.
+    """
+    assets = {name: _as_png(data) if _is_picture(name) else data for name, data in files.assets.items()}
+    return mujoco.MjSpec.from_string(ElementTree.tostring(files.root, encoding="unicode"), assets=assets)
+
+
+def _is_picture(name: str) -> bool:
+    return name.lower().endswith((".jpg", ".jpeg", ".png"))
+
+
+def _as_png(data: bytes) -> bytes:
+    """Return a picture as MuJoCo reads it: PNG, and no larger than can be seen."""
+    return encode_png(bounded(read_picture(data), LONGEST_TEXTURE_SIDE))
+
+
+@contextmanager
+def no_warnings(path: str) -> Iterator[None]:
+    """Raise ValueError, which names a file, for every error and warning of MuJoCo."""
+    said: list[str] = []
+    with _ONE_AT_A_TIME:
+        before = mujoco.get_mju_user_warning()
+        mujoco.set_mju_user_warning(said.append)
+        try:
+            with warnings.catch_warnings():
+                # A model that MuJoCo warns about when it is alone would go wrong in a room as well.
+                warnings.simplefilter("error")
+                yield
+        except (ValueError, RuntimeError, UserWarning, mujoco.FatalError) as error:
+            said.append(str(error) or type(error).__name__)
+        finally:
+            mujoco.set_mju_user_warning(before)
+    if said:
+        raise ValueError(f"MuJoCo cannot take '{path}': {' '.join(said[-1].split())[:200]}")
+
+
+def seen_and_touched(model: mujoco.MjModel, *, urdf: bool) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which geoms of a model are seen and which can be touched, two masks of shape (ngeom,)."""
+    kinds = [int(getattr(mujoco.mjtGeom, f"mjGEOM_{shape.upper()}")) for shape in SHAPES]
+    there = np.isin(model.geom_type, kinds)
+    touched = there & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+    seen = there & (model.geom_group <= LAST_SEEN_GROUP) & _opaque(model)
+    if urdf and (seen & ~touched).any():
+        # URDF has shapes to look at and shapes to bump into, one over the other.
+        seen &= ~touched
+    if not touched.any():
+        touched = seen
+    return (seen if seen.any() else touched), touched
+
+
+@np.errstate(over="ignore", invalid="ignore")  # what is not finite is refused
+def solid_parts(model: mujoco.MjModel, *, urdf: bool) -> list[Array]:
+    """Return points whose hull is each part that can be touched, frame and units of the file, joints at rest.
+
+    Returns:
+        One array of shape (n, 3) a part; round ones are nearly their hull.
+
+    Raises:
+        ValueError: There are too many points, or one lies farther away than any thing reaches.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    parts, count = [], 0
+    for number in np.flatnonzero(seen_and_touched(model, urdf=urdf)[1]).tolist():
+        corners = corners_of(model, number)
+        count += len(corners)
+        if count > MOST_CORNERS:
+            raise ValueError(f"its parts have more than {MOST_CORNERS} corners; simplify its meshes")
+        part = corners @ data.geom_xmat[number].reshape(3, 3).T + data.geom_xpos[number]
+        # Asked so that NaN is refused too.
+        if not (np.abs(part) < LARGEST).all():
+            raise ValueError(f"it reaches {np.abs(part).max():g} units far; that is no thing")
+        parts.append(part)
+    return parts
+
+
+def _opaque(model: mujoco.MjModel) -> NDArray[np.bool_]:
+    """Return which geoms can be seen at all, shape (ngeom,)."""
+    own, materials = model.geom_rgba[:, 3] > 0.0, np.append(model.mat_rgba[:, 3], 1.0) > 0.0
+    unsaid = (model.geom_rgba == np.array(UNSAID, dtype=model.geom_rgba.dtype)).all(axis=1)
+    return np.asarray(np.where(unsaid & (model.geom_matid >= 0), materials[model.geom_matid], own), dtype=bool)
+
+
+def corners_of(model: mujoco.MjModel, number: int) -> Array:
+    """Return points whose hull is a geom, in its own frame, shape (n, 3)."""
+    size = model.geom_size[number]
+    ring = np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=-1)
+    match model.geom_type[number]:
+        case mujoco.mjtGeom.mjGEOM_BOX:
+            signs = np.stack(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0], indexing="ij"), axis=-1)
+            return np.asarray(signs.reshape(-1, 3) * size)
+        case mujoco.mjtGeom.mjGEOM_CYLINDER:
+            heights = np.repeat([-size[1], size[1]], ROUND)
+            return np.column_stack([np.tile(ring * size[0], (2, 1)), heights])
+        case mujoco.mjtGeom.mjGEOM_MESH:
+            mesh = model.geom_dataid[number]
+            first = model.mesh_vertadr[mesh]
+            return np.asarray(model.mesh_vert[first : first + model.mesh_vertnum[mesh]], dtype=float)
+    ball = _ball()
+    match model.geom_type[number]:
+        case mujoco.mjtGeom.mjGEOM_CAPSULE:
+            return np.concatenate([ball * size[0] + [0.0, 0.0, side * size[1]] for side in (-1.0, 1.0)])
+        case mujoco.mjtGeom.mjGEOM_ELLIPSOID:
+            return np.asarray(ball * size)
+    return np.asarray(ball * size[0])
+
+
+def _ball() -> Array:
+    """Return points on the unit sphere, poles and equator among them, shape (n, 3)."""
+    rises = np.linspace(-np.pi / 2, np.pi / 2, ROUND // 2 + 1)[:, None]
+    parts = np.broadcast_arrays(np.cos(_TURNS) * np.cos(rises), np.sin(_TURNS) * np.cos(rises), np.sin(rises))
+    return np.stack(parts, axis=-1).reshape(-1, 3)

@@ -1,0 +1,308 @@
+"""Files of robots as their makers give them: what is missing is left out and counted, sensors are found in the text.
+
+Things of a room must be whole; a robot is taken as it comes. Meshes that are not there, or that cannot be read, are
+left out, so that shapes for collisions stand in; inertias that physics refuses are mended. All of it is reported.
+"""
+
+import copy
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from xml.etree import ElementTree
+
+import mujoco
+
+from mjsim.models.files import ROBOT, Element, Gatherer, ModelFiles, Read
+from mjsim.models.inertias import mend_inertias
+from mjsim.models.reader import compiled
+from mjsim.models.stl import tidy_stl
+
+MOST_RETRIES = 64
+"""Meshes of a robot that MuJoCo may refuse."""
+GHOST = {"type": "sphere", "size": "0.005", "contype": "0", "conaffinity": "0", "rgba": "0 0 0 0"}
+"""What stands for a mesh that is left out, so that its mass stays."""
+
+
+@dataclass(frozen=True, slots=True)
+class SaidSensor:
+    """A sensor that a file describes for a simulator."""
+
+    link: str
+    """The body that carries it."""
+    kind: str
+    """lidar, camera or imu."""
+    name: str
+    keys: Mapping[str, float] = field(default_factory=dict)
+    """What is said of it: beams, fov_deg, nearest, farthest, rate_hz, noise, width, height."""
+    at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """In the frame of the body [m]."""
+    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """[rad]"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RobotFiles:
+    """A robot's file with all that it names, ready to be compiled."""
+
+    files: ModelFiles
+    model: mujoco.MjModel
+    sensors: tuple[SaidSensor, ...]
+    driven: frozenset[str]
+    """Joints that have a motor."""
+    notes: tuple[str, ...]
+    """What was left out or mended, in sentences."""
+
+
+def gather_robot(path: str, read: Read) -> RobotFiles:
+    """Return a robot's file with all that it names.
+
+    Args:
+        path: Of the file of MJCF or URDF.
+        read: Where files come from.
+
+    Raises:
+        ValueError: It is not a robot that MuJoCo can take; a sentence that names the file.
+    """
+    gatherer = _RobotGatherer(path, read)
+    root = gatherer.parse(path)
+    if root.tag == "mujoco":
+        gatherer.put_includes_in(root, 0)
+    said = tuple(_said_urdf(root) if root.tag == "robot" else _said_mjcf(root))
+    driven = frozenset(_driven(root))
+    mended = mend_inertias(root, path)
+    gatherer.keep(root, ROBOT)
+    _allow_light_links(root)
+    gatherer.leave_out(root)
+    files = ModelFiles(root, gatherer.assets, tuple(gatherer.paths))
+    model = _compiled(files, gatherer)
+    return RobotFiles(files, model, said, driven, (*mended, *gatherer.notes()))
+
+
+class _RobotGatherer(Gatherer):
+    """Reads the files of a robot; what is amiss with a mesh or a picture leaves it out."""
+
+    def __init__(self, path: str, read: Read) -> None:
+        super().__init__(path, read)
+        self._amiss: Counter[str] = Counter()
+        self._coarser: set[str] = set()
+        self.gone: set[str] = set()
+        """Names in the text that stand for what is left out."""
+
+    def file(self, path: str) -> bytes:
+        """Return a file; an STL one as MuJoCo reads it."""
+        data = super().file(path)
+        if not path.lower().endswith(".stl"):
+            return data
+        tidy = tidy_stl(data)
+        if len(tidy) < len(data) and not data.lstrip().startswith(b"solid"):
+            self._coarser.add(path)
+        return tidy
+
+    def asset(self, name: str, kind: str, *, variant: str = "") -> str:
+        """Take a mesh or a texture; a name that is in `gone` for one that is amiss."""
+        try:
+            return super().asset(name, kind, variant=variant)
+        except ValueError as error:
+            if "more than" in str(error) and "the files of" in str(error):
+                raise
+            self._amiss[_reason(name, str(error), kind)] += 1
+            flat = f"gone-{len(self.gone)}"
+            self.gone.add(flat)
+            return flat
+
+    def drop(self, flat: str, reason: str) -> None:
+        """Leave out what MuJoCo refuses."""
+        self._amiss[reason] += 1
+        self.gone.add(flat)
+        del self.assets[flat]
+
+    def leave_out(self, root: Element) -> None:
+        """Take away what stands for files that are left out."""
+        if root.tag == "robot":
+            _without_shapes(root, self.gone)
+        else:
+            _without_assets(root, self.gone)
+
+    def notes(self) -> Iterator[str]:
+        """Yield what was left out or made simpler."""
+        if self._coarser:
+            yield f"made coarser: meshes of too many corners, {len(self._coarser)} of them"
+        for reason, count in sorted(self._amiss.items()):
+            instead = "plain colours stand in" if "pictures" in reason else "shapes for collisions stand in"
+            yield f"left out: {reason}, {count} of them; {instead}"
+
+
+def _reason(name: str, error: str, kind: str) -> str:
+    """Return why files are left out, to be said after their number."""
+    ending = name.rpartition(".")[2].lower() if "." in name else "?"
+    what = "meshes" if kind == "mesh" else "pictures"
+    if "convert it to OBJ" in error:
+        return f"{what} of a format that cannot be read (.{ending})"
+    if "corners" in error and "simplify" in error:
+        return f"{what} of too many corners"
+    if any(word in error for word in ("cannot be read", "is a broken", "cut short", "is not a PNG", "megapixels")):
+        return f"broken {what}"
+    return f"missing {what}"
+
+
+def _without_shapes(root: Element, gone: set[str]) -> None:
+    """Take the shapes of URDF away whose mesh is left out; a link that loses its looks shows what collides."""
+    for link in root.iter("link"):
+        looks = link.findall("visual")
+        for shape in [*looks, *link.findall("collision")]:
+            mesh = shape.find("geometry/mesh")
+            geometry = shape.find("geometry")
+            if (mesh is not None and mesh.get("filename") in gone) or geometry is None or not len(geometry):
+                link.remove(shape)
+        if looks and link.find("visual") is None:
+            link.extend(_looks_like(shape, looks[0].find("material")) for shape in link.findall("collision"))
+
+
+def _looks_like(shape: Element, material: Element | None) -> Element:
+    """Return what is seen of a shape that collides."""
+    seen = copy.deepcopy(shape)
+    seen.tag = "visual"
+    if material is not None:
+        seen.append(copy.deepcopy(material))
+    return seen
+
+
+def _without_assets(root: Element, gone: set[str]) -> None:
+    """Take the assets of MJCF away that are left out, and let a small ghost keep the mass of their geoms."""
+    names: set[str] = set()
+    for section in root.findall("asset"):
+        for item in list(section):
+            if any(value in gone for key, value in item.attrib.items() if key.startswith("file")):
+                names.add(f"{item.tag}:{item.get('name', '')}")
+                section.remove(item)
+    for section in root.findall("asset"):
+        for item in section.iter("material"):
+            if f"texture:{item.get('texture', '')}" in names:
+                del item.attrib["texture"]
+    known = {item.get("name") for section in root.findall("asset") for item in section.iter("mesh")}
+    for body in root.iter():
+        lost = [geom for geom in body.findall("geom") if geom.get("mesh") is not None and geom.get("mesh") not in known]
+        for geom in lost:
+            for key in ("mesh", "fitscale", "material"):
+                geom.attrib.pop(key, None)
+            geom.attrib.update(GHOST)
+        for geom in body.findall("geom") if lost else ():
+            if geom not in lost:
+                geom.set("group", "0")
+
+
+def _allow_light_links(root: Element) -> None:
+    """Let MuJoCo give frames without mass the least that it takes."""
+    for compiler in (*root.findall("compiler"), *root.findall("mujoco/compiler")):
+        compiler.set("boundmass", "1e-6")
+        compiler.set("boundinertia", "1e-10")
+        compiler.set("balanceinertia", "true")
+
+
+def _compiled(files: ModelFiles, gatherer: _RobotGatherer) -> mujoco.MjModel:
+    """Return what MuJoCo makes of a robot, without the meshes that it refuses."""
+    for _ in range(MOST_RETRIES):
+        try:
+            return compiled(files)
+        except ValueError as error:
+            flat = next((name for name in files.assets if name.rpartition(".")[0] in str(error)), None)
+            if flat is None:
+                raise
+            reason = "meshes that MuJoCo cannot take"
+            if files.urdf or not _as_shell(files.root, flat):
+                gatherer.drop(flat, reason)
+            gatherer.leave_out(files.root)
+    return compiled(files)
+
+
+def _as_shell(root: Element, flat: str) -> bool:
+    """Let a mesh weigh as its surface does, which needs no closed one; return whether that is new."""
+    for mesh in root.iter("mesh"):
+        if mesh.get("file") == flat and mesh.get("inertia") != "shell":
+            mesh.set("inertia", "shell")
+            return True
+    return False
+
+
+def _driven(root: Element) -> Iterator[str]:
+    """Yield the joints that have a motor: of MJCF by its actuators, of URDF by its transmissions."""
+    for actuator in root.findall("actuator/*"):
+        yield actuator.get("joint") or actuator.get("jointinparent") or ""
+    for transmission in root.findall("transmission"):
+        yield from (joint.get("name", "") for joint in transmission.iter("joint"))
+    for plugin in root.iter("plugin"):
+        # Gazebo's drives name their joints in elements of many spellings.
+        for item in plugin.iter():
+            if "joint" in item.tag.lower() and item.text and len(item.text) < 200:
+                yield item.text.strip()
+
+
+def _said_urdf(root: Element) -> Iterator[SaidSensor]:
+    """Yield the sensors that a URDF describes for Gazebo."""
+    for gazebo in root.findall("gazebo"):
+        link = gazebo.get("reference", "")
+        for sensor in gazebo.findall("sensor"):
+            kind = _gazebo_kind(sensor.get("type", ""))
+            if link and kind is not None:
+                at, rpy = _pose(sensor.findtext("pose", ""))
+                yield SaidSensor(link, kind, sensor.get("name", kind), _gazebo_keys(sensor), at, rpy)
+
+
+def _gazebo_kind(text: str) -> str | None:
+    words = {"ray": "lidar", "lidar": "lidar", "camera": "camera", "depth": "camera", "imu": "imu"}
+    return next((kind for word, kind in words.items() if word in text), None)
+
+
+def _pose(text: str) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    numbers = [_number(word) for word in text.split()[:6]]
+    x, y, z, roll, pitch, yaw = (numbers + [None] * 6)[:6]
+    return (x or 0.0, y or 0.0, z or 0.0), (roll or 0.0, pitch or 0.0, yaw or 0.0)
+
+
+def _gazebo_keys(sensor: Element) -> dict[str, float]:
+    """Return what is said of a sensor, by our names."""
+    ray = next((item for name in ("ray", "lidar") for item in sensor.iter(name)), None)
+    found: dict[str, float | None] = {"rate_hz": _number(sensor.findtext("update_rate"))}
+    if ray is not None:
+        low = _number(ray.findtext("scan/horizontal/min_angle"))
+        high = _number(ray.findtext("scan/horizontal/max_angle"))
+        found |= {
+            "beams": _number(ray.findtext("scan/horizontal/samples")),
+            "fov_deg": None if low is None or high is None else math.degrees(high - low),
+            "nearest": _number(ray.findtext("range/min")),
+            "farthest": _number(ray.findtext("range/max")),
+            "noise": _number(ray.findtext("noise/stddev")),
+        }
+    camera = sensor.find("camera")
+    if camera is not None:
+        fov = _number(camera.findtext("horizontal_fov"))
+        found |= {
+            "fov_deg": None if fov is None else math.degrees(fov),
+            "width": _number(camera.findtext("image/width")),
+            "height": _number(camera.findtext("image/height")),
+        }
+    return {key: value for key, value in found.items() if value is not None}
+
+
+def _said_mjcf(root: Element) -> Iterator[SaidSensor]:
+    """Yield the inertial sensors that an MJCF has; the site that carries one stands for a link."""
+    sites = {item.get("site", "") for kind in ("accelerometer", "gyro") for item in root.findall(f"sensor/{kind}")}
+    for site in sorted(sites - {""}):
+        yield SaidSensor(site, "imu", "imu")
+
+
+def _number(text: str | None) -> float | None:
+    """Return a finite number of a text; None where there is none."""
+    try:
+        value = float(text or "")
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
+
+
+def robot_text(files: ModelFiles) -> str:
+    """Return the text of a gathered robot, indented, which reads back the same with its assets beside it."""
+    root = ElementTree.fromstring(ElementTree.tostring(files.root))
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode") + "\n"

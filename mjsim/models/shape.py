@@ -1,0 +1,88 @@
+"""A model that stands in a world: its files, and what it fills."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.models.files import ModelFiles, Read, gather_model
+
+if TYPE_CHECKING:
+    import mujoco
+
+
+@dataclass(frozen=True, eq=False)
+class ModelShape:
+    """A model in units and in the frame of its file."""
+
+    files: ModelFiles = field(repr=False)
+    model: "mujoco.MjModel" = field(repr=False)
+    """What MuJoCo makes of the files."""
+    columns: tuple[tuple[Array, float, float], ...] = field(repr=False)
+    """Of each solid part the hull from above, counter-clockwise, shape (n, 2), and where it begins and ends in z."""
+
+    @property
+    def low(self) -> float:
+        """Height of its lowest point."""
+        return min(low for _, low, _ in self.columns)
+
+    @property
+    def high(self) -> float:
+        """Height of its highest point."""
+        return max(high for _, _, high in self.columns)
+
+    @cached_property
+    def hinges(self) -> tuple[str, ...]:
+        """Names of its joints that turn about an axis."""
+        import mujoco
+
+        hinge = int(mujoco.mjtJoint.mjJNT_HINGE)
+        return tuple(self.model.joint(n).name for n in range(self.model.njnt) if self.model.jnt_type[n] == hinge)
+
+    @cached_property
+    def outline(self) -> Array:
+        """All of it from above, counter-clockwise, shape (n, 2); the hull of a thing that hangs not together."""
+        import shapely
+
+        whole: Any = shapely.union_all([shapely.Polygon(hull) for hull, _, _ in self.columns])
+        if whole.geom_type != "Polygon":
+            whole = whole.convex_hull
+        return np.asarray(shapely.get_coordinates(shapely.orient_polygons(whole).exterior)[:-1], dtype=float)
+
+
+def read_model(path: str, read: Read) -> ModelShape:
+    """Return the model of a file.
+
+    Args:
+        path: Of a file of MJCF or URDF, as `read` knows it.
+        read: Returns a file by its path from the folder of the world.
+
+    Raises:
+        ValueError: It cannot be read, or it is more than a thing may be; a sentence that names the file.
+    """
+    # MuJoCo is loaded for worlds with models only, so that all others are checked and reported on without it.
+    from mjsim.models.reader import compiled, solid_parts
+
+    files = gather_model(path, read)
+    model = compiled(files)
+    try:
+        parts = solid_parts(model, urdf=files.urdf)
+    except ValueError as error:
+        raise ValueError(f"'{path}' cannot stand in a room: {error}") from None
+    if not parts:
+        raise ValueError(f"'{path}' has no shape that could stand in a room; give it geoms")
+    columns = [(_hull(part[:, :2]), float(np.min(part[:, 2])), float(np.max(part[:, 2]))) for part in parts]
+    return ModelShape(files, model, tuple(columns))
+
+
+def _hull(points: Array) -> Array:
+    """Return the convex hull of points in the plane, counter-clockwise, shape (n, 2)."""
+    import shapely
+
+    hull: Any = shapely.MultiPoint(points).convex_hull
+    if hull.geom_type != "Polygon":
+        # A sheet that stands upright is a line from above.
+        hull = hull.buffer(1e-3)
+    return np.asarray(shapely.get_coordinates(shapely.orient_polygons(hull))[:-1], dtype=float)

@@ -1,0 +1,179 @@
+"""The boundary to user code: whatever a module does wrong becomes one ModuleFault, which is one line."""
+
+import inspect
+import os
+import re
+import sys
+import sysconfig
+import threading
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import mjsim.errors
+from mjsim.errors import ModuleFault, one_line
+from mjsim.modules.checks import kind_of
+from mjsim.modules.covariances import Unfit
+from mjsim.modules.hosts import Failed, Hosted
+from mjsim.modules.roles import unfit_instance
+
+T = TypeVar("T")
+BESIDE = "beside_"
+"""Begins the names of the packages that files beside a world are modules of; people do not need to see it."""
+LONGEST_TEXT = 240
+"""Characters of what a module's exception says; the rest of the line says who and where."""
+
+_BESIDE = re.compile(rf"\b{BESIDE}\d+\.")
+
+
+class Boundary:
+    """Calls the modules of one robot.
+
+    Everything that a module raises ends in a ModuleFault, `SystemExit` and other exceptions that are no `Exception`
+    too. Only KeyboardInterrupt passes in the main thread: Python raises it for Ctrl-C, wherever the program is.
+    """
+
+    def __init__(self, robot: str) -> None:
+        """Keep the robot's name, for messages."""
+        self._robot = robot
+
+    def require(self, role: str, module: object, now: float = 0.0) -> None:
+        """Raise ModuleFault unless a module has the methods that its role needs."""
+        if what := self._call(role, module, now, "", unfit_instance, role, module):
+            raise self.fault(role, module, now, what)
+
+    def offers(self, role: str, module: object, method: str, now: float = 0.0) -> bool:
+        """Return whether a module has a method that its role does not need."""
+        return self._call(role, module, now, method, _has, module, method)
+
+    def attribute(self, role: str, module: object, now: float, name: str) -> Any:
+        """Return an attribute of a module; None when it has none of this name."""
+        return self._call(role, module, now, "", getattr, module, name, None)
+
+    def ask(self, role: str, module: object, now: float, method: str, *arguments: Any) -> Any:
+        """Call a method of a module.
+
+        Args:
+            role: Of the module.
+            module: Whose method it is.
+            now: Simulated time [s].
+            method: Its name; looking it up may run the module's code, too.
+            *arguments: Of the method.
+        """
+        return self._call(role, module, now, method, _ask, module, method, arguments)
+
+    def _call(
+        self, role: str, module: object, now: float, method: str, function: Callable[..., T], *arguments: Any
+    ) -> T:
+        """Call a function that touches a module."""
+        try:
+            return function(*arguments)
+        # This is the boundary: whatever the user's code raises ends the run with one line.
+        except BaseException as error:
+            if _is_interrupt(error):
+                raise
+            raise self.fault(role, module, now, said_of(error, module, method)) from error
+
+    def check(
+        self, role: str, module: object, now: float, method: str, check: Callable[..., T], value: object, *more: Any
+    ) -> T:
+        """Return what a check makes of a method's answer; reading a value may run the module's code too."""
+        try:
+            return check(value, *more)
+        except Unfit as error:
+            raise self.fault(role, module, now, f"{error}{_method_place(module, method)}") from error
+        except BaseException as error:
+            if _is_interrupt(error):
+                raise
+            what = f"returned {kind_of(value)} that cannot be read: {_text(error)}{_place(error, module)}"
+            raise self.fault(role, module, now, what) from error
+
+    def fault(self, role: str, module: object, now: float, what: str) -> ModuleFault:
+        """Return the fault of a module: who, when, what."""
+        return fault_of(role, name_of(module), self._robot, now, what)
+
+
+def fault_of(role: str, module: str, robot: str, now: float, what: str) -> ModuleFault:
+    """Return the fault of a module that has a name for people."""
+    return ModuleFault(f"{role} {module} of robot '{robot}' at {now:.2f} s {what}", robot=robot)
+
+
+def _is_interrupt(error: BaseException) -> bool:
+    return isinstance(error, KeyboardInterrupt) and threading.current_thread() is threading.main_thread()
+
+
+def _ask(module: Any, method: str, arguments: tuple[Any, ...]) -> Any:
+    return getattr(module, method)(*arguments)
+
+
+def _has(module: object, method: str) -> bool:
+    return callable(getattr(module, method, None))
+
+
+def name_of(module: object) -> str:
+    """Return what a module is called in messages."""
+    if isinstance(module, Hosted):
+        return module.name
+    return module.__name__ if isinstance(module, type) else type(module).__name__
+
+
+def said_of(error: BaseException, module: object = None, method: str = "") -> str:
+    """Return 'raised ...' with the place in the user's own code, on one line."""
+    if isinstance(module, Hosted) and isinstance(error, (Failed, Unfit)):
+        return str(error) if isinstance(error, Failed) else f"{error}{_method_place(module, method)}"
+    return f"raised {_text(error)}{_place(error, module) or _method_place(module, method)}"
+
+
+def is_of_users(error: BaseException) -> bool:
+    """Return whether an exception was raised in, or below, code of the user's."""
+    return bool(_place(error, None))
+
+
+def _text(error: BaseException) -> str:
+    """Return type and text of an exception; its `__str__` is the user's, too."""
+    try:
+        said = _BESIDE.sub("", one_line(error.msg if isinstance(error, SyntaxError) else str(error)))
+    except Exception:
+        said = "its text cannot be read"
+    if len(said) > LONGEST_TEXT:
+        said = f"{said[:LONGEST_TEXT]}..."
+    if isinstance(error, ValueError) and "read-only" in said:
+        said += "; what a module is given is read-only, copy it first"
+    return f"{type(error).__name__}: {said}" if said else type(error).__name__
+
+
+def _place(error: BaseException, module: object) -> str:
+    """Return ' (file:line)' of the innermost frame in the user's own code; '' when there is none."""
+    if isinstance(error, SyntaxError) and error.filename and error.lineno:
+        return f" ({Path(error.filename).name}:{error.lineno})"
+    places = [(frame.filename, frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
+    theirs = [(file, line) for file, line in places if not _is_ours(file)]
+    home = getattr(sys.modules.get(type(module).__module__), "__file__", None)
+    own = [(file, line) for file, line in theirs if file == home or not _is_installed(file)]
+    for file, line in reversed(own or theirs):
+        return f" ({Path(file).name}:{line})"
+    return ""
+
+
+def _method_place(module: object, method: str) -> str:
+    """Return ' (file:line)' of where a method is defined; '' when that cannot be told."""
+    if isinstance(module, Hosted):
+        return f" ({module.place})" if module.place else ""
+    found = inspect.getattr_static(type(module), method, None)
+    code = getattr(inspect.unwrap(getattr(found, "__func__", found)), "__code__", None)
+    return f" ({Path(code.co_filename).name}:{code.co_firstlineno})" if code is not None else ""
+
+
+def _is_ours(file: str) -> bool:
+    """Return whether a file is the simulator's; the algorithms that come with it are modules like any other."""
+    package = Path(mjsim.errors.__file__).parent
+    return file.startswith(f"{package}{os.sep}") and not file.startswith(f"{package / 'algorithms'}{os.sep}")
+
+
+def _is_installed(file: str) -> bool:
+    """Return whether a file came with Python, is of an installed package, or was made by a decorator."""
+    return file.startswith((sysconfig.get_path("stdlib"), "<frozen", "<string>", "<__")) or not {
+        "site-packages",
+        "dist-packages",
+    }.isdisjoint(Path(file).parts)

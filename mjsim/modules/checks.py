@@ -1,0 +1,259 @@
+"""What user modules return, checked before it is believed; Unfit says what is wrong with it."""
+
+import inspect
+import math
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+
+from mjsim.errors import did_you_mean
+from mjsim.geometry import Array, Pose
+from mjsim.interface import Command, Estimate, JointGoal, RobotInfo, Sighting, WheelCommand, message_text
+from mjsim.modules.covariances import Unfit, covariance, has_good_diagonal, is_plainly_good, real_array
+
+
+def checked_command(command: object, robot: RobotInfo) -> Command | WheelCommand:
+    """Return a command that is finite and fits the robot, its numbers as floats."""
+    if isinstance(command, WheelCommand):
+        return WheelCommand(checked_wheel_speeds(command.speeds, robot.wheels))
+    if not isinstance(command, Command):
+        raise Unfit(f"returned {kind_of(command)}; it must be a Command or a WheelCommand")
+    forward, left, turn = command.forward, command.left, command.turn
+    messages, joints = command.messages, command.joints
+    plain = type(command) is Command and type(forward) is type(left) is type(turn) is float and type(joints) is dict
+    if plain and type(messages) is tuple and not (messages or joints) and math.isfinite(forward + left + turn):
+        return command
+    forward, left, turn = _finite("a command", (forward, left, turn))
+    return Command(forward, left, turn, _checked_messages(messages), _checked_goals(joints, robot))
+
+
+def checked_estimate(belief: object, *, whole: bool = True) -> Estimate:
+    """Return an estimate that is finite, whose arrays have their shapes, and whose covariances are covariances.
+
+    Args:
+        belief: As the estimator gave it; a subclass of Estimate stays what it is.
+        whole: Whether all of the joint covariance is looked at; else its shape and its diagonal.
+    """
+    if not isinstance(belief, Estimate):
+        raise Unfit(f"returned {kind_of(belief)}; it must be an Estimate")
+    fit: dict[str, Any] = {}
+    pose = checked_pose(belief.pose)
+    if pose is not belief.pose:
+        fit["pose"] = pose
+    P = covariance("the covariance of the pose", belief.covariance, 3)
+    if P is not belief.covariance:
+        fit["covariance"] = P
+    landmarks = belief.landmarks
+    if not isinstance(landmarks, Mapping):
+        raise Unfit(
+            f"returned landmarks that are {kind_of(landmarks)}; they must be a dict: name -> (mean, covariance)"
+        )
+    if not all(map(_is_plain_landmark, landmarks.values())):
+        fit["landmarks"] = _checked_landmarks(landmarks)
+    innovations = belief.innovations
+    if type(innovations) is not tuple or not all(map(_is_plain_innovation, innovations)):
+        fit["innovations"] = _checked_innovations(innovations)
+    joint = belief.joint_covariance
+    if joint is not None:
+        checked = _checked_joint(joint, 3 + 2 * len(landmarks), whole=whole)
+        if checked is not joint:
+            fit["joint_covariance"] = checked
+    return replace(belief, **fit) if fit else belief
+
+
+def checked_sightings(sightings: object) -> Sequence[Sighting]:
+    """Return sightings that are finite, with covariances that are covariances."""
+    if not isinstance(sightings, Sequence) or isinstance(sightings, (str, bytes)):
+        raise Unfit(f"returned {kind_of(sightings)}; it must be a list of Sighting")
+    return [_checked_sighting(seen) for seen in sightings]
+
+
+def checked_pose(pose: object) -> Pose:
+    """Return a pose that is finite, its numbers as floats."""
+    if not isinstance(pose, Pose):
+        raise Unfit(f"returned a pose that is {kind_of(pose)}; it must be a Pose")
+    x, y, heading = pose.x, pose.y, pose.heading
+    if type(x) is type(y) is type(heading) is float and math.isfinite(x + y + heading):
+        return pose
+    return Pose(*_finite("a pose", (x, y, heading)))
+
+
+def kind_of(value: object) -> str:
+    """Return what a value is, for a message; a coroutine is closed, so that nothing waits for it."""
+    if inspect.iscoroutine(value):
+        value.close()
+        return "a coroutine, which `async def` makes"
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    return "None" if value is None else f"a value of type {type(value).__name__}"
+
+
+def checked_wheel_speeds(speeds: Any, wheels: Sequence[str]) -> tuple[float, ...]:
+    """Return a finite speed for each wheel, as floats [rad/s]."""
+    return _finite(
+        "a list of wheel speeds", _several("wheel speeds", speeds, len(wheels), f"the wheels are {', '.join(wheels)}")
+    )
+
+
+def checked_torques(torques: Any, motors: Sequence[str]) -> tuple[float, ...]:
+    """Return a finite torque for each motor, as floats [N m]."""
+    right = f"the motors are {', '.join(motors)}"
+    return _finite("a list of torques", _several("torques", torques, len(motors), right))
+
+
+def checked_twist(twist: Any) -> tuple[float, float, float]:
+    """Return a finite twist (forward, left, turn), as floats."""
+    forward, left, turn = _finite("a twist", _several("numbers of a twist", twist, 3, "they are forward, left, turn"))
+    return forward, left, turn
+
+
+def checked_wheel_names(names: Any) -> tuple[str, ...]:
+    """Return the names of a drive's wheels."""
+    if isinstance(names, (tuple, list)) and names and all(isinstance(name, str) for name in names):
+        return tuple(map(str, names))
+    raise Unfit(f"has wheels that are {kind_of(names)}; they must be a tuple of the names of its hinges")
+
+
+def _several(what: str, values: Any, count: int, right: str) -> Any:
+    """Return what has a length, which must be this one."""
+    if not hasattr(type(values), "__len__") or isinstance(values, (str, bytes)):
+        raise Unfit(f"returned {what} that are {kind_of(values)}; {right}")
+    if len(values) != count:
+        raise Unfit(f"returned {len(values)} {what}; {right}")
+    return values
+
+
+def _checked_goals(joints: object, robot: RobotInfo) -> dict[str, JointGoal]:
+    """Return finite goals for arms that are there, one number for each joint."""
+    if not isinstance(joints, Mapping):
+        raise Unfit(f"returned joints that are {kind_of(joints)}; they must be a dict: arm -> JointGoal")
+    goals = {}
+    for arm, goal in joints.items():
+        if arm not in robot.arms:
+            raise Unfit(f"returned a goal for arm '{arm}'{did_you_mean(str(arm), robot.arms)}")
+        if not isinstance(goal, JointGoal):
+            raise Unfit(f"returned a goal of arm '{arm}' that is {kind_of(goal)}; it must be a JointGoal")
+        goals[arm] = _checked_goal(goal, arm, robot.arms[arm].joints)
+    return goals
+
+
+def _checked_goal(goal: JointGoal, arm: str, joints: Sequence[str]) -> JointGoal:
+    right, parts = f"arm '{arm}' has the joints {', '.join(joints)}", {}
+    for part in fields(JointGoal):
+        values = getattr(goal, part.name)
+        if values is not None or part.name == "positions":
+            parts[part.name] = _finite(f"a goal with {part.name}", _several(part.name, values, len(joints), right))
+    return JointGoal(**parts)
+
+
+def _checked_messages(messages: object) -> tuple[Any, ...]:
+    if not isinstance(messages, (tuple, list)):
+        raise Unfit(f"returned messages that are {kind_of(messages)}; they must be a tuple, each item is sent as one")
+    for message in messages:
+        try:
+            message_text(message)
+        except ValueError as error:
+            raise Unfit(f"returned {error}") from None
+    return tuple(messages)
+
+
+def _checked_sighting(seen: object) -> Sighting:
+    if not isinstance(seen, Sighting):
+        raise Unfit(f"returned {kind_of(seen)} in its list; each must be a Sighting")
+    if seen.name is not None and not isinstance(seen.name, str):
+        raise Unfit(f"returned a sighting whose name is {kind_of(seen.name)}; it must be a str, or None")
+    R = covariance("the covariance of a sighting", seen.covariance, 2)
+    stamp, distance, bearing = _finite("a sighting", (seen.stamp, seen.range, seen.bearing))
+    if distance < 0.0:
+        raise Unfit(f"returned a sighting at range {distance:g} m; it must not be negative")
+    corners = seen.corners
+    if corners is not None:
+        corners = real_array("the corners of a sighting", corners, (4, 2))
+    if R is seen.covariance and corners is seen.corners and type(seen.range) is type(seen.bearing) is float:
+        return seen
+    return Sighting(stamp, seen.name, distance, bearing, R, corners)
+
+
+def _is_plain_landmark(pair: Any) -> bool:
+    """Return whether mean and covariance are good arrays of doubles; False means that they need a closer look."""
+    return type(pair) is tuple and len(pair) == 2 and _is_plain_gaussian(*pair)
+
+
+def _is_plain_innovation(item: Any) -> bool:
+    """The same for (name, nu, S)."""
+    return type(item) is tuple and len(item) == 3 and isinstance(item[0], (str, int)) and _is_plain_gaussian(*item[1:])
+
+
+def _is_plain_gaussian(mean: Any, P: Any) -> bool:
+    """The same for a mean (2,) and its covariance (2, 2)."""
+    if not (type(mean) is np.ndarray and mean.shape == (2,) and mean.dtype == np.float64):
+        return False
+    x, y = mean.tolist()
+    return math.isfinite(x + y) and is_plainly_good(P, 2)
+
+
+def _checked_landmarks(landmarks: Mapping[Hashable, tuple[Array, Array]]) -> dict[Hashable, tuple[Array, Array]]:
+    fit = {}
+    for name, pair in landmarks.items():
+        mean, P = _parts(f"landmark {_short(name)}", pair, ("mean", "covariance"))
+        fit[name] = (
+            real_array(f"the mean of landmark {_short(name)}", mean, (2,)),
+            covariance(f"the covariance of landmark {_short(name)}", P, 2),
+        )
+    return fit
+
+
+def _checked_innovations(innovations: object) -> tuple[tuple[Hashable, Array, Array], ...]:
+    if not isinstance(innovations, (tuple, list)):
+        raise Unfit(f"returned innovations that are {kind_of(innovations)}; they must be a tuple of (name, nu, S)")
+    fit = []
+    for item in innovations:
+        name, nu, S = _parts("an innovation", item, ("name", "nu", "S"))
+        if not isinstance(name, Hashable):
+            raise Unfit(f"returned an innovation whose name is {kind_of(name)}; it must be hashable, such as a str")
+        hash(name)
+        about = f"the innovation of {_short(name)}"
+        fit.append((name, real_array(about, nu, (2,)), covariance(f"the covariance of {about}", S, 2)))
+    return tuple(fit)
+
+
+def _checked_joint(joint: Any, size: int, *, whole: bool) -> Array:
+    if not whole and has_good_diagonal(joint, size):
+        return np.asarray(joint)
+    return covariance("the joint covariance", joint, size)
+
+
+def _parts(what: str, item: object, names: Sequence[str]) -> Sequence[Any]:
+    """Return the parts of what must be a tuple of so many."""
+    if not isinstance(item, (tuple, list)) or len(item) != len(names):
+        count = f" of {len(item)}" if isinstance(item, (tuple, list)) else ""
+        raise Unfit(f"returned {what} that is {kind_of(item)}{count}; it must be ({', '.join(names)})")
+    return item
+
+
+def _finite(what: str, values: Sequence[Any]) -> tuple[float, ...]:
+    """Return numbers as finite floats."""
+    numbers = tuple(_number(what, value) for value in values)
+    if not all(map(math.isfinite, numbers)):
+        raise Unfit(f"returned {what} that is not finite: {list(numbers)}")
+    return numbers
+
+
+def _number(what: str, value: Any) -> float:
+    if isinstance(value, (float, int)):
+        return float(value)
+    array = np.asarray(value)
+    if array.ndim != 0:
+        raise Unfit(f"returned {what} that holds an array of shape {array.shape}; it must hold plain numbers")
+    if array.dtype.kind == "c":
+        raise Unfit(f"returned {what} that is complex; it must be real")
+    if array.dtype.kind not in "biuf":
+        raise Unfit(f"returned {what} that holds something other than numbers: {_short(value)}")
+    return float(array)
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -1,0 +1,160 @@
+"""Covariances that modules return: real, symmetric and positive semidefinite, within rounding.
+
+What is well formed passes a closed form (3 x 3 and 2 x 2) or one Cholesky factorisation (larger ones). Only what
+does not is looked at closely. Tolerances are relative to the standard deviations of the rows, so that they mean the
+same in m^2 and in rad^2.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mjsim.geometry import Array
+
+TOLERANCE = 1e-6
+"""Of asymmetry and of negative eigenvalues, once every variance is scaled to 1; filters in double precision stay far
+below it."""
+SINGLE = 1e-3
+"""The same for arrays in single precision or less."""
+_FLOOR, _SHARE = 1e-4, 1e-9
+"""Standard deviations count as at least this [m, rad], and this share of the largest one, when rows are scaled: what a
+measurement without error leaves of a variance is rounding, of either sign."""
+_SQUARE = TOLERANCE**2
+_SLACK = 1e-15
+"""Of the determinant of a 3 x 3 covariance whose variances are 1: that of a singular one is zero but for rounding."""
+
+
+class Unfit(ValueError):  # noqa: N818  # as the faults of `mjsim.errors`
+    """What a module returned is not what it must be; the message says what, and what would be right."""
+
+
+def real_array(what: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """Return a value as an array of real, finite numbers.
+
+    Args:
+        what: Names the value in the message.
+        value: As the module gave it; an array of doubles is returned as it is.
+        shape: That it must have.
+
+    Raises:
+        Unfit: It has another shape, or holds something else.
+    """
+    given = _array(what, value)
+    if given.shape != shape:
+        raise Unfit(f"returned {what} of shape {given.shape}; it must be {shape}")
+    array = _as_doubles(what, given)
+    if not np.isfinite(array).all():
+        raise Unfit(f"returned {what} that is not finite: {_first_bad(array)}")
+    return array
+
+
+def covariance(what: str, value: ArrayLike, size: int) -> Array:
+    """Return a covariance as an array, shape (size, size).
+
+    Raises:
+        Unfit: It is not real, not symmetric, or not positive semidefinite.
+    """
+    if is_plainly_good(value, size):
+        return np.asarray(value)
+    P = real_array(what, value, (size, size))
+    _look_closely(what, P, tolerance=_tolerance(value))
+    return P
+
+
+def has_good_diagonal(value: Any, size: int) -> bool:
+    """Return whether a matrix of doubles is finite, with no negative variance: a quick look at a large covariance."""
+    if not (type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (size, size)):
+        return False
+    return bool(np.isfinite(value).all()) and bool((value.diagonal() >= 0.0).all())
+
+
+def is_plainly_good(value: Any, size: int) -> bool:
+    """Return whether a small covariance is good by its principal minors; False means that it needs a closer look."""
+    if not (type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (size, size)):
+        return False
+    if size == 2:
+        return _good_by_minors2(*value.ravel().tolist())
+    return size == 3 and _good_by_minors3(*value.ravel().tolist())
+
+
+def _good_by_minors2(a: float, p: float, p2: float, b: float) -> bool:
+    ab = a * b
+    return a >= 0.0 and b >= 0.0 and a + b < math.inf and ab >= p * p2 and (p - p2) ** 2 <= _SQUARE * ab
+
+
+def _good_by_minors3(
+    a: float, p: float, q: float, p2: float, b: float, r: float, q2: float, r2: float, c: float
+) -> bool:
+    # NaN and infinity make one of the comparisons false.
+    return (
+        _good_by_minors2(a, p, p2, b)
+        and _good_by_minors2(a, q, q2, c)
+        and _good_by_minors2(b, r, r2, c)
+        and a * (b * c - r * r2) - p * (p2 * c - r * q2) + q * (p2 * r2 - b * q2) >= -_SLACK * a * b * c
+    )
+
+
+def _look_closely(what: str, P: Array, *, tolerance: float) -> None:
+    """Raise Unfit unless a finite matrix is symmetric and positive semidefinite within a tolerance."""
+    least = max(_FLOOR, _SHARE * math.sqrt(float(np.abs(P).max())))
+    deviations = np.maximum(np.sqrt(np.abs(P.diagonal())), least)
+    scaled = P / deviations[:, None] / deviations
+    apart = np.abs(scaled - scaled.T)
+    if apart.max() > tolerance:
+        i, j = divmod(int(apart.argmax()), len(P))
+        raise Unfit(
+            f"returned {what} that is not symmetric: entry [{i}, {j}] is {P[i, j]:.6g}, [{j}, {i}] is {P[j, i]:.6g}"
+        )
+    symmetric = 0.5 * (scaled + scaled.T)
+    if _has_cholesky(symmetric, tolerance):
+        return
+    worst = float(np.linalg.eigvalsh(symmetric)[0])
+    if worst < -tolerance:
+        own = float(np.linalg.eigvalsh(0.5 * (P + P.T))[0])
+        value = f"{own:g}" if own < 0.0 else f"{worst:g} once scaled by its standard deviations"
+        raise Unfit(f"returned {what} with the eigenvalue {value}; a covariance has none below 0")
+
+
+def _has_cholesky(S: Array, tolerance: float) -> bool:
+    try:
+        np.linalg.cholesky(S + 0.5 * tolerance * np.eye(len(S)))
+    except np.linalg.LinAlgError:
+        return False
+    return True
+
+
+def _tolerance(value: ArrayLike) -> float:
+    kind = getattr(value, "dtype", None)
+    return SINGLE if kind is not None and kind.kind == "f" and kind.itemsize < 8 else TOLERANCE
+
+
+def _array(what: str, value: ArrayLike) -> NDArray[Any]:
+    try:
+        return np.asarray(value)
+    except ValueError:
+        raise Unfit(f"returned {what} whose rows differ in length") from None
+
+
+def _as_doubles(what: str, array: NDArray[Any]) -> Array:
+    if array.dtype.kind == "c":
+        raise Unfit(f"returned {what} that is complex; it must be real")
+    if array.dtype.kind not in "biufO":
+        raise Unfit(f"returned {what} that holds something other than numbers: {_sample(array)}")
+    try:
+        return np.asarray(array, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise Unfit(f"returned {what} that holds something other than numbers: {_sample(array)}") from None
+
+
+def _sample(array: NDArray[Any]) -> str:
+    return repr(array.ravel()[:3].tolist())[:80]
+
+
+def _first_bad(array: Array) -> str:
+    """Return a small array, or the first entry of a large one that is not finite."""
+    if array.size <= 9:
+        return str(array.tolist())
+    index = np.unravel_index(int(np.flatnonzero(~np.isfinite(array))[0]), array.shape)
+    return f"entry [{', '.join(map(str, index))}] is {array[index]:g}"

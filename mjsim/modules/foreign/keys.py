@@ -1,0 +1,114 @@
+"""Keys beside `use` that belong to what runs a module: `patience` and `paths`."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.modules.hosts import Doubt
+from mjsim.world import Source, Use
+
+PATIENCE = 10.0
+"""How long a module may take to start, or to answer, unless the world says otherwise [s]."""
+OWN_KEYS = ("patience", "paths")
+"""Keys beside `use` that are not for the module but for what runs it."""
+MOST_FILES, MOST_BYTES = 1000, 100_000_000
+"""That a module may consist of."""
+
+
+def folder_of(source: Source) -> Path:
+    """Return the folder from which a world's paths lead."""
+    return (source.folder or Path.cwd()).resolve()
+
+
+def options_of(use: Use) -> dict[str, Any]:
+    """Return the keys that are for the module."""
+    return {key: value for key, value in use.arguments().items() if key not in OWN_KEYS}
+
+
+def patience_of(use: Use) -> float:
+    """Return how long a module may take to answer [s].
+
+    Raises:
+        ValueError: It is no such time.
+    """
+    patience = use.arguments().get("patience", PATIENCE)
+    if isinstance(patience, bool) or not isinstance(patience, (int, float)) or not 0 < patience <= 1e5:
+        raise ValueError(f"patience is {patience!r}; it must be a time above 0 [s]")
+    return float(patience)
+
+
+def paths_of(use: Use, source: Source) -> list[Path]:
+    """Return the folders that `paths` adds.
+
+    Raises:
+        ValueError: One is not there, or leaves the folder of the world.
+    """
+    named = use.arguments().get("paths", [])
+    if not isinstance(named, (list, tuple)) or not all(isinstance(name, str) for name in named):
+        raise ValueError("paths is no list of folders; write paths: [lib, other]")
+    return [beside(name, source, folder=True) for name in named]
+
+
+def beside(name: str, source: Source, *, folder: bool = False) -> Path:
+    """Return a file, or folder, within the folder of the world.
+
+    Raises:
+        ValueError: It is not there, or leaves that folder.
+    """
+    home = folder_of(source)
+    try:
+        path = (home / name).resolve()
+        there = path.is_dir() if folder else path.is_file()
+    except (OSError, RuntimeError, ValueError):
+        path, there = home, False
+    if not path.is_relative_to(home):
+        raise ValueError(f"path '{name}' leaves the folder of the world; keep it beside the world file")
+    if not there:
+        kind = "folder" if folder else "file"
+        near = [item.name for item in home.iterdir() if item.is_dir() == folder] if home.is_dir() else []
+        raise ValueError(f"no {kind} '{name}' beside the world file{did_you_mean(name, near)}")
+    return path
+
+
+def key_doubts(use: Use, role: str, source: Source) -> Iterator[Doubt]:
+    """Yield what is wrong with the keys, and a role that only Python can fill."""
+    for key, read in (("patience", lambda: patience_of(use)), ("paths", lambda: paths_of(use, source))):
+        try:
+            read()
+        except ValueError as error:
+            yield Doubt(str(error), key)
+    if role == "drive":
+        yield Doubt("a drive is a class in Python; write 'file.py:Class'")
+
+
+def require_sound(doubts: Iterator[Doubt]) -> None:
+    """Raise UsageError when something is not there."""
+    for doubt in doubts:
+        if doubt.missing:
+            raise UsageError(doubt.message)
+
+
+def read_files(paths: Sequence[Path], source: Source) -> dict[str, bytes]:
+    """Return files by their paths from the folder of the world.
+
+    Raises:
+        UsageError: One cannot be read, or there are too many.
+    """
+    home = folder_of(source)
+    files: dict[str, bytes] = {}
+    try:
+        if len(paths) > MOST_FILES or sum(path.stat().st_size for path in paths) > MOST_BYTES:
+            raise UsageError(
+                f"the modules of '{source.file}' have over {MOST_FILES} files or {MOST_BYTES >> 20} MB in their folders"
+            )
+        for path in paths:
+            files[path.relative_to(home).as_posix()] = path.read_bytes()
+    except OSError as error:
+        raise UsageError(f"cannot read '{error.filename}': {error.strerror}") from error
+    return files
+
+
+def files_in(folder: Path, home: Path) -> list[Path]:
+    """Return the files below a folder, those that lead out of the world's folder left out."""
+    return [path for path in sorted(folder.rglob("*")) if path.is_file() and path.resolve().is_relative_to(home)]

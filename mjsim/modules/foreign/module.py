@@ -1,0 +1,132 @@
+"""A module that runs in a process of its own, in the roles that modules have."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from numpy.random import Generator
+
+from mjsim.interface import (
+    BeaconInfo,
+    Command,
+    Estimate,
+    FastReading,
+    Numbers,
+    Observation,
+    RobotInfo,
+    Sighting,
+    Tree,
+    WheelCommand,
+    WorldMap,
+    command_tree,
+    estimate_tree,
+    fast_tree,
+    observation_tree,
+    octave_names,
+    robot_tree,
+)
+from mjsim.modules.foreign.answers import FIELDS, Answer, command_of, estimate_of, sightings_of, torques_of
+from mjsim.modules.foreign.process import Ended
+from mjsim.modules.hosts import Failed, Hosted
+
+
+class Engine(ABC):
+    """Asks a process in the words of its language."""
+
+    counts_last: bool
+    """Whether stacks count their items last in what it answers."""
+
+    @abstractmethod
+    def start(self, robot: Mapping[str, Tree], rng: Generator, fields: Sequence[str]) -> bool:
+        """Start the process; return whether it wants pictures."""
+
+    @abstractmethod
+    def ask(self, method: str, given: Mapping[str, Tree]) -> Answer:
+        """Return what the process answers."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """End the process; a second call does nothing."""
+
+
+class ForeignModule(Hosted):
+    """A module of one role: its methods put values into trees, and read the answers."""
+
+    def __init__(self, engine: Engine, *, role: str, name: str, place: str, options: Mapping[str, Any]) -> None:
+        """Keep what it consists of; nothing is started."""
+        self._engine, self._role, self._name, self._options = engine, role, name, dict(options)
+        self.place = place
+        self._catalogue: Mapping[str, BeaconInfo] = {}
+        self._map: WorldMap | None = None
+        self._numbers, self._pictures = Numbers(), False
+        self._arms: dict[str, str] = {}
+
+    @property
+    def name(self) -> str:
+        """The file, or the program."""
+        return self._name
+
+    def take_world(self, catalogue: Mapping[str, BeaconInfo], map: WorldMap | None) -> None:
+        """Keep what it is told when it starts."""
+        self._catalogue, self._map = catalogue, map
+
+    def start(self, robot: RobotInfo, *given: Any) -> None:
+        """Start the process and tell it all that does not change."""
+        *parts, rng = given
+        self._numbers = Numbers(list(self._catalogue))
+        fields = octave_names(robot.arms) if self._engine.counts_last else {name: name for name in robot.arms}
+        self._arms = {field: name for name, field in fields.items()}
+        tree = robot_tree(robot, self._catalogue, self._map, pictures=self._role == "observer")
+        part = {"part": parts[0]} if self._role == "controller" else {}
+        told = {**tree, **part, "role": self._role, "options": self._options}
+        self._pictures = self._begin(told, rng)
+
+    def observe(self, seen: Observation) -> Sequence[Sighting]:
+        """Return what an observer sees."""
+        answer = self._ask("observe", obs=self._seen(seen))
+        return sightings_of(answer, self._numbers, seen, counts_last=self._engine.counts_last)
+
+    def update(self, seen: Observation) -> Estimate:
+        """Return what an estimator believes."""
+        answer = self._ask("update", obs=self._seen(seen))
+        return estimate_of(answer, self._numbers, counts_last=self._engine.counts_last)
+
+    def command(self, seen: Observation, belief: Estimate) -> Command | WheelCommand:
+        """Return what a navigator wants."""
+        answer = self._ask("command", obs=self._seen(seen), est=estimate_tree(belief, self._numbers))
+        return command_of(answer, self._arms, counts_last=self._engine.counts_last)
+
+    def adjust(self, command: Command, seen: Observation) -> Command | WheelCommand:
+        """Return what an avoidance makes of a command."""
+        answer = self._ask("adjust", cmd=command_tree(command), obs=self._seen(seen))
+        safe = command_of(answer, self._arms, counts_last=self._engine.counts_last)
+        # Who avoids a wall need not think of the arms.
+        return replace(safe, joints=command.joints) if isinstance(safe, Command) and not safe.joints else safe
+
+    def torques(self, sensed: FastReading, wanted: Command) -> Sequence[float]:
+        """Return what a controller tells the motors."""
+        answer = self._ask("torques", fast=fast_tree(sensed), wanted=command_tree(wanted))
+        return torques_of(answer, counts_last=self._engine.counts_last)
+
+    def close(self) -> None:
+        """End the process."""
+        self._engine.close()
+
+    def _seen(self, seen: Observation) -> Tree:
+        return observation_tree(seen, self._numbers, pictures=self._pictures)
+
+    def _begin(self, told: Mapping[str, Tree], rng: Generator) -> bool:
+        try:
+            return self._engine.start(told, rng, FIELDS[self._role])
+        except Ended as ended:
+            raise self._failed(ended) from ended
+
+    def _ask(self, method: str, **given: Tree) -> Answer:
+        try:
+            return self._engine.ask(method, given)
+        except Ended as ended:
+            raise self._failed(ended) from ended
+
+    def _failed(self, ended: Ended) -> Failed:
+        return Failed(f"{ended}{f' ({self.place})' if self.place else ''}")

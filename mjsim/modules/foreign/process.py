@@ -1,0 +1,189 @@
+"""A process of a module: it gets requests, gives answers, and is gone when it must be, with all that it started."""
+
+import fcntl
+import os
+import select
+import signal
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from mjsim.closing import Closes
+from mjsim.modules.foreign.said import Said
+
+GRACE = 0.5
+"""How long a process may take to end by itself once nothing more will be asked [s]."""
+MOST_BYTES = 1 << 28
+"""Of one answer."""
+_PIPE = 1 << 20
+"""Bytes that a pipe holds, where the system lets us; a picture passes in one go."""
+_LOOK = 0.05
+"""How often a process that does not answer is looked at [s]."""
+_KEEP = '{ exec 0<&3 3<&- 1>/dev/null 2>&1; read -r _; kill -9 0; } & exec 3<&-; cd -- "$1" || exit 126; shift; '
+"""Ends the group when whoever started it is gone, however that came: then its end of descriptor 3 is closed."""
+ON_STANDARD = _KEEP + 'exec "$@"'
+"""Requests on standard input, answers on standard output."""
+ON_3_AND_4 = _KEEP + 'exec "$@" 3<&0 4>&1 0</dev/null 1>&2'
+"""Requests on descriptor 3, answers on 4: standard output stays the module's own."""
+
+
+class Ended(Exception):  # noqa: N818  # what happened, not a fault of ours
+    """A process ended, or was ended, before it answered; the text tells how, as a sentence without its subject."""
+
+
+class Process(Closes):
+    """A process in a group of its own, asked one thing at a time."""
+
+    def __init__(
+        self, command: Sequence[str], folder: Path, *, shell: str, said: Said, more: Mapping[str, str] | None = None
+    ) -> None:
+        """Start a process.
+
+        Args:
+            command: Program and arguments.
+            folder: In which it runs.
+            shell: `ON_STANDARD` or `ON_3_AND_4`.
+            said: Takes what it prints.
+            more: Variables of its environment beside ours.
+
+        Raises:
+            OSError: It cannot be started.
+        """
+        requests, self._request = os.pipe()
+        self._answer, answers = os.pipe()
+        self._log, log = os.pipe()
+        life, self._life = os.pipe()
+        theirs = (requests, answers, log, life)
+        self._ours = [self._request, self._answer, self._log, self._life]
+        words = ["sh", "-c", shell, "sh", str(folder), *command]
+        # Copies above all numbers that they get in the child.
+        copies = [fcntl.fcntl(fd, fcntl.F_DUPFD_CLOEXEC, 10) for fd in theirs]
+        places = [(os.POSIX_SPAWN_DUP2, fd, number) for number, fd in enumerate(copies)]
+        try:
+            self._pid = os.posix_spawn(
+                "/bin/sh", words, {**os.environ, **(more or {})}, file_actions=places, setsid=True
+            )
+        finally:
+            for fd in (*theirs, *copies):
+                os.close(fd)
+        self._said, self._rest, self._open = said, bytearray(), True
+        for fd in self._ours:
+            os.set_blocking(fd, False)
+        for fd in self._ours[:2]:
+            with suppress(OSError, AttributeError):  # Only Linux has it, and bounds the sum.
+                fcntl.fcntl(fd, fcntl.F_SETPIPE_SZ, _PIPE)
+        self._poll = select.poll()
+        self._poll.register(self._answer, select.POLLIN)
+        self._poll.register(self._log, select.POLLIN)
+
+    def ask(self, request: bytes, ends: Callable[[bytearray], int], *, patience: float) -> bytes:
+        """Send a request and return the answer.
+
+        Args:
+            request: All of it.
+            ends: How many of the bytes that have come are the answer; 0 as long as more must come.
+            patience: How long it may take [s].
+
+        Raises:
+            Ended: It ended, or it was too slow or answered too much and was killed.
+        """
+        deadline = time.monotonic() + patience
+        if self._rest:
+            self._stop(f"answered more than it was asked for: {bytes(self._rest[:60])!r}")
+        left = self._write(memoryview(request))
+        while not (size := ends(self._rest)):
+            self._wait(deadline, patience, writes=bool(left))
+            left = self._write(left)
+        answer = bytes(self._rest[:size])
+        del self._rest[:size]
+        return answer
+
+    def _write(self, left: memoryview) -> memoryview:
+        """Write what the process takes now; return what is left."""
+        while left:
+            try:
+                left = left[os.write(self._request, left) :]
+            except BlockingIOError:
+                break
+            except BrokenPipeError:
+                return memoryview(b"")  # That it has ended is seen where its answer is awaited.
+        return left
+
+    def _wait(self, deadline: float, patience: float, *, writes: bool) -> None:
+        """Take what comes next, or find that nothing will."""
+        if writes:
+            self._poll.register(self._request, select.POLLOUT)
+        came = self._take(min(_LOOK, deadline - time.monotonic()))
+        if writes:
+            self._poll.unregister(self._request)
+        if len(self._rest) > MOST_BYTES:
+            self._stop(f"answered more than {MOST_BYTES >> 20} MB")
+        if not came and self._is_gone():
+            self._stop(self._end())
+        if time.monotonic() >= deadline:
+            self._stop(f"did not answer within {patience:g} s and was ended")
+
+    def _take(self, seconds: float) -> bool:
+        """Take what comes next in so many seconds; return whether something of an answer, or room for a request did."""
+        came = False
+        for fd, _ in self._poll.poll(max(0.0, seconds) * 1e3):
+            if fd == self._request:
+                came = True
+                continue
+            got = self._read(fd)
+            if not got:
+                self._poll.unregister(fd)  # Nothing more will come.
+            elif fd == self._log:
+                self._said.take(got)
+            else:
+                self._rest += got
+                came = True
+        return came
+
+    def _read(self, fd: int) -> bytes:
+        try:
+            return os.read(fd, 1 << 20)
+        except BlockingIOError:
+            return b""
+
+    def _is_gone(self) -> bool:
+        found = os.waitid(os.P_PID, self._pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+        return found is not None
+
+    def _end(self) -> str:
+        """Return how a process ended that nobody ended."""
+        self._said.take(self._read(self._log))
+        found = os.waitid(os.P_PID, self._pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+        if found is not None and found.si_code != os.CLD_EXITED:
+            how = f"was ended by {signal.Signals(found.si_status).name}"
+        else:
+            how = f"ended with exit code {0 if found is None else found.si_status}"
+        last = self._said.last()
+        return f"{how} before it answered{f': {last}' if last else ''}"
+
+    def _stop(self, what: str) -> None:
+        self._kill()
+        raise Ended(what)
+
+    def close(self) -> None:
+        """Let it end by itself for a moment; then end it and all that it started."""
+        if self._open:
+            os.close(self._request)
+            self._ours = self._ours[1:]
+            until = time.monotonic() + GRACE
+            while not self._is_gone() and time.monotonic() < until:
+                self._take(0.005)
+            self._kill()
+
+    def _kill(self) -> None:
+        """End the whole group; its leader is waited for last, so that the number is still its own."""
+        if self._open:
+            self._open = False
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(self._pid, signal.SIGKILL)
+            os.waitpid(self._pid, 0)
+            self._said.take(self._read(self._log))
+            self._said.close()
+            for fd in self._ours:
+                os.close(fd)

@@ -1,0 +1,49 @@
+"""What processes of modules print: shown with the name of their robot, within bounds."""
+
+from mjsim.errors import printable
+from mjsim.progress import show
+
+MOST_LINES = 200
+"""Of one module in one run."""
+LONGEST_LINE = 300
+"""Characters."""
+
+
+class Said:
+    """Shows the lines that a process prints on the terminal, the first of them."""
+
+    def __init__(self, who: str) -> None:
+        """Keep who prints, such as 'scout/estimator'."""
+        self._who = who
+        self._rest = b""
+        self._last = ""
+        self._lines = 0
+
+    def take(self, data: bytes) -> None:
+        """Take what was printed."""
+        # A line without an end is kept as far as it may be shown.
+        *lines, rest = (self._rest + data).split(b"\n") if data else (self._rest,)
+        self._rest = rest[: 4 * LONGEST_LINE]
+        left = max(0, MOST_LINES + 1 - self._lines)
+        for line in (*lines[:left], *lines[left:][-1:]):
+            self._show(line)
+
+    def last(self) -> str:
+        """Return the last line that says something, for messages."""
+        self.close()
+        return self._last
+
+    def close(self) -> None:
+        """Show what has no end of line."""
+        rest, self._rest = self._rest, b""
+        if rest:
+            self._show(rest)
+
+    def _show(self, line: bytes) -> None:
+        text = printable(line[: 4 * LONGEST_LINE].decode(errors="replace").expandtabs().rstrip())[:LONGEST_LINE]
+        self._last = text or self._last
+        self._lines += 1
+        if self._lines <= MOST_LINES:
+            show(f"{self._who}: {text}")
+        elif self._lines == MOST_LINES + 1:
+            show(f"{self._who}: (what it prints after {MOST_LINES} lines is not shown)")

@@ -1,0 +1,83 @@
+"""What modules are given is read-only: it is shared with other modules, the recording and the simulation."""
+
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
+from functools import cache
+from typing import Any, NoReturn, TypeVar, get_origin
+
+import numpy as np
+
+from mjsim.interface import BeaconInfo, Observation, RobotInfo, WorldMap
+
+K = TypeVar("K")
+V = TypeVar("V")
+_READINGS = tuple(part.name for part in fields(Observation) if get_origin(part.type) is Mapping)
+"""The fields of an observation that hold readings by the name of their sensor."""
+_PLAIN = frozenset({float, int, str, bool, type(None), np.float64})
+
+
+class Sealed(dict[K, V]):
+    """A dict that cannot be changed; a copy of it, deep or pickled too, is a plain dict that can."""
+
+    def _refuse(self, *arguments: object, **named: object) -> NoReturn:
+        raise TypeError("what a module is given is read-only; copy it first")
+
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle and deepcopy as a plain dict."""
+        return dict, (dict(self),)
+
+
+def sealed_observation(seen: Observation) -> Observation:
+    """Return an observation that modules cannot change: its arrays are sealed in place, its dicts are sealed copies."""
+    seal(seen)
+    here: dict[str, Any] = {
+        name: Sealed(items) for name in _READINGS if (items := getattr(seen, name)) and type(items) is dict
+    }
+    return replace(seen, **here) if here else seen
+
+
+def sealed_robot(robot: RobotInfo) -> RobotInfo:
+    """The same for what modules are told of their robot."""
+    seal(robot)
+    return replace(robot, sensors=_sealed(robot.sensors), arms=_sealed(robot.arms))
+
+
+def sealed_catalogue(catalogue: Mapping[str, BeaconInfo]) -> Mapping[str, BeaconInfo]:
+    """The same for the catalogue of beacons."""
+    seal(dict(catalogue))
+    return Sealed(catalogue)
+
+
+def sealed_map(map: WorldMap | None) -> WorldMap | None:
+    """The same for the map."""
+    seal(map)
+    return map if map is None else replace(map, beacons=_sealed(map.beacons))
+
+
+def seal(value: Any) -> None:
+    """Make the arrays in a value read-only, in tuples, dicts and our own values within it too."""
+    kind: Any = type(value)
+    if kind is np.ndarray:
+        value.setflags(False)  # not to be written
+    elif kind is tuple:
+        for item in value:
+            seal(item)
+    elif kind is dict or kind is Sealed:
+        for item in value.values():
+            seal(item)
+    elif kind not in _PLAIN:
+        # Pictures that are drawn when they are looked at have no fields, and stay as they are.
+        for name in _sealable(kind):
+            seal(getattr(value, name))
+
+
+@cache
+def _sealable(kind: Any) -> tuple[str, ...]:
+    """Return the fields of one of our values that are more than a number or a text."""
+    return tuple(part.name for part in fields(kind) if part.type not in _PLAIN) if is_dataclass(kind) else ()
+
+
+def _sealed(items: Mapping[K, V]) -> Mapping[K, V]:
+    return Sealed(items) if type(items) is dict else items

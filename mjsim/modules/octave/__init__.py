@@ -1,0 +1,5 @@
+"""Modules written for Octave and MATLAB: one Octave process a module."""
+
+from mjsim.faces import face
+
+__getattr__, __dir__, __all__ = face(__name__, __file__)

@@ -1,0 +1,1 @@
+from .host import OctaveHost as OctaveHost

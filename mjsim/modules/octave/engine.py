@@ -1,0 +1,156 @@
+"""Asks a function in Octave, in binary doubles over two pipes."""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.random import Generator
+
+from mjsim.errors import one_line
+from mjsim.interface import Tree, answer_of, doubles_of, quoted
+from mjsim.modules.foreign import ON_3_AND_4, Answer, Ended, Engine, Process, Said, Workplace
+from mjsim.modules.hosts import Failed
+from mjsim.modules.octave.text import read_function
+
+DRIVER = Path(__file__).parent / "driver"
+FLAGS = ("--norc", "--no-history", "--no-line-editing", "--no-window-system", "--quiet")
+_QUIET = ("possible-matlab-short-circuit-operator", "function-name-clash")
+"""Warnings about what MATLAB takes as it is; the first would come at every call."""
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+"""Small matrices are faster so, and sums are the same on every machine."""
+LONGEST_TEXT = 240
+"""Characters of what an error says."""
+_MOST_LAYOUTS = 250
+"""That Octave keeps."""
+_SEEDS = 16
+"""Numbers from which each generator begins."""
+_PARSE = re.compile(r"parse error(?: near line (\d+) of file ([^\n]*))?:?\s*([^\n]+)(?:\s+>>> *([^\n]*))?")
+_COLUMN = re.compile(r" near line \d+, column \d+$")
+
+
+class OctaveEngine(Engine):
+    """One Octave process for one function."""
+
+    counts_last = True
+
+    def __init__(
+        self, octave: str, file: Path, place: Workplace, *, who: str, patience: float, paths: Sequence[Path]
+    ) -> None:
+        """Keep how it is started.
+
+        Args:
+            octave: The program.
+            file: With the function, from the folder of the world.
+            place: That folder.
+            who: Robot and role, before what it prints.
+            patience: How long a call may take [s].
+            paths: Folders with other functions.
+        """
+        self._octave, self._file, self._place, self._who = octave, file, place, who
+        self._patience, self._paths = patience, paths
+        self._process: Process | None = None
+        self._layouts: dict[str, int] = {}
+        self._fields: Sequence[str] = ()
+
+    def start(self, robot: Mapping[str, Tree], rng: Generator, fields: Sequence[str]) -> bool:
+        """Start Octave, let it read the file, and tell it of its robot."""
+        self.close()
+        self._folder = self._place.enter().resolve()
+        self._function = read_function(self._folder / self._file)
+        self._layouts, self._fields = {}, fields
+        words = [self._octave, *FLAGS, "--eval", self._begin()]
+        self._process = Process(words, self._folder, shell=ON_3_AND_4, said=Said(self._who), more=ONE_THREAD)
+        seeds = rng.integers(2**32, size=(_SEEDS, 5)).astype(float)
+        self._send(1, {"robot": robot, "fields": list(fields), "seeds": seeds})
+        return _names_pictures(self._folder, [self._file.parent, *self._paths])
+
+    def ask(self, method: str, given: Mapping[str, Tree]) -> Answer:
+        """Return what the function answers."""
+        return answer_of(self._send(2, given), self._fields)
+
+    def close(self) -> None:
+        """End Octave."""
+        if self._process is not None:
+            self._process.close()
+            self._process = None
+        self._place.leave()
+
+    def _begin(self) -> str:
+        """Return what Octave evaluates."""
+        folders = [DRIVER, *(self._folder / path for path in (*self._paths, self._file.parent))]
+        adds = "".join(f"warning('off','Octave:{name}');" for name in _QUIET)
+        adds += "".join(f"addpath({quoted(str(folder))});" for folder in folders)
+        file = quoted(str(self._folder / self._file))
+        return f"{adds}mjsim_serve({quoted(self._file.stem)},{file},'/dev/fd/3','/dev/fd/4')"
+
+    def _send(self, kind: int, tree: Tree) -> bytes:
+        """Send a request and return the answer's doubles."""
+        if self._process is None:
+            raise Failed("is asked after its run has ended; start another run")
+        try:
+            answer = self._process.ask(self._request(kind, tree), _whole, patience=self._patience)
+        except Ended as ended:
+            raise Failed(f"{ended}{self._blame(str(ended))}") from ended
+        if np.frombuffer(answer[8:16])[0] == 1.0:
+            text = bytes(np.frombuffer(answer[16:]).astype(np.uint8)).decode(errors="replace")
+            raise Failed(self._said(text))
+        return answer[16:]
+
+    def _request(self, kind: int, tree: Tree) -> bytes:
+        try:
+            made = doubles_of(tree)
+        except ValueError as error:
+            raise Failed(f"cannot be told of its robot: {error}") from error
+        code = b""
+        if made.code not in self._layouts:
+            if len(self._layouts) == _MOST_LAYOUTS:
+                self._layouts = {}
+            self._layouts[made.code] = len(self._layouts) + 1
+            code = made.code.encode()
+        numbers, ends = made.numbers()
+        pictures = b"".join(each.tobytes() for each in made.bytes)
+        counts = (kind, self._layouts[made.code], len(code), len(ends), len(numbers), len(pictures))
+        return b"".join((np.array(counts, dtype=float).tobytes(), code, ends.tobytes(), numbers.tobytes(), pictures))
+
+    def _said(self, text: str) -> str:
+        """Return what an error says, with the place in the user's files."""
+        message, _, frames = text.partition("\n\x01")
+        if parse := _PARSE.match(message):
+            line, file, what, near = parse.groups()
+            near = f" near '{one_line(near)[:60]}'" if near else ""
+            where = f"{Path(file).name}:{line}" if file else self._function.place
+            return f"raised a parse error: {one_line(what)}{near} ({where})"
+        said = _COLUMN.sub("", one_line(message))
+        said = said if len(said) <= LONGEST_TEXT else f"{said[:LONGEST_TEXT]}..."
+        return f"raised an error: {said}{self._where(frames.splitlines())}"
+
+    def _where(self, frames: Sequence[str]) -> str:
+        """Return the innermost frame in a file of the user's; that of the function where there is none."""
+        for frame in frames:
+            line, _, rest = frame.partition("\t")
+            name, _, file = rest.partition("\t")
+            if file and Path(file).is_relative_to(self._folder) and int(line) > 0:
+                inner = name.rpartition(">")[2].rpartition("/")[2]
+                return f" ({Path(file).relative_to(self._folder).as_posix()}:{line} in {inner})"
+        return f" ({self._function.place} in {self._function.name})"
+
+    def _blame(self, how: str) -> str:
+        """Return where the file ends Octave, if that is what happened; else the function."""
+        leaves = self._function.exit_line if how.startswith("ended with exit code") else None
+        place = f"{self._file.name}:{leaves}" if leaves else self._function.place
+        return f" ({place} in {self._function.name})"
+
+
+def _whole(got: bytearray) -> int:
+    """Return the length of an answer once all of it is there."""
+    if len(got) < 8:
+        return 0
+    size = 8 * (1 + int(np.frombuffer(got[:8])[0]))
+    return size if len(got) >= size else 0
+
+
+def _names_pictures(folder: Path, paths: Sequence[Path]) -> bool:
+    """Return whether a file that the function may call has the word `cameras`: drawing pictures takes time."""
+    files = {file for path in paths for file in (folder / path).rglob("*.m")}
+    return any(b"cameras" in file.read_bytes() for file in files)

@@ -1,0 +1,191 @@
+"""The host of functions in .m files: they run in Octave, one process a module."""
+
+import re
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from mjsim.errors import UsageError
+from mjsim.modules.foreign import (
+    beside,
+    folder_of,
+    key_doubts,
+    options_of,
+    paths_of,
+    patience_of,
+    read_files,
+    require_sound,
+)
+from mjsim.modules.hosts import Doubt, Host, Key, Offer, Origin
+from mjsim.modules.octave.text import MOST_BYTES, FunctionFile, is_name, read_function
+from mjsim.world import Source, Use
+
+HEADS: Mapping[str, tuple[str, Sequence[str]]] = {
+    "observer": ("z", ("obs", "robot", "state")),
+    "estimator": ("est", ("obs", "robot", "state")),
+    "navigator": ("cmd", ("obs", "est", "robot", "state")),
+    "avoidance": ("cmd", ("cmd", "obs", "robot", "state")),
+    "controller": ("tau", ("fast", "wanted", "robot", "state")),
+}
+"""Role -> what its function returns beside the state, and takes."""
+_CODE = (".m", ".oct", ".mex", ".mexa64", ".mexmaci64", ".mexmaca64", ".mexw64", ".p")
+_TEXT = re.compile(rb"['\"]([\w./ -]+\.\w+)['\"]")
+_MOST_OFFERED = 1_000_000
+
+
+class OctaveHost(Host):
+    """Runs 'file.m' beside a world file."""
+
+    def speaks(self, use: str) -> bool:
+        """Return whether it names a file of MATLAB's kind."""
+        return use.endswith(".m") and ":" not in use
+
+    def origin(self, use: str) -> Origin:
+        """Return that it lies beside the world."""
+        return "beside"
+
+    def place(self, use: str) -> str:
+        """Return the file."""
+        return use
+
+    def runs(self, file: str) -> bool:
+        """Return whether a file is a function, or compiled."""
+        return file.endswith(_CODE)
+
+    def doubts(self, use: Use, role: str, source: Source) -> Iterator[Doubt]:
+        """Yield what is not there, and why the function does not fit its role."""
+        yield from key_doubts(use, role, source)
+        try:
+            path = beside(use.use, source)
+        except ValueError as error:
+            yield Doubt(str(error))
+            return
+        if not is_name(path.stem):
+            yield Doubt(f"'{path.stem}' cannot be the name of a function; a name has letters, digits and '_'")
+            return
+        try:
+            found = read_function(path)
+        except ValueError as error:
+            yield Doubt(str(error), missing=False)
+            return
+        if role in HEADS and (what := _misfit(found, role)):
+            yield Doubt(what, missing=False)
+
+    def files(self, uses: Sequence[Use], source: Source) -> Mapping[str, bytes]:
+        """Return the functions beside those named and in their `paths`, and the data that these name in their text."""
+        home = folder_of(source)
+        found: dict[Path, None] = {}
+        for use in uses:
+            try:
+                folders = [beside(use.use, source).parent, *paths_of(use, source)]
+            except ValueError:
+                continue  # Whoever runs it is told.
+            for path in (path for folder in folders for path in _functions(folder)):
+                found |= dict.fromkeys([path, *_data(path, home)])
+        return read_files([path for path in found if path.resolve().is_relative_to(home)], source)
+
+    def offers(self, files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
+        """Yield the functions whose heads are those of a role, word for word."""
+        for path, place in files:
+            if path.suffix == ".m" and (role := _role_of(path)) is not None:
+                found = read_function(path)
+                title = found.name.replace("_", " ").capitalize()
+                yield Offer(role=role, use=place, title=title, about=found.about, keys=_KEYS)
+
+    def at_hand(self, named: str) -> tuple[Path | None, str]:
+        """Return the folder of the file, and its name."""
+        return Path(named).parent, Path(named).name
+
+    def make(self, use: Use, source: Source, *, role: str, robot: str) -> Any:
+        """Return the module; Octave starts with the run."""
+        # Loaded when one is made: a check of a world asks every host, and starts none.
+        from mjsim.modules.foreign import ForeignModule, Workplace
+        from mjsim.modules.octave.engine import OctaveEngine
+
+        require_sound(self.doubts(use, role, source))
+        octave = find_octave()
+        home, path = folder_of(source), beside(use.use, source)
+        file, paths = path.relative_to(home), [folder.relative_to(home) for folder in paths_of(use, source)]
+        place = Workplace(self, use, source)
+        engine = OctaveEngine(octave, file, place, who=f"{robot}/{role}", patience=patience_of(use), paths=paths)
+        return ForeignModule(engine, role=role, name=path.name, place=_place(path), options=options_of(use))
+
+
+_KEYS = (
+    Key(name="patience", about="How long a call may take [s].", default=10.0),
+    Key(name="paths", about="Folders with other functions.", default=[]),
+)
+
+
+def find_octave() -> str:
+    """Return the program.
+
+    Raises:
+        UsageError: It is not installed.
+    """
+    found = shutil.which("octave-cli") or shutil.which("octave")
+    if found is None:
+        raise UsageError(
+            "modules in .m files need GNU Octave; type: sudo apt-get install --no-install-recommends octave"
+        )
+    return found
+
+
+def _place(path: Path) -> str:
+    try:
+        return read_function(path).place
+    except ValueError:
+        return f"{path.name}:1"  # Octave will say what is wrong with it.
+
+
+def _misfit(found: FunctionFile, role: str) -> str | None:
+    """Return why a function cannot fill a role; more arguments than needed do not harm."""
+    first, inputs = HEADS[role]
+    head = f"{_a(role)} is: function [{first}, state] = {found.name}({', '.join(inputs)})"
+    if len(found.inputs) < len(inputs) and "varargin" not in found.inputs:
+        return f"{found.place}: {found.name} takes {_counted(found.inputs, 'argument')}; {head}"
+    if len(found.outputs) < 2 and "varargout" not in found.outputs:
+        return f"{found.place}: {found.name} returns {_counted(found.outputs, 'value')}; {head}"
+    return None
+
+
+def _a(role: str) -> str:
+    return f"an {role}" if role[0] in "aeiou" else f"a {role}"
+
+
+def _counted(names: Sequence[str], what: str) -> str:
+    listed = f" ({', '.join(names)})" if names else ""
+    return f"{len(names)} {what}{'' if len(names) == 1 else 's'}{listed}"
+
+
+def _role_of(path: Path) -> str | None:
+    try:
+        if path.stat().st_size > _MOST_OFFERED or not is_name(path.stem):
+            return None
+        found = read_function(path)
+    except (OSError, ValueError):
+        return None
+    heads = {role: [first, "state"] for role, (first, _) in HEADS.items()}
+    return next(
+        (role for role, head in heads.items() if [*found.outputs] == head and (*found.inputs,) == HEADS[role][1]), None
+    )
+
+
+def _functions(folder: Path) -> Iterator[Path]:
+    """Yield the code in a folder, and in the folders in it that Octave looks through by itself."""
+    for path in sorted(folder.iterdir()):
+        if path.is_dir() and (path.name == "private" or path.name[:1] in "+@"):
+            yield from _functions(path)
+        elif path.suffix in _CODE and path.is_file():
+            yield path
+
+
+def _data(path: Path, home: Path) -> Iterator[Path]:
+    """Yield the files that a function names in its text, from the folder of the world or its own."""
+    small = path.suffix == ".m" and path.stat().st_size <= MOST_BYTES
+    for name in _TEXT.findall(path.read_bytes()) if small else ():
+        for folder in (home, path.parent):
+            named = folder / name.decode()
+            if ".." not in named.parts and named.is_file():
+                yield named

@@ -1,0 +1,137 @@
+"""A file of MATLAB or Octave, looked at without running it: its function, arguments, and where it ends Octave."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+MOST_BYTES = 5_000_000
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+_HEAD = re.compile(
+    r"^function\b\s*(?:(?:\[(?P<many>[^\]]*)\]|(?P<one>[A-Za-z]\w*))\s*=\s*)?(?P<name>[A-Za-z][\w.]*)\s*(?:\((?P<in>[^)]*)\))?"
+)
+_EXIT = re.compile(r"(?<![\w.])(?:exit|quit)\b(?!\s*=[^=])")
+KEYWORDS = frozenset(
+    {"break", "case", "catch", "classdef", "continue", "else", "elseif", "end", "for", "function", "global", "if"}
+    | {"otherwise", "parfor", "persistent", "return", "spmd", "switch", "try", "while"}
+)
+
+
+@dataclass(frozen=True, slots=True)
+class FunctionFile:
+    """The first function of a file."""
+
+    file: str
+    """Its name."""
+    name: str
+    """By which it is called: that of the file."""
+    line: int
+    """Of the first function."""
+    inputs: Sequence[str]
+    outputs: Sequence[str]
+    exit_line: int | None
+    """Where the file ends Octave; None where it does not."""
+    about: str = ""
+    """First line of the help."""
+
+    @property
+    def place(self) -> str:
+        """Return 'file:line'."""
+        return f"{self.file}:{self.line}"
+
+
+def read_function(path: Path) -> FunctionFile:
+    """Return the function of a file.
+
+    Raises:
+        ValueError: It holds none, or cannot be read; says what is wrong.
+    """
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise ValueError(f"'{path.name}' is too large to be a module")
+        text = path.read_bytes().decode(errors="replace")
+    except OSError as error:
+        raise ValueError(f"'{path.name}' cannot be read: {error.strerror}") from None
+    lines = code_lines(text)
+    for number, line in enumerate(lines, start=1):
+        if not line.strip():
+            continue
+        head = _HEAD.match(_continued(lines, number).strip())
+        if head is None:
+            raise ValueError(f"{path.name}:{number}: begins with no function; a script cannot be a module")
+        return FunctionFile(
+            file=path.name,
+            name=path.stem,
+            line=number,
+            inputs=_split(head["in"]),
+            outputs=_split(head["many"] if head["many"] is not None else head["one"]),
+            exit_line=next((at for at, code in enumerate(lines, start=1) if _EXIT.search(code)), None),
+            about=_help(text.splitlines(), number),
+        )
+    raise ValueError(f"{path.name} holds no function")
+
+
+def code_lines(text: str) -> list[str]:
+    """Return the lines of a file without comments and the insides of texts; a continued line keeps its `...`."""
+    lines, depth = [], 0
+    for line in text.splitlines():
+        bare = line.strip()
+        if bare in ("%{", "#{"):
+            depth += 1
+        if depth:
+            lines.append("")
+            depth -= bare in ("%}", "#}")
+        else:
+            lines.append(_without_comment(line))
+    return lines
+
+
+def _without_comment(line: str) -> str:
+    """Return a line without its comment, and with empty texts; a `'` after a value transposes."""
+    kept, quote, before = [], "", ""
+    for at, sign in enumerate(line):
+        if quote:
+            if sign == quote:
+                quote = ""
+                kept.append(sign)
+        elif sign in "%#":
+            break
+        elif line.startswith("...", at):
+            kept.append("...")
+            break
+        elif sign == '"' or (sign == "'" and not (before.isalnum() or before in ("_", ")", "]", "}", ".", "'"))):
+            quote = sign
+            kept.append(sign)
+        else:
+            kept.append(sign)
+        before = sign
+    return "".join(kept)
+
+
+def _continued(lines: Sequence[str], number: int) -> str:
+    """Return a line with those that continue it."""
+    whole = ""
+    for line in lines[number - 1 : number + 99]:
+        head, dots, _ = line.partition("...")
+        whole += f"{head} "
+        if not dots and whole.count("(") <= whole.count(")") and whole.count("[") <= whole.count("]"):
+            break
+    return whole
+
+
+def _split(words: str | None) -> list[str]:
+    return [word for word in re.split(r"[\s,]+", words or "") if word]
+
+
+def _help(lines: Sequence[str], number: int) -> str:
+    """Return the first line of the comment after a function's head."""
+    for line in lines[number : number + 5]:
+        bare = line.strip()
+        if bare[:1] in ("%", "#"):
+            return bare.lstrip("%# ").strip()
+    return ""
+
+
+def is_name(text: str) -> bool:
+    """Return whether a text can be the name of a function."""
+    return bool(_NAME.fullmatch(text)) and text not in KEYWORDS and len(text) <= 63

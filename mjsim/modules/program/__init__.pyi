@@ -1,0 +1,1 @@
+from .host import ProgramHost as ProgramHost

@@ -1,0 +1,78 @@
+"""Asks a program in JSON, one line a question, one line an answer."""
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from numpy.random import Generator
+
+from mjsim.errors import one_line
+from mjsim.interface import Tree, json_line
+from mjsim.modules.foreign import ON_STANDARD, Answer, Engine, Process, Said, Workplace
+from mjsim.modules.hosts import Failed
+
+VERSION = 1
+"""Of the contract in docs/programs.md."""
+
+
+class ProgramEngine(Engine):
+    """A program that reads questions from standard input and answers on standard output."""
+
+    counts_last = False
+
+    def __init__(
+        self, command: Sequence[str], place: Workplace, *, who: str, patience: float, paths: Sequence[Path]
+    ) -> None:
+        """Keep how it is started.
+
+        Args:
+            command: Program and arguments, from the folder of the world.
+            place: That folder.
+            who: Robot and role, before what it prints.
+            patience: How long it may take to answer [s].
+            paths: Folders that go in front of PATH.
+        """
+        self._command, self._place, self._who, self._patience, self._paths = command, place, who, patience, paths
+        self._process: Process | None = None
+
+    def start(self, robot: Mapping[str, Tree], rng: Generator, fields: Sequence[str]) -> bool:
+        """Start the program and tell it of its robot; it may answer that it wants pictures."""
+        self.close()
+        folder = self._place.enter()
+        more = {"PATH": os.pathsep.join([*(str(folder / path) for path in self._paths), os.environ.get("PATH", "")])}
+        self._process = Process(self._command, folder, shell=ON_STANDARD, said=Said(self._who), more=more)
+        seed = int(rng.integers(2**53))
+        answer = self._send({"call": "start", "version": VERSION, "seed": seed, "robot": robot})
+        pictures = answer.get("pictures", False)
+        if not isinstance(pictures, bool):
+            raise Failed("answered start with pictures that are not true or false")
+        return pictures
+
+    def ask(self, method: str, given: Mapping[str, Tree]) -> Answer:
+        """Return what the program answers; `torques`, which is no object, as the field ''."""
+        answer = self._send({"call": method, **given})
+        return {"": answer.get("tau")} if method == "torques" else answer
+
+    def close(self) -> None:
+        """End the program."""
+        if self._process is not None:
+            self._process.close()
+            self._process = None
+        self._place.leave()
+
+    def _send(self, message: Mapping[str, Tree]) -> dict[str, Any]:
+        if self._process is None:
+            raise Failed("is asked after its run has ended; start another run")
+        line = self._process.ask(json_line(message), lambda got: got.find(b"\n") + 1, patience=self._patience)
+        try:
+            answer = json.loads(line)
+        except (ValueError, RecursionError):
+            said = one_line(line[:200].decode(errors="replace"))[:60]
+            raise Failed(f"answered '{said}', which is no JSON; print what is for people to standard error") from None
+        if not isinstance(answer, dict):
+            raise Failed("answered JSON that is no object; write {...}")
+        if "error" in answer:
+            raise Failed(f"raised {one_line(str(answer['error']))[:240]}")
+        return answer

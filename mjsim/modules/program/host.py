@@ -1,0 +1,110 @@
+"""The host of programs: 'exec:./my_slam --flag'."""
+
+import os
+import shlex
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from mjsim.modules.foreign import (
+    beside,
+    files_in,
+    folder_of,
+    key_doubts,
+    options_of,
+    paths_of,
+    patience_of,
+    read_files,
+    require_sound,
+)
+from mjsim.modules.hosts import Doubt, Host, Offer, Origin
+from mjsim.world import Source, Use
+
+_MARK = "exec:"
+
+
+class ProgramHost(Host):
+    """Runs a program beside a world file, or one that is installed, such as 'exec:julia slam.jl'."""
+
+    def speaks(self, use: str) -> bool:
+        """Return whether it names a program."""
+        return use.startswith(_MARK)
+
+    def origin(self, use: str) -> Origin:
+        """Return where the program comes from: a bare word is installed, a path leads beside the world file."""
+        return "beside" if "/" in next(iter(_words(use)), "") else "installed"
+
+    def place(self, use: str) -> str:
+        """Return the program, by its path from the world's folder."""
+        return os.path.normpath(next(iter(_words(use)), ""))
+
+    def runs(self, file: str) -> bool:
+        """Return True: whatever is named on the command line may be code."""
+        return True
+
+    def doubts(self, use: Use, role: str, source: Source) -> Iterator[Doubt]:
+        """Yield what is not there or cannot be executed."""
+        yield from key_doubts(use, role, source)
+        try:
+            _require_program(use, source)
+        except ValueError as error:
+            yield Doubt(str(error))
+
+    def files(self, uses: Sequence[Use], source: Source) -> Mapping[str, bytes]:
+        """Return the programs, what their command lines name beside the world, and what lies in `paths`."""
+        home, found = folder_of(source), []
+        for use in uses:
+            for word in _words(use.use):
+                try:
+                    found.append(beside(word, source))
+                except ValueError:
+                    continue  # A flag, or an installed program.
+            try:
+                found += [path for folder in paths_of(use, source) for path in files_in(folder, home)]
+            except ValueError:
+                continue  # Whoever runs it is told.
+        return read_files(found, source)
+
+    def offers(self, files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
+        """Yield nothing: what a program is for cannot be told by its file."""
+        yield from ()
+
+    def at_hand(self, named: str) -> tuple[Path | None, str]:
+        """Return the working folder, from which the program's path leads."""
+        return Path.cwd(), named
+
+    def make(self, use: Use, source: Source, *, role: str, robot: str) -> Any:
+        """Return the module; the program starts with the run."""
+        # Loaded when one is made: a check of a world asks every host, and starts none.
+        from mjsim.modules.foreign import ForeignModule, Workplace
+        from mjsim.modules.program.engine import ProgramEngine
+
+        require_sound(self.doubts(use, role, source))
+        words, paths = _words(use.use), [path.relative_to(folder_of(source)) for path in paths_of(use, source)]
+        place = Workplace(self, use, source)
+        engine = ProgramEngine(words, place, who=f"{robot}/{role}", patience=patience_of(use), paths=paths)
+        return ForeignModule(engine, role=role, name=Path(words[0]).name, place="", options=options_of(use))
+
+
+def _words(use: str) -> list[str]:
+    """Return a command line in words, as a shell would split it."""
+    try:
+        return shlex.split(use.removeprefix(_MARK))
+    except ValueError:
+        return []
+
+
+def _require_program(use: Use, source: Source) -> None:
+    """Raise ValueError when a program is not there, or cannot be executed."""
+    words = _words(use.use)
+    if not words:
+        raise ValueError(f"'{use.use}' names no program; write 'exec:./program --flag', with quotes in pairs")
+    program = words[0]
+    if "/" not in program:
+        if shutil.which(program) is None:
+            raise ValueError(f"no program '{program}' is installed; one beside the world file is './{program}'")
+        return
+    path = beside(program, source)
+    if not os.access(path, os.X_OK):
+        raise ValueError(f"'{program}' cannot be executed; type: chmod +x {path.name}")

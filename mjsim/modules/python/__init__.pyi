@@ -1,0 +1,2 @@
+from .files import INSTALLED as INSTALLED
+from .host import PythonHost as PythonHost

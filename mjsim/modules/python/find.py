@@ -1,0 +1,115 @@
+"""Where a Python module is and whether its class is there and fits, told without running any of its code."""
+
+import ast
+import importlib.util
+import sys
+from collections.abc import Iterator
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+
+from mjsim.errors import did_you_mean
+from mjsim.modules.hosts import Doubt
+from mjsim.modules.python.offers import keys_of
+from mjsim.modules.python.outline import Methods, Outline, UnreadableError, methods_of, outline_of
+from mjsim.modules.roles import ROLES, awaited, lacking, unmade
+from mjsim.world import Source, Use
+
+
+def class_doubts(use: Use, role: str, source: Source) -> Iterator[Doubt]:
+    """Yield what is not there, which keys the class does not take or lacks, and why it cannot fill a role."""
+    place, _, name = use.use.rpartition(":")
+    try:
+        path = file_of(place, source)
+        outline = Outline({}, True) if path is None else outline_of(path)
+    except UnreadableError as error:
+        yield Doubt(str(error), missing=False)
+        return
+    except ValueError as error:
+        yield Doubt(str(error))
+        return
+    item = outline.names.get(name)
+    if item is None and not outline.open_ended:
+        classes = [word for word in outline.classes() if not word.startswith("_")]
+        yield Doubt(f"no class '{name}' in {place}{did_you_mean(name, classes)}")
+    elif isinstance(item, (ast.FunctionDef, ast.AsyncFunctionDef)):
+        yield Doubt(f"{name} in {place} {unmade(role, 'a function')}", missing=False)
+    elif isinstance(item, ast.ClassDef):
+        methods = methods_of(item, outline.classes())
+        yield from _wrong_keys(item, methods, use)
+        if what := _misfit(methods, role):
+            yield Doubt(f"{name} in {place} {what}", missing=False)
+
+
+def file_of(place: str, source: Source) -> Path | None:
+    """Return the file of a module; None when it is there but not as Python text.
+
+    Raises:
+        ValueError: There is none; says what is wrong.
+    """
+    return _file_beside(place, source) if place.endswith(".py") else _installed_file(place)
+
+
+def _misfit(methods: Methods, role: str) -> str | None:
+    for name in ROLES[role]:
+        if isinstance(methods.names.get(name), ast.AsyncFunctionDef):
+            return awaited(name)
+    missing = [name for name in ROLES[role] if name not in methods.names]
+    return lacking(role, missing) if missing and methods.whole else None
+
+
+def _wrong_keys(item: ast.ClassDef, methods: Methods, use: Use) -> Iterator[Doubt]:
+    """Yield keys beside `use` that the constructor of a class does not take, and those that it lacks."""
+    made = methods.names.get("__init__")
+    if not (methods.whole and isinstance(made, ast.FunctionDef)) or made.decorator_list or "__new__" in methods.names:
+        return
+    known = {key.name: key for key in keys_of(made)}
+    unknown = [key for key in use.arguments() if key not in known and made.args.kwarg is None]
+    for key in unknown:
+        yield Doubt(f"{item.name} takes no '{key}'{did_you_mean(key, known)}", key)
+    missing = [key.name for key in known.values() if key.required and key.name not in use.arguments()]
+    if missing and not unknown:
+        listed = " and ".join(f"'{key}'" for key in missing)
+        yield Doubt(f"{item.name} needs {listed}; write {'it' if len(missing) == 1 else 'them'} beside use")
+
+
+def _file_beside(name: str, source: Source) -> Path:
+    folder = (source.folder or Path.cwd()).resolve()
+    try:
+        path = (folder / name).resolve()
+        there = path.is_file()
+    except (OSError, RuntimeError, ValueError):
+        path, there = folder, False
+    if not path.is_relative_to(folder):
+        raise ValueError(f"path '{name}' leaves the folder of the world; keep it beside the world file")
+    if not there:
+        near = [item.name for item in folder.glob("*.py")] if folder.is_dir() else []
+        raise ValueError(f"no file '{name}' beside the world file{did_you_mean(name, near)}")
+    return path
+
+
+def _installed_file(name: str) -> Path | None:
+    parts = name.split(".")
+    if not all(part.isidentifier() for part in parts):
+        raise ValueError(f"'{name}' is not a module; write 'package.module:Class' or 'file.py:Class'")
+    spec: ModuleSpec | None = None
+    for count in range(1, len(parts) + 1):
+        whole = ".".join(parts[:count])
+        spec = _spec(whole, None if spec is None else list(spec.submodule_search_locations or ()))
+        if spec is None:
+            raise ValueError(f"no module '{whole}' is installed; install it or mend the name")
+    assert spec is not None
+    return Path(spec.origin) if spec.has_location and spec.origin and spec.origin.endswith(".py") else None
+
+
+def _spec(name: str, path: list[str] | None) -> ModuleSpec | None:
+    """Find a module as import would, but without importing the packages around it."""
+    if path is None:
+        try:
+            return importlib.util.find_spec(name)
+        except ValueError:  # a module that was made by hand, such as __main__
+            return None
+    for finder in sys.meta_path:
+        found = finder.find_spec(name, path)
+        if found is not None:
+            return found
+    return None

@@ -1,0 +1,108 @@
+"""Live modules in Python; the only place where code of the user's is imported."""
+
+import importlib
+import inspect
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from mjsim.errors import ModuleFault, UsageError, did_you_mean
+from mjsim.modules.boundary import fault_of, said_of
+from mjsim.modules.python.beside import Beside, beside
+from mjsim.modules.roles import misfit
+from mjsim.world import Source, Use
+
+
+def make_class(use: Use, source: Source, *, role: str, robot: str) -> Any:
+    """Return an instance of the class that `use` names, made with the keys beside it.
+
+    Args:
+        use: 'dotted.module:Class' or 'file.py:Class', and keyword arguments.
+        source: Where the world was written.
+        role: What it is for.
+        robot: Whom it is for.
+
+    Raises:
+        UsageError: There is no such module or class, or it does not take these arguments.
+        ModuleFault: The file cannot be imported, the class does not fit its role, or raises when it is made.
+    """
+    place, _, name = use.use.rpartition(":")
+    load = _Loader(role, name, robot)
+    if not place.endswith(".py"):
+        return load.made(use, load.installed(place))
+    path = _file(place, (source.folder or Path.cwd()).resolve())
+    near = beside(source, path.parent)
+    with near.keeping() as keep:
+        made = load.made(use, load.file(near, path))
+        keep(made)
+    return made
+
+
+def _file(name: str, folder: Path) -> Path:
+    """Return the file beside a world that has a name."""
+    path = folder / name
+    if not path.resolve().is_relative_to(folder):
+        raise UsageError(f"'{name}' leaves the folder of the world; keep it beside the world file")
+    if not path.is_file():
+        raise UsageError(f"no file '{name}' in {folder}")
+    return path
+
+
+class _Loader:
+    """Runs the user's code; what it raises is a fault of the module that is made."""
+
+    def __init__(self, role: str, name: str, robot: str) -> None:
+        self._who = role, name, robot
+
+    def fault(self, what: str) -> ModuleFault:
+        return fault_of(*self._who, 0.0, what)
+
+    def guarded(self, function: Any, named: dict[str, Any] | None = None) -> Any:
+        try:
+            return function(**named or {})
+        except (KeyboardInterrupt, UsageError, ModuleFault):
+            raise
+        # This is the boundary to the user's code: whatever it raises is told in one line.
+        except BaseException as error:
+            raise self.fault(said_of(error)) from error
+
+    def installed(self, name: str) -> ModuleType:
+        module: ModuleType = self.guarded(lambda: _import(name))
+        return module
+
+    def file(self, near: Beside, path: Path) -> ModuleType:
+        module: ModuleType = self.guarded(lambda: near.run(path))
+        return module
+
+    def made(self, use: Use, module: ModuleType) -> Any:
+        """Return an instance of the class in a module."""
+        place, _, name = use.use.rpartition(":")
+        made = getattr(module, name, None)
+        if made is None:
+            known = [n for n, value in vars(module).items() if isinstance(value, type) and not n.startswith("_")]
+            raise UsageError(f"no class '{name}' in {place}{did_you_mean(name, known)}")
+        if what := misfit(self._who[0], made):
+            raise self.fault(what)
+        _require_keys(use, made)
+        return self.guarded(made, use.arguments())
+
+
+def _import(name: str) -> ModuleType:
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name is None or not f"{name}.".startswith(f"{error.name}."):
+            raise  # What is missing is something that it imports.
+        raise UsageError(f"no module '{error.name}', which 'use: {name}' needs; install it or mend the name") from error
+
+
+def _require_keys(use: Use, made: type) -> None:
+    """Raise UsageError when a class does not take the keys beside `use`."""
+    try:
+        signature = inspect.signature(made)
+    except (TypeError, ValueError):
+        return  # It is made in C, or so that its signature cannot be told.
+    try:
+        signature.bind(**use.arguments())
+    except TypeError as error:
+        raise UsageError(f"{use.use} cannot be made: {error}") from error

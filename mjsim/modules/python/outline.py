@@ -1,0 +1,135 @@
+"""What a file of Python holds, found in its text: the names that it binds, and the methods of its classes."""
+
+import ast
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from mjsim.syntax import parse_python
+
+MOST_BYTES = 5_000_000
+_MOST_BASES = 8
+"""How far up the bases of a class are followed."""
+
+
+class UnreadableError(ValueError):
+    """A file is not Python; the message says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """The names that a file binds when it is imported."""
+
+    names: Mapping[str, ast.stmt]
+    """Each with the statement that binds it."""
+    open_ended: bool
+    """Whether it may bind others too."""
+
+    def classes(self) -> dict[str, ast.ClassDef]:
+        """Return the classes by name."""
+        return {name: item for name, item in self.names.items() if isinstance(item, ast.ClassDef)}
+
+
+@dataclass(frozen=True, slots=True)
+class Methods:
+    """What a class and its bases bind."""
+
+    names: Mapping[str, ast.stmt]
+    whole: bool
+    """Whether there is no more: all bases are in the same file, and nothing adds methods."""
+
+
+def outline_of(path: Path) -> Outline:
+    """Return what a file binds, also inside `if`, `try`, `with` and loops.
+
+    Raises:
+        UnreadableError: It is not Python, or too large.
+    """
+    names: dict[str, ast.stmt] = {}
+    open_ended = False
+    for statement in statements(tree_of(path).body):
+        if isinstance(statement, (ast.Import, ast.ImportFrom)):
+            open_ended |= any(alias.name == "*" for alias in statement.names)
+        open_ended |= isinstance(statement, ast.FunctionDef) and statement.name == "__getattr__"
+        for name in _bound(statement):
+            if name not in names or isinstance(statement, (ast.ClassDef, ast.FunctionDef)):
+                names[name] = statement
+    return Outline(names, open_ended)
+
+
+def tree_of(path: Path) -> ast.Module:
+    """Return the syntax tree of a file.
+
+    Raises:
+        UnreadableError: It is not Python, or too large.
+    """
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise UnreadableError(f"'{path.name}' is too large to be a module")
+        return parse_python(path.read_bytes(), file=path.name)
+    except SyntaxError as error:
+        raise UnreadableError(f"{path.name}:{error.lineno}: {error.msg}; this is not Python") from None
+    except (RecursionError, MemoryError):
+        raise UnreadableError(f"{path.name} is nested too deeply to be Python") from None
+    except OSError as error:
+        raise UnreadableError(f"'{path.name}' cannot be read: {error.strerror}") from None
+    except UnreadableError:
+        raise
+    except ValueError as error:
+        raise UnreadableError(f"{path.name} is not Python: {error}") from None
+
+
+def methods_of(item: ast.ClassDef, known: Mapping[str, ast.ClassDef], depth: int = _MOST_BASES) -> Methods:
+    """Return what a class binds, with what it inherits.
+
+    Args:
+        item: The class.
+        known: Classes that its bases may be.
+        depth: How far up bases are followed.
+    """
+    names: dict[str, ast.stmt] = {}
+    whole = not item.keywords and all(_adds_nothing(each) for each in item.decorator_list)
+    for base in reversed(item.bases):
+        above = known.get(base.id) if isinstance(base, ast.Name) else None
+        if isinstance(base, ast.Name) and base.id == "object":
+            continue
+        if above is None or above is item or depth == 0:
+            whole = False
+            continue
+        inherited = methods_of(above, known, depth - 1)
+        names |= inherited.names
+        whole &= inherited.whole
+    for statement in statements(item.body):
+        names |= dict.fromkeys(_bound(statement), statement)
+    return Methods(names, whole)
+
+
+def statements(body: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
+    """Yield the statements that run when a body does, those inside `if`, `try`, `with` and loops too."""
+    waiting: list[ast.AST] = list(body)
+    while waiting:
+        node = waiting.pop(0)
+        if isinstance(node, ast.stmt):
+            yield node
+        if isinstance(node, (ast.If, ast.Try, ast.With, ast.ExceptHandler, ast.For, ast.While)):
+            waiting += list(ast.iter_child_nodes(node))
+
+
+def _bound(statement: ast.stmt) -> Iterator[str]:
+    """Yield the names that a statement binds."""
+    if isinstance(statement, (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
+        yield statement.name
+    elif isinstance(statement, (ast.Import, ast.ImportFrom)):
+        for alias in statement.names:
+            yield alias.asname or alias.name.partition(".")[0]
+    elif isinstance(statement, (ast.Assign, ast.AnnAssign)):
+        for node in ast.walk(statement):
+            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+                yield node.id
+
+
+def _adds_nothing(decorator: ast.expr) -> bool:
+    """Return whether a decorator of a class adds none of the methods that are asked for, as `dataclass` does not."""
+    called = decorator.func if isinstance(decorator, ast.Call) else decorator
+    name = called.attr if isinstance(called, ast.Attribute) else getattr(called, "id", "")
+    return name in ("dataclass", "final")

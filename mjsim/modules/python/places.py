@@ -1,0 +1,33 @@
+"""What an import means to code beside a world."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+
+def place_of(folder: Path, name: str) -> Path | None:
+    """Return the file, or the folder of a package, that `import name` means to code in a folder.
+
+    What comes with Python and mjsim goes before; what is installed does not, but for a folder without `__init__.py`.
+
+    Args:
+        folder: Where the code is.
+        name: First part of what is imported.
+
+    Returns:
+        None when the name means nothing beside the code.
+    """
+    if name in sys.stdlib_module_names or name == "mjsim":
+        return None
+    for path in (folder / name / "__init__.py", folder / f"{name}.py"):
+        if path.is_file():
+            return path
+    package = folder / name
+    return package if package.is_dir() and any(package.glob("*.py")) and not _is_installed(name) else None
+
+
+def _is_installed(name: str) -> bool:
+    try:
+        return importlib.util.find_spec(name) is not None
+    except (ImportError, ValueError):
+        return False

@@ -1,0 +1,82 @@
+"""The roles of user modules, and the methods that each requires; a class is checked before it is instantiated."""
+
+import inspect
+from collections.abc import Mapping, Sequence
+
+ROLES: Mapping[str, Sequence[str]] = {
+    "observer": ("start", "observe"),
+    "estimator": ("start", "update"),
+    "navigator": ("start", "command"),
+    "avoidance": ("start", "adjust"),
+    "controller": ("start", "torques"),
+    "drive": ("wheels_from_twist", "twist_from_wheels"),
+}
+"""Role, as the world file names it -> methods that its class must have (the protocols of `mjsim.interface`)."""
+
+
+def misfit(role: str, thing: object) -> str | None:
+    """Return why something cannot be a class for a role, in one sentence; None when it fits.
+
+    It only looks methods up: it makes no instance, and runs neither properties nor a metaclass's `__getattr__`.
+
+    Args:
+        role: One of `ROLES`.
+        thing: What `use:` names, such as a class.
+    """
+    if not issubclass(type(thing), type):
+        return unmade(role, f"a value of type {type(thing).__name__}")
+    return _amiss(role, {name: inspect.getattr_static(thing, name, None) for name in ROLES[role]})
+
+
+def unfit_instance(role: str, module: object) -> str | None:
+    """Return why an object cannot fill a role, in one sentence; None when it can. Looking up may run its code."""
+    if isinstance(module, type):
+        return f"is a class; give an instance of it, {module.__name__}(...)"
+    return _amiss(role, {name: getattr(module, name, None) for name in ROLES[role]})
+
+
+def unmade(role: str, what: str) -> str:
+    """Return the sentence about something that is no class."""
+    return f"is {what}; {_a(role)} is a class with {_listed(role)}"
+
+
+def lacking(role: str, missing: Sequence[str]) -> str:
+    """Return the sentence about methods that are not there."""
+    return f"has no {_methods(missing)}; {_a(role)} needs {_listed(role)}"
+
+
+def awaited(method: str) -> str:
+    """Return the sentence about a method that is a coroutine."""
+    return f"has `async def {method}`; write `def {method}`, for the simulator awaits nothing"
+
+
+def _amiss(role: str, found: Mapping[str, object]) -> str | None:
+    """Return what is wrong with the methods that were found for a role, by name."""
+    if missing := [name for name, value in found.items() if value is None]:
+        return lacking(role, missing)
+    for name, value in found.items():
+        function = value.__func__ if isinstance(value, (staticmethod, classmethod)) else value
+        if inspect.iscoroutinefunction(function) or inspect.isasyncgenfunction(function):
+            return awaited(name)
+        if not callable(function) and not hasattr(type(function), "__get__"):
+            return f"has {name} = {_short(function)}; it must be a method"
+    return None
+
+
+def _a(role: str) -> str:
+    return f"an {role}" if role[0] in "aeiou" else f"a {role}"
+
+
+def _listed(role: str) -> str:
+    *first, last = (f"{name}()" for name in ROLES[role])
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def _methods(names: Sequence[str]) -> str:
+    return f"method{'s' if len(names) > 1 else ''} {' and '.join(f'{name}()' for name in names)}"
+
+
+def _short(value: object) -> str:
+    """Return a plain value as text, or its type: `repr` may be a user's code."""
+    plain = isinstance(value, (bool, int, float, str)) and type(value).__module__ == "builtins"
+    return repr(value)[:40] if plain else f"a value of type {type(value).__name__}"

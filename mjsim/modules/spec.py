@@ -1,0 +1,49 @@
+"""Modules named in one word, as command lines do: 'place:Class', or 'place:Class{key: value}'."""
+
+from typing import Any
+
+from pydantic import ValidationError
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+
+from mjsim.errors import UsageError
+from mjsim.modules.use import host_of, make_module
+from mjsim.world import Source, Use, path_of, sentence
+
+
+def module_of(spec: str, *, role: str, robot: str) -> tuple[Any, Use]:
+    """Return the live module that a text names, and what the text says, its path as it is written there.
+
+    Args:
+        spec: 'dotted.module:Class', 'path/file.py:Class', 'path/file.m' or 'exec:path/program --flag', from the working
+            folder; then keyword arguments as YAML in braces, such as
+            'mjsim.algorithms.ekf_slam:EkfSlam{jacobians: standard}'.
+        role: What it is for.
+        robot: Whom it is for.
+
+    Raises:
+        UsageError: It is not written so, there is no such module or class, or it does not take these arguments.
+        ModuleFault: It is there, and fails, or lacks what its role needs.
+    """
+    named, brace, rest = spec.partition("{")
+    try:
+        folder, use = host_of(named.strip()).at_hand(named.strip())
+        made = Use.model_validate({**_arguments(spec, brace + rest), "use": use})
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise UsageError(f"'{spec}': {sentence(first, path_of(first), Use)}") from None
+    module = make_module(made, Source(folder=folder), role=role, robot=robot)
+    return module, made.model_copy(update={"use": named.strip()})
+
+
+def _arguments(spec: str, text: str) -> dict[str, Any]:
+    """Return the keyword arguments that a mapping in braces holds."""
+    if not text:
+        return {}
+    try:
+        values = YAML(typ="safe", pure=True).load(text)
+    except YAMLError:
+        values = None
+    if not isinstance(values, dict) or not all(isinstance(key, str) for key in values):
+        raise UsageError(f"'{spec}': the part in braces is not YAML; write it as {{key: value, other: value}}")
+    return values

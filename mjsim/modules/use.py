@@ -1,0 +1,195 @@
+"""`use:` of a world file: what it names, whether that is there, and the live module that it becomes."""
+
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from mjsim.errors import Problem, UsageError, WorldError
+from mjsim.modules.hosts import Doubt, Host, Offer
+from mjsim.modules.octave import OctaveHost
+from mjsim.modules.program import ProgramHost
+from mjsim.modules.python import PythonHost
+from mjsim.world import Source, Use, UserDrive, World, check_world, load_world, problems_at
+
+HOSTS: Sequence[Host] = (ProgramHost(), OctaveHost(), PythonHost())
+"""One for each language; the first that speaks a module's language runs it."""
+
+
+@dataclass(frozen=True, slots=True)
+class NamedModule:
+    """A module that a world names."""
+
+    use: Use
+    role: str
+    robot: str
+    path: tuple[str | int, ...]
+    """Of the mapping with `use`, in the world file."""
+
+
+@dataclass(frozen=True, slots=True)
+class ForeignCode:
+    """What a world runs that did not come with mjsim."""
+
+    installed: Sequence[Use]
+    """Classes of installed packages, with the keys that they are given."""
+    files: Mapping[str, bytes]
+    """Files beside the world, by their paths, with what they import; empty where there is none, or none to be read."""
+
+
+def host_of(use: str) -> Host:
+    """Return the host for the text of a `use:`.
+
+    Raises:
+        UsageError: There is none.
+    """
+    for host in HOSTS:
+        if host.speaks(use):
+            return host
+    raise UsageError(
+        f"use: '{use}' names no module; write 'file.py:Class', 'package.module:Class', 'file.m' or 'exec:./program'"
+    )
+
+
+def make_module(use: Use, source: Source, *, role: str, robot: str) -> Any:
+    """Return the live module that a world, or a command line, names.
+
+    Args:
+        use: Its name, and the keys beside it.
+        source: Where the world was written; a file is looked for beside it, or in the working folder when the world
+            has no folder.
+        role: One of `ROLES`.
+        robot: For which robot.
+
+    Raises:
+        UsageError: It is not there, or does not take these keys.
+        ModuleFault: It is there, and fails, or lacks what its role needs.
+    """
+    return host_of(use.use).make(use, source, role=role, robot=robot)
+
+
+def modules_of(world: World) -> Iterator[NamedModule]:
+    """Yield all modules that a world names for a role."""
+    for index, robot in enumerate(world.robots):
+        if isinstance(robot.drive, UserDrive):
+            yield NamedModule(robot.drive, "drive", robot.name, ("robots", index, "drive"))
+    for name, modules in world.run.drivers.items():
+        for role in type(modules).model_fields:
+            use = getattr(modules, role)
+            if isinstance(use, Use):
+                yield NamedModule(use, role, name, ("run", "drivers", name, role))
+        for part, control in modules.controllers.items():
+            yield NamedModule(control, "controller", name, ("run", "drivers", name, "controllers", part))
+
+
+def missing_modules(world: World) -> list[Problem]:
+    """Return which modules of a world are not there, or do not take the keys beside them; nothing is run."""
+    return _problems(world, (found for found in _doubts(world) if found[1].missing))
+
+
+def check_modules(world: World) -> list[Problem]:
+    """Return what is wrong with the modules of a world, as far as their text tells; nothing is run."""
+    return _problems(world, _doubts(world))
+
+
+def load_runnable(path: str | Path) -> World:
+    """Return the world of a file that can be meant, and whose modules are there.
+
+    Args:
+        path: The file, or the name of a shipped world, as for `load_world`.
+
+    Raises:
+        UsageError: There is no such file, or no such world.
+        WorldError: Something in it is wrong; every fault is told.
+    """
+    world = load_world(path)
+    if problems := sorted([*check_world(world), *missing_modules(world)]):
+        raise WorldError(problems)
+    return world
+
+
+def require_modules(world: World) -> None:
+    """Raise WorldError when a module that a world names is not there; every fault is told."""
+    if problems := missing_modules(world):
+        raise WorldError(problems)
+
+
+def user_files(world: World) -> dict[str, bytes]:
+    """Return the files of all modules that a world names with `use:`, by their paths from its folder.
+
+    Raises:
+        UsageError: A file cannot be read.
+    """
+    files: dict[str, bytes] = {}
+    for host, uses in _by_host(world):
+        files |= host.files(uses, world.source)
+    return files
+
+
+def foreign_code(world: World) -> ForeignCode:
+    """Return the code that a world brings into the process beside that of mjsim; nothing is run."""
+    installed: list[Use] = []
+    files: dict[str, bytes] = {}
+    folder = world.source.folder or Path.cwd()
+    for host, uses in _by_host(world):
+        foreign = [use for use in uses if host.origin(use.use) != "shipped"]
+        installed += [use for use in foreign if host.origin(use.use) == "installed"]
+        files |= {host.place(use.use): b"" for use in foreign if host.origin(use.use) == "beside"}
+        try:
+            there = host.files(foreign, world.source).items()
+            # What is installed, if only for development, is trusted as what is installed is.
+            files |= {name: data for name, data in there if host.runs(name) and (folder / name).is_file()}
+        except UsageError:
+            # Whoever runs it is told that a file cannot be read; nobody can have allowed this content.
+            files |= {host.place(use.use): os.urandom(16) for use in foreign if host.origin(use.use) == "beside"}
+    return ForeignCode(tuple(installed), files)
+
+
+def offers_in(files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
+    """Yield the modules that files hold, in any language; nothing is run.
+
+    Args:
+        files: Each with what a world file writes to name it, such as its path from the world's folder.
+    """
+    for host in HOSTS:
+        yield from host.offers(files)
+
+
+def _by_host(world: World) -> Iterator[tuple[Host, list[Use]]]:
+    """Yield the hosts with what they run of a world, also what is named within the keys of modules."""
+    uses = [each for named in modules_of(world) for each in (named.use, *_within(named.use.arguments()))]
+    for host in HOSTS:
+        yield host, [use for use in uses if host_of(use.use) is host]
+
+
+def _doubts(world: World) -> Iterator[tuple[NamedModule, Doubt]]:
+    """Yield what is wrong with the modules of a world; each text is read once, however many robots use it alike."""
+    known: dict[tuple[str, str], list[Doubt]] = {}
+    for named in modules_of(world):
+        alike = named.role, named.use.model_dump_json()
+        if alike not in known:
+            known[alike] = list(host_of(named.use.use).doubts(named.use, named.role, world.source))
+        for doubt in known[alike]:
+            yield named, doubt
+
+
+def _problems(world: World, doubts: Iterable[tuple[NamedModule, Doubt]]) -> list[Problem]:
+    faults = (((*named.path, doubt.key), partial(str, doubt.message)) for named, doubt in doubts)
+    return sorted(problems_at(world.source.written, world.source.file, faults))
+
+
+def _within(value: Any) -> Iterator[Use]:
+    """Yield what is named with `use:` within the keys of a module."""
+    if isinstance(value, Mapping):
+        if isinstance(value.get("use"), str):
+            with suppress(ValidationError):
+                yield Use.model_validate(value)
+        value = tuple(value.values())
+    if isinstance(value, (list, tuple)):
+        for item in value:
+            yield from _within(item)

@@ -1,0 +1,335 @@
+"""Output files of commands: each appears complete or not at all, and replaces a file only when the user says so.
+
+Files that the studio and the editing of worlds replace without asking are written by `mjsim.world.files.saving`, which
+also outlives a power cut.
+"""
+
+import errno
+import fcntl
+import json
+import os
+import shutil
+import stat
+import tempfile
+from collections.abc import Container, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from hashlib import sha256
+from pathlib import Path, PurePosixPath
+
+from mjsim.closing import Closes
+from mjsim.errors import UsageError
+
+LIST = ".mjsim-files.json"
+"""Lists the files of reports and comparisons in their folder."""
+
+
+class NewFile(Closes):
+    """A file being written beside its destination; `publish` moves it there in one step.
+
+    While it is open, its name is reserved: every other writer of the same path is refused, in this process and in
+    others. What the destination held before stays until `publish`, and for good when that is never called. The
+    locks end with the process, so a killed writer blocks nobody.
+    """
+
+    def __init__(self, path: str | Path, *, overwrite: bool = False) -> None:
+        """Reserve the name, and open the file.
+
+        Args:
+            path: The destination; its folder is made if need be. A symbolic link is followed.
+            overwrite: Whether a file that exists may be replaced.
+
+        Raises:
+            UsageError: It exists, or another writer is at it.
+            OSError: It cannot be written.
+        """
+        self.path = Path(path)
+        """The destination, as the user named it."""
+        self._overwrite = overwrite
+        require_free(self.path, overwrite=overwrite)
+        self._place = Path(os.path.realpath(self.path))
+        self._folders = _made_folders(self._place.parent)
+        self.part = self._place.with_name(f".{self._place.name}.part")
+        """Where it is until it is published; to be written, not to be replaced, as the lock belongs to this file."""
+        self._published = self._closed = False
+        self._descriptor: int | None = None
+        self._replaced: int | None = None
+        try:
+            self._descriptor = self._open_part()
+            # It may have been created since the first look, by a writer that has published meanwhile.
+            require_free(self.path, overwrite=overwrite)
+            self._replaced = self._lock_replaced()
+            os.ftruncate(self.fileno(), 0)
+        except BaseException:
+            self.close()
+            raise
+
+    def fileno(self) -> int:
+        """Return the descriptor of the open file, which stays this object's."""
+        assert self._descriptor is not None, "it is open from the beginning"
+        return self._descriptor
+
+    def publish(self) -> None:
+        """Move the file to its destination; further calls do nothing.
+
+        Raises:
+            UsageError: Another program has created the destination meanwhile.
+            OSError: It cannot be moved.
+        """
+        if self._published:
+            return
+        if self._replaced is None:
+            try:
+                _create(self._place)
+            except FileExistsError:
+                require_free(self.path, overwrite=self._overwrite)
+        else:
+            os.chmod(self.part, stat.S_IMODE(os.fstat(self._replaced).st_mode))
+        os.replace(self.part, self._place)
+        self._published = True
+
+    def close(self) -> None:
+        """Release the name; unless it was published, delete the file, and the folders made for it."""
+        if self._closed:
+            return
+        self._closed = True
+        if self._descriptor is not None and not self._published:
+            self.part.unlink(missing_ok=True)
+        for descriptor in (self._descriptor, self._replaced):
+            if descriptor is not None:
+                os.close(descriptor)
+        for folder in self._folders if not self._published else ():
+            # Others may have put something there meanwhile.
+            with suppress(OSError):
+                folder.rmdir()
+
+    def _open_part(self) -> int:
+        """Return a descriptor of the part file, locked."""
+        while True:
+            descriptor = os.open(self.part, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
+            try:
+                self._lock(descriptor)
+                # Its last owner may have moved or deleted it before the lock was ours.
+                if _is_at(descriptor, self.part):
+                    return descriptor
+            except BaseException:
+                os.close(descriptor)
+                raise
+            os.close(descriptor)
+
+    def _lock_replaced(self) -> int | None:
+        """Return a descriptor of the file that will be replaced, locked as its own writer would; None without one."""
+        while self._overwrite:
+            try:
+                descriptor = os.open(self._place, os.O_RDONLY)
+            except FileNotFoundError:
+                return None
+            try:
+                self._lock(descriptor)
+                if _is_at(descriptor, self._place):
+                    return descriptor
+            except BaseException:
+                os.close(descriptor)
+                raise
+            os.close(descriptor)
+        return None
+
+    def _lock(self, descriptor: int) -> None:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise UsageError(f"'{self.path}' is being written; wait for that to end, or name another file") from None
+        except OSError as error:
+            # Some network file systems have no locks; there two writers at once are not noticed.
+            if error.errno not in (errno.ENOLCK, errno.ENOTSUP, errno.EINVAL, errno.EBADF):
+                raise
+
+
+def require_free(*paths: Path, overwrite: bool = False, source: Path | None = None) -> None:
+    """Raise UsageError when a path may not be written.
+
+    Args:
+        paths: Where files are to be written.
+        overwrite: Whether regular files may be replaced.
+        source: The recording that is read meanwhile; it is never replaced.
+    """
+    for path in paths:
+        try:
+            mode = path.stat().st_mode
+        except OSError:
+            continue
+        if source is not None and source.exists() and path.samefile(source):
+            raise UsageError(f"'{path}' is the recording itself; name another file")
+        if stat.S_ISDIR(mode):
+            raise UsageError(f"'{path}' is a folder; name a file")
+        if not stat.S_ISREG(mode):
+            raise UsageError(f"'{path}' is a device or a pipe; name a file")
+        if not overwrite:
+            raise UsageError(f"'{path}' exists; name another file, or add --overwrite (in Python: overwrite=True)")
+
+
+def free_path(path: Path, *, taken: Container[Path] = ()) -> Path:
+    """Return the first of 'run.mcap', 'run-2.mcap' and so on that neither exists nor is taken otherwise."""
+    return next(name for name in _numbered(path) if name not in taken and not os.path.lexists(name))
+
+
+def next_free(path: Path) -> NewFile:
+    """Reserve the first of 'run.mcap', 'run-2.mcap' and so on that neither exists nor is being written.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    for name in _numbered(path):
+        if not os.path.lexists(name):
+            with suppress(UsageError):
+                return NewFile(name)
+    raise AssertionError("the numbers never end")
+
+
+def move_to_free(file: Path, path: Path) -> Path:
+    """Move a complete file to the first of 'run.mcap', 'run-2.mcap' and so on that does not exist; return that path.
+
+    Raises:
+        OSError: It cannot be moved.
+    """
+    for name in _numbered(path):
+        with suppress(FileExistsError):
+            _create(name)
+            os.replace(file, name)
+            return name
+    raise AssertionError("the numbers never end")
+
+
+@contextmanager
+def new_file(path: str | Path, *, overwrite: bool = False) -> Iterator[Path]:
+    """Yield where to write a file; it is moved to its path when the block ends, and deleted when the block fails.
+
+    Raises:
+        UsageError: The path exists and may not be replaced, another writer is at it, or it cannot be written.
+    """
+    try:
+        with NewFile(path, overwrite=overwrite) as file:
+            yield file.part
+            file.publish()
+    except OSError as error:
+        raise UsageError(f"cannot write '{path}': {error.strerror or error}") from error
+
+
+@contextmanager
+def temporary_file(name: str) -> Iterator[Path]:
+    """Yield where to write a file that has no place of its own; its folder is removed when the block fails.
+
+    The folder is the file's alone: who has the file removes it.
+    """
+    folder = Path(tempfile.mkdtemp(prefix="mjsim-"))
+    try:
+        yield folder / name
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+
+
+def write_file(path: str | Path, data: bytes, *, overwrite: bool = False) -> Path:
+    """Write a file and return its path.
+
+    Raises:
+        UsageError: It exists and may not be replaced, or cannot be written.
+    """
+    with new_file(path, overwrite=overwrite) as part:
+        part.write_bytes(data)
+    return Path(path)
+
+
+def write_files(folder: str | Path, files: Mapping[str, bytes], *, overwrite: bool = False) -> None:
+    """Write files into a folder, by their names in it; none of them when one exists and may not be replaced.
+
+    Raises:
+        UsageError: One exists, would lie outside, or cannot be written.
+    """
+    for path, data in zip(free_paths(folder, files, overwrite=overwrite), files.values(), strict=True):
+        write_file(path, data, overwrite=overwrite)
+
+
+def write_set(folder: str | Path, files: Mapping[str, bytes], *, of: str, overwrite: bool = False) -> None:
+    """Write the files of one thing, such as a report, and remove those of the one before that it no longer has.
+
+    What was written is listed in the folder with its SHA-256. A file that is not listed, or is not as it was written,
+    is somebody's own and stays.
+
+    Args:
+        folder: Where to; made if need be.
+        files: Name -> content.
+        of: What they are the files of.
+        overwrite: Whether files may be replaced.
+
+    Raises:
+        UsageError: As `write_files`.
+    """
+    write_files(folder, files, overwrite=overwrite)
+    listed = _listed(Path(folder) / LIST)
+    for name, digest in listed.get(of, {}).items():
+        path = Path(folder) / name
+        if name not in files and PurePosixPath(name).name == name and _holds(path, digest):
+            path.unlink(missing_ok=True)
+    listed[of] = {name: sha256(data).hexdigest() for name, data in files.items()}
+    write_file(Path(folder) / LIST, (json.dumps(listed, indent=1) + "\n").encode(), overwrite=True)
+
+
+def _listed(path: Path) -> dict[str, dict[str, str]]:
+    """Return what a list says was written: of what, the names and the SHA-256 of the content."""
+    try:
+        told = json.loads(path.read_bytes())
+        return {str(of): {str(name): str(digest) for name, digest in names.items()} for of, names in told.items()}
+    except (OSError, ValueError, AttributeError, RecursionError):
+        return {}  # There is none, or it is not ours.
+
+
+def _holds(path: Path, digest: str) -> bool:
+    """Return whether a file, which is no link, has this content."""
+    try:
+        return stat.S_ISREG(path.lstat().st_mode) and sha256(path.read_bytes()).hexdigest() == digest
+    except (OSError, ValueError):
+        return False
+
+
+def free_paths(folder: str | Path, names: Iterable[str], *, overwrite: bool = False) -> list[Path]:
+    """Return the paths of files in a folder, all of which may be written.
+
+    Raises:
+        UsageError: One exists and may not be replaced, or its name leads out of the folder.
+    """
+    paths = []
+    for name in names:
+        # Names may come from a file that somebody else made.
+        if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts or not name.isprintable():
+            raise UsageError(f"{name!r:.80} is no name of a file in '{folder}'")
+        paths.append(Path(folder) / name)
+    require_free(*paths, overwrite=overwrite)
+    return paths
+
+
+def _made_folders(folder: Path) -> list[Path]:
+    """Make a folder and those above it; return the ones that were not there, deepest first."""
+    missing = [place for place in (folder, *folder.parents) if not place.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    return missing
+
+
+def _create(path: Path) -> None:
+    """Create an empty file, which nobody else can create then; raises FileExistsError when it exists."""
+    os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL))
+
+
+def _numbered(path: Path) -> Iterator[Path]:
+    yield path
+    number = 1
+    while True:
+        number += 1
+        yield path.with_name(f"{path.stem}-{number}{path.suffix}")
+
+
+def _is_at(descriptor: int, path: Path) -> bool:
+    """Return whether an open file is the one at a path."""
+    try:
+        return os.path.samestat(os.fstat(descriptor), os.stat(path))
+    except FileNotFoundError:
+        return False

@@ -1,0 +1,254 @@
+"""The records of an MCAP file, within bounds: whoever made the file, reading it ends and takes little memory.
+
+A file may be cut anywhere, as a run may be killed at any time; what stands before the cut is good. So what is broken
+ends the file, and is no error. What is larger than any recording of ours is one.
+"""
+
+import struct
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
+from typing import IO, Any, cast
+
+import zstandard
+from lz4.frame import LZ4FrameDecompressor
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import EndOfFile, McapError
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, McapRecord, Message, Metadata, Schema
+
+from mjsim.errors import RecordingError, UsageError
+
+MAGIC = b"\x89MCAP0\r\n"
+"""Begins and ends every MCAP file."""
+MOST_RECORD = 1 << 28
+"""Of one record, as it stands in the file and decompressed [bytes]."""
+MOST_CHUNK = 1 << 27
+"""Of what a chunk holds [bytes]; ours hold 1 MB, or one larger picture."""
+MOST_HELD = 1 << 30
+"""Of all attachments, metadata, schemas and channels together [bytes]."""
+LEAST_BYTES, GROWTH = 1 << 26, 32
+"""Decompressed, a file may have so many bytes, and so many times its size; ours have at most 8 times."""
+LEAST_MESSAGES, MESSAGE_BYTES = 1_000_000, 4
+"""A file may have so many messages, and one more for so many bytes; ours have one for 40."""
+PIECE = 1 << 20
+"""Bytes that are read at once of what is passed over."""
+
+
+def is_mcap(path: Path) -> bool:
+    """Return whether a file begins as an MCAP file does."""
+    try:
+        with path.open("rb") as stream:
+            return stream.read(len(MAGIC)) == MAGIC
+    except OSError:
+        return False
+
+
+def records(path: Path) -> Iterator[McapRecord]:
+    """Yield the records of a file, those in chunks one by one, up to where it ends or is broken.
+
+    Indexes and statistics are left out; a footer comes only when the file is whole.
+
+    Raises:
+        UsageError: The file cannot be read.
+        RecordingError: It is not an MCAP file, or is larger than it may be.
+    """
+    with _opened(path) as (stream, size):
+        if size == 0:
+            raise RecordingError(f"'{path}' is empty; it is not a recording")
+        bounded, budget = _Bounded(stream, size), _Budget(path, size)
+        data = ReadDataStream(cast(IO[bytes], bounded), calculate_crc=True)
+        try:
+            if data.read(len(MAGIC)) != MAGIC:
+                raise RecordingError(f"'{path}' is not an MCAP file, so it is not a recording")
+            yield from _records(data, bounded, budget)
+        # What a cut or broken file makes the reader stumble on; what came before is good.
+        except (McapError, struct.error, ValueError, zstandard.ZstdError, _BrokenError):
+            if data.count < len(MAGIC):
+                raise RecordingError(f"'{path}' is not an MCAP file, so it is not a recording") from None
+
+
+class _BrokenError(Exception):
+    """The file is not as MCAP has it from here on."""
+
+
+class _Bounded:
+    """A stream that refuses to read more than there is: a length in a file may say anything."""
+
+    def __init__(self, stream: IO[bytes], size: int) -> None:
+        self._stream = stream
+        self.left = size
+        """[bytes]"""
+
+    def read(self, length: int) -> bytes:
+        """Return exactly so many bytes."""
+        if not 0 <= length <= self.left:
+            raise EndOfFile
+        data = self._stream.read(length)
+        self.left -= len(data)
+        if len(data) < length:
+            raise EndOfFile
+        return data
+
+
+class _Budget:
+    """What a file may still take."""
+
+    def __init__(self, path: Path, size: int) -> None:
+        self._path = path
+        self._bytes = LEAST_BYTES + GROWTH * size
+        self._messages = LEAST_MESSAGES + size // MESSAGE_BYTES
+        self._held = MOST_HELD
+
+    def unpack(self, size: int) -> None:
+        """Take bytes that were decompressed."""
+        self._bytes -= size
+        if self._bytes < 0:
+            raise self.exceeded("decompresses to far more than any recording")
+
+    def message(self) -> None:
+        """Take a message."""
+        self._messages -= 1
+        if self._messages < 0:
+            raise self.exceeded("holds far more messages than any recording of its size")
+
+    def hold(self, size: int) -> None:
+        """Take bytes that stay in memory."""
+        self._held -= size
+        if self._held < 0:
+            raise self.exceeded(f"has attachments and names of more than {MOST_HELD / 1e9:.1f} GB")
+
+    def record(self, size: int, *, most: int = MOST_RECORD) -> None:
+        """Check the size of one record."""
+        if size > most:
+            raise self.exceeded(f"has a record of more than {most / 1e6:.0f} MB")
+
+    def exceeded(self, what: str) -> RecordingError:
+        """Return the error that says so."""
+        return RecordingError(f"'{self._path}' {what}; it was not made by mjsim, or is damaged")
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[tuple[IO[bytes], int]]:
+    """Open a file for the block and give it with its size; errors of the file system in the block are its own."""
+    try:
+        with path.open("rb") as stream:
+            yield stream, path.stat().st_size
+    except OSError as error:
+        raise UsageError(f"cannot read '{path}': {error.strerror}") from None
+
+
+_READ: dict[int, Any] = {
+    Opcode.ATTACHMENT: Attachment,
+    Opcode.CHANNEL: Channel,
+    Opcode.CHUNK: Chunk,
+    Opcode.DATA_END: DataEnd,
+    Opcode.FOOTER: Footer,
+    Opcode.METADATA: Metadata,
+    Opcode.SCHEMA: Schema,
+}
+_HELD = (Attachment, Channel, Metadata, Schema)
+_RECORD, _MESSAGE = struct.Struct("<BQ"), struct.Struct("<HIQQ")
+
+
+def _records(data: ReadDataStream, bounded: _Bounded, budget: _Budget) -> Iterator[McapRecord]:
+    while True:
+        before = data.checksum()
+        opcode, length = data.read1(), data.read8()
+        # The last record of a file that was cut; of one that is not begun to be written the length is not known yet.
+        if length > bounded.left:
+            raise _BrokenError
+        record: McapRecord | None = None
+        if opcode in _READ or opcode == Opcode.MESSAGE:
+            budget.record(length)
+            record = _record(opcode, data.read(length))
+        else:
+            _pass_over(data, length)
+        if isinstance(record, Chunk):
+            yield from _unpacked(record, budget)
+        elif isinstance(record, DataEnd):
+            if record.data_section_crc not in (0, before):
+                raise _BrokenError
+        elif isinstance(record, Footer):
+            if data.read(len(MAGIC)) == MAGIC:
+                yield record
+            return
+        elif record is not None:
+            if isinstance(record, Message):
+                budget.message()
+            elif isinstance(record, _HELD):
+                budget.hold(length)
+            yield record
+
+
+def _record(opcode: int, content: bytes) -> McapRecord:
+    """Return the record of some content."""
+    if opcode == Opcode.MESSAGE:
+        if len(content) < _MESSAGE.size:
+            raise _BrokenError
+        channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(content)
+        return Message(
+            channel_id=channel,
+            log_time=log_time,
+            data=content[_MESSAGE.size :],
+            publish_time=publish_time,
+            sequence=sequence,
+        )
+    record: McapRecord = _READ[opcode].read(ReadDataStream(cast(IO[bytes], _Bounded(BytesIO(content), len(content)))))
+    return record
+
+
+def _pass_over(data: ReadDataStream, length: int) -> None:
+    while length > 0:
+        length -= len(data.read(min(length, PIECE)))
+
+
+def _unpacked(chunk: Chunk, budget: _Budget) -> Iterator[McapRecord]:
+    """Yield the records in a chunk."""
+    content = _decompressed(chunk, budget)
+    if chunk.uncompressed_crc not in (0, zlib.crc32(content)):
+        raise _BrokenError
+    place = 0
+    while place < len(content):
+        opcode, length = _RECORD.unpack_from(content, place)
+        begins = place + _RECORD.size
+        place = begins + length
+        if place > len(content):
+            raise _BrokenError
+        if opcode == Opcode.MESSAGE:
+            budget.message()
+        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            budget.hold(length)
+        else:
+            continue
+        yield _record(opcode, content[begins:place])
+
+
+def _decompressed(chunk: Chunk, budget: _Budget) -> bytes:
+    """Return what a chunk holds; no more is ever decompressed than it says and may have."""
+    most = min(chunk.uncompressed_size, MOST_CHUNK) + 1
+    if chunk.compression == "zstd":
+        content = zstandard.ZstdDecompressor().stream_reader(chunk.data).read(most)
+    elif chunk.compression == "lz4":
+        content = _without_lz4(chunk.data, most)
+    elif chunk.compression == "":
+        content = chunk.data[:most]
+    else:
+        raise budget.exceeded(f"is compressed by '{chunk.compression:.20}', not by zstd or lz4")
+    budget.record(len(content), most=MOST_CHUNK)
+    budget.unpack(len(content))
+    if len(content) != chunk.uncompressed_size:
+        raise _BrokenError
+    return content
+
+
+def _without_lz4(data: bytes, most: int) -> bytes:
+    """Return at most so many bytes of what LZ4 compressed."""
+    try:
+        content: bytes = LZ4FrameDecompressor().decompress(data, max_length=most)
+    # All that it raises for what it cannot read.
+    except RuntimeError:
+        raise _BrokenError from None
+    return content

@@ -1,0 +1,97 @@
+"""How joints truly move: messages of each arm, and their rows of a recording."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array, Pose3
+from mjsim.mechanics import JointMotion
+from mjsim.record.messages import pose3_row, truth_message
+from mjsim.record.numbers import Message, flat
+
+KEYS = ("positions", "velocities", "accelerations", "torques", "goal")
+"""Lists of a message, one number for each joint."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class JointTrack:
+    """Everything recorded of the joints of an arm. One row a tick, N in all; NaN where nothing was recorded.
+
+    Angles in rad and torques in N m, of joints that slide m and N.
+    """
+
+    names: tuple[str, ...]
+    """Of n joints."""
+    positions: Array
+    """Shape (N, n)."""
+    velocities: Array
+    """Shape (N, n) [1/s]."""
+    accelerations: Array
+    """Shape (N, n) [1/s^2]."""
+    torques: Array
+    """Of the motors, at the joints, shape (N, n)."""
+    goal: Array
+    """Where they should be, shape (N, n)."""
+    tool: Array
+    """Position and unit quaternion (x, y, z, qx, qy, qz, qw) of the tool, world frame, shape (N, 7) [m]; NaN for the
+    wheels of a base."""
+
+    def at(self, rows: NDArray[np.intp]) -> "JointTrack":
+        """Return some rows of it."""
+        parts = {key: getattr(self, key)[rows] for key in (*KEYS, "tool")}
+        return JointTrack(names=self.names, **parts)
+
+
+def joint_messages(time: float, motions: Mapping[str, JointMotion]) -> list[tuple[str, Message]]:
+    """Return the topics and messages of all arms at a tick; motions by `ROBOT/ARM`."""
+    messages: list[tuple[str, Message]] = []
+    for name, motion in motions.items():
+        joints = {"time": time, "names": list(motion.names)} | {key: flat(getattr(motion, key)) for key in KEYS}
+        messages.append((f"/{name}/joints", joints))
+        if motion.tool is not None:
+            pose = Pose3.from_matrix(motion.tool)
+            messages.append((f"/{name}/tool", truth_message(time, pose.planar(), pose)))
+    return messages
+
+
+class JointRows:
+    """What has been read of one arm, row by row."""
+
+    def __init__(self, names: tuple[str, ...]) -> None:
+        """Begin with no row.
+
+        Args:
+            names: Of its joints.
+        """
+        self._names, self._rows = names, list[list[float]]()
+        self._nothing = [np.nan] * (len(names) * len(KEYS) + 7)
+        self._now: dict[str, list[float]] = {}
+
+    @property
+    def width(self) -> int:
+        """Numbers in a row."""
+        return len(self._nothing)
+
+    def take(self, kind: str, message: Message) -> None:
+        """Take a message on 'joints' or 'tool'; ValueError when it is of other joints."""
+        if kind == "tool":
+            self._now[kind] = list(pose3_row(message))
+            return
+        if any(len(message[key]) != len(self._names) for key in KEYS):
+            raise ValueError(f"the arm has {len(self._names)} joints")
+        self._now[kind] = [value for key in KEYS for value in message[key]]
+
+    def end_tick(self) -> None:
+        """Add a row; NaN for what did not come."""
+        count = len(self._nothing) - 7
+        joints, tool = self._now.get("joints", self._nothing[:count]), self._now.get("tool", self._nothing[count:])
+        self._rows.append([*joints, *tool])
+        self._now = {}
+
+    def track(self) -> JointTrack:
+        """Return everything as arrays."""
+        rows, count = np.array(self._rows).reshape(-1, self.width), len(self._names)
+        parts = {key: rows[:, place * count : (place + 1) * count] for place, key in enumerate(KEYS)}
+        return JointTrack(names=self._names, tool=rows[:, -7:], **parts)

@@ -1,0 +1,85 @@
+"""Parts of the JSON Schemas of topics.
+
+Foxglove reads JSON Schema without unions and without arrays in arrays, so a matrix is a flat list, row by row, and
+what is not there is left out.
+
+A number that may be null needs a union. In draft 7 whatever stands beside `$ref` is ignored, so a validator follows the
+reference to the union, while Foxglove, which knows no references, reads the plain type beside it.
+"""
+
+from collections.abc import Collection, Sequence
+from typing import Any
+
+Schema = dict[str, Any]
+
+DRAFT = "http://json-schema.org/draft-07/schema#"
+DEFINITIONS: Schema = {"distance": {"type": ["number", "null"], "description": "[m]; null stands for +infinity"}}
+EXACT = "Numbers are IEEE doubles, written so that they read back exactly."
+
+
+def number(description: str) -> Schema:
+    """Return the schema of a number."""
+    return {"type": "number", "description": description}
+
+
+def integer(description: str) -> Schema:
+    """Return the schema of a whole number."""
+    return {"type": "integer", "description": description}
+
+
+def boolean(description: str) -> Schema:
+    """Return the schema of a truth value."""
+    return {"type": "boolean", "description": description}
+
+
+def text(description: str) -> Schema:
+    """Return the schema of a text."""
+    return {"type": "string", "description": description}
+
+
+def one_of(words: Sequence[str], description: str) -> Schema:
+    """Return the schema of a text that is one of some words."""
+    return text(description) | {"enum": list(words)}
+
+
+def numbers(description: str, *, count: int | None = None) -> Schema:
+    """Return the schema of a list of numbers, of so many if given."""
+    length = {} if count is None else {"minItems": count, "maxItems": count}
+    return listed({"type": "number"}, description) | length
+
+
+def distances(description: str) -> Schema:
+    """Return the schema of a list of distances, null where there is nothing."""
+    item = {"type": "number", "$ref": "#/definitions/distance"}
+    return listed(item, f"{description}; null where there is nothing")
+
+
+def packed(rows: str) -> Schema:
+    """Return the schema of many numbers at once."""
+    description = f"Little-endian doubles, row by row: {rows}"
+    return {"type": "string", "contentEncoding": "base64", "description": description}
+
+
+def xyz(description: str) -> Schema:
+    """Return the schema of a vector in space."""
+    return keyed({axis: {"type": "number"} for axis in "xyz"}, description)
+
+
+def keyed(properties: Schema, description: str = "", *, optional: Collection[str] = ()) -> Schema:
+    """Return the schema of an object; all but the optional properties are always there."""
+    required = [name for name in properties if name not in optional]
+    return {"type": "object", "description": description, "properties": properties, "required": required}
+
+
+def listed(item: Schema, description: str) -> Schema:
+    """Return the schema of a list."""
+    return {"type": "array", "items": item, "description": description}
+
+
+def topic(title: str, description: str, properties: Schema, *, optional: Collection[str] = ()) -> Schema:
+    """Return the schema of a topic's messages; they all have a time."""
+    message = keyed({"time": TIME} | properties, f"{description} {EXACT}", optional=optional)
+    return {"$schema": DRAFT, "title": title, "definitions": DEFINITIONS} | message
+
+
+TIME = number("Simulated time [s]")

@@ -1,0 +1,52 @@
+"""Numbers and times as messages hold them."""
+
+import base64
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mjsim.geometry import Array
+
+Message = dict[str, Any]
+"""A JSON object."""
+
+
+def flat(values: ArrayLike) -> list[float]:
+    """Return an array's numbers, row by row."""
+    numbers: list[float] = np.asarray(values, dtype=float).ravel().tolist()
+    return numbers
+
+
+def distances(values: ArrayLike) -> list[float | None]:
+    """Return distances, None for +infinity: what is not there."""
+    return [None if distance == math.inf else distance for distance in flat(values)]
+
+
+def number(value: float | None) -> float:
+    """Return a number read from JSON, in which None stands for +infinity."""
+    return math.inf if value is None else value
+
+
+def numbers(values: Sequence[float | None], *shape: int) -> Array:
+    """Return an array of numbers read from JSON, in which None stands for +infinity."""
+    array = np.array(values, dtype=float).reshape(shape or -1)
+    array[np.isnan(array)] = np.inf
+    return array
+
+
+def packed(values: ArrayLike) -> str:
+    """Return numbers as base64 of little-endian doubles, row by row."""
+    return base64.b64encode(np.asarray(values, dtype="<f8").tobytes()).decode()
+
+
+def unpacked(text: str, *shape: int) -> Array:
+    """Return the numbers of a text, shape (n,) unless given."""
+    return np.frombuffer(base64.b64decode(text), dtype="<f8").reshape(shape or -1).astype(float)
+
+
+def nanoseconds(time: float) -> int:
+    """Return a time as files carry it, rounded [ns]."""
+    return round(time * 1e9)

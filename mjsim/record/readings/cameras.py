@@ -1,0 +1,61 @@
+"""Pictures of onboard cameras: their stamps stand in the observation, they themselves on topics of their own."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from foxglove import Context
+from foxglove.channels import CameraCalibrationChannel, CompressedImageChannel
+from numpy.typing import ArrayLike
+
+from mjsim.interface import CameraFrame, Observation, RobotInfo, SensorInfo
+from mjsim.record import json_schema as schema
+from mjsim.record.numbers import Message
+from mjsim.record.readings.codec import Box, Codec, DrawnTopic
+from mjsim.record.scene import calibration_message, picture_message
+from mjsim.world import Camera, Depth, World
+
+
+def _messages(frames: Mapping[str, CameraFrame]) -> list[Message]:
+    return [{"name": name, "stamp": float(frame.stamp)} for name, frame in frames.items()]
+
+
+def _calibrate(context: Context, frame: str, camera: SensorInfo) -> None:
+    if camera.intrinsics is not None:
+        channel = CameraCalibrationChannel(f"/{frame}/calibration", context=context)
+        channel.log(calibration_message(camera.intrinsics, frame), log_time=0)
+
+
+def _boxes(camera: Camera, info: RobotInfo, world: World) -> Mapping[str, Box]:
+    shape = camera.height, camera.width
+
+    def picture(seen: Observation) -> ArrayLike | None:
+        frame = seen.cameras.get(camera.camera)
+        return None if frame is None else frame.image
+
+    def depth(seen: Observation) -> ArrayLike | None:
+        frame = seen.cameras.get(camera.camera)
+        return None if frame is None else frame.depth
+
+    boxes = {"": Box(read=picture, low=0, high=255, shape=(*shape, 3), dtype=np.uint8)}
+    if camera.depth:
+        farthest = (camera.depth if isinstance(camera.depth, Depth) else Depth()).range[1]
+        boxes["_depth"] = Box(read=depth, low=0.0, high=farthest, shape=shape, first=farthest)
+    return boxes
+
+
+CAMERAS = Codec(
+    field="cameras",
+    schema=schema.listed(
+        schema.keyed({"name": schema.text("Of the camera"), "stamp": schema.number("[s]")}), "Pictures given"
+    ),
+    encode=_messages,
+    sensor="camera",
+    drawing=DrawnTopic(
+        topic=lambda robot, camera: f"/{robot}/{camera}/image",
+        channel=CompressedImageChannel,
+        message=picture_message,
+        begin=_calibrate,
+        is_picture=True,
+    ),
+    boxes=_boxes,
+)

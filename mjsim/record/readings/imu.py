@@ -1,0 +1,122 @@
+"""Readings of inertial sensors."""
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.interface import ImuReading, Observation, RobotInfo
+from mjsim.record import json_schema as schema
+from mjsim.record.numbers import Message, packed, unpacked
+from mjsim.record.readings.codec import Box, Codec, Table, Topic, axes
+from mjsim.record.tick import Tick
+from mjsim.world import Imu, World
+
+
+def _messages(readings: Sequence[ImuReading]) -> list[Message]:
+    """Return a message for each sensor."""
+    return [
+        {"name": name, "readings": packed([(each.stamp, *each.acceleration, *each.turn) for each in group])}
+        for name, group in itertools.groupby(readings, key=lambda each: each.name)
+    ]
+
+
+def _readings(messages: Sequence[Message]) -> tuple[ImuReading, ...]:
+    return tuple(
+        ImuReading(float(row[0]), row[1:4], row[4:], item["name"])
+        for item in messages
+        for row in unpacked(item["readings"], -1, 7)
+    )
+
+
+def _topic_message(tick: Tick, robot: str) -> Message | None:
+    """Return the readings of a tick as people plot them."""
+    seen = tick.seen.get(robot)
+    if seen is None or not seen.imu:
+        return None
+    readings = [
+        {
+            "name": each.name,
+            "stamp": each.stamp,
+            "acceleration": dict(zip("xyz", each.acceleration.tolist(), strict=True)),
+            "turn": dict(zip("xyz", each.turn.tolist(), strict=True)),
+        }
+        for each in seen.imu
+    ]
+    return {"time": tick.time, "readings": readings}
+
+
+def _tables(given: Sequence[tuple[float, Sequence[ImuReading]]]) -> Iterator[Table]:
+    found: dict[str, list[tuple[float, ImuReading]]] = {}
+    for time, readings in given:
+        for reading in readings:
+            found.setdefault(reading.name, []).append((time, reading))
+    for name, rows in found.items():
+        arrays = {
+            "time": np.array([time for time, _ in rows]),
+            "stamp": np.array([reading.stamp for _, reading in rows]),
+            "acceleration": np.array([reading.acceleration for _, reading in rows]),
+            "turn": np.array([reading.turn for _, reading in rows]),
+        }
+        columns = {
+            "time": arrays["time"].tolist(),
+            "stamp": arrays["stamp"].tolist(),
+            **axes("acceleration", arrays["acceleration"]),
+            **axes("turn", arrays["turn"]),
+        }
+        yield Table(name=f"imu_{name}", columns=columns, arrays=arrays)
+
+
+def _boxes(imu: Imu, info: RobotInfo, world: World) -> Mapping[str, Box]:
+    # Readings that do not divide a tick come now one more, now one less.
+    count = math.ceil(imu.rate_hz * info.dt - 1e-9)
+    most = np.repeat([imu.range.acceleration, imu.range.turn], 3)
+
+    def read(seen: Observation) -> Array:
+        rows = [(*reading.acceleration, *reading.turn) for reading in seen.imu if reading.name == imu.imu]
+        return np.array([*np.zeros((count - len(rows), 6)), *rows])
+
+    return {"": Box(read=read, low=-most, high=most, shape=(count, 6))}
+
+
+IMU = Codec(
+    field="imu",
+    schema=schema.listed(
+        schema.keyed(
+            {
+                "name": schema.text("Of the sensor"),
+                "readings": schema.packed("stamp, acceleration x y z, turn x y z"),
+            }
+        ),
+        "Since the last tick",
+    ),
+    encode=_messages,
+    decode=_readings,
+    optional=True,
+    sensor="imu",
+    topic=Topic(
+        name="imu",
+        schema=schema.topic(
+            "mjsim.Imu",
+            "Readings of inertial sensors since the last tick.",
+            {
+                "readings": schema.listed(
+                    schema.keyed(
+                        {
+                            "name": schema.text("Of the sensor"),
+                            "stamp": schema.number("[s]"),
+                            "acceleration": schema.xyz("Specific force in the sensor's frame [m/s^2]"),
+                            "turn": schema.xyz("Angular velocity in the sensor's frame [rad/s]"),
+                        }
+                    ),
+                    "In time, one sensor after the other",
+                )
+            },
+        ),
+        message=_topic_message,
+    ),
+    tables=_tables,
+    boxes=_boxes,
+)

@@ -1,0 +1,66 @@
+"""Drawings as the contents of files: PNG for screens, PDF and SVG for papers."""
+
+import io
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from mjsim.errors import UsageError, did_you_mean
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FORMATS = ("png", "pdf", "svg")
+_NO_DATE: dict[str, dict[str, None]] = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
+"""So that the same drawing is the same bytes."""
+
+
+def parse_formats(text: str) -> tuple[str, ...]:
+    """Return the formats that a list such as 'png,pdf' names.
+
+    Raises:
+        UsageError: One of them is not known.
+    """
+    return require_formats([word.strip().lower() for word in text.split(",")])
+
+
+def require_formats(formats: Sequence[str]) -> tuple[str, ...]:
+    """Return formats, each once.
+
+    Raises:
+        UsageError: One of them is not known, or there is none.
+    """
+    for word in formats or [""]:
+        if word not in FORMATS:
+            raise UsageError(f"no format '{word:.20}' for plots{did_you_mean(word, FORMATS)}")
+    return tuple(dict.fromkeys(formats))
+
+
+def drawing_as(figure: "Figure", form: str) -> bytes:
+    """Return a drawing as the contents of a file in one of `FORMATS`."""
+    from matplotlib import rc_context
+
+    buffer = io.BytesIO()
+    # Publishers refuse fonts of Type 3, matplotlib's choice; without a salt the ids in SVG are drawn at random.
+    with rc_context({"pdf.fonttype": 42, "svg.hashsalt": "mjsim"}):
+        figure.savefig(buffer, format=form, metadata=_NO_DATE[form])
+    return buffer.getvalue()
+
+
+def png_of(figure: "Figure") -> bytes:
+    """Return a drawing as the contents of a PNG file."""
+    return drawing_as(figure, "png")
+
+
+def drawing_files(
+    figures: Mapping[str, "Figure"], formats: Sequence[str], *, pictures: Mapping[str, bytes] | None = None
+) -> dict[str, bytes]:
+    """Return the contents of files by their names, 'path.pdf' and the like.
+
+    Args:
+        figures: By the names of the files without their ending.
+        formats: What each is written as.
+        pictures: Those that are PNG already, by the same names.
+    """
+    there = {f"{name}.png": data for name, data in (pictures or {}).items()}
+    names = [(name, form, f"{name}.{form}") for name in figures for form in formats]
+    return {file: there.get(file) or drawing_as(figures[name], form) for name, form, file in names}

@@ -1,0 +1,11 @@
+from .loop import drivers_of as drivers_of
+from .loop import one_blas_thread as one_blas_thread
+from .loop import recorder_of as recorder_of
+from .loop import run as run
+from .loop import tick_count as tick_count
+from .loop import ticks as ticks
+from .pilot import Driver as Driver
+from .pilot import Noticed as Noticed
+from .pilot import Pilot as Pilot
+from .replay import replay as replay
+from .replay import require_observations as require_observations

@@ -1,0 +1,133 @@
+"""How far the footprint of a robot can move before it comes too near to a point."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.interface import RobotInfo
+from mjsim.safety.outline import is_round
+
+NEAREST = 0.05
+"""Between the rim and anything on a way that counts as free [m]."""
+AWRY = 0.07
+"""By so much a body's heading may differ from that of its way, which swings the ends of a long one out [rad]."""
+TOUCHING = 0.03
+"""Nearer than this nothing comes that does not touch [m]."""
+ROOMY = 0.12
+"""From this far on, what is beside the way does not slow the robot, farther for a long one [m]."""
+CREEP = 0.35
+"""Share of its speed that a robot keeps where it passes as near as it may."""
+LOOKS = 12
+"""Places on a way that are looked at."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FreePaths:
+    """How free the examined paths are."""
+
+    times: Array
+    """Until when each is free [s], shape (k,); 0 when not even its first part is."""
+    ease: Array
+    """Share of the speed at which each may be driven, for what is beside it, shape (k,)."""
+
+
+class Footprint:
+    """The shape of a robot, swept along arcs: a circle, or the box around what is not round."""
+
+    def __init__(self, robot: RobotInfo, *, swing: bool = False) -> None:
+        """Take the shape from the data sheet.
+
+        Args:
+            robot: Whose body it is.
+            swing: Take the circle in which it turns on the spot, whatever its shape.
+        """
+        self.radius = robot.radius
+        self._shares = np.arange(1, LOOKS + 1) / LOOKS
+        self._box: tuple[Array, Array] | None = None
+        outline = robot.outline
+        if outline is not None and not swing and not is_round(outline):
+            low, high = outline.min(axis=0), outline.max(axis=0)
+            self._box = (low + high) / 2, (high - low) / 2
+        self._nearest = max(NEAREST, AWRY * self.radius)
+        self.roomy = ROOMY + (self._nearest - NEAREST)
+
+    @property
+    def width(self) -> float:
+        """Over its sides [m]."""
+        return 2.0 * (self.radius if self._box is None else float(np.min(self._box[1])))
+
+    @property
+    def slender(self) -> float:
+        """How many times half its width it reaches from its origin; 1 for a circle."""
+        return 2.0 * self.radius / self.width
+
+    @property
+    def round(self) -> bool:
+        """Whether it is a circle."""
+        return self._box is None
+
+    def arcs(self, points: Array, *, speed: float, turns: Array, seconds: float) -> FreePaths:
+        """Look along arcs that begin straight ahead.
+
+        Args:
+            points: What is in the way, robot's frame, shape (n, 2) [m].
+            speed: Negative backwards [m/s].
+            turns: Turn rates, shape (k,) [rad/s].
+            seconds: How far to look [s].
+        """
+        times = self._shares * seconds
+        rates = np.where(turns == 0.0, 1e-9, turns)[:, None]
+        angles = rates * times
+        # A circle of radius v / w about a point at the side.
+        radii = speed / rates
+        return self._look(points, radii * np.sin(angles), radii * (1.0 - np.cos(angles)), angles, times)
+
+    def lines(self, points: Array, *, speed: float, bearings: Array, seconds: float, turned: bool) -> FreePaths:
+        """Look along straight lines to all sides.
+
+        Args:
+            points: What is in the way, robot's frame, shape (n, 2) [m].
+            speed: [m/s]
+            bearings: Of the lines, shape (k,) [rad].
+            seconds: How far to look [s].
+            turned: Whether the robot has turned to face along the line; else it keeps its heading.
+        """
+        times = self._shares * seconds
+        x, y = (speed * times * side[:, None] for side in (np.cos(bearings), np.sin(bearings)))
+        headings = np.broadcast_to(bearings[:, None] if turned else 0.0, x.shape)
+        return self._look(points, x, y, headings, times)
+
+    def can_spin(self, points: Array, turn: float) -> bool:
+        """Say whether it can turn on the spot by 20 degrees."""
+        if self._box is None or not len(points):
+            return True
+        angles, still = math.copysign(1.0, turn) * np.linspace(0.06, 0.36, LOOKS)[None], np.zeros((1, LOOKS))
+        return bool(self._look(points, still, still, angles, np.arange(1.0, LOOKS + 1)).times[0] >= LOOKS - 1)
+
+    def _look(self, points: Array, x: Array, y: Array, headings: Array, times: Array) -> FreePaths:
+        """Return until when paths through places x, y, shape (k, 12), are free, and how near they pass."""
+        dx, dy = points[:, 0] - x[..., None], points[:, 1] - y[..., None]
+        if self._box is None:
+            # Room is compared by squares.
+            room = dx * dx + dy * dy
+            now = np.einsum("ij,ij->i", points, points)
+            # A point that is too near already only counts while the robot comes nearer to it.
+            limit = np.minimum((self.radius + self._nearest) ** 2, now * 0.998)
+            gap = np.sqrt(room[:, : LOOKS // 2].min(axis=(1, 2))) - self.radius
+        else:
+            (middle_x, middle_y), (half_x, half_y) = self._box
+            c, s = np.cos(headings)[..., None], np.sin(headings)[..., None]
+            room = np.maximum(np.abs(c * dx + s * dy - middle_x) - half_x, np.abs(c * dy - s * dx - middle_y) - half_y)
+            now = np.maximum(np.abs(points[:, 0] - middle_x) - half_x, np.abs(points[:, 1] - middle_y) - half_y)
+            # What is nearer already, beside a long body, may come to half of that while the body swings clear.
+            near = np.where(now > TOUCHING, np.maximum(0.5 * now, TOUCHING), now - 0.002)
+            limit = np.where(now > 0.0, np.minimum(self._nearest, near), -np.inf)
+            gap = room[:, : LOOKS // 2].min(axis=(1, 2))
+        blocked = (room < limit).any(axis=-1)
+        first = np.where(blocked.any(axis=1), blocked.argmax(axis=1), LOOKS)
+        free = np.where(first == 0, 0.0, times[np.maximum(first, 1) - 1])
+        return FreePaths(
+            free, np.clip(CREEP + (1.0 - CREEP) * (gap - self._nearest) / (self.roomy - self._nearest), CREEP, 1.0)
+        )

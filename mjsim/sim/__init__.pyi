@@ -1,0 +1,16 @@
+from .canvas import Canvas as Canvas
+from .odometry import arc_end as arc_end
+from .odometry import arc_end_slopes as arc_end_slopes
+from .onlooker import Onlooker as Onlooker
+from .onlooker import Orbit as Orbit
+from .opengl import BACKENDS as BACKENDS
+from .opengl import choose_backend as choose_backend
+from .opengl import make_context as make_context
+from .playback import Playback as Playback
+from .renderer import SEEN_FROM_OUTSIDE as SEEN_FROM_OUTSIDE
+from .renderer import Renderer as Renderer
+from .retake import Retake as Retake
+from .sensors import OnboardCamera as OnboardCamera
+from .simulation import Simulation as Simulation
+from .streams import stream as stream
+from .streams import streams_of as streams_of

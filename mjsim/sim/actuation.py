@@ -1,0 +1,42 @@
+"""Actuation: what stands between the command of a tick and the motors, at a rate of its own."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import mujoco
+import numpy as np
+
+from mjsim.sim.bases import RunningGear
+
+
+class Actuation(Protocol):
+    """Writes what motors are told, at its own rate; ticks begin with a call of each.
+
+    The velocity servos of rolling bases are told their set-points once a tick. A controller acts more often.
+    """
+
+    every: int
+    """Physics steps from one call to the next; it divides those of a tick."""
+
+    def act(self, step: int) -> None:
+        """Write to `data.ctrl`, before the physics step of that number, counted from 0 at the start of the run."""
+
+
+class ServoActuation:
+    """The set-points of a rolling base's servos, once a tick."""
+
+    def __init__(self, data: mujoco.MjData, gear: RunningGear, servos: Sequence[int], *, every: int) -> None:
+        """Get ready.
+
+        Args:
+            data: State of the simulation.
+            gear: Whose profile gives the set-points.
+            servos: Numbers of its actuators, in the order of those set-points.
+            every: Physics steps in a tick.
+        """
+        self._data, self._gear, self._servos = data, gear, np.array(servos, dtype=int)
+        self.every = every
+
+    def act(self, step: int) -> None:
+        """Write the set-points that the servos reach for until the next tick."""
+        self._data.ctrl[self._servos] = self._gear.profile.advance()

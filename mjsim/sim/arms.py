@@ -1,0 +1,103 @@
+"""Arms at work: the goals that they are given, what their encoders tell, and how they truly move."""
+
+from collections.abc import Sequence
+from dataclasses import fields
+
+import mujoco
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.interface import ArmInfo, Command, JointGoal, JointState
+from mjsim.mechanics import JointMotion
+from mjsim.sim.fast_senses import Encoders
+from mjsim.world import Robot, RobotArm
+
+ROUNDING = 1e-9
+"""Of a time within a tick [s]."""
+
+
+class ArmAtWork:
+    """One arm of a robot: goals in, set-points for its controller out."""
+
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, item: RobotArm, *, tick: float
+    ) -> None:
+        """Get ready, holding the posture of the start.
+
+        Args:
+            model: The compiled world.
+            data: Its state.
+            robot: Whose arm it is.
+            item: As the world file has it.
+            tick: Period of the loop [s].
+        """
+        self._model, self._data, self._tick, self.name = model, data, tick, item.name
+        self._names = tuple(f"joint{number}" for number in range(1, item.arm.n + 1))
+        self.motors = tuple(f"{item.name}/{name}" for name in self._names)
+        """Below the robot's name."""
+        self._joints = [f"{robot.name}/{motor}" for motor in self.motors]
+        self._places = np.array([model.joint(name).qposadr[0] for name in self._joints], dtype=int)
+        self._dofs = np.array([model.joint(name).dofadr[0] for name in self._joints], dtype=int)
+        self._tool = model.site(f"{robot.name}/{item.name}/tool").id
+        self._encoders = self.encoders()
+        self._goal, self._since = JointGoal(positions=item.start()), 0.0
+        # Dry friction that differs both ways is its mean, which the scene has, and a constant torque.
+        data.qfrc_applied[self._dofs] = [-abs(link.gear) * sum(link.coulomb) / 2.0 for link in item.arm.links]
+        self.info = _info(item, self._names)
+
+    def encoders(self) -> Encoders:
+        """Return encoders of its joints, to be read by one reader."""
+        return Encoders(self._model, self._data, self._joints)
+
+    def read(self, stamp: float) -> JointState:
+        """Return what the encoders tell modules at a tick [s]."""
+        return self._encoders.read(stamp)
+
+    def command(self, goal: JointGoal) -> None:
+        """Take a goal, which moves on with its velocities and accelerations for one tick, and holds then.
+
+        Raises:
+            UsageError: It does not fit the arm, or is not finite.
+        """
+        for part in fields(goal):
+            values = getattr(goal, part.name)
+            if values is not None and (len(values) != len(self._names) or not np.isfinite(values).all()):
+                raise UsageError(
+                    f"the goal of arm '{self.name}' has {part.name} {tuple(values)};"
+                    f" give {len(self._names)} finite numbers, one for each joint"
+                )
+        self._goal, self._since = goal, 0.0
+
+    def wanted(self, seconds: float) -> Command:
+        """Return the set-points for the next time, which passes then [s]."""
+        if self._since > self._tick - ROUNDING:
+            self._goal, self._since = JointGoal(positions=self._goal.after(self._tick).positions), 0.0
+        goal = self._goal.after(self._since)
+        self._since += seconds
+        return Command(joints={self.name: goal})
+
+    def motion(self) -> JointMotion:
+        """Return how its joints move now, and where its tool is."""
+        data, pose = self._data, np.eye(4)
+        pose[:3, :3], pose[:3, 3] = data.site_xmat[self._tool].reshape(3, 3), data.site_xpos[self._tool]
+        return JointMotion(
+            names=self._names,
+            positions=data.qpos[self._places],
+            velocities=data.qvel[self._dofs],
+            accelerations=data.qacc[self._dofs],
+            torques=data.qfrc_actuator[self._dofs],
+            goal=np.array(self._goal.after(min(self._since, self._tick)).positions),
+            tool=pose,
+        )
+
+
+def _info(item: RobotArm, names: Sequence[str]) -> ArmInfo:
+    lower, upper = item.arm.limits
+    return ArmInfo(
+        joints=tuple(names),
+        lower=lower,
+        upper=upper,
+        max_velocity=np.array([link.max_velocity for link in item.arm.links]),
+        max_torque=np.array([link.max_torque for link in item.arm.links]),
+        model=item.arm,
+    )

@@ -1,0 +1,31 @@
+"""Bases that stand: nothing moves them, and no wheel tells anything."""
+
+from collections.abc import Sequence
+
+from mjsim.interface import Command, WheelCommand
+from mjsim.sim.bases.gear import RunningGear, running_gear
+from mjsim.sim.odometry import Steering, Twist
+from mjsim.world import DriveNoise, FixedDrive, Robot
+
+
+class _Standing:
+    """The profile of a base without motors: it takes any command and does nothing."""
+
+    def command(self, command: Command | WheelCommand) -> None:
+        """Take a command; its twist moves nothing."""
+
+    def advance(self) -> Sequence[float]:
+        """Return the set-points of no servos."""
+        return ()
+
+    def retune(self, noise: DriveNoise) -> None:
+        """Do nothing: what does not move does not err."""
+
+
+def _motion(rotations: Sequence[float], steering: Steering) -> Twist:
+    return 0.0, 0.0, 0.0
+
+
+def fixed_gear(robot: Robot, drive: FixedDrive, *, dt: float, seed: int) -> RunningGear:
+    """Return the running gear of a base that has none."""
+    return running_gear(robot, profile=_Standing(), motion=_motion, dt=dt, seed=seed)

@@ -1,0 +1,101 @@
+"""The running gear of a base: its kinematics, the profile of its servos, and its odometer."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.interface import Command
+from mjsim.sim.bases.profile import VelocityProfile
+from mjsim.sim.odometry import STRAIGHT, Motion, Steering, Twist, WheelOdometer
+from mjsim.sim.streams import stream
+from mjsim.world import Robot
+
+
+class Kinematics(Protocol):
+    """How the twist of a base and the speeds of its wheels belong together; linear, so small motions are served too."""
+
+    def wheels_from_twist(self, forward: float, left: float, turn: float) -> Sequence[float]:
+        """Return the speeds of the driven wheels [rad/s]."""
+
+    def twist_from_wheels(self, speeds: Sequence[float]) -> Twist:
+        """Return the twist of the speeds of the driven wheels [rad/s]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunningGear:
+    """What moves a base and what its wheels tell."""
+
+    wheels: tuple[str, ...]
+    """Driven wheels, in the order of their speeds; each has an encoder."""
+    steering: tuple[str, ...]
+    """What is steered, in the order of its angles, which follow those speeds."""
+    profile: VelocityProfile
+    odometer: WheelOdometer
+    motion: Motion
+    wanted: Callable[[float], Command] | None = None
+    """Gives the set-points of its controller for a time [s]; None where servos turn the wheels."""
+    goal: Callable[[], Sequence[float]] | None = None
+    """Gives how far those set-points would have turned the driven wheels [rad]."""
+
+    def twist_from_wheels(self) -> Array:
+        """Return the twist (forward, left, turn) of wheel speeds, steering straight ahead, shape (3, wheels)."""
+        count = len(self.wheels)
+        columns = [self.motion([float(k == wheel) for k in range(count)], STRAIGHT) for wheel in range(count)]
+        return np.array(columns, dtype=float).reshape(count, 3).T
+
+
+def running_gear(
+    robot: Robot,
+    *,
+    profile: VelocityProfile,
+    motion: Motion,
+    dt: float,
+    seed: int,
+    wheels: Sequence[str] = (),
+    wanted: Callable[[float], Command] | None = None,
+    goal: Callable[[], Sequence[float]] | None = None,
+) -> RunningGear:
+    """Return the running gear of a robot.
+
+    Args:
+        robot: As the world file has it.
+        profile: Of its servos.
+        motion: What rotations of the wheels stand for.
+        dt: Period of the loop [s].
+        seed: Of the run.
+        wheels: Driven ones; those of the drive unless given.
+        wanted: Gives the set-points of its controller, where it has one.
+        goal: Gives how far those would have turned the wheels.
+    """
+    drive, names = robot.drive, tuple(wheels) or robot.drive.driven_wheels
+    odometer = WheelOdometer(
+        robot.odometry,
+        motion=motion,
+        wheels=len(names),
+        slip=drive.slip.times(robot.odometry.slip),
+        sideways=drive.sideways > 0.0,
+        dt=dt,
+        stream=stream(seed, robot.name, "odometry/increments"),
+    )
+    return RunningGear(
+        wheels=names,
+        steering=drive.steering,
+        profile=profile,
+        odometer=odometer,
+        motion=motion,
+        wanted=wanted,
+        goal=goal,
+    )
+
+
+def motion_of(kinematics: Kinematics) -> Motion:
+    """Return what rotations stand for on a base without steering."""
+
+    def motion(rotations: Sequence[float], steering: Steering) -> Twist:
+        forward, left, turn = kinematics.twist_from_wheels(rotations)
+        return forward, left, turn
+
+    return motion

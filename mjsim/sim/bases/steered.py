@@ -1,0 +1,28 @@
+"""What the velocity profiles of bases with a steered wheel share: limits, noise, and a state of speed and angle."""
+
+import math
+
+from numpy.random import Generator
+
+from mjsim.compile import LAG
+from mjsim.sim.bases.profile import reach
+from mjsim.world import AckermannDrive, DriveNoise, TricycleDrive
+
+
+class SteeredProfile:
+    """The limits of a base with a steered wheel, and where its speed and its steering angle are."""
+
+    def __init__(self, drive: AckermannDrive | TricycleDrive, *, dt: float, stream: Generator) -> None:
+        """Get ready, standing still, steering straight ahead; two numbers are drawn from the stream a tick."""
+        self._limits = drive.max_speed, 0.0, math.radians(drive.max_turn_deg)
+        self._most = math.radians(drive.max_steer_deg)
+        self._changes = drive.max_acceleration * dt, math.radians(drive.max_steer_rate_deg) * dt
+        self._root = math.sqrt(dt)
+        self.retune(drive.noise)
+        self._reach = reach(dt, LAG)
+        self._stream = stream
+        self._target = self._state = 0.0, 0.0
+
+    def retune(self, noise: DriveNoise) -> None:
+        """Use this noise from now on."""
+        self._noise = noise.speed / self._root, noise.turn / self._root

@@ -1,0 +1,24 @@
+"""Bases with a drive of the user's own."""
+
+from collections.abc import Callable
+
+from mjsim.modules import CheckedDrive, make_module
+from mjsim.sim.bases.gear import RunningGear, motion_of, running_gear
+from mjsim.sim.bases.twist_profile import TwistProfile
+from mjsim.sim.streams import stream
+from mjsim.world import Robot, Source, UserDrive
+
+
+def user_gear(
+    robot: Robot, drive: UserDrive, *, dt: float, seed: int, source: Source, clock: Callable[[], float]
+) -> RunningGear:
+    """Return the running gear of a base that the user's own class drives.
+
+    Raises:
+        UsageError: The class cannot be made.
+        ModuleFault: It lacks a method, or does not say which wheels it has; later, what it does wrong when asked.
+    """
+    made = make_module(drive, source.for_run(), role="drive", robot=robot.name)
+    model = CheckedDrive(made, robot=robot.name, clock=clock)
+    profile = TwistProfile(drive, kinematics=model, dt=dt, stream=stream(seed, robot.name, "drive/twist"))
+    return running_gear(robot, profile=profile, motion=motion_of(model), dt=dt, seed=seed, wheels=model.wheels)

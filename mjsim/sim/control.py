@@ -1,0 +1,101 @@
+"""Controllers at work between ticks: each drives the motors of one part of a robot with torques."""
+
+import math
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.random import Generator
+
+from mjsim.errors import UsageError
+from mjsim.interface import Command, ControlLoop, RobotInfo
+from mjsim.modules import CheckedController
+from mjsim.sim.fast_senses import FastSenses
+from mjsim.world import step_misfit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Part:
+    """A part of a robot whose motors a controller drives."""
+
+    robot: str
+    name: str
+    """'drive', or the name of an arm."""
+    motors: Sequence[str]
+    """In the order of the torques; hinges or slides and their motors are `ROBOT/MOTOR`."""
+    wanted: Callable[[float], Command]
+    """Gives the set-points for the next time [s]."""
+    senses: Callable[[], FastSenses]
+    """Gives what a controller of this part senses."""
+    default: Callable[[], ControlLoop]
+    """Gives the controller of a part for which nothing is named."""
+
+
+class ControlActuation:
+    """Asks the controller of a part at its rate, and gives its torques to the motors, late if it has latency.
+
+    The torques are those on the side of the joint. A motor with a gear is told that much less; MuJoCo keeps each within
+    its limits.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, part: Part, *, loop: ControlLoop) -> None:
+        """Get ready; the controller is asked first at the next step that is due.
+
+        Args:
+            model: The compiled world.
+            data: Its state.
+            part: What is controlled.
+            loop: The controller, its rate and its latency.
+
+        Raises:
+            UsageError: The rate is no whole number of physics steps, or the latency is negative.
+            ModuleFault: The controller lacks a method.
+        """
+        self._step, self._data, self._part = model.opt.timestep, data, part
+        self._period, self._latency = _steps(loop, part, self._step)
+        self.every = math.gcd(self._period, self._latency)
+        motors = [model.actuator(f"{part.robot}/{name}").id for name in part.motors]
+        self._motors = np.array(motors, dtype=int)
+        self._gears = model.actuator_gear[self._motors, 0].copy()
+        self._senses = part.senses()
+        self._coming: deque[tuple[int, tuple[float, ...]]] = deque()
+        self._controller = CheckedController(
+            loop.controller, robot=part.robot, part=part.name, motors=part.motors, clock=lambda: float(data.time)
+        )
+
+    def start(self, robot: RobotInfo, rng: Generator) -> None:
+        """Let the controller get ready for a run."""
+        self._controller.start(robot, rng)
+        self._data.ctrl[self._motors] = 0.0
+
+    def act(self, step: int) -> None:
+        """Ask the controller when it is due, and tell the motors what has come."""
+        if step % self._period == 0:
+            dt = self._period * self._step
+            sensed = self._senses.read(step * self._step, dt)
+            torques = self._controller.torques(sensed, self._part.wanted(dt))
+            self._coming.append((step + self._latency, torques))
+        while self._coming and self._coming[0][0] <= step:
+            self._data.ctrl[self._motors] = self._coming.popleft()[1] / self._gears
+
+    def seconds(self) -> float:
+        """Return the wall-clock time inside the controller since the last call of this [s]."""
+        return self._controller.seconds()
+
+
+def _steps(loop: ControlLoop, part: Part, step: float) -> tuple[int, int]:
+    """Return period and latency of a controller in physics steps.
+
+    Raises:
+        UsageError: They are not whole, or negative.
+    """
+    rate, latency = loop.rate_hz, loop.latency
+    if not (isinstance(rate, int | float) and math.isfinite(rate) and rate > 0):
+        raise UsageError(f"rate_hz of the controller of '{part.name}' is {rate}; it must be above 0")
+    if (misfit := step_misfit(f"a period of the controller of '{part.name}'", rate, step)) is not None:
+        raise UsageError(misfit)
+    if not isinstance(latency, int) or latency < 0:
+        raise UsageError(f"latency of the controller of '{part.name}' is {latency}; it is a number of steps from 0")
+    return round(1.0 / (rate * step)), latency

@@ -1,0 +1,126 @@
+"""The controllers of one robot: which parts it has, and what drives each."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import mujoco
+import numpy as np
+
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.interface import Controller, ControlLoop, RobotInfo
+from mjsim.modules import make_module
+from mjsim.sim.arms import ArmAtWork
+from mjsim.sim.bases import RunningGear
+from mjsim.sim.control import ControlActuation, Part
+from mjsim.sim.fast_senses import Encoders, FastSenses, ImuFeed
+from mjsim.sim.sensors import FastDevice
+from mjsim.world import Robot, Use, World
+
+OF_ARMS = "mjsim.algorithms.arm_control:PdGravity"
+"""What drives an arm for which nothing is named."""
+
+
+class Controls:
+    """What drives the motors of a robot's parts between ticks; a part for which nothing is named has a default."""
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        robot: Robot,
+        *,
+        gear: RunningGear,
+        arms: Sequence[ArmAtWork],
+        imus: Sequence[FastDevice],
+        world: World,
+        seed: int,
+    ) -> None:
+        """Find the parts; no controller is made yet.
+
+        Args:
+            model: The compiled world.
+            data: Its state.
+            robot: As the world file has it.
+            gear: Its running gear, which may want a controller.
+            arms: Its arms, each of which has one.
+            imus: Its inertial sensors.
+            world: For where default controllers are looked for.
+            seed: Of the run.
+        """
+        self._model, self._data, self._robot, self._world, self._seed = model, data, robot, world, seed
+        self._feed, self._arms = ImuFeed(imus), arms
+        self._wheels = [f"{robot.name}/{name}" for name in gear.wheels]
+        self._parts = {part.name: part for part in self._found(gear)}
+        self._running: dict[str, ControlActuation] = {}
+
+    def actuations(self, info: RobotInfo) -> list[ControlActuation]:
+        """Return the controllers of all parts, started; `info` is what they are told of the robot."""
+        for name, part in self._parts.items():
+            if name not in self._running:
+                self._running[name] = self._started(part, part.default(), info)
+        return list(self._running.values())
+
+    def install(self, controllers: Mapping[str, Controller | ControlLoop], info: RobotInfo) -> None:
+        """Start controllers, each in place of what drives its part now.
+
+        Raises:
+            UsageError: There is no such part, or a rate does not fit.
+            ModuleFault: A controller lacks a method, or raises when it starts.
+        """
+        for name, control in controllers.items():
+            if name not in self._parts:
+                raise UsageError(
+                    f"no part '{name}' of robot '{self._robot.name}' for a controller{did_you_mean(name, self._parts)}"
+                )
+            loop = control if isinstance(control, ControlLoop) else ControlLoop(controller=control)
+            self._running[name] = self._started(self._parts[name], loop, info)
+
+    def feel(self, stamp: float) -> None:
+        """Read the inertial sensors for controllers, at the end of a tick before modules read them [s]."""
+        if self._running:
+            self._feed.pull(stamp)
+
+    def times(self) -> dict[str, float]:
+        """Return the wall-clock time inside each controller since the last call, by part [s]."""
+        return {name: actuation.seconds() for name, actuation in self._running.items()}
+
+    def _started(self, part: Part, loop: ControlLoop, info: RobotInfo) -> ControlActuation:
+        actuation = ControlActuation(self._model, self._data, part, loop=loop)
+        rng = np.random.default_rng([self._seed, *f"{self._robot.name}/{part.name}/controller".encode()])
+        actuation.start(info, rng)
+        return actuation
+
+    def _found(self, gear: RunningGear) -> list[Part]:
+        """Return the parts of the robot that have a controller."""
+        use, robot = self._robot.drive.controller, self._robot.name
+        parts = [
+            Part(
+                robot=robot,
+                name=arm.name,
+                motors=arm.motors,
+                wanted=arm.wanted,
+                senses=self._senses,
+                default=self._default(OF_ARMS),
+            )
+            for arm in self._arms
+        ]
+        if gear.wanted is None or use is None:
+            return parts
+        default, wheels = self._default(use), gear.wheels
+        drive = Part(robot=robot, name="drive", motors=wheels, wanted=gear.wanted, senses=self._senses, default=default)
+        return [drive, *parts]
+
+    def _default(self, use: str) -> Callable[[], ControlLoop]:
+        """Return what makes a controller that comes with mjsim."""
+
+        def make() -> ControlLoop:
+            source, robot = self._world.source, self._robot.name
+            return ControlLoop(controller=make_module(Use(use=use), source, role="controller", robot=robot))
+
+        return make
+
+    def _senses(self) -> FastSenses:
+        """Return what a controller of this robot senses, from now on."""
+        ticks = self._robot.odometry.ticks
+        step = None if ticks is None else 2.0 * np.pi / ticks
+        wheels = Encoders(self._model, self._data, self._wheels, step=step)
+        return FastSenses(wheels=wheels, arms={arm.name: arm.encoders() for arm in self._arms}, imu=self._feed)

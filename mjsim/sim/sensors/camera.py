@@ -1,0 +1,224 @@
+"""Onboard cameras: when they look, what they see, and how far their pixels err."""
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import cv2
+import mujoco
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from mjsim.compile import robot_from_carrier, robot_from_view
+from mjsim.geometry import Array
+from mjsim.interface import CameraFrame, Picture, SensorInfo
+from mjsim.sim.canvas import Canvas
+from mjsim.sim.instances import instances_of
+from mjsim.sim.lens import BentView, intrinsics_of
+from mjsim.sim.renderer import Renderer
+from mjsim.sim.sensors.device import Mounting, Sensed
+from mjsim.sim.shutter import Shutter
+from mjsim.sim.streams import Streams
+from mjsim.world import Camera, Depth, Robot
+
+MIDDLE_GREY, MOST_GAIN = 118.0, 8.0
+"""What automatic exposure brings the mean of a picture to, of 255, and by how much at most."""
+
+
+def robot_from_camera(camera: Camera) -> Array:
+    """Return the pose of the optical frame (x right, y down, z ahead) on what carries it, shape (4, 4) [m]."""
+    transform = np.eye(4)
+    transform[:3, :3] = robot_from_view(camera) * [1.0, -1.0, -1.0]
+    transform[:3, 3] = camera.at
+    return transform
+
+
+class OnboardCamera:
+    """A camera of a robot in a running simulation."""
+
+    def __init__(
+        self, model: mujoco.MjModel, robot: Robot, camera: Camera, *, streams: Streams, canvas: Canvas
+    ) -> None:
+        """Get ready to look.
+
+        Args:
+            model: The compiled world.
+            robot: Whose camera it is.
+            camera: As the world file has it.
+            streams: Purpose -> source of chance of this camera.
+            canvas: Shared by all cameras of one quality; the caller closes it.
+        """
+        self.name = camera.camera
+        self._model = model
+        self._index = model.camera(f"{robot.name}/{camera.camera}").id
+        self.intrinsics = intrinsics_of(camera)
+        self.robot_from_camera = robot_from_carrier(robot, camera) @ robot_from_camera(camera)
+        self._view = f"{robot.name}/{camera.camera}"
+        self._bent = BentView(self.intrinsics, camera.lens) if camera.lens is not None else None
+        width, height = (self._bent.width, self._bent.height) if self._bent else (camera.width, camera.height)
+        self._renderer = Renderer(model, width=width, height=height, canvas=canvas)
+        self.chances = streams("pixels"), streams("depth")
+        """All that a picture draws from."""
+        self.retune(camera)
+        self._shutter = Shutter(model, robot.name, camera, focal=self.intrinsics.fx)
+        self._names: tuple[str, ...] = ()
+        if camera.segmentation:
+            self._instances, self._names = instances_of(model)
+
+    def retune(self, camera: Camera) -> None:
+        """Use the noise of this model from now on; chance goes on where it was."""
+        self._camera = camera
+        self._noise = PixelNoise(camera.noise, self.chances[0]) if camera.noise else None
+        self._depth = depth_of(camera)
+        self._far = self.chances[1] if self._depth is not None and self._depth.noise else None
+
+    def frame(self, data: mujoco.MjData, stamp: float) -> CameraFrame:
+        """Return what the camera sees now.
+
+        Args:
+            data: Where everything is.
+            stamp: The simulated time [s].
+        """
+        shutter, depth, segmentation = self._shutter, None, None
+        image = shutter.picture(data, lambda: self._draw(data))
+        develop(image, self._camera)
+        if self._noise is not None:
+            self._noise.add_to(image)
+        if self._depth is not None:
+            depth = self._measured(shutter.nearest(data, lambda: self._draw_depth(data)), self._depth)
+        if self._camera.segmentation:
+            segmentation = shutter.nearest(data, lambda: self._draw_instances(data))
+        return CameraFrame(
+            stamp=stamp,
+            image=image,
+            intrinsics=self.intrinsics,
+            depth=depth,
+            segmentation=segmentation,
+            instances=self._names,
+        )
+
+    def pass_over(self) -> None:
+        """Draw the chance of a picture that nobody asked for."""
+        shape = self._camera.height, self._camera.width
+        if self._noise is not None:
+            self._noise.draw((*shape, 3))
+        if self._far is not None:
+            self._far.standard_normal(shape, dtype=np.float32)
+
+    def info(self) -> SensorInfo:
+        """Return its data sheet."""
+        camera = self._camera
+        noise = {"noise": camera.noise} | ({"depth": self._depth.noise} if self._depth is not None else {})
+        return SensorInfo(
+            kind="camera",
+            robot_from_sensor=self.robot_from_camera,
+            rate_hz=camera.rate_hz,
+            noise=noise,
+            intrinsics=self.intrinsics,
+            latency=camera.latency,
+            range=(self._depth.range[0], self._depth.range[1]) if self._depth is not None else None,
+            fov=math.radians(camera.fov_deg),
+        )
+
+    def _draw(self, data: mujoco.MjData) -> Picture:
+        with self._straight_view():
+            picture = self._renderer.render(data, self._view)
+        return picture if self._bent is None else self._bent.bend(picture)
+
+    def _draw_depth(self, data: mujoco.MjData) -> Array:
+        with self._straight_view():
+            depth = self._renderer.depth(data, self._view)
+        return depth if self._bent is None else self._bent.bend_depth(depth)
+
+    def _draw_instances(self, data: mujoco.MjData) -> NDArray[np.int32]:
+        with self._straight_view():
+            geoms = self._renderer.segment(data, self._view)
+        instances = np.where(geoms >= 0, self._instances[geoms], np.int32(-1))
+        return instances if self._bent is None else self._bent.bend_instances(instances)
+
+    @contextmanager
+    def _straight_view(self) -> Iterator[None]:
+        """Widen the camera of the model to the straight picture that the lens bends."""
+        if self._bent is None:
+            yield
+            return
+        before = self._model.cam_fovy[self._index]
+        self._model.cam_fovy[self._index] = self._bent.fov_y_deg
+        try:
+            yield
+        finally:
+            self._model.cam_fovy[self._index] = before
+
+    def _measured(self, depth: Array, how: Depth) -> Array:
+        """Return a depth as it is measured."""
+        if self._far is not None:
+            chance = self._far.standard_normal(depth.shape, dtype=np.float32)
+            near = np.isfinite(depth)
+            depth = depth + how.noise * np.square(depth, where=near, out=np.zeros_like(depth)) * chance
+        nearest, farthest = how.range
+        return np.where(depth > farthest, np.inf, np.where(depth < nearest, -np.inf, depth))
+
+
+class CameraDevice:
+    """An onboard camera as a sensor of its robot."""
+
+    def __init__(self, camera: Camera, mounting: Mounting) -> None:
+        """Get ready to look.
+
+        Args:
+            camera: As the world file has it.
+            mounting: Where it sits.
+        """
+        canvas = mounting.canvas(camera.quality)
+        self._camera = OnboardCamera(mounting.model, mounting.robot, camera, streams=mounting.streams, canvas=canvas)
+        self._data = mounting.data
+        self.info, self.retune, self.pass_over = self._camera.info, self._camera.retune, self._camera.pass_over
+
+    def take(self, stamp: float) -> CameraFrame:
+        """Return a picture of now; `stamp` is the simulated time [s]."""
+        return self._camera.frame(self._data, stamp)
+
+    def tell(self, reading: CameraFrame, sensed: Sensed) -> None:
+        """Put a picture under the name of the camera."""
+        sensed.by_name("cameras", self._camera.name, reading)
+
+
+def depth_of(camera: Camera) -> Depth | None:
+    """Return how a camera measures distances, None when it does not."""
+    return camera.depth if isinstance(camera.depth, Depth) else Depth() if camera.depth else None
+
+
+def develop(image: Picture, camera: Camera) -> None:
+    """Smear and brighten a picture in place, as the camera's lens and its exposure do."""
+    if camera.blur:
+        cv2.GaussianBlur(image, (0, 0), camera.blur, dst=image)
+    wanted = MIDDLE_GREY / max(float(image.mean()), 1.0) if camera.exposure == "auto" else camera.exposure
+    gain = min(max(wanted, 1.0 / MOST_GAIN), MOST_GAIN) if camera.exposure == "auto" else wanted
+    if gain != 1.0:
+        cv2.convertScaleAbs(image, dst=image, alpha=gain)
+
+
+class PixelNoise:
+    """Independent normal errors of all values of a picture, rounded and clipped as the pixels are."""
+
+    def __init__(self, deviation: float, stream: Generator) -> None:
+        """Tabulate the errors of 65536 equally likely chances: two random bytes a value, and no more to compute.
+
+        Args:
+            deviation: Standard deviation, of 255.
+            stream: Source of chance.
+        """
+        from scipy.special import ndtri  # A camera without noise need not wait for it.
+
+        chances = (np.arange(1 << 16) + 0.5) / (1 << 16)
+        self._errors: NDArray[np.int16] = np.rint(deviation * ndtri(chances)).astype(np.int16)
+        self._stream = stream
+
+    def add_to(self, image: Picture) -> None:
+        """Add fresh errors to a picture, in place."""
+        cv2.add(image, self._errors[self.draw(image.shape)], dst=image, dtype=cv2.CV_8U)
+
+    def draw(self, shape: tuple[int, ...]) -> NDArray[np.uint16]:
+        """Return the chances of a picture's values."""
+        return np.frombuffer(self._stream.bytes(2 * math.prod(shape)), dtype=np.uint16).reshape(shape)

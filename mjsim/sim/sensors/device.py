@@ -1,0 +1,104 @@
+"""What the simulation asks of a sensor: a `Device`, made of its model and a `Mounting`."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import mujoco
+
+from mjsim.interface import ImuReading, SensorInfo
+from mjsim.modules import Sealed
+from mjsim.sim.bases import RunningGear
+from mjsim.sim.canvas import Canvas, Quality
+from mjsim.sim.streams import Streams
+from mjsim.world import Beacon, Robot
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Mounting:
+    """Where a sensor sits, and what it may use."""
+
+    model: mujoco.MjModel
+    """The compiled world."""
+    data: mujoco.MjData
+    """Its state, which is read at each look."""
+    robot: Robot
+    """As the world file has it."""
+    gear: RunningGear
+    """Its wheels and their encoders."""
+    beacons: Sequence[Beacon]
+    """All of the world."""
+    streams: Streams
+    """Purpose -> source of chance of this sensor alone; the same again when asked again."""
+    canvas: Callable[[Quality], Canvas]
+    """Gives what cameras of a quality draw on; the caller closes it."""
+
+
+class Sensed:
+    """What the sensors of a robot tell at one tick, collected."""
+
+    def __init__(self) -> None:
+        """Begin with nothing."""
+        self._by_name: dict[str, dict[str, object]] = {}
+        self._in_a_row: dict[str, tuple[object, ...]] = {}
+        self.identities: tuple[str | None, ...] = ()
+        """Which beacon each sighting is of, None for one of nothing; never for modules."""
+
+    def by_name(self, field: str, name: str, reading: object) -> None:
+        """Add a reading to a field that holds one for each sensor."""
+        self._by_name.setdefault(field, {})[name] = reading
+
+    def in_a_row(self, field: str, readings: Sequence[object]) -> None:
+        """Add readings to a field that holds those of all sensors, one after the other."""
+        self._in_a_row[field] = (*self._in_a_row.get(field, ()), *readings)
+
+    def fields(self) -> dict[str, Any]:
+        """Return fields of `Observation`; its dicts are sealed here, as sealing an observation later is dear."""
+        return {**self._in_a_row, **{field: Sealed(readings) for field, readings in self._by_name.items()}}
+
+
+class Device(Protocol):
+    """A sensor in a running simulation.
+
+    At a tick at which it is due it is asked for a reading, or passed over when nobody looks; either draws the same
+    count of chances. A reading is told at the same tick, or later when the sensor has latency.
+    """
+
+    def info(self) -> SensorInfo:
+        """Return its data sheet."""
+
+    def retune(self, sensor: Any) -> None:
+        """Use the noise of this model from now on; sources of chance go on where they are."""
+
+    def take(self, stamp: float) -> Any:
+        """Return a reading of now; `stamp` is the simulated time [s]."""
+
+    def pass_over(self) -> None:
+        """Draw the chance of a reading that nobody asked for."""
+
+    def tell(self, reading: Any, sensed: Sensed) -> None:
+        """Put a reading that `take` gave where modules find it."""
+
+
+@runtime_checkable
+class StepDevice(Device, Protocol):
+    """A sensor that also feels what happens between ticks."""
+
+    def after_step(self) -> None:
+        """Note what is felt now; called after each step of the physics."""
+
+
+@runtime_checkable
+class FastDevice(StepDevice, Protocol):
+    """A sensor that controllers read between ticks: an inertial one."""
+
+    def pull(self, stamp: float) -> tuple[ImuReading, ...]:
+        """Return the readings since the last call; `take` gives them again at the next tick."""
+
+    def at_rest(self, stamp: float) -> ImuReading:
+        """Return what is felt while somebody holds the robot still as it is now."""
+
+
+Maker = Callable[[Any, Mounting], Device]
+"""Model of a sensor and where it is mounted -> the sensor at work."""
+Makers = Mapping[type[Any], Maker]

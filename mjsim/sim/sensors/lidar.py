@@ -1,0 +1,147 @@
+"""2-D lidars: one fan of rays a scan, and how far its readings are off."""
+
+import math
+
+import numpy as np
+
+from mjsim.compile import carrier_of, robot_from_carrier, robot_from_sensor
+from mjsim.geometry import Array
+from mjsim.interface import Scan, SensorInfo
+from mjsim.sim.rays import Rays
+from mjsim.sim.sensors.device import Mounting, Sensed
+from mjsim.world import sensors
+
+EDGE = 0.1
+"""Both sides of a spot are one surface when their ranges differ by less than this share of the nearer one; a wall
+that is met at a grazing angle is no edge."""
+BRIGHT = np.array([0.2126, 0.7152, 0.0722])
+"""Weights of red, green and blue in brightness (ITU-R BT.709)."""
+
+
+class LidarDevice:
+    """A lidar of a robot in a running simulation.
+
+    References:
+        ROS REP 117 for what is not met or too near. Ye and Borenstein, Characterization of a 2-D Laser Scanner for
+        Mobile Robot Obstacle Negotiation, ICRA 2002, for mixed pixels: a spot that lies on an edge reads between
+        both surfaces. Lambert's law for the strength of a return.
+    """
+
+    def __init__(self, lidar: sensors.Lidar, mounting: Mounting) -> None:
+        """Get ready to look.
+
+        Args:
+            lidar: As the world file has it.
+            mounting: Where it sits; each option draws from a stream of its own.
+        """
+        self._mounting = mounting
+        self._brightness = mounting.model.geom_rgba[:, :3] @ BRIGHT
+        self.retune(lidar)
+
+    def retune(self, lidar: sensors.Lidar) -> None:
+        """Use the noise of this model from now on; chance goes on where it was."""
+        self._lidar, streams = lidar, self._mounting.streams
+        self._nearest, self._farthest = lidar.range
+        self._first, self._step = beam_angles(lidar)
+        angles = self._first + self._step * np.arange(lidar.beams)
+        half_spot = math.radians(lidar.spot_deg) / 2
+        offsets = (0.0, -half_spot, half_spot) if lidar.mixed_pixels else (0.0,)
+        fan = np.concatenate([angles + offset for offset in offsets])
+        mounting = self._mounting
+        carrier, frame = carrier_of(mounting.robot, lidar)
+        mounted = robot_from_sensor(lidar.at, yaw_deg=lidar.yaw_deg, pitch_deg=lidar.pitch_deg)
+        self._robot_from_sensor = robot_from_carrier(mounting.robot, lidar) @ mounted
+        carrier_from_sensor = frame @ mounted
+        self._place = carrier_from_sensor[:3, 3]
+        level = np.stack([np.cos(fan), np.sin(fan), np.zeros(len(fan))], axis=-1)
+        self._beams = level @ carrier_from_sensor[:3, :3].T
+        self._directions = np.empty_like(self._beams)
+        self._rays = Rays(mounting.model, mounting.data, mounting.robot.name, most=len(fan), carrier=carrier)
+        self._noise = streams("range") if lidar.noise.range else None
+        self._missed = streams("missed") if lidar.missed else None
+        self._mixed = streams("mixed") if lidar.mixed_pixels else None
+
+    def info(self) -> SensorInfo:
+        """Return its data sheet."""
+        lidar = self._lidar
+        return SensorInfo(
+            kind="lidar",
+            robot_from_sensor=self._robot_from_sensor,
+            rate_hz=lidar.rate_hz,
+            noise={"range": lidar.noise.range},
+            latency=lidar.latency,
+            range=(self._nearest, self._farthest),
+            fov=math.radians(lidar.fov_deg),
+        )
+
+    def take(self, stamp: float) -> Scan:
+        """Return a scan of now; `stamp` is the simulated time [s]."""
+        count = self._lidar.beams
+        place, axes = self._rays.pose()
+        np.matmul(self._beams, axes.T, out=self._directions)
+        met = self._rays.cast(place + axes @ self._place, self._directions, limit=self._farthest)
+        ranges = met[:count].copy()
+        strength = self._strength(count) if self._lidar.intensity else None
+        if self._mixed is not None:
+            _mix(ranges, met[count : 2 * count], met[2 * count :], self._mixed.random((2, count)), self._lidar)
+        if self._noise is not None:
+            ranges += self._lidar.noise.range * self._noise.standard_normal(count)
+        ranges[ranges > self._farthest] = np.inf
+        ranges[ranges < self._nearest] = -np.inf
+        if self._missed is not None:
+            ranges[self._missed.random(count) < self._lidar.missed] = np.inf
+        if strength is not None:
+            strength[~np.isfinite(ranges)] = 0.0
+        return Scan(
+            stamp=stamp,
+            ranges=ranges,
+            angle_min=self._first,
+            angle_increment=self._step,
+            range_min=self._nearest,
+            range_max=self._farthest,
+            intensities=strength,
+        )
+
+    def pass_over(self) -> None:
+        """Draw the chance of a scan that nobody asked for."""
+        count = self._lidar.beams
+        if self._mixed is not None:
+            self._mixed.random((2, count))
+        if self._noise is not None:
+            self._noise.standard_normal(count)
+        if self._missed is not None:
+            self._missed.random(count)
+
+    def tell(self, reading: Scan, sensed: Sensed) -> None:
+        """Put a scan under the name of the lidar."""
+        sensed.by_name("scans", self._lidar.lidar, reading)
+
+    def _strength(self, count: int) -> Array:
+        """Return brightness times the cosine of the angle at which each beam meets its surface, shape (count,)."""
+        geoms, normals = self._rays.met(count)
+        facing = np.abs(np.einsum("ij,ij->i", normals, self._directions[:count]))
+        return np.where(geoms >= 0, self._brightness[geoms] * facing, 0.0)
+
+
+def beam_angles(lidar: sensors.Lidar) -> tuple[float, float]:
+    """Return the angle of the first beam and the step to the next, left positive [rad]."""
+    fov = math.radians(lidar.fov_deg)
+    # All around, the last beam does not lie upon the first.
+    step = fov / (lidar.beams if lidar.fov_deg == 360.0 else lidar.beams - 1)
+    return -fov / 2, step
+
+
+def _mix(ranges: Array, right: Array, left: Array, chance: Array, lidar: sensors.Lidar) -> None:
+    """Move readings whose spot lies on an edge to some place between both surfaces.
+
+    Args:
+        ranges: Of the middles of the spots, changed, shape (n,) [m].
+        right: Of their right edges, shape (n,) [m].
+        left: Of their left edges, shape (n,) [m].
+        chance: Two uniform numbers a beam, shape (2, n).
+        lidar: How often that happens.
+    """
+    near, far = np.minimum(right, left), np.maximum(right, left)
+    on_edge = np.isfinite(far) & (far > (1.0 + EDGE) * near) & (chance[0] < lidar.mixed_pixels)
+    near, far = near[on_edge], far[on_edge]
+    ranges[on_edge] = near + chance[1, on_edge] * (far - near)

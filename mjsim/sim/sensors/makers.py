@@ -1,0 +1,20 @@
+"""Which class is the device of each kind of sensor."""
+
+from mjsim.sim.sensors.beacons import BeaconDevice
+from mjsim.sim.sensors.camera import CameraDevice
+from mjsim.sim.sensors.device import Makers
+from mjsim.sim.sensors.encoders import EncoderDevice
+from mjsim.sim.sensors.imu import ImuDevice
+from mjsim.sim.sensors.lidar import LidarDevice
+from mjsim.sim.sensors.uwb import UwbDevice
+from mjsim.world import sensors
+
+MAKERS: Makers = {
+    sensors.Camera: CameraDevice,
+    sensors.Lidar: LidarDevice,
+    sensors.BeaconSensor: BeaconDevice,
+    sensors.Imu: ImuDevice,
+    sensors.Encoders: EncoderDevice,
+    sensors.Uwb: UwbDevice,
+}
+"""What makes the device of each kind of sensor."""

@@ -1,0 +1,115 @@
+"""Radio tags: how far it is to each anchor, and the errors of ranges with and without line of sight."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.compile import robot_from_sensor
+from mjsim.geometry import Array
+from mjsim.interface import AnchorRanges, SensorInfo
+from mjsim.sim.rays import HIDDEN, Rays
+from mjsim.sim.sensors.device import Mounting, Sensed
+from mjsim.world import sensors
+
+DEPTH = 0.005
+"""What is this near before an anchor does not block it: the wall that it is fixed to [m]."""
+FINEST = 1e-3
+"""No data sheet promises a smaller standard deviation [m]."""
+
+
+class UwbDevice:
+    """A tag of a robot in a running simulation; each reading draws the same count of chances, one an anchor.
+
+    A range is the distance in space, a constant error of its anchor, white noise, and, where something solid stands
+    between tag and anchor, an exponentially distributed excess: the first path that arrives is a longer one.
+
+    References:
+        Guvenc and Chong, A Survey on TOA Based Wireless Localization and NLOS Mitigation Techniques, IEEE
+        Communications Surveys and Tutorials 11(3), 2009, section II, for noise and positive bias of a range. O'Lone,
+        Dhillon, Buehrer, A Mathematical Justification for Exponentially Distributed NLOS Bias, GLOBECOM 2019
+        (arXiv:1905.00603), for its distribution.
+    """
+
+    def __init__(self, uwb: sensors.Uwb, mounting: Mounting) -> None:
+        """Draw the constant errors of the run.
+
+        Args:
+            uwb: As the world file has it.
+            mounting: Where it sits; each option draws from a stream of its own.
+        """
+        model, robot = mounting.model, mounting.robot.name
+        self._model, self._data, self._streams = model, mounting.data, mounting.streams
+        # How far its own anchor is, a robot knows without measuring.
+        self._names = [beacon.name for beacon in mounting.beacons if beacon.anchor and beacon.on != robot]
+        self._geoms = np.array([model.geom(f"beacon/{name}").id for name in self._names], dtype=int)
+        self._rays = Rays(model, mounting.data, robot, most=len(self._names))
+        self._bias = uwb.bias * mounting.streams("bias").standard_normal(len(self._names))
+        self._nearest, self._farthest = uwb.range
+        self.retune(uwb)
+
+    def retune(self, uwb: sensors.Uwb) -> None:
+        """Use the noise of this model from now on; the constant errors stay."""
+        self._uwb, streams = uwb, self._streams
+        self._noise = streams("range") if uwb.noise.range else None
+        self._missed = streams("missed") if uwb.missed else None
+        self._excess = streams("nlos") if uwb.nlos.bias else None
+        self._lost = streams("nlos/missed") if uwb.nlos.missed else None
+
+    def info(self) -> SensorInfo:
+        """Return its data sheet."""
+        uwb = self._uwb
+        return SensorInfo(
+            kind="uwb",
+            robot_from_sensor=robot_from_sensor(uwb.at, yaw_deg=0.0),
+            rate_hz=uwb.rate_hz,
+            noise={"range": uwb.noise.range, "bias": uwb.bias},
+            latency=uwb.latency,
+            range=(self._nearest, self._farthest),
+        )
+
+    def take(self, stamp: float) -> AnchorRanges:
+        """Return the ranges of now; `stamp` is the simulated time [s]."""
+        distances, in_reach, blocked = self._truth()
+        noise, excess, missed, lost = self._chances()
+        told = np.maximum(distances + self._bias + noise + np.where(blocked, excess, 0.0), 0.0)
+        heard = in_reach & ~missed & ~(blocked & lost)
+        return AnchorRanges(
+            stamp=stamp,
+            ranges={self._names[index]: float(told[index]) for index in np.flatnonzero(heard).tolist()},
+            variance=max(self._uwb.noise.range, FINEST) ** 2,
+        )
+
+    def pass_over(self) -> None:
+        """Draw the chance of a reading that nobody asked for."""
+        self._chances()
+
+    def tell(self, reading: AnchorRanges, sensed: Sensed) -> None:
+        """Put the ranges under the name of the tag."""
+        sensed.by_name("ranges", self._uwb.uwb, reading)
+
+    def _truth(self) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return the distance of each anchor [m], whether it is in reach, and whether something is between, (n,)."""
+        place, axes = self._rays.pose()
+        start = place + axes @ np.array(self._uwb.at)
+        ways = self._data.geom_xpos[self._geoms] - start
+        distances = np.sqrt(np.einsum("ij,ij->i", ways, ways))
+        inside = (distances >= self._nearest) & (distances <= self._farthest)
+        # What was taken away keeps its place, but is in no group that is seen.
+        in_reach = inside & (self._model.geom_group[self._geoms] != HIDDEN)
+        blocked = np.zeros(len(distances), dtype=bool)
+        asked = np.flatnonzero(in_reach & (distances > DEPTH))
+        if asked.size:
+            far = distances[asked]
+            free = self._rays.cast(start, ways[asked] / far[:, None], limit=float(far.max()))
+            blocked[asked] = free < far - DEPTH
+        return distances, in_reach, blocked
+
+    def _chances(self) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return noise and NLOS excess [m], and who is missed with and without line of sight, heard or not, (n,)."""
+        uwb, count = self._uwb, len(self._names)
+        none, never = np.zeros(count), np.zeros(count, dtype=bool)
+        return (
+            uwb.noise.range * self._noise.standard_normal(count) if self._noise is not None else none,
+            uwb.nlos.bias * self._excess.standard_exponential(count) if self._excess is not None else none,
+            self._missed.random(count) < uwb.missed if self._missed is not None else never,
+            self._lost.random(count) < uwb.nlos.missed if self._lost is not None else never,
+        )

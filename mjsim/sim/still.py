@@ -1,0 +1,45 @@
+"""A compiled world that is put into given states, not simulated."""
+
+import mujoco
+
+from mjsim.compile import compile_world
+from mjsim.errors import UsageError
+from mjsim.geometry import Array
+from mjsim.sim.scenery import Scenery
+from mjsim.world import Looks, World
+
+
+def bring_up(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Bring bodies, cameras and lights up to the state; mj_step leaves them as they were before its last step."""
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_camlight(model, data)
+
+
+class StillScene:
+    """What cameras look at when a state comes from a recording or from a run elsewhere."""
+
+    def __init__(self, world: World) -> None:
+        """Compile the world; it stands as at the start."""
+        self.model: mujoco.MjModel = compile_world(world).compile()
+        self.data = mujoco.MjData(self.model)
+        self._scenery = Scenery(self.model, world)
+        self._first_looks = self._scenery.looks
+
+    def show(self, qpos: Array, *, qvel: Array | None = None, looks: Looks | None = None) -> None:
+        """Bring everything to a state.
+
+        Args:
+            qpos: MuJoCo's positions, shape (nq,), as ticks and recordings hold them.
+            qvel: MuJoCo's velocities, shape (nv,), by which pictures that take time smear; at rest unless given.
+            looks: Light, and what is no longer there; as at the start unless given.
+
+        Raises:
+            UsageError: The state is not of this world.
+        """
+        if qpos.shape != self.data.qpos.shape:
+            raise UsageError(f"a state of {len(qpos)} numbers cannot be drawn; this world has {self.model.nq}")
+        self.data.qpos[:] = qpos
+        self.data.qvel[:] = 0.0 if qvel is None else qvel
+        self._scenery.show(self._first_looks if looks is None else looks)
+        bring_up(self.model, self.data)

@@ -1,0 +1,190 @@
+"""What changes in a world by itself: scripted events, movers, joints with motors."""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+
+import mujoco
+import numpy as np
+
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.geometry import Array, Pose
+from mjsim.sim.actuation import Actuation
+from mjsim.sim.joints import Joints
+from mjsim.sim.movers import Movers
+from mjsim.sim.scenery import Scenery
+from mjsim.sim.shoves import Shoves
+from mjsim.world import (
+    CloseEvent,
+    LampEvent,
+    Looks,
+    MoveEvent,
+    OpenEvent,
+    RemoveEvent,
+    ShoveEvent,
+    World,
+    WorldEvent,
+    item_names,
+    leaves,
+)
+
+EARLY = 1e-9
+"""A tick that is this much before an event is the event's [s]."""
+
+
+class WorldScript:
+    """Lets events happen, and movers and joints move, in a compiled world."""
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, world: World) -> None:
+        """Put all movers where they start; events at time 0 are still to happen."""
+        self._model, self._data, self._world = model, data, world
+        self._scenery = Scenery(model, world)
+        self._movers = Movers(model, data, world)
+        self._doors = {leaf.name: leaf for leaf in leaves(world)}
+        self._joints = Joints(model, data, [leaf.joint() for leaf in self._doors.values()])
+        self._shoves = Shoves(model, data)
+        # The next one is the last; of events at one time the first in the file comes first.
+        self._due = sorted(world.run.events, key=lambda event: event.time)[::-1]
+        self._happened: list[WorldEvent] = []
+        obstacles = list(zip(world.obstacles, item_names(world.obstacles), strict=True))
+        self._moving = [name for obstacle, name in obstacles if obstacle.movable or obstacle.path is not None]
+        self._movable = [obstacle.name for obstacle in world.obstacles if obstacle.movable and obstacle.name]
+        # What leans at the start is put down upright.
+        self._heights = {robot.name: 0.0 for robot in world.robots}
+        self._movers.put(0.0)
+
+    def let_happen(self, time: float) -> None:
+        """Let all scripted events happen whose time has come [s]."""
+        while self._due and self._due[-1].time <= time + EARLY:
+            self.happen(self._due.pop(), time)
+
+    def happen(self, event: WorldEvent, time: float) -> None:
+        """Let an event happen now.
+
+        Raises:
+            UsageError: What it names is not there.
+        """
+        match event:
+            case MoveEvent():
+                robots = [robot.name for robot in self._world.robots if robot.base != "fixed"]
+                _require(event.move, "robot or movable obstacle", robots + self._movable)
+                self._move(event, f"{event.move}/free" if event.move in robots else f"obstacle/{event.move}")
+            case ShoveEvent():
+                robots = [robot.name for robot in self._world.robots]
+                _require(event.shove, "robot or movable obstacle", robots + self._movable)
+                body = f"{event.shove}/base" if event.shove in robots else f"obstacle/{event.shove}"
+                self._shoves.add(body, event.impulse, event.seconds)
+            case OpenEvent():
+                self._swing(event.open, math.radians(event.angle_deg))
+            case CloseEvent():
+                self._swing(event.close, 0.0)
+            case LampEvent():
+                _require(event.lamp, "lamp", self._scenery.looks.lamps)
+            case RemoveEvent():
+                things = [item.name for item in (*self._world.beacons, *self._world.obstacles) if item.name]
+                _require(event.remove, "beacon or obstacle", things)
+        self._scenery.show(self._scenery.looks.after(event, self._world))
+        self._happened.append(event.model_copy(update={"time": time}))
+
+    @property
+    def looks(self) -> Looks:
+        """Light, and what was taken away."""
+        return self._scenery.looks
+
+    def happened(self) -> tuple[WorldEvent, ...]:
+        """Return what has happened since the last call, each at the time when it did."""
+        happened, self._happened = tuple(self._happened), []
+        return happened
+
+    def run(
+        self,
+        count: int,
+        first: int,
+        *,
+        actuations: Sequence[Actuation] = (),
+        after_each: Sequence[Callable[[], None]] = (),
+    ) -> None:
+        """Take physics steps.
+
+        Args:
+            count: How many.
+            first: Number of the first one, counted from 0 at the start of the run.
+            actuations: What tells motors what to do; each acts before the steps that it is due at.
+            after_each: Called after each step.
+        """
+        model, data = self._model, self._data
+        alone = not after_each and not self._movers and not self._joints.moving and not self._shoves
+        # One call for many steps is quicker than one each.
+        stride = math.gcd(count, *(actuation.every for actuation in actuations)) if alone else 1
+        for number in range(first, first + count, stride):
+            for actuation in actuations:
+                if number % actuation.every == 0:
+                    actuation.act(number)
+            if alone:
+                mujoco.mj_step(model, data, stride)
+                continue
+            self._movers.put(number * model.opt.timestep)
+            self._joints.drive()
+            if self._shoves:
+                self._shoves.push()
+            mujoco.mj_step(model, data)
+            for call in after_each:
+                call()
+        if not alone:
+            self._movers.put((first + count) * model.opt.timestep)
+
+    def things(self) -> dict[str, Pose]:
+        """Return where everything is that can move but robots, world frame: `obstacle/NAME`, and `door/NAME`.
+
+        A door's place is its hinge, its heading that of its leaf. What was taken away is left out.
+        """
+        gone = self._scenery.looks.removed
+        places = {f"obstacle/{name}": self._pose(f"obstacle/{name}") for name in self._moving if name not in gone}
+        doors = {f"door/{name}": leaf.pose(self._joints.value(f"door/{name}")) for name, leaf in self._doors.items()}
+        return places | doors
+
+    def door(self, name: str) -> float:
+        """Return how far a door stands open, positive to the left side of its wall [rad]."""
+        _require(name, "door", self._doors)
+        return self._joints.value(f"door/{name}")
+
+    def _swing(self, name: str, angle: float) -> None:
+        _require(name, "door", self._doors)
+        joint = self._doors[name].joint()
+        if not joint.lower - EARLY <= angle <= joint.upper + EARLY:
+            far, most = math.degrees(angle), self._doors[name].door.limit_deg
+            raise UsageError(f"the angle is {far:.6g} degrees; door '{name}' swings to {most:.6g} at most")
+        self._joints.move(joint.name, angle)
+
+    def _move(self, event: MoveEvent, joint: str) -> None:
+        """Put what has a free joint down elsewhere, at rest in all its parts; its wheels stay as they are turned."""
+        data, model = self._data, self._model
+        start = int(model.joint(joint).qposadr[0])
+        heading = _heading(_matrix(data.qpos[start + 3 : start + 7]))
+        if event.heading_deg is not None:
+            heading = math.radians(event.heading_deg)
+        data.qpos[start : start + 2] = event.to
+        data.qpos[start + 2] = self._heights.get(event.move, model.qpos0[start + 2])
+        data.qpos[start + 3 : start + 7] = [math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)]
+        root = model.body_rootid[model.jnt_bodyid[model.joint(joint).id]]
+        data.qvel[model.body_rootid[model.dof_bodyid] == root] = 0.0
+
+    def _pose(self, body: str) -> Pose:
+        index = self._model.body(body).id
+        x, y, _ = self._data.xpos[index].tolist()
+        return Pose(x, y, _heading(self._data.xmat[index]))
+
+
+def _require(name: str, what: str, known: Iterable[str]) -> None:
+    if name not in known:
+        raise UsageError(f"no {what} '{name}' in this world{did_you_mean(name, known)}")
+
+
+def _matrix(quaternion: Array) -> Array:
+    matrix = np.zeros(9)
+    mujoco.mju_quat2Mat(matrix, quaternion)
+    return matrix
+
+
+def _heading(matrix: Array) -> float:
+    """Return where the x axis of a body points, seen from above [rad]; its rotation has shape (9,)."""
+    return math.atan2(float(matrix[3]), float(matrix[0]))

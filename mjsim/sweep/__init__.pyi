@@ -1,0 +1,7 @@
+from .plan import Plan as Plan
+from .plan import parse_seeds as parse_seeds
+from .plan import parse_settings as parse_settings
+from .results import Sweep as Sweep
+from .results import key_lines as key_lines
+from .sweep import run_plan as run_plan
+from .sweep import sweep as sweep

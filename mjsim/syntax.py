@@ -1,0 +1,36 @@
+"""Python source parsed into syntax trees, in one thread at a time."""
+
+import ast
+import threading
+
+_ATTEMPTS = 20
+_lock = threading.RLock()
+
+
+def parse_python(source: str | bytes, *, file: str = "<unknown>") -> ast.Module:
+    """Return the syntax tree of a Python file.
+
+    CPython 3.11 counts the depth of the trees that it converts in one place for all threads: two conversions at once
+    can end in SystemError ("AST constructor recursion depth mismatch"). Our own take turns here; one that collides
+    with a conversion elsewhere, such as in NumPy, is repeated.
+
+    Args:
+        source: Of the file.
+        file: Its name, for error messages.
+
+    Raises:
+        SyntaxError: It is not Python.
+        ValueError: It holds null bytes.
+        RecursionError: It is nested too deeply; so is MemoryError.
+    """
+    for _ in range(_ATTEMPTS - 1):
+        try:
+            return _parsed(source, file)
+        except SystemError:
+            continue
+    return _parsed(source, file)
+
+
+def _parsed(source: str | bytes, file: str) -> ast.Module:
+    with _lock:
+        return ast.parse(source, filename=file)

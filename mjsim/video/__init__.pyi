@@ -1,0 +1,11 @@
+from .beside import draw_beside as draw_beside
+from .film import frame_rows as frame_rows
+from .film import frames_between as frames_between
+from .film import make_video as make_video
+from .film import require_film_name as require_film_name
+from .ink import INK as INK
+from .ink import PAPER as PAPER
+from .ink import Letters as Letters
+from .sheet import Labels as Labels
+from .sheet import draw_world as draw_world
+from .still import take_picture as take_picture

@@ -1,0 +1,138 @@
+"""A world beside the map or the drawing that it was made from, both at one scale with one grid."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Protocol
+
+import cv2
+import numpy as np
+
+from mjsim.geometry import Array, Pose
+from mjsim.interface import Picture
+from mjsim.output import require_free
+from mjsim.video.ink import INK, PAPER, blend
+from mjsim.video.paper import Paper, write_sheet
+from mjsim.video.sheet import (
+    BOTTOM,
+    LEFT,
+    RIGHT,
+    TOP,
+    Labels,
+    bounds_of,
+    draw_axes,
+    draw_grid,
+    lay_out,
+    plan_page,
+    scale_for,
+    write_head,
+)
+from mjsim.world import World
+
+WIDE = 1.25
+"""A sheet that is so many times as wide as high stands above the other, not beside it."""
+
+
+class Stroke(Protocol):
+    """A line of a drawing, in the world frame."""
+
+    @property
+    def points(self) -> Array:
+        """Shape (n, 2) [m]."""
+
+    @property
+    def closed(self) -> bool:
+        """Whether its last corner is joined to the first."""
+
+    @property
+    def dark(self) -> float | None:
+        """How dark its inside is filled, 0 to 1; None when it is not."""
+
+
+class Original(Protocol):
+    """A map or a drawing, placed in the world."""
+
+    @property
+    def name(self) -> str:
+        """Of the file."""
+
+    @property
+    def bounds(self) -> Array:
+        """(x, y) min and max of what it shows, shape (2, 2) [m]."""
+
+    @property
+    def strokes(self) -> Sequence[Stroke]:
+        """Of a drawing."""
+
+    @property
+    def picture(self) -> Picture | None:
+        """Of a map, its first row the lowest in y."""
+
+    @property
+    def cell(self) -> float:
+        """Side of a pixel of the picture [m]."""
+
+    @property
+    def world_from_picture(self) -> Pose:
+        """The outer corner of its first pixel, and where its rows point."""
+
+
+def draw_beside(
+    world: World,
+    original: Original,
+    path: str | Path | None = None,
+    *,
+    labels: Labels | None = None,
+    overwrite: bool = False,
+) -> Picture:
+    """Draw what a world was made from, and beside it the plan of the world.
+
+    Args:
+        world: What it became.
+        original: The map or the drawing, as `mjsim.exchange.read_original` gives it.
+        path: PNG or JPEG file to write as well.
+        labels: Which names are written, as `draw_world` has it.
+        overwrite: Whether a file that exists may be replaced.
+
+    Raises:
+        UsageError: The file exists or cannot be written.
+    """
+    if path is not None:
+        require_free(Path(path), overwrite=overwrite)
+    both = np.concatenate([bounds_of(world), original.bounds])
+    bounds = np.stack([both.min(axis=0), both.max(axis=0)])
+    first, second = _original_page(original, bounds), plan_page(world, bounds, labels=labels)
+    stacked = first.shape[1] > WIDE * first.shape[0]
+    page = np.concatenate([first, second], axis=0 if stacked else 1)
+    if path is not None:
+        write_sheet(path, page, overwrite=overwrite)
+    return page
+
+
+def _original_page(original: Original, bounds: Array) -> Picture:
+    """Return the sheet with a map or a drawing."""
+    ratio = scale_for(bounds)
+    sheet = lay_out(bounds, ratio)
+    plan = sheet.inner(LEFT, TOP, RIGHT, BOTTOM)
+    draw_grid(plan)
+    if original.picture is not None:
+        _draw_picture(plan, original.picture, original)
+    for stroke in original.strokes:
+        if stroke.dark is not None:
+            plan.fill(stroke.points, blend(PAPER, INK, 0.85 * stroke.dark))
+    for stroke in original.strokes:
+        plan.line(stroke.points, INK, 0.12, closed=stroke.closed)
+    draw_axes(sheet, plan)
+    write_head(sheet, original.name, original.bounds, ratio)
+    return sheet.image
+
+
+def _draw_picture(plan: Paper, picture: Picture, original: Original) -> None:
+    """Lay a picture where it belongs on the plan."""
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]) * picture.shape[1::-1] * original.cell
+    source = np.array([[0, 0], [picture.shape[1], 0], [0, picture.shape[0]]], dtype=np.float32) - np.float32(0.5)
+    target = plan.view.pixels(original.world_from_picture.transform(corners)).astype(np.float32)
+    matrix = cv2.getAffineTransform(source, target)
+    size = (plan.image.shape[1], plan.image.shape[0])
+    flags = cv2.INTER_AREA if plan.view.scale * original.cell < 1.0 else cv2.INTER_NEAREST
+    laid = cv2.warpAffine(picture, matrix, size, flags=flags, borderValue=PAPER)
+    np.minimum(plan.image, laid, out=plan.image)  # the grid shows where the map is light

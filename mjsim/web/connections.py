@@ -1,0 +1,200 @@
+"""Connections are bounded in number and in time, and strangers never keep out who is known."""
+
+import asyncio
+import sys
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass, field
+from typing import Any
+
+import h11
+from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+
+SWEEP = 0.5
+"""How often connections are looked through [s]."""
+
+
+def _open_files() -> int:
+    """Return how many files this process may have open."""
+    if sys.platform == "win32":
+        return 2048
+    import resource
+
+    soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return 2048 if soft == resource.RLIM_INFINITY else soft
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limits:
+    """How many connections there may be, and how long they may take."""
+
+    strangers: int = field(default_factory=lambda: max(40, min(_open_files() // 6, 200)))
+    """Connections that have not shown a session; the oldest one makes room for the next."""
+    known: int = field(default_factory=lambda: max(60, min(_open_files() // 4, 300)))
+    """Connections that have."""
+    stranger: float = 10.0
+    """A stranger's connection is closed after this long, whatever it does [s]."""
+    idle: float = 60.0
+    """One that stops in the middle of a request, or does not take its answer, is closed after this long [s]."""
+    ping: float = 20.0
+    """A WebSocket is asked for a sign of life this often, and has as long to give it [s]."""
+
+    @property
+    def batch(self) -> int:
+        """Connections taken at once.
+
+        It takes a few turns of the event loop until a connection's first request is read. This many times that
+        many turns stays well below `strangers`: a flood cannot push out a request that was sent at once.
+        """
+        return max(2, self.strangers // 10)
+
+
+class Visitor:
+    """One connection."""
+
+    def __init__(self, connections: "Connections", transport: asyncio.Transport) -> None:
+        """Register a connection that was just made."""
+        self._connections, self._now = connections, asyncio.get_running_loop().time
+        self.transport = transport
+        self.since = self.heard = self.moved = self._now()
+        """When it was made; when it last sent something; when its outgoing data last became less [s]."""
+        self.waiting = 0
+        """Outgoing data at the last look [bytes]."""
+        self.peer: str | None = None
+        """Who is at the other end, once somebody asked."""
+        self.is_owed: Callable[[], bool] = lambda: False
+        """Tells whether the next step is the server's."""
+
+    def hear(self) -> None:
+        """Note that data came."""
+        self.heard = self._now()
+
+    def let_in(self) -> bool:
+        """Count it as known; False when there are too many of those."""
+        return self._connections.let_in(self)
+
+    def leave(self) -> None:
+        """Forget it."""
+        self._connections.leave(self)
+
+    def is_stuck(self, patience: float) -> bool:
+        """Return whether it has kept its next step waiting for too long [s]."""
+        now, before = self._now(), self.waiting
+        self.waiting = self.transport.get_write_buffer_size()
+        if not self.waiting or self.waiting < before:
+            self.moved = now
+        silent = now - self.heard > patience and not self.waiting and not self.is_owed()
+        return silent or now - self.moved > patience
+
+
+class Connections:
+    """Knows all connections of a server. For its event loop."""
+
+    def __init__(self, limits: Limits) -> None:
+        """Begin without connections."""
+        self.limits = limits
+        self._most = limits.strangers
+        self._strangers: dict[Visitor, None] = {}
+        self._known: set[Visitor] = set()
+
+    def arrive(self, transport: asyncio.Transport) -> Visitor:
+        """Register a connection; the oldest stranger makes room."""
+        while len(self._strangers) >= self._most:
+            self._drop(next(iter(self._strangers)))
+        visitor = Visitor(self, transport)
+        self._strangers[visitor] = None
+        return visitor
+
+    def let_in(self, visitor: Visitor) -> bool:
+        """Count a connection as known; False when there are too many of those."""
+        if visitor in self._strangers:
+            if len(self._known) >= self.limits.known:
+                return False
+            del self._strangers[visitor]
+            self._known.add(visitor)
+        return True
+
+    def leave(self, visitor: Visitor) -> None:
+        """Forget a connection that was closed."""
+        self._strangers.pop(visitor, None)
+        self._known.discard(visitor)
+
+    def make_room(self) -> None:
+        """Close all connections of strangers, and allow fewer from now on: this process has no files for more."""
+        self._most = max(3 * self.limits.batch, min(self._most, len(self._strangers)) // 2)
+        for visitor in list(self._strangers):
+            self._drop(visitor)
+
+    def cut_off(self) -> None:
+        """Close the connections that do not read: a server that ends would wait for them."""
+        for visitor in [*self._strangers, *self._known]:
+            if visitor.transport.get_write_buffer_size():
+                self._drop(visitor)
+
+    @asynccontextmanager
+    async def sweeping(self) -> AsyncIterator[None]:
+        """Close connections that take too long, while the block runs."""
+        task = asyncio.create_task(self._sweep())
+        try:
+            yield
+        finally:
+            task.cancel()
+            with suppress(asyncio.CancelledError):
+                await task
+
+    async def _sweep(self) -> None:
+        now = asyncio.get_running_loop().time
+        while True:
+            await asyncio.sleep(min(SWEEP, self.limits.stranger / 2, self.limits.idle / 2))
+            late = [each for each in self._strangers if now() - each.since > self.limits.stranger]
+            for visitor in late + [each for each in self._known if each.is_stuck(self.limits.idle)]:
+                self._drop(visitor)
+
+    def _drop(self, visitor: Visitor) -> None:
+        self.leave(visitor)
+        visitor.transport.abort()
+
+
+class HttpConnection(H11Protocol):
+    """A connection of HTTP that its server counts; requests carry it in their state as `visitor`."""
+
+    visitor: Visitor
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Register it."""
+        connections: Connections = self.app_state["connections"]
+        self.visitor = connections.arrive(transport)
+        self.visitor.is_owed = self._is_owed
+        self.app_state = {**self.app_state, "visitor": self.visitor}
+        super().connection_made(transport)
+
+    def data_received(self, data: bytes) -> None:
+        """Note that data came, and read it."""
+        self.visitor.hear()
+        super().data_received(data)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Forget it."""
+        self.visitor.leave()
+        super().connection_lost(exc)
+
+    def _is_owed(self) -> bool:
+        """Return whether a whole request was received and is not answered."""
+        return self.conn.their_state not in (h11.IDLE, h11.SEND_BODY)
+
+
+class WebSocketConnection(WebSocketsSansIOProtocol):
+    """A WebSocket that its server counts."""
+
+    def connection_made(self, transport: Any) -> None:
+        """Take over from the connection that asked for it."""
+        self._visitor: Visitor = self.app_state["visitor"]
+        # Who is silent is asked for a sign of life.
+        self._visitor.is_owed = lambda: True
+        super().connection_made(transport)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Forget it."""
+        self._visitor.leave()
+        super().connection_lost(exc)

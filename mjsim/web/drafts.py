@@ -1,0 +1,314 @@
+"""Unsaved texts of worlds, kept on disk so that they survive a crash of the page, of the server or of the machine."""
+
+import contextlib
+import fcntl
+import hashlib
+import json
+import os
+import re
+import stat
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from mjsim.web.answers import RefusedError
+from mjsim.web.files import SHIPPED
+from mjsim.web.folder import Folder
+from mjsim.web.items import Json
+from mjsim.world import LEFT_BEHIND, MOST_BYTES, too_large, write_private
+
+TAB = re.compile(r"[0-9a-f]{16}")
+"""What a tab of a browser calls itself: random, and another each time its page is loaded."""
+ID = re.compile(r"[0-9a-f]{24}-[0-9a-f]{16}")
+"""Of a draft: what it belongs to, and the tab."""
+MOST, MOST_IN_ALL, OLDEST = 50, 100_000_000, 90 * 86_400.0
+"""Drafts that are kept: how many, of how many bytes together, and of what age [s]."""
+_OPEN = ".open"
+"""Ends the name of a file that is locked while a page is open."""
+_HEAD = 32_768
+"""Bytes of the first line of a file, at most; the text follows it."""
+_NUMBERS = 1000
+"""Tabs whose newest order is remembered."""
+
+
+def drafts_folder() -> Path:
+    """Return where the drafts of a user are kept: in the state folder of the XDG Base Directory Specification.
+
+    Raises:
+        RefusedError: The user has no home.
+    """
+    base = Path(os.environ.get("XDG_STATE_HOME") or "")
+    try:
+        return (base if base.is_absolute() else Path.home() / ".local" / "state") / "mjsim" / "drafts"
+    except RuntimeError as error:
+        raise _unkept(str(error)) from None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Draft:
+    """An unsaved text of a world; which tab has it, and what it was made from."""
+
+    tab: str
+    folder: str
+    """Of the studio."""
+    path: str
+    """Of the world, as the page of that studio names it."""
+    file: str
+    """Of the world, absolute."""
+    fresh: bool
+    """Whether it was never saved; then its path is only a proposal."""
+    stamp: str | None
+    """Of the content that the text was made from."""
+    when: float
+    """[s since 1970]"""
+
+    @property
+    def id(self) -> str:
+        """Return the name of its file: what it belongs to, and the tab."""
+        owner = self.file if not self.fresh and not self.path.startswith(SHIPPED) else f"{self.folder}\n{self.path}"
+        return f"{hashlib.sha256(owner.encode('utf-8', 'surrogateescape')).hexdigest()[:24]}-{self.tab}"
+
+    def path_in(self, folder: Folder) -> str | None:
+        """Return how the page of a studio names it; None when it is of another folder."""
+        if self.fresh or self.path.startswith(SHIPPED):
+            return self.path if self.folder == str(folder.root) else None
+        return folder.name(Path(self.file)) if Path(self.file).is_relative_to(folder.root) else None
+
+
+class Drafts:
+    """The drafts of a user, as the studio of one folder sees them. Several studios may be at work at once."""
+
+    def __init__(self, folder: Folder) -> None:
+        """Take the folder of the studio."""
+        self._folder = folder
+        self._lock = threading.Lock()
+        self._numbers: OrderedDict[str, int] = OrderedDict()
+        self._held: dict[str, tuple[int | None, int]] = {}
+        self._known: dict[str, tuple[tuple[int, int], Draft | None]] = {}
+
+    def keep(
+        self,
+        tab: str,
+        number: int,
+        *,
+        path: str,
+        fresh: bool,
+        stamp: str | None,
+        text: str,
+        past: Json,
+        restored: str | None = None,
+    ) -> None:
+        """Keep the text of a tab in place of the one before.
+
+        Args:
+            tab: Whose text it is.
+            number: Of the order; one that was overtaken by a newer one does nothing.
+            path: Of the world, as the page names it.
+            fresh: Whether it was never saved.
+            stamp: Of the content that the text was made from.
+            text: As it is now.
+            past: The steps that led to it, so that they can be undone.
+            restored: Id of the draft of a closed tab that it goes on from; that one goes in the same moment.
+
+        Raises:
+            RefusedError: It is too large, or cannot be written.
+        """
+        data = text.encode("utf-8", "surrogatepass")
+        if len(data) > MOST_BYTES:
+            raise RefusedError(413, f"unsaved changes cannot be kept: {too_large(len(data))}")
+        steps = json.dumps(past).encode()
+        file = path if path.startswith(SHIPPED) else str(self._folder.path(path))
+        root = str(self._folder.root)
+        draft = Draft(tab=tab, folder=root, path=path, file=file, fresh=fresh, stamp=stamp, when=time.time())
+        head = json.dumps({name: getattr(draft, name) for name in Draft.__slots__}).encode()
+        with self._in_order(tab, number) as newest, self._writing() as place:
+            if newest:
+                write_private(place / draft.id, b"\n".join((head, steps, data)))
+                self._remove(place.glob(f"*-{tab}"), but=draft.id)
+                if restored is not None and not self._is_open(restored.partition("-")[2]):
+                    self._remove([self._place(restored)], but=draft.id)
+                self._prune(place)
+
+    def forget(self, tab: str, number: int) -> None:
+        """Drop the draft of a tab: its text is saved, or not wanted any more."""
+        with self._in_order(tab, number) as newest:
+            if newest:
+                self._remove(drafts_folder().glob(f"*-{tab}"))
+
+    def listed(self) -> list[Json]:
+        """Return the drafts of the folder, the newest first: id, tab, path, fresh, when, and open: by a page."""
+        with contextlib.suppress(OSError, RefusedError):
+            drafts = sorted(self._all(drafts_folder()), key=lambda draft: -draft.when)
+            paths = ((draft, draft.path_in(self._folder)) for draft in drafts)
+            return [self._told(draft, path) for draft, path in paths if path is not None]
+        return []
+
+    def read(self, name: str) -> Json:
+        """Return a draft with its text, `past`, `stamp`, and `there`: whether what it was made from is.
+
+        Raises:
+            RefusedError: There is none of this id in the folder.
+        """
+        place = self._place(name)
+        draft, path = self._draft_of(place), None
+        if draft is not None and (path := draft.path_in(self._folder)) is not None:
+            with contextlib.suppress(OSError, ValueError):
+                _, past, data = place.read_bytes().split(b"\n", 2)
+                text = data.decode("utf-8", "surrogatepass")
+                there = path.startswith(SHIPPED) or Path(draft.file).is_file()
+                more = {"stamp": draft.stamp, "text": text, "past": json.loads(past)}
+                return {**self._told(draft, path), **more, "there": there and not draft.fresh}
+        raise RefusedError(404, "these unsaved changes are no longer there; they were restored or discarded elsewhere")
+
+    def drop(self, name: str) -> None:
+        """Remove a draft that no page has open.
+
+        Raises:
+            RefusedError: There is none of this id in the folder, or a page has it open.
+        """
+        if self.read(name)["open"]:
+            raise RefusedError(409, "these changes are open in another tab; discard them there")
+        self._remove([self._place(name)])
+
+    def hold(self, tab: str) -> None:
+        """Note that a page has a tab open until `release`, also for other studios; from one thread."""
+        file, count = self._held.get(tab, (None, 0))
+        if count == 0:
+            # Where there are no locks, as on some network file systems, a draft is offered although it is open.
+            with contextlib.suppress(OSError, RefusedError), self._writing() as place:
+                file = os.open(place / f"{tab}{_OPEN}", os.O_RDWR | os.O_CREAT, 0o600)
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        self._held[tab] = file, count + 1
+
+    def release(self, tab: str) -> None:
+        """Note that a page that had a tab open is gone; from the thread of `hold`."""
+        file, count = self._held.pop(tab, (None, 0))
+        if count > 1:
+            self._held[tab] = file, count - 1
+        elif file is not None:
+            self._remove([drafts_folder() / f"{tab}{_OPEN}"])
+            os.close(file)
+
+    def _told(self, draft: Draft, path: str) -> Json:
+        known = {"id": draft.id, "tab": draft.tab, "path": path, "fresh": draft.fresh, "when": draft.when}
+        return {**known, "open": self._is_open(draft.tab)}
+
+    def _is_open(self, tab: str) -> bool:
+        return tab in self._held or _is_held(drafts_folder() / f"{tab}{_OPEN}")
+
+    def _place(self, name: str) -> Path:
+        if not ID.fullmatch(name):
+            raise RefusedError(400, f"'{name:.60}' is no id of a draft; see the list")
+        return drafts_folder() / name
+
+    def _all(self, place: Path) -> Iterator[Draft]:
+        """Yield all drafts of the user; the heads of files that have not changed are not read again."""
+        for entry in os.scandir(place):
+            if ID.fullmatch(entry.name) and (draft := self._draft_of(place / entry.name)) is not None:
+                yield draft
+
+    def _draft_of(self, place: Path) -> Draft | None:
+        """Return what a draft says of itself; None when there is none."""
+        try:
+            found = place.stat()
+            stamp = found.st_ino, found.st_mtime_ns
+            held = self._known.get(place.name)
+            if held is None or held[0] != stamp:
+                held = self._known[place.name] = stamp, _read_head(place)
+            return held[1]
+        except OSError:
+            self._known.pop(place.name, None)
+            return None
+
+    @contextlib.contextmanager
+    def _in_order(self, tab: str, number: int) -> Iterator[bool]:
+        """Yield whether an order of a tab is newer than all before; they come over several connections."""
+        if not TAB.fullmatch(tab):
+            raise RefusedError(400, f"'{tab:.60}' is no name of a tab; it has 16 digits, 0 to f")
+        with self._lock:
+            newest = number > self._numbers.get(tab, -1)
+            if newest:
+                self._numbers[tab] = number
+                self._numbers.move_to_end(tab)
+            while len(self._numbers) > _NUMBERS:
+                self._numbers.popitem(last=False)
+            yield newest
+
+    @contextlib.contextmanager
+    def _writing(self) -> Iterator[Path]:
+        """Yield the folder of the drafts, there and private; what cannot be written is refused in a sentence."""
+        try:
+            place = drafts_folder()
+            place.parent.parent.mkdir(parents=True, exist_ok=True)
+            for folder in (place.parent, place):
+                _make_private(folder)
+            yield place
+        except OSError as error:
+            raise _unkept(error.strerror or str(error)) from None
+
+    def _remove(self, places: Iterable[Path], *, but: str = "") -> None:
+        for place in places:
+            if place.name != but:
+                with contextlib.suppress(OSError):
+                    place.unlink(missing_ok=True)
+
+    def _prune(self, place: Path) -> None:
+        """Remove the oldest drafts above the bounds, those that no page has open first."""
+        closed = (path for path in place.glob(f"*{_OPEN}") if not _is_held(path) and _age(path) > LEFT_BEHIND)
+        self._remove(closed)
+        order = sorted(self._all(place), key=lambda draft: (self._told(draft, "")["open"], draft.when), reverse=True)
+        size = 0
+        for count, draft in enumerate(order):
+            size += (place / draft.id).stat().st_size
+            if count >= MOST or size > MOST_IN_ALL or draft.when < time.time() - OLDEST:
+                self._remove([place / draft.id])
+
+
+def _make_private(folder: Path) -> None:
+    """Make a folder that its owner alone may enter.
+
+    Raises:
+        OSError: It cannot be made, or belongs to somebody else.
+    """
+    folder.mkdir(mode=0o700, exist_ok=True)
+    found = folder.lstat()
+    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.geteuid():
+        raise PermissionError(13, f"'{folder}' is not a folder of your own")
+    if stat.S_IMODE(found.st_mode) != 0o700:
+        folder.chmod(0o700)
+
+
+def _read_head(place: Path) -> Draft | None:
+    with place.open("rb") as file:
+        line = file.readline(_HEAD)
+    try:
+        draft = Draft(**json.loads(line))
+    except (ValueError, TypeError):
+        return None
+    return draft if draft.id == place.name else None
+
+
+def _is_held(place: Path) -> bool:
+    """Return whether a process holds the lock of a file."""
+    try:
+        with place.open("rb") as file:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return False
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+
+
+def _age(place: Path) -> float:
+    try:
+        return time.time() - place.stat().st_mtime
+    except OSError:
+        return 0.0
+
+
+def _unkept(reason: str) -> RefusedError:
+    return RefusedError(409, f"unsaved changes cannot be kept: {reason}; save often")

@@ -1,0 +1,107 @@
+"""Who is let in: a token of the user's, addresses that work once, and the sessions of browsers."""
+
+import hmac
+import secrets
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from hashlib import sha256
+
+from mjsim.errors import UsageError
+
+LIFETIME = 300.0
+"""Of an address that works once [s]."""
+SHORTEST = 16
+"""Characters of a token that somebody chose."""
+MOST_SESSIONS, MOST_PASSES = 200, 100
+"""The oldest ones are forgotten."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pass:
+    """A word that lets one browser in, once."""
+
+    word: str
+    ends: float
+    """On the monotonic clock [s]."""
+    over: threading.Event = field(default_factory=threading.Event)
+    """Set once it was used or taken back."""
+
+
+class Keys:
+    """Gives out passes, exchanges them for sessions, and knows sessions again. Any thread may call it.
+
+    A session belongs to the peer that began it: cookies of one address go to all its ports, so a program of another
+    user can be sent one.
+    """
+
+    def __init__(self, token: str | None = None, *, clock: Callable[[], float] = time.monotonic) -> None:
+        """Begin without sessions.
+
+        Args:
+            token: Accepted besides passes, any number of times; None accepts passes alone.
+            clock: Tells the time [s].
+
+        Raises:
+            UsageError: The token is short enough to be guessed.
+        """
+        if token is not None and len(token) < SHORTEST:
+            raise UsageError(f"the token has {len(token)} characters; use at least {SHORTEST}, chosen at random")
+        self._token, self._clock = token, clock
+        self._lock = threading.Lock()
+        self._passes: OrderedDict[bytes, Pass] = OrderedDict()
+        self._sessions: OrderedDict[bytes, str] = OrderedDict()
+
+    def new_pass(self) -> Pass:
+        """Return a pass of 256 bits that is valid for `LIFETIME`."""
+        made = Pass(secrets.token_urlsafe(32), self._clock() + LIFETIME)
+        with self._lock:
+            self._passes[_digest(made.word)] = made
+            if len(self._passes) > MOST_PASSES:
+                self._passes.popitem(last=False)[1].over.set()
+        return made
+
+    def revoke(self, given: Pass) -> None:
+        """Take a pass back."""
+        with self._lock:
+            self._passes.pop(_digest(given.word), None)
+        given.over.set()
+
+    def exchange(self, word: str, *, peer: str) -> str | None:
+        """Return a new session for a valid pass, which is used up; None for any other word."""
+        with self._lock:
+            given = self._passes.pop(_digest(word), None)
+            if given is None:
+                return None
+            given.over.set()
+            return self._begin(peer) if self._clock() < given.ends else None
+
+    def log_in(self, word: str, *, peer: str) -> str | None:
+        """Return a new session for the token or a valid pass; None for any other word."""
+        if self._token is not None and hmac.compare_digest(_digest(word), _digest(self._token)):
+            with self._lock:
+                return self._begin(peer)
+        return self.exchange(word, peer=peer)
+
+    def know(self, sessions: Iterable[str], *, peer: Callable[[], str]) -> bool:
+        """Return whether one of these sessions was begun by a peer, which is asked for only where it matters."""
+        with self._lock:
+            for digest in map(_digest, sessions):
+                if self._sessions.get(digest) is not None and self._sessions[digest] == peer():
+                    self._sessions.move_to_end(digest)
+                    return True
+        return False
+
+    def _begin(self, peer: str) -> str:
+        session = secrets.token_urlsafe(32)
+        self._sessions[_digest(session)] = peer
+        if len(self._sessions) > MOST_SESSIONS:
+            self._sessions.popitem(last=False)
+        return session
+
+
+def _digest(word: str) -> bytes:
+    """Return what a word is looked up by: how long that takes depends on no secret."""
+    return sha256(word.encode("utf-8", "surrogatepass")).digest()

@@ -1,0 +1,254 @@
+"""What the page is told of a run, over the WebSocket and in answers; its protocol.ts is made from these types."""
+
+from typing import Annotated, Literal, NotRequired
+
+from pydantic import ConfigDict, Field, with_config
+from typing_extensions import TypeAliasType, TypedDict
+
+_TOLD = with_config(ConfigDict(use_attribute_docstrings=True))
+
+PlanarPose = TypeAliasType(
+    "PlanarPose",
+    Annotated[tuple[float, float, float], Field(description="x, y [m] and heading [rad, counter-clockwise from x].")],
+)
+LandmarkRow = TypeAliasType(
+    "LandmarkRow",
+    Annotated[
+        tuple[float, float, float, float, float], Field(description="Mean x, y [m], then covariance xx, xy, yy [m^2].")
+    ],
+)
+SightingRow = TypeAliasType(
+    "SightingRow",
+    Annotated[
+        tuple[str | None, float, float],
+        Field(description="Name, null when anonymous; horizontal range [m]; bearing [rad, left positive]."),
+    ],
+)
+Pixel = TypeAliasType("Pixel", tuple[float, float])
+Recognised = TypeAliasType(
+    "Recognised",
+    Annotated[tuple[str | None, list[Pixel]], Field(description="Name and corners [px] of a beacon in a picture.")],
+)
+RunState = TypeAliasType("RunState", Literal["idle", "loading", "running", "paused", "ended", "failed"])
+
+
+@_TOLD
+class CameraFacts(TypedDict):
+    """A camera of a robot."""
+
+    name: str
+    width: int
+    """[px]"""
+    height: int
+    """[px]"""
+
+
+@_TOLD
+class RobotFacts(TypedDict):
+    """What is shown of a robot that does not change."""
+
+    name: str
+    radius: float
+    """[m]"""
+    outline: list[tuple[float, float]] | None
+    """Of its footprint, in its own frame [m]."""
+    color: str | None
+    cameras: list[CameraFacts]
+    can_strafe: bool
+
+
+@_TOLD
+class Chosen(TypedDict):
+    """Which modules drive a robot: what `use:` says, null for none."""
+
+    observer: str | None
+    estimator: str | None
+    navigator: str | None
+    avoidance: bool | str
+
+
+@_TOLD
+class NoiseFigure(TypedDict):
+    """A figure of the world that may be changed while it runs."""
+
+    key: str
+    label: str
+    value: float | None
+    """null: nothing is said, and there is none."""
+    initial: float | None
+    """What the world says."""
+    unit: str | None
+    description: str | None
+    slider: list[float] | None
+    """Both ends of the useful part of its range; null: the unit is enough to choose one."""
+
+
+@_TOLD
+class RunNews(TypedDict):
+    """What the run is and does."""
+
+    kind: Literal["run"]
+    state: RunState
+    error: NotRequired[str | None]
+    path: str | None
+    name: str | None
+    time: float
+    """Simulated [s]."""
+    seconds: float | None
+    """How long it is to be [s]; null without end."""
+    dt: float
+    """One tick [s]."""
+    seed: int | None
+    speed: float | None
+    """Simulated seconds a second that are wanted; null for as fast as it goes."""
+    robots: list[RobotFacts]
+    controllable: bool
+    recording: NotRequired[str | None]
+    drivers: NotRequired[dict[str, Chosen]]
+    noise: NotRequired[list[NoiseFigure]]
+
+
+@_TOLD
+class EventNews(TypedDict):
+    """Something that happened to a robot or to the world."""
+
+    kind: Literal["event"]
+    time: float
+    """Simulated [s]."""
+    robot: str | None
+    """null: to the world."""
+    event: str
+    text: str
+
+
+@_TOLD
+class TrackHistory(TypedDict):
+    """Path and figures of one robot; all lists are equally long."""
+
+    time: list[float]
+    truth: list[PlanarPose]
+    estimate: list[PlanarPose]
+    odometry: list[PlanarPose]
+    sigma: list[PlanarPose]
+    """Standard deviations of x, y [m] and heading [rad]."""
+    error: list[float | None]
+    """Distance of the estimate from the truth [m]."""
+    heading_error: list[float | None]
+    """[rad]"""
+    nees: list[float | None]
+    timing: dict[str, list[float | None]]
+    """Wall-clock time of each module [ms]."""
+
+
+@_TOLD
+class PastNews(TypedDict):
+    """All that was until now, for browsers that come late."""
+
+    kind: Literal["past"]
+    robots: dict[str, TrackHistory]
+    events: list[EventNews]
+
+
+@_TOLD
+class RobotTick(TypedDict):
+    """One robot at one tick."""
+
+    truth: PlanarPose
+    estimate: PlanarPose
+    odometry: PlanarPose
+    covariance: list[float]
+    """Of x, y, heading, row by row."""
+    landmarks: dict[str, LandmarkRow]
+    sightings: list[SightingRow]
+    error: float
+    """Distance of the estimate from the truth [m]."""
+    heading_error: float
+    """[rad]"""
+    nees: float | None
+    timing: dict[str, float]
+    """[ms]"""
+    command: tuple[float, float, float]
+    """Forward, left [m/s], turn [rad/s]."""
+    proximity: NotRequired[list[float | None]]
+    """Ranges of the ring, the first one ahead, counter-clockwise [m]; null for nothing near."""
+    recognised: NotRequired[list[Recognised]]
+    """What was recognised in its pictures; of recordings alone."""
+    bump: NotRequired[list[float]]
+    """Bearings of contacts now [rad]."""
+
+
+@_TOLD
+class TickNews(TypedDict):
+    """One tick of the loop."""
+
+    kind: Literal["tick"]
+    number: int
+    time: float
+    """Simulated [s]."""
+    pace: float
+    """Simulated seconds a second."""
+    robots: dict[str, RobotTick]
+    things: dict[str, PlanarPose]
+    """Where everything is that can move but robots, by its name in the scene."""
+
+
+@_TOLD
+class Item(TypedDict):
+    """An item of a world as the plan, the panel and the outline show it."""
+
+    path: list[str | int]
+    kind: str
+    name: str | None
+    label: str
+    at: tuple[float, float] | None
+    heading_deg: float | None
+    polygons: list[list[tuple[float, float]]]
+    """Outlines in the world frame [m]."""
+    values: dict[str, object]
+    written: list[str]
+    raw: NotRequired[dict[str, object]]
+    """As it stands in the text: before defaults, presets and arithmetic."""
+    computed: NotRequired[list[str]]
+    """Keys whose values are arithmetic; those cannot be set from here."""
+    type: str
+    """Name of its definition in the schema."""
+    fixed: str | None
+    """Why it cannot be changed here."""
+    line: int
+
+
+@_TOLD
+class SceneNews(TypedDict):
+    """What a plan of the run's world shows."""
+
+    kind: Literal["scene"]
+    items: list[Item]
+    bounds: tuple[float, float, float, float]
+
+
+@_TOLD
+class RefusedNews(TypedDict):
+    """A request that was refused."""
+
+    kind: Literal["refused"]
+    do: str
+    error: str
+    needs_trust: NotRequired[dict[str, str]]
+    """Code that the person has not allowed yet: files with the SHA-256 of their content, installed classes with ''."""
+
+
+@_TOLD
+class FrameHead(TypedDict):
+    """What stands before a picture."""
+
+    number: int
+    view: str
+    """`ROBOT/CAMERA`, the same with `:depth` or `:segmentation`, or `outside`."""
+    time: float
+    """Simulated [s]."""
+    recognised: list[Recognised]
+    scale: NotRequired[tuple[float, float]]
+    """Distances at the near and the far end of the colours of a picture of depth [m]."""
+
+
+News = TypeAliasType("News", RunNews | SceneNews | PastNews | TickNews | EventNews | RefusedNews)

@@ -1,0 +1,32 @@
+/** An address that lets in one more browser: this page makes it, because it is in already. */
+
+import { postJson } from "../api";
+import { el } from "../dom";
+import { ask, type Choice } from "./dialog";
+import type { Toasts } from "./toasts";
+
+interface Invitation {
+  url: string;
+  /** For how long the address works; null when no token is asked for. */
+  minutes: number | null;
+}
+
+export async function askInvite(toasts: Toasts): Promise<void> {
+  let invitation: Invitation;
+  try {
+    invitation = await postJson<Invitation>("/api/invite", {});
+  } catch (error) {
+    toasts.error(error);
+    return;
+  }
+  const { url, minutes } = invitation;
+  const address = el("input", { class: "mono", value: url, readOnly: true, "aria-label": "Address", autofocus: true });
+  address.addEventListener("focus", () => address.select());
+  const hint = minutes === null ? "Any browser of this machine can open it." : `It works once, within ${minutes} minutes.`;
+  const body = [el("p", {}, "Open this address in the other browser:"), address, el("p", { class: "hint" }, hint)];
+  const close: Choice<boolean> = { text: "Close", value: false };
+  // Browsers have no clipboard for pages of other machines without encryption.
+  const choices = window.isSecureContext ? [close, { text: "Copy", value: true, kind: "primary" as const }] : [close];
+  const copy = await ask("Open in another browser", body, choices);
+  if (copy) await navigator.clipboard.writeText(url).catch((error: unknown) => toasts.error(error));
+}

@@ -1,0 +1,53 @@
+"""Wrong tokens are answered late, and later each time, per peer."""
+
+import asyncio
+import time
+from collections import Counter, OrderedDict
+from collections.abc import Callable
+
+FIRST, LONGEST = 0.25, 4.0
+"""Delay of the first wrong token and of later ones, each twice as long [s]."""
+FORGIVEN = 60.0
+"""Without a wrong token for so long a peer begins anew [s]."""
+AT_ONCE = 4
+"""Tokens of one peer that may be waiting for their answers."""
+MOST_PEERS = 1000
+
+
+class Penalty:
+    """Bounds how many tokens a peer can try; a right one is answered at once. For one event loop."""
+
+    def __init__(self, *, clock: Callable[[], float] = time.monotonic) -> None:
+        """Begin with no peer at fault."""
+        self._clock = clock
+        self._wrong: OrderedDict[str, tuple[int, float]] = OrderedDict()
+        self._waiting: Counter[str] = Counter()
+
+    def is_full(self, peer: str) -> bool:
+        """Return whether a peer has so many wrong tokens waiting that another one is not even looked at."""
+        return self._waiting[peer] >= AT_ONCE
+
+    async def wait(self, peer: str) -> None:
+        """Hold up the answer to a wrong token."""
+        count, last = self._wrong.pop(peer, (0, 0.0))
+        now = self._clock()
+        count = 1 if now - last > FORGIVEN else count + 1
+        self._wrong[peer] = count, now
+        if len(self._wrong) > MOST_PEERS:
+            self._wrong.popitem(last=False)
+        self._waiting[peer] += 1
+        try:
+            await asyncio.sleep(delay(count))
+        finally:
+            self._waiting[peer] -= 1
+            if not self._waiting[peer]:
+                del self._waiting[peer]
+
+    def forgive(self, peer: str) -> None:
+        """Begin anew with a peer that gave the right token."""
+        self._wrong.pop(peer, None)
+
+
+def delay(count: int) -> float:
+    """Return how long the answer to the n-th wrong token takes [s]."""
+    return min(FIRST * 2.0 ** min(count - 1, 10), LONGEST)

@@ -1,0 +1,126 @@
+"""What a browser may ask of a run, over the WebSocket."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.world import World, with_values
+
+Share = Annotated[float, Field(ge=-1.0, le=1.0)]
+"""Fraction of a limit of the robot."""
+Drivers = dict[str, dict[Literal["observer", "estimator", "navigator", "avoidance", "push"], Any]]
+"""Robot -> what drives it in place of what its world says."""
+Number = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class _Request(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Start(_Request):
+    """Begin a run of a world's text."""
+
+    do: Literal["start"]
+    path: str | None = None
+    text: str
+    seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
+    seconds: Annotated[float, Field(gt=0, le=1e6)] | None = None
+    speed: Annotated[float, Field(gt=0, le=1e6)] | None = None
+    drivers: Drivers = {}
+    record: str | None = None
+
+
+class Simple(_Request):
+    """A request without arguments."""
+
+    do: Literal["pause", "go", "tick", "restart", "stop"]
+
+
+class Speed(_Request):
+    """Go at a multiple of real time."""
+
+    do: Literal["speed"]
+    value: Annotated[float, Field(gt=0, le=1e6)] | None = None
+
+
+class DriveByHand(_Request):
+    """Drive a robot by hand, as fractions of its limits; null releases control."""
+
+    do: Literal["drive"]
+    robot: str
+    forward: Share | None = None
+    left: Share | None = None
+    turn: Share | None = None
+
+
+class SetNoise(_Request):
+    """Change the noise of something."""
+
+    do: Literal["set"]
+    key: str
+    value: Number | None
+
+
+class Outside(_Request):
+    """From where the view from outside looks."""
+
+    azimuth_deg: Number
+    elevation_deg: Annotated[float, Field(ge=-90.0, le=90.0)]
+    distance: Annotated[float, Field(gt=0.0, le=1000.0)]
+    at: tuple[Number, Number]
+
+
+class Watch(_Request):
+    """Choose the views that are sent."""
+
+    do: Literal["watch"]
+    cameras: Annotated[list[str], Field(max_length=100)] = []
+    depth: bool = False
+    segmentation: bool = False
+    outside: Outside | None = None
+
+
+class Shown(_Request):
+    """A picture has been shown: another may come."""
+
+    do: Literal["shown"]
+    number: int
+
+
+REQUESTS: tuple[type[BaseModel], ...] = (Start, Simple, Speed, DriveByHand, SetNoise, Watch, Shown)
+RunRequest = Annotated[Start | Simple | Speed | DriveByHand | SetNoise | Watch | Shown, Field(discriminator="do")]
+_REQUEST: TypeAdapter[RunRequest] = TypeAdapter(RunRequest)
+
+
+def read_request(text: str) -> RunRequest:
+    """Return what a browser asks.
+
+    Raises:
+        UsageError: It is no request.
+    """
+    try:
+        return _REQUEST.validate_json(text)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        where = ".".join(map(str, first["loc"])) or "the request"
+        raise UsageError(f"{where}: {first['msg'][0].lower()}{first['msg'][1:]}") from None
+
+
+def with_drivers(world: World, chosen: Drivers) -> World:
+    """Return the world with modules in place of those that it names.
+
+    Raises:
+        UsageError: They are chosen for a robot that is not there, or cannot be.
+    """
+    if not chosen:
+        return world
+    names = [robot.name for robot in world.robots]
+    drivers: dict[str, dict[Any, Any]] = {
+        name: modules.model_dump(exclude_unset=True) for name, modules in world.run.drivers.items()
+    }
+    for name, modules in chosen.items():
+        if name not in names:
+            raise UsageError(f"no robot '{name}' to drive in this world{did_you_mean(name, names)}")
+        drivers[name] = {**drivers.get(name, {}), **modules}
+    return with_values(world, {"run.drivers": drivers})

@@ -1,0 +1,231 @@
+"""The tabs of browsers that show the studio: their unsaved texts are kept, and they are told what others change."""
+
+import asyncio
+import contextlib
+import threading
+from collections.abc import Sequence
+from typing import Annotated, Literal
+
+from pydantic import Field, ValidationError, model_validator
+from starlette.requests import Request
+from starlette.routing import BaseRoute, Route, WebSocketRoute
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from mjsim.errors import MjsimError
+from mjsim.web.answers import Ask, RefusedError, asked, posted
+from mjsim.web.drafts import ID, TAB, Drafts
+from mjsim.web.files import SHIPPED, read_world
+from mjsim.web.folder import LONGEST, Folder
+from mjsim.web.items import Json
+from mjsim.web.watch import MOST, DiskWatch
+
+PERIOD = 0.5
+"""The disk is looked at so often while a page is open [s]."""
+
+MOST_STEPS, MOST_LETTERS = 1000, 400_000
+"""Of the history that is kept beside a draft; the letters are those of all steps together."""
+Name = Annotated[str, Field(max_length=LONGEST)]
+
+
+class StepAsk(Ask):
+    """One step of a text's history: where `old` stood, `fresh` stands now."""
+
+    begin: Annotated[int, Field(ge=0, alias="from")]
+    old: Annotated[str, Field(max_length=MOST_LETTERS)]
+    fresh: Annotated[str, Field(max_length=MOST_LETTERS)]
+
+
+class PastAsk(Ask):
+    """The steps that lead to a text, `at` of them, and those that lead on."""
+
+    steps: Annotated[tuple[StepAsk, ...], Field(max_length=MOST_STEPS)] = ()
+    at: Annotated[int, Field(ge=0)] = 0
+
+    @model_validator(mode="after")
+    def _within(self) -> "PastAsk":
+        if self.at > len(self.steps):
+            raise ValueError(f"{self.at} steps lead to the text, but there are {len(self.steps)}")
+        if sum(len(step.old) + len(step.fresh) for step in self.steps) > MOST_LETTERS:
+            raise ValueError(f"the steps have more than {MOST_LETTERS} letters")
+        return self
+
+
+class KeepAsk(Ask):
+    """The text of a tab, to be kept until it is saved."""
+
+    tab: str
+    number: Annotated[int, Field(ge=0)]
+    path: Name
+    fresh: bool
+    stamp: str | None
+    text: str
+    past: PastAsk = PastAsk()
+    restored: Annotated[str, Field(pattern=f"^{ID.pattern}$")] | None = None
+
+
+class ForgetAsk(Ask):
+    """A tab whose text is saved."""
+
+    tab: str
+    number: Annotated[int, Field(ge=0)]
+
+
+class DraftAsk(Ask):
+    """Which draft is meant."""
+
+    id: str
+
+
+class ShowAsk(Ask):
+    """What a tab shows now."""
+
+    do: Literal["show"]
+    path: Name
+    stamp: str | None
+    files: Annotated[dict[Name, Annotated[str, Field(max_length=100)]], Field(max_length=MOST)]
+
+
+class Tabs:
+    """Keeps the drafts of all tabs, and tells each what is new: on disk, and of the drafts of others."""
+
+    def __init__(self, folder: Folder) -> None:
+        """Take the folder of the studio."""
+        self._folder, self._drafts = folder, Drafts(folder)
+        self._pages: set[_Page] = set()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._closing = False
+        self.routes: Sequence[BaseRoute] = [
+            WebSocketRoute("/api/tab", self._serve),
+            Route("/api/drafts", asked(self._list), methods=["GET"]),
+            Route("/api/draft/keep", posted(KeepAsk, self._keep), methods=["POST"]),
+            Route("/api/draft/forget", posted(ForgetAsk, self._forget), methods=["POST"]),
+            Route("/api/draft/read", posted(DraftAsk, lambda ask: self._drafts.read(ask.id)), methods=["POST"]),
+            Route("/api/draft/drop", posted(DraftAsk, self._drop), methods=["POST"]),
+        ]
+
+    def wake(self) -> None:
+        """Look at the disk now; from any thread."""
+        if self._loop is not None:
+            with contextlib.suppress(RuntimeError):  # the server has ended
+                self._loop.call_soon_threadsafe(self._wake)
+
+    def close(self) -> None:
+        """Disconnect all pages; from another thread than the server's."""
+        self._closing = True
+        self.wake()
+
+    def _wake(self) -> None:
+        for page in self._pages:
+            page.due.set()
+
+    async def _serve(self, socket: WebSocket) -> None:
+        """Serve a tab for as long as its page is open."""
+        tab = socket.query_params.get("tab", "")
+        if not TAB.fullmatch(tab):
+            await socket.close(1008)
+            return
+        await socket.accept()
+        self._loop = asyncio.get_running_loop()
+        page = _Page(socket, tab, DiskWatch(self._folder))
+        self._drafts.hold(tab)
+        self._pages.add(page)
+        self._wake()
+        telling = asyncio.create_task(self._tell(page))
+        try:
+            while (message := await socket.receive())["type"] != "websocket.disconnect":
+                await self._take(page, message.get("text") or "")
+        finally:
+            self._pages.discard(page)
+            self._drafts.release(tab)
+            self._wake()
+            telling.cancel()
+            with contextlib.suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError):
+                await telling
+
+    async def _take(self, page: "_Page", text: str) -> None:
+        """Note what a page shows."""
+        try:
+            show = ShowAsk.model_validate_json(text)
+            await asyncio.to_thread(page.show, show)
+        except (ValidationError, RefusedError):
+            await page.socket.close(1008)
+        page.due.set()
+
+    async def _tell(self, page: "_Page") -> None:
+        """Tell a page what is new until it goes, or the end."""
+        while not self._closing:
+            page.due.clear()
+            for news in await asyncio.to_thread(page.news, self._drafts):
+                await page.socket.send_json(news)
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(page.due.wait(), PERIOD)
+        await page.socket.close(1000, "ended")
+
+    def _list(self, _: Request) -> Json:
+        """Return the drafts of the folder, without those that are on disk as they are."""
+        drafts = self._drafts.listed()
+        for draft in drafts:
+            if not draft["open"] and not draft["fresh"] and self._is_on_disk(draft):
+                self._drafts.drop(draft["id"])
+        return {"drafts": self._drafts.listed()}
+
+    def _is_on_disk(self, draft: Json) -> bool:
+        path: str = draft["path"]
+        with contextlib.suppress(RefusedError, MjsimError):
+            return (
+                not path.startswith(SHIPPED)
+                and read_world(self._folder, path)[0] == self._drafts.read(draft["id"])["text"]
+            )
+        return False
+
+    def _keep(self, ask: KeepAsk) -> Json:
+        past = ask.past.model_dump(by_alias=True)
+        self._drafts.keep(
+            ask.tab,
+            ask.number,
+            path=ask.path,
+            fresh=ask.fresh,
+            stamp=ask.stamp,
+            text=ask.text,
+            past=past,
+            restored=ask.restored,
+        )
+        self.wake()
+        return {}
+
+    def _forget(self, ask: ForgetAsk) -> Json:
+        self._drafts.forget(ask.tab, ask.number)
+        self.wake()
+        return {}
+
+    def _drop(self, ask: DraftAsk) -> Json:
+        self._drafts.drop(ask.id)
+        self.wake()
+        return {}
+
+
+class _Page:
+    """A page that is open, and what it was told last."""
+
+    def __init__(self, socket: WebSocket, tab: str, watch: DiskWatch) -> None:
+        self.socket, self.tab = socket, tab
+        self.due = asyncio.Event()
+        self._watch = watch
+        self._lock = threading.Lock()
+        self._told: list[tuple[str, bool]] | None = None
+
+    def show(self, show: ShowAsk) -> None:
+        """Note what it shows now."""
+        with self._lock:
+            self._watch.show(show.path, stamp=show.stamp, files=show.files)
+
+    def news(self, drafts: Drafts) -> list[Json]:
+        """Return what it is to be told."""
+        with self._lock:
+            news = list(self._watch.news())
+        others = [draft for draft in drafts.listed() if draft["tab"] != self.tab]
+        there = [(draft["id"], draft["open"]) for draft in others]
+        if there != self._told:
+            self._told = there
+            news.append({"kind": "drafts", "drafts": others})
+        return news

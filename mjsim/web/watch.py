@@ -1,0 +1,120 @@
+"""What changes on disk while a page shows a world: its own file, and the files that it names."""
+
+import os
+import re
+import stat
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from mjsim.web.files import source_of, stamp_of
+from mjsim.web.folder import Folder
+from mjsim.web.items import Json
+from mjsim.world import MOST_BYTES
+
+MOST = 1000
+"""Files that a world names and that are watched."""
+_FILE = re.compile(
+    r"(.+\.(?:yaml|yml|jpg|jpeg|png|webp|xml|mjcf|urdf|obj|stl|py|m|csv))(?::\w+)?", re.IGNORECASE | re.DOTALL
+)
+_RECENT = 2.0
+"""A file that was changed within so long [s] may change again without a sign: clocks of file systems tick slowly."""
+
+Signs = Mapping[str, str]
+"""Name of a file -> what tells one state of it from another without reading it; '' when there is none."""
+
+
+def named_in(value: Any) -> Iterator[str]:
+    """Yield what looks like the name of a file in the plain value of a text, whether the file is there or not."""
+    waiting = [value]
+    while waiting:
+        item = waiting.pop()
+        if isinstance(item, dict):
+            waiting += item.values()
+        elif isinstance(item, list):
+            waiting += item
+        elif isinstance(item, str) and (found := _FILE.fullmatch(item)) is not None:
+            yield found.group(1)
+
+
+def signs_of(folder: Folder, path: str, names: Iterable[str]) -> Signs:
+    """Return the signs of files that a world names; '' for those outside of the studio's folder.
+
+    Args:
+        folder: Of the studio.
+        path: Of the world.
+        names: Paths of the files from its folder.
+    """
+    base = source_of(folder, path).folder or folder.root
+    return {name: _sign(folder, os.path.normpath(base / name)) for name in islice(names, MOST)}
+
+
+def _sign(folder: Folder, place: str) -> str:
+    try:
+        found = os.stat(place)
+    except (OSError, ValueError):
+        return ""
+    inside = Path(os.path.realpath(place)).is_relative_to(folder.root)
+    if not (inside and stat.S_ISREG(found.st_mode)):
+        return ""
+    return f"{found.st_ino}-{found.st_mtime_ns}-{found.st_ctime_ns}-{found.st_size}"
+
+
+class DiskWatch:
+    """Tells one page what is new on disk of the world that it shows."""
+
+    def __init__(self, folder: Folder) -> None:
+        """Watch nothing yet."""
+        self._folder = folder
+        self._place: Path | None = None
+        self._path, self._told, self._missing = "", "", False
+        self._read: tuple[str, float, str] | None = None
+        self._signs: Signs = {}
+
+    def show(self, path: str, *, stamp: str | None, files: Signs) -> None:
+        """Note what the page shows now.
+
+        Args:
+            path: Of its world, whether it has a file or not; '' for none.
+            stamp: Of the content that the page knows; None when the world has no file.
+            files: That the world names, with their signs when it was read.
+
+        Raises:
+            RefusedError: The path leaves the folder.
+        """
+        source_of(self._folder, path)
+        self._path, self._signs, self._told = path, files, stamp or ""
+        self._place = None if stamp is None else self._folder.path(path)
+
+    def news(self) -> Iterator[Json]:
+        """Yield what has changed since it was last told: `disk` of the world's own file, `files` of those it names."""
+        if self._place is not None:
+            stamp = self._stamp(self._place)
+            # Some editors delete a file before they rewrite it, so it counts as gone when it is missing twice.
+            missing, self._missing = self._missing, not stamp
+            if stamp != self._told and (stamp or missing):
+                self._told = stamp
+                yield {"kind": "disk", "path": self._path, "stamp": stamp or None}
+        signs = signs_of(self._folder, self._path, self._signs)
+        changed = [name for name, sign in signs.items() if sign != self._signs[name]]
+        if changed:
+            self._signs = signs
+            yield {"kind": "files", "files": changed}
+
+    def _stamp(self, place: Path) -> str:
+        """Return the stamp of a file's content, read again only when its sign is another; '' when it is gone."""
+        sign = _sign(self._folder, str(place))
+        if not sign:
+            return ""
+        _, modified, _, size = map(int, sign.split("-"))
+        # A change that came right after the last reading may have left the same sign.
+        if self._read is None or self._read[0] != sign or self._read[1] < modified / 1e9 + _RECENT:
+            began = time.time()
+            try:
+                stamp = stamp_of(place) if size <= MOST_BYTES else f"too large: {sign}"
+            except OSError:
+                stamp = f"unreadable: {sign}"
+            self._read = sign, began, stamp
+        return self._read[2]

@@ -1,0 +1,2 @@
+from .plausibility import check_world as check_world
+from .standing import Solids as Solids

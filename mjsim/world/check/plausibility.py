@@ -1,0 +1,129 @@
+"""Valid but implausible: robots in walls, hidden beacons, openings that do not fit, tags that hear no anchor."""
+
+import itertools
+import math
+from collections.abc import Iterator
+from functools import partial
+
+from mjsim.errors import Problem
+from mjsim.world.check.movers import misled
+from mjsim.world.check.standing import SPARE, Doubt, Solids, pair
+from mjsim.world.items import Robot, Wall, World, sensors
+from mjsim.world.plan import Hung, hung
+from mjsim.world.yaml import problems_at
+
+IN_FRONT = 0.05
+"""A picture with something nearer than this before its middle is hidden [m]."""
+
+
+def check_world(world: World) -> list[Problem]:
+    """Return what is implausible in a valid world, sorted by place; nothing of the user's is run."""
+    doubts = itertools.chain(_openings(world), _crowded(world), _deaf_tags(world))
+    source = world.source
+    faults = ((path, partial(str, message)) for message, path in doubts)
+    return sorted(problems_at(source.written, source.file, faults))
+
+
+def _openings(world: World) -> Iterator[Doubt]:
+    for number, wall in enumerate(world.walls):
+        if wall.openings:
+            for message, path in _openings_of(wall):
+                yield message, ("walls", number, "openings", *path)
+
+
+def _openings_of(wall: Wall) -> Iterator[Doubt]:
+    segments = wall.segments()
+    for index, opening in enumerate(wall.openings):
+        length = math.dist(*segments[opening.segment])
+        end = opening.at + opening.width
+        if end > length + SPARE:
+            yield (
+                f"this opening goes from {opening.at:g} to {end:g} m;"
+                f" segment {opening.segment} is {length:g} m long, keep it within",
+                (index, "at" if opening.at >= length else "width"),
+            )
+        # A low wall is opened whole by a door; only a height that somebody wrote is a mistake.
+        if opening.head > wall.height + SPARE and "head" in opening.model_fields_set:
+            yield f"head is {opening.head:g} m; the wall is {wall.height:g} m high, keep it below", (index, "head")
+        if opening.sill >= wall.height:
+            yield f"sill is {opening.sill:g} m; the wall is {wall.height:g} m high, keep it below", (index, "sill")
+        for other_index, other in enumerate(wall.openings[:index]):
+            beside = other.segment != opening.segment or opening.at >= other.at + other.width - SPARE
+            above = opening.sill >= other.head or other.sill >= opening.head
+            if not (beside or above or other.at >= end - SPARE):
+                yield f"this opening overlaps openings[{other_index}] of its wall; move or narrow it", (index,)
+
+
+def _crowded(world: World) -> Iterator[Doubt]:
+    if not (world.robots or world.beacons or any(item.path is not None for item in world.obstacles)):
+        return
+    solids = Solids(world)
+    yield from misled(world, solids)
+    yield from _robots_in_things(world, solids)
+    for index, item in enumerate(hung(world)):
+        for message in (*_hidden(item, solids), *_hidden_in_robot(item)):
+            yield message, ("beacons", index, "at")
+
+
+def _robots_in_things(world: World, solids: Solids) -> Iterator[Doubt]:
+    from shapely import Point
+
+    for index, robot in enumerate(world.robots):
+        radius = robot.body.radius
+        disc = Point(robot.at).buffer(radius - SPARE, quad_segs=32)
+        found = solids.reached(disc, depth=0.0, low=0.0, high=robot.body.height)
+        for other in world.robots[:index]:
+            if math.dist(robot.at, other.at) < radius + other.body.radius - SPARE:
+                found = found or f"robot '{other.name}'"
+        if found:
+            yield (
+                f"robot '{robot.name}' at {pair(robot.at)} starts inside {found};"
+                f" its body needs {radius:g} m free all around",
+                ("robots", index, "at"),
+            )
+
+
+def _deaf_tags(world: World) -> Iterator[Doubt]:
+    """Yield the radio tags for which there is no anchor; those that hang on their own robot are not heard."""
+    for index, robot in enumerate(world.robots):
+        if any(beacon.anchor and beacon.on != robot.name for beacon in world.beacons):
+            continue
+        for place, sensor in enumerate(robot.sensors):
+            if isinstance(sensor, sensors.Uwb):
+                yield (
+                    f"tag '{sensor.uwb}' of robot '{robot.name}' hears nothing: this world has no anchor for it;"
+                    " give it beacons with anchor: true",
+                    ("robots", index, "sensors", place, "uwb"),
+                )
+
+
+def _hidden(item: Hung, solids: Solids) -> Iterator[str]:
+    from shapely import Point
+
+    beacon, (x, y) = item.beacon, (item.place.x, item.place.y)
+    tilt = math.radians(beacon.tilt_deg)
+    ahead, up = IN_FRONT * math.cos(tilt), IN_FRONT * math.sin(tilt)
+    c, s = math.cos(item.place.heading), math.sin(item.place.heading)
+    probes = ((Point(x, y), item.center, "hangs inside"), (Point(x + ahead * c, y + ahead * s), item.center + up, ""))
+    for probe, level, word in probes:
+        if not word and not beacon.has_face:
+            return  # others have no side to face
+        found = solids.reached(probe, depth=SPARE, low=level - SPARE, high=level + SPARE)
+        if found:
+            right = "move it to a face" if word else "turn it round or move it"
+            place = f"at {pair(beacon.at)}" + (f" on '{beacon.on}'" if beacon.on is not None else "")
+            yield (f"beacon '{beacon.name}' {place} {word or 'faces into'} {found}, where it cannot be seen; {right}")
+            return
+
+
+def _hidden_in_robot(item: Hung) -> Iterator[str]:
+    from shapely import Point, Polygon
+
+    beacon, robot = item.beacon, item.carrier
+    if isinstance(robot, Robot) and item.center < robot.body.height - SPARE:
+        inner = Polygon(robot.body.outline()).buffer(-SPARE)
+        if inner.intersects(Point(beacon.at)):
+            yield (
+                f"beacon '{beacon.name}' at {pair(beacon.at)} on '{robot.name}' hangs inside this robot,"
+                f" whose body is {robot.body.height:g} m high; move it out or above"
+            )

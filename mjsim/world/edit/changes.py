@@ -1,0 +1,202 @@
+"""Changes of a world in its own text: what changes is written, every other character stays as it is."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from mjsim.world.edit.edited_text import EditedText, Path, UnwritableError, same, shown_path
+from mjsim.world.edit.snippet import rounded
+from mjsim.world.files import BUILT, Source
+from mjsim.world.ground import Model, gc_paused, models_at
+from mjsim.world.items import World
+from mjsim.world.yaml import Node
+
+__all__ = ["Change", "UnwritableError", "edit_text", "edited", "shown_path"]
+
+DEEPEST = 20
+"""Lists and keys within each other, of a value that is set."""
+MOST = 10**18
+"""Of a whole number."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One change of a value in a world."""
+
+    op: Literal["set", "unset", "add", "remove", "rename"]
+    """Set or unset a key, add an item to a list or remove it, rename a key."""
+    path: Path
+    """Keys and indices as the world has them; what is added comes behind all of the list that is named, or before the
+    item that is named."""
+    value: Any = None
+    """What is set or added, or the new name of a key."""
+
+
+def edit_text(text: str, changes: Iterable[Change], *, source: Source = BUILT) -> str:
+    """Return the text of a world with changes, as `edited` does."""
+    return edited(text, changes, source=source)[0]
+
+
+@gc_paused()
+def edited(text: str, changes: Iterable[Change], *, source: Source = BUILT) -> tuple[str, Node]:
+    """Return the text of a world with changes, made one after the other, and its value.
+
+    A text that is set may hold an expression, `${w / 2}`. Computed numbers are written short: of more than six
+    decimals four are kept. A key that is unset takes the comments beside and in it along.
+
+    Args:
+        text: YAML that can be read; what it says may be wrong.
+        changes: Of values, by their paths in the world that the text describes.
+        source: Where the text comes from, for the files that it includes.
+
+    Raises:
+        UnwritableError: A value is not written in this text, or not once, or is computed; nothing is changed then.
+    """
+    editor = _Editor(EditedText(text, source))
+    for op, path, value in _joined(changes):
+        editor.make(op, path, value)
+    return editor.draft.finished()
+
+
+class _Editor:
+    """Makes changes in a draft."""
+
+    def __init__(self, draft: EditedText) -> None:
+        self.draft = draft
+        self._set_paths: set[Path] = set()
+        self._around: set[Path] = set()
+
+    def make(self, op: str, path: Path, value: Any) -> None:
+        """Make one change."""
+        # What was set is put off; whoever looks at it again must see it.
+        seen = path in self._around or any(path[:count] in self._set_paths for count in range(1, len(path) + 1))
+        if seen or op != "set":
+            self.draft.settle()
+            self._set_paths, self._around = set(), set()
+        if op == "set":
+            self._set(path, value)
+            self._set_paths.add(path)
+            self._around |= {path[:count] for count in range(1, len(path) + 1)}
+        elif op == "add":
+            self._add(path, value)
+        elif op == "rename":
+            self._rename(path, value)
+        else:
+            self._take_out(path, op)
+
+    def _set(self, path: Path, value: Any) -> None:
+        place = self.draft.place(path)
+        if place.rest:
+            self.draft.insert_key(place, value)
+            return
+        before = place.value
+        if same(before, value):
+            return
+        if isinstance(before, list) and isinstance(value, list) and not place.span.shared:
+            self._set_items(path, before, value)
+        elif isinstance(before, dict) and isinstance(value, dict) and not place.span.shared:
+            self._set_keys(path, before, value)
+        elif place.span.kind == "scalar" and _has_expression(place.span.text) and not _has_expression(value):
+            raise UnwritableError(path, f"is computed by {place.span.text:.60}; change it in the text")
+        else:
+            self.draft.replace(place, value)
+
+    def _set_items(self, path: Path, before: Sequence[Any], value: Sequence[Any]) -> None:
+        """Write a list over another: what is the same at both ends stays, what is between is written item by item."""
+        count = min(len(before), len(value))
+        first = last = 0
+        if len(before) != len(value):
+            first = next((k for k in range(count) if not same(before[k], value[k])), count)
+            rest = count - first
+            last = next((k for k in range(rest) if not same(before[-1 - k], value[-1 - k])), rest)
+        middle = count - last
+        for index in range(first, middle):
+            self._set((*path, index), value[index])
+        for index in reversed(range(middle, len(before) - last)):
+            self._take_out((*path, index), "remove")
+        if len(value) > len(before):
+            self._add((*path, middle), value[middle : len(value) - last])
+
+    def _set_keys(self, path: Path, before: dict[str, Any], value: dict[str, Any]) -> None:
+        for key in [key for key in before if key in value]:
+            self._set((*path, key), value[key])
+        for key in [key for key in value if key not in before]:
+            self._set((*path, key), value[key])
+        for key in [key for key in before if key not in value]:
+            self._take_out((*path, key), "unset")
+
+    def _add(self, path: Path, values: Sequence[Any]) -> None:
+        """Add items to a list."""
+        index, outer = path[-1], self.draft.place(path[:-1] if isinstance(path[-1], int) else path)
+        if outer.rest:
+            self.draft.insert_key(outer, list(values))
+        elif not isinstance(index, int) or index == outer.count:
+            self.draft.insert(outer, len(outer.span.entries), values)
+        else:
+            own = self.draft.place(path).own[-1]
+            assert isinstance(own, int), "an item of a list is meant"
+            self.draft.insert(outer, own, values)
+
+    def _take_out(self, path: Path, op: str) -> None:
+        place = self.draft.place(path)
+        if isinstance(path[-1], int) != (op == "remove"):
+            right = "an item; remove it" if isinstance(path[-1], int) else "a key; unset it"
+            raise UnwritableError(path, f"is {right}")
+        while op == "unset" and not place.rest and _says_nothing_empty(place.path[:-1]):
+            outer = self.draft.place(place.path[:-1])
+            if outer.count > 1:
+                break
+            place = outer
+        if place.elsewhere is not None:
+            raise UnwritableError(path, f"stands in {place.elsewhere}; change it there")
+        if not place.rest:
+            self.draft.take_out(place)
+
+    def _rename(self, path: Path, name: Any) -> None:
+        place = self.draft.place(path)
+        if place.rest or isinstance(path[-1], int) or not isinstance(name, str) or not name:
+            raise UnwritableError(path, "is no key of this text, or the new name is no text")
+        if name != path[-1]:
+            self.draft.rename(place, name)
+
+
+def _joined(changes: Iterable[Change]) -> list[tuple[str, Path, Any]]:
+    """Return changes with their values short, items that are added to one list after each other as one list."""
+    joined: list[tuple[str, Path, Any]] = []
+    for change in changes:
+        if not change.path or not _is_writable(change.value, DEEPEST):
+            raise UnwritableError(change.path, "cannot be written; give finite numbers, texts, lists and keys")
+        value = rounded(change.value)
+        step, behind = ("add", change.path), isinstance(change.path[-1], str)
+        if change.op != "add":
+            joined.append((change.op, change.path, value))
+        elif behind and joined and joined[-1][:2] == step:
+            joined[-1][2].append(value)
+        else:
+            joined.append(("add", change.path, [value]))
+    return joined
+
+
+def _says_nothing_empty(path: Path) -> bool:
+    """Return whether a key with an empty mapping is the same as without: `noise: {}`, but not `door: {}`."""
+    kinds = models_at(World, path[:-1]) if path and isinstance(path[-1], str) else []
+    fields = [kind.model_fields[str(path[-1])] for kind in kinds if path[-1] in kind.model_fields]
+    return bool(fields) and all(isinstance(field.default, Model) for field in fields)
+
+
+def _has_expression(value: Any) -> bool:
+    return isinstance(value, str) and "${" in value
+
+
+def _is_writable(value: Any, deepest: int) -> bool:
+    """Return whether a value can stand in a world file."""
+    if isinstance(value, dict):
+        return deepest > 0 and all(isinstance(k, str) and _is_writable(item, deepest - 1) for k, item in value.items())
+    if isinstance(value, list):
+        return deepest > 0 and all(_is_writable(item, deepest - 1) for item in value)
+    if isinstance(value, float):
+        return math.isfinite(value)
+    if isinstance(value, int):
+        return abs(value) < MOST
+    return value is None or isinstance(value, str)

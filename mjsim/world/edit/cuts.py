@@ -1,0 +1,232 @@
+"""Entries taken out of a text and put into it, all around them left as it is: comments, spaces, empty lines."""
+
+import re
+from collections.abc import Sequence
+from itertools import pairwise
+
+from mjsim.world.edit.layout import WIDTH
+from mjsim.world.yaml import Entry, Span
+
+Cut = tuple[int, int, str]
+"""From, to, and what comes in its place."""
+
+_BLANK = re.compile(r"(?:\s|#[^\n]*)*")
+_REST = re.compile(r"[ \t]*(?:#[^\n]*)?(?=\r?\n|\Z)")
+"""A line's end with nothing but a comment."""
+_COMMENT_LINE = re.compile(r"([ \t]*)#[^\n]*(?:\n|\Z)")
+_FAR = WIDTH // 2
+"""Column below which no more lines are begun: they would have too little room."""
+_DEEPER = 6
+"""Columns by which they stand further in than the line in which the brackets begin."""
+_EMPTY_LINE = re.compile(r"\n[ \t]*\r?\n")
+
+
+def applied(text: str, cuts: Sequence[Cut]) -> str:
+    """Return a text with pieces replaced, none of which overlap."""
+    parts, at = [], 0
+    for start, end, new in sorted(cuts, key=lambda cut: cut[:2]):
+        assert start >= at, "pieces that are replaced do not overlap"
+        parts += [text[at:start], new]
+        at = end
+    return "".join([*parts, text[at:]])
+
+
+def taken_out(text: str, parent: Span, index: int, holder: Entry | None) -> list[Cut]:
+    """Return what takes an entry out of a list or a mapping.
+
+    Comments beside the entry and in it go with it; those on lines of their own above it stay.
+
+    Args:
+        text: In which it stands.
+        parent: Where it is taken out.
+        index: Which of its entries.
+        holder: The entry whose value the parent is; None for the whole text.
+    """
+    if parent.flow:
+        return _out_of_brackets(text, parent, index)
+    entry = parent.entries[index]
+    if len(parent.entries) > 1:
+        return _out_of_lines(text, parent, index)
+    assert holder is not None, "a world without keys is none"
+    empty = "[]" if parent.kind == "list" else "{}"
+    if "\n" not in text[holder.mark : entry.start]:
+        return [(entry.start, entry.end, empty)]
+    return [(holder.mark, holder.mark, f" {empty}"), _lines_of(text, entry, parent.column)]
+
+
+def put_in(text: str, parent: Span, index: int, *, line: str, lines: Sequence[str]) -> list[Cut]:
+    """Return what puts an entry into a list or a mapping.
+
+    Args:
+        text: In which it stands.
+        parent: Where it is put in.
+        index: Before which of its entries; behind all of them with their count.
+        line: How it is written in brackets.
+        lines: How it is written without, indented as the other entries are.
+    """
+    return _into_brackets(text, parent, index, line) if parent.flow else _into_lines(text, parent, index, lines)
+
+
+def line_start(text: str, at: int) -> int:
+    """Return where the line of a character begins."""
+    return text.rfind("\n", 0, at) + 1
+
+
+def line_rest(text: str, at: int) -> int:
+    """Return where the line of a character ends, its end of line left out."""
+    end = text.find("\n", at)
+    end = len(text) if end < 0 else end
+    return end - 1 if text[end - 1 : end] == "\r" else end
+
+
+def new_line(text: str) -> str:
+    """Return how lines of a text end."""
+    return "\r\n" if "\r\n" in text else "\n"
+
+
+def _line_end(text: str, at: int) -> int:
+    """Return where the next line begins; the end of the text without one."""
+    found = text.find("\n", at)
+    return len(text) if found < 0 else found + 1
+
+
+def _leads(text: str, at: int) -> bool:
+    """Return whether nothing stands before a character on its line."""
+    return not text[line_start(text, at) : at].strip()
+
+
+def _comma(text: str, at: int) -> int | None:
+    """Return where the comma behind an entry in brackets is."""
+    found = _BLANK.match(text, at)
+    assert found is not None, "it matches nothing too"
+    return found.end() if text[found.end() : found.end() + 1] == "," else None
+
+
+def _behind(text: str, entry: Entry, column: int) -> int:
+    """Return where the line behind an entry begins, comments below that are indented farther than it left out."""
+    at = _line_end(text, entry.end)
+    while (comment := _COMMENT_LINE.match(text, at)) and len(comment.group(1)) > column and comment.end() > at:
+        at = comment.end()
+    return at
+
+
+def _lines_of(text: str, entry: Entry, column: int) -> Cut:
+    """Return the lines of an entry, and one of two empty lines that would be left around them."""
+    start, end = line_start(text, entry.start), _behind(text, entry, column)
+    before = line_start(text, start - 1) if start else 0
+    followed = end < len(text) and text[end : _line_end(text, end)].strip()
+    if start and not text[before:start].strip() and not followed:
+        start = before
+    if end == len(text) and not text.endswith("\n") and start:
+        start -= len(new_line(text))
+    return start, end, ""
+
+
+def _out_of_lines(text: str, parent: Span, index: int) -> list[Cut]:
+    entry = parent.entries[index]
+    if _leads(text, entry.start):
+        return [_lines_of(text, entry, parent.column)]
+    # Its line begins with a dash that belongs to all of them.
+    following = parent.entries[index + 1]
+    if "#" not in text[_line_end(text, entry.end) : following.start]:
+        return [(entry.start, following.start, "")]
+    rest = _REST.match(text, entry.end)
+    return [(entry.start, entry.end if rest is None else rest.end(), "")]
+
+
+def _out_of_brackets(text: str, parent: Span, index: int) -> list[Cut]:
+    entries = parent.entries
+    entry, comma = entries[index], _comma(text, entries[index].end)
+    tail = entry.end if comma is None else comma + 1
+    if len(entries) == 1:
+        inner = text[parent.start + 1 : entry.start] + text[tail : parent.end - 1]
+        return [(entry.start, tail, "") if inner.strip() else (parent.start + 1, parent.end - 1, "")]
+    last, rest = index == len(entries) - 1, _REST.match(text, tail)
+    if _leads(text, entry.start) and rest is not None:
+        cuts = [(line_start(text, entry.start), _line_end(text, rest.end()), "")]
+        return cuts + (_without_comma(text, entries[index - 1]) if last and comma is None else [])
+    if not last:
+        following = entries[index + 1]
+        if "\n" not in text[tail : following.start]:
+            return [(entry.start, following.start, "")]
+        start = entry.start
+        while text[start - 1] == " ":
+            start -= 1
+        return [(start, tail, "")]
+    before = entries[index - 1]
+    if "#" not in text[before.end : entry.start]:
+        return [(before.end, entry.end, "")]
+    return [*_without_comma(text, before), (entry.start, tail, "")]
+
+
+def _without_comma(text: str, entry: Entry) -> list[Cut]:
+    comma = _comma(text, entry.end)
+    return [] if comma is None else [(comma, comma + 1, "")]
+
+
+def _into_brackets(text: str, parent: Span, index: int, line: str) -> list[Cut]:
+    entries = parent.entries
+    if not entries:
+        inner = text[parent.start + 1 : parent.end - 1]
+        return [
+            (parent.start + 1, parent.start + 1, f"{line} ")
+            if inner.strip()
+            else (parent.start + 1, parent.end - 1, line)
+        ]
+    if index < len(entries):
+        following = entries[index]
+        gap = _gap(text, following.start, following.start, line, entries[0])
+        return [(following.start, following.start, f"{line},{gap}")]
+    last = entries[-1]
+    comma = _comma(text, last.end)
+    rest = _REST.match(text, last.end if comma is None else comma + 1)
+    if rest is not None and _leads(text, last.start):
+        indent = text[line_start(text, last.start) : last.start]
+        added = (rest.end(), rest.end(), f"{new_line(text)}{indent}{line}{',' if comma is not None else ''}")
+        return [added] if comma is not None else [(last.end, last.end, ","), added]
+    gap = _gap(text, last.end, last.start, line, entries[0])
+    if comma is not None:
+        return [(comma + 1, comma + 1, f"{gap}{line},")]
+    return [(last.end, last.end, f",{gap}{line}")]
+
+
+def _gap(text: str, at: int, beside: int, line: str, first: Entry) -> str:
+    """Return what stands between two entries in brackets: a new line where it was so, or where the line is full."""
+    length = len(text[line_start(text, at) : _line_end(text, at)].rstrip())
+    if (_leads(text, beside) and beside > first.start) or length + len(line) + 2 > WIDTH:
+        return new_line(text) + " " * _indent(text, first)
+    return " "
+
+
+def _indent(text: str, first: Entry) -> int:
+    """Return where entries in brackets stand that begin a line: below the first one unless that is far to the right."""
+    begin = line_start(text, first.start)
+    column = first.start - begin
+    if column <= _FAR:
+        return column
+    own = text[begin : first.start]
+    return len(own) - len(own.lstrip()) + _DEEPER
+
+
+def _into_lines(text: str, parent: Span, index: int, lines: Sequence[str]) -> list[Cut]:
+    entries, end = parent.entries, new_line(text)
+    first = entries[0]
+    if index == 0 and not _leads(text, first.start):
+        space = " " * parent.column
+        return [(first.start, first.start, end.join(lines).lstrip() + end + space)]
+    apart = _apart(text, entries, index)
+    if index == 0:
+        at = line_start(text, first.start)
+        return [(at, at, end.join(lines) + end + (end if apart else ""))]
+    at = _behind(text, entries[index - 1], parent.column)
+    written = (end if apart else "") + end.join(lines)
+    return [(at, at, f"{written}{end}" if not at or text[at - 1] == "\n" else f"{end}{written}")]
+
+
+def _apart(text: str, entries: Sequence[Entry], index: int) -> bool:
+    """Return whether empty lines stand between the entries where a new one is put in."""
+    pairs = list(pairwise(entries))
+    if not pairs:
+        return False
+    before, after = pairs[min(max(index - 1, 0), len(pairs) - 1)]
+    return _EMPTY_LINE.search(text, before.end, after.start) is not None

@@ -1,0 +1,332 @@
+"""A text while it is changed: where the values of its world stand, and what is done to them there."""
+
+import copy
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from mjsim.errors import UsageError
+from mjsim.world.edit.cuts import Cut, applied, line_rest, line_start, new_line, put_in, taken_out
+from mjsim.world.edit.formatter import key_ranks
+from mjsim.world.edit.snippet import dashed, inline, keyed, scalar
+from mjsim.world.files import Source
+from mjsim.world.language import OPEN, expand, needs_expansion
+from mjsim.world.yaml import MOST_BYTES, Entry, Node, Span, UnknownTextError, read_spans, read_text, too_large
+
+Path = tuple[str | int, ...]
+
+_SHARED = "is written once for several places; change it in the text"
+_ABSENT = "is not there; it may come from a preset, or have been removed"
+
+
+class UnwritableError(UsageError):
+    """A change that cannot be written into the text; holds the path of what was to be changed."""
+
+    def __init__(self, path: Path, message: str) -> None:
+        super().__init__(f"{shown_path(path)} {message}" if path else message)
+        self.path = path
+
+
+def shown_path(path: Sequence[str | int]) -> str:
+    """Return a path as people write it: 'walls[0].openings[1].width'."""
+    return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path).lstrip(".")
+
+
+@dataclass(slots=True)
+class Place:
+    """Where a path of the world leads in the text."""
+
+    path: Path
+    """That was asked for."""
+    own: list[str | int]
+    """As far as it is written: the same in the text, in which items of included files are not counted."""
+    chain: list[Span]
+    """The values along it, the whole text first."""
+    entries: list[Entry]
+    """The entries that hold them; one fewer."""
+    node: Node | None
+    """What the last of them comes from; None when the text uses nothing that has to be expanded."""
+    said: Any
+    """What it stands for then."""
+    rest: list[str | int]
+    """Steps that are not written."""
+
+    @property
+    def span(self) -> Span:
+        """The last value that is written."""
+        return self.chain[-1]
+
+    @property
+    def value(self) -> Any:
+        """What that stands for, expressions computed."""
+        return self.span.plain if self.node is None else self.said
+
+    @property
+    def count(self) -> int:
+        """How many items it has in the world."""
+        return len(self.span.entries) if self.node is None else len(self.said)
+
+    @property
+    def elsewhere(self) -> str | None:
+        """The included file that holds what is not written here; None when nobody wrote it."""
+        inner = self.node.items.get(self.rest[0]) if self.node is not None and self.rest else None
+        return inner.origin.file if inner is not None and inner.origin is not None else None
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is written behind its key."""
+        return self.span.kind == "scalar" and not self.span.text and not self.span.style and bool(self.entries)
+
+
+class EditedText:
+    """A text while it is changed, and beside it what it should say."""
+
+    def __init__(self, text: str, source: Source) -> None:
+        """Read a text.
+
+        Raises:
+            UnwritableError: It cannot be read.
+        """
+        self._text, self._source = text, source
+        self._cuts: list[Cut] = []
+        """Single values to be replaced; all places stay as they are until then."""
+        self._read()
+        self._wanted = copy.deepcopy(self._root.plain)
+
+    def finished(self) -> tuple[str, Node]:
+        """Return the new text, and its value.
+
+        Raises:
+            UnwritableError: It does not say what it should.
+        """
+        self._text, self._cuts = applied(self._text, self._cuts), []
+        node, problems = read_text(self._text, file=self._source.file)
+        if problems or node is None or not same(node.value, self._wanted):
+            raise UnwritableError((), "this cannot be changed without touching the rest; change the text itself")
+        return self._text, node
+
+    def settle(self) -> None:
+        """Make the changes that were put off, and find all places again."""
+        if self._cuts:
+            self._restructure([])
+
+    def place(self, path: Path) -> Place:
+        """Return where a path leads, as far as it is written.
+
+        Raises:
+            UnwritableError: It stands in another file, or not once.
+        """
+        raw = self._raw
+        said = None if self._written is None else self._written.value
+        place = Place(path, [], [self._root], [], self._written, said, [])
+        for number, step in enumerate(path):
+            here, span = path[: number + 1], place.span
+            if span.shared:
+                raise UnwritableError(path[:number], _SHARED)
+            inner = None if place.node is None else place.node.items.get(step)
+            own = self._own_index(place, raw, here) if isinstance(step, int) else step
+            entry = span.entry(own)
+            if entry is None:
+                _check_free(here, path, inner)
+                place.rest = list(path[number:])
+                return place
+            raw = None if raw is None else raw.items.get(own)
+            place.own.append(own)
+            place.entries.append(entry)
+            place.chain.append(entry.value)
+            # Of what is not repeated only values are computed; below, nodes hold what is written.
+            place.said = None if inner is None else place.said[step]
+            place.node = inner
+        return place
+
+    def replace(self, place: Place, value: Any) -> None:
+        """Write another value in place of one."""
+        if place.span.shared:
+            raise UnwritableError(place.path, _SHARED)
+        self._at(place.own[:-1])[place.own[-1]] = copy.deepcopy(value)
+        span, mark = place.span, place.entries[-1].mark
+        long = span.style in ("|", ">")
+        if span.kind == "scalar" and not long:
+            space = " " if span.start == mark and place.chain[-2].kind != "list" else ""
+            self._cuts.append((span.start, span.end, space + _written(value, span)))
+            return
+        if "\n" not in self._text[mark : span.start]:
+            self._cuts.append((span.start, span.end, _written(value, span)))
+        else:
+            first, last = line_start(self._text, span.start), self._text.find("\n", span.end)
+            gone = (first, len(self._text) if last < 0 else last + 1, "")
+            self._cuts += [(mark, mark, f" {_written(value, span)}"), gone]
+        self.settle()
+
+    def insert(self, place: Place, index: int, values: Sequence[Any]) -> None:
+        """Put items into a list, before one of its own items."""
+        self.settle_at(place)
+        span = place.span
+        if span.shared:
+            raise UnwritableError(place.path, _SHARED)
+        if place.is_empty:
+            self._at(place.own[:-1])[place.own[-1]] = copy.deepcopy(list(values))
+            self._lay(place, list(values))
+            return
+        if span.kind != "list":
+            raise UnwritableError(place.path, "is no list; items are added to lists")
+        self._at(place.own)[index:index] = copy.deepcopy(list(values))
+        if not span.entries:
+            self._lay(place, list(values))
+            return
+        beside = span.entries[max(index - 1, 0)].value
+        whole = beside.kind == "map" and not beside.flow
+        lines = [line for item in values for line in dashed(item, span.column, whole=whole)]
+        line = ", ".join(inline(item) for item in values)
+        self._restructure(put_in(self._text, span, index, line=line, lines=lines))
+
+    def insert_key(self, place: Place, value: Any) -> None:
+        """Write the key that is not there, with those around it that are not there either."""
+        if any(isinstance(step, int) for step in place.rest):
+            raise UnwritableError(place.path, "is not there; it may come from a preset, set the whole list")
+        first, *deeper = map(str, place.rest)
+        for key in reversed(deeper):
+            value = {key: value}
+        self.settle_at(place)
+        span, holding = place.span, self._at(place.own)
+        if place.is_empty:
+            self._at(place.own[:-1])[place.own[-1]] = {first: copy.deepcopy(value)}
+            self._lay(place, {first: value})
+            return
+        if span.kind != "map":
+            raise UnwritableError(place.path, f"cannot be set; {shown_path(place.path[: len(place.own)])} has no keys")
+        names = [str(entry.name) for entry in span.entries]
+        ranks = key_ranks([*names, first], place.path[: len(place.own)])
+        index = next((k for k in reversed(range(len(names))) if ranks[names[k]] <= ranks[first]), -1) + 1
+        holding[first] = copy.deepcopy(value)
+        if not names:
+            self._lay(place, {first: value})
+            return
+        lines = keyed(first, value, span.column)
+        self._restructure(put_in(self._text, span, index, line=f"{scalar(first)}: {inline(value)}", lines=lines))
+
+    def take_out(self, place: Place) -> None:
+        """Take out a key or an item, with the comments beside it and in it."""
+        if place.span.shared:
+            raise UnwritableError(place.path, _SHARED)
+        self.settle_at(place)
+        parent = place.chain[-2]
+        if len(place.entries) == 1 and len(parent.entries) == 1:
+            raise UnwritableError(place.path, "is all that the text says; it cannot be left out")
+        del self._at(place.own[:-1])[place.own[-1]]
+        holder = place.entries[-2] if len(place.entries) > 1 else None
+        self._restructure(taken_out(self._text, parent, parent.entries.index(place.entries[-1]), holder))
+
+    def rename(self, place: Place, name: str) -> None:
+        """Give a key another name."""
+        self.settle_at(place)
+        key = place.entries[-1].key
+        if key is None or place.chain[-2].entry(name) is not None:
+            raise UnwritableError(place.path, f"cannot be called '{name:.40}'; it is no key, or there is one already")
+        holding = self._at(place.own[:-1])
+        renamed = {name if old == place.own[-1] else old: value for old, value in holding.items()}
+        holding.clear()
+        holding.update(renamed)
+        self._restructure([(key.start, key.end, scalar(name, style=key.style))])
+
+    def settle_at(self, place: Place) -> None:
+        """Settle, and find a place again."""
+        if self._cuts:
+            self.settle()
+            again = self.place(place.path)
+            place.chain, place.entries, place.node, place.said = again.chain, again.entries, again.node, again.said
+
+    def _read(self) -> None:
+        self._written: Node | None = None
+        self._raw: Node | None = None
+        self._indices: dict[int, dict[tuple[int, int], int]] = {}
+        if len(self._text) > MOST_BYTES:
+            raise UnwritableError((), too_large(len(self._text)))
+        raw: Node | None = None
+        expands = needs_expansion(self._text)
+        if expands or "*" in self._text:
+            # Aliases of aliases may stand for more than there is room for.
+            raw, problems = read_text(self._text, file=self._source.file)
+            if raw is None or problems:
+                raise UnwritableError((), f"the text cannot be read, mend it first: {problems[0]}")
+        try:
+            self._root = read_spans(self._text)
+        except UnknownTextError as unknown:
+            raise UnwritableError((), f"the text is not changed from here: {unknown}; mend it first") from None
+        if self._root.kind != "map":
+            raise UnwritableError((), "the text is no world; a world begins with 'mjsim: 1'")
+        if expands and raw is not None:
+            source = replace(self._source, text=self._text, included={}, variables={})
+            self._raw, self._written = raw, expand(raw, source).node
+
+    def _restructure(self, cuts: Sequence[Cut]) -> None:
+        self._text, self._cuts = applied(self._text, [*self._cuts, *cuts]), []
+        self._read()
+
+    def _own_index(self, place: Place, raw: Node | None, path: Path) -> int:
+        """Return which item of a list in the text one of the world is."""
+        index, span, node = path[-1], place.span, place.node
+        assert isinstance(index, int), "an item of a list is meant"
+        if span.kind != "list" or not 0 <= index < place.count:
+            raise UnwritableError(path, _ABSENT)
+        if node is None or raw is None:
+            return index
+        item = node.items[index]
+        if item.origin is not None and item.origin.repetition:
+            raise UnwritableError(path, f"is one repetition of what stands in line {item.line}; change it in the text")
+        if item.origin is not None:
+            raise UnwritableError(path, f"stands in {item.origin.file}; change it there")
+        if id(raw) not in self._indices:
+            self._indices[id(raw)] = {(own.line, own.column): int(number) for number, own in raw.items.items()}
+        return self._indices[id(raw)][item.line, item.column]
+
+    def _lay(self, place: Place, value: Any) -> None:
+        """Write a list or a mapping where nothing or empty brackets stand behind a key."""
+        span, entry, outer = place.span, place.entries[-1], place.chain[-2]
+        inside = self._text[span.start + 1 : span.end - 1] if span.kind != "scalar" else ""
+        if inside.strip():
+            text = inline(value)[1:-1]
+            self._restructure(put_in(self._text, span, 0, line=text, lines=()))
+            return
+        start = entry.mark if self._text[entry.mark : span.start].isspace() else span.start
+        in_lines = isinstance(value, list) and isinstance(value[0], dict) and outer.kind == "map" and not outer.flow
+        if not in_lines:
+            self._restructure([(start, span.end, f" {inline(value)}")])
+            return
+        lines = [line for item in value for line in dashed(item, outer.column + 2)]
+        rest = line_rest(self._text, span.end)
+        added = "".join(f"{new_line(self._text)}{line}" for line in lines)
+        # A comment beside the key stays there.
+        self._restructure([(start, span.end, ""), (rest, rest, added)])
+
+    def _at(self, own: Sequence[str | int]) -> Any:
+        """Return what the text should say at a place."""
+        found = self._wanted
+        for step in own:
+            found = found[step]
+        return found
+
+
+def same(one: Any, other: Any) -> bool:
+    """Return whether two values mean the same in a world; 1 is 1.0, but not true."""
+    if isinstance(one, bool) or isinstance(other, bool):
+        return one is other
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
+    if isinstance(one, (list, tuple)) and isinstance(other, (list, tuple)):
+        return len(one) == len(other) and all(map(same, one, other))
+    return bool(one == other)
+
+
+def _check_free(path: Path, whole: Path, inner: Node | None) -> None:
+    """Raise UnwritableError when what is not written here stands in another file and cannot be added to from here."""
+    if inner is None or inner.origin is None:
+        return
+    joined = path in OPEN or isinstance(inner.value, list)
+    if path[:-1] in OPEN and (path == whole or joined):
+        return
+    raise UnwritableError(path, f"stands in {inner.origin.file}; change it there")
+
+
+def _written(value: Any, span: Span) -> str:
+    return inline(value) if isinstance(value, (dict, list)) else scalar(value, style=span.style)

@@ -1,0 +1,81 @@
+"""How values are laid out as YAML for people."""
+
+import io
+import re
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.scalarstring import DoubleQuotedScalarString
+
+from mjsim.world.items import SENSOR_KINDS
+from mjsim.world.yaml import plain_value
+
+FIRST = (
+    *("mjsim", "name", "use", "preset", *SENSOR_KINDS, "box", "cylinder", "sphere", "ramp", "steps", "model", "image"),
+    *("marker", "time", "move", "to", "type", "segment", "on", "at", "heading_deg"),
+)
+"""Keys in the order in which people look for them; all others come after, as the models have them."""
+WIDTH = 120
+"""Characters of the longest line."""
+_LINE = 110
+"""An item that fits into so many characters stands on one line."""
+_PLAIN = re.compile(r"[A-Za-z_./][\w./+-]*(:[\w./+-]+)*")
+"""Text that needs no quotes, wherever it stands, unless it reads as another kind of value."""
+
+
+def plain(value: Any) -> Any:
+    """Return a value in lists and dicts, whole numbers without their '.0', the important keys first."""
+    if isinstance(value, dict):
+        order = sorted(value, key=lambda key: FIRST.index(key) if key in FIRST else len(FIRST))
+        return {key: plain(value[key]) for key in order}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
+        return int(value)
+    return value
+
+
+def styled(value: Any, *, depth: int = 0) -> Any:
+    """Return a value laid out for people: what is short or holds only numbers on one line."""
+    if isinstance(value, str):
+        return _text(escaped(value))
+    if not isinstance(value, (dict, list)):
+        return value
+    inner = value.values() if isinstance(value, dict) else value
+    flat = isinstance(value, list) and not any(isinstance(item, dict) for item in inner)
+    short = depth > 1 and len(str(value)) <= _LINE and not any(isinstance(item, dict) and item for item in inner)
+    laid: CommentedMap | CommentedSeq
+    if isinstance(value, dict):
+        laid = CommentedMap({_text(key): styled(item, depth=depth + 1) for key, item in value.items()})
+    else:
+        laid = CommentedSeq([styled(item, depth=depth + 1) for item in value])
+    if flat or short or not value:
+        laid.fa.set_flow_style()
+    return laid
+
+
+def escaped(text: str) -> str:
+    """Return a text that stands for this one where expressions are computed."""
+    return text.replace("${", "$${")
+
+
+def _text(value: str) -> str:
+    """Return a text with quotes where it needs them; ruamel.yaml leaves them out where not even itself can do so."""
+    return value if _PLAIN.fullmatch(value) and plain_value(value) == value else DoubleQuotedScalarString(value)
+
+
+def round_trip() -> YAML:
+    """Return what reads and writes YAML with its comments."""
+    yaml = YAML(typ="rt", pure=True)
+    yaml.width = WIDTH
+    yaml.indent(mapping=2, sequence=4, offset=2)
+    yaml.preserve_quotes = True
+    return yaml
+
+
+def dumped(tree: Any) -> str:
+    """Return a tree as text."""
+    stream = io.StringIO()
+    round_trip().dump(tree, stream)
+    return stream.getvalue()

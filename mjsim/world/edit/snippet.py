@@ -1,0 +1,112 @@
+"""Single values as text of a world file, for what is put into one that people wrote."""
+
+import json
+import re
+from decimal import Decimal
+from typing import Any
+
+from mjsim.world.edit.layout import WIDTH
+from mjsim.world.yaml import plain_value
+
+_PLAIN = re.compile(r"[A-Za-z_./][\w./+-]*(:[\w./+-]+)*", re.ASCII)
+"""Text that needs no quotes, wherever it stands, unless it reads as another kind of value."""
+_TYPED, _SHOWN = 6, 4
+"""A number of so many decimals was typed by somebody; one of more was computed, and is rounded to so many."""
+_NOT_PLAIN = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ud800-\udfff]")
+_STEP = 2
+
+
+def rounded(value: Any) -> Any:
+    """Return a value whose computed numbers are short."""
+    if isinstance(value, dict):
+        return {key: rounded(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [rounded(item) for item in value]
+    return _rounded(value) if isinstance(value, float) else value
+
+
+def scalar(value: Any, *, style: str = "") -> str:
+    """Return a single value as text; `style` holds the quotes that it had before."""
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return _number(value)
+    text = str(value)
+    if style == "'" and text.isprintable():
+        return "'" + text.replace("'", "''") + "'"
+    if not style and _PLAIN.fullmatch(text) and plain_value(text) == text:
+        return text
+    return _NOT_PLAIN.sub(lambda found: f"\\u{ord(found.group()):04x}", json.dumps(text, ensure_ascii=False))
+
+
+def inline(value: Any) -> str:
+    """Return a value on one line."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{scalar(str(key))}: {inline(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(inline, value)) + "]"
+    return scalar(value)
+
+
+def below(value: Any, indent: int) -> list[str]:
+    """Return the lines of a mapping or a list that is not empty, below a key or behind a dash, indented so far."""
+    if isinstance(value, list):
+        return [line for item in value for line in dashed(item, indent)]
+    return [line for key, item in value.items() for line in keyed(str(key), item, indent)]
+
+
+def dashed(value: Any, indent: int, *, whole: bool = False) -> list[str]:
+    """Return the lines of an item of a list; `whole` gives each of its keys a line of its own."""
+    space = " " * indent
+    line = f"{space}- {inline(value)}"
+    if not value or not isinstance(value, dict):
+        return [line]
+    if len(line) <= WIDTH and not whole and not any(map(_is_listed, value.values())):
+        return [line]
+    first, *rest = below(value, indent + _STEP)
+    return [f"{space}- {first.lstrip()}", *rest]
+
+
+def keyed(name: str, value: Any, indent: int) -> list[str]:
+    """Return the lines of a key with its value."""
+    space = " " * indent
+    line = f"{space}{scalar(name)}: {inline(value)}"
+    if not _is_listed(value) and (len(line) <= WIDTH or not value or not isinstance(value, (dict, list))):
+        return [line]
+    if isinstance(value, list) and not _is_listed(value):
+        return _filled(f"{space}{scalar(name)}: [", value)
+    return [f"{space}{scalar(name)}:", *below(value, indent + _STEP)]
+
+
+def _filled(head: str, value: list[Any]) -> list[str]:
+    """Return a list in brackets on lines that are filled with its items one after the other, below its first one."""
+    lines, space = [head], " " * len(head)
+    for number, item in enumerate(value):
+        text = inline(item) + ("]" if number == len(value) - 1 else ",")
+        if number and len(lines[-1]) + 1 + len(text) > WIDTH:
+            lines.append(space + text)
+        else:
+            lines[-1] += f" {text}" if number else text
+    return lines
+
+
+def _is_listed(value: Any) -> bool:
+    """Return whether a value is a list of items with keys, each of which gets a line."""
+    return isinstance(value, list) and any(isinstance(item, dict) for item in value)
+
+
+def _rounded(value: float) -> float:
+    digits = -int(Decimal(repr(value)).as_tuple().exponent)
+    if digits <= _TYPED:
+        return value
+    return round(value, _SHOWN) if abs(value) >= 10.0**-2 else float(f"{value:.{_SHOWN}g}")
+
+
+def _number(value: float) -> str:
+    if value.is_integer() and abs(value) < 1e15:
+        return str(int(value))
+    return format(Decimal(repr(value)), "f") if 1e-12 < abs(value) < 1e15 else repr(value)

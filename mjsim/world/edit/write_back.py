@@ -1,0 +1,129 @@
+"""A changed world written back over its text: what differs is written anew, all else stays as it is.
+
+What stands in an included file or in a repeated item cannot be changed from here, and nothing is lost over it.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
+
+from mjsim.world.edit.layout import styled
+from mjsim.world.items import SENSOR_KINDS
+from mjsim.world.language import OPEN
+from mjsim.world.yaml import Node
+
+Path = tuple[str | int, ...]
+
+
+class ForeignError(Exception):
+    """What was changed is not written in the text itself, or not once; holds its path."""
+
+    def __init__(self, path: Path, message: str) -> None:
+        super().__init__(message)
+        self.path, self.message = path, message
+
+
+def write_changes(
+    tree: Any, before: Mapping[str, Any], after: Mapping[str, Any], *, written: Node | None, raw: Node | None
+) -> None:
+    """Change a text's own tree where the keys after differ from those before.
+
+    Args:
+        tree: Of the text, as ruamel.yaml has it; it is changed.
+        before: What the text says.
+        after: What it should say.
+        written: What the text stands for, with where each part comes from; None when it is the text itself.
+        raw: The text as it is written; None as above.
+
+    Raises:
+        ForeignError: Part of a change belongs into another file, or into a repeated item.
+    """
+    _mapping(tree, before, after, written, raw, ())
+
+
+def _mapping(
+    tree: Any, before: Mapping[str, Any], after: Mapping[str, Any], written: Node | None, raw: Node | None, path: Path
+) -> None:
+    for key in before.keys() - after.keys():
+        gone = tree.pop(key, CommentedSeq())
+        if written is not None and isinstance(before[key], list):
+            _list(gone, before[key], [], _child(written, key), _child(raw, key), (*path, key))
+    for key, value in after.items():
+        if key in before and before[key] == value:
+            continue
+        inner, own = _child(written, key), _child(raw, key)
+        here = (*path, key)
+        if key not in tree and inner is not None and (isinstance(value, list) or here in OPEN):
+            tree[key] = CommentedSeq() if isinstance(value, list) else CommentedMap()
+        if key in tree and type(before.get(key)) is type(value) and isinstance(value, (dict, list)):
+            _inside(tree[key], before[key], value, inner, own, here)
+        else:
+            tree[key] = styled(value, depth=2)
+
+
+def _inside(tree: Any, before: Any, after: Any, written: Node | None, raw: Node | None, path: Path) -> None:
+    change = _list if isinstance(after, list) else _mapping
+    change(tree, before, after, written, raw, path)
+
+
+def _list(
+    tree: Any, before: Sequence[Any], after: Sequence[Any], written: Node | None, raw: Node | None, path: Path
+) -> None:
+    own = _own_places(written, raw, len(before))
+    kept = list(range(len(before)))
+    gone: list[int] = []
+    for index in reversed(range(len(before))):
+        if len(kept) > len(after) and not any(_same(before[index], item) for item in after):
+            gone.append(kept.pop(index))
+    gone += kept[len(after) :]
+    for number, value in zip(kept, after, strict=False):
+        if before[number] == value:
+            continue
+        place = _place(own, number, written, path)
+        if isinstance(value, (dict, list)) and type(before[number]) is type(value) and _same(before[number], value):
+            here = (*path, number)
+            _inside(tree[place], before[number], value, _child(written, number), _child(raw, place), here)
+        else:
+            tree[place] = styled(value, depth=2)
+    for place in sorted((_place(own, number, written, path) for number in gone), reverse=True):
+        del tree[place]
+    for value in after[len(kept) :]:
+        tree.append(styled(value, depth=2))
+
+
+def _place(own: Sequence[int | None], number: int, written: Node | None, path: Path) -> int:
+    """Return where an item of a list stands in the text."""
+    place = own[number]
+    if place is None:
+        origin = None if written is None else written.items[number].origin
+        name = ".".join(str(step) for step in path)
+        if origin is not None and origin.repetition:
+            message = f"{name}[{number}] is one repetition of this; change this itself, or write it without 'repeat'"
+        else:
+            message = f"{name}[{number}] stands in this file; change it here"
+        raise ForeignError((*path, number), message)
+    return place
+
+
+def _own_places(written: Node | None, raw: Node | None, count: int) -> list[int | None]:
+    """Return for each item of a list where it stands in the text's own list; None when it comes from elsewhere."""
+    if written is None:
+        return list(range(count))
+    own = {} if raw is None else {(item.line, item.column): int(index) for index, item in raw.items.items()}
+    items = [written.items.get(index) for index in range(count)]
+    return [None if item is None or item.origin is not None else own.get((item.line, item.column)) for item in items]
+
+
+def _child(node: Node | None, step: str | int) -> Node | None:
+    return None if node is None else node.items.get(step)
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Return whether two items are one thing, perhaps changed: by name, else by value."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        names = [next((item[key] for key in ("name", *SENSOR_KINDS) if key in item), None) for item in (one, other)]
+        if names != [None, None]:
+            return bool(names[0] == names[1])
+        return bool(one == other) or one.keys() == other.keys()
+    return bool(one == other)

@@ -1,0 +1,14 @@
+from .saving import LEFT_BEHIND as LEFT_BEHIND
+from .saving import write_new as write_new
+from .saving import write_private as write_private
+from .saving import write_whole as write_whole
+from .shipped import own_copy as own_copy
+from .shipped import shipped_worlds as shipped_worlds
+from .shipped import world_path as world_path
+from .shipped import world_summary as world_summary
+from .shipped import worlds_folder as worlds_folder
+from .source import BUILT as BUILT
+from .source import Source as Source
+from .source import check_picture as check_picture
+from .source import has_asset as has_asset
+from .source import read_asset as read_asset

@@ -1,0 +1,52 @@
+"""The worlds that come with mjsim: a bare word such as `gallery` names one."""
+
+import re
+from importlib import resources
+from pathlib import Path
+
+from mjsim.errors import UsageError, did_you_mean
+
+SCHEMA_LINE = re.compile(r"\A# yaml-language-server:.*\n")
+"""Completes keys in editors; the schema lies beside the shipped worlds only."""
+
+
+def worlds_folder() -> Path:
+    """Return the folder of the shipped worlds."""
+    return Path(str(resources.files("mjsim.worlds")))
+
+
+def shipped_worlds() -> dict[str, Path]:
+    """Return the file of each shipped world by its name; those in sub-folders come last."""
+    found: dict[str, Path] = {}
+    for path in sorted(worlds_folder().rglob("*.yaml"), key=lambda path: (len(path.parts), path)):
+        found.setdefault(path.stem, path)
+    return found
+
+
+def world_path(place: str | Path) -> Path:
+    """Return the file that a place names: a bare word, without folder or ending, names a shipped world.
+
+    Raises:
+        UsageError: There is no shipped world of this name.
+    """
+    word = str(place)
+    if not re.fullmatch(r"[\w-]+", word):
+        return Path(place)
+    shipped = shipped_worlds()
+    if word in shipped:
+        return shipped[word]
+    if Path(f"{word}.yaml").is_file():
+        raise UsageError(f"no shipped world '{word}'; to name the file here, type '{word}.yaml'")
+    raise UsageError(f"no shipped world '{word:.60}'{did_you_mean(word, shipped)}")
+
+
+def world_summary(path: Path) -> str:
+    """Return the first sentence of the comment at the top of a world file."""
+    text = SCHEMA_LINE.sub("", path.read_text(encoding="utf-8"))
+    comment = " ".join(line.lstrip("# ") for line in text.partition("\nmjsim:")[0].splitlines())
+    return re.split(r"(?<=\.)\s", comment, maxsplit=1)[0]
+
+
+def own_copy(path: Path) -> str:
+    """Return the text of a shipped world as a file of one's own: without the line that finds the schema beside it."""
+    return SCHEMA_LINE.sub("", path.read_text(encoding="utf-8"))

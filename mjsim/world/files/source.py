@@ -1,0 +1,149 @@
+"""Where a world came from, and the files that it names."""
+
+import contextlib
+import difflib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path, PurePosixPath
+from typing import Any, Self
+
+from mjsim.models import picture_size
+
+MOST_BYTES = 64_000_000
+"""Of a picture."""
+_LEAVES = "path '{name}' leaves its folder; name a file beside the world file or in assets"
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Where a world was written; two worlds are equal wherever they come from."""
+
+    file: str = field(default="world", compare=False)
+    """As errors name it."""
+    text: str | None = field(default=None, compare=False)
+    """What was read; None for a world built in Python."""
+    folder: Path | None = field(default=None, compare=False)
+    """Where files that it names are looked for first."""
+    attached: Mapping[str, bytes] = field(default_factory=dict, compare=False)
+    """Files that came with it, as in a recording; they go before the folder."""
+    included: Mapping[str, bytes] = field(default_factory=dict, compare=False)
+    """World files that its text includes, by their paths from its folder."""
+    variables: Mapping[str, bool | int | float | str] = field(default_factory=dict, compare=False)
+    """Those of its text and of what that includes, with their values."""
+    written: Any = field(default=None, compare=False, repr=False)
+    """Where each value stands in the text, for the reader's own use."""
+    admit: Callable[[Path, bytes], None] | None = field(default=None, compare=False, repr=False)
+    """Called with each file of code beside the world, and its content, before that runs; raises UsageError when it may
+    not. None lets all run."""
+    live: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)
+    """What the hosts of modules share between the modules of one run."""
+
+    def for_run(self) -> Self:
+        """Return it for a run of its own, whose modules share nothing with those of other runs."""
+        return replace(self, live={})
+
+
+BUILT = Source()
+"""A world that was built in Python."""
+
+
+def has_asset(name: str, source: Source) -> bool:
+    """Return whether `read_asset` would find a file."""
+    if name in source.attached:
+        return True
+    path = PurePosixPath(name)
+    if _leaves(path, name):
+        return False
+    beside = None if source.folder is None else _resolved(source.folder.resolve() / path)
+    return (beside is not None and beside.is_file()) or _is_there(resources.files("mjsim.assets").joinpath(name))
+
+
+def read_asset(name: str, source: Source) -> bytes:
+    """Return a file that a world names: attached, else beside the world file, else shipped with mjsim.
+
+    Raises:
+        ValueError: There is no such file, it is too large, or its path leaves the folders where it may be.
+    """
+    if name in source.attached:
+        return source.attached[name]
+    path = PurePosixPath(name)
+    if _leaves(path, name):
+        raise ValueError(_LEAVES.format(name=name))
+    if source.folder is not None:
+        base = source.folder.resolve()
+        beside = _resolved(base / path)
+        if beside is not None and beside.is_file():
+            if not beside.is_relative_to(base):
+                raise ValueError(_LEAVES.format(name=name))
+            return _read(beside, name)
+    shipped = resources.files("mjsim.assets").joinpath(name)
+    if _is_there(shipped):
+        return shipped.read_bytes()
+    raise ValueError(f"no file '{name}' beside the world file or in assets{_near(name, source)}")
+
+
+def check_picture(name: str, source: Source) -> None:
+    """Raise ValueError when a picture that a world names is not there or cannot be one.
+
+    Pictures that came attached were checked when they were.
+    """
+    if name not in source.attached:
+        data = read_asset(name, source)
+        try:
+            picture_size(data)
+        except ValueError as error:
+            raise ValueError(f"'{name}' {error}") from None
+
+
+def _leaves(path: PurePosixPath, name: str) -> bool:
+    return path.is_absolute() or ".." in path.parts or "\\" in name or not name.isprintable()
+
+
+def _is_there(file: Traversable) -> bool:
+    try:
+        return file.is_file()
+    except OSError:  # its name is longer than the system takes
+        return False
+
+
+def _resolved(path: Path) -> Path | None:
+    """Return the path without links; None for a loop of links, or a name that the system does not take."""
+    try:
+        return path.resolve(strict=True)
+    except (OSError, RuntimeError):
+        return None
+
+
+def _read(path: Path, name: str) -> bytes:
+    try:
+        size = path.stat().st_size
+        if size > MOST_BYTES:
+            raise ValueError(f"'{name}' has {size / 1e6:.0f} MB; it must have at most {MOST_BYTES / 1e6:.0f} MB")
+        return path.read_bytes()
+    except OSError as error:
+        raise ValueError(f"'{name}' cannot be read: {error.strerror}; change its permissions") from None
+
+
+def _near(name: str, source: Source) -> str:
+    """Return '; did you mean ...?' when a file in the same folder has nearly this name."""
+    folder = PurePosixPath(name).parent
+    known: list[str] = []
+    with contextlib.suppress(OSError):  # a folder whose name is longer than the system takes
+        if source.folder is not None:
+            known += _names_in(source.folder.resolve(), folder)
+        shipped = resources.files("mjsim.assets").joinpath(str(folder))
+        if shipped.is_dir():
+            known += [str(folder / item.name) for item in shipped.iterdir()]
+    near = difflib.get_close_matches(name, known, n=1)
+    return f"; did you mean '{near[0]}'?" if near else ""
+
+
+def _names_in(base: Path, folder: PurePosixPath) -> list[str]:
+    """Return the files of a folder by their paths from a base, but for those that links lead to outside of it."""
+    place = _resolved(base / folder)
+    if place is None or not place.is_relative_to(base) or not place.is_dir():
+        return []
+    inside = (item for item in place.iterdir() if not item.is_symlink() or item.resolve().is_relative_to(base))
+    return [str(folder / item.name) for item in inside]

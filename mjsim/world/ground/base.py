@@ -1,0 +1,90 @@
+"""What all models of the world file share: strict, frozen, and documented for the schema."""
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetJsonSchemaHandler, ValidationInfo
+from pydantic_core import CoreSchema, PydanticCustomError
+
+from mjsim.world.files import Source, check_picture, read_asset
+from mjsim.world.ground.descriptions import descriptions
+
+KEY = "[key]"
+"""Last step of a path that means a key itself, not its value; pydantic's own word for it."""
+
+
+class Model(BaseModel):
+    """A part of a world file: values are checked once, unknown keys are refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Return the JSON Schema of the model with a description of each field."""
+        made = handler(schema)
+        properties = handler.resolve_ref_schema(made).get("properties", {})
+        for field, text in descriptions(cls).items():
+            properties[field].setdefault("description", text)
+        return made
+
+
+@dataclass(frozen=True, slots=True)
+class Slider:
+    """Stands in `Annotated` beside a number that may change while a world runs: the useful part of its range."""
+
+    low: float
+    high: float
+
+
+def fault(message: str, *path: str | int) -> PydanticCustomError:
+    """Return what a validator raises: a sentence, and where the value stands below the one that is checked."""
+    return PydanticCustomError("mjsim", "{text}", {"text": message, "path": path})
+
+
+def _there(name: str, info: ValidationInfo) -> str:
+    """Check that a picture is there, when the reader of a file says where to look."""
+    source = (info.context or {}).get("source")
+    if isinstance(source, Source):
+        check_picture(name, source)
+    return name
+
+
+def _model_there(name: str, info: ValidationInfo) -> str:
+    """Check that a file of MJCF or URDF is there, when the reader of a file says where to look."""
+    if not name.lower().endswith((".xml", ".mjcf", ".urdf")):
+        raise ValueError(f"'{name}' is no model; name a file of MJCF (.xml) or URDF (.urdf)")
+    source = (info.context or {}).get("source")
+    if isinstance(source, Source) and name not in source.attached:
+        read_asset(name, source)
+    return name
+
+
+NAME_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$"
+COLOR_PATTERN = r"^#[0-9a-fA-F]{6}$"
+PART_PATTERN = r"^[A-Za-z0-9_.-]+/[A-Za-z0-9]+$"
+USE_PATTERN = r"^(exec:.+|[^:]+\.m|[^:]+:[A-Za-z_][A-Za-z0-9_]*)$"
+
+Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=64)]
+"""A name: letters, digits, `_`, `.` and `-`."""
+
+Metres = Annotated[float, Field(ge=-1e4, le=1e4)]
+Length = Annotated[float, Field(gt=0, le=1e4)]
+"""A length above zero [m]."""
+Distance = Annotated[float, Field(ge=0, le=1e4)]
+"""A distance, zero allowed [m]."""
+Degrees = Annotated[float, Field(ge=-3600, le=3600)]
+Deviation = Annotated[float, Field(ge=0, le=1e3)]
+"""A standard deviation, or a noise density."""
+Rate = Annotated[float, Field(gt=0, le=1000)]
+"""[Hz]"""
+
+Point = Annotated[tuple[Metres, ...], Field(strict=False, min_length=2, max_length=2)]
+"""[x, y] in the world [m]."""
+Point3 = Annotated[tuple[Metres, ...], Field(strict=False, min_length=3, max_length=3)]
+"""[x, y, z] [m]."""
+Color = Annotated[str, Field(pattern=COLOR_PATTERN)]
+"""'#rrggbb'."""
+AssetPath = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_there)]
+"""A picture, looked for beside the world file, then among the assets that come with mjsim."""
+ModelPath = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_model_there)]
+"""A file of MJCF or URDF, looked for as pictures are."""

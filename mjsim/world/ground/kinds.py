@@ -1,0 +1,41 @@
+"""Items of one of several kinds, such as drives and sensors: the kind decides how an item is checked."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel, GetCoreSchemaHandler
+from pydantic_core import CoreSchema, core_schema
+
+
+def kind_of(item: object, kinds: Mapping[str, type[BaseModel]]) -> str | None:
+    """Return which kind an item is, by its model or by the key that names the kind; None for none of them."""
+    if isinstance(item, Mapping):
+        return next((kind for kind in kinds if kind in item), None)
+    return next((kind for kind, model in kinds.items() if isinstance(item, model)), None)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OneOf:
+    """Stands beside a union of models in `Annotated`; a fault is then told of the one kind that is meant.
+
+    In the path of a fault the kind is a step of its own, in angle brackets.
+    """
+
+    kinds: Mapping[str, type[BaseModel]]
+    """The models by their kinds."""
+    wrong: str
+    """What to say of an item that is of no kind."""
+    kind_of: Callable[[Any, Mapping[str, type[BaseModel]]], str | None] = kind_of
+    """Tells the kind of an item from its keys, or of a model that is made already."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Return what pydantic checks an item by."""
+        choices = {f"<{kind}>": handler.generate_schema(model) for kind, model in self.kinds.items()}
+        return core_schema.tagged_union_schema(
+            choices, self._tag, custom_error_type="kind", custom_error_message=self.wrong
+        )
+
+    def _tag(self, item: object) -> str | None:
+        kind = self.kind_of(item, self.kinds)
+        return None if kind is None else f"<{kind}>"

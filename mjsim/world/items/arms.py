@@ -1,0 +1,260 @@
+"""Arms as a world file describes them: a table of joints, where it is mounted, and what it holds."""
+
+import math
+from collections.abc import Mapping
+from functools import cache, cached_property
+from importlib import resources
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from mjsim.errors import did_you_mean
+from mjsim.geometry import Array
+from mjsim.world.ground import Color, Degrees, Metres, Model, Name, Point3, fault
+from mjsim.world.yaml import read_text
+
+if TYPE_CHECKING:  # and below where it is used: worlds without arms start without it
+    from mjsim.mechanics import Arm
+
+MOST_JOINTS = 32
+"""Of one arm."""
+IN_DOUBT = (("friction", "coulomb"), ("center",), ("inertia",), ("gear",))
+"""Keys of a row that the mechanics may refuse."""
+POSTURES = 4
+"""At so many postures each joint is tried for something to move."""
+
+InUnit = Annotated[float, Field(ge=-1e6, le=1e6)]
+"""A length in the unit of the table."""
+Figure = Annotated[float, Field(ge=0, le=1e6)]
+Above = Annotated[float, Field(gt=0, le=1e9)]
+RollPitchYaw = Annotated[tuple[Degrees, ...], Field(strict=False, min_length=3, max_length=3)]
+
+
+def _ascending(bounds: tuple[float, ...]) -> tuple[float, ...]:
+    if bounds[0] >= bounds[1]:
+        raise ValueError(f"the range is [{bounds[0]:g}, {bounds[1]:g}]; the first must be below the second")
+    return bounds
+
+
+def _both_ways(value: Any) -> Any:
+    """Return dry friction both ways as a list; one number means the same both ways."""
+    return [value, -value] if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+class Friction(Model):
+    """Of a motor, on its own side of the gear."""
+
+    viscous: Figure = 0.0
+    """[N m s/rad]"""
+    coulomb: Annotated[
+        tuple[Annotated[float, Field(ge=-1e6, le=1e6)], ...],
+        BeforeValidator(_both_ways),
+        Field(strict=False, min_length=2, max_length=2),
+    ] = (0.0, 0.0)
+    """Dry friction, one number or [plus, minus], the second not above 0, for moves to plus and to minus [N m]."""
+
+
+class DhRow(Model):
+    """One joint and the link that it moves; the joint's value is added to theta, or to d where it slides."""
+
+    theta_deg: Degrees = 0.0
+    """About z."""
+    d: InUnit = 0.0
+    """Along z, in the unit of the table."""
+    a: InUnit = 0.0
+    """Along x, in the unit of the table."""
+    alpha_deg: Degrees = 0.0
+    """About x."""
+    slide: bool = False
+    """Whether the joint slides; else it revolves."""
+    range_deg: (
+        Annotated[tuple[Degrees, ...], Field(strict=False, min_length=2, max_length=2), AfterValidator(_ascending)]
+        | None
+    ) = None
+    """[lower, upper] of a joint that revolves; without limits unless given."""
+    range: (
+        Annotated[tuple[InUnit, ...], Field(strict=False, min_length=2, max_length=2), AfterValidator(_ascending)]
+        | None
+    ) = None
+    """[lower, upper] of a joint that slides, in the unit of the table; without limits unless given."""
+    velocity_deg: Above | None = None
+    """Largest speed of a joint that revolves [deg/s]."""
+    velocity: Above | None = None
+    """Largest speed of a joint that slides, in the unit of the table [1/s]."""
+    torque: Above | None = None
+    """Largest of the motor at the joint, in N m, or in N where it slides; without limit unless given."""
+    mass: Annotated[float, Field(ge=0, le=1e5)] | None = None
+    """That of a capsule of 1000 kg/m^3 unless given [kg]."""
+    center: Annotated[tuple[InUnit, ...], Field(strict=False, min_length=3, max_length=3)] | None = None
+    """[x, y, z] of the centre of mass in the frame of the link, in the unit of the table."""
+    inertia: (
+        Annotated[tuple[Annotated[float, Field(ge=-1e6, le=1e6)], ...], Field(strict=False, min_length=6, max_length=6)]
+        | None
+    ) = None
+    """[ixx, iyy, izz, ixy, iyz, ixz] about the centre of mass, along the axes of the link [kg m^2]."""
+    radius: Annotated[float, Field(gt=0, le=1e6)] | None = None
+    """Of the capsule that is seen and touched, in the unit of the table; 4 % of the arm's length unless given."""
+    gear: Annotated[float, Field(ge=-1e6, le=1e6)] = 1.0
+    """Turns of the motor for one of the joint; negative where they go opposite ways."""
+    rotor_inertia: Figure = 0.0
+    """Of the motor, on its own side of the gear [kg m^2]."""
+    friction: Friction = Friction()
+    """Of the motor, on its own side of the gear."""
+
+    @model_validator(mode="after")
+    def _is_a_link(self) -> Self:
+        from mjsim.mechanics import Arm
+
+        moves, wrong, right = ("slides", "{}_deg", "{}") if self.slide else ("revolves", "{}", "{}_deg")
+        for name in ("range", "velocity"):
+            if getattr(self, key := wrong.format(name)) is not None:
+                raise fault(f"{key} is not for a joint that {moves}; give {right.format(name)}", key)
+        try:
+            Arm.from_dh([self.as_row()])
+        except ValueError as error:
+            message = str(error).removeprefix("row 1: ")
+            raise fault(message, *next((path for path in IN_DOUBT if path[-1] in message), ())) from None
+        return self
+
+    def as_row(self) -> dict[str, Any]:
+        """Return the row as `mjsim.mechanics` has it."""
+        return self.model_dump(exclude_none=True)
+
+
+class DhTable(Model):
+    """A Denavit-Hartenberg table."""
+
+    convention: Literal["standard", "modified"] = "standard"
+    """A row is Rz(theta) Tz(d) Tx(a) Rx(alpha); in the modified one, of Craig, Rx(alpha) Tx(a) Rz(theta) Tz(d)."""
+    unit: Literal["m", "mm"] = "m"
+    """Of all lengths in the table."""
+    rows: Annotated[tuple[DhRow, ...], Field(strict=False, min_length=1, max_length=MOST_JOINTS)]
+    """One for each joint, from the base outwards."""
+
+    @model_validator(mode="after")
+    def _moves_something(self) -> Self:
+        arm = self.arm("arm")
+        q = np.random.default_rng(0).uniform(-1.0, 1.0, (POSTURES, arm.n))
+        moved = np.diagonal(arm.inertia(q), axis1=-2, axis2=-1).max(axis=0)
+        for number, inertia in enumerate(moved.tolist()):
+            if inertia < 1e-12:
+                raise fault(
+                    f"joint{number + 1} moves nothing that has mass; give link{number + 1} or one beyond it a mass and"
+                    " an inertia, or the motor a rotor_inertia",
+                    *("rows", number),
+                )
+        return self
+
+    def arm(self, name: str) -> "Arm":
+        """Return the arm of the table, its base at the origin and without a tool."""
+        from mjsim.mechanics import Arm
+
+        return Arm.from_dh([row.as_row() for row in self.rows], self.convention, self.unit, name=name)
+
+
+class Tool(Model):
+    """What is behind the flange: the frame that poses of the tool mean."""
+
+    at: Point3 = (0.0, 0.0, 0.0)
+    """[x, y, z] in the frame of the flange [m]."""
+    rpy_deg: RollPitchYaw = (0.0, 0.0, 0.0)
+    """[roll, pitch, yaw] about the axes of the flange, right-handed, in this order."""
+
+    def pose(self) -> Array:
+        """Return flange_from_tool, shape (4, 4) [m]."""
+        from mjsim.mechanics import placed
+
+        return placed(self.at, np.radians(self.rpy_deg))
+
+
+class RobotArm(Model):
+    """An arm on a robot: links `ROBOT/ARM/link1`, joints `ROBOT/ARM/joint1`, sites `flange` and `tool` beside them."""
+
+    name: Name = "arm"
+    """How commands, recordings and `on` of sensors call it."""
+    preset: Name | None = None
+    """An arm of `assets/arms`; keys beside this one override it."""
+    dh: DhTable | None = None
+    """Its joints and links; a preset brings them."""
+    at: Point3 = (0.0, 0.0, 0.0)
+    """[x, y, z] of its base in the robot's frame [m]."""
+    rpy_deg: RollPitchYaw = (0.0, 0.0, 0.0)
+    """[roll, pitch, yaw] of its base about the axes of the robot, right-handed, in this order."""
+    tool: Tool = Tool()
+    """What is behind the flange."""
+    start_deg: Annotated[tuple[Metres, ...], Field(strict=False, max_length=MOST_JOINTS)] = ()
+    """Values of the joints at the start [deg, m]; 0, or the nearest within limits, unless given."""
+    color: Color = "#e8a33d"
+    """'#rrggbb'."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _over_preset(cls, keys: Any) -> Any:
+        if isinstance(keys, dict) and isinstance(keys.get("preset"), str):
+            try:
+                return over_arm(keys["preset"], keys)
+            except ValueError as error:
+                raise fault(str(error), "preset") from None
+        return keys
+
+    @model_validator(mode="after")
+    def _starts_within_limits(self) -> Self:
+        if self.dh is None:
+            raise fault("an arm has a table of joints; give dh: {rows: [...]}, or a preset")
+        links = self.arm.links
+        if self.start_deg and len(self.start_deg) != len(links):
+            raise fault(f"start_deg holds {len(self.start_deg)} values; the arm has {len(links)} joints", "start_deg")
+        for number, (link, value, said) in enumerate(zip(links, self.start(), self.start_deg, strict=False)):
+            if not link.lower - 1e-9 <= value <= link.upper + 1e-9:
+                scale = 1.0 if link.slide else 180.0 / math.pi
+                bounds = f"[{link.lower * scale:g}, {link.upper * scale:g}]"
+                raise fault(f"joint{number + 1} starts at {said:g}; its range is {bounds}", "start_deg", number)
+        return self
+
+    @cached_property
+    def arm(self) -> "Arm":
+        """The arm in the robot's frame: that is where its base is, and what its poses are in."""
+        from mjsim.mechanics import placed
+
+        assert self.dh is not None, "checked when it was made"
+        base = placed(self.at, np.radians(self.rpy_deg))
+        return self.dh.arm(self.name).moved(base, tool=self.tool.pose())
+
+    def parts(self) -> tuple[str, ...]:
+        """Return what may carry sensors: ARM/link1 and so on, and ARM/tool."""
+        return tuple(f"{self.name}/{part}" for part in [*(f"link{k + 1}" for k in range(self.arm.n)), "tool"])
+
+    def start(self) -> tuple[float, ...]:
+        """Return the values of the joints at the start [rad, m]."""
+        if not self.start_deg:
+            return tuple(min(max(0.0, link.lower), link.upper) for link in self.arm.links)
+        pairs = zip(self.arm.links, self.start_deg, strict=True)
+        return tuple(value if link.slide else math.radians(value) for link, value in pairs)
+
+
+def over_arm(name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keys of an arm with those of its preset below them; a key hides the preset's whole.
+
+    Raises:
+        ValueError: There is no such preset.
+    """
+    if name not in arm_names():
+        raise ValueError(f"no arm preset '{name}'{did_you_mean(name, arm_names())}")
+    return {**_arm_keys(name), **keys}
+
+
+@cache
+def arm_names() -> tuple[str, ...]:
+    """Return the names of all presets of arms, sorted."""
+    files = (resources.files("mjsim.assets") / "arms").iterdir()
+    return tuple(sorted(file.name.removesuffix(".yaml") for file in files if file.name.endswith(".yaml")))
+
+
+@cache
+def _arm_keys(name: str) -> dict[str, Any]:
+    file = resources.files("mjsim.assets") / "arms" / f"{name}.yaml"
+    node, problems = read_text(file.read_text(encoding="utf-8"), file=str(file))
+    assert node is not None, problems
+    assert not problems, problems
+    return dict(node.value)

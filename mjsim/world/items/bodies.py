@@ -1,0 +1,348 @@
+"""Bodies as a world file describes them: the shapes that bump, and how they look."""
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, Field, PrivateAttr, ValidationInfo, model_validator
+
+from mjsim.errors import did_you_mean
+from mjsim.geometry import Array
+from mjsim.models import ROBOT, ModelFiles, ModelShape, gather_model, read_model
+from mjsim.world.files import BUILT, Source, read_asset
+from mjsim.world.ground import Color, Degrees, Length, Metres, Model, ModelPath, OneOf, Point, Point3, fault, kind_of
+
+CIRCLE_SIDES = 32
+"""Of the outline of a cylinder."""
+Mass = Annotated[float, Field(gt=0, le=10000)]
+"""[kg]"""
+JointName = Annotated[str, Field(min_length=1, max_length=200)]
+"""A joint, as a file names it."""
+Caster = Annotated[tuple[Metres, ...], Field(strict=False, min_length=3, max_length=3)]
+"""[x, y, radius] [m]."""
+
+
+class Part(Model):
+    """A box, a cylinder or a ball that is seen and does nothing else; it makes a robot look like what it is."""
+
+    box: Annotated[tuple[Length, ...], Field(strict=False, min_length=3, max_length=3)] | None = None
+    """[length, width, height] [m]."""
+    cylinder: Annotated[tuple[Length, ...], Field(strict=False, min_length=2, max_length=2)] | None = None
+    """[radius, height] [m], upright unless turned."""
+    sphere: Length | None = None
+    """Its radius [m]."""
+    at: Point3 = (0.0, 0.0, 0.0)
+    """[x, y, z] of its middle in the robot's frame [m]."""
+    yaw_deg: Degrees = 0.0
+    """To the left."""
+    pitch_deg: Degrees = 0.0
+    """Up, of its own x axis."""
+    roll_deg: Degrees = 0.0
+    """About its own x axis; 90 lays a cylinder across."""
+    color: Color = "#3a3c40"
+    """'#rrggbb'."""
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Self:
+        if sum(shape is not None for shape in (self.box, self.cylinder, self.sphere)) != 1:
+            raise fault(
+                "a part has one shape; write box: [length, width, height], cylinder: [radius, height] or sphere"
+            )
+        return self
+
+
+class _Body(Model):
+    """What all bodies have."""
+
+    mass: Mass = 9.0
+    """Of the whole robot [kg]."""
+    color: Color = "#c8202a"
+    """'#rrggbb'."""
+    look: Annotated[tuple[Part, ...], Field(strict=False, max_length=200)] = ()
+    """Parts that are seen in place of the plain shape, which bumps as before."""
+
+
+class CylinderBody(_Body):
+    """The shape that bumps: an upright cylinder around the robot's origin."""
+
+    radius: Length = 0.22
+    """[m]"""
+    height: Length = 0.25
+    """[m]"""
+
+    def outline(self) -> Array:
+        """Return the shape from above, robot frame, counter-clockwise, shape (n, 2) [m]."""
+        angles = np.arange(CIRCLE_SIDES) * (2 * np.pi / CIRCLE_SIDES)
+        return self.radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+
+
+class BoxBody(_Body):
+    """The shape that bumps: an upright box."""
+
+    box: Annotated[tuple[Length, ...], Field(strict=False, min_length=3, max_length=3)]
+    """[length, width, height] [m]; the height is that of its top above the floor."""
+    at: Point = (0.0, 0.0)
+    """[x, y] of its middle in the robot's frame [m]."""
+    center: Annotated[float, Field(gt=0, le=10)] | None = None
+    """Height of its middle above the axle of a balancing base, whose body this is alone: `box` is its own size, `mass`
+    its own without the wheels [m]."""
+    _axle: float = PrivateAttr(default=0.0)
+    _wheels: tuple[float, float] = PrivateAttr(default=(0.0, 0.0))
+
+    @property
+    def middle(self) -> float | None:
+        """Height of its middle above the floor [m]; None where its lower face is as near to the floor as usual."""
+        return None if self.center is None else self._axle + self.center
+
+    @property
+    def height(self) -> float:
+        """Of its top above the floor [m]."""
+        return self.box[2] if self.middle is None else self.middle + self.box[2] / 2
+
+    def stand_on(self, axle: float, wheels: tuple[float, float]) -> None:
+        """Note what carries it when it balances.
+
+        Args:
+            axle: Height above the floor that `center` counts from [m].
+            wheels: How far they reach ahead, and to the side [m]; they are part of the outline.
+        """
+        self._axle, self._wheels = axle, wheels
+
+    @property
+    def radius(self) -> float:
+        """Of the circle around the body, about the robot's origin [m]."""
+        return float(np.hypot(*self.outline().T).max())
+
+    def outline(self) -> Array:
+        """Return the shape from above, robot frame, counter-clockwise, shape (4, 2) [m]."""
+        half = np.maximum(np.array(self.box[:2]) / 2, self._wheels)
+        return np.asarray(self.at + half * [[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float)
+
+    @model_validator(mode="after")
+    def _around_the_origin(self) -> Self:
+        _check_origin(self, "at")
+        if self.center is not None and self.at != (0.0, 0.0):
+            raise fault("a body that balances has its middle above the axle; leave out 'at'", "at")
+        return self
+
+
+class PolygonBody(_Body):
+    """The shape that bumps: an upright prism on any polygon without crossings."""
+
+    polygon: Annotated[
+        tuple[Annotated[tuple[Metres, ...], Field(strict=False, min_length=2, max_length=2)], ...],
+        Field(strict=False, min_length=3, max_length=64),
+    ]
+    """Corners [x, y] each, in the robot's frame [m]."""
+    height: Length = 0.25
+    """[m]"""
+
+    @property
+    def radius(self) -> float:
+        """Of the circle around the body, about the robot's origin [m]."""
+        return float(np.hypot(*self.outline().T).max())
+
+    def outline(self) -> Array:
+        """Return the shape from above, robot frame, counter-clockwise, shape (n, 2) [m]."""
+        corners = np.array(self.polygon, dtype=float)
+        return corners if _area(corners) > 0 else corners[::-1]
+
+    @model_validator(mode="after")
+    def _simple(self) -> Self:
+        from shapely import Polygon
+
+        if not Polygon(self.polygon).is_valid or abs(_area(np.array(self.polygon))) < 1e-6:
+            raise fault("the polygon's sides cross, or it has no area; give its corners in turn", "polygon")
+        _check_origin(self, "polygon")
+        return self
+
+
+class ModelWheel(Model):
+    """A wheel of a robot from a file."""
+
+    joint: JointName
+    """The hinge in the file; two wheels on one axle have the same."""
+    y: Metres | None = None
+    """Of its middle, robot frame [m]; that of its shapes unless given."""
+    radius: Length
+    """At which it rolls [m]."""
+    width: Length
+    """[m]"""
+    follow: Annotated[tuple[JointName, ...], Field(strict=False, max_length=8)] = ()
+    """Hinges of wheels that a chain or a belt turns alike."""
+
+
+class ModelBody(_Body):
+    """A robot from a file of MJCF or URDF, with the joints that are its wheels; `mjsim new --robot-from` writes it.
+
+    With a drive of the user's own it is the body `base` of a file of MJCF, and each wheel is a hinge with a velocity
+    servo of the same name.
+    """
+
+    model: ModelPath
+    """The file; what it names lies beside it or below the world file."""
+    radius: Length = 0.3
+    """Of the circle around the robot [m]."""
+    height: Length = 0.3
+    """[m]"""
+    # Others have a mass of their own where none is given.
+    mass: Mass | None = None  # type: ignore[assignment]
+    """Of the whole robot [kg]; that of the file unless given."""
+    origin: Point3 = (0.0, 0.0, 0.0)
+    """Where the robot's origin is in the frame of the file, on the floor [m]; not for a drive of the user's own."""
+    forward_deg: Degrees = 0.0
+    """Where the robot looks in the frame of the file, counter-clockwise from x."""
+    wheels: Annotated[Mapping[str, ModelWheel], Field(strict=False, max_length=8)] = {}
+    """Its wheels by the names that the drive gives them: left and right, or front_left, front_right, and so on."""
+    steering: Annotated[Mapping[str, JointName], Field(strict=False, max_length=4)] = {}
+    """The hinges that steer, by the names that the drive gives them."""
+    casters: Annotated[tuple[Caster, ...], Field(strict=False, max_length=16)] = ()
+    """[x, y, radius] of what slides on the floor, robot frame [m]."""
+    _source: Source = PrivateAttr(default=BUILT)
+
+    @property
+    def ready(self) -> bool:
+        """Whether it says which joints are its wheels; else a drive of the user's own knows."""
+        return bool(self.wheels)
+
+    def outline(self) -> Array:
+        """Return the circle around the robot, robot frame, counter-clockwise, shape (n, 2) [m]."""
+        return CylinderBody(radius=self.radius).outline()
+
+    @cached_property
+    def shape(self) -> ModelShape:
+        """What the file holds, in its own frame; ValueError when it cannot be read."""
+        return read_model(self.model, self._read)
+
+    @cached_property
+    def files(self) -> ModelFiles:
+        """All that it consists of; ValueError when it cannot be read."""
+        return self.shape.files if self.ready else gather_model(self.model, self._read, sections=ROBOT)
+
+    def _read(self, path: str) -> bytes:
+        return read_asset(path, self._source)
+
+    @model_validator(mode="after")
+    def _can_be_read(self, info: ValidationInfo) -> Self:
+        context = info.context or {}
+        source = context.get("source")
+        if isinstance(source, Source):
+            self._source = source
+            if self.ready:
+                self._keep_shape(context.setdefault("models", {}))
+        return self
+
+    def _keep_shape(self, read: dict[str, ModelShape | str]) -> None:
+        """Keep what the file holds, read once for all robots of a world; refuse joints that it lacks."""
+        if self.model not in read:
+            try:
+                read[self.model] = self.shape
+            except ValueError as error:
+                read[self.model] = str(error)
+        shape = read[self.model]
+        if isinstance(shape, str):
+            raise fault(shape, "model")
+        vars(self)["shape"] = shape
+        for path, joint in self._joints():
+            if joint not in shape.hinges:
+                raise fault(f"no hinge '{joint}' in '{self.model}'{did_you_mean(joint, shape.hinges)}", *path)
+
+    def _joints(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
+        """Yield each joint that is named, with its path."""
+        for name, wheel in self.wheels.items():
+            yield ("wheels", name, "joint"), wheel.joint
+            yield from ((("wheels", name, "follow", number), other) for number, other in enumerate(wheel.follow))
+        yield from ((("steering", name), joint) for name, joint in self.steering.items())
+
+
+class NoBody(_Body):
+    """A base without a shape, as a fixed one is unless it is given one: nothing bumps into it."""
+
+    shape: Literal["none"]
+    """Its kind; it need not be written."""
+
+    @property
+    def radius(self) -> float:
+        """Of the circle that stands for it in plans [m]."""
+        return 0.05
+
+    @property
+    def height(self) -> float:
+        """Of what stands for it in plans [m]."""
+        return 0.05
+
+    def outline(self) -> Array:
+        """Return a small circle, robot frame, counter-clockwise, shape (n, 2) [m]."""
+        return CylinderBody(radius=self.radius).outline()
+
+
+def _area(corners: Array) -> float:
+    """Return the area inside corners, negative when they go clockwise [m^2]."""
+    x, y = corners.T
+    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2)
+
+
+def _check_origin(body: "BoxBody | PolygonBody", key: str) -> None:
+    from shapely import Point as Spot
+    from shapely import Polygon
+
+    if not Polygon(body.outline()).covers(Spot(0.0, 0.0)):
+        raise fault("the robot's origin [0, 0] is outside the body; let the body lie around it", key)
+
+
+SHAPES: dict[str, tuple[str, ...]] = {
+    "box": ("box", "at", "center"),
+    "polygon": ("polygon", "height"),
+    "model": ("model", "radius", "height", "origin", "forward_deg", "wheels", "steering", "casters"),
+    "cylinder": ("radius", "height"),
+}
+"""Keys that belong to a shape."""
+
+
+def shape_of(keys: Any) -> str:
+    """Return which shape the keys of a body describe."""
+    return next((shape for shape in ("box", "polygon", "model") if shape in keys), "cylinder")
+
+
+def rims(body: "Body", bearings: Array) -> Array:
+    """Return how far the outermost rim of a body is from its origin along bearings [rad], same shape [m]."""
+    if isinstance(body, CylinderBody | ModelBody | NoBody):
+        return np.full(np.shape(bearings), body.radius)
+    start = body.outline()
+    edge = np.roll(start, -1, axis=0) - start
+    ahead = np.stack([np.cos(bearings), np.sin(bearings)], axis=-1)[..., None, :]
+    # start + s edge = t ahead, solved by cross products; an edge along the ray ends at corners that others have too.
+    across = ahead[..., 0] * edge[:, 1] - ahead[..., 1] * edge[:, 0]
+    safe = np.where(across == 0.0, np.inf, across)
+    t = (start[:, 0] * edge[:, 1] - start[:, 1] * edge[:, 0]) / safe
+    s = (start[:, 0] * ahead[..., 1] - start[:, 1] * ahead[..., 0]) / safe
+    met = (across != 0.0) & (s >= -1e-9) & (s <= 1 + 1e-9) & (t >= 0.0)
+    return np.asarray(np.where(met, t, 0.0).max(axis=-1), dtype=float)
+
+
+BODY_KINDS: Mapping[str, type[_Body]] = {
+    "cylinder": CylinderBody,
+    "box": BoxBody,
+    "polygon": PolygonBody,
+    "model": ModelBody,
+    "none": NoBody,
+}
+"""Bodies by the key that gives their shape; that of a cylinder has no key of its own."""
+
+
+def _kind_of_body(item: Any, kinds: Mapping[str, type[BaseModel]]) -> str | None:
+    if isinstance(item, dict):
+        return "none" if "shape" in item else shape_of(item)
+    return kind_of(item, kinds)
+
+
+Body = Annotated[
+    CylinderBody | BoxBody | PolygonBody | ModelBody | NoBody,
+    OneOf(
+        BODY_KINDS,
+        "a body has a shape: radius and height, box: [length, width, height], polygon: [[x, y], ...] with height, or"
+        " model: FILE",
+        _kind_of_body,
+    ),
+]

@@ -1,0 +1,81 @@
+"""Balancing drive: two wheels on one axle, no caster, and a body above that falls unless a controller holds it."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from mjsim.world.ground import Length, Model
+from mjsim.world.items.drives.base import SIDES, Acceleration, AnyDrive, Slip, TorqueMotor, Wheel, half_width
+from mjsim.world.items.sensors import Imu, ImuError
+
+OWN_IMU = "drive-imu"
+"""Name of the inertial sensor of a balancing base."""
+Torque = Annotated[float, Field(gt=0, le=1000)]
+"""[N m]"""
+
+
+class OwnImu(Model):
+    """How far the inertial sensor of a balancing base errs, which sits at the axle and reads 250 times a second."""
+
+    noise: ImuError = ImuError()
+    """White noise of each reading."""
+    bias: ImuError = ImuError()
+    """Of the constant error, drawn once a run."""
+    walk: ImuError = ImuError()
+    """How fast the error wanders, as a random walk."""
+
+
+class BalancingDrive(AnyDrive):
+    """Two wheels on one axle and nothing else; a controller holds the body upright with the torque of both motors."""
+
+    type: Literal["balancing"]
+    """Which kind of drive."""
+    wheel_radius: Length = 0.105
+    """[m]"""
+    track: Length = 0.43
+    """Distance between the wheels [m]."""
+    wheel_mass: Annotated[float, Field(gt=0, le=1000)] = 1.0
+    """Of each wheel, a solid cylinder [kg]."""
+    max_torque: Torque = 4.0
+    """Of the motor of each wheel [N m]."""
+    max_acceleration: Acceleration = 0.5
+    """Of the set-points that the controller is given [m/s^2]."""
+    imu: OwnImu = OwnImu()
+    """What its controller feels the lean with, unless `sensors` has an inertial sensor."""
+
+    @property
+    def wheels(self) -> tuple[Wheel, ...]:
+        """One on each side of the origin."""
+        return tuple(
+            Wheel(
+                name=side,
+                at=(0.0, y * self.track / 2),
+                radius=self.wheel_radius,
+                half_width=half_width(None, radius=self.wheel_radius, track=self.track),
+                load="light",
+                mass=self.wheel_mass,
+                motor=TorqueMotor(self.max_torque),
+            )
+            for side, y in SIDES
+        )
+
+    @property
+    def controller(self) -> str:
+        """A linear quadratic regulator, designed from the numbers of the robot."""
+        return "mjsim.algorithms.balance:Lqr"
+
+    @property
+    def own_imu(self) -> Imu:
+        """At the axle."""
+        place, errors = (0.0, 0.0, self.wheel_radius), self.imu
+        return Imu(imu=OWN_IMU, at=place, rate_hz=250.0, noise=errors.noise, bias=errors.bias, walk=errors.walk)
+
+    @property
+    def turning_track(self) -> float:
+        """The track [m]."""
+        return self.track
+
+    @property
+    def slip(self) -> Slip:
+        """Of two wheels that bear everything."""
+        return Slip()

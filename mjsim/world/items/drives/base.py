@@ -1,0 +1,196 @@
+"""What all drives have: limits and noise, and the wheels that they stand on."""
+
+import math
+from dataclasses import dataclass, fields
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from mjsim.world.ground import Deviation, Model
+from mjsim.world.items.sensors import Imu
+
+Speed = Annotated[float, Field(gt=0, le=20)]
+"""[m/s]"""
+TurnRate = Annotated[float, Field(gt=0, le=3600)]
+"""[deg/s]"""
+Acceleration = Annotated[float, Field(gt=0, le=100)]
+"""[m/s^2]"""
+TurnAcceleration = Annotated[float, Field(gt=0, le=36000)]
+"""[deg/s^2]"""
+SIDES = (("left", 1.0), ("right", -1.0))
+"""Of an axle: name and sign of y."""
+CORNERS = tuple((f"{end}_{side}", x, y) for end, x in (("front", 1.0), ("rear", -1.0)) for side, y in SIDES)
+"""Of a rectangle: name and signs of x and y."""
+
+
+class DriveNoise(Model):
+    """White noise on the twist that is achieved; it acts also when the command is zero."""
+
+    speed: Deviation = 0.0
+    """[m/sqrt(s)]"""
+    turn: Deviation = 0.0
+    """[rad/sqrt(s)]"""
+
+
+@dataclass(frozen=True, slots=True)
+class Slip:
+    """What tyres slip on a level floor, as a data sheet would give it, beside the configured noise."""
+
+    forward: float = 0.001
+    """Standard deviation along for one metre driven [m/sqrt(m)]."""
+    left: float = 0.001
+    """Standard deviation aside for one metre driven [m/sqrt(m)]."""
+    turn: float = 0.002
+    """Standard deviation of the heading for one radian turned [rad/sqrt(rad)]."""
+    outward: float = 0.0076
+    """What tyres creep outward on an arc, a speed of so much for one metre a second and one radian a second [s]."""
+    surge: float = 0.0
+    """What tyres slip along while the speed changes, a speed of so much for one metre a second squared [s]."""
+    swing: float = 0.0
+    """What they slip in turn while the turn rate changes, a rate of so much for one radian a second squared [s]."""
+
+    def times(self, factor: float) -> "Slip":
+        """Return a slip that is so many times as large."""
+        return Slip(**{field.name: factor * getattr(self, field.name) for field in fields(self)})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motor:
+    """What turns a driven wheel: a velocity servo."""
+
+    inertia: float
+    """Of the rotor and the gear about the axle, as a multiple of the robot's mass at the wheel's rim."""
+    share: float | None
+    """Share of the robot that its torque has to move; None for a torque without limit."""
+    follows_load: bool = False
+    """Whether its lag grows with the load; else it is the same whatever the load."""
+
+
+@dataclass(frozen=True, slots=True)
+class TorqueMotor:
+    """What turns a driven wheel for a controller: a torque, no servo."""
+
+    torque: float
+    """Largest, either way [N m]."""
+    inertia: float = 0.0
+    """Of the rotor and the gear about the axle, as a multiple of the robot's mass at the wheel's rim."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rollers:
+    """What runs around the rim of a wheel that goes in any direction."""
+
+    angle: float
+    """From the wheel's axle to the axis of the lowest roller, about the vertical, left positive [rad]."""
+    count: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wheel:
+    """A wheel that carries a base; its body and its hinge are `ROBOT/wheel_NAME`."""
+
+    name: str
+    at: tuple[float, float]
+    """Of its middle, robot frame [m]."""
+    radius: float
+    """[m]"""
+    half_width: float
+    """[m]"""
+    heading: float = 0.0
+    """Direction in which it rolls, robot frame, left positive [rad]."""
+    load: Literal["full", "shared", "tricycle", "light"] = "full"
+    """How much of the robot it bears, which tells how deep it stands in the floor: less where steered wheels bear some,
+    most under the driven wheel of a tricycle; light for one of a mass of its own without a gear."""
+    mass: float | None = None
+    """Of its own, as a solid cylinder [kg]; None for a share of the robot's."""
+    motor: Motor | TorqueMotor | None = None
+    """None for a wheel that turns freely."""
+    steer: str | None = None
+    """Name of the hinge that steers it, `ROBOT/steer_...`; None for a fixed wheel."""
+    rollers: Rollers | None = None
+    """None for a plain tyre."""
+    spokes: bool = True
+    """Whether its rim is drawn, so that one sees it turn."""
+
+
+class AnyDrive(Model):
+    """What all drives have: limits, and how far they miss them."""
+
+    max_speed: Speed = 0.7
+    """[m/s]"""
+    max_turn_deg: TurnRate = 100.0
+    """[deg/s]"""
+    max_acceleration: Acceleration = 1.0
+    """[m/s^2]"""
+    max_turn_acceleration_deg: TurnAcceleration = 300.0
+    """[deg/s^2]"""
+    noise: DriveNoise = DriveNoise()
+    """How far the motion achieved differs from the one commanded."""
+
+    @property
+    def wheels(self) -> tuple[Wheel, ...]:
+        """The wheels that carry the base, in the order in which they are built; empty where its own file has them."""
+        return ()
+
+    @property
+    def driven_wheels(self) -> tuple[str, ...]:
+        """Names of the driven wheels, in the order of the speeds of a command."""
+        return tuple(f"wheel_{wheel.name}" for wheel in self.wheels if wheel.motor is not None)
+
+    @property
+    def driven_radius(self) -> float:
+        """Radius of the driven wheels [m]; 0 where it is not known."""
+        return next((wheel.radius for wheel in self.wheels if wheel.motor is not None), 0.0)
+
+    @property
+    def steering(self) -> tuple[str, ...]:
+        """Names of the hinges that are steered, in the order of their angles."""
+        return tuple(wheel.steer for wheel in self.wheels if wheel.steer is not None)
+
+    @property
+    def on_casters(self) -> bool:
+        """Whether casters ahead and behind keep it upright, so that its mass must lie over its wheels."""
+        return False
+
+    @property
+    def controller(self) -> str | None:
+        """What drives its motors between ticks when a world names nothing, as `use`; None where servos do."""
+        return None
+
+    @property
+    def own_imu(self) -> Imu | None:
+        """The inertial sensor that its controller needs; None where it needs none."""
+        return None
+
+    @property
+    def sideways(self) -> float:
+        """Largest speed sideways [m/s]; 0 where it cannot go sideways."""
+        return 0.0
+
+    @property
+    def turning_track(self) -> float:
+        """Track of the differential drive that turns alike, of which modules are told [m]; 0 where it is not known."""
+        return 0.0
+
+    @property
+    def slip(self) -> Slip:
+        """What the odometry allows for slip.
+
+        Fitted to drives without noise at changing speeds and turns (scripts/measure/odometry.py).
+        """
+        return Slip()
+
+    @property
+    def max_curvature(self) -> float:
+        """Of the sharpest arc that it can drive [1/m]; infinite where it can turn on the spot."""
+        return math.inf
+
+
+def half_width(width: float | None, *, radius: float, track: float = math.inf) -> float:
+    """Return half the width of a wheel: a quarter of the radius unless the width is given [m]."""
+    return width / 2 if width is not None else min(0.25 * radius, 0.2 * track)
+
+
+def geared_motor(*, share: float) -> Motor:
+    """Return a motor that follows with the same lag whatever the load, and moves a share of the robot."""
+    return Motor(inertia=0.3, share=share)

@@ -1,0 +1,56 @@
+"""The drives that there are, by their type."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import BaseModel
+
+from mjsim.world.ground import OneOf
+from mjsim.world.items.drives.ackermann import AckermannDrive
+from mjsim.world.items.drives.balancing import BalancingDrive
+from mjsim.world.items.drives.base import AnyDrive
+from mjsim.world.items.drives.differential import DifferentialDrive
+from mjsim.world.items.drives.fixed import FixedDrive
+from mjsim.world.items.drives.mecanum import MecanumDrive
+from mjsim.world.items.drives.omni3 import Omni3Drive
+from mjsim.world.items.drives.skid_steer import SkidSteerDrive
+from mjsim.world.items.drives.tricycle import TricycleDrive
+from mjsim.world.items.drives.user import UserDrive
+
+KINDS: Mapping[str, type[AnyDrive]] = {
+    "differential": DifferentialDrive,
+    "skid_steer": SkidSteerDrive,
+    "ackermann": AckermannDrive,
+    "tricycle": TricycleDrive,
+    "omni3": Omni3Drive,
+    "mecanum": MecanumDrive,
+    "balancing": BalancingDrive,
+}
+"""Drives by their `type`."""
+
+
+def _kind_of_drive(item: Any, kinds: Mapping[str, type[BaseModel]]) -> str | None:
+    """Return the type of a drive, which need not be said of a differential one, or `use` for the user's own."""
+    if isinstance(item, UserDrive) or (isinstance(item, dict) and "use" in item):
+        return "use"
+    kind = item.get("type", "differential") if isinstance(item, dict) else getattr(item, "type", None)
+    return kind if isinstance(kind, str) and kind in kinds else None
+
+
+Drive = Annotated[
+    DifferentialDrive
+    | SkidSteerDrive
+    | AckermannDrive
+    | TricycleDrive
+    | Omni3Drive
+    | MecanumDrive
+    | BalancingDrive
+    | UserDrive
+    | FixedDrive,
+    OneOf(
+        {**KINDS, "use": UserDrive, "fixed": FixedDrive},
+        f"a drive has a type: {', '.join([*KINDS][:-1])} or {[*KINDS][-1]};"
+        ' or a class of your own, {use: "my_drive.py:MyDrive"}',
+        _kind_of_drive,
+    ),
+]

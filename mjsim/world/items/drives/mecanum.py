@@ -1,0 +1,44 @@
+"""Four mecanum wheels."""
+
+import math
+from typing import Literal
+
+from mjsim.world.ground import Length
+from mjsim.world.items.drives.base import CORNERS, Rollers, Slip, Wheel, geared_motor, half_width
+from mjsim.world.items.drives.rollers import RollerDrive
+
+
+class MecanumDrive(RollerDrive):
+    """Four wheels with rollers at 45 degrees."""
+
+    type: Literal["mecanum"]
+    """Which kind of drive."""
+    track: Length = 0.3
+    """Distance between the left and the right wheels [m]."""
+    wheelbase: Length = 0.47
+    """Distance between the wheels in front and behind [m]."""
+
+    @property
+    def wheels(self) -> tuple[Wheel, ...]:
+        """One at each corner; the rollers on the floor lie across the lines to the robot's middle."""
+        return tuple(
+            Wheel(
+                name=name,
+                at=(x * self.wheelbase / 2, y * self.track / 2),
+                radius=self.wheel_radius,
+                half_width=half_width(self.wheel_width, radius=self.wheel_radius, track=self.track),
+                motor=geared_motor(share=0.5),
+                rollers=Rollers(angle=x * y * math.pi / 4, count=self.rollers),
+            )
+            for name, x, y in CORNERS
+        )
+
+    @property
+    def turning_track(self) -> float:
+        """The track [m]."""
+        return self.track
+
+    @property
+    def slip(self) -> Slip:
+        """Of wheels that roll from one roller onto the next."""
+        return Slip(forward=0.0045, left=0.008, turn=0.0075, outward=0.0)

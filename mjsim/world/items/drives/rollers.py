@@ -1,0 +1,26 @@
+"""What drives have in common that go in any direction, on wheels with rollers."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from mjsim.world.ground import Length
+from mjsim.world.items.drives.base import AnyDrive, Speed
+
+
+class RollerDrive(AnyDrive):
+    """What drives have in common that go in any direction, on wheels with rollers."""
+
+    wheel_radius: Length = 0.05
+    """Over the rollers [m]."""
+    wheel_width: Length | None = None
+    """[m]; follows from the rollers unless given."""
+    rollers: Annotated[int, Field(ge=6, le=24)] = 12
+    """How many a wheel has."""
+    max_left: Speed = 0.7
+    """Largest speed sideways [m/s]."""
+
+    @property
+    def sideways(self) -> float:
+        """Largest speed sideways [m/s]."""
+        return self.max_left

@@ -1,0 +1,52 @@
+"""Skid steering: four driven wheels that do not steer."""
+
+from typing import Literal
+
+from mjsim.world.ground import Length
+from mjsim.world.items.drives.base import CORNERS, AnyDrive, Motor, Slip, Wheel, half_width
+
+
+class SkidSteerDrive(AnyDrive):
+    """Four driven wheels that do not steer, those of a side alike; it turns by letting them slip sideways."""
+
+    type: Literal["skid_steer"]
+    """Which kind of drive."""
+    wheel_radius: Length = 0.1
+    """[m]"""
+    wheel_width: Length | None = None
+    """[m]; a quarter of the radius to each side unless given."""
+    track: Length = 0.4
+    """Distance between the wheels of the left and of the right [m]."""
+    wheelbase: Length = 0.3
+    """Distance between the wheels in front and behind [m]."""
+    effective_track: Length | None = None
+    """Track of the differential drive that turns alike [m]; follows from wheelbase and track unless given."""
+
+    @property
+    def wheels(self) -> tuple[Wheel, ...]:
+        """One at each corner; no load slows them down: the tyres give way first."""
+        return tuple(
+            Wheel(
+                name=name,
+                at=(x * self.wheelbase / 2, y * self.track / 2),
+                radius=self.wheel_radius,
+                half_width=half_width(self.wheel_width, radius=self.wheel_radius, track=self.track),
+                motor=Motor(inertia=4.0, share=None),
+            )
+            for name, x, y in CORNERS
+        )
+
+    @property
+    def turning_track(self) -> float:
+        """Track of the differential drive that turns as this one does [m].
+
+        Four like wheels, which carry the same weight, at (+-a, +-b) from the middle. While the robot turns at w, a
+        wheel whose rim runs at u slips by u - w b along and w a aside. Friction acts against the slip; what all four
+        give together has no moment when (u - w b) b = w a^2, so u = w (a^2 + b^2) / b: a track of 2 (a^2 + b^2) / b.
+        """
+        return self.effective_track or self.track * (1.0 + (self.wheelbase / self.track) ** 2)
+
+    @property
+    def slip(self) -> Slip:
+        """Of four fixed wheels, which turn by slipping sideways."""
+        return Slip(forward=0.019, left=0.015, turn=0.028, outward=0.0, surge=0.029, swing=0.02)

@@ -1,0 +1,119 @@
+"""What happens to a world while it runs."""
+
+import math
+from typing import Annotated
+
+from pydantic import Field
+
+from mjsim.world.ground import Degrees, Model, Name, OneOf, Point
+from mjsim.world.items.light import Brightness
+
+
+class _Event(Model):
+    time: Annotated[float, Field(ge=0, le=1e6)]
+    """When, at the first tick not before it [s]."""
+
+
+class MoveEvent(_Event):
+    """A robot or an obstacle is lifted and put down elsewhere; a robot is not told."""
+
+    move: Name
+    """The robot, or the movable obstacle."""
+    to: Point
+    """[x, y] [m]."""
+    heading_deg: Degrees | None = None
+    """As it was unless given."""
+
+
+class OpenEvent(_Event):
+    """A door swings open."""
+
+    open: Name
+    """The opening whose door it is."""
+    angle_deg: Annotated[float, Field(ge=-170, le=170)] = 90.0
+    """How far; positive to the left side of the wall."""
+
+
+class CloseEvent(_Event):
+    """A door swings shut."""
+
+    close: Name
+    """The opening whose door it is."""
+
+
+class LightEvent(_Event):
+    """The general light changes."""
+
+    light: Brightness
+    """As the key `light` of the world."""
+
+
+class LampEvent(_Event):
+    """A lamp is switched or dimmed."""
+
+    lamp: Name
+    """Which one."""
+    brightness: Brightness
+    """0 is off."""
+
+
+class RemoveEvent(_Event):
+    """A beacon or an obstacle is taken away."""
+
+    remove: Name
+    """Which one."""
+
+
+class ShoveEvent(_Event):
+    """A robot or a movable obstacle is pushed at its centre of mass."""
+
+    shove: Name
+    """Whom."""
+    impulse: Annotated[
+        tuple[Annotated[float, Field(ge=-1e5, le=1e5)], ...], Field(strict=False, min_length=3, max_length=3)
+    ]
+    """[x, y, z] in the world, all of it together [N s]."""
+    seconds: Annotated[float, Field(gt=0, le=10)] = 0.1
+    """How long the push takes [s]."""
+
+
+EVENT_KINDS: dict[str, type[_Event]] = {
+    "move": MoveEvent,
+    "open": OpenEvent,
+    "close": CloseEvent,
+    "light": LightEvent,
+    "lamp": LampEvent,
+    "remove": RemoveEvent,
+    "shove": ShoveEvent,
+}
+"""Events by the key that says what happens."""
+
+
+WorldEvent = Annotated[
+    MoveEvent | OpenEvent | CloseEvent | LightEvent | LampEvent | RemoveEvent | ShoveEvent,
+    OneOf(
+        EVENT_KINDS,
+        "an event needs what happens; write move: NAME, open: DOOR, close: DOOR, light: 0.5,"
+        " lamp: NAME, remove: NAME or shove: NAME",
+    ),
+]
+
+
+def said_of(event: WorldEvent) -> str:
+    """Return what an event does, in a sentence."""
+    match event:
+        case MoveEvent():
+            heading = "" if event.heading_deg is None else f", heading {event.heading_deg:g} deg"
+            return f"{event.move} is put down at [{event.to[0]:g}, {event.to[1]:g}]{heading}"
+        case OpenEvent():
+            return f"door {event.open} swings open to {event.angle_deg:g} deg"
+        case CloseEvent():
+            return f"door {event.close} swings shut"
+        case LightEvent():
+            return f"the general light becomes {event.light:g}"
+        case LampEvent():
+            return f"lamp {event.lamp} becomes {event.brightness:g}"
+        case RemoveEvent():
+            return f"{event.remove} is taken away"
+        case ShoveEvent():
+            return f"{event.shove} is shoved by {math.hypot(*event.impulse):g} N s"

@@ -1,0 +1,106 @@
+"""Robots that come with mjsim, and a user's own keys over theirs."""
+
+import posixpath
+from collections.abc import Mapping
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from mjsim.errors import did_you_mean
+from mjsim.world.files import Source, read_asset
+from mjsim.world.items.bodies import SHAPES
+from mjsim.world.yaml import read_text
+
+_OTHER_SHAPES = ("box", "polygon", "model")
+"""Keys that tell that a body is no cylinder."""
+OF_ONE = ("name", "at", "heading_deg")
+"""Keys of a robot that its preset does not give."""
+
+
+def over_preset(name: str, keys: Mapping[str, Any], source: Source) -> dict[str, Any]:
+    """Return the keys of a robot with those of its preset below them.
+
+    Args:
+        name: Of a robot that comes with mjsim, or the path of a file from the folder of the world.
+        keys: The user's own.
+        source: Of the world, for the file.
+
+    Raises:
+        ValueError: There is no such preset, or its file is wrong.
+    """
+    if is_preset_file(name):
+        below = _from_file(name, source)
+    elif name in preset_names():
+        below = dict(_preset(name))
+    else:
+        raise ValueError(f"no preset '{name}'{did_you_mean(name, preset_names())}")
+    _check_drive(name, below.get("drive", {}), keys.get("drive"))
+    body = keys.get("body")
+    if isinstance(body, Mapping) and any(key in body for key in _OTHER_SHAPES):
+        # Another shape takes the place of the preset's with all its keys, the look of the old one among them.
+        of_shape = {key for shape in SHAPES.values() for key in shape}
+        below["body"] = {key: value for key, value in below["body"].items() if key not in {*of_shape, "look"}}
+    merged: dict[str, Any] = _merged(below, keys)
+    return merged
+
+
+def _check_drive(name: str, below: Mapping[str, Any], above: Any) -> None:
+    """Raise ValueError when a user's keys describe another kind of drive than the preset has."""
+    if not isinstance(above, Mapping):
+        return
+    kind, wanted = below.get("type", "differential"), above.get("type")
+    if "use" in above:
+        raise ValueError(f"preset '{name}' has a drive of its own, {kind}; leave out the preset to use yours")
+    if wanted is not None and wanted != kind:
+        raise ValueError(f"preset '{name}' has the drive {kind}, not {wanted}; leave out 'type' or the preset")
+
+
+def is_preset_file(name: str) -> bool:
+    """Return whether a preset is the file of a robot, not one that comes with mjsim."""
+    return name.endswith((".yaml", ".yml"))
+
+
+def _from_file(name: str, source: Source) -> dict[str, Any]:
+    """Return the keys of the robot in a file: a world of one robot, or its keys alone."""
+    try:
+        text = read_asset(name, source).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise ValueError(f"'{name}' is not UTF-8 text; write the file as UTF-8 text") from None
+    node, problems = read_text(text, file=name)
+    if problems or node is None:
+        raise ValueError(str(problems[0]) if problems else f"'{name}' is empty")
+    keys = node.value
+    if isinstance(keys, dict) and "mjsim" in keys:
+        robots = keys.get("robots")
+        if not (isinstance(robots, list) and len(robots) == 1 and isinstance(robots[0], dict)):
+            raise ValueError(f"'{name}' is a world that does not have one robot; name the file of a robot")
+        keys = {key: value for key, value in robots[0].items() if key not in OF_ONE}
+    if not isinstance(keys, dict) or "preset" in keys:
+        raise ValueError(f"'{name}' does not describe a robot; name what mjsim new --robot-from wrote")
+    body = keys.get("body")
+    if isinstance(body, dict) and isinstance(body.get("model"), str):
+        keys = {**keys, "body": {**body, "model": posixpath.join(posixpath.dirname(name), body["model"])}}
+    return dict(keys)
+
+
+@cache
+def preset_names() -> tuple[str, ...]:
+    """Return the names of all presets, sorted."""
+    files = (resources.files("mjsim.assets") / "robots").iterdir()
+    return tuple(sorted(file.name.removesuffix(".yaml") for file in files if file.name.endswith(".yaml")))
+
+
+@cache
+def _preset(name: str) -> dict[str, Any]:
+    file = resources.files("mjsim.assets") / "robots" / f"{name}.yaml"
+    node, problems = read_text(file.read_text(encoding="utf-8"), file=str(file))
+    assert node is not None, problems
+    assert not problems, problems
+    return dict(node.value)
+
+
+def _merged(below: Any, above: Any) -> Any:
+    """Return mappings merged key by key; any other value above hides the one below."""
+    if not (isinstance(below, Mapping) and isinstance(above, Mapping)):
+        return above
+    return {**below, **{key: _merged(below.get(key), value) for key, value in above.items()}}

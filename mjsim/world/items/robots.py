@@ -1,0 +1,184 @@
+"""Robots as a world file describes them: body, drive, odometry and sensors."""
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, ValidationInfo, model_validator
+
+from mjsim.world.files import BUILT
+from mjsim.world.ground import Degrees, Length, Model, Name, Point, fault
+from mjsim.world.items.arms import RobotArm
+from mjsim.world.items.bodies import Body, BoxBody, CylinderBody, ModelBody, NoBody
+from mjsim.world.items.drives import (
+    AnyDrive,
+    BalancingDrive,
+    DifferentialDrive,
+    Drive,
+    FixedDrive,
+    RollerDrive,
+    UserDrive,
+    WheelOdometry,
+)
+from mjsim.world.items.presets import over_preset
+from mjsim.world.items.sensors import Imu, Sensor, name_of
+
+Preset = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_./-]*$", max_length=200)]
+"""Name of a preset, or path of its file."""
+
+
+class Robot(Model):
+    """A wheeled robot."""
+
+    name: Name
+    """How drivers, recordings and plans call it."""
+    at: Point
+    """Where it starts, [x, y] [m]."""
+    heading_deg: Degrees = 0.0
+    """Where it looks at the start, counter-clockwise from x."""
+    lean_deg: Annotated[float, Field(ge=-60, le=60)] = 0.0
+    """How far a balancing base leans forward at the start; it is let go then."""
+    preset: Preset | None = None
+    """A robot of `assets/robots`, or the file of one that `mjsim new --robot-from` wrote; keys beside this one
+    override it."""
+    base: Literal["fixed"] | None = None
+    """Fixed: it stands where it is, without a drive, and has no body unless one is given."""
+    drive: Drive = DifferentialDrive()
+    """How it moves."""
+    body: Body = CylinderBody()
+    """The shape that bumps."""
+    odometry: WheelOdometry = WheelOdometry()
+    """What the wheels tell."""
+    sensors: Annotated[tuple[Sensor, ...], Field(strict=False)] = ()
+    """What else it senses with."""
+    arms: Annotated[tuple[RobotArm, ...], Field(strict=False, max_length=8)] = ()
+    """Arms on its base."""
+    proximity_range: Length = 2.0
+    """How far the ring of 16 proximity rays sees [m]."""
+
+    @property
+    def own_imu(self) -> Imu | None:
+        """The inertial sensor that its controller alone has; None where `sensors` has one, or none is needed."""
+        return None if any(isinstance(sensor, Imu) for sensor in self.sensors) else self.drive.own_imu
+
+    @model_validator(mode="after")
+    def _drive_on_its_body(self) -> Self:
+        own = isinstance(self.drive, UserDrive)
+        if own and not isinstance(self.body, ModelBody):
+            raise fault("a drive of your own goes with a body of your own; give both drive: {use} and body: {model}")
+        if isinstance(self.body, ModelBody):
+            wrong = _own_misfit(self.body) if own else _model_misfit(self.body, self.drive)
+            if wrong is not None:
+                raise fault(wrong, "body")
+        return self
+
+    @model_validator(mode="after")
+    def _balances_or_not(self) -> Self:
+        if isinstance(self.drive, BalancingDrive):
+            _check_balancing(self, self.drive)
+        elif self.lean_deg:
+            raise fault("only a balancing base leans at the start; leave it out", "lean_deg")
+        elif isinstance(self.body, BoxBody) and self.body.center is not None:
+            raise fault("center counts from the axle of a balancing base; leave it out", "body", "center")
+        return self
+
+    @model_validator(mode="after")
+    def _carries_its_sensors(self) -> Self:
+        for index, sensor in enumerate(self.sensors):
+            wrong = sensor.misfit(self)
+            if wrong is not None:
+                raise fault(wrong, "sensors", index, sensor.kind)
+        return self
+
+    @model_validator(mode="after")
+    def _stands_or_rolls(self) -> Self:
+        if self.base != "fixed" and isinstance(self.drive, FixedDrive):
+            raise fault("a robot that stands has no drive; write base: fixed in its place", "drive")
+        if self.base != "fixed" and isinstance(self.body, NoBody):
+            raise fault("a robot that drives has a body; give it one", "body")
+        return self
+
+    @model_validator(mode="after")
+    def _fixed_base_feels_nothing(self) -> Self:
+        for index, sensor in enumerate(self.sensors if self.base == "fixed" else ()):
+            if sensor.kind in ("imu", "encoders"):
+                message = f"a fixed base has nothing that {sensor.kind} would tell; leave it out"
+                raise fault(message, "sensors", index, sensor.kind)
+        return self
+
+    @model_validator(mode="after")
+    def _arms_have_names_of_their_own(self) -> Self:
+        taken = {name_of(sensor): "a sensor" for sensor in self.sensors}
+        for index, arm in enumerate(self.arms):
+            if arm.name == "drive" or arm.name.startswith("wheel_"):
+                raise fault(
+                    f"arm name '{arm.name}' is that of a part of the base; give it another", "arms", index, "name"
+                )
+            if arm.name in taken:
+                message = f"name '{arm.name}' is taken by {taken[arm.name]} of this robot; give each its own"
+                raise fault(message, "arms", index, "name")
+            taken[arm.name] = "another arm"
+        return self
+
+    @model_validator(mode="before")
+    @classmethod
+    def _over_preset(cls, keys: Any, info: ValidationInfo) -> Any:
+        if isinstance(keys, dict) and isinstance(keys.get("preset"), str):
+            source = (info.context or {}).get("source", BUILT)
+            try:
+                keys = over_preset(keys["preset"], keys, source)
+            except ValueError as error:
+                raise fault(str(error), "preset") from None
+        return _standing(keys) if isinstance(keys, dict) and keys.get("base") == "fixed" else keys
+
+
+def _standing(keys: dict[str, Any]) -> dict[str, Any]:
+    """Return the keys of a robot whose base is fixed, with what stands in place of drive and body."""
+    drive = keys.get("drive", _NO_DRIVE)
+    if drive != _NO_DRIVE and not (isinstance(drive, dict) and drive.get("type") == "fixed"):
+        raise fault("a fixed base has no drive; leave out the drive, or 'base: fixed'", "drive")
+    return {"body": NoBody(shape="none"), **keys, "drive": _NO_DRIVE}
+
+
+_NO_DRIVE = FixedDrive(type="fixed")
+BALANCING_BODY = "a balancing base has body: {box: [length, width, height], mass, center}"
+
+
+def _own_misfit(body: ModelBody) -> str | None:
+    """Return why a body from a file does not suit a drive of the user's own; None if it does."""
+    if body.ready or body.steering or body.casters:
+        return "a drive of your own names its wheels itself; leave out wheels, steering and casters"
+    return None
+
+
+def _model_misfit(body: ModelBody, drive: AnyDrive) -> str | None:
+    """Return why a body from a file does not suit a drive of ours; None if it does."""
+    if isinstance(drive, FixedDrive):
+        return "a base that stands has a plain body; a model is for one that drives"
+    if isinstance(drive, RollerDrive):
+        return "wheels with rollers are not taken from files; describe the body by its radius or its box"
+    if isinstance(drive, BalancingDrive):
+        return BALANCING_BODY
+    if not body.ready:
+        return (
+            f"it does not say which joints of '{body.model}' are its wheels;"
+            f" mjsim new --robot-from {body.model} -o ROBOT.yaml finds them"
+        )
+    for key, given, wanted in (
+        ("wheels", body.wheels, [wheel.name for wheel in drive.wheels]),
+        ("steering", body.steering, list(drive.steering)),
+    ):
+        if sorted(given) != sorted(wanted):
+            there = f"{key} are {', '.join(given)}" if given else f"it has no {key}"
+            return f"{there}; this drive has {', '.join(wanted) or 'none'}"
+    return None
+
+
+def _check_balancing(robot: Robot, drive: BalancingDrive) -> None:
+    """Raise when a balancing base has a body that cannot balance, or nothing that feels how it leans."""
+    body = robot.body
+    if not isinstance(body, BoxBody) or body.center is None:
+        raise fault(BALANCING_BODY, "body")
+    body.stand_on(drive.wheel_radius, (drive.wheel_radius, drive.track / 2 + drive.wheels[0].half_width))
+    low = body.height - body.box[2]
+    if low <= 0.0:
+        lowest = body.box[2] / 2 - drive.wheel_radius
+        raise fault(f"the body reaches {-low:g} m into the floor; let center be above {lowest:g}", "body", "center")

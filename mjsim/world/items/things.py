@@ -1,0 +1,236 @@
+"""What stands and hangs in a room: obstacles of all kinds, and beacons."""
+
+from functools import cached_property
+from typing import Annotated, Self
+
+from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
+
+from mjsim.models import ModelShape, read_model
+from mjsim.world.files import BUILT, Source, read_asset
+from mjsim.world.ground import AssetPath, Color, Degrees, Distance, Length, Model, ModelPath, Name, OneOf, Point, fault
+from mjsim.world.items.markers import check_marker
+
+
+class ScriptedPath(Model):
+    """Where a thing goes by itself, whatever stands in its way pushes in vain."""
+
+    points: Annotated[tuple[Point, ...], Field(strict=False, min_length=1, max_length=10_000)]
+    """Where its middle goes from `at`, one after the other, [x, y] each [m]."""
+    speed: Annotated[float, Field(gt=0, le=10)] = 0.5
+    """[m/s]"""
+    closed: bool = False
+    """Whether it goes on from the last point to `at` and round again; else it comes back the way it went."""
+    wait: Annotated[float, Field(ge=0, le=1e6)] = 0.0
+    """How long it stands at each point [s]."""
+
+
+Mass = Annotated[float, Field(ge=1e-3, le=1e5)]
+"""Of what can be pushed [kg]."""
+SMALLEST = 1e-3
+"""Size of what can be pushed [m]: the physics knows no dust."""
+
+
+class _Obstacle(Model):
+    at: Point
+    """Its middle, [x, y] [m]."""
+    name: Name | None = None
+    """How errors, events and plans call it."""
+    heading_deg: Degrees = 0.0
+    """Where its length points, counter-clockwise from x."""
+    elevation: Distance = 0.0
+    """Of its underside above the floor [m]."""
+    color: Color = "#8a6f4d"
+    """'#rrggbb'."""
+    movable: bool = False
+    """Whether a robot can push it."""
+    mass: Mass = 5.0
+    """Of a movable one [kg]."""
+    friction: Annotated[float, Field(ge=0, le=10)] = 0.5
+    """Coefficient of friction of a movable one on the floor."""
+    path: ScriptedPath | None = None
+    """Where it goes by itself."""
+
+    @model_validator(mode="after")
+    def _pushed_or_scripted(self) -> Self:
+        if self.path is not None and self.movable:
+            raise fault("a thing that goes its own path cannot be pushed; leave out 'movable' or 'path'", "movable")
+        if not self.movable:
+            for key in ("mass", "friction"):
+                if key in self.model_fields_set and getattr(self, key) != type(self).model_fields[key].default:
+                    raise fault(f"{key} matters for what can be pushed; add 'movable: true' or leave it out", key)
+        return self
+
+    @model_validator(mode="after")
+    def _no_dust(self) -> Self:
+        for kind in KINDS:
+            sizes = getattr(self, kind, None) if self.movable else None
+            for size in sizes if isinstance(sizes, tuple) else (sizes,):
+                if isinstance(size, float) and size < SMALLEST:
+                    raise fault(f"a size is {size:g} m; what can be pushed is at least {SMALLEST:g} m large", kind)
+        return self
+
+
+def _sizes(count: int) -> object:
+    return Field(strict=False, min_length=count, max_length=count)
+
+
+class BoxObstacle(_Obstacle):
+    """A box on the floor."""
+
+    box: Annotated[tuple[Length, ...], _sizes(3)]
+    """Full sizes, [length, width, height] [m]."""
+
+
+class CylinderObstacle(_Obstacle):
+    """An upright cylinder on the floor."""
+
+    cylinder: Annotated[tuple[Length, ...], _sizes(2)]
+    """[radius, height] [m]."""
+
+
+class SphereObstacle(_Obstacle):
+    """A ball on the floor."""
+
+    sphere: Length
+    """Its radius [m]."""
+
+
+class _Fixed(_Obstacle):
+    @model_validator(mode="after")
+    def _stands_still(self) -> Self:
+        for key in ("movable", "path"):
+            if getattr(self, key):
+                raise fault(f"what is driven on stands still; leave out '{key}'", key)
+        return self
+
+
+class RampObstacle(_Fixed):
+    """A wedge that robots climb; it begins at the floor and rises along its heading."""
+
+    ramp: Annotated[tuple[Length, ...], _sizes(3)]
+    """[length, width, rise] [m]."""
+
+
+class StepsObstacle(_Fixed):
+    """Steps of equal height and depth, which rise along their heading."""
+
+    steps: Annotated[tuple[Length, ...], _sizes(3)]
+    """[length, width, rise] of all steps together [m]."""
+    count: Annotated[int, Field(ge=1, le=1000)] = 3
+    """How many steps."""
+
+
+class ModelObstacle(_Obstacle):
+    """A thing from a file of MuJoCo (MJCF) or ROS (URDF); its origin comes to `at`, its lowest point to `elevation`."""
+
+    model: ModelPath
+    """The file; meshes and pictures that it names lie beside it or below the world file."""
+    scale: Annotated[float, Field(gt=0, le=1e4)] = 1.0
+    """Metres to one unit of length of the file."""
+    # Others have a mass of their own where none is given.
+    mass: Mass | None = None  # type: ignore[assignment]
+    """Of a movable one [kg]; that of the file unless given."""
+    _source: Source = PrivateAttr(default=BUILT)
+
+    @model_validator(mode="after")
+    def _can_be_read(self, info: ValidationInfo) -> Self:
+        context = info.context or {}
+        source = context.get("source")
+        if isinstance(source, Source):
+            self._source = source
+            # Many chairs of one file are read once, also when it is broken.
+            read: dict[str, ModelShape | str] = context.setdefault("models", {})
+            if self.model not in read:
+                try:
+                    read[self.model] = self.shape
+                except ValueError as error:
+                    read[self.model] = str(error)
+            shape = read[self.model]
+            if isinstance(shape, str):
+                raise fault(shape, "model")
+            vars(self)["shape"] = shape
+        return self
+
+    @cached_property
+    def shape(self) -> ModelShape:
+        """What the file holds, in its own units and frame; ValueError when it cannot be read."""
+        return read_model(self.model, lambda path: read_asset(path, self._source))
+
+
+KINDS: dict[str, type[_Obstacle]] = {
+    "box": BoxObstacle,
+    "cylinder": CylinderObstacle,
+    "sphere": SphereObstacle,
+    "ramp": RampObstacle,
+    "steps": StepsObstacle,
+    "model": ModelObstacle,
+}
+"""Obstacles by the key that gives their shape."""
+
+
+Obstacle = Annotated[
+    BoxObstacle | CylinderObstacle | SphereObstacle | RampObstacle | StepsObstacle | ModelObstacle,
+    OneOf(
+        KINDS,
+        "an obstacle needs its shape; write box: [length, width, height], cylinder: [radius, height], sphere: radius,"
+        " ramp or steps: [length, width, rise], or model: FILE",
+    ),
+]
+
+
+class Marker(Model):
+    """A square marker that computers read: ArUco or AprilTag."""
+
+    dictionary: Annotated[str, Field(pattern=r"^[0-9a-z_]+$", max_length=40)] = "4x4_50"
+    """As OpenCV names it: '4x4_50' to '7x7_1000', 'original', 'apriltag_16h5' to 'apriltag_36h11'."""
+    id: Annotated[int, Field(ge=0, le=100_000)]
+    """Its number in the dictionary."""
+
+    @model_validator(mode="after")
+    def _there_is_one(self) -> Self:
+        wrong = check_marker(self.dictionary, self.id)
+        if wrong is not None:
+            raise fault(*wrong)
+        return self
+
+
+class Beacon(Model):
+    """A thin plane with a picture or a marker on it, or a radio anchor; with none of these, a reflector."""
+
+    name: Name
+    """What sightings call it."""
+    at: Point
+    """Its middle, [x, y] [m]; in the frame of what it hangs on, when there is `on`."""
+    heading_deg: Degrees = 0.0
+    """Where its picture faces."""
+    tilt_deg: Annotated[float, Field(ge=-90, le=90)] = 0.0
+    """How far it looks up from the horizontal."""
+    image: AssetPath | None = None
+    """The picture; its height follows from its shape."""
+    marker: Marker | None = None
+    """A marker instead of a picture."""
+    width: Length = 0.6
+    """Printed width [m]; of a marker, of its black square."""
+    center: Distance = 1.2
+    """Height of its middle above the floor [m], or above the underside of what it hangs on."""
+    on: Name | None = None
+    """The obstacle or the robot that carries it; else it hangs in the room."""
+
+    anchor: bool = False
+    """Whether it holds a radio anchor; one without a face does not reflect."""
+
+    @property
+    def has_face(self) -> bool:
+        """Whether it shows a picture or a marker, to those in front of it."""
+        return self.image is not None or self.marker is not None
+
+    @property
+    def reflects(self) -> bool:
+        """Whether beacon sensors see it from all sides."""
+        return not self.has_face and not self.anchor
+
+    @model_validator(mode="after")
+    def _one_face(self) -> Self:
+        if self.image is not None and self.marker is not None:
+            raise fault("a beacon shows a picture or a marker; leave out 'image' or 'marker'", "marker")
+        return self

@@ -1,0 +1,5 @@
+"""The world seen from above: outlines of what is solid, corners of walls, doors, routes, where beacons hang."""
+
+from mjsim.faces import face
+
+__getattr__, __dir__, __all__ = face(__name__, __file__)

@@ -1,0 +1,103 @@
+"""Doors: where their leaves hang, how far they swing, and the joints that they turn about."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.geometry import Array, Pose
+from mjsim.world.ground import item_names
+from mjsim.world.items import Door, Joint, Opening, Wall, World
+from mjsim.world.plan.pieces import SLIVER
+
+THICKNESS = 0.04
+"""Of a leaf [m]."""
+DAMPING = 0.6
+"""Of the hinge, as a share of the leaf's inertia: a push dies away within some seconds [1/s]."""
+PUSH = 40.0
+"""With which a motor moves a leaf at its edge [N]: less than a robot of some weight withstands."""
+SPEED = math.radians(60.0)
+"""At which a motor swings a leaf [rad/s]."""
+LEAD = math.radians(10.0)
+"""How far the motor's set-point may go ahead of a leaf that something holds up [rad]."""
+TOLERANCE = math.radians(0.1)
+"""A leaf stands where it is wanted when it is this near [rad] and this slow [rad/s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Leaf:
+    """The leaf of a door; its frame has the hinge at its origin, on the floor, and x along the leaf."""
+
+    name: str
+    """That of its opening, or its place among all doors counted from 1."""
+    door: Door
+    hinge: tuple[float, float]
+    """World frame [m]."""
+    closed: float
+    """Where the closed leaf points from the hinge, counter-clockwise from x [rad]."""
+    turn: float
+    """1 when a positive angle swings it counter-clockwise, -1 when clockwise."""
+    width: float
+    """[m]"""
+    low: float
+    """Height of its lower edge [m]."""
+    high: float
+    """Of its upper edge [m]."""
+
+    def pose(self, angle: float) -> Pose:
+        """Return world_from_leaf when it stands open by an angle, positive to the left side of its wall [rad]."""
+        return Pose(*self.hinge, self.closed + self.turn * angle)
+
+    def joint(self) -> Joint:
+        """Return its hinge: 0 when the door is closed, positive to the left side of its wall."""
+        inertia, limit = self.door.mass * self.width**2 / 3, math.radians(self.door.limit_deg)
+        return Joint(
+            name=f"door/{self.name}",
+            axis=(0.0, 0.0, self.turn),
+            start=math.radians(self.door.angle_deg),
+            lower=-limit,
+            upper=limit,
+            damping=DAMPING * inertia,
+            stiffness=self.door.spring,
+            locked=self.door.locked,
+            inertia=inertia,
+            effort=PUSH * self.width,
+            speed=SPEED,
+            lead=LEAD,
+            tolerance=TOLERANCE,
+        )
+
+    def outline(self) -> Array:
+        """Return its corners from above, in its own frame, counter-clockwise, shape (4, 2) [m]."""
+        half = THICKNESS / 2
+        return np.array([[0.0, -half], [self.width, -half], [self.width, half], [0.0, half]])
+
+
+def leaves(world: World) -> list[Leaf]:
+    """Return the leaves of all doors, wall by wall; an opening that lies outside its wall has none."""
+    openings = [(wall, opening) for wall in world.walls for opening in wall.openings if opening.door is not None]
+    names = item_names([opening for _, opening in openings])
+    found = (_leaf(wall, opening, name) for (wall, opening), name in zip(openings, names, strict=True))
+    return [leaf for leaf in found if leaf is not None]
+
+
+def _leaf(wall: Wall, opening: Opening, name: str) -> Leaf | None:
+    first, last = (np.array(end) for end in wall.segments()[opening.segment])
+    length = float(np.hypot(*(last - first)))
+    along = (last - first) / length
+    begin, end = min(opening.at, length), min(opening.at + opening.width, length)
+    high = min(opening.head, wall.height)
+    if opening.door is None or end - begin < SLIVER or high - opening.sill < SLIVER:
+        return None
+    heading, right = math.atan2(along[1], along[0]), opening.door.hinge == "right"
+    x, y = (first + along * (end if right else begin)).tolist()
+    return Leaf(
+        name=name,
+        door=opening.door,
+        hinge=(x, y),
+        closed=heading + math.pi if right else heading,
+        turn=-1.0 if right else 1.0,
+        width=end - begin,
+        low=opening.sill,
+        high=high,
+    )

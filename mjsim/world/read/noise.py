@@ -1,0 +1,105 @@
+"""How far drives, odometry and sensors err: the figures of a world that may change while it runs."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel
+
+from mjsim.errors import UsageError
+from mjsim.world.ground import Slider, description_of
+from mjsim.world.items import SENSOR_KINDS, Depth, World, name_of
+from mjsim.world.read.settings import called
+
+NOISE: Mapping[str, tuple[str, ...]] = {
+    "drive": ("noise",),
+    "odometry": ("noise", "scale", "track_error", "wheel_errors"),
+}
+"""Keys of the noise of a drive and of its odometry; those of a sensor stand on its model."""
+_UNIT = re.compile(r"\[([^]]+)\]")
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseFigure:
+    """One number that says how far something errs."""
+
+    key: str
+    """As `--set` has it: 'robots.scout.odometry.noise.turn'."""
+    value: float
+    unit: str | None
+    """None for a bare number."""
+    about: str
+    """What it means, in a sentence."""
+    slider: Slider | None = None
+    """The useful part of its range; None where its unit is enough to choose one."""
+
+
+def noise_figures(world: World) -> Iterator[NoiseFigure]:
+    """Yield all figures that may change while a world runs."""
+    for number, robot in enumerate(world.robots):
+        place = f"robots.{_step(robot.name, number)}"
+        for part in ("drive", "odometry"):
+            yield from _figures(f"{place}.{part}", getattr(robot, part), NOISE[part])
+        for index, sensor in enumerate(robot.sensors):
+            key = f"{place}.sensors.{_step(name_of(sensor), index)}"
+            yield from _figures(key, sensor, sensor.noise_keys)
+
+
+def require_same_but_noise(before: World, after: World) -> None:
+    """Check that worlds differ in nothing but noise.
+
+    Raises:
+        UsageError: They do; names the first key.
+    """
+    different = _difference(_quiet(before), _quiet(after))
+    if different is not None:
+        raise UsageError(f"{different} cannot change while the run goes on, only noise can; start it anew with that")
+
+
+def _step(name: str, number: int) -> str:
+    """Return how a key goes on to an item: by its name, or by its number where the name has dots as keys have."""
+    return str(number) if "." in name else name
+
+
+def _figures(key: str, model: BaseModel, fields: tuple[str, ...], about: str = "") -> Iterator[NoiseFigure]:
+    for name in fields:
+        value, text = getattr(model, name), description_of(type(model), name)
+        unit = _UNIT.search(text)
+        told = _UNIT.sub("", text).strip(" ,.;")
+        told = f"{told}." if told else about
+        if isinstance(value, Depth):
+            yield from _figures(f"{key}.{name}", value, ("noise",), told)
+        elif isinstance(value, BaseModel):
+            yield from _figures(f"{key}.{name}", value, tuple(type(value).model_fields), told)
+        elif isinstance(value, float | int) and not isinstance(value, bool):
+            slider = next((each for each in type(model).model_fields[name].metadata if isinstance(each, Slider)), None)
+            yield NoiseFigure(f"{key}.{name}", float(value), unit[1] if unit else None, told, slider)
+
+
+def _quiet(world: World) -> dict[str, Any]:
+    """Return all that a world says but for its noise."""
+    tree = world.model_dump()
+    for robot in tree["robots"]:
+        for part in ("drive", "odometry"):
+            robot[part] |= dict.fromkeys(NOISE[part])
+        for sensor in robot["sensors"]:
+            depth = sensor.get("depth")
+            kind = next(kind for kind in SENSOR_KINDS if isinstance(sensor.get(kind), str))
+            sensor |= dict.fromkeys(SENSOR_KINDS[kind].noise_keys)
+            # Of a depth camera's depth, only the noise may change.
+            if depth:
+                sensor["depth"] = {"range": Depth().range if depth is True else depth["range"]}
+    return tree
+
+
+def _difference(one: Any, other: Any, path: str = "") -> str | None:
+    """Return the key of the first value that differs, None when there is none."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        pairs = [(str(key), one.get(key), other.get(key)) for key in {**one, **other}]
+    elif isinstance(one, list | tuple) and isinstance(other, list | tuple) and len(one) == len(other):
+        pairs = [(called(a, str(k)), a, b) for k, (a, b) in enumerate(zip(one, other, strict=True))]
+    else:
+        return None if one == other else path
+    found = (_difference(a, b, f"{path}.{key}" if path else key) for key, a, b in pairs if a != b)
+    return next((each for each in found if each is not None), None)

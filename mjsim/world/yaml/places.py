@@ -1,0 +1,76 @@
+"""Where the value at a path of keys and indices stands in a text, and how problems there are told."""
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+
+from mjsim.errors import Problem
+from mjsim.world.ground import KEY
+from mjsim.world.yaml.text import Node, Origin
+
+Path = tuple[str | int, ...]
+Fault = tuple[Path, Callable[[], str]]
+"""A path, and what says in a sentence what is wrong there."""
+
+
+def place_of(node: Node | None, path: Sequence[str | int]) -> tuple[int, int]:
+    """Return line and column of the value at a path, or of the nearest value around it that is written.
+
+    Steps in angle brackets, the tags of kinds, are not in the text; a last step `[key]` means the key itself.
+    A world that was built in Python has no text: 1, 1.
+    """
+    if node is None:
+        return 1, 1
+    nodes, steps = _way(node, path)
+    # A key of an included file stands where that file has it.
+    if steps[-1:] == [KEY] and len(nodes) == len(steps) and steps[:-1] and steps[-2] in nodes[-2].keys:
+        return nodes[-2].keys[str(steps[-2])]
+    return nodes[-1].line, nodes[-1].column
+
+
+def problems_at(node: Node | None, file: str, faults: Iterable[Fault]) -> Iterator[Problem]:
+    """Yield what is wrong at paths of a text, each with its place.
+
+    What is wrong in one way with several repetitions of an item is told once, and of which when not of all.
+
+    Args:
+        node: The value of the text; None when there is none.
+        file: As errors name it.
+        faults: What is wrong.
+    """
+    repeated: dict[tuple[object, ...], list[tuple[Origin, Fault]]] = {}
+    for path, say in faults:
+        nodes, steps = ([], []) if node is None else _way(node, path)
+        origins = [(index, item.origin) for index, item in enumerate(nodes) if item.origin is not None]
+        copies = [(index, origin) for index, origin in origins if origin.repetition]
+        if not copies:
+            origin = origins[-1][1] if origins else Origin()
+            yield _problem(node, file, (path, say), origin)
+            continue
+        depth, copy = copies[-1]
+        outer = next((origin for _, origin in reversed(origins) if origin.file is not None), Origin())
+        all_of_them = math.prod(origin.copies for _, origin in copies)
+        origin = Origin(outer.file, outer.how, copy.repetition, all_of_them)
+        place = (origin.file, *place_of(node, path), *steps[depth:])
+        repeated.setdefault(place, []).append((origin, (path, say)))
+    for found in repeated.values():
+        origin, fault = found[0]
+        number = ", ".join(str(index + 1) for index in origin.repetition)
+        where = f"in repetition {number}" if len(found) < origin.copies else ""
+        yield _problem(node, file, fault, origin, where)
+
+
+def _problem(node: Node | None, file: str, fault: Fault, origin: Origin, where: str = "") -> Problem:
+    path, say = fault
+    ways = ", ".join(way for way in (where, origin.how) if way)
+    return Problem(origin.file or file, *place_of(node, path), f"{say()} ({ways})" if ways else say())
+
+
+def _way(node: Node, path: Sequence[str | int]) -> tuple[list[Node], list[str | int]]:
+    """Return the values along a path as far as they are written, the whole one first, and the steps of the path."""
+    steps = [step for step in path if isinstance(step, int) or not step.startswith("<")]
+    nodes = [node]
+    for step in steps:
+        if step not in nodes[-1].items:
+            break
+        nodes.append(nodes[-1].items[step])
+    return nodes, steps

@@ -1,0 +1,296 @@
+"""YAML 1.2 text to plain values that remember where they were written.
+
+The events of a text are composed here, so that every key and value keeps its line and column, so that only the
+core schema of YAML 1.2 is known (`no` and `12:30` stay text), and so that a hostile text costs little.
+"""
+
+import itertools
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from mjsim.errors import Problem
+from mjsim.world.yaml.scan import ALIAS, DOCUMENT, END, MAP, SCALAR, UnsureError, YamlEvent, exact_events, fast_events
+
+if TYPE_CHECKING:
+    from ruamel.yaml.error import MarkedYAMLError
+
+MOST_BYTES = 5_000_000
+MOST_NODES = 250_000
+"""Keys and values of one text, with what its aliases stand for."""
+DEEPEST = 50
+
+_WORDS = {
+    **dict.fromkeys(("", "~", "null", "Null", "NULL")),
+    **dict.fromkeys(("true", "True", "TRUE"), True),
+    **dict.fromkeys(("false", "False", "FALSE"), False),
+}
+_INT = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+_CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
+_SEPARATORS = re.compile(r"""\"(?:[^\"\\]|\\.)*\"|'(?:[^']|'')*'|#[^\n]*|([,\[{]|- )""", re.DOTALL)
+"""Of values in brackets and in lists a line each, quoted texts and comments apart."""
+_TAG = "tag:yaml.org,2002:"
+_MOST_DIGITS = 30
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where a value comes from that does not stand in the text itself, or not once."""
+
+    file: str | None = None
+    """The included file, as errors name it."""
+    how: str = ""
+    """How that was reached: 'included by room.yaml:3:5'."""
+    repetition: tuple[int, ...] = ()
+    """Which one it is, of each repeat counted from 0."""
+    copies: int = 1
+    """How many repetitions there are."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Node:
+    """A value of a text and where it begins; lines and columns are counted from 1."""
+
+    value: Any
+    """None, bool, int, float, str, list or dict."""
+    line: int
+    column: int
+    items: Mapping[str | int, "Node"] = field(default_factory=dict)
+    """Of a mapping by key, of a list by index."""
+    keys: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    """Line and column of each key of a mapping."""
+    size: int = 1
+    """Nodes in it, aliases counted each time they are used."""
+    origin: Origin | None = None
+    """None where it is that of the value around it."""
+
+
+class _BrokenTextError(Exception):
+    """The text cannot be read on; holds line, column and message."""
+
+    def __init__(self, line: int, column: int, message: str) -> None:
+        super().__init__(message)
+        self.line, self.column, self.message = line, column, message
+
+
+class _TooManyError(_BrokenTextError):
+    """The text holds more values than a world may; there is no need to read it again exactly."""
+
+    def __init__(self, line: int, column: int) -> None:
+        super().__init__(line, column, f"the text holds more than {MOST_NODES} values, aliases written out")
+
+
+def read_text(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
+    """Return the value of a text, None when there is nothing that can be used, and what is wrong with it."""
+    control = _CONTROL.search(text)
+    if control:
+        line, column = line_and_column(text, control.start())
+        code = f"U+{ord(control.group()):04X}"
+        return None, [Problem(file, line, column, f"character {code} is not text; write the file as UTF-8 text")]
+    if len(text) > MOST_BYTES:
+        return None, [Problem(file, 1, 1, too_large(len(text)))]
+    try:
+        _check_size(text)
+        node = _read_fast(text, file=file)
+    except _TooManyError as many:
+        return None, [Problem(file, many.line, many.column, many.message)]
+    return (node, []) if node is not None else _read_exactly(text, file=file)
+
+
+def _check_size(text: str) -> None:
+    """Refuse at once a text whose brackets, commas and dashes alone tell that it holds too many values."""
+    if sum(map(text.count, (",", "[", "{", "- "))) > MOST_NODES:
+        opened = (match for match in _SEPARATORS.finditer(text) if match.group(1))
+        if (last := next(itertools.islice(opened, MOST_NODES, None), None)) is not None:
+            raise _TooManyError(*line_and_column(text, last.start()))
+
+
+def _read_fast(text: str, *, file: str) -> Node | None:
+    """Return the value of a text without a fault; None when it has one, or when only the exact parser can tell."""
+    composer = _Composer(file, fast_events(text))
+    try:
+        node = composer.document()
+    except _TooManyError:
+        raise
+    except (UnsureError, _BrokenTextError):
+        return None
+    return None if composer.problems else node
+
+
+def _read_exactly(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+    composer = _Composer(file, exact_events(text))
+    try:
+        node = composer.document()
+    except _BrokenTextError as broken:
+        return None, [*composer.problems, Problem(file, broken.line, broken.column, broken.message)]
+    except MarkedYAMLError as error:
+        return None, [*composer.problems, _syntax(error, file, composer.brackets, text)]
+    except YAMLError as error:
+        reason = str(error).partition("\n")[0]
+        return None, [*composer.problems, Problem(file, *composer.place, f"this is not YAML: {reason}")]
+    # The arithmetic of ruamel.yaml fails at an escape beyond Unicode such as "\UFFFFFFFF".
+    except (ValueError, OverflowError):
+        message = "this is not YAML: the value that follows has an escape that stands for no character"
+        return None, [*composer.problems, Problem(file, *composer.place, message)]
+    return node, composer.problems
+
+
+def too_large(size: int) -> str:
+    """Return the sentence on a file of too many bytes."""
+    return f"the file has {size / 1e6:.0f} MB; a world file has at most {MOST_BYTES / 1e6:.0f} MB"
+
+
+def line_and_column(text: str, offset: int) -> tuple[int, int]:
+    """Return where a character of a text stands, both counted from 1."""
+    return text.count("\n", 0, offset) + 1, offset - text.rfind("\n", 0, offset)
+
+
+def plain_value(text: str) -> Any:
+    """Return what a scalar without quotes stands for, by the core schema of YAML 1.2 (chapter 10.3).
+
+    Raises:
+        ValueError: It is a whole number of too many digits.
+    """
+    if text in _WORDS:
+        return _WORDS[text]
+    if text[0] not in "+-.0123456789":
+        return text
+    if _INT.fullmatch(text):
+        if len(text) > _MOST_DIGITS:
+            raise ValueError(f"a number of {len(text)} digits; write at most {_MOST_DIGITS}")
+        base = {"0o": 8, "0x": 16}.get(text[:2], 10)
+        return int(text, base)
+    if _FLOAT.fullmatch(text):
+        return float(text)
+    return float(text.replace(".", "")) if _NOT_FINITE.fullmatch(text) else text
+
+
+class _Composer:
+    """Composes the events of one text into nodes."""
+
+    def __init__(self, file: str, events: Iterator[YamlEvent]) -> None:
+        self.problems: list[Problem] = []
+        self.place = (1, 1)
+        self.brackets: list[tuple[int, int]] = []
+        """Where brackets were opened that are not closed yet."""
+        self._file = file
+        self._events = events
+        self._anchors: dict[str, Node] = {}
+        self._count = 0
+        self._depth = 0
+
+    def document(self) -> Node:
+        """Return the only document of the text."""
+        self._next()
+        event = self._next()
+        if event.kind != DOCUMENT:
+            raise _BrokenTextError(1, 1, "the file is empty; a world begins with 'mjsim: 1'")
+        node = self._node(self._next())
+        self._next()
+        if self._next().kind == DOCUMENT:
+            raise _BrokenTextError(*self.place, "a second document begins here; a world file holds one")
+        return node
+
+    def _next(self) -> YamlEvent:
+        event = next(self._events)
+        self.place = (event.line, event.column)
+        return event
+
+    def _node(self, event: YamlEvent) -> Node:
+        place = self.place
+        if event.kind == ALIAS:
+            if event.anchor is None or event.anchor not in self._anchors:
+                raise _BrokenTextError(*place, f"alias '*{event.anchor}' has no anchor '&{event.anchor}' before it")
+            node = self._anchors[event.anchor]
+            self._grow(node.size)
+            return node
+        self._grow(1)
+        if event.kind == SCALAR:
+            node = Node(self._scalar(event), *place)
+        else:
+            self._depth += 1
+            if self._depth > DEEPEST:
+                raise _BrokenTextError(*place, f"values are nested more than {DEEPEST} deep; write them flatter")
+            if event.flow:
+                self.brackets.append(place)
+            node = self._mapping(event) if event.kind == MAP else self._list(event)
+            if event.flow:
+                self.brackets.pop()
+            self._depth -= 1
+        if event.anchor is not None:
+            self._anchors[event.anchor] = node
+        return node
+
+    def _grow(self, size: int) -> None:
+        self._count += size
+        if self._count > MOST_NODES:
+            raise _TooManyError(*self.place)
+
+    def _list(self, start: YamlEvent) -> Node:
+        self._check_tag(start, "seq")
+        place, items = self.place, []
+        while (event := self._next()).kind != END:
+            items.append(self._node(event))
+        size = 1 + sum(item.size for item in items)
+        return Node([item.value for item in items], *place, dict(enumerate(items)), size=size)
+
+    def _mapping(self, start: YamlEvent) -> Node:
+        self._check_tag(start, "map")
+        place = self.place
+        items: dict[str | int, Node] = {}
+        keys: dict[str, tuple[int, int]] = {}
+        while (event := self._next()).kind != END:
+            key_place = self.place
+            key = self._node(event).value
+            value_event = self._next()
+            value = self._node(value_event)
+            if value_event.kind == SCALAR and not value_event.value and value_event.plain:
+                value = Node(None, *key_place)  # nothing is written; its mark is where the next thing begins
+            if not isinstance(key, str):
+                self._report(key_place, f"key {key!r:.40} is not text; put it in quotes or write a name")
+            elif key in keys:
+                self._report(key_place, f"key '{key}' is written twice, first in line {keys[key][0]}; keep one")
+            else:
+                keys[key], items[key] = key_place, value
+        size = 1 + len(keys) + sum(item.size for item in items.values())
+        return Node({key: item.value for key, item in items.items()}, *place, items, keys, size)
+
+    def _scalar(self, event: YamlEvent) -> Any:
+        text = event.value
+        if _CONTROL.search(text):
+            self._report(self.place, f"{text!r:.40} holds a character that is not text; leave it out")
+            return ""
+        if event.tag not in ("", "!"):
+            self._check_tag(event, "str", "int", "float", "bool", "null")
+            return text if event.tag == f"{_TAG}str" else plain_value(text)
+        if not event.plain:
+            return text
+        try:
+            return plain_value(text)
+        except ValueError as error:
+            self._report(self.place, str(error))
+            return 0
+
+    def _check_tag(self, event: YamlEvent, *known: str) -> None:
+        if event.tag not in ("", "!", *(_TAG + name for name in known)):
+            self._report(self.place, f"tag '{event.tag.replace(_TAG, '!!'):.60}' is not allowed; write a plain value")
+
+    def _report(self, place: tuple[int, int], message: str) -> None:
+        self.problems.append(Problem(self._file, *place, message))
+
+
+def _syntax(error: "MarkedYAMLError", file: str, brackets: list[tuple[int, int]], text: str) -> Problem:
+    mark = error.problem_mark or error.context_mark
+    reason = str(error.problem or error.context)
+    if "'\\t'" in reason:
+        reason = "a tab stands where YAML wants spaces; indent with spaces"
+    elif brackets and text[mark.index - 1 : mark.index + 1] == "${":
+        reason = 'an expression inside brackets has no quotes; write "${...}"'
+    elif brackets:
+        reason = f"{reason}; is the bracket opened at {brackets[-1][0]}:{brackets[-1][1]} closed?"
+    return Problem(file, mark.line + 1, mark.column + 1, f"this is not YAML: {reason}")

@@ -1,0 +1,78 @@
+"""Write mjsim/web/page/src/run/protocol.ts, the types of what page and server say to each other.
+
+python scripts/make/protocol.py
+
+They are made from the models in Python. It knows the JSON Schema that these need and no more: so a test can run it
+without node.
+"""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
+from pydantic.json_schema import models_json_schema
+
+from mjsim.web.news import FrameHead, News
+from mjsim.web.requests import REQUESTS
+
+FILE = Path(__file__).resolve().parents[2] / "mjsim" / "web" / "page" / "src" / "run" / "protocol.ts"
+HEAD = "/** What page and server say to each other about a run. Made by scripts/make/protocol.py; do not edit. */\n"
+PLAIN = {"string": "string", "number": "number", "integer": "number", "boolean": "boolean", "null": "null"}
+Schema = Mapping[str, Any]
+
+
+def protocol() -> str:
+    """Return the text of protocol.ts."""
+    told = TypeAdapter(tuple[News, FrameHead]).json_schema(mode="serialization")["$defs"]
+    asked = models_json_schema([(request, "validation") for request in REQUESTS])[1]["$defs"]
+    requests = " | ".join(request.__name__ for request in REQUESTS)
+    parts = [*map(_definition, *zip(*(told | asked).items(), strict=True)), f"export type RunRequest = {requests};\n"]
+    return "\n".join([HEAD, *parts])
+
+
+def _definition(name: str, schema: Schema) -> str:
+    comment = _comment(schema)
+    if schema.get("type") == "object" and "properties" in schema:
+        return f"{comment}export interface {name} {{\n{''.join(_fields(schema))}}}\n"
+    return f"{comment}export type {name} = {_type(schema)};\n"
+
+
+def _fields(schema: Schema) -> Iterator[str]:
+    needed = schema.get("required", ())
+    for key, field in schema["properties"].items():
+        yield f"{_comment(field, '  ')}  {key}{'' if key in needed else '?'}: {_type(field)};\n"
+
+
+def _comment(schema: Schema, space: str = "") -> str:
+    text = " ".join(schema.get("description", "").split())
+    return f"{space}/** {text} */\n" if text else ""
+
+
+def _type(schema: Schema) -> str:
+    """Return a type of TypeScript."""
+    if "$ref" in schema:
+        return str(schema["$ref"].rpartition("/")[2])
+    if "const" in schema or "enum" in schema:
+        return " | ".join(f'"{value}"' for value in schema.get("enum", [schema.get("const")]))
+    choices = schema.get("anyOf") or schema.get("oneOf")
+    if choices:
+        return " | ".join(map(_type, choices))
+    if schema.get("type") == "array":
+        if "prefixItems" in schema:
+            return f"[{', '.join(map(_type, schema['prefixItems']))}]"
+        inner = _type(schema.get("items", {}))
+        return f"({inner})[]" if " | " in inner and not inner.startswith("[") else f"{inner}[]"
+    if schema.get("type") == "object":
+        values = schema.get("additionalProperties", {})
+        return f"Record<string, {_type(values) if isinstance(values, Mapping) else 'unknown'}>"
+    return PLAIN.get(schema.get("type", ""), "unknown")
+
+
+def main() -> None:
+    """Write the file."""
+    FILE.write_text(protocol(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,124 @@
+"""Write docs/worlds.md and docs/images/worlds: every shipped world as a plan, from outside and through a robot's eyes.
+
+python scripts/make/world_pictures.py [WORLD]...   (pictures of all worlds unless some are named)
+"""
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import cv2
+from PIL import Image
+
+from mjsim.interface import Picture
+from mjsim.video import draw_world, take_picture
+from mjsim.video.paper import DPI
+from mjsim.world import Camera, World, load_checked
+
+ROOT = Path(__file__).resolve().parents[2]
+WORLDS, PAGE, PICTURES = ROOT / "worlds", ROOT / "docs" / "worlds.md", ROOT / "docs" / "images" / "worlds"
+ROOMS = ("empty", "gallery", "museum", "cloister", "corridor")
+MORE = (
+    "office",
+    "warehouse",
+    "maze",
+    "ramps",
+    "clutter",
+    "avoidance",
+    "dark",
+    "arena",
+    "cooperative",
+    "sensors",
+    "balancing",
+    "pushed",
+    "arm",
+)
+ORDER = (*ROOMS, *MORE)
+OUTSIDE = {"corridor": "scout/chase"}
+"""Views from outside other than the overview."""
+HEAD = """# Worlds
+
+These worlds come with mjsim. `mjsim worlds` lists them with their files; wherever a command takes a WORLD, the name is
+enough, also where a folder of that name lies beside you. `mjsim worlds --copy office` copies one to work on; change it,
+`mjsim check` says what is wrong as you go, and `mjsim show WORLD -o plan.png` draws the plan on a sheet to be printed.
+Every one of them runs as it is:
+
+```sh
+.venv/bin/mjsim run gallery --seconds 30 --video gallery.mp4
+```
+
+"""
+
+
+def about(name: str) -> str:
+    """Return what a world says of itself in the comment at its head."""
+    lines = (WORLDS / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
+    said = []
+    for line in lines:
+        if not line.startswith("#"):
+            break
+        if "yaml-language-server" not in line:
+            said.append(line.removeprefix("#").strip())
+    return " ".join(said)
+
+
+def camera_of(world: World) -> str:
+    """Return the first onboard camera of a world, as ROBOT/CAMERA."""
+    found = ((robot.name, item) for robot in world.robots for item in robot.sensors)
+    return next(f"{robot}/{item.camera}" for robot, item in found if isinstance(item, Camera))
+
+
+def page(worlds: Mapping[str, World]) -> str:
+    """Return the page of worlds by their names."""
+    text = HEAD + "| world | robots | beacons | estimator | navigator |\n|---|---|---|---|---|\n"
+    for name, world in worlds.items():
+        modules = next(iter(world.run.drivers.values()))
+        kinds = [use.use.rpartition(":")[2] if use else "" for use in (modules.estimator, modules.navigator)]
+        text += f"| [{name}](#{name}) | {len(world.robots)} | {len(world.beacons)} | {' | '.join(kinds)} |\n"
+    for name, world in worlds.items():
+        text += f"\n## {name}\n\n{about(name)}\n\n```sh\n.venv/bin/mjsim run worlds/{name}.yaml\n```\n\n"
+        text += f"![The plan of {name}](images/worlds/{name}-plan.png)\n\n"
+        text += f"![{name} from outside](images/worlds/{name}.jpg)\n\n"
+        text += f"![What {camera_of(world)} sees at the start](images/worlds/{name}-onboard.jpg)\n"
+    return text
+
+
+def scaled(picture: Picture, width: int) -> Picture:
+    """Return a picture made smaller to a width [px]; as it is when it is small enough."""
+    share = width / picture.shape[1]
+    return picture if share >= 1 else cv2.resize(picture, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
+
+
+def without_sky(picture: Picture) -> Picture:
+    """Return a picture without most of the empty rows above and below the world."""
+    rows = (picture != picture[0, 0]).any(axis=-1).any(axis=1).nonzero()[0]
+    return picture[max(int(rows[0]) - 20, 0) : int(rows[-1]) + 21]
+
+
+def draw(name: str) -> None:
+    """Write the three pictures of a world."""
+    world = load_checked(WORLDS / f"{name}.yaml")
+    # Few colours make a small file; the sheet keeps its size, so that it can be printed.
+    Image.fromarray(draw_world(world)).quantize(128, dither=Image.Dither.NONE).save(
+        PICTURES / f"{name}-plan.png", optimize=True, dpi=(DPI, DPI)
+    )
+    outside = take_picture(world, OUTSIDE.get(name, "overview"))
+    for path, picture in (
+        (f"{name}.jpg", scaled(without_sky(outside), 960)),
+        (f"{name}-onboard.jpg", scaled(take_picture(world, camera_of(world)), 480)),
+    ):
+        encoded = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 82])[1]
+        (PICTURES / path).write_bytes(encoded.tobytes())
+    print(name)
+
+
+def main() -> None:
+    """Write the page and the pictures."""
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    for name in sys.argv[1:] or ORDER:
+        draw(name)
+    PAGE.write_text(page({name: load_checked(WORLDS / f"{name}.yaml") for name in ORDER}), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,114 @@
+"""The right-invariant filter: it gains nothing where nobody looks, and mends the loops that bend the standard one."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+from threadpoolctl import threadpool_limits
+
+from mjsim.algorithms.ekf_slam import EkfSlamFilter, InvariantEkfSlamFilter, bicycle_motion, odometry_motion
+from mjsim.bench.consistency import ring_nees
+from mjsim.geometry import Array, wrap_angles
+from tests.algorithms.golden import DATA, golden, mean_error
+
+R = np.diag([0.1**2, np.radians(3.0) ** 2])
+PRIOR = np.diag([0.3**2, 0.3**2, 0.2**2])
+
+
+def told_about_the_world(slam: EkfSlamFilter) -> Array:
+    """Return the information on a shift and a turn of the whole world, robot and landmarks with it, shape (3, 3)."""
+    points = np.array([slam.pose[:2], *[mean for mean, _ in slam.landmarks().values()]])
+    N = np.zeros((3 + 2 * (len(points) - 1), 3))
+    rows = np.r_[0, np.arange(3, len(N), 2)]
+    N[rows, 0], N[rows + 1, 1] = 1.0, 1.0
+    N[rows, 2], N[rows + 1, 2], N[2, 2] = -points[:, 1], points[:, 0], 1.0
+    return np.asarray(N.T @ np.linalg.solve(slam.joint_covariance, N))
+
+
+def look_around(slam: EkfSlamFilter, updates: int) -> list[Array]:
+    """Add four landmarks, then see them again and again; return what is told about the world after each time."""
+    rng, names = np.random.default_rng(3), ["a", "b", "c", "d"]
+    Z = np.array([[2.0, 0.3], [3.0, -0.8], [1.5, 2.0], [4.0, -2.5]])
+    told = []
+    for _ in range(updates + 1):
+        slam.update(names, Z + rng.normal(0, np.sqrt(np.diag(R)), (4, 2)), R)
+        told.append(told_about_the_world(slam))
+    return told
+
+
+def test_looking_tells_nothing_about_where_the_world_is_or_how_it_is_turned():
+    first, *later = look_around(InvariantEkfSlamFilter(pose=(2.0, -1.0, 0.4), covariance=PRIOR), 20)
+    for told in later:
+        np.testing.assert_allclose(told, first, rtol=1e-6, atol=1e-6)
+
+
+def test_the_standard_filter_believes_to_learn_how_the_world_is_turned():
+    told = look_around(EkfSlamFilter(pose=(2.0, -1.0, 0.4), covariance=PRIOR), 20)
+    assert told[-1][2, 2] > 1.01 * told[0][2, 2]
+
+
+def test_small_corrections_are_those_of_the_standard_filter():
+    """Both filters differ by terms of second order in the correction: a tenth of it makes a hundredth of them."""
+
+    def apart(scale: float) -> float:
+        both = [make(pose=(2.0, -1.0, 0.4), covariance=PRIOR) for make in (EkfSlamFilter, InvariantEkfSlamFilter)]
+        Z = np.array([[2.0, 0.3], [3.0, -0.8]])
+        for slam in both:
+            slam.update(["a", "b"], Z, R)
+            slam.predict(odometry_motion(), (0.0, 0.0, 0.0), np.diag([0.1, 0.1, 0.1]))
+            slam.update(["a", "b"], Z + scale * np.array([[0.1, 0.2], [-0.1, 0.1]]), R)
+        return float(np.abs(both[0].pose - both[1].pose).max())
+
+    assert apart(0.1) < 0.02 * apart(1.0)
+
+
+def test_the_covariance_stays_symmetric_and_positive():
+    slam = InvariantEkfSlamFilter(pose=(2.0, -1.0, 0.4), covariance=PRIOR)
+    look_around(slam, 50)
+    P = slam.joint_covariance
+    np.testing.assert_allclose(P, P.T, atol=1e-15)
+    assert np.linalg.eigvalsh(P).min() > 0
+
+
+def drive(slam: EkfSlamFilter, run: dict[str, Array]) -> Array:
+    """Return the poses of a filter on a golden run, shape (N, 3)."""
+    config = json.loads((DATA / "config.json").read_text())
+    motion = bicycle_motion(config["wheelbase_m"], config["period_s"])
+    Q = np.diag([config["sigma_speed_mps"], np.radians(config["sigma_steering_deg"])]) ** 2
+    noise = np.diag([config["sigma_range_m"], np.radians(config["sigma_bearing_deg"])]) ** 2
+    bounds = np.searchsorted(run["observation_step"], np.arange(len(run["control"]) + 1))
+    poses = np.empty((len(run["control"]), 3))
+    for k, control in enumerate(run["control"]):
+        slam.predict(motion, control, Q)
+        now = slice(bounds[k], bounds[k + 1])
+        slam.update(run["observation_id"][now].tolist(), run["observation"][now], noise)
+        poses[k] = slam.pose
+    return poses
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", ["atrium", "cloister"])
+def test_both_mended_filters_hold_what_they_promise_on_all_golden_runs(place):
+    errors: dict[str, list[float]] = {"standard": [], "first-estimates": [], "invariant": []}
+    with threadpool_limits(1, user_api="blas"):
+        for number in (1, 2, 3):
+            run = golden(f"{place}_{number}")
+            standard = drive(EkfSlamFilter(), run)
+            assert np.abs(standard - run["estimate"])[:, :2].max() < 1e-8
+            assert np.abs(wrap_angles(standard[:, 2] - run["estimate"][:, 2])).max() < 1e-8
+            errors["standard"].append(mean_error(standard, run["truth"]))
+            first = drive(EkfSlamFilter(jacobians="first-estimates"), run)
+            errors["first-estimates"].append(mean_error(first, run["truth"]))
+            errors["invariant"].append(mean_error(drive(InvariantEkfSlamFilter(), run), run["truth"]))
+    means = {name: float(np.mean(values)) for name, values in errors.items()}
+    most = 0.8 if place == "cloister" else 1.1 * means["standard"]
+    assert max(means["first-estimates"], means["invariant"]) < most, errors
+
+
+@pytest.mark.slow
+def test_the_invariant_filter_is_consistent_on_a_loop():
+    runs = 50
+    low, high = chi2.ppf([0.025, 0.975], 3 * runs) / runs
+    average = np.mean([ring_nees(InvariantEkfSlamFilter(pose=(10.0, 0.0, np.pi / 2)), seed) for seed in range(runs)], 0)
+    assert np.mean((average > low) & (average < high)) > 0.8

@@ -1,0 +1,159 @@
+"""Scans that are laid on one another, and graphs of poses, on cases whose answer is known."""
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+
+import mjsim
+from mjsim.algorithms.lidar_slam import LidarSlam
+from mjsim.algorithms.pose_graph import PoseGraph, step_between
+from mjsim.algorithms.scan_matching import align, search, surface_of
+from mjsim.algorithms.waypoints import Waypoints
+from mjsim.geometry import Pose, wrap_angle
+from mjsim.world import with_settings
+
+CORNERS = [(0, 0), (6, 0), (6, 3), (4, 3), (4, 5), (0, 5)]
+ROOM = shapely.LinearRing(CORNERS)
+
+
+def scan_points(pose, beams=240, noise=0.0, seed=0):
+    """Return where beams all around meet the room, in the frame of the pose."""
+    angles = np.linspace(-np.pi, np.pi, beams, endpoint=False)
+    far = np.stack([np.cos(angles + pose.heading), np.sin(angles + pose.heading)], axis=-1) * 20 + (pose.x, pose.y)
+    rays = shapely.linestrings(np.stack([np.broadcast_to((pose.x, pose.y), far.shape), far], axis=1))
+    reach = shapely.distance(shapely.intersection(rays, ROOM), shapely.Point(pose.x, pose.y))
+    reach = reach + np.random.default_rng(seed).normal(0, noise, beams)
+    return reach[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+
+
+def test_normals_stand_across_the_walls():
+    pose = Pose(2, 2, 0.4)
+    surface = surface_of(scan_points(pose)).moved(pose.as_array())
+    assert len(surface.points) > 200
+    # Every wall runs along x or y; a few triples of beams go around a corner.
+    assert np.mean(np.abs(surface.normals).max(axis=1) > 0.999) > 0.96
+    assert shapely.distance(shapely.points(surface.points), ROOM).max() < 1e-6
+
+
+def test_two_scans_are_laid_on_each_other_to_millimetres():
+    one, other = Pose(2, 2, 0.3), Pose(2.4, 2.3, 0.5)
+    step = step_between(one.as_array(), other.as_array())
+    guess = step + np.array([0.12, -0.1, 0.08])
+    match = align(surface_of(scan_points(one)), scan_points(other), guess, np.diag([1.0, 1.0, 1.0]))
+    np.testing.assert_allclose(match.pose, step, atol=0.004)
+    assert match.share > 0.9
+
+
+def test_from_afar_the_search_finds_the_place_that_the_alignment_alone_does_not():
+    one, other = Pose(2, 2, 0.3), Pose(2.3, 2.2, 0.4)
+    step = step_between(one.as_array(), other.as_array())
+    guess = step + np.array([0.8, -0.7, 0.45])
+    surface, points = surface_of(scan_points(one)), scan_points(other)
+    found = search(surface, points, guess)
+    match = align(surface, points, found, np.diag([1.0, 1.0, 1.0]))
+    np.testing.assert_allclose(match.pose, step, atol=0.01)
+
+
+def test_along_a_bare_corridor_the_guess_decides():
+    angles = np.linspace(-np.pi, np.pi, 360, endpoint=False)
+    reach = np.minimum(1.0 / np.maximum(np.abs(np.sin(angles)), 1e-9), 6.0)
+    wall = np.stack([reach * np.cos(angles), reach * np.sin(angles)], axis=-1)[reach < 5.9]
+    guess = np.array([0.25, 0.05, 0.02])
+    match = align(surface_of(wall), wall, guess, np.diag([100.0, 100.0, 100.0]))
+    assert match.pose[0] == pytest.approx(0.25, abs=0.02)
+    np.testing.assert_allclose(match.pose[1:], 0.0, atol=0.005)
+    assert np.linalg.inv(match.information)[0, 0] > 50 * np.linalg.inv(match.information)[1, 1]
+
+
+def test_a_ring_of_noisy_steps_is_bent_until_it_closes():
+    rng = np.random.default_rng(1)
+    number, sigma = 60, np.array([0.02, 0.02, 0.01])
+    angles = np.linspace(0, 2 * np.pi, number)
+    truth = np.column_stack([5 * np.cos(angles), 5 * np.sin(angles), angles + np.pi / 2])
+    information = np.diag(1 / sigma**2)
+    graph, pose = PoseGraph(truth[:1]), Pose.from_array(truth[0])
+    for k in range(number - 1):
+        step = step_between(truth[k], truth[k + 1]) + rng.normal(0, sigma)
+        pose = pose @ Pose.from_array(step)
+        graph.add_pose(pose.as_array())
+        graph.add_step(k, k + 1, step, information)
+    drift = np.hypot(*(graph.poses[-1] - truth[-1])[:2])
+    graph.add_step(number - 1, 0, step_between(truth[-1], truth[0]), np.diag(1 / np.array([0.01, 0.01, 0.005]) ** 2))
+    open_covariance = graph.covariance(number // 2)
+    graph.solve()
+    assert np.hypot(*(graph.poses[-1] - truth[-1])[:2]) < 0.03 < 0.2 * drift
+    errors = graph.poses - truth
+    errors[:, 2] = [wrap_angle(float(error)) for error in errors[:, 2]]
+    # Half-way around it is least sure, and about as wrong as it says.
+    assert errors[number // 2] @ np.linalg.solve(open_covariance, errors[number // 2]) < 12.0
+    assert np.trace(graph.covariance(number // 2)) > np.trace(graph.covariance(number - 1))
+
+
+def test_the_first_pose_stays_and_steps_that_agree_move_nothing():
+    poses = np.array([(0, 0, 0), (1, 0, 0.5), (1.5, 0.5, 1.0)])
+    graph = PoseGraph(poses)
+    for k in range(2):
+        graph.add_step(k, k + 1, step_between(poses[k], poses[k + 1]), np.eye(3))
+    assert graph.solve() < 1e-20
+    np.testing.assert_allclose(graph.poses, poses, atol=1e-9)
+
+
+RING = """
+mjsim: 1
+name: ring
+walls:
+  - {points: [[0, 0], [9, 0], [9, 7], [0, 7]], closed: true}
+  - {points: [[2.5, 2], [6.5, 2], [6.5, 5], [2.5, 5]], closed: true}
+obstacles: [{box: [0.4, 0.6, 1.0], at: [0.3, 3]}, {box: [0.6, 0.4, 1.0], at: [5, 6.7], heading_deg: 20}]
+robots:
+  - name: scout
+    preset: pioneer3dx
+    at: [1.3, 1]
+    drive: {noise: {speed: 0.02, turn: 0.03}}
+    odometry: {noise: {distance: 0.02, turn: 0.04}}
+    sensors:
+      - {lidar: scan, at: [0.1, 0, 0.3], beams: 180, fov_deg: 360, range: [0.05, 8], rate_hz: 5, noise: {range: 0.01}}
+"""
+
+
+@pytest.mark.slow
+def test_two_laps_of_a_ring_are_driven_with_loops_closed_and_centimetres_of_error():
+    estimator = LidarSlam()
+    corners = [(8, 1), (8, 6), (1.2, 6), (1.2, 1)]
+    with mjsim.Simulation(mjsim.parse_world(RING), seed=2) as sim:
+        driver = mjsim.Driver(estimator=estimator, navigator=Waypoints(corners, laps=2, speed=0.6))
+        errors, drift = [], 0.0
+        for tick in mjsim.ticks(sim, {"scout": driver}):
+            truth, belief = tick.truth["scout"], tick.orders["scout"].estimate.pose
+            errors.append(np.hypot(truth.x - belief.x, truth.y - belief.y))
+            reckoned = tick.orders["scout"].dead_reckoning
+            drift = max(drift, np.hypot(truth.x - reckoned.x, truth.y - reckoned.y))
+            if tick.time > 115:
+                break
+    assert estimator.loops > 0
+    assert np.mean(errors) < 0.06
+    assert drift > 4 * np.mean(errors)
+    assert (estimator.grid(cell=0.1).log_odds > 0).sum() > 300
+
+
+@pytest.mark.slow
+def test_in_the_office_the_way_into_two_rooms_and_back_is_known_to_centimetres():
+    lidar = "{lidar: scan, at: [0.12, 0, 0.3], beams: 360, fov_deg: 360, range: [0.05, 10], rate_hz: 5}"
+    settings = [f"robots.post.sensors=[{lidar}]", "run.map=unknown", "robots.post.odometry.noise={turn: 0.06}"]
+    office = with_settings(mjsim.load_world(Path(__file__).parents[2] / "worlds" / "office.yaml"), settings)
+    estimator, errors, drift = LidarSlam(), [], []
+    way = [(4.6, 6.2), (4.6, 3.2), (4.6, 6.2), (8.2, 6.2), (8.2, 9.2), (8.2, 6.2), (1.2, 6.2)]
+    with mjsim.Simulation(office, seed=4) as sim:
+        driver = mjsim.Driver(estimator=estimator, navigator=Waypoints(way, speed=0.7), avoidance=True)
+        for tick in itertools.takewhile(lambda tick: tick.time < 55, mjsim.ticks(sim, {"post": driver})):
+            truth, order = tick.truth["post"], tick.orders["post"]
+            for told, kept in ((order.estimate.pose, errors), (order.dead_reckoning, drift)):
+                kept.append(np.hypot(truth.x - told.x, truth.y - told.y))
+    assert estimator.loops > 3
+    # It is asked for 0.15 m on a tour of nine rooms, which scripts/measure/lidar_slam.py drives.
+    assert np.mean(errors) < 0.08
+    assert np.max(drift) > 3 * np.max(errors)
+    assert np.hypot(truth.x - 1.2, truth.y - 6.2) < 0.3

@@ -1,0 +1,119 @@
+"""Monte Carlo localization in a room whose scans are worked out by shapely, without the simulator."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import shapely
+
+from mjsim.algorithms.monte_carlo import MonteCarloLocalization, systematic_resample_with
+from mjsim.geometry import Pose, wrap_angle
+from mjsim.interface import BeaconInfo, Observation, Odometry, Scan, SensorInfo, Sighting, WorldMap
+from tests.robots import pioneer
+
+CORNERS = np.array([(0, 0), (10, 0), (10, 4), (6, 4), (6, 7), (0, 7)], dtype=float)
+POST = np.array([(2, 3), (3, 3), (3, 3.5), (2, 3.5)], dtype=float)
+WALLS = np.concatenate([np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in (CORNERS, POST)])
+MAP = WorldMap(segments=WALLS, beacons={})
+FACES = shapely.MultiLineString([face.tolist() for face in WALLS])
+NOISE = np.diag([0.01, 0.001, 0.01]) ** 2
+LIDAR = SensorInfo(kind="lidar", robot_from_sensor=np.eye(4), rate_hz=5.0, range=(0.05, 12.0))
+
+
+def scan_from(pose, rng, beams=90):
+    angles = np.linspace(-np.pi, np.pi, beams, endpoint=False)
+    ranges = []
+    for angle in angles + pose.heading:
+        ray = shapely.LineString([(pose.x, pose.y), (pose.x + 20 * np.cos(angle), pose.y + 20 * np.sin(angle))])
+        met = shapely.get_coordinates(ray.intersection(FACES))
+        ranges.append(np.hypot(*(met - (pose.x, pose.y)).T).min() + rng.normal(0, 0.01))
+    return Scan(0.0, np.array(ranges), -np.pi, 2 * np.pi / beams, 0.05, 12.0)
+
+
+def started(prior, spread, **settings):
+    estimator = MonteCarloLocalization(particles=3000, **settings)
+    estimator.take_map(MAP)
+    info = dataclasses.replace(pioneer(), prior=prior, prior_covariance=spread, sensors={"scan": LIDAR})
+    estimator.start(info, {}, np.random.default_rng(0))
+    return estimator
+
+
+def drive(estimator, pose, steps, rng):
+    """Drive in a circle that stays in the room; return the true pose and the last belief."""
+    for step in range(steps):
+        moved = Pose(0.05, 0.0, 0.06)
+        pose = pose @ moved
+        told = np.array([moved.x, 0.0, moved.heading]) + rng.normal(0, np.sqrt(np.diag(NOISE)))
+        scans = {"scan": scan_from(pose, rng)} if step % 5 == 0 else {}
+        belief = estimator.update(Observation(0.04 * step, 0.04, Odometry(*told, NOISE), scans=scans))
+    return pose, belief
+
+
+def apart(pose, belief):
+    return np.hypot(pose.x - belief.pose.x, pose.y - belief.pose.y)
+
+
+def test_from_the_prior_it_follows_the_robot():
+    rng = np.random.default_rng(2)
+    pose, belief = drive(started(Pose(4, 2, 0), np.diag([0.2, 0.2, 0.1]) ** 2), Pose(4.1, 1.9, 0.05), 100, rng)
+    assert apart(pose, belief) < 0.05
+    assert abs(wrap_angle(pose.heading - belief.pose.heading)) < np.radians(2.0)
+
+
+@pytest.mark.slow
+def test_from_anywhere_it_finds_where_it_is_and_needs_fewer_particles_then():
+    rng = np.random.default_rng(3)
+    estimator = started(Pose(0, 0, 0), np.zeros((3, 3)), start="global")
+    pose, belief = drive(estimator, Pose(8.0, 1.2, 0.0), 100, rng)
+    assert apart(pose, belief) < 0.1
+    assert len(estimator._particles) < 1000
+
+
+@pytest.mark.slow
+def test_a_robot_that_was_carried_away_is_found_again():
+    rng = np.random.default_rng(4)
+    estimator = started(Pose(4, 2, 0), np.diag([0.1, 0.1, 0.1]) ** 2)
+    drive(estimator, Pose(4.0, 2.0, 0.0), 60, rng)
+    pose, belief = drive(estimator, Pose(1.2, 5.2, -1.6), 200, rng)
+    assert apart(pose, belief) < 0.1
+
+
+@pytest.mark.slow
+def test_one_beacon_tells_which_half_of_a_room_that_looks_alike_from_both():
+    corners = np.array([(0, 0), (6, 0), (6, 4), (0, 4)], dtype=float)
+    walls = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+    lion = BeaconInfo("lion", None, 0.3, 0.3, pose=Pose(5.9, 3.0, np.pi), center=1.0)
+    pose, found = Pose(2.0, 1.5, 0.3), []
+    angles = np.linspace(-np.pi, np.pi, 60, endpoint=False) + pose.heading
+    # From inside a rectangle a ray meets the nearer of the two walls that it runs towards.
+    x = np.where(np.cos(angles) > 0, 6 - pose.x, -pose.x) / np.cos(angles)
+    y = np.where(np.sin(angles) > 0, 4 - pose.y, -pose.y) / np.sin(angles)
+    scan = Scan(0.0, np.minimum(x, y), -np.pi, 2 * np.pi / 60, 0.05, 12.0)
+    look = Sighting(0.0, "lion", np.hypot(3.9, 1.5), np.arctan2(1.5, 3.9) - 0.3, np.diag([0.05, 0.02]) ** 2)
+    for seed in range(3):
+        estimator = MonteCarloLocalization(particles=1000, start="global")
+        estimator.take_map(WorldMap(segments=walls, beacons={}))
+        info = dataclasses.replace(pioneer(), prior=Pose(0, 0, 0), sensors={"scan": LIDAR})
+        estimator.start(info, {"lion": lion}, np.random.default_rng(seed))
+        for _ in range(5):
+            still = Odometry(0.0, 0.0, 0.0, NOISE)
+            belief = estimator.update(Observation(0.0, 0.04, still, scans={"scan": scan}, sightings=(look,)))
+        found.append(apart(pose, belief))
+    assert max(found) < 0.15
+
+
+def test_resampling_draws_in_proportion_and_repeats_with_the_same_stream():
+    weights = np.array([0.5, 0.25, 0.125, 0.125])
+    drawn = systematic_resample_with(np.repeat(weights / 100, 100), np.random.default_rng(5))
+    np.testing.assert_allclose(np.bincount(drawn // 100) / 400, weights, atol=0.01)
+    again = systematic_resample_with(np.repeat(weights / 100, 100), np.random.default_rng(5))
+    np.testing.assert_array_equal(drawn, again)
+
+
+def test_a_secret_map_and_a_missing_lidar_are_told():
+    with pytest.raises(ValueError, match="map: known"):
+        MonteCarloLocalization().take_map(None)
+    estimator = MonteCarloLocalization(lidar="scan")
+    estimator.take_map(MAP)
+    with pytest.raises(ValueError, match="no lidar 'scan'"):
+        estimator.start(pioneer(), {}, np.random.default_rng(0))

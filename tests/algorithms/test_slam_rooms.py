@@ -1,0 +1,60 @@
+"""EKF-SLAM beside the textbook's, given the same drives; `scripts/measure/slam.py` does all rooms, twelve times."""
+
+import tarfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mjsim
+from mjsim.algorithms.ekf_slam import EkfSlam
+from mjsim.bench.slam_rooms import ROOMS, ekf_slam, scores_in_log, scores_in_room
+from mjsim.bench.textbook_slam import TextbookSlam
+
+pytestmark = pytest.mark.slow
+VARIANTS = ("standard", "first-estimates", "invariant")
+
+
+@pytest.mark.parametrize(("name", "seeds"), [("plain", (1, 5, 8)), ("nameless", (1,))])
+def test_the_estimator_loses_nothing_beside_the_textbook(name, seeds):
+    room = ROOMS[name]
+    runs = [scores_in_room(room, {v: ekf_slam(room, v) for v in VARIANTS}, seed=seed) for seed in seeds]
+    for variant in VARIANTS:
+        book, own = (np.array([[run[who].error, run[who].nees] for run in runs]) for who in ("textbook", variant))
+        assert np.all(own[:, 0] < np.maximum(1.3 * book[:, 0], book[:, 0] + 0.015)), variant
+        # Over twelve drives the means are within 5 and 10 %.
+        error, nees = own.mean(axis=0) / book.mean(axis=0)
+        assert error < 1.1, variant
+        assert 0.85 < nees < 1.15, variant
+
+
+@pytest.fixture(scope="module")
+def mrclam(tmp_path_factory):
+    """A real robot's log in which landmarks are seen poorly at first; tests/data/mrclam says whose."""
+    folder = tmp_path_factory.mktemp("mrclam")
+    with tarfile.open(Path(__file__).parents[1] / "data" / "mrclam" / "robot1.tar.xz") as archive:
+        archive.extractall(folder, filter="data")
+    return mjsim.import_mrclam(folder)
+
+
+def test_every_variant_stands_the_poor_first_looks_of_a_real_robot(mrclam):
+    variants = {variant: EkfSlam(jacobians=variant) for variant in VARIANTS}
+    scores = scores_in_log(mrclam, "robot1", {"textbook": TextbookSlam(), **variants})
+    # First estimates that stay at a poor first look: 1.0 m.
+    assert scores["textbook"].ate < 0.3
+    assert scores["first-estimates"].ate < 0.35
+    assert max(scores["standard"].ate, scores["invariant"].ate) < 0.6
+    # Not aligned: what knows how little it knows of its heading comes back to it.
+    assert max(scores["first-estimates"].error, scores["invariant"].error) < 0.6 * scores["textbook"].error
+
+
+def test_graph_slam_solves_the_plain_room_and_a_real_log(mrclam):
+    pytest.importorskip("gtsam", reason="an extra")
+    from mjsim.algorithms.graph_slam import GraphSlam
+
+    # Odometry claims to be exact along a direction when the robot turns on the spot; it does so after 12 s.
+    brief = replace(ROOMS["plain"], text=ROOMS["plain"].text.replace("seconds: 60", "seconds: 16"))
+    for seed in range(12):
+        assert scores_in_room(brief, {"graph": GraphSlam()}, seed=seed)["graph"].error < 0.08
+    assert scores_in_log(mrclam, "robot1", {"graph": GraphSlam()})["graph"].ate < 0.7

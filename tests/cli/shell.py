@@ -1,0 +1,64 @@
+"""The command line as a person types it, and a folder with a world."""
+
+import contextlib
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+import mjsim
+from mjsim.cli import main
+
+ROOM = """
+mjsim: 1
+name: room
+walls: [{points: [[0, 0], [4, 0], [4, 3], [0, 3]], closed: true}]
+beacons: [{name: lion, image: posters/lion.jpg, at: [3.94, 1.5], heading_deg: 180}]
+robots:
+  - {name: scout, preset: pioneer3dx, at: [1, 1.5], sensors: [{camera: front, width: 160, height: 120}]}
+run:
+  seconds: 1
+  drivers: {scout: {navigator: {use: "forward.py:Forward", speed: 0.3}}}
+"""
+FORWARD = """
+import mjsim
+
+class Forward:
+    def __init__(self, speed):
+        self.speed = speed
+    def start(self, robot, map, rng):
+        pass
+    def command(self, seen, belief):
+        return mjsim.Command(self.speed)
+"""
+
+
+def typed(*words, capsys):
+    """Run the command line in this process; return exit code, stdout and stderr."""
+    with pytest.raises(SystemExit) as ended:
+        main(words)
+    out, err = capsys.readouterr()
+    return ended.value.code, out, err
+
+
+def shell(*words):
+    return subprocess.Popen(
+        [sys.executable, "-m", "mjsim.cli", *words],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        # Tests that a shell started in the background have Ctrl-C ignored, and what they start would inherit that.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+
+
+def wait_for_ticks(path):
+    """Wait until a recording that is being written holds some; return what it holds."""
+    until = time.monotonic() + 60.0
+    while True:
+        with contextlib.suppress(mjsim.UsageError, mjsim.RecordingError):
+            return mjsim.read_recording(path)
+        assert time.monotonic() < until, f"no tick ever came into {path}"
+        time.sleep(0.05)

@@ -1,0 +1,170 @@
+"""Broken files of robots: one line each, exit code 2, nothing written; or mended, and said how."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from mjsim.exchange import Wishes, bring_robot
+from tests.exchange.odd_robots import box, joint, robot, rover, tyre
+from tests.exchange.test_robots import typed
+
+TWO = rover([0.0])
+SPHERE = '<link name="l0"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>'
+OMNI = robot(
+    {"base": box("0.3 0.3 0.1"), **{f"w{k}": tyre(0.05, 0.02) for k in range(3)}},
+    [
+        joint(f"j{k}", "base", f"w{k}", f'xyz="{x} {y} 0" rpy="0 0 {turn}"')
+        for k, (x, y, turn) in enumerate([(0.15, 0, 1.57), (-0.07, 0.13, 3.66), (-0.07, -0.13, 5.76)])
+    ],
+)
+LINKS = {"base": box("0.4 0.3 0.1"), "l": tyre(0.08, 0.03), "r": tyre(0.08, 0.03)}
+ROLLED = robot(
+    {**LINKS, **{f"roller{k}": tyre(0.01, 0.02) for k in range(6)}},
+    [
+        joint("left", "base", "l", 'xyz="0 0.2 0"'),
+        joint("right", "base", "r", 'xyz="0 -0.2 0"'),
+        *(joint(f"roll{k}", "l", f"roller{k}", f'xyz="0 0 {0.01 * k}"', axis="0.7 0.7 0") for k in range(6)),
+    ],
+)
+MECANUM = robot(
+    {**LINKS, "mecanum_wheel_3": ""},
+    [
+        joint("left", "base", "l", 'xyz="0 0.2 0"'),
+        joint("right", "base", "r", 'xyz="0 -0.2 0"'),
+        joint("more", "base", "mecanum_wheel_3", 'xyz="0 0 0"', kind="fixed"),
+    ],
+)
+THREE = robot(
+    {**LINKS, "m": tyre(0.08, 0.03)},
+    [
+        joint("left", "base", "l", 'xyz="0 0.2 0"'),
+        joint("right", "base", "r", 'xyz="0 -0.2 0"'),
+        joint("third", "base", "m", 'xyz="0 0.1 0"'),
+    ],
+)
+ALONG_Y = robot(
+    {"base": box("0.3 0.4 0.1"), "l": tyre(0.08, 0.03, rpy="0 1.57 0"), "r": tyre(0.08, 0.03, rpy="0 1.57 0")},
+    [
+        joint("left", "base", "l", 'xyz="-0.2 0 0"', axis="1 0 0"),
+        joint("right", "base", "r", 'xyz="0.2 0 0"', axis="1 0 0"),
+    ],
+)
+MACRO = (
+    '<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:macro name="m" params="x"><link name="a"/>'
+    '</xacro:macro><link name="base"/></robot>'
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "what"),
+    [
+        ("", (), r"robot\.urdf:1:1: this is not XML \(no element found\)"),
+        ("<robot><link name='a'></robot>", (), r"robot\.urdf:1:25: this is not XML \(mismatched tag\)"),
+        ("not xml at all", (), r"robot\.urdf:1:1: this is not XML"),
+        ("<sdf/>", (), r"begins with <sdf>; a model begins with <mujoco> \(MJCF\) or <robot> \(URDF\)"),
+        ('<!DOCTYPE a [<!ENTITY x "y">]><robot name="a">&x;</robot>', (), "declares a document type"),
+        ('<robot name="a"/>', (), "MuJoCo cannot take|no wheels"),
+        (robot({"base": box("1 1 1")}, []), (), "no wheels that can be found: it has no level hinge at all"),
+        (
+            TWO.replace('link="r0"', 'link="gone"'),
+            (),
+            r"urdf:\d+: joint 'r0_hinge' names link 'gone', which is not there",
+        ),
+        (TWO.replace("continuous", "fixed"), (), "no wheels that can be found: it has no level hinge at all"),
+        (TWO.replace('xyz="0.0 0.2 -0.05"', 'xyz="zero 0.2"'), (), "bad format in attribute 'xyz'"),
+        (THREE, (), "which wheels drive is not clear; candidates are 'left', 'right', 'third'; give --left-wheel"),
+        (OMNI, (), "the axles of 'j0', 'j1', 'j2' point different ways, as those of an omnidirectional base"),
+        (ROLLED, (), "the wheel on joint 'left' has 6 rollers; such wheels are not taken from files"),
+        (MECANUM, (), "'mecanum_wheel_3' is a wheel with rollers by its name"),
+        (ALONG_Y, (), r"does not tell where its front is; give --forward \+y or --forward -y"),
+        (ALONG_Y, ("--forward", "+x"), r"--forward \+x is along the axles"),
+        (TWO, ("--forward", "up"), r"--forward is 'up'; it is \+x, -x, \+y or -y"),
+        (TWO, ("--left-wheel", "l0_hing"), "no hinge 'l0_hing' in .*; did you mean 'l0_hinge'"),
+        (TWO, ("--drive", "skid_steer"), "has one axle that drives; skid steering needs two or more"),
+        (TWO, ("--drive", "hover"), "--drive is 'hover'; robots from files drive as differential, skid_steer"),
+        (TWO, ("--package", "a=/nowhere"), "no folder '/nowhere' for package 'a'"),
+        (TWO, ("--arg", "a"), "write --arg NAME=VALUE"),
+        (MACRO, (), "uses <xacro:macro> of xacro; type: pip install xacro"),
+        (TWO.replace('name="odd"', 'name="$(arg x)"'), (), "no xacro:arg 'x'; give --arg x=VALUE"),
+        (TWO.replace("0.6 0.3 0.15", "-0.6 0.3 0.15"), (), "MuJoCo cannot take|size"),
+        ("<mujoco><worldbody><body name='b'><plugin/></body></worldbody></mujoco>", (), r"has plugins \(<plugin>\)"),
+    ],
+)
+def test_a_broken_file_is_told_in_one_line(tmp_path, monkeypatch, text, options, what):
+    if "pip install xacro" in what:
+        monkeypatch.setitem(__import__("sys").modules, "xacro", None)
+    place = tmp_path / "robot.urdf"
+    place.write_text(text)
+    code, said = typed("new", "--robot-from", str(place), "-o", str(tmp_path / "out.yaml"), *options)
+    assert code == 2, said
+    assert len(said.splitlines()) == 1, said
+    assert re.search(what, said), said
+    assert str(tmp_path) in said or "--" in said
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["robot.urdf"]
+
+
+@pytest.mark.parametrize(
+    ("line", "what"),
+    [
+        (["new", "--robot-from", "nowhere.urdf", "-o", "x.yaml"], "no file 'nowhere.urdf'"),
+        (["new", "--robot-from", "x.urdf"], "name the preset with -o ROBOT.yaml"),
+        (["new", "--robot-from", "x.urdf", "--maze", "3x3"], "bring the world with a command of its own"),
+        (["new", "--clutter", "6x6", "--robot", "pioneer3dy"], "no preset 'pioneer3dy'; did you mean 'pioneer3dx'?"),
+        (["new", "--clutter", "6x6", "--robot", "a/b.yaml"], "make the world, then write preset: a/b.yaml in it"),
+    ],
+)
+def test_a_command_that_cannot_be_meant_is_told_in_one_line(tmp_path, monkeypatch, line, what):
+    monkeypatch.chdir(tmp_path)
+    code, said = typed(*line)
+    assert (code, len(said.splitlines())) == (2, 1)
+    assert what in said
+
+
+def report_of(tmp_path: Path, text: str) -> str:
+    """Return what is said of a robot."""
+    (tmp_path / "robot.urdf").write_text(text)
+    brought = bring_robot(tmp_path / "robot.urdf", name="r", wishes=Wishes(), packages={}, arguments={})
+    return "\n".join(brought.report)
+
+
+@pytest.mark.parametrize(
+    ("has", "what"),
+    [
+        (box("0.4 0.3 0.1", mass=0.0), "link 'base' has a mass of 0 kg; its shapes weigh 1000 kg/m^3 instead"),
+        (box("0.4 0.3 0.1", mass=-2.0), "link 'base' has a mass of -2 kg"),
+        (box("0.4 0.3 0.1", mass=float("nan")), "link 'base' has a mass of nothing kg"),
+        (
+            box("0.4 0.3 0.1", inertia='ixx="0.1" iyy="0.2" izz="0.9" ixy="0" ixz="0" iyz="0"'),
+            "the inertia of link 'base' breaks the triangle inequality (0.1 + 0.2 < 0.9 kg m^2); made 0.4, 0.4, 0.4",
+        ),
+        (
+            box("0.4 0.3 0.1", inertia='ixx="0.1" iyy="-0.2" izz="0.2" ixy="0" ixz="0" iyz="0"'),
+            "the inertia of link 'base' has a principal moment of -0.2 kg m^2; made 0.1, 0.1, 0.2",
+        ),
+        (
+            box("0.4 0.3 0.1", inertia='ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"'),
+            "link 'base' has no inertia; made 0.005 kg m^2, that of a ball of 0.05 m",
+        ),
+    ],
+)
+def test_an_inertia_that_physics_refuses_is_mended_and_said(tmp_path, has, what):
+    wheels = [joint("left", "base", "l", 'xyz="0 0.2 0"'), joint("right", "base", "r", 'xyz="0 -0.2 0"')]
+    said = report_of(tmp_path, robot({**LINKS, "base": has}, wheels))
+    assert what in said
+    assert "measured: +" in said
+
+
+def test_files_outside_of_the_robots_folders_are_not_opened(tmp_path):
+    deep = tmp_path / "a" / "b" / "c" / "d" / "e"
+    deep.mkdir(parents=True)
+    (tmp_path / "secret.stl").write_bytes(b"solid secret")
+    (deep / "link.stl").symlink_to(tmp_path / "secret.stl")
+    mesh = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
+    names = ("link.stl", "../../../../../secret.stl", f"file://{tmp_path}/secret.stl", "package://etc/passwd.stl")
+    links = {**LINKS, "base": LINKS["base"] + "".join(mesh.format(name) for name in names)}
+    wheels = [joint("left", "base", "l", 'xyz="0 0.2 0"'), joint("right", "base", "r", 'xyz="0 -0.2 0"')]
+    (deep / "robot.urdf").write_text(robot(links, wheels))
+    brought = bring_robot(deep / "robot.urdf", name="r", wishes=Wishes(), packages={}, arguments={})
+    assert list(brought.files) == ["r/robot.urdf"]
+    assert "left out: missing meshes, 4 of them; shapes for collisions stand in" in brought.report

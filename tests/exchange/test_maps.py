@@ -1,0 +1,174 @@
+"""Maps of robots come in as walls, and worlds go out as maps."""
+
+import math
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from mjsim.errors import UsageError
+from mjsim.exchange import explained, with_robot, world_from_map, write_map
+from mjsim.exchange.grid import read_grid
+from mjsim.exchange.raster import grid_of
+from mjsim.world import World, check_world, load_world, parse_world, solid
+
+WORLDS = Path(__file__).parents[2] / "worlds"
+ROOM = "mjsim: 1\nwalls: [{points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true}]\n"
+HUGE_PNG = b"\x89PNG\r\n\x1a\n" + b"".join(
+    struct.pack(">I4s", len(data), kind) + data + struct.pack(">I", zlib.crc32(kind + data))
+    for kind, data in ((b"IHDR", struct.pack(">IIBBBBB", 100_000, 100_000, 8, 0, 0, 0, 0)), (b"IEND", b""))
+)
+PIXELS = np.array([[0, 100, 205], [254, 255, 60]], dtype=np.uint8)
+
+
+def written(folder: Path, picture: np.ndarray, text: str = "", *, resolution: float = 0.05) -> Path:
+    """Write a map as map_saver does, and return its YAML file."""
+    rows, columns = picture.shape
+    (folder / "map.pgm").write_bytes(b"P5\n# CREATOR: map_saver\n%d %d\n255\n" % (columns, rows) + picture.tobytes())
+    (folder / "map.yaml").write_text(f"image: map.pgm\nresolution: {resolution}\n{text}")
+    return folder / "map.yaml"
+
+
+def apart(one: World, other: World) -> float:
+    """Return the Hausdorff distance between the outlines of what is solid in two worlds [m]."""
+    return float(solid(one).boundary.hausdorff_distance(solid(other).boundary))
+
+
+@pytest.mark.parametrize("name", ["empty", "maze", "museum", "dark", "cloister"])
+def test_a_world_that_goes_out_as_a_map_comes_back_within_half_a_cell(name, tmp_path):
+    world = load_world(WORLDS / f"{name}.yaml")
+    path = write_map(world, tmp_path, resolution=0.05)
+    back = world_from_map(path)
+    assert apart(world, back) <= 0.025
+    found, there, invented = explained(back, read_grid(path))
+    assert (found, invented) == (there, 0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["arena", "clutter", "corridor", "gallery", "office", "ramps", "sensors", "warehouse"])
+def test_the_walls_of_a_shipped_world_come_back_within_half_a_cell(name, tmp_path):
+    world = load_world(WORLDS / f"{name}.yaml").model_copy(update={"obstacles": (), "beacons": ()})
+    assert apart(world, world_from_map(write_map(world, tmp_path, resolution=0.05))) <= 0.025
+
+
+def test_the_outside_of_a_hall_with_gates_is_unknown():
+    grid = grid_of(load_world("warehouse"), resolution=0.1)
+    x, y = np.meshgrid(*(np.arange(0.0, size) + 0.5 for size in grid.occupied.shape[::-1]))
+    places = grid.corners(np.stack([x, y], axis=-1))
+    hall = (places > [0.0, 0.0]) & (places < [60.0, 30.0])
+    outside = ((places < [-0.3, -0.3]) | (places > [60.3, 30.3])).any(axis=-1)
+    assert not grid.free[outside].any()
+    assert (grid.free | grid.occupied)[hall.all(axis=-1)].all()
+    # A gate is open: its middle is free.
+    column, row = np.floor(grid.cells(np.array([0.0, 30.0 - 4.0 - 1.6]))).astype(int)
+    assert grid.free[row, column]
+
+
+def test_a_map_that_lies_turned_comes_back_turned(tmp_path):
+    path = write_map(parse_world(ROOM), tmp_path)
+    path.write_text(path.read_text().replace("origin: [-1.05, -1.05, 0]", "origin: [10, 20, 0.5]"))
+    assert "0.5]" in path.read_text()
+    c, s = math.cos(0.5), math.sin(0.5)
+    corners = np.array(world_from_map(path).walls[0].points)
+    expected = np.array([[0, 0], [6, 0], [6, 4], [0, 4]]) + 1.05
+    expected = expected @ [[c, s], [-s, c]] + [10, 20]
+    for corner in expected:
+        assert np.hypot(*(corners - corner).T).min() <= 0.025
+
+
+@pytest.mark.parametrize(
+    ("text", "occupied", "free"),
+    [
+        ("", [0, 60], [254, 255]),  # 100 is a share of 0.61: between the thresholds, unknown
+        ("mode: trinary\nnegate: 1\noccupied_thresh: 0.9\nfree_thresh: 0.3\n", [254, 255], [0, 60]),
+        ("mode: scale\noccupied_thresh: 0.8\nfree_thresh: 0.2\n", [0, 60, 100], [205, 254, 255]),
+        ("mode: raw\n", [100], [0]),  # 101 to 255 are unknown, 60 lies between the thresholds
+    ],
+)
+def test_gray_becomes_occupied_and_free_as_map_server_reads_it(text, occupied, free, tmp_path):
+    grid = read_grid(written(tmp_path, PIXELS, text))
+    picture = PIXELS[::-1]  # the first row of a picture is the highest in y
+    assert set(picture[grid.occupied].tolist()) == set(occupied)
+    assert set(picture[grid.free].tolist()) == set(free)
+
+
+def test_pictures_of_any_depth_and_channels_are_the_same_map(tmp_path):
+    expected = read_grid(written(tmp_path, PIXELS)).occupied
+    rows, columns = PIXELS.shape
+    flat = Image.fromarray(PIXELS)
+    # Channels that differ and have the gray value as their mean.
+    tint = np.stack([np.clip(PIXELS.astype(int) + shift, 0, 255) for shift in (-1, 0, 1)], axis=-1).astype(np.uint8)
+    clear = np.dstack([PIXELS, np.array([[255, 255, 255], [255, 255, 0]], dtype=np.uint8)])
+    text = " ".join(map(str, PIXELS.ravel().tolist()))
+    deep = (PIXELS.astype(">u2") * 257).tobytes()
+    size = b"%d %d\n" % (columns, rows)
+    files = {
+        "p2.pgm": b"P2\n# a comment\n" + size + b"255\n" + text.encode(),
+        "p5.pgm": b"P5\n" + size + b"65535\n" + deep,
+        "p6.ppm": b"P6\n" + size + b"255\n" + tint.tobytes(),
+        "percent.pgm": b"P5\n" + size + b"51\n" + (PIXELS // 5).tobytes(),
+    }
+    for name, data in files.items():
+        (tmp_path / name).write_bytes(data)
+    flat.save(tmp_path / "gray.png")
+    flat.convert("RGB").save(tmp_path / "rgb.png")
+    flat.convert("P").save(tmp_path / "palette.png")
+    Image.fromarray(clear, "LA").save(tmp_path / "clear.png")
+    Image.fromarray(PIXELS.astype(np.uint16) * 257).save(tmp_path / "deep.png")
+    for name in (*files, "gray.png", "rgb.png", "palette.png", "clear.png", "deep.png"):
+        path = tmp_path / "map.yaml"
+        path.write_text(f"image: {name}\nresolution: 0.05\n")
+        grid = read_grid(path)
+        if name == "clear.png":  # a pixel that nobody sees is unknown
+            assert not grid.occupied[0, 2]
+            grid.occupied[0, 2] = expected[0, 2]
+        assert (grid.occupied == expected).all(), name
+
+
+def test_a_robot_stands_in_the_widest_place_of_a_map(tmp_path):
+    world = with_robot(world_from_map(write_map(parse_world(ROOM), tmp_path)))
+    assert not check_world(world)
+    x, y = world.robots[0].at
+    assert min(x, 6 - x, y, 4 - y) == pytest.approx(2.0, abs=0.05)
+
+
+@pytest.mark.slow
+def test_a_picture_of_noise_is_no_map(tmp_path):
+    noise = np.random.default_rng(0).integers(0, 256, (250, 250)).astype(np.uint8)
+    with pytest.raises(UsageError, match="has gaps everywhere, as noise has; clean it"):
+        world_from_map(written(tmp_path, noise))
+
+
+def test_what_is_not_a_map_is_refused_in_one_line(tmp_path):
+    path = written(tmp_path, PIXELS)
+    large = b"P5\n10000 5000\n255\n"
+    for text, picture, message in [
+        ("walls: []\n", None, "this is not a map; it names an image, a resolution and an origin"),
+        ("image: map.pgm\n", None, "resolution is None; it must be a number"),
+        ("image: map.pgm\nresolution: 0\n", None, "resolution is 0 m; a map has cells of 0.001 to 10 m"),
+        ("image: ../map.pgm\nresolution: 0.05\n", None, "leaves its folder; put it beside the YAML file"),
+        ("image: gone.pgm\nresolution: 0.05\n", None, "gone.pgm'; name the picture of a map"),
+        ("image: map.pgm\nresolution: 0.05\norigin: [0, a, 0]\n", None, "write [x, y, yaw] in metres"),
+        ("image: map.pgm\nresolution: 0.05\nmode: gray\n", None, "mode is 'gray'; it must be trinary, scale or raw"),
+        ("image: map.pgm\nresolution: 0.05\n", large, "is a picture of 50 megapixels; it must have at most 40"),
+        ("image: map.pgm\nresolution: 0.05\n", b"P5\n3 2\n255\n", "is cut short; 3 x 2 pixels are 6 numbers"),
+        ("image: map.pgm\nresolution: 0.05\n", b"P6\n100000 100000\n255\n", "is a picture of 10000 megapixels;"),
+        ("image: map.pgm\nresolution: 0.05\n", HUGE_PNG, "is a picture of 10000 megapixels; it must have at most 40"),
+        ("image: map.pgm\nresolution: 0.05\n", b"P2\n2 1\n255\n0 black\n", "holds what is no number; write it anew"),
+        ("image: map.pgm\nresolution: 0.05\n", b"P5\n2 1\n99999\n0 0", "of 2 x 1 pixels up to 99999; write 8 or 16"),
+        ("image: map.pgm\nresolution: .nan\n", None, "resolution is nan; it must be a number"),
+        ("image: map.pgm\nresolution: 0.05\nfree_thresh: 0.9\n", None, "free_thresh below"),
+        ("image: [1, 2]\nresolution: 0.05\n", None, "name the picture of a map"),
+        ("a: [\n", None, "map.yaml:2"),
+        ("image: map.pgm\nresolution: 0.05\n", b"GIF89a", "is not a PNG or JPEG picture; convert it"),
+    ]:
+        path.write_text(text)
+        if picture is not None:
+            (tmp_path / "map.pgm").write_bytes(picture)
+        with pytest.raises(UsageError) as caught:
+            world_from_map(path)
+        assert message in str(caught.value)
+        assert "\n" not in str(caught.value)

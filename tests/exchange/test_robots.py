@@ -1,0 +1,314 @@
+"""Robots from their makers' files: found, measured, written, driven."""
+
+import contextlib
+import io
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mjsim.cli import main
+from mjsim.exchange import Wishes, bring_robot
+from mjsim.geometry import Pose
+from mjsim.interface import Command
+from mjsim.sim import Simulation
+from mjsim.world import load_world, parse_world
+from tests.exchange.odd_robots import STRETCHED, on_casters, rover
+
+DATA = Path(__file__).parents[1] / "data" / "robots"
+BURGER = DATA / "turtlebot3_description" / "urdf" / "turtlebot3_burger.urdf"
+WAFFLE = BURGER.with_name("turtlebot3_waffle.urdf")
+CAR = DATA / "safety_gymnasium" / "xmls" / "car.xml"
+RACECAR = CAR.with_name("racecar.xml")
+
+
+def typed(*line: str) -> tuple[int, str]:
+    """Return the exit code of a command, and what it says to people."""
+    said = io.StringIO()
+    with (
+        pytest.raises(SystemExit) as caught,
+        contextlib.redirect_stderr(said),
+        contextlib.redirect_stdout(io.StringIO()),
+    ):
+        main(line)
+    return int(caught.value.code or 0), said.getvalue()
+
+
+def brought(path: Path, folder: Path, *options: str) -> tuple[Path, str]:
+    """Return the preset that the command writes, and what it says."""
+    preset = folder / f"{path.stem}.yaml"
+    code, said = typed("new", "--robot-from", str(path), "-o", str(preset), *options)
+    assert code == 0, said
+    return preset, said
+
+
+@pytest.fixture(scope="module")
+def presets(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("presets")
+    return {path.stem: brought(path, folder) for path in (BURGER, WAFFLE, CAR, RACECAR)}
+
+
+@pytest.mark.parametrize(
+    # Sizes as they stand in the files: joints, cylinders.
+    ("name", "drive", "radius", "track", "mass"),
+    [
+        ("turtlebot3_burger", "differential", 0.033, 0.160, 1.0017),
+        ("turtlebot3_waffle", "differential", 0.033, 0.288, 1.587),
+        ("car", "differential", 0.05, 0.26, 0.0304),
+        ("racecar", "ackermann", 0.05, 0.245, None),
+    ],
+)
+def test_wheels_and_sizes_are_those_of_the_file(presets, name, drive, radius, track, mass):
+    world = load_world(presets[name][0])
+    (robot,) = world.robots
+    assert robot.drive.type == drive
+    # Calibrated: tyres sink into the floor by some hundredths of a millimetre.
+    assert robot.drive.wheel_radius == pytest.approx(radius, rel=0.002)
+    assert robot.drive.track == pytest.approx(track, rel=0.003)
+    if mass is not None:
+        with Simulation(world) as sim:
+            assert sim.model.body_subtreemass[sim.model.body(f"{robot.name}/base").id] == pytest.approx(mass, rel=1e-2)
+
+
+@pytest.mark.parametrize("name", ["turtlebot3_burger", "turtlebot3_waffle", "car", "racecar"])
+def test_it_drives_as_far_as_odometry_tells_and_stays_level(presets, name):
+    world = load_world(presets[name][0])
+    (robot,) = world.robots
+    quiet = robot.model_copy(update={"sensors": (), "odometry": type(robot.odometry)()})
+    with Simulation(world.model_copy(update={"robots": (quiet,)})) as sim:
+        sim.apply(robot.name, Command(0.2, turn=0.4))
+        start, told = sim.truth(robot.name), Pose(0.0, 0.0, 0.0)
+        for _ in range(200):
+            sim.step()
+            seen = sim.sense(robot.name).odometry
+            told = told @ Pose(seen.forward, seen.left, seen.turn)
+        was = start.inverse() @ sim.truth(robot.name)
+        # 1.6 m on an arc; tyres creep outward by some millimetres for a metre.
+        np.testing.assert_allclose(told.as_array()[:2], was.as_array()[:2], atol=0.03)
+        assert abs(math.remainder(told.heading - was.heading, 2 * math.pi)) < 0.03
+        assert math.hypot(was.x, was.y) > 0.8
+        assert sim.pose(robot.name)[2, 2] > math.cos(math.radians(1.0))
+        assert abs(sim.poses()[robot.name].z) < 0.002
+
+
+def test_sensors_stand_where_the_file_has_them(presets):
+    (waffle,) = load_world(presets["turtlebot3_waffle"][0]).robots
+    sensors = {sensor.kind: sensor for sensor in waffle.sensors}
+    # base_footprint -> base_link [0, 0, 0.01] -> base_scan [-0.064, 0, 0.122], camera_link [0.064, -0.065, 0.094].
+    assert sensors["lidar"].at == pytest.approx((-0.064, 0.0, 0.132), abs=1e-3)
+    assert sensors["camera"].at == pytest.approx((0.064, -0.065, 0.104), abs=1e-3)
+    assert sensors["imu"].at == pytest.approx((0.0, 0.0, 0.078), abs=1e-3)
+
+
+def test_a_lidar_does_not_see_the_robot_that_carries_it(presets, tmp_path):
+    for name in ("turtlebot3_burger", "turtlebot3_waffle"):
+        world = load_world(presets[name][0])
+        with Simulation(world) as sim:
+            (scan,) = sim.sense(world.robots[0].name).scans.values()
+            assert not np.isfinite(scan.ranges).any()
+
+
+def test_what_is_missing_is_counted(presets):
+    _, said = presets["turtlebot3_waffle"]
+    assert "left out: missing meshes, 2 of them; shapes for collisions stand in" in said
+    assert "left out: meshes of a format that cannot be read (.dae), 1 of them" in said
+    _, said = presets["racecar"]
+    assert "left out: missing meshes, 8 of them" in said
+
+
+def test_front_is_told_by_names_where_x_is_not_ahead(presets):
+    _, said = presets["car"]
+    # Its front_bumper lies at -y, its back_bumper at +y.
+    assert "it looks along [0, -1] of its file" in said
+    assert load_world(presets["car"][0]).robots[0].body.forward_deg == pytest.approx(-90.0)
+
+
+def test_a_preset_file_serves_other_worlds_and_several_robots(presets):
+    preset, _ = presets["turtlebot3_burger"]
+    text = """
+mjsim: 1
+robots:
+  - {name: one, preset: turtlebot3_burger.yaml, at: [0, 0]}
+  - {name: two, preset: turtlebot3_burger.yaml, at: [2, 0], drive: {max_speed: 0.1}}
+"""
+    (preset.parent / "room.yaml").write_text(text)
+    world = load_world(preset.parent / "room.yaml")
+    assert [robot.drive.max_speed for robot in world.robots] == [0.22, 0.1]
+    with Simulation(world) as sim:
+        for name in ("one", "two"):
+            sim.apply(name, Command(0.2))
+        for _ in range(100):
+            sim.step()
+        assert sim.truth("one").x > 0.6
+        assert sim.truth("two").x == pytest.approx(2.4, abs=0.03)
+        assert {"one/wheel_left", "two/wheel_right"} <= {sim.model.joint(n).name for n in range(sim.model.njnt)}
+
+
+def test_a_recording_holds_the_files_of_a_robot(presets, tmp_path):
+    from mjsim.record import read_recording
+    from mjsim.run import Driver, run
+
+    preset, _ = presets["turtlebot3_burger"]
+    (preset.parent / "room.yaml").write_text(
+        "mjsim: 1\nrobots: [{name: r, preset: turtlebot3_burger.yaml, at: [0, 0]}]\n"
+    )
+    world = load_world(preset.parent / "room.yaml")
+    with Simulation(world) as sim:
+        run(sim, drivers={"r": Driver()}, seconds=0.4, record=tmp_path / "r.mcap")
+    again = read_recording(tmp_path / "r.mcap").world
+    assert again == world
+    with Simulation(again) as sim:
+        sim.step()
+
+
+def test_ros_packages_are_found_by_path_and_by_option(tmp_path, monkeypatch):
+    moved = tmp_path / "elsewhere" / "burger.urdf"
+    moved.parent.mkdir()
+    moved.write_bytes(BURGER.read_bytes())
+    package = BURGER.parents[1]
+    plain = bring_robot(moved, name="b", wishes=Wishes(), packages={}, arguments={})
+    assert any("package 'turtlebot3_description' is not here" in line for line in plain.report)
+    assert len(plain.files) == 1
+    named = bring_robot(moved, name="b", wishes=Wishes(), packages={package.name: package}, arguments={})
+    assert len(named.files) == 3
+    monkeypatch.setenv("ROS_PACKAGE_PATH", f"/nowhere{os.pathsep}{package.parent}")
+    by_path = bring_robot(moved, name="b", wishes=Wishes(), packages={}, arguments={})
+    assert by_path.files == named.files
+
+
+def test_arguments_of_xacro_become_names(tmp_path):
+    text = bring_robot(BURGER, name="b", wishes=Wishes(), packages={}, arguments={"namespace": "left_"}).text
+    assert 'joint: "left_wheel_left_joint"' in text
+
+
+def test_a_text_written_by_the_command_is_a_world(presets):
+    for preset, _ in presets.values():
+        world = parse_world(preset.read_text(), source=load_world(preset).source)
+        assert world == load_world(preset)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "drive", "track", "radius"),
+    [
+        # Four wheels turn about the middles of a wider track: track + wheelbase^2 / track, or nearly so.
+        pytest.param(
+            *("four.urdf", rover([0.2, -0.2]), "skid_steer", (0.8, 0.06), 0.1),
+            marks=pytest.mark.slow,  # Its slip is measured over many drives.
+        ),
+        ("casters.urdf", on_casters(), "differential", (0.4, 0.005), 0.08),
+        # Its wheels lie 2 x (0.17035 - 0.0125) m apart.
+        ("tall.xml", STRETCHED, "differential", (0.3157, 0.002), 0.05),
+    ],
+)
+def test_odd_robots_are_found_whatever_their_axes_and_frames(tmp_path, name, text, drive, track, radius):
+    (tmp_path / name).write_text(text)
+    preset, _ = brought(tmp_path / name, tmp_path)
+    (robot,) = load_world(preset).robots
+    assert robot.drive.type == drive
+    assert robot.drive.turning_track == pytest.approx(track[0], abs=track[1])
+    assert robot.drive.wheel_radius == pytest.approx(radius, rel=0.005)
+
+
+@pytest.mark.slow
+def test_six_wheels_turn_by_chains(tmp_path):
+    (tmp_path / "six.urdf").write_text(rover([0.25, 0.0, -0.25]))
+    preset, _ = brought(tmp_path / "six.urdf", tmp_path)
+    world = load_world(preset)
+    with Simulation(world) as sim:
+        sim.apply("six", Command(0.3, turn=0.5))
+        for _ in range(100):
+            sim.step()
+        left = [
+            float(sim.data.joint(f"six/wheel_{name}").qvel[0]) for name in ("front_left", "front_left-2", "rear_left")
+        ]
+        assert left[1] == pytest.approx(left[0], rel=0.02)
+        assert left[2] == pytest.approx(left[0], rel=0.05)
+
+
+def test_joints_that_are_no_wheels_hold_still_with_their_limits(tmp_path):
+    (tmp_path / "tall.xml").write_text(STRETCHED)
+    preset, said = brought(tmp_path / "tall.xml", tmp_path)
+    assert "joints that are no wheels hold still, 5 of them: 'joint_lift'" in said
+    with Simulation(load_world(preset)) as sim:
+        sim.apply("tall", Command(0.3, turn=0.3))
+        joints = [sim.data.joint(f"tall/{name}") for name in ("joint_lift", "joint_arm", "rubber_x", "joint_head")]
+        for _ in range(150):
+            sim.step()
+            # Slides sag by a tenth of a millimetre under their load.
+            assert max(abs(float(joint.qpos[0])) for joint in joints) < 2e-3
+        assert sim.model.joint("tall/joint_lift").range == pytest.approx((-0.5, 0.6))
+        assert sim.model.joint("tall/joint_head").range == pytest.approx((-3.9, 1.5))
+
+
+def test_a_joint_whose_zero_is_beyond_its_limits_rests_at_the_nearer_one(tmp_path):
+    (tmp_path / "odd.urdf").write_text(on_casters())
+    preset, _ = brought(tmp_path / "odd.urdf", tmp_path)
+    with Simulation(load_world(preset)) as sim:
+        for _ in range(25):
+            sim.step()
+        assert sim.data.joint("odd/shoulder").qpos[0] == pytest.approx(0.1, abs=2e-3)
+        # The laser hangs on the mast, which slides 0.1 m up from 0.1 m on the base, at 0.42 m above.
+    (robot,) = load_world(preset).robots
+    assert robot.sensors[0].at == pytest.approx((-0.1, 0.0, 0.7), abs=1e-3)
+
+
+def sphere_stl(count: int, *, text: bool) -> bytes:
+    """Return a ball of radius 40 mm as an STL file in mm, of about so many triangles."""
+    turns = np.linspace(0.0, 2 * np.pi, round(math.sqrt(count)) + 1)
+    rises = np.linspace(-np.pi / 2, np.pi / 2, round(math.sqrt(count) / 2) + 1)
+    turn, rise = np.meshgrid(turns, rises)
+    points = 40.0 * np.stack([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)], axis=-1)
+    a, b, c, d = points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]
+    triangles = np.concatenate([np.stack(t, axis=-2).reshape(-1, 3, 3) for t in ((a, b, c), (a, c, d))])
+    if text:
+        corners = ["".join(f"vertex {x:.6e} {y:.6e} {z:.6e}\n" for x, y, z in triangle) for triangle in triangles]
+        facets = "".join(f"facet normal 0 0 0\nouter loop\n{c}endloop\nendfacet\n" for c in corners)
+        return f"solid ball\n{facets}endsolid ball\n".encode()
+    records = np.zeros(len(triangles), dtype=[("n", "<f4", 3), ("v", "<f4", (3, 3)), ("a", "<u2")])
+    records["v"] = triangles
+    return bytes(80) + len(triangles).to_bytes(4, "little") + records.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("count", "text", "said"), [(2000, True, False), pytest.param(64_000, False, True, marks=pytest.mark.slow)]
+)
+def test_meshes_in_text_and_of_too_many_triangles_are_read(tmp_path, count, text, said):
+    mesh = '<visual><geometry><mesh filename="ball.stl" scale="0.001 0.001 0.001"/></geometry></visual></link>'
+    (tmp_path / "robot.urdf").write_text(rover([0.0]).replace("</link>", mesh, 1))
+    (tmp_path / "ball.stl").write_bytes(sphere_stl(count, text=text))
+    brought = bring_robot(tmp_path / "robot.urdf", name="r", wishes=Wishes(), packages={}, arguments={})
+    assert ("made coarser: meshes of too many corners, 1 of them" in brought.report) == said
+    (data,) = (data for name, data in brought.files.items() if name.endswith(".stl"))
+    corners = np.frombuffer(data[84:], dtype=[("n", "<f4", 3), ("v", "<f4", (3, 3)), ("a", "<u2")])["v"]
+    assert len(corners) <= 60_000
+    # Corners that are merged lie on the ball, but for the bulge of a cell of 1/225 of its width.
+    np.testing.assert_allclose(np.linalg.norm(corners.reshape(-1, 3), axis=1), 40.0, atol=0.1)
+
+
+@pytest.mark.parametrize(
+    ("keys", "what"),
+    [
+        ("preset: gone.yaml", "no file 'gone.yaml' beside the world file or in assets"),
+        ("preset: ../x.yaml", "path '../x.yaml' leaves its folder"),
+        ("preset: two.yaml", "'two.yaml' is a world that does not have one robot"),
+        ("preset: bad.yaml", "bad.yaml:2:1: this is not YAML"),
+        (
+            "preset: turtlebot3_burger.yaml, body: {wheels: {left: {joint: wheel_left_join}}}",
+            "no hinge 'wheel_left_join' in 'turtlebot3_burger/robot.urdf'; did you mean 'wheel_left_joint'?",
+        ),
+        ("preset: turtlebot3_burger.yaml, body: {wheels: {rear: {joint: a, radius: 1, width: 1}}}", "no hinge 'a'"),
+        ("preset: turtlebot3_burger.yaml, drive: {type: skid_steer}", "has the drive differential, not skid_steer"),
+    ],
+)
+def test_a_preset_file_that_is_wrong_is_told_with_its_place(presets, keys, what):
+    folder = presets["turtlebot3_burger"][0].parent
+    (folder / "two.yaml").write_text("mjsim: 1\nrobots: [{name: a, at: [0, 0]}, {name: b, at: [5, 0]}]\n")
+    (folder / "bad.yaml").write_text("drive: {type: [\n")
+    (folder / "wrong.yaml").write_text(f"mjsim: 1\nrobots: [{{name: r, at: [0, 0], {keys}}}]\n")
+    code, said = typed("check", str(folder / "wrong.yaml"))
+    assert code == 2
+    assert len(said.splitlines()) == 1
+    assert what in said
+    assert said.startswith(f"{folder / 'wrong.yaml'}:2:")

@@ -1,0 +1,94 @@
+"""Xacro: plain properties, arguments and conditions resolve to what the library makes of them; macros need it."""
+
+from xml.etree import ElementTree
+
+import pytest
+import xacro
+
+from mjsim.errors import UsageError
+from mjsim.exchange import Wishes, bring_robot
+from mjsim.exchange.robots.xacro import resolved
+
+HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+PLAIN = f"""{HEAD}
+  <xacro:arg name="namespace" default=""/>
+  <xacro:arg name="laser" default="true"/>
+  <xacro:property name="namespace" value="$(arg namespace)"/>
+  <xacro:property name="radius" value="0.04"/>
+  <xacro:property name="track" value="${{2 * radius + 0.1}}"/>
+  <link name="${{namespace}}base"/>
+  <link name="${{namespace}}wheel"/>
+  <joint name="${{namespace}}j" type="continuous">
+    <parent link="${{namespace}}base"/><child link="${{namespace}}wheel"/>
+    <origin xyz="${{-track / 2}} 0 ${{radius * cos(0)}}" rpy="${{-pi / 2}} 0 0"/>
+  </joint>
+  <xacro:if value="$(arg laser)"><link name="laser"/></xacro:if>
+  <xacro:unless value="$(arg laser)"><link name="no_laser"/></xacro:unless>
+  <xacro:if value="${{radius &gt; 1}}"><link name="huge"/></xacro:if>
+</robot>"""
+MACRO = f"""{HEAD}
+  <xacro:macro name="wheel" params="side y">
+    <link name="${{side}}">
+      <inertial><mass value="0.5"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial>
+      <visual><geometry><mesh filename="$(find mine)/meshes/tyre.stl"/></geometry></visual>
+      <collision><origin rpy="1.5708 0 0"/><geometry><cylinder radius="0.08" length="0.03"/></geometry></collision>
+    </link>
+    <joint name="${{side}}_joint" type="continuous">
+      <parent link="base"/><child link="${{side}}"/><origin xyz="0 ${{y}} 0"/><axis xyz="0 1 0"/>
+    </joint>
+  </xacro:macro>
+  <link name="base">
+    <inertial><mass value="5"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><geometry><box size="0.4 0.3 0.1"/></geometry></collision>
+  </link>
+  <xacro:wheel side="left" y="0.2"/>
+  <xacro:wheel side="right" y="-0.2"/>
+</robot>"""
+
+
+def shape_of(data: bytes) -> list[tuple[str, dict[str, object]]]:
+    """Return the elements of a description with their attributes, numbers as numbers."""
+
+    def value(text: str) -> object:
+        try:
+            return [round(float(word), 9) for word in text.split()]
+        except ValueError:
+            return text
+
+    return [(item.tag, {k: value(v) for k, v in item.attrib.items()}) for item in ElementTree.fromstring(data).iter()]
+
+
+@pytest.mark.parametrize("arguments", [{}, {"namespace": "a_"}, {"laser": "false"}])
+def test_plain_xacro_is_what_the_library_makes_of_it(tmp_path, arguments):
+    place = tmp_path / "r.urdf.xacro"
+    place.write_text(PLAIN)
+    ours = resolved(PLAIN.encode(), place, arguments=arguments, find=lambda _: None)
+    theirs = xacro.process_file(str(place), mappings=arguments).toxml().encode()
+    assert shape_of(ours) == shape_of(theirs)
+
+
+def test_macros_are_expanded_by_the_library_and_packages_found(tmp_path):
+    place = tmp_path / "r.urdf.xacro"
+    place.write_text(MACRO)
+    (tmp_path / "mine").mkdir()
+    brought = bring_robot(place, name="r", wishes=Wishes(), packages={"mine": tmp_path / "mine"}, arguments={})
+    assert "left out: missing meshes, 2 of them; shapes for collisions stand in" in brought.report
+    assert 'left: {joint: "left_joint"' in brought.text
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        (f'{HEAD}<xacro:property name="a" value="${{b}}"/><xacro:property name="b" value="${{a}}"/>'
+         '<link name="${a}"/></robot>', "stands for itself"),
+        (f'{HEAD}<link name="${{gone}}"/></robot>', "is not valid xacro"),
+        (f"{HEAD}<xacro:nothing/></robot>", "is not valid xacro"),
+        (f'{HEAD}<xacro:include filename="$(find far)/x.xacro"/></robot>', "names the package 'far'"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_in_xacro_is_told_in_one_line(tmp_path, text, what):
+    place = tmp_path / "r.urdf.xacro"
+    place.write_text(text)
+    with pytest.raises(UsageError, match=what) as caught:
+        resolved(text.encode(), place, arguments={}, find=lambda _: None)
+    assert len(str(caught.value).splitlines()) == 1

@@ -1,0 +1,134 @@
+"""Recordings and reports of arms: what is written is what moved, exactly, and what is drawn of it."""
+
+import json
+from itertools import islice
+
+import numpy as np
+import pytest
+
+import mjsim
+from mjsim.errors import RecordingError
+from mjsim.geometry import Pose3
+from mjsim.record.joints import KEYS
+from mjsim.report import write_report
+from mjsim.run import drivers_of
+from mjsim.world import parse_world
+
+WORLD = """
+mjsim: 1
+name: arms
+robots:
+  - name: r
+    base: fixed
+    at: [1, 2]
+    arms:
+      - {name: big, preset: puma560}
+      - {name: small, at: [0, 0.5, 1], dh: {rows: [{a: 0.2}, {slide: true, range: [0, 1], alpha_deg: 90}]}}
+  - {name: scout, preset: pioneer3dx, at: [-1, 0]}
+run:
+  seconds: 1
+  drivers:
+    r:
+      navigator: {use: "mjsim.algorithms.joint_path:JointPath", arm: big, to_deg: [20, 10, -20, 0, 0, 0], seconds: 0.8}
+"""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A recording, and the true motion at each tick of it."""
+    world, moved = parse_world(WORLD), []
+    path = tmp_path_factory.mktemp("arms") / "run.mcap"
+    with mjsim.Simulation(world) as sim:
+        run = mjsim.run(sim, record=path, watch=lambda tick: moved.append(tick.joints))
+    return run, moved
+
+
+def test_joints_and_tools_are_read_back_exactly(made):
+    run, moved = made
+    assert set(run.joints) == {"r/big", "r/small"}
+    for name, track in run.joints.items():
+        for key in KEYS:
+            np.testing.assert_array_equal(getattr(track, key), [getattr(motion[name], key) for motion in moved])
+        poses = [Pose3.from_matrix(motion[name].tool).as_array() for motion in moved]
+        np.testing.assert_array_equal(track.tool, poses)
+
+
+def test_positions_are_those_of_the_state_and_tools_those_of_the_chain(made):
+    run, _ = made
+    track = run.joints["r/big"]
+    np.testing.assert_array_equal(track.positions, run.qpos[:, :6])
+    arm = run.world.robots[0].arms[0].arm
+    places = arm.fkine(track.positions)[:, :3, 3] + [1, 2, 0]
+    np.testing.assert_allclose(track.tool[:, :3], places, atol=1e-12)
+
+
+def test_observations_and_commands_hold_what_modules_gave_and_were_given(made):
+    run, _ = made
+    seen = list(run.observations("r"))
+    np.testing.assert_array_equal([each.joints["big"].positions for each in seen], run.joints["r/big"].positions)
+    command = json.loads(next(islice(run.messages("/r/command"), 5, None)))["command"]
+    (goal,) = command["joints"]
+    assert goal["arm"] == "big"
+    assert len(goal["positions"]) == len(goal["velocities"]) == len(goal["accelerations"]) == 6
+
+
+def test_a_part_of_a_run_has_its_part_of_the_joints(made):
+    run, _ = made
+    part = run.between(0.2, 0.4)
+    np.testing.assert_array_equal(part.joints["r/big"].tool, run.joints["r/big"].tool[5:11])
+
+
+@pytest.mark.slow
+def test_the_report_says_how_far_joints_were_from_their_goals_and_draws_them(made, tmp_path):
+    run, _ = made
+    figures = write_report(run, tmp_path)["robots"]["r"]
+    track = run.joints["r/big"]
+    error = np.abs(track.goal - track.positions)
+    assert figures["arms"]["big"]["goal_error"]["joint2"]["max"] == pytest.approx(error[:, 1].max())
+    way = np.linalg.norm(np.diff(track.tool[:, :3], axis=0), axis=1).sum()
+    assert figures["arms"]["big"]["tool_distance_m"] == pytest.approx(way)
+    # A fixed base has nothing to estimate.
+    assert figures["odometry_error_m"] is None
+    names = {path.name for path in tmp_path.iterdir()}
+    assert {f"r_{arm}_{plot}.png" for arm in ("big", "small") for plot in ("joints", "tool", "tool_path")} <= names
+    assert "r_path.png" not in names
+    assert "r/small</h2>" in (tmp_path / "report.html").read_text()
+
+
+def test_plots_hold_the_recorded_numbers(made):
+    from mjsim.report.arm_plots import arm_plots
+    from mjsim.report.arms import slides_of
+
+    run, _ = made
+    track = run.joints["r/small"]
+    slides = slides_of(run.world, "r", "small")
+    assert slides.tolist() == [False, True]
+    plots = arm_plots(run.time, track, slides)
+    values, _, _, torques = plots["joints"].axes
+    np.testing.assert_allclose(values.lines[0].get_ydata(), np.degrees(track.positions[:, 0]))
+    np.testing.assert_allclose(values.lines[1].get_ydata(), track.positions[:, 1])
+    np.testing.assert_allclose(torques.lines[1].get_ydata(), track.torques[:, 1])
+    assert values.get_ylabel() == "q [deg, m]"
+    np.testing.assert_allclose(plots["tool"].axes[2].lines[0].get_ydata(), track.tool[:, 2])
+
+
+def test_two_runs_of_one_seed_have_the_same_bytes_of_joints(made, tmp_path):
+    run, _ = made
+    world = parse_world(WORLD)
+    with mjsim.Simulation(world) as sim:
+        again = mjsim.run(sim, drivers=drivers_of(world), record=tmp_path / "again.mcap")
+    for topic in ("/r/big/joints", "/r/big/tool", "/r/small/joints"):
+        assert list(again.messages(topic)) == list(run.messages(topic))
+
+
+def test_a_recording_of_other_joints_is_refused_in_one_line(made, tmp_path):
+    run, _ = made
+    data = run.path.read_bytes()
+    world = run.world.source.text.encode()
+    fewer = world.replace(b"{a: 0.2}, ", b"").ljust(len(world))
+    assert fewer in data.replace(world, fewer)
+    broken = tmp_path / "broken.mcap"
+    broken.write_bytes(data.replace(world, fewer))
+    with pytest.raises(RecordingError) as caught:
+        mjsim.read_recording(broken)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,142 @@
+"""A recording from a stranger takes little time and memory, whatever it says that it holds."""
+
+import json
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import lz4.frame
+import pytest
+import zstandard
+from mcap.writer import CompressionType
+
+from tests.hostile_recordings import Content, Parts, refused
+
+BOMB = """
+import resource, sys, time
+resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))
+import mjsim
+before = time.process_time()
+try:
+    mjsim.read_recording(sys.argv[1])
+except mjsim.RecordingError as error:
+    print(error)
+print(time.process_time() - before < 30, file=sys.stderr)
+"""
+
+
+def _chunk(kind: str, data: bytes, size: int) -> bytes:
+    content = struct.pack("<QQQI", 0, 0, size, 0) + struct.pack("<I", len(kind)) + kind.encode()
+    content += struct.pack("<Q", len(data)) + data
+    return b"\x06" + struct.pack("<Q", len(content)) + content
+
+
+def _small_messages(count: int) -> bytes:
+    return (b"\x05" + struct.pack("<Q", 22) + bytes(22)) * count
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: _chunk("zstd", zstandard.compress(bytes(2 << 30), 1), 2 << 30), "a record of more than 134 MB"),
+        (lambda: _chunk("lz4", lz4.frame.compress(bytes(1 << 29)), 1 << 29), "a record of more than 134 MB"),
+        (lambda: _chunk("zstd", zstandard.compress(bytes(1 << 27), 1), 1 << 27) * 9, "decompresses to far more"),
+        (
+            lambda: _chunk("zstd", zstandard.compress(_small_messages(400_000), 1), 31 * 400_000) * 5,
+            "far more messages",
+        ),
+        (lambda: _chunk("gzip", b"", 0), "is compressed by 'gzip', not by zstd or lz4"),
+    ],
+    ids=["zstd", "lz4", "chunks", "messages", "gzip"],
+)
+def test_what_unpacks_to_far_more_is_refused_in_little_memory(
+    good: bytes, tmp_path: Path, make: Callable[[], bytes], said: str
+):
+    path = tmp_path / "bomb.mcap"
+    path.write_bytes(good[: good.index(b"\x06", 8)][:8] + make())
+    done = subprocess.run([sys.executable, "-c", BOMB, path], capture_output=True, text=True, check=False)
+    assert said in done.stdout
+    assert done.stdout.count("\n") == 1
+    assert done.stderr == "True\n"
+
+
+PEAK = """
+import sys, time
+import mjsim
+try:
+    mjsim.read_recording(sys.argv[1])
+except mjsim.RecordingError as error:
+    print(error)
+print(next(line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM")), time.process_time())
+"""
+TINY_SIGHTING = {"stamp": 0, "range": 1, "bearing": 0, "covariance": [1, 0, 0, 1], "name": "a"}
+TINY_INNOVATION = {"name": "a", "numbered": False, "nu": [0, 0], "S": [0, 0, 0, 0]}
+GREEDY: dict[str, tuple[str, Content, int]] = {
+    "sightings": ("/scout/sightings", {"time": 0, "sightings": [TINY_SIGHTING] * 5000}, 800),
+    "innovations": ("/scout/innovations", {"time": 0, "innovations": [TINY_INNOVATION] * 5000}, 1000),
+    "parts of one tick": ("/timing", {"time": 0, "clock": 0, "parts": [{"part": "a", "seconds": 0}] * 300_000}, 1),
+    "a long text": ("/timing", {"time": 0, "clock": 0, "parts": [{"part": "\N{GRINNING FACE}" * (1 << 24)}]}, 1),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="only Linux tells how much memory there was at most")
+@pytest.mark.parametrize(("topic", "content", "times"), GREEDY.values(), ids=GREEDY)
+def test_ten_megabytes_take_no_more_memory_than_is_said(
+    parts: Parts, tmp_path: Path, topic: str, content: Content, times: int
+):
+    _, schema, encoding, *_ = next(message for message in parts.messages if message[0] == topic)
+    state = next(message for message in parts.messages if message[0] == "/state")
+    one = (topic, schema, encoding, 0, json.dumps(content, separators=(",", ":"), ensure_ascii=False).encode())
+    parts.messages = [one, state] * times if times > 1 else [one, *[state] * 200_000]
+    path = parts.write(tmp_path / "run.mcap", compression=CompressionType.ZSTD)
+    size = 10_000_000
+    data = path.read_bytes()
+    room = size - len(data)
+    # What is passed over lets the file look larger, so that it may take more.
+    path.write_bytes(data[:8] + b"\x7f" + struct.pack("<Q", room) + bytes(room) + data[8:])
+    done = subprocess.run([sys.executable, "-c", PEAK, path], capture_output=True, text=True, check=False)
+    *said, figures = done.stdout.splitlines()
+    assert len(said) == 1, done.stderr
+    memory, seconds = map(float, figures.split())
+    assert memory * 1024 < 0.5e9 + 64 * size
+    assert seconds < 60
+
+
+def test_lengths_that_say_more_than_the_file_has_end_it_and_ask_for_no_memory(good: bytes, tmp_path: Path):
+    path = tmp_path / "run.mcap"
+    attachment = struct.pack("<QQII", 0, 0, 0, 0)
+    for length in (1 << 20, 1 << 40, (1 << 63) - 1, (1 << 64) - 1):
+        for record_ in (
+            b"\x09" + struct.pack("<Q", length),
+            b"\x09" + struct.pack("<Q", len(attachment) + 12) + attachment + struct.pack("<Q", length) + bytes(4),
+            b"\x04" + struct.pack("<Q", 8) + bytes(4) + struct.pack("<I", length & 0xFFFFFFFF),
+        ):
+            path.write_bytes(good[:8] + record_)
+            before = time.process_time()
+            assert "holds no tick" in refused(path)
+            assert time.process_time() - before < 1.0
+
+
+def test_many_ticks_times_many_names_are_refused_before_the_arrays_are_made(
+    parts: Parts, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    from mjsim.record import reader
+
+    monkeypatch.setattr(reader, "LEAST_MEMORY", 0)
+    monkeypatch.setattr(reader, "MEMORY_GROWTH", 1)
+    many = [f"l{number}" for number in range(2000)]
+
+    def grow(content: Content) -> None:
+        content.update(
+            names=many,
+            numbered=[False] * len(many),
+            poses=[content["poses"][0]] * len(many),
+            covariances=[0.0] * 4 * len(many),
+        )
+
+    assert "far more memory" in refused(parts.change("/scout/landmarks", grow).write(tmp_path / "run.mcap"))

@@ -1,0 +1,107 @@
+"""Plots as PNG, PDF and SVG."""
+
+import re
+
+import cv2
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import mjsim
+from mjsim.cli import main
+from mjsim.report import write_comparison, write_report
+from mjsim.report.drawings import FORMATS, drawing_as, drawing_files, parse_formats
+
+ROOM = """
+mjsim: 1
+name: room
+walls: [{points: [[0, 0], [4, 0], [4, 3], [0, 3]], closed: true}]
+robots: [{name: scout, preset: pioneer3dx, at: [1, 1.5]}]
+run:
+  seconds: 1
+  drivers:
+    scout:
+      estimator: {use: "mjsim.algorithms.ekf_slam:EkfSlam"}
+      navigator: {use: "mjsim.algorithms.waypoints:Waypoints", points: [[3, 1.5]]}
+"""
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    path = tmp_path_factory.mktemp("run") / "run.mcap"
+    with mjsim.Simulation(mjsim.parse_world(ROOM)) as sim:
+        return mjsim.run(sim, record=path), path
+
+
+def figure() -> Figure:
+    drawing = Figure()
+    drawing.subplots().plot([0, 1], label="error [m]")
+    drawing.legend()
+    return drawing
+
+
+def test_each_format_is_what_its_name_says_and_the_same_bytes_each_time():
+    for form, begin in zip(FORMATS, (b"\x89PNG", b"%PDF-", b"<?xml"), strict=True):
+        data = drawing_as(figure(), form)
+        assert data.startswith(begin)
+        assert drawing_as(figure(), form) == data
+    assert b"/Type3" not in drawing_as(figure(), "pdf")
+
+
+def test_a_picture_that_is_there_is_not_drawn_again():
+    files = drawing_files({"path": figure()}, ("png", "svg"), pictures={"path": b"there"})
+    assert list(files) == ["path.png", "path.svg"]
+    assert files["path.png"] == b"there"
+
+
+def test_formats_are_a_list_of_words_and_a_misspelt_one_is_told():
+    assert parse_formats("pdf, SVG,pdf") == ("pdf", "svg")
+    for wrong, right in (("pdff", "; did you mean 'pdf'?"), ("", "; there are pdf, png, svg")):
+        with pytest.raises(mjsim.UsageError, match=re.escape(f"no format '{wrong}' for plots{right}")):
+            parse_formats(wrong)
+
+
+@pytest.mark.slow
+def test_a_report_has_each_plot_in_each_format_and_its_page_has_them_all(recording, tmp_path):
+    with pytest.raises(SystemExit) as ended:
+        main(["report", str(recording[1]), "-o", str(tmp_path), "--formats", "pdf,svg,png"])
+    assert ended.value.code == 0
+    stems = {path.stem for path in tmp_path.glob("scout_*")}
+    assert {path.name for path in tmp_path.glob("scout_*")} == {f"{stem}.{form}" for stem in stems for form in FORMATS}
+    page = (tmp_path / "report.html").read_text()
+    assert page.count("data:image/png") == len(stems) > 2
+    assert np.ptp(cv2.imread(str(tmp_path / "scout_path.png"))) > 100
+
+
+@pytest.mark.slow
+def test_a_report_of_vector_plots_alone_has_no_files_of_png(recording, tmp_path):
+    write_report(recording[0], tmp_path / "report", formats=["svg"])
+    write_comparison(mjsim.compare([recording[1]]), tmp_path / "comparison", formats=["pdf"])
+    assert {path.suffix for path in (tmp_path / "report").glob("scout_*")} == {".svg"}
+    assert not list((tmp_path / "comparison").glob("*.png"))
+
+
+@pytest.mark.slow
+def test_a_report_over_another_leaves_no_plot_of_a_robot_that_is_gone(recording, tmp_path):
+    two = ROOM.replace("robots: [", "robots: [{name: gone, preset: pioneer3dx, at: [3, 1]}, ")
+    with mjsim.Simulation(mjsim.parse_world(two)) as sim:
+        write_report(mjsim.run(sim), tmp_path)
+    assert list(tmp_path.glob("gone_*.png"))
+    (tmp_path / "gone_photo.png").write_bytes(b"a person's own")
+    assert main_ended("report", str(recording[1]), "-o", str(tmp_path)) == 2
+    assert main_ended("report", str(recording[1]), "-o", str(tmp_path), "--overwrite") == 0
+    assert [path.name for path in tmp_path.glob("gone_*")] == ["gone_photo.png"]
+    assert "gone" not in (tmp_path / "report.html").read_text()
+
+
+def main_ended(*words: str) -> int:
+    with pytest.raises(SystemExit) as ended:
+        main(list(words))
+    return int(ended.value.code or 0)
+
+
+def test_a_wrong_format_is_told_before_anything_is_read(tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["report", "none.mcap", "-o", str(tmp_path), "--formats", "jpg"])
+    assert ended.value.code == 2
+    assert capsys.readouterr().err == "no format 'jpg' for plots; did you mean 'png'?\n"

@@ -1,0 +1,296 @@
+"""Figures of a recording against counting by hand, and coverage against a raster."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+import mjsim
+from mjsim.geometry import Pose, Pose3
+from mjsim.record import Landmarks, RobotEvent, Track
+from mjsim.report import key_table, write_report
+from mjsim.report.consistency import nees_figures
+from mjsim.report.coverage import coverage
+from mjsim.report.statistics import robot_statistics
+from mjsim.report.tables import latex_text
+from mjsim.report.transient import recoveries, transient_errors
+from mjsim.world import solid
+
+ROOM = """
+mjsim: 1
+walls:
+  - {points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true}
+  - {points: [[4, 0], [4, 4]]}
+obstacles: [{box: [1.0, 0.6, 1.0], at: [2, 1]}]
+beacons:
+  - {name: east, at: [3.9, 2], heading_deg: 180}
+  - {name: north, at: [2, 3.9], heading_deg: -90}
+robots: [{name: scout, at: [0.8, 2.5], body: {radius: 0.2}}]
+"""
+
+
+def track(**parts):
+    """A robot that drives 2 m east while the estimate stays 0.1 m to its left."""
+    count = 51
+    truth = np.column_stack([np.linspace(0.8, 2.8, count), np.full(count, 2.5), np.zeros(count)])
+    values = {
+        "time": np.arange(count) * 0.04,
+        "truth": truth,
+        "truth_pose": np.tile(Pose3.from_planar(Pose(0.0, 0.0, 0.0)).as_array(), (count, 1)),
+        "odometry": truth + np.array([0.2, 0.0, 0.0]),
+        "odometry_covariance": np.tile(np.eye(3), (count, 1, 1)),
+        "estimate": truth + np.array([0.0, 0.1, np.radians(2.0)]),
+        "covariance": np.tile(np.diag([0.01, 0.01, 1.0]), (count, 1, 1)),
+        "command": np.zeros((count, 3)),
+        "landmarks": Landmarks(names=(), mean=np.zeros((count, 0, 2)), covariance=np.zeros((count, 0, 2, 2))),
+        "sightings": ((),) * count,
+        "innovations": ((),) * count,
+        "events": (),
+    }
+    return Track(**(values | parts))
+
+
+def test_errors_are_those_of_a_constant_offset():
+    figures = robot_statistics(mjsim.parse_world(ROOM), "scout", track())
+    same = dict.fromkeys(("mean", "rmse", "max", "final"))
+    assert figures["position_error_m"] == pytest.approx(dict.fromkeys(same, 0.1))
+    assert figures["odometry_error_m"] == pytest.approx(dict.fromkeys(same, 0.2))
+    assert figures["heading_error_deg"] == pytest.approx(dict.fromkeys(same, 2.0))
+    assert figures["ate_m"]["rmse"] == pytest.approx(0.0, abs=1e-9)
+    assert figures["distance_m"] == pytest.approx(2.0)
+    assert figures["nees"]["mean"] == pytest.approx(1.0 + np.radians(2.0) ** 2)
+
+
+def test_bumps_are_counted_and_other_events_are_not():
+    events = tuple(RobotEvent(float(k), kind, "") for k, kind in enumerate(("bump", "blocked", "bump")))
+    assert robot_statistics(mjsim.parse_world(ROOM), "scout", track(events=events))["bumps"] == 2
+
+
+def test_the_last_map_is_measured_and_names_that_hang_nowhere_are_false():
+    mean = np.full((51, 3, 2), np.nan)
+    mean[10:] = [[3.9, 2.3], [2.4, 3.9], [9.0, 9.0]]
+    marks = Landmarks(names=("east", "north", "ghost"), mean=mean, covariance=np.zeros((51, 3, 2, 2)))
+    figures = robot_statistics(mjsim.parse_world(ROOM), "scout", track(landmarks=marks))["landmark_error_m"]
+    assert figures["count"] == 3
+    assert figures["false"] == 1
+    assert figures["rms"] == pytest.approx(np.sqrt((0.3**2 + 0.4**2) / 2))
+    # Two points can only differ in distance after alignment: half of the difference at each.
+    apart = np.hypot(1.9, 1.9), np.hypot(1.5, 1.6)
+    assert figures["aligned_rms"] == pytest.approx((apart[0] - apart[1]) / 2)
+
+
+def test_ticks_with_a_singular_covariance_are_left_out_and_counted():
+    figures = nees_figures(np.array([np.nan, 1.0, 20.0]))
+    assert (figures["mean"], figures["in_band"], figures["singular"]) == (10.5, 0.5, 1)
+
+
+def test_innovations_are_normalised_by_their_covariance():
+    one = ("east", np.array([0.1, 0.0]), np.diag([0.01, 1.0]))
+    figures = robot_statistics(mjsim.parse_world(ROOM), "scout", track(innovations=((one, one), *((),) * 50)))
+    assert figures["nis"]["mean"] == pytest.approx(1.0)
+    assert (figures["nis"]["count"], figures["nis"]["in_band"]) == (2, 1.0)
+
+
+def raster_coverage(world, positions, radius, *, step=0.01):
+    """Count cells on a fine raster: flood fill for reach, distance to every position for touch."""
+    import shapely
+
+    things = solid(world)
+    west, south, east, north = things.bounds
+    x, y = np.arange(west + step / 2, east, step), np.arange(south + step / 2, north, step)
+    points = shapely.points(*np.meshgrid(x, y))
+    free = shapely.distance(things, points) > radius + 0.15
+    labels, _ = ndimage.label(free)
+    home = labels[np.searchsorted(y, positions[0, 1]), np.searchsorted(x, positions[0, 0])]
+    reached = touched = 0
+    for low_x in np.arange(np.floor(west / 0.5), np.ceil(east / 0.5)) * 0.5:
+        for low_y in np.arange(np.floor(south / 0.5), np.ceil(north / 0.5)) * 0.5:
+            column, row = np.searchsorted(x, low_x + 0.25), np.searchsorted(y, low_y + 0.25)
+            if not (column < len(x) and row < len(y) and labels[row, column] == home):
+                continue
+            reached += 1
+            nearest = np.clip(positions, [low_x, low_y], [low_x + 0.5, low_y + 0.5])
+            touched += np.hypot(*(positions - nearest).T).min() <= radius
+    return touched / reached
+
+
+def test_coverage_equals_that_of_a_fine_raster():
+    world = mjsim.parse_world(ROOM)
+    way = np.concatenate([np.linspace([0.8, 2.53], [2.9, 2.53], 400), np.linspace([2.9, 2.53], [3.1, 0.9], 400)])
+    share = coverage(world, way, radius=0.2)
+    assert share == pytest.approx(raster_coverage(world, way, 0.2), abs=1e-9)
+    assert 0.3 < share < 1.0
+
+
+def test_a_room_that_cannot_be_reached_does_not_count():
+    world = mjsim.parse_world(ROOM)
+    sweep = np.array([(x, y) for y in np.arange(0.4, 3.7, 0.1) for x in np.arange(0.4, 3.7, 0.1)])
+    assert coverage(world, sweep[::-1], radius=0.2) == 1.0
+
+
+def test_a_hundred_laps_cover_what_one_does_and_standing_still_covers_a_disc():
+    world = mjsim.parse_world(ROOM)
+    turn = np.linspace(0.0, 2.0 * np.pi, 200)
+    lap = np.stack([2.0 + np.cos(turn), 2.0 + np.sin(turn)], axis=1)
+    assert coverage(world, np.tile(lap, (100, 1)), radius=0.2) == coverage(world, lap, radius=0.2)
+    share = coverage(world, lap[:1], radius=0.2)
+    assert share == coverage(world, np.repeat(lap[:1], 3, axis=0), radius=0.2) == raster_coverage(world, lap[:1], 0.2)
+
+
+def test_a_world_without_walls_has_no_coverage():
+    world = mjsim.parse_world("mjsim: 1\nrobots: [{name: scout, at: [0, 0]}]\n")
+    assert coverage(world, np.zeros((2, 2)), radius=0.2) is None
+
+
+def test_statistics_are_json_and_hold_the_run(tmp_path):
+    with mjsim.Simulation(mjsim.parse_world(ROOM)) as sim:
+        figures = mjsim.statistics(mjsim.run(sim, seconds=1.0))
+    assert json.loads(json.dumps(figures)) == figures
+    assert figures["run"]["sim_seconds"] == pytest.approx(1.0)
+    assert figures["run"]["real_time_factor"] == pytest.approx(1.0 / figures["run"]["wall_seconds"])
+    assert set(figures["scout"]) >= {
+        "position_error_m", "odometry_error_m", "heading_error_deg", "ate_m", "rpe_m", "nees", "nis",
+        "landmark_error_m", "distance_m", "coverage", "bumps",
+    }  # fmt: skip
+
+
+@pytest.mark.slow
+def test_a_robot_that_nothing_drove_has_no_errors_but_a_report(tmp_path):
+    two = ROOM.replace("robots: [", "robots: [{name: idle, at: [0.8, 1.2]}, ")
+    with mjsim.Simulation(mjsim.parse_world(two)) as sim:
+        recording = mjsim.run(sim, drivers={"scout": mjsim.Driver()}, seconds=1.0)
+    figures = write_report(recording, tmp_path)["robots"]
+    assert figures["idle"]["position_error_m"] is None
+    assert figures["idle"]["distance_m"] < 0.01
+    assert figures["scout"]["position_error_m"] is not None
+    assert "NaN" not in (tmp_path / "statistics.json").read_text()
+    lines = key_table({"robots": figures, "run": {"real_time_factor": None}})
+    assert [line for line in lines if line.startswith(("idle", "  distance"))] == [
+        "idle                                estimate  odometry",
+        "  distance driven [m]                    0.0",
+        "  distance driven [m]                    0.0",
+    ]
+
+
+def plain(figures):
+    """Return figures as their file holds them; raises ValueError for NaN."""
+    return json.loads(json.dumps(figures, allow_nan=False))
+
+
+def one_tick(**parts):
+    """The first tick of a track."""
+    values = track()
+    arrays = ("time", "truth", "truth_pose", "odometry", "odometry_covariance", "estimate", "covariance", "command")
+    marks = Landmarks(names=(), mean=np.zeros((1, 0, 2)), covariance=np.zeros((1, 0, 2, 2)))
+    first = {name: getattr(values, name)[:1] for name in arrays}
+    return track(**first, landmarks=marks, sightings=((),), innovations=((),), **parts)
+
+
+def test_a_single_tick_has_errors_but_no_alignment_and_no_stretch():
+    figures = plain(robot_statistics(mjsim.parse_world(ROOM), "scout", one_tick()))
+    assert figures["position_error_m"]["mean"] == pytest.approx(0.1)
+    assert figures["ate_m"] == dict.fromkeys(("rmse", "mean", "median", "max", "min", "std"))
+    assert figures["rpe_m"]["rmse"] is None
+    assert figures["nis"]["mean"] is None
+    assert figures["distance_m"] == 0.0
+    assert figures["transient"]["until_s"] == [0.0]
+
+
+def test_a_robot_that_stands_still_has_no_relative_error_and_its_alignment_is_a_shift():
+    still = np.tile([0.8, 2.5, 0.0], (51, 1))
+    given = track(truth=still, odometry=still, estimate=still + np.array([0.1, 0.0, 0.0]))
+    figures = plain(robot_statistics(mjsim.parse_world(ROOM), "scout", given))
+    assert figures["ate_m"]["max"] == pytest.approx(0.0, abs=1e-12)
+    assert figures["odometry_rpe_m"]["rmse"] is None
+    assert figures["nees"]["mean"] == pytest.approx(1.0)
+
+
+def test_innovations_and_estimates_with_singular_covariances_are_counted_not_followed():
+    singular = ("east", np.array([0.1, 0.0]), np.zeros((2, 2)))
+    sound = ("east", np.array([0.1, 0.0]), np.eye(2))
+    covariance = np.zeros((51, 3, 3))
+    given = track(innovations=((singular, sound), *((),) * 50), covariance=covariance)
+    figures = plain(robot_statistics(mjsim.parse_world(ROOM), "scout", given))
+    assert (figures["nis"]["count"], figures["nis"]["singular"]) == (2, 1)
+    assert figures["nis"]["mean"] == pytest.approx(0.01)
+    assert (figures["nees"]["mean"], figures["nees"]["singular"]) == (None, 51)
+
+
+def test_ticks_without_truth_are_left_out():
+    whole = track()
+    truth = whole.truth.copy()
+    truth[::2] = np.nan
+    figures = plain(robot_statistics(mjsim.parse_world(ROOM), "scout", track(truth=truth)))
+    assert figures["ticks"] == 25
+    assert figures["position_error_m"]["mean"] == pytest.approx(0.1)
+    assert figures["distance_m"] == pytest.approx(24 * 0.08)
+
+
+def test_a_lifted_robot_is_found_again_when_its_error_stays_within_half_a_metre():
+    time = np.arange(10.0)
+    errors = np.array([0.0, 0.0, 3.0, 0.2, 2.0, 0.4, 0.1, 5.0, 5.0, 5.0])
+    assert recoveries(time, errors, [2.0, 7.0]) == [{"time_s": 2.0, "after_s": 3.0}, {"time_s": 7.0, "after_s": None}]
+
+
+def test_transient_errors_are_means_over_tenths_of_the_run():
+    errors = np.repeat(np.arange(10.0), 7)
+    figures = transient_errors(np.arange(70.0), errors, 2.0 * errors)
+    assert figures["position_error_m"] == list(range(10))
+    assert figures["heading_error_deg"] == list(range(0, 20, 2))
+    assert figures["until_s"] == [6.0 + 7.0 * k for k in range(10)]
+
+
+class Failing:
+    """Believes the wheels for a second, then fails."""
+
+    def start(self, robot, catalogue, rng):
+        self.prior = robot.prior
+
+    def update(self, seen):
+        if seen.time > 1.0:
+            raise RuntimeError("lost")
+        return mjsim.Estimate(self.prior, np.eye(3))
+
+
+@pytest.mark.slow
+def test_a_run_that_a_fault_ended_and_a_file_that_was_cut_have_statistics_that_say_so(tmp_path):
+    path = tmp_path / "run.mcap"
+    with mjsim.Simulation(mjsim.parse_world(ROOM)) as sim, pytest.raises(mjsim.ModuleFault):
+        mjsim.run(sim, drivers={"scout": mjsim.Driver(estimator=Failing())}, seconds=3.0, record=path)
+    figures = plain(write_report(mjsim.read_recording(path), tmp_path / "report"))
+    assert "RuntimeError: lost" in figures["robots"]["scout"]["fault"]
+    assert figures["run"]["whole"]
+    assert figures["run"]["sim_seconds"] < figures["run"]["asked_seconds"] == 3.0
+    assert "lost" in (tmp_path / "report" / "report.html").read_text()
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) * 2 // 3])
+    assert not mjsim.statistics(mjsim.read_recording(path))["run"]["whole"]
+
+
+def test_what_latex_takes_for_commands_is_escaped():
+    assert latex_text("a_b & 5% {x} #1 $ ~ ^ \\") == (
+        r"a\_b \& 5\% \{x\} \#1 \$ \textasciitilde{} \textasciicircum{} \textbackslash{}"
+    )
+
+
+class Lost:
+    """Believes to be where no robot can be, and to know it badly."""
+
+    def start(self, robot, catalogue, rng):
+        """Need nothing."""
+
+    def update(self, seen):
+        return mjsim.Estimate(mjsim.Pose(1e200, 0.0, 0.0), np.diag([1e-300, 1e300, 1.0]))
+
+
+def test_an_estimate_beyond_all_numbers_gives_null_where_a_figure_overflows():
+    with mjsim.Simulation(mjsim.parse_world(ROOM)) as sim:
+        figures = plain(
+            mjsim.statistics(mjsim.run(sim, drivers={"scout": mjsim.Driver(estimator=Lost())}, seconds=0.2))
+        )
+    assert figures["scout"]["position_error_m"]["max"] == pytest.approx(1e200)
+    assert figures["scout"]["position_error_m"]["rmse"] is None
+    assert figures["scout"]["nees"] | {"band": None} == {
+        "mean": None, "in_band": None, "band": None, "mean_band": None, "singular": 5, "independent": None,
+    }  # fmt: skip

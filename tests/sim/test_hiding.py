@@ -1,0 +1,88 @@
+"""What walls hide is not drawn, and no pixel changes for it."""
+
+import numpy as np
+import pytest
+
+from mjsim.bench.scenes import office, office_places
+from mjsim.geometry import Pose
+from mjsim.sim import Renderer, Simulation, hiding
+from mjsim.world import parse_world
+
+pytestmark = pytest.mark.slow
+
+SIGNS = "".join(
+    f"  - {{name: sign{k}, at: [{1 + 0.4 * (k % 20)}, {3.9 if k < 20 else 0.1}], heading_deg: {-90 if k < 20 else 90},"
+    " width: 0.3, center: 1.2}\n"
+    for k in range(40)
+)
+
+
+def two_rooms(*, wall: float, sign: float = 1.2, camera: float = 1.0) -> str:
+    """Return two rooms side by side with a wall between, signs on both long sides; the robot looks along them."""
+    signs = SIGNS.replace("center: 1.2", f"center: {sign}")
+    return f"""\
+mjsim: 1
+name: rooms
+walls:
+  - {{points: [[0, 0], [10, 0], [10, 4], [0, 4]], closed: true, height: 3}}
+  - {{points: [[3, 0], [3, 4]], height: {wall}}}
+beacons:
+{signs}robots: [{{name: scout, preset: pioneer3dx, at: [1, 2], sensors: [{{camera: eye, at: [0, 0, {camera}]}}]}}]
+"""
+
+
+def drawn(world, *, hidden, monkeypatch, place=None):
+    """Return the picture, the depth and how many geoms were drawn, with or without asking what is hidden."""
+    monkeypatch.setattr(hiding, "WORTH", 1 if hidden else 10**9)
+    with Simulation(world) as sim, Renderer(sim.model, width=160, height=120) as renderer:
+        if place is not None:
+            sim.move("scout", place)
+        camera = f"scout/{world.robots[0].sensors[0].camera}"
+        return renderer.render(sim.data, camera), renderer.depth(sim.data, camera), renderer.drawn
+
+
+def both_ways(text, monkeypatch):
+    """Return how many geoms are drawn when what is hidden is left out, and how many else; the pictures are equal."""
+    world = parse_world(text)
+    picture, depth, few = drawn(world, hidden=True, monkeypatch=monkeypatch)
+    whole, whole_depth, many = drawn(world, hidden=False, monkeypatch=monkeypatch)
+    np.testing.assert_array_equal(picture, whole)
+    np.testing.assert_array_equal(depth, whole_depth)
+    return few, many
+
+
+def test_signs_behind_a_wall_are_not_drawn(monkeypatch):
+    few, many = both_ways(two_rooms(wall=3.0), monkeypatch)
+    # Those at x = 1 to 2.6 are on the robot's side of the wall, some of them beside its view.
+    assert few <= 4 + 10 < 20 < many
+
+
+def test_over_a_low_wall_everything_is_drawn(monkeypatch):
+    few, many = both_ways(two_rooms(wall=1.5), monkeypatch)
+    assert few == many > 20
+
+
+def test_from_above_the_walls_everything_is_drawn(monkeypatch):
+    few, many = both_ways(two_rooms(wall=3.0, camera=3.5), monkeypatch)
+    assert few == many
+
+
+def test_what_is_higher_than_the_walls_is_drawn(monkeypatch):
+    few, many = both_ways(two_rooms(wall=3.0, sign=2.95), monkeypatch)
+    assert few == many > 20
+
+
+def test_no_pixel_of_an_office_changes_and_few_of_its_rooms_are_drawn(monkeypatch):
+    world = office(500, 160, 120)
+    with Simulation(world) as sim, Renderer(sim.model, width=160, height=120) as renderer:
+        counts = []
+        for place in [*office_places(500, 40), Pose(-5.0, -5.0, 0.8)]:
+            sim.move("scout", place)
+            seen = []
+            for worth in (1, 10**9):
+                monkeypatch.setattr(hiding, "WORTH", worth)
+                seen.append((renderer.render(sim.data, "scout/front"), renderer.drawn))
+            np.testing.assert_array_equal(seen[0][0], seen[1][0])
+            counts.append([seen[0][1], seen[1][1]])
+    few, many = np.mean(counts, axis=0)
+    assert few < many / 2

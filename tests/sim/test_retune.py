@@ -1,0 +1,165 @@
+"""Noise that is changed while a world runs: chance and state go on, only how far things err is another."""
+
+import numpy as np
+import pytest
+
+import mjsim
+from mjsim.world import noise_figures, with_values
+from mjsim.world.ground import Slider
+
+ROOM = """
+mjsim: 1
+walls: [{points: [[-2, -2], [2, -2], [2, 2], [-2, 2]], closed: true}]
+beacons: [{name: a, at: [1.5, 1]}, {name: b, at: [-1.5, 1]}]
+robots:
+  - name: scout
+    at: [0, 0]
+    odometry: {noise: {distance: 0.01, turn: 0.01}}
+    sensors:
+      - {beacons: ring, noise: {range: 0.02, bearing_deg: 1}, rate_hz: 25}
+      - {lidar: scan, beams: 20, noise: {range: 0.01}, rate_hz: 25}
+      - {imu: imu, noise: {turn: 0.01}, bias: {turn: 0.1}, rate_hz: 25}
+      - {camera: front, width: 64, height: 48, noise: 5, rate_hz: 25, depth: {noise: 0.001}}
+"""
+WORLD = mjsim.parse_world(ROOM)
+QUIET = with_values(
+    WORLD,
+    {
+        "robots.scout.odometry.noise": {},
+        "robots.scout.sensors.ring.noise": {},
+        "robots.scout.sensors.scan.noise": {},
+        "robots.scout.sensors.imu.noise": {},
+        "robots.scout.sensors.front.noise": 0.0,
+        "robots.scout.sensors.front.depth": {"noise": 0.0},
+    },
+)
+TWICE = with_values(
+    WORLD,
+    {
+        "robots.scout.odometry.noise.distance": 0.02,
+        "robots.scout.sensors.ring.noise.range": 0.04,
+        "robots.scout.sensors.scan.noise.range": 0.02,
+        "robots.scout.sensors.imu.noise.turn": 0.02,
+        "robots.scout.sensors.front.noise": 10.0,
+        "robots.scout.sensors.front.depth.noise": 0.002,
+    },
+)
+CHANGED_AT = 5
+
+
+def readings(world, changed=None):
+    """Return what is sensed at each tick of a short drive, with noise that may change on the way."""
+    seen = []
+    with mjsim.Simulation(world, seed=2) as sim:
+        for tick in range(12):
+            if tick == CHANGED_AT and changed is not None:
+                sim.retune(changed)
+            seen.append(sim.sense("scout"))
+            sim.apply("scout", mjsim.Command(0.3))
+            sim.step()
+    return seen
+
+
+@pytest.fixture(scope="module")
+def errors():
+    """How far each reading is off, without and with a change on the way, by what it is of: rows are ticks."""
+    quiet, once, twice = readings(QUIET), readings(WORLD), readings(WORLD, TWICE)
+
+    def off(reading):
+        return [
+            np.array([reading(one) - reading(exact) for one, exact in zip(run, quiet, strict=True)])
+            for run in (once, twice)
+        ]
+
+    return {
+        "lidar": off(lambda seen: seen.scans["scan"].ranges),
+        "beacons": off(lambda seen: np.array([sighting.range for sighting in seen.sightings])),
+        "imu": off(lambda seen: np.array([sum(reading.turn[2] for reading in seen.imu)])),
+        "odometry": off(lambda seen: np.array([seen.odometry.forward])),
+        "depth": off(lambda seen: seen.cameras["front"].depth),
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["lidar", "beacons", "imu", "odometry", "depth"])
+def test_from_the_change_on_the_same_chance_errs_twice_as_far(errors, kind):
+    once, twice = errors[kind]
+    np.testing.assert_array_equal(twice[:CHANGED_AT], once[:CHANGED_AT])
+    # The increment at the change was made by the step before it.
+    after = CHANGED_AT + (kind == "odometry")
+    np.testing.assert_allclose(twice[after:], 2 * once[after:], atol=1e-9)
+    assert np.abs(once[after:]).max() > 1e-4
+
+
+@pytest.mark.slow
+def test_pixels_err_as_far_as_said_from_the_change_on():
+    quiet, changed = readings(QUIET), readings(WORLD, TWICE)
+    spread = [
+        np.std(one.cameras["front"].image.astype(float) - exact.cameras["front"].image)
+        for one, exact in zip(changed, quiet, strict=True)
+    ]
+    # Rounding adds little; some values are clipped at white.
+    np.testing.assert_allclose(spread[:CHANGED_AT], 5.0, rtol=0.1)
+    np.testing.assert_allclose(spread[CHANGED_AT:], 10.0, rtol=0.1)
+
+
+@pytest.mark.parametrize("drive", ["differential", "ackermann", "tricycle"])
+def test_the_noise_of_a_drive_acts_from_the_change_on_and_a_reset_keeps_it(drive):
+    world = mjsim.parse_world(f"mjsim: 1\nrobots: [{{name: r, at: [0, 0], drive: {{type: {drive}}}}}]")
+    noisy = with_values(world, {"robots.r.drive.noise.speed": 0.2})
+    ways = []
+    for change_at in (None, 0, 30):
+        with mjsim.Simulation(world, seed=1) as sim:
+            ways.append([])
+            for tick in range(40):
+                if tick == change_at:
+                    sim.retune(noisy)
+                sim.apply("r", mjsim.Command(0.3))
+                sim.step()
+                ways[-1].append(sim.truth("r").x)
+            sim.reset()
+            sim.apply("r", mjsim.Command(0.3))
+            sim.step()
+            assert (sim.truth("r").x == ways[0][0]) == (change_at is None)
+    assert ways[2][:30] == ways[0][:30]
+    steps = np.std(np.diff(ways, axis=1)[:, 31:], axis=1)
+    assert steps[2] > 5 * steps[0]
+    assert steps[1] > 5 * steps[0]
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("robots.scout.sensors.scan.beams", 30),
+        ("robots.scout.sensors.imu.bias.turn", 0.2),
+        ("robots.scout.sensors.front.depth.range", [0.1, 5.0]),
+        ("robots.scout.at", [1.0, 1.0]),
+        ("run.seed", 7),
+        ("beacons.a.at", [1.0, 1.0]),
+    ],
+)
+def test_what_is_no_noise_is_refused_and_named(key, value):
+    with (
+        mjsim.Simulation(WORLD) as sim,
+        pytest.raises(mjsim.UsageError, match="cannot change while the run goes on, only noise can") as refused,
+    ):
+        sim.retune(with_values(WORLD, {key: value}))
+    # Of a place or a range it is the first number that differs.
+    assert str(refused.value).split()[0].removesuffix(".0") == key
+
+
+def test_the_figures_that_may_change_are_listed_with_their_units():
+    figures = {figure.key: figure for figure in noise_figures(WORLD)}
+    turn = figures["robots.scout.odometry.noise.turn"]
+    assert (turn.value, turn.unit) == (0.01, "rad/sqrt(rad)")
+    assert figures["robots.scout.sensors.ring.noise.bearing_deg"].unit == "deg"
+    assert figures["robots.scout.odometry.scale"].unit is None
+    assert "robots.scout.sensors.front.depth.noise" in figures
+    assert figures["robots.scout.odometry.scale"].slider == Slider(0.8, 1.2)
+    assert figures["robots.scout.sensors.front.noise"].slider == Slider(0.0, 40.0)
+    assert turn.slider is None
+    assert all(figure.about for figure in figures.values())
+    dotted = mjsim.parse_world("mjsim: 1\nrobots: [{name: r.2, at: [0, 0], sensors: [{lidar: l.1}]}]")
+    for world in (WORLD, dotted):
+        for figure in noise_figures(world):
+            assert with_values(world, {figure.key: figure.value}) == world

@@ -1,0 +1,86 @@
+"""Sensors that arms carry, and what other robots see of arms."""
+
+import mujoco
+import numpy as np
+import pytest
+
+import mjsim
+from mjsim.errors import WorldError
+from mjsim.geometry import Pose
+from mjsim.world import parse_world
+
+POSTURE = np.radians([30.0, 50.0, -130.0, 20.0, -60.0, 40.0])
+
+
+def world(sensor, more="", tool="tool: {at: [0, 0, 0.1], rpy_deg: [0, 0, 90]}"):
+    return parse_world(
+        "mjsim: 1\nwalls: [{points: [[-4, -4], [4, -4], [4, 4], [-4, 4]], closed: true, height: 3}]\n"
+        f"robots:\n  - {{name: r, base: fixed, at: [1, -1], heading_deg: 90, sensors: [{sensor}],"
+        f" arms: [{{preset: puma560, {tool}}}]}}\n{more}",
+        file="w.yaml",
+    )
+
+
+def moved(sim):
+    """Put the arm into a posture; return world_from_robot and the arm."""
+    sim.data.qpos[:6] = POSTURE
+    mujoco.mj_forward(sim.model, sim.data)
+    return np.array([[0, -1, 0, 1], [1, 0, 0, -1], [0, 0, 1, 0], [0, 0, 0, 1.0]]), sim.world.robots[0].arms[0].arm
+
+
+def test_a_camera_on_the_tool_looks_from_where_the_chain_has_it():
+    with mjsim.Simulation(world("{camera: hand, on: arm/tool, at: [0.06, 0, 0.02], yaw_deg: 90}")) as sim:
+        world_from_robot, arm = moved(sim)
+        pose = world_from_robot @ arm.fkine(POSTURE)
+        camera = sim.data.camera("r/hand")
+        np.testing.assert_allclose(camera.xpos, (pose @ [0.06, 0, 0.02, 1])[:3], atol=1e-12)
+        # It looks to the left of the tool, y, with its upper side along z.
+        axes = camera.xmat.reshape(3, 3)
+        np.testing.assert_allclose(-axes[:, 2], pose[:3, 1], atol=1e-12)
+        np.testing.assert_allclose(axes[:, 1], pose[:3, 2], atol=1e-12)
+        told = sim.robots["r"].sensors["hand"].robot_from_sensor
+        np.testing.assert_allclose(told[:3, 3], (arm.fkine(np.zeros(6)) @ [0.06, 0, 0.02, 1])[:3], atol=1e-12)
+
+
+def test_a_lidar_on_a_link_measures_from_there():
+    with mjsim.Simulation(world("{lidar: scan, on: arm/link1, at: [0.3, 0, 0], beams: 3, fov_deg: 180}")) as sim:
+        world_from_robot, arm = moved(sim)
+        pose = world_from_robot @ arm.posture(POSTURE).links[0]
+        start = (pose @ [0.3, 0, 0, 1])[:3]
+        # Link 1 has its y axis upright: of its fan the middle beam is level, along x.
+        ahead = pose[:3, 0]
+        distance = min(((4 * np.sign(ahead[k]) - start[k]) / ahead[k]) for k in (0, 1))
+        scan = sim.sense("r").scans["scan"]
+        assert scan.ranges[1] == pytest.approx(distance - 0.06, abs=0.01)  # half of a wall
+
+
+def test_another_robots_lidar_meets_an_arm_that_hangs_before_it():
+    more = (
+        "  - {name: s, preset: pioneer3dx, at: [1, 1], heading_deg: -90, sensors: [{lidar: scan, at: [0, 0, 0.5]}]}\n"
+    )
+    here = world("", more, tool="at: [0, 0, 0]")
+    with mjsim.Simulation(here) as sim:
+        ahead = sim.sense("s").scans["scan"].ranges[89:91]
+        # The column of the Puma, 2 m ahead, has a radius of 4 % of all a and d.
+        radius = here.robots[0].arms[0].arm.links[0].radius
+        np.testing.assert_allclose(ahead, 2.0 - radius, atol=0.01)
+
+
+@pytest.mark.parametrize(
+    ("sentence", "sensor"),
+    [
+        ("no part 'arm/link7' of an arm of this robot; did you mean 'arm/link6'?", "{camera: c, on: arm/link7}"),
+        ("on is 'arm'; it must be ARM/link1 and so on, or ARM/tool", "{camera: c, on: arm}"),
+    ],
+)
+def test_a_sensor_on_what_is_not_there_is_refused(sentence, sensor):
+    with pytest.raises(WorldError) as caught:
+        world(sensor)
+    assert str(caught.value).endswith(sentence)
+    assert str(caught.value).startswith("w.yaml:4:")
+
+
+def test_a_fixed_robot_has_a_footprint_that_others_keep_clear_of():
+    with mjsim.Simulation(world("")) as sim:
+        assert sim.truth("r") == Pose(1.0, -1.0, pytest.approx(np.pi / 2))
+        assert sim.robots["r"].radius == 0.05

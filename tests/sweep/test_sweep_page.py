@@ -1,0 +1,33 @@
+"""The program on the page of sweeps runs."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PAGE = Path(__file__).parents[2] / "docs" / "sweeps.md"
+ROOM = """
+mjsim: 1
+walls: [{points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true}]
+robots: [{name: scout, at: [1, 1]}]
+"""
+
+
+@pytest.mark.slow
+def test_the_program_of_the_page_runs_and_its_folder_holds_what_the_page_lists(tmp_path):
+    page = PAGE.read_text(encoding="utf-8")
+    (code,) = re.findall("```python\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "room.yaml").write_text(ROOM)
+    (tmp_path / "program.py").write_text(code)
+    # As a program of its own: its workers look for it where it was started.
+    done = subprocess.run([sys.executable, "program.py"], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stdout.endswith(" {'robots.scout.odometry.scale': 1.05}\n")
+    listed = {
+        name.rstrip("/")
+        for line in page.splitlines()
+        if line.startswith("| `")
+        for name in re.findall(r"`([\w./]+)`", line.split("|")[1])
+    }
+    assert {path.name for path in (tmp_path / "sweep").iterdir()} == listed

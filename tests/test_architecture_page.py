@@ -1,0 +1,32 @@
+"""docs/architecture.md and CONTRIBUTING.md say what is there."""
+
+import re
+import runpy
+from pathlib import Path
+
+import pytest
+
+import mjsim
+
+ROOT = Path(mjsim.__file__).parent.parent
+PAGES = ["CONTRIBUTING.md", "docs/architecture.md"]
+DRAWING = runpy.run_path(str(ROOT / "scripts" / "make" / "architecture_picture.py"))
+
+
+def test_the_table_of_imports_is_that_of_the_sources():
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    assert DRAWING["with_table"](page, DRAWING["table"](DRAWING["parts_and_imports"]())) == page
+
+
+def test_an_arrow_that_others_stand_for_is_left_out():
+    assert DRAWING["essential"]({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == {"a": {"b"}, "b": {"c"}, "c": set()}
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_file_that_a_page_names_is_there(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    named = re.findall(r"`((?:mjsim|algorithms|worlds|scripts|docs|tests)/[\w./-]*|[\w]+/[\w/]+\.py)[^`]*`", text)
+    assert len(named) > 15
+    for name in named:
+        if not re.search(r"[A-Z]{4,}", name):
+            assert (ROOT / name).exists() or (ROOT / "mjsim" / name).exists(), name

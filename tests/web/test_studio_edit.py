@@ -1,0 +1,398 @@
+"""Editing over HTTP: worlds are opened, read with all their mistakes, changed, seen, and saved without losing work."""
+
+import json
+import math
+import os
+import re
+import threading
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from shapely import Polygon, unary_union
+
+import mjsim
+from mjsim.bench.entering import client_of
+from mjsim.geometry import Pose
+from mjsim.video import take_picture
+from mjsim.web import Studio
+from mjsim.web.answers import RefusedError
+from mjsim.web.items import scene_of
+from mjsim.web.pictures import encoded
+from mjsim.web.preview import Preview, PreviewRequest
+from mjsim.world import wall_polygons
+
+PATIENCE = 60.0
+"""No answer takes this long [s], on however loaded a machine."""
+ROOM = """\
+mjsim: 1
+# a room
+walls:
+  - points: [[0, 0], [6, 0], [6, 4], [0, 4]]   # the outer one
+    closed: true
+    openings:
+      - {segment: 0, at: 1.0, width: 1.0, door: {hinge: left, angle_deg: 90}}
+      - {segment: 2, at: 3.0, width: 1.2, sill: 0.9, head: 2.0}
+  - {points: [[3, "${1 + 1}"], [3, 3]], repeat: {times: 2, offset: [1, 0]}}
+obstacles:
+  - {box: [1, 0.5, 1], at: [2, 2], heading_deg: 90}
+  - {name: cart, box: [0.4, 0.4, 0.4], at: [5, 1], path: {points: [[5, 3]]}}
+beacons:
+  - {name: lion, image: posters/lion.jpg, at: [5.94, 2], heading_deg: 180}
+  - {name: tag, marker: {id: 3}, at: [0.21, 0], on: cart}
+robots:
+  - {name: scout, preset: pioneer3dx, at: [1, 2], sensors: [{camera: front, at: [0.1, 0, 1], width: 160, height: 120}]}
+"""
+MODULE = '''
+class Base:
+    def start(self, robot, map, rng):
+        pass
+
+
+class Wiggle(Base):
+    """Goes to and fro.
+
+    More about it.
+    """
+
+    def __init__(self, points, *, speed: float = 0.5, sides=("left", "right"), far=2 * 3):
+        """Set it up.
+
+        Args:
+            points: Where to go,
+                each [x, y].
+            speed: How fast [m/s].
+        """
+
+    def command(self, seen, belief):
+        pass
+'''
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("studio")
+    (place / "room.yaml").write_text(ROOM)
+    (place / "wiggle.py").write_text(f"raise RuntimeError('it was run')\n{MODULE}")
+    (place / "notes.yaml").write_text("shopping: [bread]\n")
+    (place / "deep").mkdir()
+    (place / "deep" / "hall.yaml").write_text("mjsim: 1\n")
+    return place
+
+
+@pytest.fixture(scope="module")
+def client(folder):
+    with (
+        Studio(folder, world="room.yaml") as page,
+        client_of(page.url) as browser,
+    ):
+        yield browser
+
+
+def told(client, address, *, status=200, **keys):
+    answer = client.post(f"/api/{address}", json=keys)
+    assert answer.status_code == status, answer.text
+    return answer.json()
+
+
+def parse(client, text):
+    return told(client, "parse", path="room.yaml", text=text)
+
+
+def item(parsed, *path):
+    return next(item for item in parsed["items"] if item["path"] == list(path))
+
+
+def test_the_folder_tells_what_there_is(client, folder):
+    found = client.get("/api/folder").json()
+    assert found["folder"] == str(folder)
+    assert found["worlds"] == ["deep/hall.yaml", "room.yaml"]
+    assert (found["world"], found["mode"]) == ("room.yaml", "studio")
+    shipped = found["shipped"]
+    assert {"gallery", "classic/slam"} <= set(shipped["worlds"])
+    assert {"posters/lion.jpg", "floors/oak.jpg"} <= set(shipped["pictures"])
+    assert {"name": "pioneer3dx", "about": "Pioneer 3-DX"} in shipped["presets"]
+    assert "office" in shipped["templates"]
+
+
+def test_the_schema_tells_units_and_meanings(client):
+    schema = client.get("/api/schema").json()
+    wall, camera = schema["$defs"]["Wall"]["properties"], schema["$defs"]["Camera"]["properties"]
+    assert (wall["height"]["unit"], camera["fov_deg"]["unit"], camera["rate_hz"]["unit"]) == ("m", "deg", "Hz")
+    assert camera["width"]["unit"] == "px"
+    assert "unit" not in wall["name"]
+    assert wall["points"]["description"].startswith("Corners of the centreline")
+
+
+def test_modules_are_found_with_their_keys_and_none_is_run(client):
+    found = client.get("/api/modules").json()
+    by_use = {module["use"]: module for kind in found.values() for module in kind}
+    (wiggle,) = [module for module in found["navigators"] if module["use"] == "wiggle.py:Wiggle"]
+    assert wiggle["about"] == "Goes to and fro."
+    assert wiggle["keys"] == [
+        {"name": "points", "about": "Where to go, each [x, y]."},
+        {"name": "speed", "default": 0.5, "about": "How fast [m/s]."},
+        {"name": "sides", "default": ["left", "right"], "about": ""},
+        {"name": "far", "default": None, "about": ""},
+    ]
+    assert "wiggle.py:Base" not in by_use
+    assert by_use["mjsim.algorithms.waypoints:Waypoints"] in found["navigators"]
+    assert by_use["mjsim.algorithms.ekf_slam:EkfSlam"] in found["estimators"]
+    assert by_use["mjsim.algorithms.beacon_vision:BeaconVision"] in found["observers"]
+    assert "mjsim.algorithms.cooperative_slam:ReportingWaypoints" in by_use
+
+
+def test_a_world_is_opened_with_its_items_where_they_are(client):
+    opened = told(client, "open", path="room.yaml")
+    assert opened["text"] == ROOM
+    assert (opened["problems"], opened["needs_trust"], opened["name"]) == ([], {}, "world")
+    box = item(opened, "obstacles", 0)
+    assert (box["at"], box["heading_deg"], box["type"], box["line"]) == ([2, 2], 90, "BoxObstacle", 11)
+    assert (box["label"], box["name"], box["kind"]) == ("obstacle 1", None, "obstacle")
+    assert Polygon(box["polygons"][0]).equals(Polygon([(1.75, 1.5), (2.25, 1.5), (2.25, 2.5), (1.75, 2.5)]))
+    assert box["written"] == ["box", "at", "heading_deg"]
+    assert (box["values"]["color"], box["values"]["movable"]) == ("#8a6f4d", False)
+    assert box["raw"] == {"box": [1, 0.5, 1], "at": [2, 2], "heading_deg": 90}
+    # A beacon on a thing is told where it hangs.
+    assert item(opened, "beacons", 1)["at"] == [5.21, 1.0]
+    assert [item(opened, "beacons", k)["kind"] for k in (0, 1)] == ["beacon", "marker"]
+    robot = item(opened, "robots", 0)
+    assert Polygon(robot["polygons"][0]).centroid.distance(Polygon(robot["polygons"][0]).centroid) < 0.1
+    assert robot["values"]["body"]["mass"] == 9.0
+    assert "body" not in robot["written"]
+    assert opened["world"]["written"] == ["mjsim"]
+    assert opened["world"]["values"]["floor"]["friction"] == 1.0
+    assert opened["run"]["seconds"] == 60.0
+
+
+def test_walls_are_drawn_as_they_are_with_gaps_and_leaves(client):
+    opened = told(client, "open", path="room.yaml")
+    world = mjsim.parse_world(ROOM)
+    drawn = unary_union([Polygon(p) for i in opened["items"] if i["kind"] == "wall" for p in i["polygons"]])
+    solid = unary_union([Polygon(p) for p in wall_polygons(world)])
+    # Coordinates are told to a tenth of a millimetre.
+    assert drawn.symmetric_difference(solid).area < 1e-3
+    door, window = (item(opened, "walls", 0, "openings", k) for k in (0, 1))
+    assert door["at"] == [1.5, 0.0]
+    assert Polygon(door["polygons"][0]).intersection(drawn).area < 1e-3
+    # Its leaf stands open at a right angle, inwards.
+    assert Polygon(door["polygons"][1]).bounds == pytest.approx((0.98, 0.0, 1.02, 1.0))
+    assert (window["heading_deg"], window["values"]["sill"]) == (180.0, 0.9)
+    assert opened["bounds"] == [-0.05, -0.05, 6.05, 4.05]
+
+
+def test_what_cannot_be_changed_here_says_so(client):
+    opened = told(client, "open", path="room.yaml")
+    for index in (1, 2):
+        assert item(opened, "walls", index)["fixed"] == (
+            "one repetition of what stands in line 9; change it in the text"
+        )
+    answer = told(
+        client,
+        "edit",
+        status=409,
+        path="room.yaml",
+        text=ROOM,
+        changes=[{"op": "set", "path": ["walls", 1, "height"], "value": 1}],
+    )
+    assert answer["error"].startswith("walls[1] is one repetition of what stands in line 9")
+    assert answer["path"] == ["walls", 1]
+    own = parse(client, ROOM.replace(", repeat: {times: 2, offset: [1, 0]}", ""))
+    assert (item(own, "walls", 1)["fixed"], item(own, "walls", 1)["computed"]) == (None, ["points"])
+    assert item(own, "walls", 1)["raw"]["points"] == [[3, "${1 + 1}"], [3, 3]]
+
+
+def test_a_change_gives_the_new_text_and_what_it_says(client):
+    changes = [
+        {"op": "set", "path": ["obstacles", 0, "at"], "value": [2.5, 2]},
+        {"op": "add", "path": ["obstacles"], "value": {"sphere": 0.3, "at": [4, 1]}},
+    ]
+    new = told(client, "edit", path="room.yaml", text=ROOM, changes=changes)
+    assert new["text"] == ROOM.replace("at: [2, 2]", "at: [2.5, 2]").replace(
+        "points: [[5, 3]]}}\n", "points: [[5, 3]]}}\n  - {sphere: 0.3, at: [4, 1]}\n"
+    )
+    assert item(new, "obstacles", 0)["at"] == [2.5, 2]
+    assert item(new, "obstacles", 2)["type"] == "SphereObstacle"
+    # Undo gives the page the old text back, which says what it said.
+    assert parse(client, ROOM)["items"] == told(client, "open", path="room.yaml")["items"]
+
+
+def test_of_a_text_that_is_wrong_in_part_the_rest_is_seen(client):
+    wrong = ROOM.replace("box: [1, 0.5, 1]", "box: [1, -0.5, 1]").replace("name: lion", "nme: lion")
+    found = parse(client, wrong)
+    messages = {(problem["line"], problem["kind"], problem["message"]) for problem in found["problems"]}
+    assert (11, "error", "box[1] is -0.5 m; it must be above 0") in messages
+    assert any("unknown key 'nme'; did you mean 'name'?" in message for _, _, message in messages)
+    assert found["problems"][0]["path"] == ["obstacles", 0, "box", 1]
+    paths = [found["path"] for found in found["items"]]
+    # The others keep their places in the text.
+    assert ["obstacles", 0] not in paths
+    assert ["obstacles", 1] in paths
+    assert ["beacons", 0] not in paths
+    assert ["beacons", 1] in paths
+    assert item(found, "obstacles", 1)["name"] == "cart"
+    no_robot = parse(client, ROOM + "run: {drivers: {rover: {}}}\n")
+    assert len(no_robot["items"]) == 10
+    carried = "".join(f"  - {{name: b{k}, at: [0.3, 0], on: scout}}\n" for k in range(6))
+    without = parse(
+        client, ROOM.replace("beacons:\n", f"beacons:\n{carried}").replace("at: [1, 2], sens", "at: [1], sens")
+    )
+    assert [found["path"] for found in without["items"]][-2:] == [["beacons", 6], ["beacons", 7]]
+    broken = parse(client, ROOM + "beacons: [")
+    assert broken["items"] is None
+    assert broken["problems"][0]["kind"] == "error"
+    assert parse(client, "")["items"] is None
+    assert parse(client, "3")["items"] is None
+
+
+def test_what_cannot_be_meant_is_a_warning(client):
+    found = parse(client, ROOM.replace("at: [1, 2], sensors", "at: [0, 2], sensors"))
+    (problem,) = found["problems"]
+    assert (problem["kind"], problem["path"]) == ("warning", ["robots", 0, "at"])
+    assert "starts inside walls[0]" in problem["message"]
+    assert len(found["items"]) == 10
+
+
+def test_saving_never_overwrites_what_somebody_else_wrote(client, folder):
+    path = folder / "mine.yaml"
+    first = told(client, "save", path="mine.yaml", text="mjsim: 1\n")["stamp"]
+    assert path.read_text() == "mjsim: 1\n"
+    second = told(client, "save", path="mine.yaml", text="mjsim: 1\nname: a\n", stamp=first)["stamp"]
+    assert second != first
+    path.write_text("mjsim: 1\nname: theirs\n")
+    for stamp in (second, first, None, ""):
+        answer = told(client, "save", status=409, path="mine.yaml", text="mjsim: 1\nname: b\n", stamp=stamp)
+        assert "overwrite it, or save under another name" in answer["error"]
+    assert path.read_text() == "mjsim: 1\nname: theirs\n"
+    assert told(client, "open", path="mine.yaml")["stamp"] == answer["stamp"]
+    told(client, "save", path="mine.yaml", text="mjsim: 1\nname: b\n", stamp=second, overwrite=True)
+    assert path.read_text() == "mjsim: 1\nname: b\n"
+    told(client, "save", path="new/room.yaml", text="mjsim: 1\n")
+    assert (folder / "new" / "room.yaml").is_file()
+    path.unlink()
+
+
+def test_a_save_that_fails_leaves_the_old_text_and_nothing_else(client, folder, monkeypatch):
+    stamp = told(client, "save", path="kept.yaml", text="mjsim: 1\n")["stamp"]
+
+    def full(descriptor):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    answer = told(client, "save", status=409, path="kept.yaml", text="mjsim: 1\nname: lost\n", stamp=stamp)
+    assert answer["error"] == "'kept.yaml' cannot be written: No space left on device; choose another place"
+    monkeypatch.undo()
+    assert (folder / "kept.yaml").read_text() == "mjsim: 1\n"
+    assert not [path for path in folder.iterdir() if path.name.endswith(".new")]
+    (folder / "kept.yaml").unlink()
+
+
+def test_ends_of_lines_and_the_byte_order_mark_of_a_file_are_kept(client, folder):
+    path = folder / "windows.yaml"
+    path.write_bytes(b"\xef\xbb\xbfmjsim: 1\r\nname: a\r\n")
+    opened = told(client, "open", path="windows.yaml")
+    text = opened["text"].replace("\r\n", "\n").replace("name: a", "name: b")
+    told(client, "save", path="windows.yaml", text=text, stamp=opened["stamp"])
+    assert path.read_bytes() == b"\xef\xbb\xbfmjsim: 1\r\nname: b\r\n"
+    path.unlink()
+
+
+def test_new_worlds_begin_empty_or_as_a_template_and_are_not_written_before_they_are_saved(client, folder):
+    before = sorted(folder.rglob("*"))
+    new = told(client, "new")
+    assert (new["path"], new["stamp"], new["items"], new["problems"]) == ("room-2.yaml", None, [], [])
+    assert told(client, "new", template="gallery")["text"].startswith("# Two rooms of a gallery")
+    assert client.post("/api/new", json={"template": "palace"}).json()["error"].startswith("no template 'palace'")
+    shipped = told(client, "open", path="shipped:gallery")
+    assert shipped["stamp"] is None
+    assert len(shipped["items"]) > 40
+    assert client.post("/api/open", json={"path": "shipped:../room"}).status_code == 404
+    assert client.post("/api/open", json={"path": "nowhere.yaml"}).status_code == 404
+    assert sorted(folder.rglob("*")) == before
+
+
+def test_pictures_are_brought_beside_the_world_and_seen_small(client, folder):
+    lion = Path(mjsim.__file__).parent.parent / "assets" / "posters" / "lion.jpg"
+    brought = client.post("/api/upload?name=Our Lion.jpg&path=deep/hall.yaml", content=lion.read_bytes()).json()
+    assert brought == {"path": "Our-Lion.jpg", "file": "deep/Our-Lion.jpg"}
+    told_so = told(
+        client, "parse", path="deep/hall.yaml", text="mjsim: 1\nbeacons: [{name: l, image: Our-Lion.jpg, at: [1, 1]}]\n"
+    )
+    assert told_so["problems"] == []
+    for query in ("path=deep/Our-Lion.jpg", "path=Our-Lion.jpg&world=deep/hall.yaml", "path=posters/lion.jpg"):
+        answer = client.get(f"/api/picture?{query}&size=64")
+        assert answer.headers["content-type"] == "image/jpeg"
+        small = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)
+        assert max(small.shape[:2]) == 64
+    (folder / "deep" / "Our-Lion.jpg").unlink()
+
+
+def pixels(jpeg):
+    return cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR).astype(int)
+
+
+@pytest.mark.slow
+def test_the_preview_shows_what_the_camera_would_see_from_there(client):
+    asked = {"path": "room.yaml", "text": ROOM, "robot": "scout", "camera": "front", "width": 160}
+    for at, heading in (([1.0, 2.0], 0.0), ([4.5, 2.0], 0.0), ([2.0, 3.0], -90.0)):
+        answer = client.post("/api/preview", json={**asked, "at": at, "heading_deg": heading})
+        moved = mjsim.parse_world(ROOM.replace("at: [1, 2], sensors", f"at: {at}, heading_deg: {heading}, sensors"))
+        wanted = encoded(np.ascontiguousarray(take_picture(moved, "scout/front")[..., ::-1]), ".jpg")
+        # From a place 10 cm away it differs by more than 4.
+        assert np.abs(pixels(answer.content) - pixels(wanted)).mean() < 0.5
+        assert float(answer.headers["server-timing"].partition("dur=")[2]) > 0.0
+    other = client.post("/api/preview", json={**asked, "at": [1, 2], "text": ROOM.replace("[5.94, 2]", "[5.94, 2.4]")})
+    assert other.status_code == 200
+    assert client.post("/api/preview", json={**asked, "camera": "back", "at": [1, 2]}).status_code == 404
+    wrong = client.post("/api/preview", json={**asked, "text": ROOM + "wals: 1\n", "at": [1, 2]})
+    assert (wrong.status_code, wrong.json()["error"][:27]) == (409, "line 18: unknown key 'wals'")
+
+
+@pytest.mark.slow
+def test_of_several_previews_that_wait_only_the_newest_is_drawn():
+    world, preview = mjsim.parse_world(ROOM), Preview()
+    results = {}
+
+    def ask(number):
+        look = PreviewRequest(world, "scout", "front", Pose(1.0 + 0.1 * number, 2.0, 0.0), 96)
+        try:
+            results[number] = preview.picture(look)[0]
+        except RefusedError as error:
+            results[number] = error.more
+
+    ask(0)
+    hold, held = threading.Event(), threading.Event()
+    # While something else is being drawn, others come.
+    preview._pool.submit(lambda: (held.set(), hold.wait(PATIENCE)))
+    held.wait(PATIENCE)
+    threads = [threading.Thread(target=ask, args=[number]) for number in range(1, 6)]
+    for number, thread in enumerate(threads, start=1):
+        thread.start()
+        while preview._newest <= number:
+            pass
+    hold.set()
+    for thread in threads:
+        thread.join(PATIENCE)
+    preview.close()
+    assert [results[k] for k in range(1, 5)] == [{"superseded": True}] * 4
+    assert results[5] != results[0]
+    assert results[5][:2] == b"\xff\xd8"
+
+
+def test_a_world_built_in_python_has_items_too():
+    world = mjsim.World(robots=[{"name": "scout", "at": (1.0, 2.0), "heading_deg": 45.0}])
+    (robot,) = scene_of(world)["items"]
+    assert (robot["at"], robot["written"], robot["fixed"], robot["line"]) == ([1.0, 2.0], [], None, 1)
+    assert math.isclose(robot["heading_deg"], 45.0)
+    assert json.dumps(robot)
+
+
+def test_the_page_about_the_studio_does_what_it_says(capsys, monkeypatch):
+    root = Path(mjsim.__file__).parent.parent
+    monkeypatch.chdir(root)
+    page = (root / "docs" / "studio.md").read_text(encoding="utf-8")
+    served, edits = re.findall("```python\n(.*?)```", page, re.DOTALL)
+    exec(served, {})
+    assert capsys.readouterr().out.startswith("http://127.0.0.1:")
+    exec(edits, {})

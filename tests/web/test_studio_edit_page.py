@@ -1,0 +1,241 @@
+import re
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+from mjsim.world import load_world
+from tests.sheet import Sheet, sheet_of
+from tests.windows import chromium
+
+pytestmark = pytest.mark.slow
+
+ROOM = """\
+# A room with a crate in the way.
+mjsim: 1
+name: room   # as its folder
+walls:
+  - points: [[0, 0], [6, 0], [6, 4], [0, 4]]   # the shell
+    closed: true
+robots:
+  - {name: scout, preset: pioneer3dx,   at: [1, 1]}   # looks east
+run:
+  drivers:
+    scout: {avoidance: true}
+obstacles:
+  - {name: crate, box: [0.6, 0.4, 0.5], at: [2, 2]}   # it can be pushed?  no
+"""
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture
+def sheet(browser, tmp_path):
+    with sheet_of(browser, tmp_path, ROOM) as sheet:
+        yield sheet
+
+
+def saved(sheet: Sheet, folder) -> str:
+    sheet.save()
+    return (folder / "room.yaml").read_bytes().decode()
+
+
+def test_walls_are_drawn_corner_by_corner(sheet, tmp_path):
+    sheet.press("w")
+    for corner in ((1, 3), (3.02, 2.97), (2.97, 2)):  # drawn to the grid and to right angles
+        sheet.click(*corner)
+    sheet.press("Enter")
+    sheet.reads("[[1, 3], [3, 3], [3, 2]]")
+    for corner in ((4, 1), (5, 1), (5, 2), (4.02, 1.02)):
+        sheet.click(*corner)
+    sheet.reads("closed: true")
+    shell = "  - points: [[0, 0], [6, 0], [6, 4], [0, 4]]   # the shell\n    closed: true\n"
+    assert saved(sheet, tmp_path).startswith(ROOM.partition(shell)[0] + shell)
+    assert "[[4, 1], [5, 1], [5, 2]]" in saved(sheet, tmp_path)
+
+
+def test_a_world_is_built_from_nothing_saved_checked_and_run(sheet, tmp_path):
+    sheet.button("New world").click()
+    sheet.button("Empty room").click()
+    expect(sheet.title).to_have_text("room")
+    sheet.button("Draw the first wall").click()
+    for corner in ((-4, -3), (4, -3), (4, 3), (-4, 3), (-4, -3)):
+        sheet.click(*corner)
+    expect(sheet.page.locator(".panel .kind")).to_have_text("Wall")
+    sheet.press("p")
+    sheet.click(3.8, 0)
+    expect(sheet.page.locator(".panel .kind")).to_have_text("Beacon")
+    sheet.press("r")
+    sheet.click(-2, 0)
+    expect(sheet.page.locator(".panel .kind")).to_have_text("Robot")
+    sheet.press("Control+s")
+    sheet.page.get_by_role("dialog").get_by_label("File").fill("hall")
+    sheet.press("Enter")
+    expect(sheet.unsaved).to_be_hidden()
+    for command in (["check"], ["run", "--seconds", "0.2", "-o", str(tmp_path / "hall.mcap")]):
+        main = [sys.executable, "-m", "mjsim.cli", command[0], str(tmp_path / "hall.yaml"), *command[1:]]
+        assert subprocess.run(main, capture_output=True, check=False).returncode == 0
+    world = load_world(tmp_path / "hall.yaml")
+    assert world.walls[0].points == ((-4, -3), (4, -3), (4, 3), (-4, 3))
+    assert (world.beacons[0].at, world.beacons[0].heading_deg) == ((3.94, 0), 180)
+    assert (world.robots[0].preset, world.robots[0].at) == ("pioneer3dx", (-2, 0))
+
+
+def test_a_drag_changes_its_numbers_and_nothing_else(sheet, tmp_path):
+    sheet.drag((2, 2), (3, 2.5))
+    sheet.reads("at: [3, 2.5]")
+    assert saved(sheet, tmp_path) == ROOM.replace("at: [2, 2]", "at: [3, 2.5]")
+
+
+def test_undo_leads_back_to_the_same_bytes_and_redo_forth_again(browser, tmp_path):
+    text = ROOM.replace("\n", "\r\n")
+    with sheet_of(browser, tmp_path, text) as sheet:
+        sheet.drag((2, 2), (3, 2.5))
+        sheet.reads("at: [3, 2.5]")
+        sheet.press("Control+d")
+        sheet.reads("crate-2")
+        sheet.click(1, 1)
+        sheet.press("Delete")
+        expect(sheet.text).not_to_contain_text("scout")
+        sheet.text.click()
+        sheet.type("light: 0.5")
+        changed = saved(sheet, tmp_path)
+        assert "\n" not in changed.replace("\r\n", "")
+        undo = sheet.button("Undo (Ctrl+Z)")
+        expect(undo).to_be_enabled()
+        while undo.is_enabled():
+            sheet.press("Control+z")
+        sheet.reads("at: [2, 2]", "scout")
+        assert saved(sheet, tmp_path) == text
+        redo = sheet.button("Redo (Ctrl+Shift+Z)")
+        while redo.is_enabled():
+            sheet.press("Control+Shift+z")
+        assert saved(sheet, tmp_path) == changed
+
+
+def test_what_is_typed_comes_onto_the_plan(sheet):
+    sheet.text.click()
+    sheet.press("Control+End")
+    sheet.type("  - {name: barrel, cylinder: [0.3, 1], at: [4, 3]}")
+    expect(sheet.title).to_have_text("barrel")  # where the cursor stands
+    sheet.click(2, 2)
+    expect(sheet.title).to_have_text("crate")
+    expect(sheet.page.locator(".cm-chosen")).to_contain_text("crate")
+    sheet.drag((4, 3), (5, 3))
+    sheet.reads("at: [5, 3]")
+
+
+def test_an_error_is_shown_in_the_panel_in_the_text_and_at_the_item(sheet):
+    sheet.click(2, 2)
+    sheet.field("Mass").fill("-3")
+    sheet.press("Enter")
+    expect(sheet.page.locator(".field-error")).to_contain_text("mass is -3")
+    expect(sheet.page.locator(".cm-lintRange-error")).to_have_text("-3")
+    expect(sheet.page.locator(".problem.error")).to_contain_text("line 13")
+    x, y = sheet.pixel(2, 2)
+    clip = {"x": x - 60, "y": y - 60, "width": 120, "height": 120}
+    png = np.frombuffer(sheet.page.screenshot(clip=clip), np.uint8)
+    red, green, blue = np.moveaxis(cv2.imdecode(png, cv2.IMREAD_COLOR_RGB).astype(int), -1, 0)
+    assert ((red > green + 60) & (red > blue + 60)).sum() > 50  # a red edge about it
+
+
+def test_the_plan_is_worked_by_keys_alone(sheet, tmp_path):
+    sheet.plan.focus()
+    sheet.press("Tab", "Tab", "Tab")  # the wall, the robot, the crate
+    expect(sheet.title).to_have_text("crate")
+    sheet.press("ArrowRight", "ArrowRight", "Shift+ArrowUp", "[")
+    sheet.reads("heading_deg: 15")
+    number = re.search(r"at: \[([\d.]+), ([\d.]+)\], heading_deg: 15", saved(sheet, tmp_path))
+    assert 2.0 < float(number[1]) < 3.0
+    assert number[2] == "2.01"
+    sheet.press("Control+ArrowUp")
+    sheet.reads("3.01]")
+    sheet.press("Control+ArrowDown", "Control+s")  # saved before its step was written
+    assert number[0] in saved(sheet, tmp_path)
+    sheet.press("Enter")
+    expect(sheet.field("Name")).to_be_focused()
+    sheet.press("Tab", "Tab")  # past its reset, to the first number of its place
+    expect(sheet.field("At x")).to_be_focused()
+    sheet.press("ArrowUp", "Enter")
+    sheet.reads(f"at: [{round(float(number[1]) + 0.1, 4):g}, 2.01]")
+    sheet.plan.focus()
+    sheet.press("w", "ArrowRight", " ", *["ArrowRight"] * 5, " ", "Enter")
+    expect(sheet.page.locator(".panel .kind")).to_have_text("Wall")
+    sheet.press("Delete", "Escape")
+    expect(sheet.page.locator(".panel .kind")).to_have_text("World")
+
+
+def test_doors_and_pictures_find_their_wall_and_robots_bring_sensors(sheet):
+    sheet.press("d")
+    sheet.click(3, 0.05)
+    sheet.reads("width: 0.9")
+    sheet.press("p")
+    sheet.click(4.5, 0.2)
+    sheet.reads("image: posters/lion.jpg", "at: [4.5, 0.06]", "heading_deg: 90")
+    sheet.press("r")
+    sheet.page.get_by_label("camera", exact=True).uncheck()
+    sheet.page.get_by_label("lidar", exact=True).check()
+    sheet.drag((4, 2), (4, 3))
+    sheet.reads("lidar: scan", "at: [4, 2]")
+
+
+def test_a_new_name_of_a_robot_is_that_of_its_driver_too(sheet, tmp_path):
+    sheet.click(1, 1)
+    sheet.field("Name").fill("rover")
+    sheet.press("Enter")
+    expect(sheet.title).to_have_text("rover")
+    assert saved(sheet, tmp_path) == ROOM.replace("scout", "rover")
+
+
+def test_work_that_was_not_saved_is_offered_after_a_reload_until_it_is_saved(sheet, tmp_path):
+    sheet.drag((2, 2), (3, 2.5))
+    expect(sheet.unsaved).to_be_visible()
+    sheet.page.on("dialog", lambda question: question.accept())  # of the browser: leave the page?
+    for answer, place in (("Restore", "at: [3, 2.5]"), ("Discard", "at: [2, 2]")):
+        sheet.page.reload()
+        expect(sheet.page.get_by_role("dialog", name="Unsaved changes")).to_contain_text("room.yaml")
+        sheet.button(answer).click()
+        expect(sheet.page.get_by_role("dialog")).to_have_count(0)
+        sheet.reads(place)
+    expect(sheet.unsaved).to_be_hidden()
+    sheet.page.reload()
+    sheet.reads("at: [2, 2]")
+    expect(sheet.page.get_by_role("dialog")).to_have_count(0)
+    assert (tmp_path / "room.yaml").read_text() == ROOM
+
+
+def test_a_file_that_changed_on_disk_is_not_overwritten_unasked(sheet, tmp_path):
+    sheet.drag((2, 2), (3, 2.5))
+    sheet.reads("at: [3, 2.5]")
+    other = ROOM.replace("closed: true", "closed: false")
+    (tmp_path / "room.yaml").write_text(other)
+    sheet.press("Control+s")
+    dialog = sheet.page.get_by_role("dialog")
+    expect(dialog).to_contain_text("not as it was read")
+    assert (tmp_path / "room.yaml").read_text() == other
+    dialog.get_by_role("button", name="Load the one on disk").click()
+    sheet.reads("closed: false", "at: [2, 2]")
+    expect(sheet.unsaved).to_be_hidden()
+    sheet.press("Control+z")  # what was here is a step back
+    sheet.reads("closed: true", "at: [3, 2.5]")
+    expect(sheet.unsaved).to_be_visible()
+    assert (tmp_path / "room.yaml").read_text() == other
+
+
+def test_the_page_offers_each_kind_of_sensor_as_the_schema_has_it(sheet, tmp_path):
+    sheet.press("r")
+    sheet.page.get_by_label("Preset").select_option("turtlebot3_burger")
+    sheet.page.get_by_label("camera", exact=True).uncheck()
+    sheet.page.get_by_label("encoders", exact=True).check()
+    sheet.page.get_by_label("uwb", exact=True).check()
+    sheet.drag((4, 2), (4, 3))
+    sheet.reads("encoders: wheels", "uwb: tag")
+    sheet.save()
+    assert [sensor.kind for sensor in load_world(tmp_path / "room.yaml").robots[1].sensors] == ["encoders", "uwb"]

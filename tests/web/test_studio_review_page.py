@@ -1,0 +1,133 @@
+"""The Review view in a real browser, on a real server and a real recording."""
+
+import math
+
+import av
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+import mjsim
+from mjsim.web import Studio
+from tests.windows import PATIENCE, chromium, page_at
+
+pytestmark = pytest.mark.slow
+ROOM = """
+mjsim: 1
+name: room
+walls: [{points: [[-3, -3], [3, -3], [3, 3], [-3, 3]], closed: true}]
+beacons:
+  - {name: lion, image: posters/lion.jpg, at: [2.9, 0], heading_deg: 180, center: 0.5}
+  - {name: east, at: [2.9, 1]}
+  - {name: west, at: [-2.9, 1]}
+robots:
+  - name: scout
+    preset: pioneer3dx
+    at: [0, 0]
+    odometry: {noise: {distance: 0.05, turn: 0.05}}
+    sensors:
+      - {camera: front, width: 160, height: 120, rate_hz: 5}
+      - {beacons: ring, range: [0.3, 8], fov_deg: 360, rate_hz: 5, noise: {range: 0.05, bearing_deg: 1}}
+run:
+  seconds: 8
+  drivers:
+    scout:
+      estimator: {use: "mjsim.algorithms.ekf_slam:EkfSlam"}
+      navigator: {use: "mjsim.algorithms.waypoints:Waypoints", points: [[1, 0], [1, 1], [0, 0]], laps: 100}
+  events:
+    - {time: 3, light: 0.5}
+"""
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """A folder with a recording."""
+    folder = tmp_path_factory.mktemp("folder")
+    world = mjsim.parse_world(ROOM)
+    (folder / "out").mkdir()
+    with mjsim.Simulation(world, seed=1) as sim:
+        mjsim.run(sim, record=folder / "out" / "run.mcap")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def review(recorded):
+    """The Review view with the recording open."""
+    with chromium() as browser, Studio(recorded) as studio, page_at(browser, studio.url) as page:
+        page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        page.get_by_role("tab", name="Review", exact=True).click()
+        page.locator("[data-path='out/run.mcap']").click()
+        expect(page.locator(".run-time")).to_contain_text("of 7.96 s", timeout=PATIENCE)
+        yield page
+
+
+def seek(page, time: float) -> None:
+    slider = page.get_by_role("slider", name="Time")
+    slider.evaluate("(slider, time) => { slider.value = time; slider.dispatchEvent(new Event('input')) }", str(time))
+    expect(page.locator(".run-time")).to_contain_text(f"{time:.2f} s of", timeout=PATIENCE)
+
+
+def picture_at(page, time: float) -> str:
+    """Return the pixels of the onboard camera's picture of a time."""
+    canvas = page.locator(f"[data-view='scout/front'] canvas[data-time='{time:g}']")
+    canvas.wait_for(timeout=PATIENCE)
+    return canvas.evaluate("canvas => canvas.toDataURL()")
+
+
+def test_scrubbing_shows_the_pictures_of_that_time(review):
+    seek(review, 1.0)
+    first = picture_at(review, 1.0)
+    seek(review, 5.0)
+    assert picture_at(review, 5.0) != first
+    seek(review, 1.0)
+    assert picture_at(review, 1.0) == first
+
+
+def test_keys_go_from_tick_to_tick_and_events_stand_on_the_bar(review):
+    seek(review, 2.0)
+    review.keyboard.press(".")
+    expect(review.locator(".run-time")).to_contain_text("2.04 s of")
+    review.keyboard.press(",")
+    review.keyboard.press(",")
+    expect(review.locator(".run-time")).to_contain_text("1.96 s of")
+    review.locator(".run-scrub-events button[data-event='light']").click()
+    expect(review.locator(".run-time")).to_contain_text("3.00 s of")
+
+
+def test_a_marked_part_has_the_figures_of_its_ticks(review, recorded):
+    mark(review, 2.0, 6.0)
+    track = mjsim.read_recording(recorded / "out" / "run.mcap").robots["scout"]
+    part = (track.time >= 2.0 - 1e-9) & (track.time <= 6.0 + 1e-9)
+    errors = np.hypot(*(track.estimate - track.truth)[part, :2].T)
+    assert figure(review, "Position error, RMSE") == pytest.approx(math.sqrt((errors**2).mean()), rel=1e-6)
+    assert figure(review, "Position error, max") == pytest.approx(errors.max(), rel=1e-6)
+    review.get_by_role("button", name="Copy as CSV").click()
+    expect(review.get_by_text("Copied as CSV")).to_be_visible()
+    rows = [line.split(",") for line in review.evaluate("navigator.clipboard.readText()").splitlines()]
+    assert rows[0] == ["robot", "figure", "part", "value", "unit"]
+    assert ["scout", "Position error", "max", repr(figure(review, "Position error, max")), "m"] in rows
+
+
+def mark(page, begin: float, end: float) -> None:
+    seek(page, begin)
+    page.keyboard.press("i")
+    seek(page, end)
+    page.keyboard.press("o")
+    expect(page.get_by_text(f"{begin:.2f} s to {end:.2f} s").first).to_be_visible(timeout=PATIENCE)
+
+
+def figure(page, name: str) -> float:
+    cell = page.locator(f"[data-figure='{name}'] [data-value]")
+    return float(cell.get_attribute("data-value", timeout=PATIENCE))
+
+
+def test_a_marked_part_becomes_a_film_of_that_length(review, tmp_path):
+    mark(review, 1.0, 2.0)
+    review.get_by_label("View of the video").select_option("scout/front")
+    review.get_by_role("button", name="Export video").click()
+    with review.expect_download(timeout=PATIENCE) as download:
+        review.locator(".run-film-job a").first.click()
+    download.value.save_as(tmp_path / "film.mp4")
+    with av.open(tmp_path / "film.mp4") as film:
+        stream = film.streams.video[0]
+        assert float(stream.duration * stream.time_base) == pytest.approx(1.0, abs=0.1)

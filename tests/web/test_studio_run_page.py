@@ -1,0 +1,246 @@
+"""The Run view in a real browser, on a real server."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager
+from importlib import resources
+from itertools import islice
+
+import pytest
+from playwright.sync_api import Page, expect
+
+import mjsim
+from mjsim.web import LiveView, Studio
+from mjsim.web.local import listen
+from tests.browser import browser as listener
+from tests.windows import PATIENCE, chromium, page_at
+
+pytestmark = pytest.mark.slow
+DT = 0.04
+ROOM = """
+mjsim: 1
+name: room
+walls: [{points: [[-3, -3], [3, -3], [3, 3], [-3, 3]], closed: true}]
+beacons: [{name: lion, image: posters/lion.jpg, at: [2.9, 0], heading_deg: 180, center: 0.5}]
+robots:
+  - name: scout
+    preset: pioneer3dx
+    at: [0, 0]
+    odometry: {noise: {distance: 0.01, turn: 0.02}}
+    sensors: [{camera: front, width: 160, height: 120, rate_hz: 25}]
+run:
+  seconds: 1000
+  drivers:
+    scout: {estimator: {use: "mjsim.algorithms.ekf_slam:EkfSlam"}}
+"""
+
+
+@pytest.fixture(scope="module")
+def chrome():
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("folder")
+    (place / "room.yaml").write_text(ROOM)
+    (place / "gallery.yaml").write_text(resources.files("mjsim.worlds").joinpath("gallery.yaml").read_text())
+    return place
+
+
+@contextmanager
+def run_page(chrome, url, **window):
+    with page_at(chrome, url, **window) as page:
+        page.get_by_role("tab", name="Run", exact=True).click()
+        yield page
+
+
+@pytest.fixture
+def started(chrome, folder):
+    """The Run view of a studio in which the room runs, and the studio."""
+    with Studio(folder, world="room.yaml") as studio, run_page(chrome, studio.url) as page:
+        start(page)
+        yield page, studio
+
+
+def start(page: Page) -> None:
+    page.get_by_role("button", name="Start", exact=True).click()
+    is_in(page, "Running")
+
+
+def is_in(page: Page, state: str) -> None:
+    expect(page.locator(".run-state")).to_have_text(state, timeout=PATIENCE)
+
+
+def pause(page: Page) -> None:
+    page.get_by_role("button", name="Pause", exact=True).click()
+    is_in(page, "Paused")
+
+
+def picture_of(page: Page, view: str) -> str:
+    """Return the pixels that a view shows, once it shows any."""
+    canvas = page.locator(f"[data-view='{view}'] canvas[data-filled]")
+    canvas.wait_for(timeout=PATIENCE)
+    return canvas.evaluate("canvas => canvas.toDataURL()")
+
+
+def wait_for_another(page: Page, view: str, before: str) -> None:
+    script = "([view, before]) => document.querySelector(`[data-view='${view}'] canvas`).toDataURL() !== before"
+    page.wait_for_function(script, arg=[view, before], timeout=PATIENCE)
+
+
+def shown_time(page: Page) -> float:
+    return float(page.locator(".run-time").inner_text().split(" s")[0])
+
+
+def test_the_gallery_starts_from_the_page_and_its_pictures_come(chrome, folder):
+    with Studio(folder, world="gallery.yaml") as studio, run_page(chrome, studio.url) as page:
+        start(page)
+        wait_for_another(page, "scout/front", picture_of(page, "scout/front"))
+        picture_of(page, "outside")
+
+
+def test_the_page_says_what_to_do_before_and_after_a_run(chrome, folder):
+    (folder / "bare.yaml").write_text(ROOM[: ROOM.index("robots:")])
+    with Studio(folder) as studio, run_page(chrome, studio.url) as page:
+        advice = page.locator(".run-advice")
+        expect(advice).to_contain_text("No world is open", timeout=PATIENCE)
+        open_world(page, "room.yaml")
+        page.get_by_label("Record to a file").check()
+        page.get_by_label("Length in seconds").fill("0.4")
+        page.get_by_role("button", name="Start", exact=True).click()
+        advice.get_by_role("button", name="Review it").click()
+        expect(page.locator(".review-title")).to_have_text("out/room/run.mcap", timeout=PATIENCE)
+        open_world(page, "bare.yaml")
+        expect(advice).to_contain_text("No robot is in this world", timeout=PATIENCE)
+        is_in(page, "Ready")  # what ended was the run of another world
+
+
+def open_world(page: Page, name: str) -> None:
+    """Open a world of the folder and show it in the Run view."""
+    page.keyboard.press("Control+o")
+    page.get_by_role("dialog").get_by_role("button", name=name, exact=True).click()
+    expect(page.locator(".world .name")).to_have_text(name, timeout=PATIENCE)
+    page.get_by_role("tab", name="Run", exact=True).click()
+
+
+def test_a_single_tick_takes_the_run_on_by_one_tick_exactly(started):
+    page, _ = started
+    pause(page)
+    page.wait_for_timeout(300)
+    before = shown_time(page)
+    for count in range(1, 4):
+        page.get_by_role("button", name="Single tick").click()
+        expect(page.locator(".run-time")).to_contain_text(f"{before + count * DT:.2f} s", timeout=PATIENCE)
+    page.keyboard.press("Space")
+    is_in(page, "Running")
+
+
+def test_keys_drive_the_robot_and_letting_go_stops_it(started):
+    page, studio = started
+    page.keyboard.down("w")
+    with listener(studio.url) as watcher:
+        while watcher.until("tick")["robots"]["scout"]["truth"][0] < 0.1:
+            pass
+        page.keyboard.up("w")
+        while watcher.until("tick")["robots"]["scout"]["command"] != [0.0, 0.0, 0.0]:
+            pass
+
+
+def test_a_slider_changes_the_noise_of_the_run_and_its_button_puts_it_back(started):
+    page, studio = started
+    key = "robots.scout.odometry.noise.turn"
+    page.get_by_role("tab", name="Noise").click()
+    row = page.locator(".run-noise-row", has=page.locator(f"[data-key='{key}']"))
+    with listener(studio.url) as watcher:
+        row.locator("input[type=range]").press("End")
+        assert noise_of(watcher, key, 0.02) == pytest.approx(8 * 0.02)
+        row.get_by_role("button", name="Reset turn").click()
+        assert noise_of(watcher, key, 8 * 0.02) == pytest.approx(0.02)
+
+
+def noise_of(watcher, key: str, before: float) -> float:
+    """Wait until the run's noise is another than before, and return it."""
+    while True:
+        told = {each["key"]: each["value"] for each in watcher.until("run").get("noise", [])}
+        if told.get(key, before) != before:
+            return told[key]
+
+
+def test_two_browsers_see_the_same_run_also_who_comes_late(chrome, started):
+    page, studio = started
+    pause(page)
+    with run_page(chrome, studio.url) as late:
+        is_in(late, "Paused")
+        expect(late.locator(".run-time")).to_have_text(page.locator(".run-time").inner_text(), timeout=PATIENCE)
+        assert picture_of(late, "scout/front") == picture_of(page, "scout/front")
+        late.get_by_role("button", name="Go on").click()
+        is_in(page, "Running")
+
+
+def test_a_run_from_python_is_seen_alone_and_its_end_too(chrome):
+    world = mjsim.parse_world(ROOM)
+    with mjsim.Simulation(world) as sim, LiveView(world) as view, page_at(chrome, view.url) as page:
+        for tick in islice(mjsim.ticks(sim, {"scout": mjsim.Driver()}), 5):
+            view.show(tick)
+        expect(page.locator(".run-time")).to_contain_text("0.16 s", timeout=PATIENCE)
+        picture_of(page, "scout/front")
+        expect(page.get_by_role("tab", name="Edit")).to_have_count(0)
+        expect(page.locator(".run-main")).to_be_disabled()
+        view.close()
+        is_in(page, "Ended")
+
+
+def test_the_page_finds_back_to_a_server_that_was_killed(chrome, folder):
+    with listen(0) as free:
+        port = free.getsockname()[1]
+    command = [
+        sys.executable,
+        "-c",
+        "from mjsim.cli import main; main()",
+        "studio",
+        "room.yaml",
+        "--no-browser",
+        "--port",
+        str(port),
+    ]
+    with serving(command, folder) as (first, url), run_page(chrome, url) as page:
+        is_in(page, "Ready")
+        # The world is open as well.
+        expect(page.get_by_role("button", name="Start", exact=True)).to_be_enabled(timeout=PATIENCE)
+        first.send_signal(signal.SIGKILL)
+        first.wait()
+        is_in(page, "Server lost; trying again")
+        with Studio(folder, world="room.yaml", port=port) as again:
+            is_in(page, "Not let in")
+            expect(page.get_by_text("Open the address that it printed")).to_be_visible()
+            # It lets in all pages of the browser.
+            open_in(page.context, again.url)
+            is_in(page, "Ready")
+            start(page)
+            picture_of(page, "scout/front")
+
+
+def open_in(context, url):
+    """Open another page in the same browser, and close it."""
+    page = context.new_page()
+    page.goto(url)
+    page.close()
+
+
+@contextmanager
+def serving(command, folder):
+    """Run the studio from the command line until it answers; end it afterwards."""
+    environment = os.environ | {"PYTHONUNBUFFERED": "1"}
+    process = subprocess.Popen(
+        command, cwd=folder, env=environment, stderr=subprocess.STDOUT, stdout=subprocess.PIPE, text=True
+    )
+    try:
+        yield process, re.search(r"http://\S+", process.stdout.readline())[0]
+    finally:
+        process.terminate()
+        process.communicate()

@@ -1,0 +1,287 @@
+"""Nothing that was typed is lost: not by a crash, nor by another tab, nor by a change on disk."""
+
+import re
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+
+import pytest
+from playwright.sync_api import Error, expect
+
+from mjsim.web.studio import Studio
+from tests.sheet import Sheet, sheet_of
+from tests.unsaved import close, drafts, kept, leave, notice, number_kept, offer, opened, put_in, second_tab, write_line
+from tests.windows import PATIENCE, chromium, page_at
+
+pytestmark = pytest.mark.slow
+
+ROOM = """\
+mjsim: 1
+walls:
+  - {points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true}
+obstacles:
+  - {name: crate, box: [0.6, 0.4, 0.5], at: [2, 2]}
+"""
+THEIRS = ROOM.replace("crate", "barrel")
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(autouse=True)
+def state(tmp_path_factory, monkeypatch):
+    place = tmp_path_factory.mktemp("state")
+    monkeypatch.setenv("XDG_STATE_HOME", str(place))
+    return place
+
+
+@pytest.fixture
+def sheet(browser, tmp_path):
+    with sheet_of(browser, tmp_path, ROOM) as sheet:
+        yield sheet
+
+
+def test_what_was_not_saved_is_offered_by_a_server_at_another_port(browser, tmp_path):
+    with sheet_of(browser, tmp_path, ROOM) as sheet:
+        write_line(sheet, "# mine")
+        kept("# mine")
+    with sheet_of(browser, tmp_path, ROOM) as sheet:
+        expect(offer(sheet.page)).to_contain_text("room.yaml")
+        sheet.button("Restore").click()
+        sheet.reads("# mine")
+        expect(sheet.unsaved).to_be_visible()
+        kept("# mine")
+        number_kept(1)  # of this tab now
+        sheet.press("Control+z")
+        expect(sheet.text).not_to_contain_text("# mine")
+        sheet.press("Control+Shift+z")
+        sheet.save()
+        number_kept(0)
+        assert (tmp_path / "room.yaml").read_text().endswith("# mine")
+
+
+def test_what_was_undone_before_a_crash_can_be_redone_after_it_and_the_other_way(browser, tmp_path):
+    with sheet_of(browser, tmp_path, ROOM) as sheet:
+        sheet.drag((2, 2), (3, 2.5))
+        sheet.reads("at: [3, 2.5]")
+        put_in(sheet, "# \U0001f916")
+        sheet.click(3, 2.5)
+        sheet.press("Delete")
+        expect(sheet.text).not_to_contain_text("crate")
+        put_in(sheet, "\U0001f917")  # half of it is as before
+        sheet.press("Control+z")
+        expect(sheet.text).not_to_contain_text("\U0001f917")
+        kept("# \U0001f916")
+    later = ROOM.replace("mjsim: 1", "mjsim: 1  # later")
+    with sheet_of(browser, tmp_path, later) as sheet:
+        sheet.button("Restore").click()
+        expect(sheet.text).not_to_contain_text("crate")
+        sheet.press("Control+Shift+z")
+        sheet.reads("# \U0001f916\U0001f917")
+        sheet.press("Control+z", "Control+z")
+        sheet.reads("at: [3, 2.5]", "# \U0001f916")
+        sheet.press("Control+z", "Control+z")
+        sheet.reads("at: [2, 2]")
+        sheet.press("Control+z")
+        sheet.reads("# later")
+        expect(sheet.button("Undo (Ctrl+Z)")).to_be_disabled()
+
+
+def test_unsaved_changes_that_were_left_alone_are_found_where_worlds_are_opened(browser, tmp_path):
+    (tmp_path / "hall.yaml").write_text(ROOM)
+    with Studio(tmp_path, world="hall.yaml") as studio, page_at(browser, studio.url) as page:
+        write_line(opened(page), "# mine")
+        kept("# mine")
+    (tmp_path / "hall.yaml").unlink()  # only the draft is left of it
+    with sheet_of(browser, tmp_path, ROOM) as sheet:
+        expect(offer(sheet.page)).to_contain_text("hall.yaml")
+        sheet.press("Escape")
+        sheet.press("Control+o")
+        sheet.button("Restore").click()
+        sheet.reads("# mine")
+        expect(sheet.page.locator(".world .name")).to_have_text("hall.yaml")
+        sheet.press("Control+s")
+        expect(sheet.page.get_by_role("dialog").get_by_label("File")).to_have_value("hall.yaml")
+        sheet.press("Enter")
+        expect(sheet.unsaved).to_be_hidden()
+    assert (tmp_path / "hall.yaml").read_text() == ROOM + "# mine"
+
+
+def test_a_world_without_a_file_is_offered_too(browser, tmp_path):
+    for last in (False, True):
+        with Studio(tmp_path) as studio, page_at(browser, studio.url) as page:
+            sheet = Sheet(page)
+            if not last:
+                sheet.button("New world").first.click()
+                sheet.button("Empty room").click()
+                sheet.reads("mjsim: 1")
+                write_line(sheet, "light: 0.25")
+                kept("light: 0.25")
+            else:
+                expect(offer(page)).to_contain_text("A new world (room.yaml)")
+                sheet.button("Restore").click()
+                sheet.reads("light: 0.25")
+                sheet.press("Control+s")
+                expect(page.get_by_role("dialog").get_by_label("File")).to_have_value("room.yaml")
+                sheet.press("Enter")
+                expect(sheet.unsaved).to_be_hidden()
+    assert "light: 0.25" in (tmp_path / "room.yaml").read_text()
+    number_kept(0)
+
+
+@contextmanager
+def command(folder):
+    """Serve a folder in a process of its own; yields its address, and the process."""
+    words = [sys.executable, "-m", "mjsim.cli", "studio", "room.yaml", "--no-browser"]
+    with subprocess.Popen(words, cwd=folder, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            found = None
+            while found is None:
+                line = process.stderr.readline()
+                assert line, "the studio ended"
+                found = re.search(r"http://[^\s;]+", line)
+            yield found.group(), process
+        finally:
+            process.kill()
+
+
+def test_a_server_that_is_killed_while_somebody_types_loses_the_last_second_at_most(browser, tmp_path):
+    (tmp_path / "room.yaml").write_text(ROOM)
+    expect.set_options(timeout=PATIENCE)
+    with command(tmp_path) as (url, process), page_at(browser, url) as page:
+        sheet = opened(page)
+        write_line(sheet, "# ")
+        typed = [time.monotonic()]
+        while typed[-1] < typed[0] + 4.0:  # without a pause
+            sheet.type(f"{len(typed)},")
+            typed.append(time.monotonic())
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        write_line(sheet, "late")
+        found = notice(sheet, "The studio does not answer: your changes are not kept")
+        with page.expect_download() as download:
+            found.get_by_role("button", name="Download").click()
+        assert download.value.suggested_filename == "room.yaml"
+        assert download.value.path().read_text().endswith(f"{len(typed) - 1},late")
+    with command(tmp_path) as (url, _), page_at(browser, url) as page:
+        page.get_by_role("button", name="Restore").click()
+        opened(page, "# 1,2,3")
+        last = int(re.findall(r"(\d+),", page.locator(".cm-line").last.inner_text())[-1])  # it may end within a number
+        # 0.4 s pass before anything is sent; the rest is for a machine that does other work.
+        assert typed[-1] - typed[last] < 3.0
+
+
+def test_what_is_typed_without_a_pause_is_kept_meanwhile(sheet):
+    sheet.text.click()
+    sheet.press("Control+End")
+    sheet.type("# ")
+    for number in range(1000):
+        sheet.type(f"{number},")
+        if drafts():
+            break
+    else:
+        pytest.fail("nothing was kept in 1000 words")
+    assert sheet.text.inner_text().rstrip().endswith(f"{number},")
+
+
+def test_a_page_that_crashes_loses_nothing_that_is_older(browser, tmp_path):
+    with sheet_of(browser, tmp_path, ROOM) as sheet:
+        write_line(sheet, "# mine")
+        kept("# mine")
+        with sheet.page.expect_event("crash"), pytest.raises(Error):
+            sheet.page.goto("chrome://crash", timeout=5000)
+        again = sheet.page.context.new_page()
+        again.goto(sheet.page.url.partition("#")[0])
+        again.get_by_role("button", name="Restore").click()
+        opened(again, "# mine")
+
+
+def test_what_was_typed_right_before_a_page_is_closed_is_kept(sheet):
+    leave(sheet.page)
+    write_line(sheet, "# last")
+    close(sheet.page)
+    kept("# last")
+
+
+def test_a_page_that_one_comes_back_to_has_what_it_had(sheet):
+    leave(sheet.page)
+    write_line(sheet, "# mine")
+    sheet.page.goto("about:blank")
+    sheet.page.go_back()
+    restore = sheet.button("Restore")
+    expect(restore.or_(sheet.page.locator(".cm-line", has_text="# mine"))).to_be_visible()
+    if restore.is_visible():
+        restore.click()
+    sheet.reads("# mine")
+    kept("# mine")
+
+
+@pytest.mark.parametrize("duplicate", [False, True])
+def test_each_tab_has_its_own_draft_and_is_told_of_the_others(sheet, duplicate):
+    write_line(sheet, "# one")
+    kept("# one")
+    other = second_tab(sheet, duplicate=duplicate)
+    notice(other, "Another tab has unsaved changes in room.yaml.")
+    expect(offer(other.page)).to_have_count(0)  # it is not left, it is open
+    write_line(other, "# other")
+    kept("# other")
+    number_kept(2)
+    notice(sheet, "Another tab has unsaved changes in room.yaml.")
+    leave(other.page)
+    close(other.page)
+    notice(sheet, "A closed tab left unsaved changes in room.yaml").get_by_role("button", name="Restore").click()
+    sheet.reads("# other")
+    expect(sheet.page.locator(".notice")).to_have_count(0)
+    sheet.press("Control+z")
+    sheet.reads("# one")
+
+
+def test_of_several_drafts_each_is_restored_or_discarded(browser, tmp_path):
+    with sheet_of(browser, tmp_path, ROOM) as sheet:
+        write_line(sheet, "# one")
+        write_line(second_tab(sheet), "# other")
+        kept("# one")
+        kept("# other")
+    with sheet_of(browser, tmp_path, ROOM) as sheet:
+        expect(offer(sheet.page).get_by_role("listitem")).to_have_count(2)
+        sheet.button("Discard").nth(0).click()
+        expect(offer(sheet.page).get_by_role("listitem")).to_have_count(1)
+        sheet.button("Restore").click()
+        sheet.reads("# one")
+        number_kept(1)
+
+
+def test_when_changes_cannot_be_kept_the_page_says_so_and_why(sheet, state):
+    for file in (state / "mjsim" / "drafts").iterdir():
+        file.unlink()
+    (state / "mjsim" / "drafts").rmdir()
+    (state / "mjsim" / "drafts").write_text("in the way")
+    write_line(sheet, "# mine")
+    found = notice(sheet, "unsaved changes cannot be kept: File exists; save often")
+    found.get_by_role("button", name="Close").click()
+    write_line(sheet, " too")
+    with sheet.page.expect_response("**/api/draft/keep"):
+        pass
+    expect(found).to_be_hidden()  # it was read
+    (state / "mjsim" / "drafts").unlink()
+    (state / "mjsim" / "drafts").symlink_to(state)
+    notice(sheet, "is not a folder of your own; save often")  # another reason
+    found = sheet.page.locator(".notice")
+    (state / "mjsim" / "drafts").unlink()
+    expect(found).to_be_hidden()  # it is tried again
+    kept("# mine")
+
+
+def test_a_save_that_is_refused_keeps_text_and_draft(sheet, tmp_path):
+    write_line(sheet, "# mine")
+    (tmp_path / "room.yaml").unlink()
+    (tmp_path / "room.yaml").mkdir()
+    sheet.press("Control+s")
+    expect(sheet.page.locator(".toast.error")).to_contain_text("'room.yaml' cannot be written: File exists")
+    sheet.reads("# mine")
+    kept("# mine")

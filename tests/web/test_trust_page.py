@@ -1,0 +1,69 @@
+"""The question whether a world's own code may run, in a real browser."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from mjsim.web import Studio
+from tests.windows import PATIENCE, chromium, page_at
+
+pytestmark = pytest.mark.slow
+CODE = """
+import helper, mjsim
+class Go:
+    def start(self, *told): pass
+    def command(self, seen, belief): return mjsim.Command()
+"""
+WORLD = """
+mjsim: 1
+name: driven
+robots: [{name: scout, preset: pioneer3dx, at: [1, 1]}]
+run: {seconds: 1000, drivers: {scout: {navigator: {use: "go.py:Go"}}}}
+"""
+
+
+@pytest.fixture
+def page(tmp_path):
+    for name, text in (("driven.yaml", WORLD), ("go.py", CODE), ("helper.py", "")):
+        (tmp_path / name).write_text(text)
+    (tmp_path / "plain.yaml").write_text(WORLD.replace('{navigator: {use: "go.py:Go"}}', "{}"))
+    with chromium() as chrome, Studio(tmp_path) as studio, page_at(chrome, studio.url) as page:
+        yield page
+
+
+def open_world(page, name):
+    page.get_by_role("button", name="Open").first.click()
+    page.get_by_role("dialog").get_by_text(name, exact=True).click()
+    # A world that is opened shows itself in Edit, so the way to Run begins after that.
+    expect(page).to_have_title(re.compile(f"^{re.escape(name)} "), timeout=PATIENCE)
+    page.get_by_role("tab", name="Run", exact=True).click()
+
+
+def start(page):
+    page.get_by_role("button", name="Start", exact=True).click()
+
+
+def test_code_that_changes_while_the_dialog_is_open_is_asked_for_again(page, tmp_path):
+    open_world(page, "driven.yaml")
+    start(page)
+    dialog = page.get_by_role("dialog", name="Let this world's code run?")
+    expect(dialog.get_by_role("listitem")).to_have_text(["go.py", "helper.py"], timeout=PATIENCE)
+    dialog.get_by_role("button", name="Not now").click()
+    expect(page.locator(".run-state")).not_to_have_text("Running")
+    start(page)
+    (tmp_path / "helper.py").write_text("changed = True\n")
+    dialog.get_by_role("button", name="Allow").click()
+    expect(page.get_by_text("this code has changed since you were asked: helper.py")).to_be_visible(timeout=PATIENCE)
+    dialog.get_by_role("button", name="Allow").click()
+    expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
+
+
+def test_a_module_that_is_chosen_for_a_run_is_asked_for_and_runs(page):
+    open_world(page, "plain.yaml")
+    page.get_by_label("Navigator").select_option("go.py:Go")
+    start(page)
+    dialog = page.get_by_role("dialog", name="Let this world's code run?")
+    expect(dialog.get_by_role("listitem")).to_have_text(["go.py", "helper.py"], timeout=PATIENCE)
+    dialog.get_by_role("button", name="Allow").click()
+    expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)

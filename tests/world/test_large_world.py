@@ -1,0 +1,54 @@
+"""Ten thousand wall segments: read, checked and compiled in seconds and a gigabyte, in proportion to their number."""
+
+import time
+
+import pytest
+
+from mjsim.bench.large import in_its_own_process, large_floor
+from mjsim.world import load_checked, parse_world, segments
+from mjsim.world.yaml.scan import exact_events
+
+
+def yardstick() -> float:
+    """Return how long this machine takes for a text that never changes, read by the slow parser: 0.04 s of it [s]."""
+    text = large_floor(100)
+    began = time.process_time()
+    assert sum(1 for _ in exact_events(text)) > 1400
+    return time.process_time() - began
+
+
+@pytest.mark.slow
+def test_ten_thousand_segments_take_seconds_and_less_than_a_gigabyte_in_proportion(tmp_path):
+    found = {}
+    for count in (1000, 3000, 10_000):
+        path = tmp_path / f"{count}.yaml"
+        path.write_text(large_floor(count), encoding="utf-8")
+        before = yardstick()
+        seconds, megabytes = in_its_own_process(path)
+        found[count] = seconds / max(before, yardstick()), megabytes
+    # 5 s where the yardstick takes 0.04 s, and half as much again for what else the machine does.
+    assert found[10_000][0] < 1.5 * 5.0 / 0.04
+    assert found[10_000][1] < 1000.0
+    # Ten times the walls take 10 times the time; what is needed in any case makes the small ones dearer.
+    assert found[10_000][0] < 2.0 * 10 / 3 * found[3000][0]
+    assert found[10_000][0] < 2.0 * 10 * found[1000][0]
+    # Memory beyond that of 1000 segments: 9000 more need 4.5 times as much as 2000 more.
+    assert found[10_000][1] - found[1000][1] < 1.5 * 4.5 * (found[3000][1] - found[1000][1])
+
+
+@pytest.mark.slow
+def test_the_plan_of_ten_thousand_segments_takes_seconds():
+    world = parse_world(large_floor(10_000))
+    before = yardstick()
+    began = time.process_time()
+    faces = segments(world)
+    assert time.process_time() - began < 4.0 / 0.04 * max(before, yardstick())
+    # Outside 5, 2 at the door, inside 13 with the wall across, 4 where what is under the window begins and ends.
+    assert len(faces) == 2000 * 24
+
+
+def test_a_floor_of_a_few_rooms_is_sound(tmp_path):
+    path = tmp_path / "floor.yaml"
+    path.write_text(large_floor(60), encoding="utf-8")
+    world = load_checked(path)
+    assert sum(len(wall.segments()) for wall in world.walls) == 60

@@ -1,0 +1,84 @@
+"""What is well written but cannot be meant is told with its place; what can be meant is let be."""
+
+import pytest
+
+from mjsim.world import Opening, Source, Wall, World, check_world, parse_world
+
+ROOM = "walls: [{points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true, thickness: 0.2, name: hall}]\n"
+
+
+def told(text, source=None):
+    return [str(problem) for problem in check_world(parse_world(text, file="w", source=source))]
+
+
+@pytest.mark.parametrize(
+    ("text", "doubt"),
+    [
+        (ROOM + "robots: [{name: a, at: [3, 4]}]", "w:2:24: robot 'a' at [3, 4] starts inside wall 'hall'"),
+        (ROOM + "robots: [{name: a, at: [3, 0.3]}]", "w:2:24: robot 'a' at [3, 0.3] starts inside wall 'hall'"),
+        (
+            "robots: [{name: a, at: [1, 1]}]\nobstacles: [{cylinder: [0.1, 1], at: [1.3, 1]}]",
+            "w:1:24: robot 'a' at [1, 1] starts inside obstacles[0]; its body needs 0.22 m free all around",
+        ),
+        (
+            "robots: [{name: a, at: [1, 1]}, {name: b, at: [1.4, 1]}]",
+            "w:1:47: robot 'b' at [1.4, 1] starts inside robot 'a'",
+        ),
+        (ROOM + "beacons: [{name: r, at: [6, 2]}]", "w:2:25: beacon 'r' at [6, 2] hangs inside wall 'hall'"),
+        (
+            ROOM + "beacons: [{name: r, at: [5.89, 2], heading_deg: 0, image: f.png}]",
+            "w:2:25: beacon 'r' at [5.89, 2] faces into wall 'hall', where it cannot be seen; turn it round",
+        ),
+        (
+            "walls: [{points: [[0, 0], [2, 0]], openings: [{at: 1.5, width: 0.9}]}]",
+            "w:1:64: this opening goes from 1.5 to 2.4 m; segment 0 is 2 m long, keep it within",
+        ),
+        (
+            "walls: [{points: [[0, 0], [4, 0]], openings: [{at: 1, width: 1}, {at: 1.9, width: 1}]}]",
+            "w:1:66: this opening overlaps openings[0] of its wall",
+        ),
+        (
+            "walls: [{points: [[0, 0], [4, 0]], height: 2, openings: [{at: 1, width: 1, head: 2.2}]}]",
+            "w:1:82: head is 2.2 m; the wall is 2 m high, keep it below",
+        ),
+        (
+            "walls: [{points: [[0, 0], [4, 0]], height: 1, openings: [{at: 1, width: 1, sill: 1.2}]}]",
+            "w:1:82: sill is 1.2 m; the wall is 1 m high, keep it below",
+        ),
+        (
+            "robots: [{name: a, at: [1, 1], sensors: [{uwb: tag}]}]\nbeacons: [{name: r, at: [3, 3]}]",
+            "w:1:48: tag 'tag' of robot 'a' hears nothing: this world has no anchor for it; give it beacons with",
+        ),
+        (
+            "robots: [{name: a, at: [1, 1], sensors: [{uwb: tag}]}]\n"
+            "beacons: [{name: r, on: a, at: [0, 0], center: 1, anchor: true}]",
+            "w:1:48: tag 'tag' of robot 'a' hears nothing",
+        ),
+    ],
+)
+def test_what_cannot_be_meant_is_told(text, doubt):
+    (line,) = told(text, Source(file="w", attached={"f.png": b""}))
+    assert line.startswith(doubt)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        ROOM + "robots: [{name: a, at: [0.32, 0.32]}, {name: b, at: [0.76, 0.32]}]",
+        ROOM
+        + "beacons: [{name: r, at: [5.89, 2], heading_deg: 180, image: f.png}, {name: s, at: [0.1, 2], center: 3}]",
+        ROOM + "beacons: [{name: r, at: [5.9, 2], heading_deg: 0}]",  # a reflector has no front
+        "walls: [{points: [[0, 0], [4, 0]], openings: [{at: 1, width: 1}]}]\nrobots: [{name: a, at: [1.5, 0]}]",
+        "walls: [{points: [[0, 0], [4, 0]], height: 1, openings: [{at: 1, width: 1}]}]",
+        "walls: [{points: [[0, 0], [4, 0]], openings: [{at: 1, width: 1}, {at: 2, width: 2}]}]",
+        "walls: [{points: [[0, 0], [4, 0]], openings: [{at: 1, width: 1, head: 1}, {at: 1, width: 1, sill: 1.5}]}]",
+    ],
+)
+def test_what_can_be_meant_is_let_be(text):
+    assert told(text, Source(file="w", attached={"f.png": b""})) == []
+
+
+def test_a_world_built_in_python_is_checked_too():
+    world = World(walls=(Wall(points=((0, 0), (1, 0)), openings=(Opening(at=0.5, width=1),)),))
+    (problem,) = check_world(world)
+    assert str(problem).startswith("world:1:1: this opening goes from 0.5 to 1.5 m")
