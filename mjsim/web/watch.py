@@ -69,9 +69,10 @@ class DiskWatch:
         """Watch nothing yet."""
         self._folder = folder
         self._place: Path | None = None
-        self._path, self._told, self._missing = "", "", False
+        self._path, self._told, self._seen = "", "", ""
         self._read: tuple[str, float, str] | None = None
         self._signs: Signs = {}
+        self._seen_signs: Signs = {}
 
     def show(self, path: str, *, stamp: str | None, files: Signs) -> None:
         """Note what the page shows now.
@@ -85,22 +86,27 @@ class DiskWatch:
             RefusedError: The path leaves the folder.
         """
         source_of(self._folder, path)
-        self._path, self._signs, self._told = path, files, stamp or ""
+        self._path, self._told, self._seen = path, stamp or "", stamp or ""
+        self._signs = self._seen_signs = files
         self._place = None if stamp is None else self._folder.path(path)
 
     def news(self) -> Iterator[Json]:
-        """Yield what has changed since it was last told: `disk` of the world's own file, `files` of those it names."""
+        """Yield what has changed since it was last told: `disk` of the world's own file, `files` of those it names.
+
+        A change is told once it is found the same at two looks in a row: editors delete a file before they rewrite it,
+        or empty it before they fill it.
+        """
         if self._place is not None:
             stamp = self._stamp(self._place)
-            # Some editors delete a file before they rewrite it, so it counts as gone when it is missing twice.
-            missing, self._missing = self._missing, not stamp
-            if stamp != self._told and (stamp or missing):
+            settled, self._seen = stamp == self._seen, stamp
+            if settled and stamp != self._told:
                 self._told = stamp
                 yield {"kind": "disk", "path": self._path, "stamp": stamp or None}
         signs = signs_of(self._folder, self._path, self._signs)
-        changed = [name for name, sign in signs.items() if sign != self._signs[name]]
+        seen, self._seen_signs = self._seen_signs, signs
+        changed = [name for name, sign in signs.items() if sign == seen[name] != self._signs[name]]
         if changed:
-            self._signs = signs
+            self._signs = {**self._signs, **{name: signs[name] for name in changed}}
             yield {"kind": "files", "files": changed}
 
     def _stamp(self, place: Path) -> str:
