@@ -72,3 +72,4 @@ from .world import arm as arm
 from .world import format_world as format_world
 from .world import load_world as load_world
 from .world import parse_world as parse_world
+from .world import signal_of as signal_of

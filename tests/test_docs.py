@@ -37,6 +37,17 @@ def test_the_page_of_what_changes_runs(capsys):
     assert "Pose(x=7.0, y=1.0" in capsys.readouterr().out
 
 
+def test_the_page_of_signals_runs(capsys):
+    page = (ROOT / "docs" / "signals.md").read_text(encoding="utf-8")
+    (text,), (code,) = (re.findall(f"```{kind}\n(.*?)```", page, re.DOTALL) for kind in ("yaml", "python"))
+    world = mjsim.parse_world(text)
+    assert check_world(world) == []
+    with mjsim.Simulation(world) as sim:
+        mjsim.run(sim, seconds=0.2)
+    exec(code, {})
+    assert capsys.readouterr().out.endswith("False\n")
+
+
 def test_the_page_of_modules_runs_and_has_every_role(tmp_path, monkeypatch, capsys):
     page = (ROOT / "docs" / "modules.md").read_text(encoding="utf-8")
     told = {row[0]: set(re.findall(r"`(\w+)\(", row[1])) for row in re.findall(r"^\| `(\w+)` \| (.*) \|$", page, re.M)}

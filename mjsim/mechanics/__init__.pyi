@@ -12,5 +12,16 @@ from .links import Link as Link
 from .motion import JointMotion as JointMotion
 from .paths import ctraj as ctraj
 from .paths import jtraj as jtraj
+from .signals import Chirp as Chirp
+from .signals import Constant as Constant
+from .signals import Pulse as Pulse
+from .signals import Ramp as Ramp
+from .signals import Random as Random
+from .signals import Sawtooth as Sawtooth
+from .signals import Sine as Sine
+from .signals import Square as Square
+from .signals import Step as Step
+from .signals import Table as Table
+from .signals import TimeSignal as TimeSignal
 from .transforms import inverted as inverted
 from .transforms import placed as placed

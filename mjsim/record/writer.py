@@ -23,7 +23,17 @@ from mjsim.record.numbers import Message, nanoseconds
 from mjsim.record.readings import CODECS, DrawnTopic
 from mjsim.record.scene import frames_message, mount
 from mjsim.record.schemas import ARM_TOPICS, ROBOT_TOPICS, SENSOR_TOPICS, WORLD_TOPICS
-from mjsim.world import Looks, ModelBody, ModelObstacle, Source, World, escaped, is_preset_file, parse_world
+from mjsim.world import (
+    Looks,
+    ModelBody,
+    ModelObstacle,
+    Source,
+    World,
+    escaped,
+    is_preset_file,
+    parse_world,
+    table_files,
+)
 
 VERSIONED = ("mjsim", "mujoco", "numpy", "opencv-python-headless", "foxglove-sdk")
 """Packages whose versions are noted."""
@@ -222,7 +232,8 @@ def named_files(world: World) -> list[str]:
     of_models = [path for shape in shapes.values() for path in shape.files.paths]
     bodies = [path for robot in world.robots if isinstance(robot.body, ModelBody) for path in robot.body.files.paths]
     presets = [robot.preset for robot in world.robots if robot.preset is not None and is_preset_file(robot.preset)]
-    return list(dict.fromkeys([*named_pictures(world), *of_models, *bodies, *presets, *world.source.included]))
+    tables = table_files(world.run.events)
+    return list(dict.fromkeys([*named_pictures(world), *of_models, *bodies, *presets, *tables, *world.source.included]))
 
 
 def named_pictures(world: World) -> list[str]:

@@ -1,5 +1,6 @@
 """Shoves: a force at the centre of mass of a robot or a thing, for a while."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -7,6 +8,7 @@ import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.mechanics import Constant, TimeSignal
 
 
 @dataclass(slots=True, eq=False)
@@ -14,8 +16,12 @@ class _Shove:
     body: int
     force: Array
     """World frame, shape (3,) [N]."""
-    left: int
+    left: float
     """Physics steps that it still acts for."""
+    signal: TimeSignal = Constant(level=1.0)  # noqa: RUF009  # frozen
+    """What the force is multiplied by."""
+    done: int = 0
+    """Physics steps that it acted for."""
 
 
 class Shoves:
@@ -43,12 +49,25 @@ class Shoves:
         force = np.asarray(impulse, dtype=float) / (count * step)
         self._acting.append(_Shove(self._model.body(body).id, force, count))
 
+    def push_along(self, body: str, signal: TimeSignal, along: Sequence[float], *, seconds: float | None) -> None:
+        """Begin a force that changes with time.
+
+        Args:
+            body: Its name in MuJoCo.
+            signal: The force; its time is counted from now [N].
+            along: Direction of a positive force, world frame.
+            seconds: How long, rounded to whole physics steps, at least one; None for ever.
+        """
+        left = math.inf if seconds is None else max(round(seconds / self._model.opt.timestep), 1)
+        self._acting.append(_Shove(self._model.body(body).id, np.asarray(along, dtype=float), left, signal))
+
     def push(self) -> None:
         """Set the forces of the next physics step."""
-        forces = self._data.xfrc_applied
+        forces, step = self._data.xfrc_applied, self._model.opt.timestep
         for shove in self._acting:
             forces[shove.body, :3] = 0.0
         self._acting = [shove for shove in self._acting if shove.left > 0]
         for shove in self._acting:
-            forces[shove.body, :3] += shove.force
+            forces[shove.body, :3] += shove.force * shove.signal.value(shove.done * step)
             shove.left -= 1
+            shove.done += 1

@@ -312,7 +312,7 @@ class Simulation(Closes):
     def _set_up(self) -> None:
         """Set the stage and put the robots at their starts, in a state and a model that are as new."""
         world = self.world
-        self._script = WorldScript(self.model, self.data, world)
+        self._script = WorldScript(self.model, self.data, world, seed=self.seed)
         self._radio = RadioNet([robot.name for robot in world.robots], world.radio, seed=self.seed)
         self._robots = {
             robot.name: SimulatedRobot(

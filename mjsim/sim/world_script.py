@@ -13,12 +13,14 @@ from mjsim.sim.joints import Joints
 from mjsim.sim.movers import Movers
 from mjsim.sim.scenery import Scenery
 from mjsim.sim.shoves import Shoves
+from mjsim.sim.streams import stream
 from mjsim.world import (
     CloseEvent,
     LampEvent,
     Looks,
     MoveEvent,
     OpenEvent,
+    PushEvent,
     RemoveEvent,
     ShoveEvent,
     World,
@@ -34,8 +36,9 @@ EARLY = 1e-9
 class WorldScript:
     """Lets events happen, and movers and joints move, in a compiled world."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, world: World) -> None:
-        """Put all movers where they start; events at time 0 are still to happen."""
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, world: World, *, seed: int) -> None:
+        """Put all movers where they start; events at time 0 are still to happen. The seed is that of the run."""
+        self._seed, self._pushes = seed, 0
         self._model, self._data, self._world = model, data, world
         self._scenery = Scenery(model, world)
         self._movers = Movers(model, data, world)
@@ -73,6 +76,14 @@ class WorldScript:
                 _require(event.shove, "robot or movable obstacle", robots + self._movable)
                 body = f"{event.shove}/base" if event.shove in robots else f"obstacle/{event.shove}"
                 self._shoves.add(body, event.impulse, event.seconds)
+            case PushEvent():
+                robots = [robot.name for robot in self._world.robots]
+                _require(event.push, "robot or movable obstacle", robots + self._movable)
+                body = f"{event.push}/base" if event.push in robots else f"obstacle/{event.push}"
+                self._pushes += 1
+                rng = stream(self._seed, event.push, f"push/{self._pushes}")
+                force = event.signal.made(self._world.read_asset, rng)
+                self._shoves.push_along(body, force, event.along, seconds=event.seconds)
             case OpenEvent():
                 self._swing(event.open, math.radians(event.angle_deg))
             case CloseEvent():

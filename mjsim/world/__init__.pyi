@@ -73,6 +73,7 @@ from .items import OpenEvent as OpenEvent
 from .items import Opening as Opening
 from .items import Part as Part
 from .items import PolygonBody as PolygonBody
+from .items import PushEvent as PushEvent
 from .items import Radio as Radio
 from .items import RampObstacle as RampObstacle
 from .items import RemoveEvent as RemoveEvent
@@ -83,6 +84,7 @@ from .items import Rollers as Rollers
 from .items import Run as Run
 from .items import Sensor as Sensor
 from .items import ShoveEvent as ShoveEvent
+from .items import Signal as Signal
 from .items import SkidSteerDrive as SkidSteerDrive
 from .items import Slip as Slip
 from .items import SphereObstacle as SphereObstacle
@@ -110,7 +112,9 @@ from .items import rims as rims
 from .items import said_of as said_of
 from .items import sensor_names as sensor_names
 from .items import sensors as sensors
+from .items import signal_of as signal_of
 from .items import step_misfit as step_misfit
+from .items import table_files as table_files
 from .language import editor_schema as editor_schema
 from .language import expand as expand
 from .language import needs_expansion as needs_expansion

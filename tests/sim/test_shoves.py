@@ -65,3 +65,29 @@ def test_what_is_wrong_is_one_line(event, says):
     (line,) = str(caught.value).splitlines()
     assert line.startswith("world.yaml:5:")
     assert says in line
+
+
+def test_a_force_that_changes_gives_the_momentum_of_its_integral():
+    force = "{sine: {amplitude: 6, frequency_hz: 1.25, offset: 2}}"
+    push = f"{{time: 0.2, push: ball, signal: {force}, along: [0, 0.5, 0], seconds: 0.4}}"
+    with mjsim.Simulation(mjsim.parse_world(WORLD.replace("EVENTS", push))) as sim:
+        sim.model.opt.gravity[:] = 0.0
+        for _ in range(20):
+            sim.step()
+        # Half a period of the sine, and its mean.
+        momentum = 0.5 * (2 * 6 / (2 * np.pi * 1.25) + 0.4 * 2)
+        assert float(sim.data.joint("obstacle/ball").qvel[1]) == pytest.approx(momentum / 2, rel=0.005)
+        np.testing.assert_array_equal(sim.data.xfrc_applied, 0.0)
+
+
+def test_a_random_push_is_the_same_for_the_same_seed_and_another_for_another():
+    push = "{time: 0, push: ball, signal: {random: {deviation: 5, hold: 0.05}}}"
+    world = mjsim.parse_world(WORLD.replace("EVENTS", f"{push}, {push}"))
+    states = []
+    for seed in (1, 1, 2):
+        with mjsim.Simulation(world, seed=seed) as sim:
+            for _ in range(10):
+                sim.step()
+            states.append(sim.state()[1])
+    np.testing.assert_array_equal(states[0], states[1])
+    assert not np.array_equal(states[0], states[2])

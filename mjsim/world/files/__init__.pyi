@@ -12,3 +12,4 @@ from .source import Source as Source
 from .source import check_picture as check_picture
 from .source import has_asset as has_asset
 from .source import read_asset as read_asset
+from .tables import read_columns as read_columns

@@ -41,6 +41,7 @@ from .events import LampEvent as LampEvent
 from .events import LightEvent as LightEvent
 from .events import MoveEvent as MoveEvent
 from .events import OpenEvent as OpenEvent
+from .events import PushEvent as PushEvent
 from .events import RemoveEvent as RemoveEvent
 from .events import ShoveEvent as ShoveEvent
 from .events import WorldEvent as WorldEvent
@@ -75,6 +76,9 @@ from .sensors import Imu as Imu
 from .sensors import Lidar as Lidar
 from .sensors import Sensor as Sensor
 from .sensors import name_of as name_of
+from .signals import Signal as Signal
+from .signals import signal_of as signal_of
+from .signals import table_files as table_files
 from .structure import Ceiling as Ceiling
 from .structure import Door as Door
 from .structure import Floor as Floor

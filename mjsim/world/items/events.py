@@ -1,12 +1,13 @@
 """What happens to a world while it runs."""
 
 import math
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from mjsim.world.ground import Degrees, Model, Name, OneOf, Point
+from mjsim.world.ground import Degrees, Model, Name, OneOf, Point, fault
 from mjsim.world.items.light import Brightness
+from mjsim.world.items.signals import Signal
 
 
 class _Event(Model):
@@ -77,6 +78,27 @@ class ShoveEvent(_Event):
     """How long the push takes [s]."""
 
 
+class PushEvent(_Event):
+    """A force that changes with time acts at the centre of mass of a robot or a movable obstacle."""
+
+    push: Name
+    """Whom."""
+    signal: Signal
+    """The force, its time counted from the event [N]."""
+    along: Annotated[
+        tuple[Annotated[float, Field(ge=-1, le=1)], ...], Field(strict=False, min_length=3, max_length=3)
+    ] = (1.0, 0.0, 0.0)
+    """[x, y, z] in the world, the direction of a positive force; its length scales the force."""
+    seconds: Annotated[float, Field(gt=0, le=1e6)] | None = None
+    """How long it acts; to the end of the run unless given [s]."""
+
+    @model_validator(mode="after")
+    def _is_a_force(self) -> Self:
+        if (wrong := self.signal.misfit(angle=False)) is not None:
+            raise fault(wrong[0], "signal", *wrong[1])
+        return self
+
+
 EVENT_KINDS: dict[str, type[_Event]] = {
     "move": MoveEvent,
     "open": OpenEvent,
@@ -85,16 +107,17 @@ EVENT_KINDS: dict[str, type[_Event]] = {
     "lamp": LampEvent,
     "remove": RemoveEvent,
     "shove": ShoveEvent,
+    "push": PushEvent,
 }
 """Events by the key that says what happens."""
 
 
 WorldEvent = Annotated[
-    MoveEvent | OpenEvent | CloseEvent | LightEvent | LampEvent | RemoveEvent | ShoveEvent,
+    MoveEvent | OpenEvent | CloseEvent | LightEvent | LampEvent | RemoveEvent | ShoveEvent | PushEvent,
     OneOf(
         EVENT_KINDS,
         "an event needs what happens; write move: NAME, open: DOOR, close: DOOR, light: 0.5,"
-        " lamp: NAME, remove: NAME or shove: NAME",
+        " lamp: NAME, remove: NAME, shove: NAME or push: NAME",
     ),
 ]
 
@@ -117,3 +140,6 @@ def said_of(event: WorldEvent) -> str:
             return f"{event.remove} is taken away"
         case ShoveEvent():
             return f"{event.shove} is shoved by {math.hypot(*event.impulse):g} N s"
+        case PushEvent():
+            duration = "" if event.seconds is None else f" for {event.seconds:g} s"
+            return f"{event.push} is pushed by a force, a {event.signal.kind}{duration}"

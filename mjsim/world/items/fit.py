@@ -203,6 +203,7 @@ def _event_targets(keys: Mapping[str, Any]) -> dict[str, tuple[str, set[str]]]:
     return {
         "move": ("robot or movable obstacle", _names(rolling) | _names(movable)),
         "shove": ("robot or movable obstacle", _names(rolling) | _names(movable)),
+        "push": ("robot or movable obstacle", _names(rolling) | _names(movable)),
         "open": ("opening with a door", doors),
         "close": ("opening with a door", doors),
         "lamp": ("lamp", _names(_items(keys, "lamps"))),

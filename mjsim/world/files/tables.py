@@ -1,0 +1,84 @@
+"""Tables of numbers in files beside a world: CSV with a column of times."""
+
+import csv
+import io
+import math
+from collections.abc import Iterator, Sequence
+from itertools import islice
+
+import numpy as np
+
+from mjsim.errors import did_you_mean
+from mjsim.geometry import Array
+
+MOST_BYTES = 20_000_000
+MOST_ROWS = 200_000
+
+
+def read_columns(data: bytes, name: str, columns: Sequence[str | int]) -> Array:
+    """Return columns of a table, shape (rows, columns).
+
+    Args:
+        data: CSV in UTF-8, separated by commas, semicolons or tabs; a first line of words names the columns, lines
+            that begin with '#' and empty ones are left out.
+        name: How errors call the file.
+        columns: Each by its name, or by its number from 1.
+
+    Raises:
+        ValueError: It is no such table; the sentence names the line.
+    """
+    if len(data) > MOST_BYTES:
+        raise ValueError(f"'{name}' has {len(data) / 1e6:.0f} MB; a table has at most {MOST_BYTES // 1_000_000} MB")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise ValueError(f"'{name}' is not UTF-8 text; write a table of numbers (CSV)") from None
+    lines = _lines(text)
+    first = next(lines, None)
+    if first is None:
+        raise ValueError(f"'{name}' is empty; write lines such as '0.0, 1.5'")
+    named = not all(map(_is_number, first[1]))
+    places = [_place(column, first[1] if named else None, len(first[1]), name) for column in columns]
+    rows = list(islice(lines, MOST_ROWS + 1)) if named else [first, *islice(lines, MOST_ROWS)]
+    if len(rows) > MOST_ROWS:
+        raise ValueError(f"'{name}' has over {MOST_ROWS} lines; a table has at most that many")
+    if not rows:
+        raise ValueError(f"'{name}' has no line of numbers; write lines such as '0.0, 1.5'")
+    return np.array([[_number(cells, place, f"{name}:{line}") for place in places] for line, cells in rows])
+
+
+def _lines(text: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield number and cells of each line that holds something."""
+    head = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
+    separator = next((mark for mark in ("\t", ";", ",") if mark in head), ",")
+    for number, line in enumerate(io.StringIO(text), start=1):
+        if line.strip() and not line.startswith("#"):
+            yield number, [cell.strip() for cell in next(csv.reader([line.rstrip("\r\n")], delimiter=separator), [])]
+
+
+def _place(column: str | int, names: list[str] | None, count: int, name: str) -> int:
+    if isinstance(column, int):
+        if not 1 <= column <= count:
+            raise ValueError(f"'{name}' has no column {column}; it has {count}")
+        return column - 1
+    if names is None:
+        raise ValueError(f"'{name}' does not name its columns; give the number of one, from 1 to {count}")
+    if column not in names:
+        raise ValueError(f"'{name}' has no column '{column}'{did_you_mean(column, names)}")
+    return names.index(column)
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _number(cells: Sequence[str], place: int, where: str) -> float:
+    if place >= len(cells):
+        raise ValueError(f"{where}: the line has {len(cells)} columns; it must have {place + 1} or more")
+    if not _is_number(cells[place]) or not math.isfinite(value := float(cells[place])):
+        raise ValueError(f"{where}: '{cells[place]:.20}' is not a finite number")
+    return value

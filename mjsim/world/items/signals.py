@@ -1,0 +1,141 @@
+"""Signals as a world file has them: a number that changes with time, wherever one may."""
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel, ValidationError, model_validator
+
+from mjsim.world.ground import Model, fault, path_of, sentence
+from mjsim.world.items.signal_kinds import (
+    AnySignal,
+    ChirpSignal,
+    ConstantSignal,
+    PulseSignal,
+    RampSignal,
+    RandomSignal,
+    Read,
+    SawtoothSignal,
+    SineSignal,
+    SquareSignal,
+    StepSignal,
+    TableSignal,
+)
+
+if TYPE_CHECKING:  # worlds without signals start without it
+    from numpy.random import Generator
+
+    from mjsim.mechanics import TimeSignal
+
+
+class Signal(Model):
+    """A number that changes with time: exactly one of these keys."""
+
+    constant: ConstantSignal | None = None
+    """Always the same."""
+    step: StepSignal | None = None
+    """From one value to another at once."""
+    ramp: RampSignal | None = None
+    """Along a straight line."""
+    sine: SineSignal | None = None
+    """A sine."""
+    square: SquareSignal | None = None
+    """Up and down at once."""
+    sawtooth: SawtoothSignal | None = None
+    """Up and down along straight lines."""
+    pulse: PulseSignal | None = None
+    """Another value for a while."""
+    chirp: ChirpSignal | None = None
+    """A sine whose frequency changes."""
+    random: RandomSignal | None = None
+    """By chance, from the seed of the run."""
+    table: TableSignal | None = None
+    """From a file of CSV, or a list of points."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_kind(cls, keys: Any) -> Any:
+        if isinstance(keys, Mapping):
+            given = [key for key in cls.model_fields if keys.get(key) is not None]
+            if len(given) > 1:
+                raise fault(f"a signal is of one kind; this one has {' and '.join(given)}", given[1])
+            if not given and not set(keys) - set(cls.model_fields):
+                kinds = ", ".join(cls.model_fields)
+                raise fault(f"a signal is one of {kinds}; write constant: {{value: 1}} or another")
+        return keys
+
+    @property
+    def kind(self) -> str:
+        """Its key: `step`, `ramp` and so on."""
+        return next(key for key in type(self).model_fields if getattr(self, key) is not None)
+
+    @property
+    def shape(self) -> AnySignal:
+        """What stands below its key."""
+        found: AnySignal = getattr(self, self.kind)
+        return found
+
+    def misfit(self, *, angle: bool) -> tuple[str, tuple[str, ...]] | None:
+        """Return why it cannot drive an angle, or something else: a sentence and where the value stands below it."""
+        given = self.shape.in_degrees
+        if given is None or given == angle:
+            return None
+        key = next(key for key in self.shape.given() if key.endswith("_deg") == given)
+        right = f"{key}_deg" if angle else key.removesuffix("_deg")
+        what = "this is an angle, in degrees" if angle else "this is no angle"
+        return f"{what}; write {right} for {key}", (self.kind, key)
+
+    def made(self, read: Read, rng: "Generator | None" = None, *, angle: bool = False) -> "TimeSignal":
+        """Return the signal itself, with its value and derivatives at any time.
+
+        Args:
+            read: Returns the file of a table, such as `World.read_asset`.
+            rng: Its own source of chance, if it is random; one that is always the same unless given.
+            angle: Whether it drives an angle; its values are in radians then.
+
+        Raises:
+            ValueError: Its keys are not those of an angle, or of something else; its file is gone.
+        """
+        if (wrong := self.misfit(angle=angle)) is not None:
+            raise ValueError(wrong[0])
+        return self.shape.made(read, rng, angle=angle)
+
+
+def signal_of(keys: Mapping[str, Any], *, angle: bool = False, rng: "Generator | None" = None) -> "TimeSignal":
+    """Return a signal from the keys that a world has for it; tables are written out as points, not in files.
+
+    Args:
+        keys: Such as {"sine": {"amplitude": 0.3, "frequency_hz": 0.5}}.
+        angle: Whether it is an angle or its rate: keys end in _deg then, values are in radians.
+        rng: For a random one.
+
+    Raises:
+        ValueError: Something in them is wrong; the sentence says what.
+    """
+    try:
+        signal = Signal.model_validate(keys)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        path = path_of(first)
+        place = "".join(f"{step}: " for step in path[:1])
+        raise ValueError(place + sentence(first, path, Signal)) from None
+    return signal.made(_no_file, rng, angle=angle)
+
+
+def _no_file(name: str) -> bytes:
+    raise ValueError(f"file '{name}' cannot be read here; give the table's points instead")
+
+
+def table_files(part: Any) -> Iterator[str]:
+    """Yield the files of all tables in a part of a world, in its items and in theirs."""
+    if isinstance(part, TableSignal):
+        if part.file is not None:
+            yield part.file
+    elif isinstance(part, BaseModel):
+        for key in type(part).model_fields:
+            yield from table_files(getattr(part, key))
+    elif isinstance(part, (tuple, list)):
+        for item in part:
+            yield from table_files(item)
+    elif isinstance(part, Mapping):
+        for item in part.values():
+            yield from table_files(item)
