@@ -11,21 +11,28 @@ from mjsim.errors import UsageError
 from mjsim.output import require_free
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from mjsim.geometry import Array
     from mjsim.mechanics import Arm, Link
 
 HEAD = ("joint", "theta", "d", "a", "alpha", "range", "speed", "torque", "mass", "gear")
+HEAD_OF_MODEL = ("joint", "name", "on", "at", "axis", *HEAD[5:])
+UNITS_OF_MODEL = ("", "", "", "m", "", "deg, m", "deg/s, m/s", "N m, N", "kg", "")
 UNITS = ("", "deg", "m", "m", "deg", "deg, m", "deg/s, m/s", "N m, N", "kg", "")
 
 
 def arm(
-    name: Annotated[str, typer.Argument(metavar="PRESET|FILE", help="Such as puma560, or a YAML file with `dh`.")],
+    name: Annotated[str, typer.Argument(metavar="PRESET|FILE", help="Such as puma560; YAML with `dh`; MJCF or URDF.")],
     joints: Annotated[
         str | None,
         typer.Option(metavar="Q1,Q2,...", help="Values of the joints [deg, m]; those at the start unless given."),
     ] = None,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a picture of the arm: PNG, SVG or PDF.")
+    ] = None,
+    end: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Body or site of a model at the end of its chain.")
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
@@ -34,13 +41,16 @@ def arm(
 
     from mjsim.world import arm_item
 
-    item = arm_item(name)
+    item = arm_item(name, end)
     found = item.arm
     q = np.array(item.start()) if joints is None else _values(joints, found)
     if plot is not None:
         require_free(plot, overwrite=overwrite)
-    print(f"{found.name}: {found.n} joints, {found.convention} convention")
-    print(_table([_row(number, link) for number, link in enumerate(found.links, start=1)]))
+    if item.model is None:
+        print(f"{found.name}: {found.n} joints, {found.convention} convention")
+        print(_table([HEAD, UNITS, *(_row(number, link) for number, link in enumerate(found.links, start=1))]))
+    else:
+        _print_model(name, found, item.file_arm.notes)
     print(f"at {_shown(q, found)}: tool at {_tool(found.fkine(q))}")
     if plot is not None:
         from mjsim.output import write_file
@@ -62,13 +72,40 @@ def _values(text: str, arm: "Arm") -> "Array":
     return np.array([v if link.slide else math.radians(v) for v, link in zip(values, arm.links, strict=True)])
 
 
+def _print_model(name: str, arm: "Arm", notes: "Sequence[str]") -> None:
+    """Print the table of an arm from a file: its axes at 0, in the frame of the file, instead of rows."""
+    import numpy as np
+
+    flange = f"flange on link{arm.carrier + 1}"
+    print(f"{name}: {arm.n} joints, {flange}")
+    posture = arm.posture(np.zeros(arm.n))
+    rows = []
+    for number, link in enumerate(arm.links):
+        parent = f"link{arm.parents[number] + 1}" if arm.parents[number] >= 0 else "base"
+        at, axis = (
+            ", ".join(f"{value + 0.0:.4g}" for value in np.round(values[number], 9))
+            for values in (posture.points, posture.axes)
+        )
+        rows.append((*_kind(number + 1, link), link.label, parent, at, axis, *_limits(link)))
+    print(_table([HEAD_OF_MODEL, UNITS_OF_MODEL, *rows]))
+    for note in notes:
+        print(f"note: {note}")
+
+
 def _row(number: int, link: "Link") -> tuple[str, ...]:
     theta, d, a, alpha = link.dh or (math.nan,) * 4
+    dh = (f"{value:.6g}" for value in (math.degrees(theta), d, a, math.degrees(alpha)))
+    return (*_kind(number, link), *dh, *_limits(link))
+
+
+def _kind(number: int, link: "Link") -> tuple[str]:
+    return (f"{number} {'slides' if link.slide else 'turns'}",)
+
+
+def _limits(link: "Link") -> tuple[str, ...]:
     scale = 1.0 if link.slide else 180.0 / math.pi
     limited = math.isfinite(link.lower) or math.isfinite(link.upper)
     return (
-        f"{number} {'slides' if link.slide else 'turns'}",
-        *(f"{value:.6g}" for value in (math.degrees(theta), d, a, math.degrees(alpha))),
         f"{link.lower * scale:.6g} .. {link.upper * scale:.6g}" if limited else "-",
         *(f"{value:.4g}" if math.isfinite(value) else "-" for value in (link.max_velocity * scale, link.max_torque)),
         f"{link.mass:.4g}",
@@ -78,8 +115,7 @@ def _row(number: int, link: "Link") -> tuple[str, ...]:
 
 def _table(rows: list[tuple[str, ...]]) -> str:
     """Return lines with columns aligned to the right."""
-    lines = [HEAD, UNITS, *rows]
-    widths = [max(len(line[column]) for line in lines) for column in range(len(HEAD))]
+    lines, widths = rows, [max(map(len, column)) for column in zip(*rows, strict=True)]
     return "\n".join("  ".join(map(str.rjust, line, widths)).rstrip() for line in lines)
 
 

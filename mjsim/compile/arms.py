@@ -10,6 +10,8 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
+from mjsim.compile.arm_models import add_shapes, add_stand, original_of, passing
+from mjsim.compile.models import Original
 from mjsim.compile.parts import DARK, MATERIAL, SEEN, make_decor
 from mjsim.compile.pictures import color_of
 from mjsim.geometry import Array
@@ -26,32 +28,73 @@ DIGITS = 12
 """To which angles in degrees are rounded, so that 30 degrees stay 30 on the way through radians."""
 
 
-def add_arms(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot) -> None:
-    """Add the arms of a robot to its base, as they stand at the start."""
+def add_arms(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, originals: dict[str, Original]) -> None:
+    """Add the arms of a robot to its base, as they stand at the start.
+
+    Args:
+        spec: The scene.
+        base: The body of the robot.
+        robot: As the world file has it.
+        originals: Files of arms that the scene has already, by their paths; it may grow.
+    """
     for item in robot.arms:
         name = f"{robot.name}/{item.name}"
         bodies = _add_links(spec, base, item, name)
-        last = bodies[-1]
-        last.add_site(name=f"{name}/flange", size=[0.005] * 3, group=4)
-        last.add_site(name=f"{name}/tool", size=[0.005] * 3, group=4, **_placed(item.arm.tool))
-        _add_column(base, item, name)
-        _add_excludes(spec, [base, *bodies], item.arm)
-        if robot.base == "fixed":
-            _clear_of_ground(spec, robot, item, bodies)
+        carrier, arm = bodies[item.arm.carrier], item.arm
+        carrier.add_site(name=f"{name}/flange", size=[0.005] * 3, group=4, **_placed(arm.flange))
+        carrier.add_site(name=f"{name}/tool", size=[0.005] * 3, group=4, **_placed(arm.flange @ arm.tool))
+        if item.model is None:
+            _add_looks(spec, base, bodies, item, name)
+            if robot.base == "fixed":
+                _clear_of_ground(spec, robot, item, bodies)
+        else:
+            _add_model(spec, base, bodies, item, name, originals)
 
 
 def _add_links(spec: mujoco.MjSpec, base: mujoco.MjsBody, item: RobotArm, name: str) -> list[mujoco.MjsBody]:
-    parent, bodies, previous = base, [], item.arm.base
-    for number, (link, start) in enumerate(zip(item.arm.links, item.start(), strict=True), start=1):
+    arm = item.arm
+    bodies: list[mujoco.MjsBody] = []
+    for number, (link, start, parent) in enumerate(zip(arm.links, item.start(), arm.parents, strict=True), start=1):
+        carrier, previous = (base, arm.base) if parent < 0 else (bodies[parent], np.eye(4))
         pose = previous @ link.before @ _motion(link, start) @ link.after
-        body = parent.add_body(name=f"{name}/link{number}", **_placed(pose))
+        body = carrier.add_body(name=f"{name}/link{number}", **_placed(pose))
         _set_mass(body, link)
         _add_joint(body, link, f"{name}/joint{number}", start)
         _add_motor(spec, link, f"{name}/joint{number}")
-        _add_shape(body, link, f"{name}/link{number}", item.color)
         bodies.append(body)
-        parent, previous = body, np.eye(4)
     return bodies
+
+
+def _add_looks(
+    spec: mujoco.MjSpec, base: mujoco.MjsBody, bodies: list[mujoco.MjsBody], item: RobotArm, name: str
+) -> None:
+    """Add the shapes of an arm of a table."""
+    for number, (body, link) in enumerate(zip(bodies, item.arm.links, strict=True), start=1):
+        _add_shape(body, link, f"{name}/link{number}", item.color)
+    _add_column(base, item, name)
+    _add_excludes(spec, [base, *bodies], item.arm)
+
+
+def _add_model(
+    spec: mujoco.MjSpec,
+    base: mujoco.MjsBody,
+    bodies: list[mujoco.MjsBody],
+    item: RobotArm,
+    name: str,
+    originals: dict[str, Original],
+) -> None:
+    """Add the shapes of an arm from a file."""
+    key = f"arm:{item.model}"
+    if key not in originals:
+        originals[key] = original_of(spec, item.file_arm, key=f"arm:model{len(originals) + 1}")
+    stand = add_stand(base, item.file_arm, name=name, placed=_placed(item.arm.base))
+    add_shapes(spec, stand, bodies, item, originals[key], name=name)
+    # What an arm stands on may reach into its first links, as the base of a table's arm does.
+    pairs = {("world", bodies[0].name), (base.name, bodies[0].name)}
+    for first, second in passing(item):
+        pairs.add((stand.name if first < 0 else bodies[first].name, bodies[second].name))
+    for first, second in sorted(pairs):
+        spec.add_exclude(bodyname1=first, bodyname2=second)
 
 
 def _motion(link: Link, value: float) -> Array:

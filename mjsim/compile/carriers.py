@@ -16,7 +16,7 @@ def carrier_of(robot: Robot, sensor: Sensor) -> tuple[str, Array]:
         return "base", np.eye(4)
     name, _, part = on.partition("/")
     arm = next(item.arm for item in robot.arms if item.name == name)
-    return (f"{name}/link{arm.n}", np.array(arm.tool)) if part == "tool" else (on, np.eye(4))
+    return (f"{name}/link{arm.carrier + 1}", arm.flange @ arm.tool) if part == "tool" else (on, np.eye(4))
 
 
 def robot_from_carrier(robot: Robot, sensor: Sensor) -> Array:

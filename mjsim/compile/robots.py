@@ -52,7 +52,7 @@ def add_robot(spec: mujoco.MjSpec, robot: Robot, originals: dict[str, Original])
             looks = add_model_robot(spec, base, robot, robot.body, originals[robot.body.model])
         elif not isinstance(robot.body, NoBody):
             _add_own(spec, base, robot, robot.body)
-    add_arms(spec, base, robot)
+    add_arms(spec, base, robot, originals)
     for sensor in robot.sensors:
         add_sensor(base, robot, sensor, looks)
 

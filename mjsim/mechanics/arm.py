@@ -25,9 +25,10 @@ GRAVITY = (0.0, 0.0, -9.81)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Arm:
-    """A chain of n links. All methods take arrays of any leading shape and return them with that shape.
+    """A chain of n links; those beyond its end are fingers.
 
-    q is the value of each joint [rad, m where it slides]; the world is the frame in which `base` is given.
+    All methods take arrays of any leading shape and return them with that shape. q is the value of each joint [rad, m
+    where it slides]; the world is the frame in which `base` is given.
     """
 
     links: tuple[Link, ...]
@@ -38,7 +39,12 @@ class Arm:
     base: Array = field(default_factory=lambda: IDENTITY)
     """world_from_base, shape (4, 4) [m]."""
     tool: Array = field(default_factory=lambda: IDENTITY)
-    """flange_from_tool, shape (4, 4) [m]; the flange is the frame of the last link."""
+    """flange_from_tool, shape (4, 4) [m]."""
+    flange: Array = field(default_factory=lambda: IDENTITY)
+    """Frame of the flange in that of the link that carries it, link_from_flange, shape (4, 4) [m]."""
+    end: int | None = None
+    """Number of the link that carries the flange, counted from 0; the last one unless given. Links that it carries are
+    fingers: they weigh and move, and no pose of the tool depends on them."""
     gravity: tuple[float, float, float] = GRAVITY
     """World frame [m/s^2]."""
     _chain: Chain = field(init=False, repr=False)
@@ -48,13 +54,16 @@ class Arm:
         """Check poses, and keep the links as arrays."""
         if not self.links:
             raise ValueError("the arm has no links; give at least one row")
-        for name in ("base", "tool"):
+        for name in ("base", "tool", "flange"):
             pose = np.array(getattr(self, name), dtype=float)
             if pose.shape != (4, 4) or not np.isfinite(pose).all() or not is_rigid(pose):
                 raise ValueError(f"{name} is no pose; give a homogeneous transform of shape (4, 4)")
             pose.flags.writeable = False
             object.__setattr__(self, name, pose)
-        object.__setattr__(self, "_chain", chain_of(self.links, self.base, self.tool))
+        if self.end is not None and not 0 <= self.end < self.n:
+            raise ValueError(f"end is {self.end}; links are numbered from 0 to {self.n - 1}")
+        end = self.n - 1 if self.end is None else self.end
+        object.__setattr__(self, "_chain", chain_of(self.links, self.base, self.flange @ self.tool, end))
         object.__setattr__(self, "_masses", dynamics.masses_of(self.links))
 
     @classmethod
@@ -95,6 +104,16 @@ class Arm:
     def n(self) -> int:
         """How many joints there are."""
         return len(self.links)
+
+    @property
+    def parents(self) -> tuple[int, ...]:
+        """Number of the link that carries each, counted from 0, -1 for the base."""
+        return self._chain.parents
+
+    @property
+    def carrier(self) -> int:
+        """Number of the link that carries the flange and the tool, counted from 0."""
+        return self._chain.end
 
     @property
     def limits(self) -> tuple[Array, Array]:
@@ -272,7 +291,7 @@ class Arm:
         """Return a picture of the arm at q, shape (n,), or at several, shape (k, n), as a matplotlib figure."""
         from mjsim.mechanics.drawing import drawing
 
-        return drawing(self.name, self.links, self.base, self.posture(np.atleast_2d(np.asarray(q, dtype=float))))
+        return drawing(self.name, self.links, self._chain, self.posture(np.atleast_2d(np.asarray(q, dtype=float))))
 
     def moved(self, base: Array, *, tool: Array | None = None) -> "Arm":
         """Return the same arm on another base, world_from_base, and with another tool, shape (4, 4) each [m]."""

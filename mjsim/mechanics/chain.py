@@ -7,6 +7,7 @@ References:
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 from mjsim.mechanics.links import Link
@@ -15,7 +16,7 @@ from mjsim.mechanics.transforms import about_z, cross, inverted
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chain:
-    """The links of an arm as arrays, in the order from the base."""
+    """The links of an arm as arrays, each after the one that carries it."""
 
     first: Array
     """world_from_base, shape (4, 4)."""
@@ -29,6 +30,30 @@ class Chain:
     """1.0 where a joint slides, else 0.0, shape (n,)."""
     turns: Array
     """1.0 where a joint revolves, else 0.0, shape (n,)."""
+    parents: tuple[int, ...]
+    """Number of the link that carries each, -1 for the base."""
+    carried: Array
+    """1.0 where a joint (column) moves a link (row), else 0.0, shape (n, n)."""
+    end: int
+    """Number of the link that carries the tool."""
+    serial: bool
+    """Whether each link is carried by the one before it."""
+    jointed: NDArray[np.intp]
+    """Numbers of the links that another one carries, shape (m,)."""
+    carriers: NDArray[np.intp]
+    """Numbers of the links that carry those, shape (m,)."""
+
+    def outwards(self, values: Array) -> Array:
+        """Return sums over the links from the base to each, shape (..., n, 3)."""
+        if self.serial:
+            return np.asarray(np.add.accumulate(values, axis=-2))
+        return self.carried @ values
+
+    def inwards(self, values: Array) -> Array:
+        """Return sums over each link and all that it carries, shape (..., n, 3)."""
+        if self.serial:
+            return np.asarray(np.add.accumulate(values[..., ::-1, :], axis=-2))[..., ::-1, :]
+        return self.carried.T @ values
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,9 +78,34 @@ class Posture:
         return self.joints[..., :3, 3]
 
 
-def chain_of(links: tuple[Link, ...], base: Array, tool: Array) -> Chain:
-    """Return links as arrays."""
+def parents_of(links: tuple[Link, ...]) -> tuple[int, ...]:
+    """Return the number of the link that carries each, -1 for the base.
+
+    Raises:
+        ValueError: A link stands before the one that carries it.
+    """
+    parents = tuple(number - 1 if link.parent is None else link.parent for number, link in enumerate(links))
+    for number, parent in enumerate(parents):
+        if not -1 <= parent < number:
+            raise ValueError(f"link {number + 1} is carried by number {parent}; it must be one before it, or -1")
+    return parents
+
+
+def chain_of(links: tuple[Link, ...], base: Array, tool: Array, end: int) -> Chain:
+    """Return links as arrays; `end` is the number of the link that carries the tool."""
+    parents = parents_of(links)
+    carried = np.eye(len(links))
+    for number, parent in enumerate(parents):
+        if parent >= 0:
+            carried[number] += carried[parent]
+    jointed = np.array([number for number, parent in enumerate(parents) if parent >= 0], dtype=np.intp)
     return Chain(
+        parents=parents,
+        carried=carried,
+        end=end,
+        serial=parents == tuple(range(-1, len(links) - 1)),
+        jointed=jointed,
+        carriers=np.array(parents, dtype=np.intp)[jointed],
         first=base,
         last=tool,
         before=np.array([link.before for link in links]),
@@ -74,15 +124,11 @@ def posture_at(chain: Chain, q: Array) -> Posture:
     """
     moved = chain.before @ about_z(q * chain.turns, q * chain.slides)
     steps = moved @ chain.after
-    count = q.shape[-1]
-    links = np.empty_like(steps)
-    reached = chain.first
-    for number in range(count):
-        links[..., number, :, :] = reached = reached @ steps[..., number, :, :]
-    joints = np.empty_like(moved)
-    joints[..., 0, :, :] = chain.first @ moved[..., 0, :, :]
-    joints[..., 1:, :, :] = links[..., :-1, :, :] @ moved[..., 1:, :, :]
-    return Posture(joints, links, reached @ chain.last)
+    links, carriers = np.empty_like(steps), np.empty_like(steps)
+    for number, parent in enumerate(chain.parents):
+        carriers[..., number, :, :] = chain.first if parent < 0 else links[..., parent, :, :]
+        links[..., number, :, :] = carriers[..., number, :, :] @ steps[..., number, :, :]
+    return Posture(carriers @ moved, links, links[..., chain.end, :, :] @ chain.last)
 
 
 def jacobian(chain: Chain, posture: Posture, points: Array) -> tuple[Array, Array]:
@@ -97,7 +143,7 @@ def jacobian(chain: Chain, posture: Posture, points: Array) -> tuple[Array, Arra
         linear: Derivatives of the points by the joints, shape (..., 3, n) [m/rad, 1].
         angular: Of their frames' rotation, shape (..., 3, n) [1, rad/m].
     """
-    axes = posture.axes
+    axes = posture.axes * chain.carried[chain.end][:, None]
     angular = chain.turns[:, None] * axes
     linear = chain.slides[:, None] * axes + cross(angular, points[..., None, :] - posture.points)
     return np.swapaxes(linear, -1, -2), np.swapaxes(angular, -1, -2)

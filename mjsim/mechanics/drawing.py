@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.mechanics.chain import Posture
+from mjsim.mechanics.chain import Chain, Posture
 from mjsim.mechanics.links import Link
 from mjsim.mechanics.transforms import IDENTITY
 
@@ -19,13 +19,13 @@ FRAME = 0.15
 """Length of the drawn axes as a share of the arm's reach."""
 
 
-def drawing(name: str, links: tuple[Link, ...], base: Array, posture: Posture) -> "Figure":
+def drawing(name: str, links: tuple[Link, ...], chain: Chain, posture: Posture) -> "Figure":
     """Return a picture of an arm at k postures, the last one drawn strongest, with the tool's way between them.
 
     Args:
         name: Of the arm.
         links: From the base outwards.
-        base: world_from_base, shape (4, 4) [m].
+        chain: The same as arrays.
         posture: Where the parts are, arrays with one leading axis of k.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -34,10 +34,12 @@ def drawing(name: str, links: tuple[Link, ...], base: Array, posture: Posture) -
     figure = Figure(figsize=(7.0, 6.2), layout="constrained")
     FigureCanvasAgg(figure)
     axes: Any = figure.add_subplot(projection="3d")
-    lines = _lines(links, base, posture)
+    lines, fingers = _lines(links, chain, posture), _fingers(links, chain, posture)
     strengths = [0.25] * (len(lines) - 1) + [1.0]
     for number, (line, strength) in enumerate(zip(lines, strengths, strict=True)):
         _draw_links(axes, line, strength)
+        for finger in fingers[number]:
+            axes.plot(*finger.T, color=BONE, linewidth=3, alpha=strength, solid_capstyle="round")
         _draw_joints(axes, links, posture.joints[number], 0.05 * _reach(line), strength)
     if len(lines) > 1:
         axes.plot(*posture.tool[:, :3, 3].T, color=COLORS[2], linewidth=1.0)
@@ -48,13 +50,25 @@ def drawing(name: str, links: tuple[Link, ...], base: Array, posture: Posture) -
     return figure
 
 
-def _lines(links: tuple[Link, ...], base: Array, posture: Posture) -> Array:
-    """Return the points that the arm goes through, base, ends of links, flange and tool, shape (k, m, 3) [m]."""
+def _lines(links: tuple[Link, ...], chain: Chain, posture: Posture) -> Array:
+    """Return the points that the arm goes through, base, ends of links and tool, shape (k, m, 3) [m]."""
     count = len(posture.links)
-    points = [np.broadcast_to(base[:3, 3], (count, 3))]
+    points = [np.broadcast_to(chain.first[:3, 3], (count, 3))]
     for number, link in enumerate(links):
-        points += [(posture.links[:, number] @ [*end, 1.0])[:, :3] for end in link.bone]
-    return np.stack([*points, posture.links[:, -1, :3, 3], posture.tool[:, :3, 3]], axis=1)
+        if chain.carried[chain.end, number]:
+            points += [(posture.links[:, number] @ [*end, 1.0])[:, :3] for end in link.bone]
+    return np.stack([*points, posture.links[:, chain.end, :3, 3], posture.tool[:, :3, 3]], axis=1)
+
+
+def _fingers(links: tuple[Link, ...], chain: Chain, posture: Posture) -> Array:
+    """Return the points of each link that does not carry the tool, from its carrier on, shape (k, links, 3, 3) [m]."""
+    found = [np.zeros((len(posture.links), 0, 3, 3))]
+    for number in np.flatnonzero(chain.carried[chain.end] == 0.0).tolist():
+        ends = [(posture.links[:, number] @ [*end, 1.0])[:, :3] for end in links[number].bone]
+        parent = chain.parents[number]
+        before = posture.links[:, parent, :3, 3] if parent >= 0 else np.broadcast_to(chain.first[:3, 3], ends[0].shape)
+        found.append(np.stack([before, *ends], axis=1)[:, None])
+    return np.concatenate(found, axis=1)
 
 
 def _draw_links(axes: Any, line: Array, strength: float) -> None:

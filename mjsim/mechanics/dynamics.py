@@ -70,24 +70,15 @@ def motion_of(chain: Chain, posture: Posture, qd: Array, qdd: Array, gravity: Ar
     """
     axes, points = posture.axes, posture.points
     turn, slide = axes * (chain.turns * qd)[..., None], axes * (chain.slides * qd)[..., None]
-    spin = _outwards(turn)
+    spin = chain.outwards(turn)
     before = spin - turn
-    spin_rate = _outwards(axes * (chain.turns * qdd)[..., None] + cross(before, turn))
+    spin_rate = chain.outwards(axes * (chain.turns * qdd)[..., None] + cross(before, turn))
     steps = axes * (chain.slides * qdd)[..., None] + 2.0 * cross(before, slide)
-    # The base neither turns nor accelerates, so the first stretch gives nothing.
-    stretch, spin_on = points[..., 1:, :] - points[..., :-1, :], spin[..., :-1, :]
-    steps[..., 1:, :] += cross(spin_rate[..., :-1, :], stretch) + cross(spin_on, cross(spin_on, stretch))
-    return Motion(spin, spin_rate, _outwards(steps) - gravity)
-
-
-def _outwards(values: Array) -> Array:
-    """Return sums over the links from the base to each, shape (..., n, 3)."""
-    return np.asarray(np.add.accumulate(values, axis=-2))
-
-
-def _inwards(values: Array) -> Array:
-    """Return sums over the links from the tool to each, shape (..., n, 3)."""
-    return np.asarray(np.add.accumulate(values[..., ::-1, :], axis=-2))[..., ::-1, :]
+    # The base neither turns nor accelerates, so the stretches from there give nothing.
+    here, before_here = chain.jointed, chain.carriers
+    stretch, spin_on = points.take(here, -2) - points.take(before_here, -2), spin.take(before_here, -2)
+    steps[..., here, :] += cross(spin_rate.take(before_here, -2), stretch) + cross(spin_on, cross(spin_on, stretch))
+    return Motion(spin, spin_rate, chain.outwards(steps) - gravity)
 
 
 def rigid_torques(chain: Chain, masses: Masses, posture: Posture, qd: Array, *, qdd: Array, gravity: Array) -> Array:
@@ -113,8 +104,8 @@ def gravity_torques(chain: Chain, masses: Masses, posture: Posture, gravity: Arr
 
 def _at_joints(chain: Chain, posture: Posture, force: Array, moment: Array) -> Array:
     """Return what joints give, shape (..., n), for a force on each link and a moment about its joint's point."""
-    points, force_beyond = posture.points, _inwards(force)
-    moment_beyond = _inwards(moment + cross(points, force)) - cross(points, force_beyond)
+    points, force_beyond = posture.points, chain.inwards(force)
+    moment_beyond = chain.inwards(moment + cross(points, force)) - cross(points, force_beyond)
     given = chain.slides[:, None] * force_beyond + chain.turns[:, None] * moment_beyond
     result: Array = (posture.axes * given).sum(axis=-1)
     return result
@@ -132,7 +123,7 @@ def mass_matrix(chain: Chain, masses: Masses, posture: Posture) -> Array:
 
     M = sum over links of m Jv^T Jv + Jw^T I Jw (Spong, Hutchinson, Vidyasagar (2006), equation 7.50).
     """
-    carried = np.tri(chain.slides.size)[:, :, None]  # link, joint: whether the joint moves the link
+    carried = chain.carried[:, :, None]
     axes, rotation = posture.axes[..., None, :, :], posture.links[..., :3, :3]
     centers = (posture.links @ masses.center[:, :, None])[..., :3, 0]
     arms = centers[..., :, None, :] - posture.points[..., None, :, :]
@@ -162,7 +153,7 @@ def regressor(chain: Chain, posture: Posture, qd: Array, *, qdd: Array, gravity:
     forces, moments = forces[..., None, :, :, :], moments[..., None, :, :, :]
     slides, turns = chain.slides[:, None, None, None], chain.turns[:, None, None, None]
     shares = (axes * (slides * forces + turns * (moments + cross(lever, forces)))).sum(axis=-1)
-    carried = np.tri(chain.slides.size).T[:, None, :]  # joint, parameter, link
+    carried = chain.carried.T[:, None, :]  # joint, parameter, link
     spread = np.swapaxes(shares * carried, -1, -2)
     return np.asarray(spread.reshape(*spread.shape[:-2], -1))
 

@@ -69,7 +69,7 @@ def solve(task: Task, q0: Array) -> Reached:
     rng = np.random.default_rng(0)  # the same answer each time
     for number in range(TRIES):
         part = task.part(left)
-        start = best[left] if number == 0 else _anywhere(task, rng, len(left))
+        start = best[left] if number == 0 else _anywhere(task, rng, q0[left])
         found = _inside(task, _descend(part, start))
         near, turned = _misses(part, found)
         better = near + turned < (distance + angle)[left]
@@ -129,10 +129,14 @@ def _inside(task: Task, q: Array) -> Array:
     return np.clip(np.where(revolves, wrapped, q), task.lower, task.upper)
 
 
-def _anywhere(task: Task, rng: np.random.Generator, count: int) -> Array:
-    """Return values by chance within the limits, or within a turn and a metre, shape (count, n)."""
+def _anywhere(task: Task, rng: np.random.Generator, q0: Array) -> Array:
+    """Return values by chance within the limits, or within a turn and a metre, shape (m, n) as `q0`.
+
+    Joints that do not move the tool stay as they are there.
+    """
     reach = np.where(task.chain.slides == 0.0, np.pi, 1.0)
     lower, upper = np.maximum(task.lower, -reach), np.minimum(task.upper, reach)
     # Limits may lie beyond a turn altogether.
     lower, upper = np.where(lower < upper, lower, task.lower), np.where(lower < upper, upper, task.upper)
-    return rng.uniform(lower, upper, (count, len(lower)))
+    found = rng.uniform(lower, upper, q0.shape)
+    return np.where(task.chain.carried[task.chain.end] > 0.0, found, q0)

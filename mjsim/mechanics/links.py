@@ -52,6 +52,10 @@ class Link:
     """Of that capsule [m]."""
     dh: tuple[float, float, float, float] | None = None
     """theta [rad], d [m], a [m], alpha [rad] of the table that it comes from."""
+    label: str = ""
+    """Name of its joint in the file that it comes from."""
+    parent: int | None = None
+    """Number of the link that carries it, counted from 0, -1 for the base; the one before it unless given."""
 
     def __post_init__(self) -> None:
         """Check what does not depend on other links."""

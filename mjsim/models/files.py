@@ -33,7 +33,10 @@ MOST_PIXELS = 100_000_000
 CUBE_SIDES = 6
 MESH_ENDINGS = (".obj", ".stl", ".msh")
 
-_COMPILER = {"angle", "eulerseq", "inertiafromgeom", "inertiagrouprange", "boundmass", "boundinertia", "balanceinertia"}
+_COMPILER = {
+    *("angle", "autolimits", "balanceinertia", "boundinertia", "boundmass", "eulerseq", "inertiafromgeom"),
+    "inertiagrouprange",
+}
 """Settings of MuJoCo's compiler that change what a file means."""
 THING: Sections = {
     "default": {"default", "geom", "joint", "mesh", "material"},

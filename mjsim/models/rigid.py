@@ -88,7 +88,7 @@ def _parts(model: mujoco.MjModel, data: mujoco.MjData) -> list[Rigid]:
         bodies = tuple(body for body, of in enumerate(roots) if of == root)
         first, count = int(model.body_jntadr[root]), int(model.body_jntnum[root])
         joints = tuple(joint for joint in range(first, first + count) if int(model.jnt_type[joint]) in SINGLE)
-        mass, center, inertia = _weighed(model, data, bodies)
+        mass, center, inertia = weighed(model, data, bodies)
         parts.append(
             Rigid(
                 root=root,
@@ -105,7 +105,7 @@ def _parts(model: mujoco.MjModel, data: mujoco.MjData) -> list[Rigid]:
     return parts
 
 
-def _weighed(model: mujoco.MjModel, data: mujoco.MjData, bodies: Sequence[int]) -> tuple[float, Array, Array]:
+def weighed(model: mujoco.MjModel, data: mujoco.MjData, bodies: Sequence[int]) -> tuple[float, Array, Array]:
     """Return mass, centre of mass and inertia about it of some bodies, by the theorem of Huygens and Steiner."""
     numbers = [body for body in bodies if body and model.body_mass[body] > 0.0]
     if not numbers:

@@ -120,7 +120,7 @@ class _RobotGatherer(Gatherer):
     def leave_out(self, root: Element) -> None:
         """Take away what stands for files that are left out."""
         if root.tag == "robot":
-            _without_shapes(root, self.gone)
+            without_shapes(root, self.gone)
         else:
             _without_assets(root, self.gone)
 
@@ -146,7 +146,7 @@ def _reason(name: str, error: str, kind: str) -> str:
     return f"missing {what}"
 
 
-def _without_shapes(root: Element, gone: set[str]) -> None:
+def without_shapes(root: Element, gone: set[str]) -> None:
     """Take the shapes of URDF away whose mesh is left out; a link that loses its looks shows what collides."""
     for link in root.iter("link"):
         looks = link.findall("visual")

@@ -231,9 +231,11 @@ def named_files(world: World) -> list[str]:
     shapes = {item.model: item.shape for item in world.obstacles if isinstance(item, ModelObstacle)}
     of_models = [path for shape in shapes.values() for path in shape.files.paths]
     bodies = [path for robot in world.robots if isinstance(robot.body, ModelBody) for path in robot.body.files.paths]
+    arms = [path for robot in world.robots for arm in robot.arms if arm.model for path in arm.file_arm.files.paths]
     presets = [robot.preset for robot in world.robots if robot.preset is not None and is_preset_file(robot.preset)]
     tables = table_files(world.run.events)
-    return list(dict.fromkeys([*named_pictures(world), *of_models, *bodies, *presets, *tables, *world.source.included]))
+    named = [*named_pictures(world), *of_models, *bodies, *arms, *presets, *tables, *world.source.included]
+    return list(dict.fromkeys(named))
 
 
 def named_pictures(world: World) -> list[str]:

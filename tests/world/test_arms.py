@@ -88,7 +88,7 @@ def test_the_toolboxs_parameters_are_the_presets():
 
 BAD = {
     "w.yaml:7:18: no arm preset 'pumma560'; did you mean 'puma560'?": "- {preset: pumma560}",
-    "w.yaml:7:9: an arm has a table of joints; give dh: {rows: [...]}, or a preset": "- {name: arm}",
+    "w.yaml:7:9: an arm has joints; give dh: {rows: [...]}, a preset, or model: FILE": "- {name: arm}",
     "w.yaml:7:21: rows is []; it must have at least 1 item": "- {dh: {rows: []}}",
     "w.yaml:7:32: a is nan; it must be a finite number": "- {dh: {rows: [{d: 1, a: .nan}]}}",
     "w.yaml:7:23: unknown key 'alfa_deg'; did you mean 'alpha_deg'?": "- {dh: {rows: [{alfa_deg: 90}]}}",

@@ -7,23 +7,23 @@ from importlib import resources
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, ValidationInfo, model_validator
 
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
-from mjsim.world.ground import Color, Degrees, Metres, Model, Name, Point3, fault
+from mjsim.world.files import BUILT, Source, read_asset
+from mjsim.world.ground import Color, Degrees, Metres, Model, ModelPath, Name, Point3, fault
+from mjsim.world.items.arm_models import arm_of, faulty_joint
 from mjsim.world.yaml import read_text
 
 if TYPE_CHECKING:  # and below where it is used: worlds without arms start without it
     from mjsim.mechanics import Arm
+    from mjsim.models import FileArm
 
 MOST_JOINTS = 32
 """Of one arm."""
 IN_DOUBT = (("friction", "coulomb"), ("center",), ("inertia",), ("gear",))
 """Keys of a row that the mechanics may refuse."""
-POSTURES = 4
-"""At so many postures each joint is tried for something to move."""
-
 InUnit = Annotated[float, Field(ge=-1e6, le=1e6)]
 """A length in the unit of the table."""
 Figure = Annotated[float, Field(ge=0, le=1e6)]
@@ -134,16 +134,13 @@ class DhTable(Model):
 
     @model_validator(mode="after")
     def _moves_something(self) -> Self:
-        arm = self.arm("arm")
-        q = np.random.default_rng(0).uniform(-1.0, 1.0, (POSTURES, arm.n))
-        moved = np.diagonal(arm.inertia(q), axis1=-2, axis2=-1).max(axis=0)
-        for number, inertia in enumerate(moved.tolist()):
-            if inertia < 1e-12:
-                raise fault(
-                    f"joint{number + 1} moves nothing that has mass; give link{number + 1} or one beyond it a mass and"
-                    " an inertia, or the motor a rotor_inertia",
-                    *("rows", number),
-                )
+        number = faulty_joint(self.arm("arm"))
+        if number is not None:
+            raise fault(
+                f"joint{number + 1} moves nothing that has mass; give link{number + 1} or one beyond it a mass and"
+                " an inertia, or the motor a rotor_inertia",
+                *("rows", number),
+            )
         return self
 
     def arm(self, name: str) -> "Arm":
@@ -176,7 +173,13 @@ class RobotArm(Model):
     preset: Name | None = None
     """An arm of `assets/arms`; keys beside this one override it."""
     dh: DhTable | None = None
-    """Its joints and links; a preset brings them."""
+    """Its joints and links; a preset brings them, or a model."""
+    model: ModelPath | None = None
+    """A file of MJCF or URDF with its joints, links and looks, instead of `dh`; each joint gets a motor of torque, with
+    the limits that the file has. Fingers beyond the end of the chain are joints of the arm too, the last ones."""
+    end: Annotated[str, Field(min_length=1, max_length=200)] | None = None
+    """Body, site or joint of the model at the end of its chain, whose frame is that of the flange; found unless given
+    where there is one way only."""
     at: Point3 = (0.0, 0.0, 0.0)
     """[x, y, z] of its base in the robot's frame [m]."""
     rpy_deg: RollPitchYaw = (0.0, 0.0, 0.0)
@@ -186,7 +189,8 @@ class RobotArm(Model):
     start_deg: Annotated[tuple[Metres, ...], Field(strict=False, max_length=MOST_JOINTS)] = ()
     """Values of the joints at the start [deg, m]; 0, or the nearest within limits, unless given."""
     color: Color = "#e8a33d"
-    """'#rrggbb'."""
+    """'#rrggbb'; of a model its own unless given."""
+    _source: Source = PrivateAttr(default=BUILT)
 
     @model_validator(mode="before")
     @classmethod
@@ -199,9 +203,51 @@ class RobotArm(Model):
         return keys
 
     @model_validator(mode="after")
+    def _has_joints(self, info: ValidationInfo) -> Self:
+        if (self.dh is None) == (self.model is None):
+            what = "an arm has a table of joints or a model, not both; leave one out"
+            none = "an arm has joints; give dh: {rows: [...]}, a preset, or model: FILE"
+            raise fault(none) if self.dh is None else fault(what, "model")
+        if self.model is None:
+            if self.end is not None:
+                raise fault("end names a part of a model; an arm of a table ends at its last row", "end")
+            return self
+        context = info.context or {}
+        self._source = context.get("source") or BUILT
+        # Many arms of one file are read once, also when it is broken.
+        read: dict[Any, Any] = context.setdefault("models", {})
+        key = ("arm", self.model, self.end)
+        if key not in read:
+            try:
+                read[key] = self.file_arm
+                self._check_joints()
+            except ValueError as error:
+                read[key] = str(error)
+        if isinstance(read[key], str):
+            raise fault(read[key], "model" if self.end is None or f"'{self.end}'" not in read[key] else "end")
+        self.__dict__["file_arm"] = read[key]
+        return self
+
+    def _check_joints(self) -> None:
+        """Raise ValueError when the file has too many joints, or one that moves nothing."""
+        arm = self.arm
+        if arm.n > MOST_JOINTS:
+            raise ValueError(f"'{self.model}' has {arm.n} joints; an arm has at most {MOST_JOINTS}")
+        number = faulty_joint(arm)
+        if number is not None:
+            name = arm.links[number].label
+            raise ValueError(f"joint '{name}' of '{self.model}' moves nothing that has mass; give what it moves a mass")
+
+    @cached_property
+    def file_arm(self) -> "FileArm":
+        """The arm as its file has it, of one that has a model; ValueError when it cannot be read."""
+        from mjsim.models import read_arm
+
+        assert self.model is not None, "asked of arms with a model only"
+        return read_arm(self.model, lambda path: read_asset(path, self._source), self.end)
+
+    @model_validator(mode="after")
     def _starts_within_limits(self) -> Self:
-        if self.dh is None:
-            raise fault("an arm has a table of joints; give dh: {rows: [...]}, or a preset")
         links = self.arm.links
         if self.start_deg and len(self.start_deg) != len(links):
             raise fault(f"start_deg holds {len(self.start_deg)} values; the arm has {len(links)} joints", "start_deg")
@@ -217,9 +263,9 @@ class RobotArm(Model):
         """The arm in the robot's frame: that is where its base is, and what its poses are in."""
         from mjsim.mechanics import placed
 
-        assert self.dh is not None, "checked when it was made"
         base = placed(self.at, np.radians(self.rpy_deg))
-        return self.dh.arm(self.name).moved(base, tool=self.tool.pose())
+        arm = arm_of(self.file_arm, self.name) if self.dh is None else self.dh.arm(self.name)
+        return arm.moved(base, tool=self.tool.pose())
 
     def parts(self) -> tuple[str, ...]:
         """Return what may carry sensors: ARM/link1 and so on, and ARM/tool."""

@@ -1,36 +1,46 @@
-"""Arms without a world: a preset by its name, or a file that holds what stands below one of `arms`."""
+"""Arms without a world: a preset by its name, a file that holds what stands below one of `arms`, or MJCF or URDF."""
 
 from pathlib import Path
 
 from pydantic import ValidationError
 
-from mjsim.errors import UsageError, WorldError, did_you_mean
+from mjsim.errors import Problem, UsageError, WorldError, did_you_mean
 from mjsim.mechanics import Arm
+from mjsim.world.files import Source, read_asset
 from mjsim.world.items import RobotArm, arm_names
 from mjsim.world.read.reader import faults_of, read_file
 from mjsim.world.yaml import problems_at, read_text
 
+MODELS = (".xml", ".mjcf", ".urdf")
+FARTHEST = 4
+"""How many folders above a model the meshes that it names may lie."""
 
-def arm(name: str | Path) -> Arm:
-    """Return an arm by the name of its preset, or of a YAML file.
+
+def arm(name: str | Path, end: str | None = None) -> Arm:
+    """Return an arm by the name of its preset, or of a file.
 
     Args:
-        name: Such as 'motoman_up6', or a path that ends in `.yaml`; the file holds what a world has below one of its
-            `arms`: `dh`, `tool`, and so on.
+        name: Such as 'motoman_up6'; or a path that ends in `.yaml`, whose file holds what a world has below one of its
+            `arms`: `dh`, `tool`, and so on; or a file of MJCF (`.xml`) or URDF (`.urdf`).
+        end: Body, site or joint at the end of the chain of such a model, whose frame is that of the flange.
 
     Raises:
         UsageError: There is no such preset, and no such file.
         WorldError: Something in the file is wrong; every fault is told with its line and column.
     """
-    return arm_item(name).arm
+    return arm_item(name, end).arm
 
 
-def arm_item(name: str | Path) -> RobotArm:
+def arm_item(name: str | Path, end: str | None = None) -> RobotArm:
     """Return an arm as `arm` does, with all that a world file says of it."""
+    if str(name).lower().endswith(MODELS):
+        return _from_model(Path(name), end)
+    if end is not None:
+        raise UsageError(f"end is '{end}'; it is for models (.xml, .urdf), '{name}' is none")
     if str(name) in arm_names():
         return RobotArm.model_validate({"preset": str(name), "name": str(name)})
     if not str(name).endswith((".yaml", ".yml")):
-        raise UsageError(f"no arm '{name}'{did_you_mean(str(name), arm_names())}; or name a YAML file")
+        raise UsageError(f"no arm '{name}'{did_you_mean(str(name), arm_names())}; or name a file (.yaml, .xml, .urdf)")
     return _from_file(Path(name))
 
 
@@ -40,6 +50,38 @@ def _from_file(path: Path) -> RobotArm:
         raise WorldError(problems)
     keys = {"name": "arm", **node.value} if isinstance(node.value, dict) else node.value
     try:
-        return RobotArm.model_validate(keys)
+        return RobotArm.model_validate(keys, context={"source": Source(file=str(path), folder=path.parent)})
     except ValidationError as error:
         raise WorldError(problems_at(node, str(path), faults_of(error, RobotArm))) from None
+
+
+def _from_model(path: Path, end: str | None) -> RobotArm:
+    """Return the arm of a model; a fault names the place in its text."""
+    from mjsim.models import ArmFileError, read_arm, text_place
+
+    if not path.is_file():
+        raise UsageError(f"no file '{path}'; name a file of MJCF (.xml) or URDF (.urdf)")
+    whole = path.resolve()
+    folder = _package(whole)
+    inner, source = whole.relative_to(folder).as_posix(), Source(file=str(path), folder=folder)
+    keys = {"name": "arm", "model": inner, **({} if end is None else {"end": end})}
+    try:
+        return RobotArm.model_validate(keys, context={"source": source})
+    except ValidationError as error:
+        message = "; ".join(details["msg"] for details in error.errors(include_url=False)).replace(inner, path.name)
+        element = ""
+        try:
+            read_arm(inner, lambda name: read_asset(name, source), end)
+        except ArmFileError as found:
+            element = found.element
+        except ValueError:
+            pass
+        line, column = text_place(whole.read_bytes(), element)
+        raise WorldError([Problem(str(path), line, column, message)]) from None
+
+
+def _package(path: Path) -> Path:
+    """Return the folder below which the files of a model may lie: around its package, or some folders up."""
+    above = list(path.parents)[: FARTHEST + 1]
+    package = next((folder for folder in above if (folder / "package.xml").is_file()), None)
+    return package.parent if package is not None else above[-1]

@@ -1,0 +1,135 @@
+"""Looks and collision shapes of arms from files, on the bodies of their links."""
+
+from collections.abc import Iterator
+from itertools import combinations
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from mjsim.compile.bodies import TOUCHED
+from mjsim.compile.model_looks import LookOf
+from mjsim.compile.models import Original, mesh_of
+from mjsim.compile.parts import DECOR, SEEN
+from mjsim.geometry import Array
+from mjsim.mechanics import Solid, is_valid, nearest_valid
+from mjsim.models import FileArm, seen_and_touched
+from mjsim.world import RobotArm
+
+NEAR = 2e-3
+"""Links whose shapes are nearer than this at the start always pass through each other [m]."""
+
+
+def original_of(spec: mujoco.MjSpec, file: FileArm, *, key: str) -> Original:
+    """Return the file of an arm for the scene; `key` begins the names of its meshes and materials there."""
+    return Original(file.model, file.files.urdf, LookOf(spec, file.model, key), key)
+
+
+def add_stand(base: mujoco.MjsBody, file: FileArm, *, name: str, placed: dict[str, Array]) -> mujoco.MjsBody:
+    """Add what of an arm's file no joint moves, as a body `ROBOT/ARM/base`, and return it."""
+    body = base.add_body(name=f"{name}/base", **placed)
+    mass, center, inertia = file.base
+    x, y, z = center.tolist()
+    xx, yy, zz, xy, yz, xz = inertia[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]].tolist()
+    solid = Solid(mass, (x, y, z), (xx, yy, zz, xy, yz, xz))
+    solid = solid if is_valid(solid) else nearest_valid(solid)
+    xx, yy, zz, xy, yz, xz = solid.inertia
+    body.explicitinertial, body.mass, body.ipos = True, solid.mass, solid.center
+    body.fullinertia = [xx, yy, zz, xy, xz, yz]
+    return body
+
+
+def add_shapes(
+    spec: mujoco.MjSpec,
+    stand: mujoco.MjsBody,
+    bodies: list[mujoco.MjsBody],
+    item: RobotArm,
+    original: Original,
+    *,
+    name: str,
+) -> None:
+    """Add the geoms of an arm's file to what stands and to the links.
+
+    Args:
+        spec: The scene.
+        stand: What no joint moves.
+        bodies: The links.
+        item: The arm.
+        original: Its file in this scene.
+        name: `ROBOT/ARM`.
+    """
+    file = item.file_arm
+    plain = item.color if "color" in item.model_fields_set else None
+    seen, touched = seen_and_touched(file.model, urdf=file.files.urdf)
+    for shape in file.shapes:
+        number, body = shape.number, stand if shape.link < 0 else bodies[shape.link]
+        if not (seen[number] or touched[number]):
+            continue
+        own = file.model.geom(number).name
+        geom = body.add_geom(
+            name=f"{name}/{own}" if own and _free(spec, f"{name}/{own}") else "",
+            type=int(file.model.geom_type[number]),
+            size=file.model.geom_size[number],
+            pos=shape.pose[:3, 3],
+            quat=_quaternion(shape.pose),
+            mass=0.0,
+            **_solid(file.model, number, seen=bool(seen[number]), touched=bool(touched[number])),
+            **original.looks.of_geom(number, plain=plain),
+        )
+        if geom.type == mujoco.mjtGeom.mjGEOM_MESH:
+            geom.meshname = mesh_of(spec, original, int(file.model.geom_dataid[number]), 1.0)
+
+
+def _free(spec: mujoco.MjSpec, name: str) -> bool:
+    return spec.geom(name) is None
+
+
+def _quaternion(pose: Array) -> Array:
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(pose[:3, :3]).ravel())
+    return quaternion
+
+
+def _solid(model: mujoco.MjModel, number: int, *, seen: bool, touched: bool) -> dict[str, Any]:
+    """Return how a geom of the file stands in the scene: as what is seen, what is touched, or both."""
+    if not touched:
+        return {"group": DECOR, "contype": 0, "conaffinity": 0}
+    return {
+        "group": SEEN if seen else TOUCHED,
+        "condim": int(model.geom_condim[number]),
+        "friction": model.geom_friction[number],
+        "priority": int(model.geom_priority[number]),
+        "solref": model.geom_solref[number],
+        "solimp": model.geom_solimp[number],
+    }
+
+
+def passing(item: RobotArm) -> Iterator[tuple[int, int]]:
+    """Yield pairs of links, -1 for what stands, that pass through each other.
+
+    Those that a joint joins, those that the file lets pass, and those that touch at the start.
+    """
+    file, model = item.file_arm, item.file_arm.model
+    yield from ((link.parent, number) for number, link in enumerate(file.links))
+    yield from file.apart
+    posture = item.arm.moved(np.eye(4)).posture(item.start())
+    _, touched = seen_and_touched(model, urdf=file.files.urdf)
+    solid = [shape for shape in file.shapes if touched[shape.number]]
+    data = mujoco.MjData(model)
+    for shape in solid:
+        pose = shape.pose if shape.link < 0 else posture.links[shape.link] @ shape.pose
+        data.geom_xpos[shape.number], data.geom_xmat[shape.number] = pose[:3, 3], pose[:3, :3].ravel()
+    near: set[tuple[int, int]] = set()
+    for first, second in combinations(solid, 2):
+        pair = min(first.link, second.link), max(first.link, second.link)
+        if pair[0] != pair[1] and pair not in near and _touch(model, data, first.number, second.number):
+            near.add(pair)
+    yield from sorted(near)
+
+
+def _touch(model: mujoco.MjModel, data: mujoco.MjData, first: int, second: int) -> bool:
+    """Return whether two geoms are nearer than what counts as contact."""
+    reach = float(model.geom_rbound[first] + model.geom_rbound[second]) + NEAR
+    if float(np.linalg.norm(data.geom_xpos[first] - data.geom_xpos[second])) > reach:
+        return False
+    return float(mujoco.mj_geomDistance(model, data, first, second, NEAR, None)) < NEAR

@@ -1,0 +1,361 @@
+"""Arms from files of MJCF and URDF: the chain of joints, masses, motors and shapes, in plain numbers.
+
+The arm's own actuators, springs and couplings of joints do not come along: each joint gets a motor of torque, with the
+limits that the file gives it. What stands beside the chain is rigid.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from xml.etree import ElementTree
+
+import mujoco
+import numpy as np
+
+from mjsim.errors import did_you_mean
+from mjsim.geometry import Array
+from mjsim.models.arm_motors import Motors, motors_of
+from mjsim.models.arm_tree import Tree, carried_by, chain_to, tree_of
+from mjsim.models.files import ROBOT, Element, Gatherer, ModelFiles, Read
+from mjsim.models.inertias import mend_inertias
+from mjsim.models.reader import compiled
+from mjsim.models.rigid import weighed
+from mjsim.models.robot_files import without_shapes
+
+WEIGHTLESS = 1e-9
+"""A link of less mass has none in its file [kg]."""
+UNFIT = ("breaks the triangle", "principal moment", "is no number")
+"""Sentences about inertias that no body has."""
+
+
+class ArmFileError(ValueError):
+    """Why a file is no arm, in a sentence."""
+
+    def __init__(self, message: str, element: str = "") -> None:
+        self.element = element
+        """Name of the joint or body that it is about; '' for none."""
+        super().__init__(message)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class FileLink:
+    """A joint of the file and what it moves; frames are (4, 4) [m]."""
+
+    name: str
+    """Of the joint."""
+    parent: int
+    """Number of the link that carries it, -1 for the base."""
+    before: Array
+    """Frame of the joint in that of its carrier at value 0; it turns about z, or slides along it."""
+    after: Array
+    """Frame of the link, which is that of its body, in that of the joint."""
+    slide: bool
+    bounds: tuple[float, float]
+    """[rad, m]; infinite without limits."""
+    mass: float | None
+    """[kg]; None where the file has none."""
+    center: Array
+    """Of mass, frame of the link, shape (3,) [m]."""
+    inertia: Array
+    """About the centre, shape (3, 3) [kg m^2]."""
+    armature: float
+    damping: float
+    friction: float
+    max_torque: float
+    max_velocity: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FileShape:
+    """Where a geom of the file is."""
+
+    number: int
+    link: int
+    """Number of the link that carries it, -1 for the base."""
+    pose: Array
+    """Frame of the geom in that of the link, shape (4, 4) [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class FileArm:
+    """An arm as its file has it."""
+
+    files: ModelFiles
+    model: mujoco.MjModel
+    """What MuJoCo makes of the files."""
+    links: tuple[FileLink, ...]
+    end: int
+    """Number of the link that carries the flange."""
+    flange: Array
+    """Its frame in that of this link, shape (4, 4) [m]."""
+    shapes: tuple[FileShape, ...]
+    base: tuple[float, Array, Array]
+    """Mass [kg], centre (3,) [m] and inertia about it (3, 3) [kg m^2] of what no joint moves."""
+    apart: frozenset[tuple[int, int]]
+    """Pairs of links that the file lets pass through each other."""
+    notes: tuple[str, ...]
+    """What was left out or assumed, in sentences."""
+
+
+def read_arm(path: str, read: Read, end: str | None = None) -> FileArm:
+    """Return the arm of a file.
+
+    Args:
+        path: Of a file of MJCF or URDF, as `read` knows it.
+        read: Returns a file by its path from the folder of the world.
+        end: Body, site or joint at the end of the chain; found where there is only one way unless given.
+
+    Raises:
+        ValueError: It cannot be read, or is no arm; a sentence that names the file.
+    """
+    gatherer = _ArmGatherer(path, read)
+    root = gatherer.parse(path)
+    if root.tag == "mujoco":
+        gatherer.put_includes_in(root, 0)
+    _check_joints(root, path)
+    notes = _checked_inertias(root, path)
+    said = motors_of(root)
+    gatherer.keep(root, ROBOT)
+    if root.tag == "robot":
+        without_shapes(root, gatherer.gone)
+    for compiler in (*root.findall("compiler"), *root.findall("mujoco/compiler")):
+        # Links without mass are looked for afterwards; MuJoCo refuses them.
+        compiler.set("boundmass", str(1e-3 * WEIGHTLESS))
+        compiler.set("boundinertia", str(1e-3 * WEIGHTLESS))
+    files = ModelFiles(root, gatherer.assets, tuple(gatherer.paths))
+    model = compiled(files)
+    tree = tree_of(model)
+    last, flange = _end(model, tree, path, end)
+    return _arm(files, model, tree, last, flange, said, [*notes, *gatherer.notes()])
+
+
+class _ArmGatherer(Gatherer):
+    """Reads the files of an arm; looks in a format that cannot be read are left out, as collision shapes stand in."""
+
+    def __init__(self, path: str, read: Read) -> None:
+        super().__init__(path, read)
+        self.gone: set[str] = set()
+
+    def asset(self, name: str, kind: str, *, variant: str = "") -> str:
+        """Take a mesh or a texture."""
+        if kind == "mesh" and name.lower().endswith(".dae") and self.urdf:
+            self.gone.add(name)
+            return name
+        return super().asset(name, kind, variant=variant)
+
+    def keep_urdf(self, root: Element) -> None:
+        """Keep what makes a robot."""
+        self.urdf = True
+        super().keep_urdf(root)
+
+    urdf = False
+
+    def notes(self) -> Iterator[str]:
+        if self.gone:
+            yield f"left out: {len(self.gone)} meshes of Collada (.dae); shapes for collisions stand in"
+
+
+def _check_joints(root: Element, path: str) -> None:
+    """Raise ValueError for joints that no arm has."""
+    for item in root.iter():
+        kind = item.get("type", "")
+        name = item.get("name", "")
+        if item.tag == "freejoint" or (item.tag == "joint" and kind in ("free", "floating", "planar")):
+            what = "a free joint" if kind != "planar" else "a planar joint"
+            said = f" '{name}'" if name else ""
+            message = f"'{path}' has {what}{said}; an arm stands on its base, remove the joint"
+            raise ArmFileError(message, name or (item.tag if item.tag == "freejoint" else kind))
+        if item.tag == "joint" and kind in ("ball", "spherical"):
+            said = f" '{name}'" if name else ""
+            raise ArmFileError(f"'{path}' has a ball joint{said}; an arm has hinges and slides", name or kind)
+
+
+def _checked_inertias(root: Element, path: str) -> list[str]:
+    """Return what was assumed about masses; raise ValueError for an inertia that no body has."""
+    notes = mend_inertias(root, path)
+    for note in notes:
+        if any(words in note for words in UNFIT):
+            name = note.partition("'")[2].partition("'")[0]
+            said = note.partition("; made")[0].removeprefix(f"{path}: ")
+            raise ArmFileError(f"'{path}' has an impossible body: {said}; mend it", name)
+    # The base weighs what its shapes do, and may well weigh nothing.
+    return [note.removeprefix(f"{path}: ") for note in notes if "body 'base'" not in note]
+
+
+def _end(model: mujoco.MjModel, tree: Tree, path: str, end: str | None) -> tuple[int, Array]:
+    """Return the body at the end of the chain, one that a joint moves, and the flange's frame on it."""
+    if not tree.moving:
+        raise ArmFileError(f"'{path}' has no joint that turns or slides; an arm has at least one")
+    if end is None:
+        last, ways = chain_to(tree)
+        if ways:
+            names = ", ".join(f"'{model.body(body).name}'" for body in ways)
+            raise ArmFileError(f"'{path}' branches, to {names}; say with 'end' which of its bodies carries the tool")
+        return last, np.eye(4)
+    data = tree.data
+    for kind, count in (("body", model.nbody), ("site", model.nsite), ("joint", model.njnt)):
+        for number in range(count):
+            if getattr(model, kind)(number).name == end:
+                body, pose = _named(model, data, kind, number)
+                if not tree.root_of[body]:
+                    raise ArmFileError(f"'{end}' of '{path}' is moved by no joint; name what the last joint moves", end)
+                return tree.root_of[body], _inverse(tree.frame(tree.root_of[body])) @ pose
+    known = [model.body(n).name for n in range(1, model.nbody)] + [model.site(n).name for n in range(model.nsite)]
+    raise ArmFileError(f"'{path}' has no body or site '{end}'{did_you_mean(end, known)}")
+
+
+def _named(model: mujoco.MjModel, data: mujoco.MjData, kind: str, number: int) -> tuple[int, Array]:
+    """Return the body that something belongs to, and its frame, shape (4, 4)."""
+    if kind == "site":
+        return int(model.site_bodyid[number]), _pose(data.site_xpos[number], data.site_xmat[number])
+    body = number if kind == "body" else int(model.jnt_bodyid[number])
+    return body, _pose(data.xpos[body], data.xmat[body])
+
+
+def _pose(place: Array, turn: Array) -> Array:
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = turn.reshape(3, 3), place
+    return pose
+
+
+def _arm(
+    files: ModelFiles,
+    model: mujoco.MjModel,
+    tree: Tree,
+    last: int,
+    flange: Array,
+    said: Motors,
+    notes: list[str],
+) -> FileArm:
+    chain, fingers = tree.path_to(last), carried_by(tree, last)
+    active = [*chain, *fingers]
+    held = [body for body in tree.moving if body not in active]
+    if held:
+        notes.append(f"rigid: {len(held)} joints beside the chain")
+    if model.neq or model.ntendon:
+        notes.append("left out: couplings of joints, each has a motor of its own")
+    if (model.jnt_stiffness > 0.0).any():
+        notes.append("left out: springs of joints")
+    tree = tree.with_rigid(held)
+    links: list[FileLink] = []
+    number_of = {0: -1}
+    for body in active:
+        links += _links_of(model, tree, body, number_of[tree.parent_of(body)], len(links), said)
+        number_of[body] = len(links) - 1
+    bare = [link.name for link in links if link.mass is None]
+    if bare:
+        notes.append(f"no mass: what {', '.join(bare)} move; capsules of 1000 kg/m^3 instead")
+    still = [body for body in range(1, model.nbody) if not tree.root_of[body]]
+    return FileArm(
+        files=files,
+        model=model,
+        links=tuple(links),
+        end=number_of[last],
+        flange=flange,
+        shapes=tuple(_shapes(model, tree, number_of)),
+        base=weighed(model, tree.data, still or [0]),
+        apart=frozenset(_apart(model, tree, number_of)),
+        notes=tuple(notes),
+    )
+
+
+def _links_of(
+    model: mujoco.MjModel, tree: Tree, body: int, parent: int, count: int, said: Motors
+) -> Iterator[FileLink]:
+    """Yield a link for each joint of a body; of several all but the last have no mass, as the body moves with all."""
+    ahead = _inverse(tree.frame(tree.parent_of(body))) @ tree.frame(body)
+    mass, center, inertia = weighed(model, tree.data, tree.bodies_of(body))
+    turn, place = tree.frame(body)[:3, :3], tree.frame(body)[:3, 3]
+    joints = tree.joints_of(body)
+    for index, joint in enumerate(joints):
+        whole = index == len(joints) - 1
+        joint_in_body = _axis_frame(model.jnt_pos[joint], model.jnt_axis[joint])
+        slide = int(model.jnt_type[joint]) == int(mujoco.mjtJoint.mjJNT_SLIDE)
+        dof, start = int(model.jnt_dofadr[joint]), float(model.qpos0[model.jnt_qposadr[joint]])
+        low, high = model.jnt_range[joint].tolist() if model.jnt_limited[joint] else (-np.inf, np.inf)
+        name = model.joint(joint).name
+        yield FileLink(
+            name=name or f"joint{count + index + 1}",
+            parent=parent if index == 0 else count + index - 1,
+            before=ahead @ joint_in_body @ _moved(slide, -start),
+            after=_inverse(joint_in_body),
+            slide=slide,
+            bounds=(low, high),
+            mass=0.0 if not whole else mass if mass > WEIGHTLESS else None,
+            center=turn.T @ (center - place) if whole else np.zeros(3),
+            inertia=turn.T @ inertia @ turn if whole else np.zeros((3, 3)),
+            armature=float(model.dof_armature[dof]),
+            damping=float(model.dof_damping[dof]),
+            friction=float(model.dof_frictionloss[dof]),
+            max_torque=said.torque(model, joint),
+            max_velocity=said.velocities.get(name, np.inf),
+        )
+        ahead = np.eye(4)
+
+
+def _inverse(pose: Array) -> Array:
+    """Return inner_from_outer of a rigid outer_from_inner, shape (4, 4)."""
+    result = np.eye(4)
+    result[:3, :3], result[:3, 3] = pose[:3, :3].T, -pose[:3, :3].T @ pose[:3, 3]
+    return result
+
+
+def _axis_frame(at: Array, axis: Array) -> Array:
+    """Return a frame at a point whose z axis is a unit vector, shape (4, 4)."""
+    frame = np.eye(4)
+    helper = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    x = np.cross(helper, axis)
+    x /= np.linalg.norm(x)
+    frame[:3, :3], frame[:3, 3] = np.column_stack([x, np.cross(axis, x), axis]), at
+    return frame
+
+
+def _moved(slide: bool, value: float) -> Array:
+    """Return a motion about z, or along it, shape (4, 4)."""
+    pose, c, s = np.eye(4), np.cos(value), np.sin(value)
+    if slide:
+        pose[2, 3] = value
+    else:
+        pose[:2, :2] = [[c, -s], [s, c]]
+    return pose
+
+
+def _shapes(model: mujoco.MjModel, tree: Tree, number_of: dict[int, int]) -> Iterator[FileShape]:
+    data = tree.data
+    for number in range(model.ngeom):
+        root = tree.root_of[int(model.geom_bodyid[number])]
+        pose = _pose(data.geom_xpos[number], data.geom_xmat[number])
+        yield FileShape(number, number_of[root], _inverse(tree.frame(root)) @ pose)
+
+
+def _apart(model: mujoco.MjModel, tree: Tree, number_of: dict[int, int]) -> Iterator[tuple[int, int]]:
+    """Yield pairs of links, the lower number first, that the file excludes or whose shapes' bits never meet."""
+    link_of = {body: number_of[root] for body, root in enumerate(tree.root_of)}
+    for signature in model.exclude_signature.tolist():
+        first, second = link_of[signature >> 16], link_of[signature & 0xFFFF]
+        yield min(first, second), max(first, second)
+    links = np.array([link_of[int(body)] for body in model.geom_bodyid], dtype=int)
+    bits = model.geom_contype[:, None] & model.geom_conaffinity[None, :]
+    meets = (bits | bits.T) != 0
+    for first in range(-1, max(number_of.values()) + 1):
+        for second in range(first + 1, max(number_of.values()) + 1):
+            both = meets[np.ix_(links == first, links == second)]
+            if both.size and not both.any():
+                yield first, second
+
+
+def text_place(data: bytes, element: str) -> tuple[int, int]:
+    """Return line and column, counted from 1, of the element of a name in a model, or where it stops being XML."""
+    try:
+        ElementTree.fromstring(data)
+    except ElementTree.ParseError as error:
+        return error.position[0], error.position[1] + 1
+    except ValueError:
+        return 1, 1
+    text = data.decode("utf-8", "replace")
+    word = re.escape(element)
+    ways = (rf"<[^<>]*\bname\s*=\s*([\"']){word}\1", rf"<{word}\b", rf"<[^<>]*\btype\s*=\s*([\"']){word}\1")
+    found = next(filter(None, (re.search(way, text) for way in ways)), None) if element else None
+    if found is None:
+        return 1, 1
+    return text.count("\n", 0, found.start()) + 1, found.start() - text.rfind("\n", 0, found.start())

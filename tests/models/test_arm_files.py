@@ -1,0 +1,192 @@
+"""Arms from files of MJCF and URDF, against MuJoCo's own reading of the same files."""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+import mjsim
+from mjsim.errors import UsageError, WorldError
+
+DATA = Path(__file__).parents[1] / "data" / "arms"
+GRIPPER, LAMP = DATA / "gripper.xml", DATA / "lamp.urdf"
+
+
+class Plain:
+    """A file as MuJoCo has it, no mjsim involved."""
+
+    def __init__(self, text, joints, base=None):
+        self.model = mujoco.MjModel.from_xml_string(text) if base is None else mujoco.MjModel.from_xml_path(str(base))
+        self.data = mujoco.MjData(self.model)
+        found = [self.model.joint(name) for name in joints]
+        self.q, self.v = [joint.qposadr[0] for joint in found], [joint.dofadr[0] for joint in found]
+        self.model.dof_damping[:], self.model.dof_frictionloss[:] = 0.0, 0.0
+        self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+
+    def pose(self, q, kind, name):
+        self.data.qpos[self.q] = q
+        mujoco.mj_kinematics(self.model, self.data)
+        pose, found = np.eye(4), getattr(self.data, kind)(name)
+        pose[:3, :3], pose[:3, 3] = found.xmat.reshape(3, 3), found.xpos
+        return pose
+
+    def torques(self, q, qd, qdd):
+        self.data.qpos[self.q], self.data.qvel[self.v], self.data.qacc[self.v] = q, qd, qdd
+        mujoco.mj_inverse(self.model, self.data)
+        return self.data.qfrc_inverse[self.v].copy()
+
+
+def gripper():
+    return Plain("", ["pan", "lift", "reach", "left", "right"], base=GRIPPER)
+
+
+@pytest.mark.parametrize(
+    ("end", "kind", "name"), [(None, "body", "sleeve"), ("hand", "body", "hand"), ("grip", "site", "grip")]
+)
+def test_the_flange_is_where_mujoco_has_that_part_of_the_file(end, kind, name):
+    arm, plain = mjsim.arm(GRIPPER, end=end), gripper()
+    for q in np.random.default_rng(1).uniform(-2.0, 2.0, (200, 5)):
+        np.testing.assert_allclose(arm.fkine(q), plain.pose(q, kind, name), atol=1e-12)
+
+
+def test_torques_are_mujocos_with_rotors_and_fingers():
+    arm, plain = mjsim.arm(GRIPPER), gripper()
+    for q, qd, qdd in np.random.default_rng(2).uniform(-1.0, 1.0, (50, 3, 5)):
+        np.testing.assert_allclose(arm.rne_nofriction(q, qd, qdd), plain.torques(q, qd, qdd), atol=1e-12)
+        np.testing.assert_allclose(arm.gravload(q), plain.torques(q, 0.0, 0.0), atol=1e-12)
+        mass = arm.inertia(q)
+        np.testing.assert_allclose(mass @ qdd + arm.gravload(q), plain.torques(q, 0.0, qdd), atol=1e-12)
+        rigid = arm.coriolis(q, qd) @ qd + mass @ qdd + arm.gravload(q)
+        np.testing.assert_allclose(rigid, plain.torques(q, qd, qdd), atol=1e-12)
+        known = arm.regressor(q, qd, qd, qdd) @ arm.parameters() + arm.armature() * qdd
+        np.testing.assert_allclose(known, plain.torques(q, qd, qdd), atol=1e-12)
+
+
+def test_fingers_are_the_last_joints_and_do_not_move_the_tool():
+    arm = mjsim.arm(GRIPPER, end="grip")
+    assert [link.label for link in arm.links] == ["pan", "lift", "reach", "left", "right"]
+    assert arm.parents == (-1, 0, 1, 2, 2)
+    q = np.array([0.4, -0.5, 0.1, 0.01, 0.02])
+    np.testing.assert_array_equal(arm.jacob0(q)[:, 3:], 0.0)
+    found = arm.ikine(arm.fkine(q), q0=[0.0, 0.0, 0.0, 0.03, 0.005], mask=(1, 1, 1, 0, 0, 0))
+    assert found.converged
+    np.testing.assert_array_equal(found.q[3:], [0.03, 0.005])
+
+
+def test_limits_are_those_of_joints_and_actuators():
+    links = mjsim.arm(GRIPPER).links
+    # Gear times control range, force range, actuatorfrcrange, and half of what pulls the tendon.
+    np.testing.assert_allclose([link.max_torque for link in links], [60, 45, 60, 20, 20])
+    np.testing.assert_allclose(np.degrees([links[1].lower, links[1].upper]), [-120, 60])
+    assert (links[0].rotor_inertia, links[0].viscous, links[0].coulomb) == (0.02, 0.4, (0.1, -0.1))
+
+
+def test_a_urdf_has_the_limits_of_its_text_and_the_frame_that_is_named():
+    arm = mjsim.arm(LAMP, end="tip")
+    assert [link.label for link in arm.links] == ["tilt", "bend", "slide"]
+    np.testing.assert_array_equal([link.max_torque for link in arm.links], [20, 10, 30])
+    np.testing.assert_array_equal([link.max_velocity for link in arm.links], [2, np.inf, 0.5])
+    assert arm.limits[1].tolist() == [1.5, np.inf, 0.2]
+
+    def turned(axis, angle):
+        quaternion, matrix = np.zeros(4), np.zeros(9)
+        mujoco.mju_axisAngle2Quat(quaternion, np.array(axis), angle)
+        mujoco.mju_quat2Mat(matrix, quaternion)
+        pose = np.eye(4)
+        pose[:3, :3] = matrix.reshape(3, 3)
+        return pose
+
+    def at(*place):
+        pose = np.eye(4)
+        pose[:3, 3] = place
+        return pose
+
+    q = [0.3, -0.7, 0.15]
+    tilt = at(0, 0, 0.05) @ turned([0.0, 0, 1], 0.3) @ turned([0.0, 1, 0], q[0])
+    bend = tilt @ at(0, 0, 0.4) @ turned([1.0, 0, 0], 0.2) @ turned([0.0, 0.6, 0.8], q[1])
+    tip = bend @ at(0.3 + q[2], 0, 0) @ at(0.05, 0, 0) @ turned([0.0, 1, 0], 1.57)
+    np.testing.assert_allclose(arm.fkine(q), tip, atol=1e-12)
+
+
+def test_what_is_beside_the_chain_is_rigid_at_the_limit_next_to_zero():
+    heavy = mjsim.arm(LAMP, end="tip").links[1]
+    assert heavy.mass == pytest.approx(0.6 + 0.2)
+    # The shade weighs 0.2 kg at (0.1, 0, -0.05), the link 0.6 kg at (0.1, 0, 0).
+    np.testing.assert_allclose(heavy.center, [0.1, 0, -0.05 / 4], atol=1e-12)
+
+
+def test_a_link_without_mass_is_a_capsule():
+    rod = mjsim.arm(LAMP, end="tip").links[2]
+    length, radius = 0.05, rod.radius
+    assert rod.mass == pytest.approx(1000 * np.pi * radius**2 * (length + 4 / 3 * radius), rel=1e-9)
+
+
+CHAIN = (
+    '<mujoco><worldbody>{}<body name="a"><joint name="j"{}/><geom name="g" size="0.1"/>{}</body></worldbody></mujoco>'
+)
+TWO = "".join(
+    f'<body name="{name}" pos="1 0 0"><joint name="{name}"/><joint axis="1 0 0"/><geom size="0.1"/></body>'
+    for name in "bc"
+)
+WRONG = {
+    "'a.xml' has a free joint; an arm stands on its base, remove the joint": CHAIN.format(
+        "", "", '<body><freejoint/><geom size="1"/></body>'
+    ),
+    "'a.xml' has a free joint 'j'; an arm stands on its base, remove the joint": CHAIN.format("", ' type="free"', ""),
+    "'a.xml' has a ball joint 'j'; an arm has hinges and slides": CHAIN.format("", ' type="ball"', ""),
+    "'a.xml' branches, to 'b', 'c'; say with 'end' which of its bodies carries the tool": CHAIN.format("", "", TWO),
+    "'a.xml' has no joint that turns or slides; an arm has at least one": (
+        "<mujoco><worldbody><geom size='1'/></worldbody></mujoco>"
+    ),
+    "body: the inertia of body 'b' breaks the triangle inequality (0.1 + 0.1 < 0.3 kg m^2); mend it": (
+        CHAIN.format("", "", '<body name="b"><inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.3"/></body>')
+    ),
+    "'a.xml' is not XML: mismatched tag: line 1, column 13; mend it": "<mujoco><a></b></mujoco>",
+    "'a.xml' begins with <sdf>; a model begins with <mujoco> (MJCF) or <robot> (URDF)": "<sdf/>",
+    "no file 'no.stl' beside the world file or in assets": (
+        '<mujoco><asset><mesh name="m" file="no.stl"/></asset><worldbody><body><joint/>'
+        '<geom type="mesh" mesh="m"/></body></worldbody></mujoco>'
+    ),
+}
+
+
+@pytest.mark.parametrize(("sentence", "text"), WRONG.items())
+def test_what_is_no_arm_is_refused_in_a_line(sentence, text, tmp_path):
+    (tmp_path / "a.xml").write_text(text)
+    with pytest.raises(WorldError) as caught:
+        mjsim.load_world(_world(tmp_path, "arms: [{model: a.xml}]"))
+    line = str(caught.value)
+    assert line.startswith(f"{tmp_path / 'w.yaml'}:2:60: "), line
+    assert line.endswith(sentence), line
+
+
+def _world(folder, arms):
+    path = folder / "w.yaml"
+    path.write_text(f"mjsim: 1\nrobots: [{{name: r, base: fixed, at: [0, 0], {arms}}}]\n")
+    return path
+
+
+def test_a_wrong_model_alone_is_told_with_its_own_place(tmp_path):
+    path = tmp_path / "a.urdf"
+    path.write_text(
+        '<robot name="r">\n  <link name="a"/>\n  <link name="b"/>\n'
+        '  <joint name="float" type="floating"><parent link="a"/><child link="b"/></joint>\n</robot>'
+    )
+    with pytest.raises(WorldError) as caught:
+        mjsim.arm(path)
+    assert (
+        str(caught.value)
+        == f"{path}:4:3: 'a.urdf' has a free joint 'float'; an arm stands on its base, remove the joint"
+    )
+
+
+def test_an_end_that_is_not_there_is_told_with_a_near_name(tmp_path):
+    with pytest.raises(WorldError, match=r"has no body or site 'gripp'; did you mean 'grip'\?$"):
+        mjsim.arm(GRIPPER, end="gripp")
+    with pytest.raises(WorldError, match=r"'stand' of 'gripper.xml' is moved by no joint"):
+        mjsim.arm(GRIPPER, end="stand")
+    with pytest.raises(UsageError, match="end is 'x'; it is for models"):
+        mjsim.arm("puma560", end="x")
+    with pytest.raises(UsageError, match=r"no file '.*none.xml'; name a file of MJCF"):
+        mjsim.arm(tmp_path / "none.xml")
