@@ -169,5 +169,7 @@ def test_a_file_of_an_arm_is_read_and_its_faults_have_places(tmp_path):
         f"{bad}:3:11: a is nan; it must be a finite number",
         f"{bad}:4:1: unknown key 'tol'; did you mean 'tool'?",
     ]
-    with pytest.raises(UsageError, match=r"^no arm 'pumma560'; did you mean 'puma560'\?; or name a file (.yaml, .xml, .urdf)$"):
+    with pytest.raises(
+        UsageError, match=r"^no arm 'pumma560'; did you mean 'puma560'\?; or name a file \(.yaml, .xml, .urdf\)$"
+    ):
         mjsim.arm("pumma560")
