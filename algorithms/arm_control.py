@@ -4,6 +4,7 @@ All are made alike: an error of a joint dies away as that of a critically damped
 the arm as its data sheet gives it, `RobotInfo.arms`; `mass_scale` makes them believe in other masses.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -35,7 +36,7 @@ def believed(arm: Arm, mass_scale: float) -> Arm:
     return with_links(arm, links)
 
 
-class _ArmController:
+class _ArmController(ABC):
     """What all controllers of arms share: the arm, its goal, and the limits of its motors."""
 
     def __init__(self, *, frequency: float = 25.0, mass_scale: float = 1.0) -> None:
@@ -71,9 +72,9 @@ class _ArmController:
         found: Array = self._law(sensed.joints[self._part], q, qd, qdd, sensed.dt) + more
         return tuple(within_limits(found, self._info).tolist())
 
+    @abstractmethod
     def _law(self, state: JointState, q: Array, qd: Array, qdd: Array, dt: float) -> Array:
         """Return the torques for a goal, shape (joints,)."""
-        raise NotImplementedError
 
     def _friction(self, qd: Array) -> Array:
         """Return the torques that friction will take at the rates of a goal, shape (joints,).

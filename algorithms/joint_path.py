@@ -5,6 +5,7 @@ which the simulation goes on until the next.
 """
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from typing import Literal
 
@@ -72,7 +73,7 @@ def shortest_way(start: Array, goal: Array, arm: ArmInfo) -> Array:
     return np.where(revolves & (nearer >= arm.lower) & (nearer <= arm.upper), nearer, goal)
 
 
-class _ArmPath:
+class _ArmPath(ABC):
     """What both kinds of paths share: when they begin, and the goal of a tick."""
 
     def __init__(self, arm: str, *, wait: float, repeat: bool) -> None:
@@ -112,9 +113,9 @@ class _ArmPath:
         q, qd = self._at(min(time, self._seconds))
         return q, qd if time < self._seconds - ROUNDING else 0.0 * qd
 
+    @abstractmethod
     def _planned(self, start: Array) -> tuple[float, Callable[[float], Moving]]:
         """Return how long the path is [s], and what gives the motion at a time on it."""
-        raise NotImplementedError
 
 
 def _floats(values: Array) -> tuple[float, ...]:

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.sim.rays import fan_of
+from mjsim.sim.rays import Fan
 from mjsim.world import Robot, rims
 
 RAYS = 16
@@ -17,7 +17,7 @@ class ProximityRing:
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> None:
         """Keep the model and its state, which is read at each look, and where the rays of the robot begin."""
-        self._data, self._fan = data, fan_of(model, data)
+        self._data, self._fan = data, Fan(model, data, most=RAYS)
         self._base = model.body(f"{robot.name}/base").id
         angles = np.asarray(np.arange(RAYS) * (2.0 * np.pi / RAYS), dtype=float)
         self._rims, self._reach = rims(robot.body, angles), robot.proximity_range
@@ -25,8 +25,6 @@ class ProximityRing:
         self._farthest = float(np.max(self._rims)) + self._reach
         self._start = np.array([0.0, 0.0, HEIGHT * robot.body.height])
         self._directions = np.empty((RAYS, 3))
-        self._geoms = np.empty(RAYS, dtype=np.int32)
-        self._distances = np.empty(RAYS)
 
     def ranges(self) -> Array:
         """Return the free distance from the rim along each ray, shape (16,) [m]; +inf beyond its reach.
@@ -37,14 +35,7 @@ class ProximityRing:
         np.matmul(self._rays, world_from_base.T, out=self._directions)
         # From the middle, leaving out the base: a ray that began at the rim would begin inside what is touched.
         start = self._data.xpos[self._base] + world_from_base @ self._start
-        self._fan(
-            start,
-            self._directions,
-            exclude=self._base,
-            geoms=self._geoms,
-            distances=self._distances,
-            normals=None,
-            limit=self._farthest,
-        )
-        hit = (self._geoms >= 0) & (self._distances <= self._rims + self._reach)
-        return np.where(hit, np.maximum(self._distances - self._rims, 0.0), np.inf)
+        self._fan.cast(start, self._directions, exclude=self._base, limit=self._farthest)
+        distances = self._fan.distances
+        hit = (self._fan.geoms >= 0) & (distances <= self._rims + self._reach)
+        return np.where(hit, np.maximum(distances - self._rims, 0.0), np.inf)

@@ -1,8 +1,5 @@
 """Rays from one point of a robot: how far it is to walls, things and other robots."""
 
-from functools import partial
-from typing import Protocol
-
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -17,76 +14,62 @@ HIDDEN = 5
 """Geom group of what is left out for the time of one look."""
 
 
-class Fan(Protocol):
-    """Casts a fan of rays from one point: first geoms, -1 for none, their distances, and the normals there."""
+class Fan:
+    """Casts fans of rays, each from one point; its memory is made once.
 
-    def __call__(
-        self,
-        start: Array,
-        directions: Array,
-        *,
-        exclude: int,
-        geoms: NDArray[np.int32],
-        distances: Array,
-        normals: Array | None,
-        limit: float,
-    ) -> None:
-        """Write what rays meet into the arrays.
+    `mj_multiRay` looks for bodies in boxes along their frames, but the boxes lie along principal axes: it passes some
+    of what hangs on a body whose principal axes are turned, such as a link of an arm or a robot of an odd outline. A
+    model that has such bodies is asked for one ray at a time.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, *, most: int, normals: bool = False) -> None:
+        """Keep the model and its state, which is read at each cast.
+
+        Args:
+            model: The compiled world.
+            data: Its state.
+            most: How many rays there are at most.
+            normals: Whether surface normals are wanted.
+        """
+        self._model, self._data = model, data
+        self.geoms = np.full(most, -1, dtype=np.int32)
+        """What the rays of the last cast met, -1 for nothing, shape (most,)."""
+        self.distances = np.empty(most)
+        """How far it is to what they met, shape (most,) [m]."""
+        self.normals = np.zeros((most, 3)) if normals else None
+        """Of the surfaces that they met, world frame, shape (most, 3)."""
+        bodies = np.unique(model.geom_bodyid[SOLID[model.geom_group].astype(bool)])
+        self._turned = bool((np.abs(model.body_iquat[bodies, 0]) < 1.0 - STRAIGHT).any())
+
+    def cast(self, start: Array, directions: Array, *, exclude: int, limit: float) -> None:
+        """Cast the first rays of the fan, one for each direction.
 
         Args:
             start: World frame, shape (3,) [m].
             directions: Unit vectors, world frame, C-contiguous, shape (n, 3).
             exclude: Number of the body that is not met.
-            geoms: Shape (n,).
-            distances: Shape (n,) [m].
-            normals: Shape (3 n,); None where nobody asks.
             limit: What is farther may be left out [m].
         """
+        if self._turned:
+            self._one_by_one(start, directions, exclude)
+        else:
+            self._at_once(start, directions, exclude, limit)
 
+    def _at_once(self, start: Array, directions: Array, exclude: int, limit: float) -> None:
+        n, rays = len(directions), directions.reshape(-1)
+        geoms, distances = self.geoms[:n], self.distances[:n]
+        normals = None if self.normals is None else self.normals[:n].reshape(-1)
+        mujoco.mj_multiRay(
+            self._model, self._data, start, rays, SOLID, True, exclude, geoms, distances, normals, n, limit
+        )
 
-def fan_of(model: mujoco.MjModel, data: mujoco.MjData) -> Fan:
-    """Return what casts fans of rays in a model: all at once where MuJoCo finds everything so, else one by one.
-
-    `mj_multiRay` looks for bodies in boxes along their frames, but the boxes lie along principal axes: it passes some
-    of what hangs on a body whose principal axes are turned, such as a link of an arm or a robot of an odd outline.
-    """
-    bodies = np.unique(model.geom_bodyid[SOLID[model.geom_group].astype(bool)])
-    turned = bool((np.abs(model.body_iquat[bodies, 0]) < 1.0 - STRAIGHT).any())
-    return partial(_one_by_one if turned else _at_once, model, data)
-
-
-def _at_once(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    start: Array,
-    directions: Array,
-    *,
-    exclude: int,
-    geoms: NDArray[np.int32],
-    distances: Array,
-    normals: Array | None,
-    limit: float,
-) -> None:
-    rays, count = directions.reshape(-1), len(directions)
-    mujoco.mj_multiRay(model, data, start, rays, SOLID, True, exclude, geoms, distances, normals, count, limit)
-
-
-def _one_by_one(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    start: Array,
-    directions: Array,
-    *,
-    exclude: int,
-    geoms: NDArray[np.int32],
-    distances: Array,
-    normals: Array | None,
-    limit: float,
-) -> None:
-    for number, direction in enumerate(directions):
-        normal = None if normals is None else normals[3 * number : 3 * number + 3]
-        met = geoms[number : number + 1]
-        distances[number] = mujoco.mj_ray(model, data, start, direction, SOLID, True, exclude, met, normal)
+    def _one_by_one(self, start: Array, directions: Array, exclude: int) -> None:
+        for k, direction in enumerate(directions):
+            normal = None if self.normals is None else self.normals[k]
+            met = self.geoms[k : k + 1]
+            self.distances[k] = mujoco.mj_ray(
+                self._model, self._data, start, direction, SOLID, True, exclude, met, normal
+            )
 
 
 class Rays:
@@ -112,10 +95,7 @@ class Rays:
         own = (model.body_rootid[bodies] == base) & (bodies != base) & SOLID[model.geom_group].astype(bool)
         self._own: NDArray[np.int64] = np.flatnonzero(own)
         self._groups = model.geom_group[self._own].copy()
-        self._geoms = np.empty(most, dtype=np.int32)
-        self._distances = np.empty(most)
-        self._normals = np.zeros(3 * most)
-        self._fan = fan_of(model, data)
+        self._fan = Fan(model, data, most=most, normals=True)
 
     def pose(self) -> tuple[Array, Array]:
         """Return world_from_carrier: where the origin of the carrier is, shape (3,) [m], and its axes, shape (3, 3)."""
@@ -129,22 +109,20 @@ class Rays:
             directions: Unit vectors, world frame, C-contiguous, shape (n, 3).
             limit: What is farther is not met [m].
         """
-        count = len(directions)
-        geoms, distances = self._geoms[:count], self._distances[:count]
         own = self._own
         if own.size:
             self._model.geom_group[own] = HIDDEN
         try:
-            normals = self._normals[: 3 * count]
-            self._fan(
-                start, directions, exclude=self._base, geoms=geoms, distances=distances, normals=normals, limit=limit
-            )
+            self._fan.cast(start, directions, exclude=self._base, limit=limit)
         finally:
             if own.size:
                 self._model.geom_group[own] = self._groups
+        count = len(directions)
+        geoms, distances = self._fan.geoms[:count], self._fan.distances[:count]
         distances[(geoms < 0) | (distances > limit)] = np.inf
         return distances
 
     def met(self, count: int) -> tuple[NDArray[np.int32], Array]:
         """Return what the last rays met: geoms, shape (count,), -1 for none, and their normals, shape (count, 3)."""
-        return self._geoms[:count], self._normals[: 3 * count].reshape(count, 3)
+        assert self._fan.normals is not None
+        return self._fan.geoms[:count], self._fan.normals[:count]

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from mjsim.compile import compile_world
-from mjsim.sim.rays import SOLID, fan_of
+from mjsim.sim.rays import SOLID, Fan
 from mjsim.world import parse_world
 
 ROBOTS = {
@@ -27,12 +27,12 @@ def test_a_fan_meets_what_each_of_its_rays_meets(robot):
     mujoco.mj_forward(model, data)
     angles, rng, found = np.linspace(-np.pi, np.pi, 180, endpoint=False), np.random.default_rng(0), set()
     rays = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=-1)
-    geoms, distances, one = np.zeros(180, np.int32), np.zeros(180), np.zeros(1, np.int32)
+    fan, one = Fan(model, data, most=180), np.zeros(1, np.int32)
     for _ in range(20):
         start = np.array([*rng.uniform(-1.5, 1.5, 2), rng.uniform(0.1, 1.2)])
-        fan_of(model, data)(start, rays, exclude=-1, geoms=geoms, distances=distances, normals=None, limit=30.0)
-        for ray, geom, distance in zip(rays, geoms, distances, strict=True):
+        fan.cast(start, rays, exclude=-1, limit=30.0)
+        for ray, geom, distance in zip(rays, fan.geoms, fan.distances, strict=True):
             alone = mujoco.mj_ray(model, data, start, ray, SOLID, True, -1, one)
             assert (geom, distance if geom >= 0 else -1.0) == (one[0], pytest.approx(alone))
-        found |= set(geoms.tolist())
+        found |= set(fan.geoms.tolist())
     assert len(found) >= 3
