@@ -16,6 +16,7 @@ from mjsim.cli import (
     experiments,
     logs,
     machine,
+    new,
     recordings,
     reports,
     runs,
@@ -31,7 +32,7 @@ INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it."""
 COMMANDS: dict[str, Callable[..., None]] = {
     "doctor": machine.doctor,
-    "new": exchange.new,
+    "new": new.new,
     "check": worlds.check,
     "worlds": shipped.worlds,
     "fmt": worlds.fmt,

@@ -1,3 +1,4 @@
+from .bring import Brought as Brought
 from .bring import Reading as Reading
 from .bring import bring_clutter as bring_clutter
 from .bring import bring_file as bring_file

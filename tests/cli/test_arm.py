@@ -47,7 +47,7 @@ def test_a_picture_is_written_and_not_over_another(capsys, tmp_path):
 
 
 WRONG = {
-    "no arm 'pumma560'; did you mean 'puma560'?; or name a file (.yaml, .xml, .urdf)": ["pumma560"],
+    "'pumma560' is neither an arm preset nor a file (.yaml, .xml, .urdf); did you mean 'puma560'?": ["pumma560"],
     "--joints is '1,2'; give 6 numbers with commas between them": ["puma560", "--joints", "1,2"],
     "--joints is 'a'; give 6 numbers with commas between them": ["puma560", "--joints", "a"],
     "'arm.gif' is no picture; its name must end in .png, .svg or .pdf": ["puma560", "--plot", "arm.gif"],
