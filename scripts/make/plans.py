@@ -5,6 +5,7 @@ python scripts/make/plans.py
 
 import itertools
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,75 +14,107 @@ import ezdxf
 PLANS = Path(__file__).resolve().parents[2] / "tests" / "data" / "plans"
 
 
-def office() -> Any:
-    """Return an office as American offices draw: AIA layers, millimetres, far from the origin, doors as blocks."""
-    document = ezdxf.new("R2000", units=4)
-    space = document.modelspace()
-    for layer in ("A-WALL", "A-DOOR", "A-GLAZ", "A-FURN", "A-ANNO-DIMS", "A-ANNO-TEXT", "A-FLOR-STRS", "A-WALL-PATT"):
-        document.layers.add(layer)
-    x0, y0 = 512_000.0, 208_000.0
+class Office:
+    """An office as American offices draw: AIA layers, millimetres, far from the origin, doors as blocks."""
 
-    def line(x1: float, y1: float, x2: float, y2: float, layer: str = "A-WALL") -> None:
-        space.add_line((x0 + x1, y0 + y1), (x0 + x2, y0 + y2), dxfattribs={"layer": layer})
+    layers = ("A-WALL", "A-DOOR", "A-GLAZ", "A-FURN", "A-ANNO-DIMS", "A-ANNO-TEXT", "A-FLOR-STRS", "A-WALL-PATT")
+    origin = (512_000.0, 208_000.0)
 
-    # Outer walls of 300 mm, a room of 14.4 m x 9 m inside, with windows between jambs in the south wall.
-    for x1, y1, x2, y2 in ((0, 0, 0, 9600), (0, 9600, 15000, 9600), (15000, 9600, 15000, 0)):
-        line(x1, y1, x2, y2)
-    windows = [(1500, 3300), (5000, 6800), (9000, 10800)]
-    for y in (0, 300):
-        ends = [0 if y == 0 else 300, *(x for pair in windows for x in pair), 15000 if y == 0 else 14700]
+    def __init__(self) -> None:
+        self.document = ezdxf.new("R2000", units=4)
+        self.space = self.document.modelspace()
+        for layer in self.layers:
+            self.document.layers.add(layer)
+
+    def at(self, x: float, y: float) -> tuple[float, float]:
+        """Return a point of the drawing from one of the office [mm]."""
+        return self.origin[0] + x, self.origin[1] + y
+
+    def line(self, x1: float, y1: float, x2: float, y2: float, layer: str = "A-WALL") -> None:
+        """Draw a line between two points [mm]."""
+        self.space.add_line(self.at(x1, y1), self.at(x2, y2), dxfattribs={"layer": layer})
+
+    def broken_line(self, y: float, ends: Sequence[float]) -> None:
+        """Draw a line along x with gaps: from the first end to the second, from the third to the fourth, ..."""
         for start, end in zip(ends[::2], ends[1::2], strict=True):
-            line(start, y, end, y)
-    for start, end in windows:
-        for x in (start, end):
-            line(x, 0, x, 300)
-        for y in (0, 110, 190, 300):
-            line(start, y, end, y, "A-GLAZ")
-    line(300, 300, 300, 9300)
-    line(14700, 300, 14700, 9300)
-    # A corridor from x = 300 to 14700 between y = 5000 and 6800; walls of 120 mm with gaps for doors.
-    doors = {5000: [(1800, 2700), (6200, 7100), (11000, 11900)], 6800: [(3000, 3900), (9000, 9900)]}
-    for y, gaps in doors.items():
-        for face in (y - 60, y + 60):
-            ends = [300, *(x for pair in gaps for x in pair), 14700]
-            for start, end in zip(ends[::2], ends[1::2], strict=True):
-                line(start, face, end, face)
-        for pair in gaps:
-            for x in pair:
-                line(x, y - 60, x, y + 60)
-    # Walls between the rooms meet corridor and outer wall.
-    for x, low, high in ((4800, 300, 4940), (9600, 300, 4940), (7300, 6860, 9300)):
-        line(x - 60, low, x - 60, high)
-        line(x + 60, low, x + 60, high)
-    line(300, 9300, 7240, 9300)
-    line(7360, 9300, 14700, 9300)
-    door = document.blocks.new("DOOR-900")
-    door.add_line((0, 0), (0, 900))
-    door.add_arc((0, 0), 900, 0, 90)
-    for (x, y), turn, mirrored in (
-        ((1800, 4940), 180, True), ((6200, 4940), 180, True), ((11900, 4940), 180, False),
-        ((3000, 6860), 0, False), ((9900, 6860), 0, True),
-    ):  # fmt: skip
-        space.add_blockref("DOOR-900", (x0 + x, y0 + y), dxfattribs={
-            "layer": "A-DOOR", "rotation": turn, "xscale": -1 if mirrored else 1,
-        })  # fmt: skip
-    desk = document.blocks.new("DESK_1600x800")
-    desk.add_lwpolyline([(0, 0), (1600, 0), (1600, 800), (0, 800)], close=True)
-    desk.add_circle((800, 1100), 250)
-    for x, y, turn in ((700, 1200, 0), (5600, 1500, 90), (12500, 1500, 30), (2000, 8000, 180)):
-        space.add_blockref("DESK_1600x800", (x0 + x, y0 + y), dxfattribs={"layer": "A-FURN", "rotation": turn})
-    space.add_circle((x0 + 10500, y0 + 8100), 600, dxfattribs={"layer": "A-FURN"})
-    for step in range(10):
-        line(13000 + 170 * step, 7000, 13000 + 170 * step, 8200, "A-FLOR-STRS")
-    for offset in range(0, 14400, 200):
-        line(300 + offset, 9300, 600 + offset, 9600, "A-WALL-PATT")
-    space.add_linear_dim(
-        base=(x0, y0 - 1500), p1=(x0, y0), p2=(x0 + 15000, y0), dimstyle="Standard", dxfattribs={"layer": "A-ANNO-DIMS"}
-    ).render()
-    space.add_mtext("OFFICE 1", dxfattribs={"layer": "A-ANNO-TEXT", "insert": (x0 + 2000, y0 + 3000)})
-    frame = [(x0 - 3000, y0 - 4000), (x0 + 20000, y0 - 4000), (x0 + 20000, y0 + 12000), (x0 - 3000, y0 + 12000)]
-    space.add_lwpolyline(frame, close=True, dxfattribs={"layer": "G-TITL-BORDER"})
-    return document
+            self.line(start, y, end, y)
+
+    def outer_walls(self) -> None:
+        """Walls of 300 mm, a room of 14.4 m x 9 m inside, with windows between jambs in the south wall."""
+        for x1, y1, x2, y2 in ((0, 0, 0, 9600), (0, 9600, 15000, 9600), (15000, 9600, 15000, 0)):
+            self.line(x1, y1, x2, y2)
+        windows = [(1500, 3300), (5000, 6800), (9000, 10800)]
+        jambs = [x for pair in windows for x in pair]
+        self.broken_line(0, [0, *jambs, 15000])
+        self.broken_line(300, [300, *jambs, 14700])
+        for start, end in windows:
+            for x in (start, end):
+                self.line(x, 0, x, 300)
+            for y in (0, 110, 190, 300):
+                self.line(start, y, end, y, "A-GLAZ")
+        self.line(300, 300, 300, 9300)
+        self.line(14700, 300, 14700, 9300)
+
+    def corridor(self) -> None:
+        """Walls of 120 mm between y = 5000 and 6800 with gaps for doors, and the walls between the rooms."""
+        doors = {5000: [1800, 2700, 6200, 7100, 11000, 11900], 6800: [3000, 3900, 9000, 9900]}
+        for y, jambs in doors.items():
+            for face in (y - 60, y + 60):
+                self.broken_line(face, [300, *jambs, 14700])
+            for x in jambs:
+                self.line(x, y - 60, x, y + 60)
+        for x, low, high in ((4800, 300, 4940), (9600, 300, 4940), (7300, 6860, 9300)):
+            self.line(x - 60, low, x - 60, high)
+            self.line(x + 60, low, x + 60, high)
+        self.line(300, 9300, 7240, 9300)
+        self.line(7360, 9300, 14700, 9300)
+
+    def doors(self) -> None:
+        """Doors of 900 mm as blocks, turned and mirrored."""
+        door = self.document.blocks.new("DOOR-900")
+        door.add_line((0, 0), (0, 900))
+        door.add_arc((0, 0), 900, 0, 90)
+        for (x, y), turn, mirrored in (
+            ((1800, 4940), 180, True), ((6200, 4940), 180, True), ((11900, 4940), 180, False),
+            ((3000, 6860), 0, False), ((9900, 6860), 0, True),
+        ):  # fmt: skip
+            self.space.add_blockref("DOOR-900", self.at(x, y), dxfattribs={
+                "layer": "A-DOOR", "rotation": turn, "xscale": -1 if mirrored else 1,
+            })  # fmt: skip
+
+    def furniture(self) -> None:
+        """Desks as blocks, and a round table."""
+        desk = self.document.blocks.new("DESK_1600x800")
+        desk.add_lwpolyline([(0, 0), (1600, 0), (1600, 800), (0, 800)], close=True)
+        desk.add_circle((800, 1100), 250)
+        for x, y, turn in ((700, 1200, 0), (5600, 1500, 90), (12500, 1500, 30), (2000, 8000, 180)):
+            self.space.add_blockref("DESK_1600x800", self.at(x, y), dxfattribs={"layer": "A-FURN", "rotation": turn})
+        self.space.add_circle(self.at(10500, 8100), 600, dxfattribs={"layer": "A-FURN"})
+
+    def what_is_no_wall(self) -> None:
+        """Stairs, the hatching of a wall, a dimension, a text, and the frame of the sheet."""
+        for step in range(10):
+            self.line(13000 + 170 * step, 7000, 13000 + 170 * step, 8200, "A-FLOR-STRS")
+        for offset in range(0, 14400, 200):
+            self.line(300 + offset, 9300, 600 + offset, 9600, "A-WALL-PATT")
+        self.space.add_linear_dim(
+            base=self.at(0, -1500), p1=self.at(0, 0), p2=self.at(15000, 0), dimstyle="Standard",
+            dxfattribs={"layer": "A-ANNO-DIMS"},
+        ).render()  # fmt: skip
+        self.space.add_mtext("OFFICE 1", dxfattribs={"layer": "A-ANNO-TEXT", "insert": self.at(2000, 3000)})
+        frame = [self.at(*corner) for corner in ((-3000, -4000), (20000, -4000), (20000, 12000), (-3000, 12000))]
+        self.space.add_lwpolyline(frame, close=True, dxfattribs={"layer": "G-TITL-BORDER"})
+
+
+def office() -> Any:
+    """Return an office as American offices draw."""
+    drawn = Office()
+    drawn.outer_walls()
+    drawn.corridor()
+    drawn.doors()
+    drawn.furniture()
+    drawn.what_is_no_wall()
+    return drawn.document
 
 
 def house() -> Any:
