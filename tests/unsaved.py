@@ -9,6 +9,15 @@ from mjsim.web.drafts import drafts_folder
 from tests.sheet import Sheet
 from tests.windows import PATIENCE
 
+ROOM = """\
+mjsim: 1
+walls:
+  - {points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true}
+obstacles:
+  - {name: crate, box: [0.6, 0.4, 0.5], at: [2, 2]}
+"""
+THEIRS = ROOM.replace("crate", "barrel")
+"""What another program makes of the room."""
 LOOK = 0.02
 """Between two looks at the drafts [s]: what waits must leave the processor to what it waits for."""
 

@@ -1,4 +1,4 @@
-"""A studio of a folder with one world, and a client that it has let in; most files have their own."""
+"""A studio of a folder with one world, a client that it has let in, and its page in a browser."""
 
 import pytest
 
@@ -25,3 +25,28 @@ def studio(folder):
 def client(studio):
     with client_of(studio.url) as browser:
         yield browser
+
+
+@pytest.fixture(scope="module")
+def browser():
+    from tests.windows import chromium
+
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture
+def sheet(browser, tmp_path, request):
+    """The Edit view of the room of a module of tests."""
+    from tests.sheet import sheet_of
+
+    with sheet_of(browser, tmp_path, request.module.ROOM) as sheet:
+        yield sheet
+
+
+@pytest.fixture
+def state(tmp_path_factory, monkeypatch):
+    """A folder of the test's own for what a studio remembers of a user."""
+    place = tmp_path_factory.mktemp("state")
+    monkeypatch.setenv("XDG_STATE_HOME", str(place))
+    return place

@@ -6,38 +6,9 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.sheet import sheet_of
-from tests.unsaved import kept, notice, number_kept, second_tab, write_line
-from tests.windows import chromium
+from tests.unsaved import ROOM, THEIRS, kept, notice, number_kept, second_tab, write_line
 
-pytestmark = pytest.mark.slow
-
-ROOM = """\
-mjsim: 1
-walls:
-  - {points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true}
-obstacles:
-  - {name: crate, box: [0.6, 0.4, 0.5], at: [2, 2]}
-"""
-THEIRS = ROOM.replace("crate", "barrel")
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with chromium() as browser:
-        yield browser
-
-
-@pytest.fixture(autouse=True)
-def state(tmp_path_factory, monkeypatch):
-    place = tmp_path_factory.mktemp("state")
-    monkeypatch.setenv("XDG_STATE_HOME", str(place))
-    return place
-
-
-@pytest.fixture
-def sheet(browser, tmp_path):
-    with sheet_of(browser, tmp_path, ROOM) as sheet:
-        yield sheet
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("state")]
 
 
 def test_what_one_tab_saves_the_other_reads_unless_it_has_changes_of_its_own(sheet, tmp_path):

@@ -9,7 +9,6 @@ from playwright.sync_api import expect
 
 from mjsim.world import load_world
 from tests.sheet import Sheet, sheet_of
-from tests.windows import chromium
 
 pytestmark = pytest.mark.slow
 
@@ -28,18 +27,6 @@ run:
 obstacles:
   - {name: crate, box: [0.6, 0.4, 0.5], at: [2, 2]}   # it can be pushed?  no
 """
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with chromium() as browser:
-        yield browser
-
-
-@pytest.fixture
-def sheet(browser, tmp_path):
-    with sheet_of(browser, tmp_path, ROOM) as sheet:
-        yield sheet
 
 
 def saved(sheet: Sheet, folder) -> str:

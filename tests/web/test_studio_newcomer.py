@@ -13,7 +13,7 @@ from playwright.sync_api import Page, expect
 from mjsim.web import Studio
 from mjsim.world import load_world, parse_world
 from tests.sheet import Sheet, sheet_of
-from tests.windows import PATIENCE, chromium, page_at
+from tests.windows import PATIENCE, page_at
 
 pytestmark = pytest.mark.slow
 EDITS = 100
@@ -21,12 +21,6 @@ WIDE, DEEP = 12, 8
 """How large the room is in which they are made [m]."""
 DRAWN = "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
 """What was asked to be drawn with the next picture is drawn."""
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with chromium() as browser:
-        yield browser
 
 
 def test_a_newcomer_builds_a_room_saves_it_and_sees_it_run(browser, tmp_path):

@@ -12,38 +12,23 @@ from playwright.sync_api import Error, expect
 
 from mjsim.web.studio import Studio
 from tests.sheet import Sheet, sheet_of
-from tests.unsaved import close, drafts, kept, leave, notice, number_kept, offer, opened, put_in, second_tab, write_line
-from tests.windows import PATIENCE, chromium, page_at
+from tests.unsaved import (
+    ROOM,
+    close,
+    drafts,
+    kept,
+    leave,
+    notice,
+    number_kept,
+    offer,
+    opened,
+    put_in,
+    second_tab,
+    write_line,
+)
+from tests.windows import PATIENCE, page_at
 
-pytestmark = pytest.mark.slow
-
-ROOM = """\
-mjsim: 1
-walls:
-  - {points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true}
-obstacles:
-  - {name: crate, box: [0.6, 0.4, 0.5], at: [2, 2]}
-"""
-THEIRS = ROOM.replace("crate", "barrel")
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with chromium() as browser:
-        yield browser
-
-
-@pytest.fixture(autouse=True)
-def state(tmp_path_factory, monkeypatch):
-    place = tmp_path_factory.mktemp("state")
-    monkeypatch.setenv("XDG_STATE_HOME", str(place))
-    return place
-
-
-@pytest.fixture
-def sheet(browser, tmp_path):
-    with sheet_of(browser, tmp_path, ROOM) as sheet:
-        yield sheet
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("state")]
 
 
 def test_what_was_not_saved_is_offered_by_a_server_at_another_port(browser, tmp_path):
