@@ -12,44 +12,10 @@ from mjsim.errors import PhysicsFault
 from mjsim.interface import WheelCommand
 from mjsim.sim import Simulation
 from mjsim.world import load_world
+from tests.rover import ROVER, TANK
 
-ROVER = """
-<mujoco>
-  <worldbody>
-    <body name="base">
-      <freejoint/>
-      {looks}
-      <geom type="box" size="0.2 0.12 0.05" pos="0 0 0.1" mass="4"/>
-      <geom type="sphere" size="0.04" pos="-0.15 0 0.04" mass="0.1"/>
-      <body name="left" pos="0 0.15 0.08">
-        <joint name="left" axis="0 1 0" armature="{armature}"/>
-        <geom type="ellipsoid" size="0.08 0.02 0.08" mass="0.3"/>
-      </body>
-      <body name="right" pos="0 -0.15 0.08">
-        <joint name="right" axis="0 1 0" armature="{armature}"/>
-        <geom type="ellipsoid" size="0.08 0.02 0.08" mass="0.3"/>
-      </body>
-    </body>
-  </worldbody>
-  <asset>{assets}</asset>
-  <actuator>
-    <velocity name="left" joint="left" kv="{kv}"/>
-    <velocity name="right" joint="right" kv="{kv}"/>
-  </actuator>
-</mujoco>
-"""
-TANK = """
-class Tank:
-    wheels = ("left", "right")
-
-    def wheels_from_twist(self, forward, left, turn):
-        return (forward - 0.15 * turn) / 0.08, (forward + 0.15 * turn) / 0.08
-
-    def twist_from_wheels(self, speeds):
-        return 0.04 * (speeds[0] + speeds[1]), 0.0, 0.08 * (speeds[1] - speeds[0]) / 0.3
-"""
 WORLD = "mjsim: 1\nrobots: [{{name: r, at: [0, 0], body: {{model: {model}}}, drive: {{{drive}}}}}]\n"
-OWN = 'use: "tank.py:Tank"'
+OWN = 'use: "tank.py:Tank", radius: 0.08, track: 0.3'
 DATA = Path(__file__).parents[1] / "data" / "robots"
 
 
@@ -71,7 +37,12 @@ def world_with(folder: Path, text: str | bytes, *, name: str = "robot.xml", driv
 
 
 def rover(*, looks: str = "", assets: str = "", armature: float = 0.05, kv: float = 4.0) -> str:
-    return ROVER.format(looks=looks, assets=assets, armature=armature, kv=kv)
+    """Return the file of the rover with more of a look, other servos, and one caster that grips: it rocks."""
+    text = re.sub(r'\n *<geom type="sphere" [^>]* pos="0\.15 [^>]*>', "", ROVER)
+    text = text.replace(' condim="1" friction="0 0 0" priority="1"', "")
+    text = text.replace('armature="0.05"', f'armature="{armature:g}"').replace('kv="4"', f'kv="{kv:g}"')
+    text = text.replace("<freejoint/>", f"<freejoint/>{looks}")
+    return text.replace("<actuator>", f"<asset>{assets}</asset><actuator>")
 
 
 def stepped(sim: Simulation, ticks: int) -> None:
