@@ -1,5 +1,7 @@
 """The commands that turn a recording into something else: `video` and `export`."""
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -28,20 +30,11 @@ def video(
 ) -> None:
     """Draw the film of a recording."""
     from mjsim.record import read_recording
+    from mjsim.video import make_video
 
     require_free(output, overwrite=overwrite)
-    film(
-        read_recording(recording),
-        output,
-        view=view,
-        follow=follow,
-        sightings=sightings,
-        ellipses=ellipses,
-        trails=trails,
-        begin=begin,
-        end=end,
-        overwrite=overwrite,
-    )
+    draw = partial(make_video, view=view, follow=follow, sightings=sightings, ellipses=ellipses, trails=trails)
+    film(read_recording(recording), output, draw=draw, begin=begin, end=end, overwrite=overwrite)
 
 
 def export(
@@ -73,31 +66,24 @@ def film(
     recording: "Recording",
     path: Path,
     *,
-    view: str | None = None,
-    follow: str | None = None,
-    sightings: bool | None = None,
-    ellipses: bool | None = None,
-    trails: bool | None = None,
+    draw: Callable[..., None] | None = None,
     begin: float | None = None,
     end: float | None = None,
     overwrite: bool = False,
 ) -> None:
-    """Draw the film of a recording and print its path; the options are those of `mjsim video`."""
+    """Draw the film of a recording and print its path.
+
+    Args:
+        recording: What is shown.
+        path: The film.
+        draw: `make_video` with its options; that of the world's own view unless given.
+        begin: Only what was from this time on [s].
+        end: Only what was until this time [s].
+        overwrite: Whether the film may replace a file.
+    """
     from mjsim.video import frames_between, make_video
 
     count = len(frames_between(recording, begin, end))
     with tracked(f"video {path.name}", total=count, unit="frames") as advance:
-        make_video(
-            recording,
-            path,
-            view=view,
-            follow=follow,
-            sightings=sightings,
-            ellipses=ellipses,
-            trails=trails,
-            begin=begin,
-            end=end,
-            progress=advance,
-            overwrite=overwrite,
-        )
+        (draw or make_video)(recording, path, begin=begin, end=end, progress=advance, overwrite=overwrite)
     print(path)

@@ -32,6 +32,10 @@ FREE_INERTIA = 0.1 * 0.02
 ROLLER_SHARE, ROLLER_INERTIA = 0.25, 0.03
 """Radius of a roller at its middle, of the wheel's over the rollers; and its inertia, of the robot's mass at its rim.
 MuJoCo's contacts are as soft as what touches is light; rollers that are heavy would jerk the robot when they touch."""
+SPRUNG = ([0.06, 1.0], [0.5, 0.5, 0.001, 0.5, 2.0])
+"""MuJoCo's `solref` and `solimp` of a caster that gives way as on springs."""
+STEADY = ([0.02, 1.0], [0.9, 0.95, 0.001, 0.5, 2.0])
+"""Those of a caster that bears a share of the robot; MuJoCo's own."""
 HUB, HUB_COLOR = 0.55, (0.42, 0.43, 0.45, 1.0)
 """Radius of what is seen of a rim, of the wheel's."""
 ACROSS = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
@@ -201,34 +205,34 @@ def _add_roller(
 
 def add_caster(base: mujoco.MjsBody, *, x: float, radius: float) -> None:
     """Add a caster that slides, and is soft so that most weight stays on the wheels."""
+    # As on springs: at the foot of a ramp both casters bear the robot, and its wheels must not hang in the air.
+    _add_sliding_ball(base, at=(x, 0.0, radius - SAG), radius=radius, contact=SPRUNG)
+
+
+def add_steady_caster(base: mujoco.MjsBody, *, x: float, y: float, radius: float) -> None:
+    """Add a caster that slides and bears what the mass of the robot puts on it; the wheels are let into the floor."""
+    _add_sliding_ball(base, at=(x, y, radius), radius=radius, contact=STEADY)
+
+
+def _add_sliding_ball(
+    base: mujoco.MjsBody,
+    *,
+    at: tuple[float, float, float],
+    radius: float,
+    contact: tuple[list[float], list[float]],
+) -> None:
+    solref, solimp = contact
     base.add_geom(
         type=mujoco.mjtGeom.mjGEOM_SPHERE,
-        pos=[x, 0.0, radius - SAG],
+        pos=at,
         size=[radius, 0.0, 0.0],
         group=RUNNING_GEAR,
         # Friction is the larger of the two surfaces' unless one has priority.
         priority=1,
         condim=1,
         friction=[0.0, 0.0, 0.0],
-        # As on springs: at the foot of a ramp both casters bear the robot, and its wheels must not hang in the air.
-        solref=[0.06, 1.0],
-        solimp=[0.5, 0.5, 0.001, 0.5, 2.0],
-        rgba=DARK,
-    )
-
-
-def add_steady_caster(base: mujoco.MjsBody, *, x: float, y: float, radius: float) -> None:
-    """Add a caster that slides and bears what the mass of the robot puts on it; the wheels are let into the floor."""
-    base.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_SPHERE,
-        pos=[x, y, radius],
-        size=[radius, 0.0, 0.0],
-        group=RUNNING_GEAR,
-        priority=1,
-        condim=1,
-        friction=[0.0, 0.0, 0.0],
-        solref=[0.02, 1.0],
-        solimp=[0.9, 0.95, 0.001, 0.5, 2.0],
+        solref=solref,
+        solimp=solimp,
         rgba=DARK,
     )
 

@@ -45,9 +45,7 @@ def _boxes(camera: Camera, info: RobotInfo, world: World) -> Mapping[str, Box]:
 
 CAMERAS = Codec(
     field="cameras",
-    schema=schema.listed(
-        schema.keyed({"name": schema.text("Of the camera"), "stamp": schema.number("[s]")}), "Pictures given"
-    ),
+    schema=schema.readings("Pictures given", {}),
     encode=_messages,
     sensor="camera",
     drawing=DrawnTopic(

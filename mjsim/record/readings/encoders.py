@@ -55,17 +55,13 @@ def _boxes(encoders: sensors.Encoders, info: RobotInfo, world: World) -> Mapping
 
 ENCODERS = Codec(
     field="encoders",
-    schema=schema.listed(
-        schema.keyed(
-            {
-                "name": schema.text("Of the sensor"),
-                "stamp": schema.number("[s]"),
-                "counts": schema.listed({"type": "integer"}, "Steps of each driven wheel since the start"),
-                "resolution": schema.integer("Steps in one turn of a wheel"),
-                "bits": schema.integer("Width of the counters, which wrap around"),
-            }
-        ),
+    schema=schema.readings(
         "Of wheel encoders, where due",
+        {
+            "counts": schema.listed({"type": "integer"}, "Steps of each driven wheel since the start"),
+            "resolution": schema.integer("Steps in one turn of a wheel"),
+            "bits": schema.integer("Width of the counters, which wrap around"),
+        },
     ),
     encode=_messages,
     decode=_readings,

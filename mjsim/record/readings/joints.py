@@ -34,17 +34,13 @@ def _readings(messages: Sequence[Message]) -> dict[str, JointState]:
 
 JOINTS = Codec(
     field="joints",
-    schema=schema.listed(
-        schema.keyed(
-            {
-                "name": schema.text("Of the arm"),
-                "stamp": schema.number("[s]"),
-                "positions": schema.numbers("[rad], or [m] of joints that slide"),
-                "velocities": schema.numbers("[rad/s], or [m/s]"),
-                "torques": schema.numbers("Of the motors at the joints [N m], or [N]"),
-            }
-        ),
+    schema=schema.readings(
         "Encoders of arms",
+        {
+            "positions": schema.numbers("[rad], or [m] of joints that slide"),
+            "velocities": schema.numbers("[rad/s], or [m/s]"),
+            "torques": schema.numbers("Of the motors at the joints [N m], or [N]"),
+        },
     ),
     encode=_messages,
     decode=_readings,

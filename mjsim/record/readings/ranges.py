@@ -63,17 +63,13 @@ def _boxes(uwb: sensors.Uwb, info: RobotInfo, world: World) -> Mapping[str, Box]
 
 RANGES = Codec(
     field="ranges",
-    schema=schema.listed(
-        schema.keyed(
-            {
-                "name": schema.text("Of the tag"),
-                "stamp": schema.number("[s]"),
-                "anchors": schema.listed({"type": "string"}, "Names of those heard"),
-                "ranges": schema.numbers("Distance in space to each of them [m]"),
-                "variance": schema.number("Of each range in line of sight [m^2]"),
-            }
-        ),
+    schema=schema.readings(
         "To radio anchors, where due",
+        {
+            "anchors": schema.listed({"type": "string"}, "Names of those heard"),
+            "ranges": schema.numbers("Distance in space to each of them [m]"),
+            "variance": schema.number("Of each range in line of sight [m^2]"),
+        },
     ),
     encode=_messages,
     decode=_readings,

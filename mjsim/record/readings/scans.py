@@ -84,21 +84,17 @@ def _boxes(lidar: Lidar, info: RobotInfo, world: World) -> Mapping[str, Box]:
 
 SCANS = Codec(
     field="scans",
-    schema=schema.listed(
-        schema.keyed(
-            {
-                "name": schema.text("Of the lidar"),
-                "stamp": schema.number("[s]"),
-                "angle_min": schema.number("Of the first beam, left positive [rad]"),
-                "angle_increment": schema.number("From beam to beam [rad]"),
-                "range_min": schema.number("[m]"),
-                "range_max": schema.number("[m]"),
-                "ranges": schema.packed("one a beam [m]; infinite as ROS REP 117 has it"),
-                "intensities": schema.packed("one a beam; left out unless the lidar tells"),
-            },
-            optional=("intensities",),
-        ),
+    schema=schema.readings(
         "Of lidars, where due",
+        {
+            "angle_min": schema.number("Of the first beam, left positive [rad]"),
+            "angle_increment": schema.number("From beam to beam [rad]"),
+            "range_min": schema.number("[m]"),
+            "range_max": schema.number("[m]"),
+            "ranges": schema.packed("one a beam [m]; infinite as ROS REP 117 has it"),
+            "intensities": schema.packed("one a beam; left out unless the lidar tells"),
+        },
+        optional=("intensities",),
     ),
     encode=_messages,
     decode=_scans,

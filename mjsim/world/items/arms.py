@@ -2,8 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from functools import cache, cached_property
-from importlib import resources
+from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
@@ -14,7 +13,7 @@ from mjsim.geometry import Array
 from mjsim.world.files import BUILT, Source, read_asset
 from mjsim.world.ground import Color, Degrees, Metres, Model, ModelPath, Name, Point3, fault
 from mjsim.world.items.arm_models import arm_of, faulty_joint
-from mjsim.world.yaml import read_text
+from mjsim.world.items.shipped import shipped_keys, shipped_names
 
 if TYPE_CHECKING:  # and below where it is used: worlds without arms start without it
     from mjsim.mechanics import Arm
@@ -287,20 +286,9 @@ def over_arm(name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
     """
     if name not in arm_names():
         raise ValueError(f"no arm preset '{name}'{did_you_mean(name, arm_names())}")
-    return {**_arm_keys(name), **keys}
+    return {**shipped_keys("arms", name), **keys}
 
 
-@cache
 def arm_names() -> tuple[str, ...]:
     """Return the names of all presets of arms, sorted."""
-    files = (resources.files("mjsim.assets") / "arms").iterdir()
-    return tuple(sorted(file.name.removesuffix(".yaml") for file in files if file.name.endswith(".yaml")))
-
-
-@cache
-def _arm_keys(name: str) -> dict[str, Any]:
-    file = resources.files("mjsim.assets") / "arms" / f"{name}.yaml"
-    node, problems = read_text(file.read_text(encoding="utf-8"), file=str(file))
-    assert node is not None, problems
-    assert not problems, problems
-    return dict(node.value)
+    return shipped_names("arms")

@@ -12,6 +12,7 @@ from mjsim.geometry import Array
 from mjsim.models import ROBOT, ModelFiles, ModelShape, gather_model, read_model
 from mjsim.world.files import BUILT, Source, read_asset
 from mjsim.world.ground import Color, Degrees, Length, Metres, Model, ModelPath, OneOf, Point, Point3, fault, kind_of
+from mjsim.world.items.model_files import shape_in
 
 CIRCLE_SIDES = 32
 """Of the outline of a cylinder."""
@@ -230,23 +231,15 @@ class ModelBody(_Body):
         if isinstance(source, Source):
             self._source = source
             if self.ready:
-                self._keep_shape(context.setdefault("models", {}))
+                vars(self)["shape"] = shape_in(context, self.model, self._read)
+                self._check_joints()
         return self
 
-    def _keep_shape(self, read: dict[str, ModelShape | str]) -> None:
-        """Keep what the file holds, read once for all robots of a world; refuse joints that it lacks."""
-        if self.model not in read:
-            try:
-                read[self.model] = self.shape
-            except ValueError as error:
-                read[self.model] = str(error)
-        shape = read[self.model]
-        if isinstance(shape, str):
-            raise fault(shape, "model")
-        vars(self)["shape"] = shape
+    def _check_joints(self) -> None:
+        """Refuse joints that the file lacks."""
         for path, joint in self._joints():
-            if joint not in shape.hinges:
-                raise fault(f"no hinge '{joint}' in '{self.model}'{did_you_mean(joint, shape.hinges)}", *path)
+            if joint not in self.shape.hinges:
+                raise fault(f"no hinge '{joint}' in '{self.model}'{did_you_mean(joint, self.shape.hinges)}", *path)
 
     def _joints(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
         """Yield each joint that is named, with its path."""

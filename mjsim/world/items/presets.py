@@ -2,13 +2,12 @@
 
 import posixpath
 from collections.abc import Mapping
-from functools import cache
-from importlib import resources
 from typing import Any
 
 from mjsim.errors import did_you_mean
 from mjsim.world.files import Source, read_asset
 from mjsim.world.items.bodies import SHAPES
+from mjsim.world.items.shipped import shipped_keys, shipped_names
 from mjsim.world.yaml import read_text
 
 _OTHER_SHAPES = ("box", "polygon", "model")
@@ -31,7 +30,7 @@ def over_preset(name: str, keys: Mapping[str, Any], source: Source) -> dict[str,
     if is_preset_file(name):
         below = _from_file(name, source)
     elif name in preset_names():
-        below = dict(_preset(name))
+        below = dict(shipped_keys("robots", name))
     else:
         raise ValueError(f"no preset '{name}'{did_you_mean(name, preset_names())}")
     _check_drive(name, below.get("drive", {}), keys.get("drive"))
@@ -83,20 +82,9 @@ def _from_file(name: str, source: Source) -> dict[str, Any]:
     return dict(keys)
 
 
-@cache
 def preset_names() -> tuple[str, ...]:
     """Return the names of all presets, sorted."""
-    files = (resources.files("mjsim.assets") / "robots").iterdir()
-    return tuple(sorted(file.name.removesuffix(".yaml") for file in files if file.name.endswith(".yaml")))
-
-
-@cache
-def _preset(name: str) -> dict[str, Any]:
-    file = resources.files("mjsim.assets") / "robots" / f"{name}.yaml"
-    node, problems = read_text(file.read_text(encoding="utf-8"), file=str(file))
-    assert node is not None, problems
-    assert not problems, problems
-    return dict(node.value)
+    return shipped_names("robots")
 
 
 def _merged(below: Any, above: Any) -> Any:

@@ -1,12 +1,10 @@
 """Sensors that come with mjsim, and a user's own keys over theirs."""
 
 from collections.abc import Mapping
-from functools import cache
-from importlib import resources
 from typing import Any
 
 from mjsim.errors import did_you_mean
-from mjsim.world.yaml import read_text
+from mjsim.world.items.shipped import shipped_keys, shipped_names
 
 
 def over_sensor(kind: str, name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
@@ -23,20 +21,9 @@ def over_sensor(kind: str, name: str, keys: Mapping[str, Any]) -> dict[str, Any]
     known = sensor_names(kind)
     if name not in known:
         raise ValueError(f"no {kind} preset '{name}'{did_you_mean(name, known)}")
-    return {**_sensor(kind, name), **keys}
+    return {**shipped_keys(f"sensors/{kind}", name), **keys}
 
 
-@cache
 def sensor_names(kind: str) -> tuple[str, ...]:
     """Return the names of all presets of a kind of sensor, sorted."""
-    files = (resources.files("mjsim.assets") / "sensors" / kind).iterdir()
-    return tuple(sorted(file.name.removesuffix(".yaml") for file in files if file.name.endswith(".yaml")))
-
-
-@cache
-def _sensor(kind: str, name: str) -> dict[str, Any]:
-    file = resources.files("mjsim.assets") / "sensors" / kind / f"{name}.yaml"
-    node, problems = read_text(file.read_text(encoding="utf-8"), file=str(file))
-    assert node is not None, problems
-    assert not problems, problems
-    return dict(node.value)
+    return shipped_names(f"sensors/{kind}")

@@ -9,6 +9,7 @@ from mjsim.models import ModelShape, read_model
 from mjsim.world.files import BUILT, Source, read_asset
 from mjsim.world.ground import AssetPath, Color, Degrees, Distance, Length, Model, ModelPath, Name, OneOf, Point, fault
 from mjsim.world.items.markers import check_marker
+from mjsim.world.items.model_files import shape_in
 
 
 class ScriptedPath(Model):
@@ -138,23 +139,17 @@ class ModelObstacle(_Obstacle):
         source = context.get("source")
         if isinstance(source, Source):
             self._source = source
-            # Many chairs of one file are read once, also when it is broken.
-            read: dict[str, ModelShape | str] = context.setdefault("models", {})
-            if self.model not in read:
-                try:
-                    read[self.model] = self.shape
-                except ValueError as error:
-                    read[self.model] = str(error)
-            shape = read[self.model]
-            if isinstance(shape, str):
-                raise fault(shape, "model")
-            vars(self)["shape"] = shape
+            # Many chairs of one file are read once.
+            vars(self)["shape"] = shape_in(context, self.model, self._read)
         return self
 
     @cached_property
     def shape(self) -> ModelShape:
         """What the file holds, in its own units and frame; ValueError when it cannot be read."""
-        return read_model(self.model, lambda path: read_asset(path, self._source))
+        return read_model(self.model, self._read)
+
+    def _read(self, path: str) -> bytes:
+        return read_asset(path, self._source)
 
 
 KINDS: dict[str, type[_Obstacle]] = {

@@ -40,7 +40,9 @@ def arm_item(name: str | Path, end: str | None = None) -> RobotArm:
     if str(name) in arm_names():
         return RobotArm.model_validate({"preset": str(name), "name": str(name)})
     if not str(name).endswith((".yaml", ".yml")):
-        raise UsageError(f"'{name}' is neither an arm preset nor a file (.yaml, .xml, .urdf){did_you_mean(str(name), arm_names())}")
+        raise UsageError(
+            f"'{name}' is neither an arm preset nor a file (.yaml, .xml, .urdf){did_you_mean(str(name), arm_names())}"
+        )
     return _from_file(Path(name))
 
 
