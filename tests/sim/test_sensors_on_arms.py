@@ -54,6 +54,36 @@ def test_a_lidar_on_a_link_measures_from_there():
         assert scan.ranges[1] == pytest.approx(distance - 0.06, abs=0.01)  # half of a wall
 
 
+SPINNER = "arms: [{dh: {rows: [{a: 0.5}, {a: 0.2, alpha_deg: 90}]}, at: [0, 0, 1]}]"
+
+
+def spun(sensor):
+    """Return the readings of an inertial sensor on an upright axis that turns at 2 rad/s."""
+    here = parse_world(f"mjsim: 1\nrobots: [{{name: r, base: fixed, at: [0, 0], sensors: [{sensor}], {SPINNER}}}]")
+    with mjsim.Simulation(here) as sim:
+        resting = sim.sense("r").imu
+        for tick in range(100):
+            goal = mjsim.JointGoal(positions=(0.08 * tick, 0.0), velocities=(2.0, 0.0))
+            sim.apply("r", mjsim.Command(joints={"arm": goal}))
+            sim.step()
+        return sim.robots["r"].sensors["feel"], resting, sim.sense("r").imu
+
+
+def test_an_inertial_sensor_on_a_tool_feels_gravity_and_the_circle_it_goes():
+    info, _, moving = spun("{imu: feel, on: arm/tool, at: [0.1, 0, 0]}")
+    # The tool's y axis is up. 0.8 m from the axis at 2 rad/s: 3.2 m/s^2 inwards.
+    np.testing.assert_allclose(moving[-1].acceleration, [-0.8 * 4, 9.81, 0.0], atol=0.02)
+    np.testing.assert_allclose(moving[-1].turn, [0.0, 2.0, 0.0], atol=0.005)
+    np.testing.assert_allclose(info.robot_from_sensor[:3, 3], [0.8, 0, 1.0], atol=1e-12)
+
+
+def test_an_inertial_sensor_on_a_link_is_turned_by_its_yaw():
+    _, _, moving = spun("{imu: feel, on: arm/link1, at: [0, 0, 0], yaw_deg: 90}")
+    np.testing.assert_allclose(moving[-1].turn, [0.0, 0.0, 2.0], atol=0.005)
+    # Its x axis is the link's y axis; the circle of 0.5 m pulls along the link, to its left.
+    np.testing.assert_allclose(moving[-1].acceleration, [0.0, 0.5 * 4, 9.81], atol=0.02)
+
+
 def test_another_robots_lidar_meets_an_arm_that_hangs_before_it():
     more = (
         "  - {name: s, preset: pioneer3dx, at: [1, 1], heading_deg: -90, sensors: [{lidar: scan, at: [0, 0, 0.5]}]}\n"
@@ -70,6 +100,13 @@ def test_another_robots_lidar_meets_an_arm_that_hangs_before_it():
     ("sentence", "sensor"),
     [
         ("no part 'arm/link7' of an arm of this robot; did you mean 'arm/link6'?", "{camera: c, on: arm/link7}"),
+        ("no part 'arm/tol' of an arm of this robot; did you mean 'arm/tool'?", "{imu: i, on: arm/tol}"),
+        ("a sensor 'beacons' is on the body of a robot, not on its arms; leave out 'on'", "{beacons: b, on: arm/tool}"),
+        ("a sensor 'uwb' is on the body of a robot, not on its arms; leave out 'on'", "{uwb: u, on: arm/tool}"),
+        (
+            "a sensor 'encoders' is on the body of a robot, not on its arms; leave out 'on'",
+            "{encoders: e, on: arm/tool}",
+        ),
         ("on is 'arm'; it must be ARM/link1 and so on, or ARM/tool", "{camera: c, on: arm}"),
     ],
 )

@@ -1,19 +1,20 @@
 """Inertial sensors: what the velocities of the physics tell a robot that feels them, and how far it errs."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
+import mujoco
 import numpy as np
 
-from mjsim.compile import robot_from_sensor
+from mjsim.compile import carrier_of, robot_from_carrier, robot_from_sensor
 from mjsim.geometry import Array
 from mjsim.interface import ImuReading, SensorInfo
 from mjsim.sim.sensors.device import Mounting, Sensed
 from mjsim.world import sensors
 
 ROW = 10
-"""Numbers of one step: orientation as a quaternion (w, x, y, z), velocity in the world [m/s], turn of the base about
-its own axes [rad/s]."""
+"""Numbers of one step: orientation as a quaternion (w, x, y, z), velocity in the world [m/s], turn about its own axes
+[rad/s], of what carries the sensor: the base, or a link of an arm."""
 
 
 class ImuDevice:
@@ -37,14 +38,16 @@ class ImuDevice:
         """
         model, streams = mounting.model, mounting.streams
         self._gravity, self._step = model.opt.gravity.copy(), model.opt.timestep
-        free = model.joint(f"{mounting.robot.name}/free")
-        self._turned, self._moved = int(free.qposadr[0]) + 3, int(free.dofadr[0])
-        self._data = mounting.data
+        robot, mounted = mounting.robot, robot_from_sensor(imu.at, yaw_deg=imu.yaw_deg, pitch_deg=imu.pitch_deg)
+        carrier, frame = carrier_of(robot, imu)
+        name = f"{robot.name}/{carrier}"
+        self._row = _of_base(mounting) if imu.on is None else _of_link(mounting, name)
         self._rows = [self._row()]
-        self._robot_from_sensor = robot_from_sensor(imu.at, yaw_deg=imu.yaw_deg, pitch_deg=imu.pitch_deg)
-        self._arm = self._robot_from_sensor[:3, 3].tolist()
+        self._robot_from_sensor = robot_from_carrier(robot, imu) @ mounted
+        self._carrier_from_sensor = frame @ mounted
+        self._arm = self._carrier_from_sensor[:3, 3].tolist()
         self._gravity_list = self._gravity.tolist()
-        self._twice_sensor = np.kron(np.eye(2), self._robot_from_sensor[:3, :3])
+        self._twice_sensor = np.kron(np.eye(2), self._carrier_from_sensor[:3, :3])
         self._steps = round(1.0 / (imu.rate_hz * self._step))
         self._period = self._steps * self._step
         self._limit = np.repeat([imu.range.acceleration, imu.range.turn], 3)
@@ -125,7 +128,7 @@ class ImuDevice:
     def at_rest(self, stamp: float) -> ImuReading:
         """Return what is felt while somebody holds the robot still as it is now."""
         world_from_base = _matrices(np.array([self._row()[:4]]))[0]
-        force = -self._gravity @ world_from_base @ self._robot_from_sensor[:3, :3]
+        force = -self._gravity @ world_from_base @ self._carrier_from_sensor[:3, :3]
         felt = np.concatenate([force, np.zeros(3)])
         told = felt + self._bias + self._noise * self._rest.standard_normal(6)
         told = np.clip(told, -self._limit, self._limit)
@@ -158,11 +161,6 @@ class ImuDevice:
         """Put the readings behind those of other inertial sensors."""
         sensed.in_a_row("imu", reading)
 
-    def _row(self) -> list[float]:
-        """Return orientation and velocities of now, ROW numbers."""
-        quaternion = self._data.qpos[self._turned : self._turned + 4].tolist()
-        return [*quaternion, *self._data.qvel[self._moved : self._moved + 6].tolist()]
-
     def _feel(self, rows: Array) -> Array:
         """Return mean specific force [m/s^2] and turn [rad/s] of each step in the sensor's frame, shape (steps, 6).
 
@@ -171,7 +169,7 @@ class ImuDevice:
         """
         world_from_base = _matrices(rows[:, :4])
         velocities, turns = rows[:, 4:7], rows[:, 7:]
-        arm, base_from_sensor = self._robot_from_sensor[:3, 3], self._robot_from_sensor[:3, :3]
+        arm, base_from_sensor = self._carrier_from_sensor[:3, 3], self._carrier_from_sensor[:3, :3]
         there = velocities + np.einsum("nij,nj->ni", world_from_base, np.cross(turns, arm))
         forces = np.diff(there, axis=0) / self._step - self._gravity
         # Halfway between two steps, to second order in the turn of a step.
@@ -179,6 +177,30 @@ class ImuDevice:
         felt = np.einsum("nji,nj->ni", between, forces)
         # The physics moves a step on with the velocity of its end.
         return np.concatenate([felt @ base_from_sensor, turns[1:] @ base_from_sensor], axis=1)
+
+
+def _of_base(mounting: Mounting) -> Callable[[], list[float]]:
+    """Return what gives the motion of a robot's base now, ROW numbers."""
+    free, data = mounting.model.joint(f"{mounting.robot.name}/free"), mounting.data
+    turned, moved = int(free.qposadr[0]) + 3, int(free.dofadr[0])
+    return lambda: [*data.qpos[turned : turned + 4].tolist(), *data.qvel[moved : moved + 6].tolist()]
+
+
+def _of_link(mounting: Mounting, name: str) -> Callable[[], list[float]]:
+    """Return what gives the motion of a body now, ROW numbers."""
+    model, data, number = mounting.model, mounting.data, mounting.model.body(name).id
+    velocity = np.zeros(6)
+
+    def row() -> list[float]:
+        # A step leaves bodies where they were before it.
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_comVel(model, data)
+        mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, number, velocity, 0)
+        turn = data.xmat[number].reshape(3, 3).T @ velocity[:3]
+        return [*data.xquat[number].tolist(), *velocity[3:].tolist(), *turn.tolist()]
+
+    return row
 
 
 def _matrix(w: float, x: float, y: float, z: float) -> tuple[float, ...]:

@@ -99,7 +99,7 @@ class Robot(Model):
     @model_validator(mode="after")
     def _fixed_base_feels_nothing(self) -> Self:
         for index, sensor in enumerate(self.sensors if self.base == "fixed" else ()):
-            if sensor.kind in ("imu", "encoders"):
+            if sensor.kind in ("imu", "encoders") and getattr(sensor, "on", None) is None:
                 message = f"a fixed base has nothing that {sensor.kind} would tell; leave it out"
                 raise fault(message, "sensors", index, sensor.kind)
         return self

@@ -59,12 +59,17 @@ class SensorModel(Model):
         """Return in a sentence why a robot cannot carry this sensor; None if it can."""
         return None
 
+    @model_validator(mode="before")
+    @classmethod
+    def _not_on_an_arm(cls, keys: Any) -> Any:
+        if isinstance(keys, dict) and "on" in keys and "on" not in cls.model_fields:
+            raise fault(f"a sensor '{cls.kind}' is on the body of a robot, not on its arms; leave out 'on'", "on")
+        return keys
 
-class _Bought(SensorModel):
-    """A sensor of which there are known makes."""
 
-    preset: Name | None = None
-    """A sensor of `assets/sensors`; keys beside this one override it."""
+class _OnArm(SensorModel):
+    """A sensor that an arm may carry."""
+
     on: Annotated[str, Field(pattern=PART_PATTERN, max_length=129)] | None = None
     """What of an arm carries it, ARM/link1 and so on or ARM/tool, in whose frame it is then; else the robot's body."""
 
@@ -74,6 +79,13 @@ class _Bought(SensorModel):
         if self.on is None or self.on in parts:
             return None
         return f"no part '{self.on}' of an arm of this robot{did_you_mean(self.on, parts)}"
+
+
+class _Bought(_OnArm):
+    """A sensor of which there are known makes."""
+
+    preset: Name | None = None
+    """A sensor of `assets/sensors`; keys beside this one override it."""
 
     @model_validator(mode="before")
     @classmethod
@@ -262,7 +274,7 @@ class ImuRange(Model):
     """[rad/s]; 2000 degrees a second unless given."""
 
 
-class Imu(SensorModel):
+class Imu(_OnArm):
     """An inertial sensor: an accelerometer, which feels gravity too, and a gyroscope."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"imu": "imu"}]})
@@ -289,6 +301,12 @@ class Imu(SensorModel):
     """Of the constant error, drawn once a run."""
     walk: ImuError = ImuError()
     """How fast the error wanders, as a random walk."""
+
+    def misfit(self, robot: Any) -> str | None:
+        """Return why a robot cannot carry it: one that balances feels its lean with all it has."""
+        if self.on is not None and robot.drive.own_imu is not None:
+            return "a balancing base tells how it leans by its inertial sensors; leave out 'on'"
+        return super().misfit(robot)
 
 
 class Encoders(SensorModel):
