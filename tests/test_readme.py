@@ -56,7 +56,7 @@ def test_the_readmes_program_runs_and_prints_its_error(room, capsys):
 
 def test_the_readme_lists_commands_that_there_are():
     listed = re.findall(r"^\| `(\w+)[` ]", README, re.MULTILINE)
-    known = get_command(app).commands
+    known = get_command(app()).commands
     assert len(listed) > 5
     assert set(listed) <= set(known)
     options = {name: {opt for parameter in command.params for opt in parameter.opts} for name, command in known.items()}

@@ -5,64 +5,41 @@ import gc
 import os
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from importlib import import_module
 from typing import Annotated
 
 import typer
 
-from mjsim.cli import (
-    arms,
-    exchange,
-    experiments,
-    logs,
-    machine,
-    new,
-    recordings,
-    reports,
-    runs,
-    shipped,
-    studio,
-    sweeps,
-    worlds,
-)
 from mjsim.errors import MjsimError
 from mjsim.progress import say
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it."""
-COMMANDS: dict[str, Callable[..., None]] = {
-    "doctor": machine.doctor,
-    "new": new.new,
-    "check": worlds.check,
-    "worlds": shipped.worlds,
-    "fmt": worlds.fmt,
-    "show": worlds.show,
-    "studio": studio.studio,
-    "run": runs.run,
-    "replay": runs.replay,
-    "sweep": sweeps.sweep,
-    "report": reports.report,
-    "compare": reports.compare,
-    "video": recordings.video,
-    "export": recordings.export,
-    "import-log": logs.import_log,
-    "export-world": exchange.export_world,
-    "arm": arms.arm,
-    "compile": worlds.compile,
-    "schema": worlds.schema,
-    "experiments": experiments.experiments,
-    "bench": machine.bench,
+COMMANDS = {
+    "doctor": "machine",
+    "new": "new",
+    "check": "worlds",
+    "worlds": "shipped",
+    "fmt": "worlds",
+    "show": "worlds",
+    "studio": "studio",
+    "run": "runs",
+    "replay": "runs",
+    "sweep": "sweeps",
+    "report": "reports",
+    "compare": "reports",
+    "video": "recordings",
+    "export": "recordings",
+    "import-log": "logs",
+    "export-world": "exchange",
+    "arm": "arms",
+    "compile": "worlds",
+    "schema": "worlds",
+    "experiments": "experiments",
+    "bench": "machine",
 }
-"""Each command by its name, in the order of the help."""
-
-app = typer.Typer(
-    name="mjsim",
-    help="A simulator for navigation and SLAM of indoor wheeled robots, with real camera pictures.",
-    no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-)
+"""Each command, in the order of the help, and the file beside this one that holds it, loaded when it is needed."""
 
 
 def _print_version(wanted: bool) -> None:
@@ -73,7 +50,6 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _options(
     version: Annotated[
         bool, typer.Option("--version", help="Print the version and exit.", callback=_print_version, is_eager=True)
@@ -82,8 +58,20 @@ def _options(
     pass
 
 
-for _name, _command in COMMANDS.items():
-    app.command(_name)(_command)
+def app(names: Iterable[str] = COMMANDS) -> typer.Typer:
+    """Return the command line with these commands."""
+    made = typer.Typer(
+        name="mjsim",
+        help="A simulator for navigation and SLAM of indoor wheeled robots, with real camera pictures.",
+        no_args_is_help=True,
+        context_settings={"help_option_names": ["-h", "--help"]},
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+        callback=_options,
+    )
+    for name in names:
+        made.command(name)(getattr(import_module(f"mjsim.cli.{COMMANDS[name]}"), name.replace("-", "_")))
+    return made
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -92,9 +80,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     atexit.register(gc.freeze)
     # Pydantic would look through all installed packages for plugins, which takes as long as reading a world.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    code = _exit_code(lambda: app(args=arguments, prog_name="mjsim", standalone_mode=False))
+    words = sys.argv[1:] if arguments is None else list(arguments)
+    code = _exit_code(lambda: app(_needed(words))(args=words, prog_name="mjsim", standalone_mode=False))
     _name_unfinished_threads()
     sys.exit(code)
+
+
+def _needed(words: Sequence[str]) -> Iterable[str]:
+    """Return the command that the words name; where there is none, all of them, for help and for what was meant."""
+    return words[:1] if words and words[0] in COMMANDS else COMMANDS
 
 
 def _name_unfinished_threads() -> None:

@@ -8,7 +8,7 @@ from numpy.random import Generator
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose
-from mjsim.world import SLICE, Robot, Solids, World, leaves, solid
+from mjsim.world import SLICE, Robot, Solids, World, disc, leaves, solid
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -64,8 +64,8 @@ class Starts:
         spot = Point(x, y)
         if not self._free.intersects(spot) or self._doors.intersects(spot):
             return False
-        disc = spot.buffer(self._radius)
-        return self._solids.reached(disc, depth=0.0, low=0.0, high=self._robot.body.height) is None
+        around = disc((x, y), self._radius, sides=64)
+        return self._solids.reached(around, depth=0.0, low=0.0, high=self._robot.body.height) is None
 
 
 def _reachable(world: World, robot: Robot, radius: float) -> "BaseGeometry":

@@ -4,12 +4,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from mjsim.closing import Closes
 from mjsim.errors import UsageError
-from mjsim.interface import BeaconInfo, WorldMap
 from mjsim.world import Source, Use
+
+if TYPE_CHECKING:  # Slow to load for those who only look at files.
+    from mjsim.interface import BeaconInfo, WorldMap
 
 Origin = Literal["shipped", "installed", "beside"]
 """With mjsim, in some other package, or in files beside the world."""
@@ -133,5 +135,5 @@ class Hosted(Closes):
     def name(self) -> str:
         """What it is called in messages."""
 
-    def take_world(self, catalogue: Mapping[str, BeaconInfo], map: WorldMap | None) -> None:
+    def take_world(self, catalogue: "Mapping[str, BeaconInfo]", map: "WorldMap | None") -> None:
         """Get the catalogue and the map before `start`, in any role; the map is None unless `map: known`."""

@@ -1,5 +1,6 @@
 from .check import Solids as Solids
 from .check import check_world as check_world
+from .check import disc as disc
 from .edit import Change as Change
 from .edit import UnwritableError as UnwritableError
 from .edit import edit_text as edit_text

@@ -153,7 +153,7 @@ WRITES_NOTHING = {"check", "schema", "bench", "fmt", "studio", "sweep", "run", "
 
 
 def test_every_command_that_takes_an_output_has_the_option():
-    commands = get_command(app).commands
+    commands = get_command(app()).commands
     tested = {line.split()[0] for line, _ in COMMANDS.values()}
     assert set(commands) - WRITES_NOTHING <= tested | {"bridge", "ergonomics"}
     for name, command in commands.items():

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from mjsim.world.check.standing import SPARE, Doubt, Solids, called, pair
+from mjsim.world.check.standing import SPARE, Doubt, Solids, called, disc, pair
 from mjsim.world.items import MoveEvent, Obstacle, RemoveEvent, World
 from mjsim.world.plan import prisms, stays
 
@@ -23,16 +23,13 @@ def misled(world: World, solids: Solids) -> Iterator[Doubt]:
 
 def _through_things(obstacle: Obstacle, number: int, solids: Solids, loose: Collection[str]) -> Iterator[Doubt]:
     """Yield the first stretch of a mover's path on which it meets what stays."""
-    from shapely import MultiPoint
-
     assert obstacle.path is not None
     stops = [obstacle.at, *obstacle.path.points, *([obstacle.at] if obstacle.path.closed else [])]
     for index, stretch in enumerate(pairwise(stops)):
         for outline, low, high in prisms(obstacle):
             # What is convex sweeps, on a straight way, the hull of where it begins and where it ends.
             moved = [outline + np.subtract(place, obstacle.at) for place in stretch]
-            swept = MultiPoint(np.concatenate(moved)).convex_hull
-            found = solids.reached(swept, depth=SPARE, low=low + SPARE, high=high - SPARE, but=loose)
+            found = solids.reached(np.concatenate(moved), depth=SPARE, low=low + SPARE, high=high - SPARE, but=loose)
             if found:
                 point = min(index, len(obstacle.path.points) - 1)
                 message = f"{called(obstacle, number)} goes through {found} on its way to {pair(stretch[1])}"
@@ -42,8 +39,6 @@ def _through_things(obstacle: Obstacle, number: int, solids: Solids, loose: Coll
 
 def _put_into_things(world: World, solids: Solids, loose: Collection[str]) -> Iterator[Doubt]:
     """Yield the events that put a robot or an obstacle down inside what stays."""
-    from shapely import Point, polygons
-
     radii = {robot.name: (robot.body.radius, robot.body.height) for robot in world.robots}
     things = {item.name: item for item in world.obstacles if item.movable}
     for index, event in enumerate(world.run.events):
@@ -51,11 +46,11 @@ def _put_into_things(world: World, solids: Solids, loose: Collection[str]) -> It
             continue
         if event.move in radii:
             radius, height = radii[event.move]
-            parts = [(Point(event.to).buffer(radius, quad_segs=32), 0.0, height)]
+            parts = [(disc(event.to, radius), 0.0, height)]
         else:
             turned = {} if event.heading_deg is None else {"heading_deg": event.heading_deg}
             moved = things[event.move].model_copy(update={"at": event.to, **turned})
-            parts = [(polygons(outline), low + SPARE, high) for outline, low, high in prisms(moved)]
+            parts = [(outline, low + SPARE, high) for outline, low, high in prisms(moved)]
         for shape, low, high in parts:
             found = solids.reached(shape, depth=SPARE, low=low, high=high, but=loose)
             if found:

@@ -5,9 +5,11 @@ import math
 from collections.abc import Iterator
 from functools import partial
 
+import numpy as np
+
 from mjsim.errors import Problem
 from mjsim.world.check.movers import misled
-from mjsim.world.check.standing import SPARE, Doubt, Solids, pair
+from mjsim.world.check.standing import SPARE, Doubt, Solids, disc, pair
 from mjsim.world.items import Robot, Wall, World, sensors
 from mjsim.world.plan import Hung, hung
 from mjsim.world.yaml import problems_at
@@ -66,12 +68,9 @@ def _crowded(world: World) -> Iterator[Doubt]:
 
 
 def _robots_in_things(world: World, solids: Solids) -> Iterator[Doubt]:
-    from shapely import Point
-
     for index, robot in enumerate(world.robots):
         radius = robot.body.radius
-        disc = Point(robot.at).buffer(radius - SPARE, quad_segs=32)
-        found = solids.reached(disc, depth=0.0, low=0.0, high=robot.body.height)
+        found = solids.reached(disc(robot.at, radius - SPARE), depth=0.0, low=0.0, high=robot.body.height)
         for other in world.robots[:index]:
             if math.dist(robot.at, other.at) < radius + other.body.radius - SPARE:
                 found = found or f"robot '{other.name}'"
@@ -98,17 +97,15 @@ def _deaf_tags(world: World) -> Iterator[Doubt]:
 
 
 def _hidden(item: Hung, solids: Solids) -> Iterator[str]:
-    from shapely import Point
-
     beacon, (x, y) = item.beacon, (item.place.x, item.place.y)
     tilt = math.radians(beacon.tilt_deg)
     ahead, up = IN_FRONT * math.cos(tilt), IN_FRONT * math.sin(tilt)
     c, s = math.cos(item.place.heading), math.sin(item.place.heading)
-    probes = ((Point(x, y), item.center, "hangs inside"), (Point(x + ahead * c, y + ahead * s), item.center + up, ""))
+    probes = (((x, y), item.center, "hangs inside"), ((x + ahead * c, y + ahead * s), item.center + up, ""))
     for probe, level, word in probes:
         if not word and not beacon.has_face:
             return  # others have no side to face
-        found = solids.reached(probe, depth=SPARE, low=level - SPARE, high=level + SPARE)
+        found = solids.reached(np.array([probe]), depth=SPARE, low=level - SPARE, high=level + SPARE)
         if found:
             right = "move it to a face" if word else "turn it round or move it"
             place = f"at {pair(beacon.at)}" + (f" on '{beacon.on}'" if beacon.on is not None else "")
@@ -117,10 +114,10 @@ def _hidden(item: Hung, solids: Solids) -> Iterator[str]:
 
 
 def _hidden_in_robot(item: Hung) -> Iterator[str]:
-    from shapely import Point, Polygon
-
     beacon, robot = item.beacon, item.carrier
     if isinstance(robot, Robot) and item.center < robot.body.height - SPARE:
+        from shapely import Point, Polygon
+
         inner = Polygon(robot.body.outline()).buffer(-SPARE)
         if inner.intersects(Point(beacon.at)):
             yield (

@@ -1,13 +1,12 @@
 """Walls and obstacles as upright prisms, to ask what stands somewhere; and how doubts about a world are told."""
 
 from collections.abc import Collection, Iterator
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from mjsim.geometry import Array
 from mjsim.world.items import Obstacle, Wall, World
 from mjsim.world.plan import prisms, wall_pieces
-
-if TYPE_CHECKING:
-    from shapely.geometry.base import BaseGeometry
 
 Doubt = tuple[str, tuple[str | int, ...]]
 """A sentence, and the path of the value that it is about."""
@@ -16,60 +15,86 @@ SPARE = 1e-3
 """A beacon or a robot may reach this far into something [m]: coordinates are written to the millimetre."""
 
 
-_Prism = tuple[str, "BaseGeometry", float, float]
-"""Name, outline, lower and upper height [m]."""
+ROUNDING = 1e-9
+"""Computed outlines may be off by so much [m]."""
+_Prism = tuple[str, Array, float, float]
+"""Name, convex outline, counter-clockwise, shape (n, 2) [m], lower and upper height [m]."""
 
 
 class Solids:
     """Walls and obstacles as upright prisms, found fast by where they stand; walls are cut when one asks about them."""
 
     def __init__(self, world: World) -> None:
-        from shapely import STRtree, box, polygons
-
         self._walls = world.walls
         self._pieces: dict[int, list[_Prism]] = {}
-        # The tip of a corner stands out by less than the thickness.
-        bounds = [_bounds(wall) for wall in world.walls]
-        self._walls_tree = STRtree([box(*bound) for bound in bounds])
-        self._things: list[_Prism] = []
-        for number, obstacle in enumerate(world.obstacles):
-            for outline, low, high in prisms(obstacle):
-                self._things.append((called(obstacle, number), polygons(outline), low, high))
-        self._things_tree = STRtree([outline for _, outline, _, _ in self._things])
+        self._things: list[_Prism] = [
+            (called(obstacle, number), outline, low, high)
+            for number, obstacle in enumerate(world.obstacles)
+            for outline, low, high in prisms(obstacle)
+        ]
+        self._wall_boxes = np.array([_bounds(wall) for wall in world.walls]).reshape(-1, 4)
+        self._thing_boxes = np.array([_box(outline) for _, outline, _, _ in self._things]).reshape(-1, 4)
 
-    def reached(
-        self, shape: "BaseGeometry", *, depth: float, low: float, high: float, but: Collection[str] = ()
-    ) -> str | None:
+    def reached(self, shape: Array, *, depth: float, low: float, high: float, but: Collection[str] = ()) -> str | None:
         """Return the name of what a shape reaches into by more than a depth, between two heights [m].
 
         Args:
-            shape: From above, world frame.
+            shape: Points whose convex hull is the shape from above, world frame, shape (n, 2) [m].
             depth: [m]
             low: [m]
             high: [m]
             but: Names of what does not count.
         """
         for name, outline, bottom, top in self._near(shape):
-            if bottom < high and top > low and name not in but:
-                inner = outline.buffer(-depth) if depth > 0 else outline
-                if inner.intersects(shape):
-                    return name
+            if bottom < high and top > low and name not in but and _meet(outline, shape, depth):
+                return name
         return None
 
-    def _near(self, shape: "BaseGeometry") -> Iterator["_Prism"]:
-        from shapely import polygons
-
-        for number in sorted(self._walls_tree.query(shape).tolist()):
+    def _near(self, shape: Array) -> Iterator["_Prism"]:
+        box = _box(shape)
+        for number in _overlapping(self._wall_boxes, box):
             if number not in self._pieces:
                 wall = self._walls[number]
                 name = f"wall '{wall.name}'" if wall.name else f"walls[{number}]"
-                self._pieces[number] = [(name, polygons(p.outline), p.low, p.high) for p in wall_pieces(wall)]
+                self._pieces[number] = [(name, p.outline, p.low, p.high) for p in wall_pieces(wall)]
             yield from self._pieces[number]
-        for number in sorted(self._things_tree.query(shape).tolist()):
+        for number in _overlapping(self._thing_boxes, box):
             yield self._things[number]
 
 
+def disc(at: tuple[float, ...], radius: float, *, sides: int = 128) -> Array:
+    """Return points around a disc, shape (sides, 2) [m]."""
+    angles = np.linspace(0.0, 2 * np.pi, sides, endpoint=False)
+    return np.asarray(at + radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1))
+
+
+def _meet(outline: Array, shape: Array, depth: float) -> bool:
+    """Return whether the hull of a shape comes deeper than so much [m] into a convex outline."""
+    # Nearly always a side of the outline parts them, which is seen at once and without loading shapely.
+    sides = np.roll(outline, -1, axis=0) - outline
+    ahead = shape[:, None, :] - outline
+    inside = sides[:, 0] * ahead[..., 1] - sides[:, 1] * ahead[..., 0]
+    if (inside.max(axis=0) < (depth - ROUNDING) * np.hypot(*sides.T)).any():
+        return False
+    from shapely import MultiPoint, polygons
+
+    inner = polygons(outline).buffer(-depth) if depth > 0 else polygons(outline)
+    return bool(inner.intersects(MultiPoint(shape).convex_hull))
+
+
+def _overlapping(boxes: Array, box: Array) -> list[int]:
+    """Return the numbers of the boxes, (west, south, east, north), that another one meets."""
+    meets = (boxes[:, :2] <= box[2:]).all(axis=1) & (boxes[:, 2:] >= box[:2]).all(axis=1)
+    numbers: list[int] = np.flatnonzero(meets).tolist()
+    return numbers
+
+
+def _box(points: Array) -> Array:
+    return np.concatenate([points.min(axis=0), points.max(axis=0)])
+
+
 def _bounds(wall: Wall) -> tuple[float, float, float, float]:
+    # The tip of a corner stands out by less than the thickness.
     (x, y), spare = zip(*wall.points, strict=True), wall.thickness
     return min(x) - spare, min(y) - spare, max(x) + spare, max(y) + spare
 

@@ -2,17 +2,19 @@
 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, Field, PrivateAttr, ValidationInfo, model_validator
 
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
-from mjsim.models import ROBOT, ModelFiles, ModelShape, gather_model, read_model
 from mjsim.world.files import BUILT, Source, read_asset
 from mjsim.world.ground import Color, Degrees, Length, Metres, Model, ModelPath, OneOf, Point, Point3, fault, kind_of
 from mjsim.world.items.model_files import shape_in
+
+if TYPE_CHECKING:  # and below where it is used: worlds without models start without it
+    from mjsim.models import ModelFiles, ModelShape
 
 CIRCLE_SIDES = 32
 """Of the outline of a cylinder."""
@@ -212,13 +214,17 @@ class ModelBody(_Body):
         return CylinderBody(radius=self.radius).outline()
 
     @cached_property
-    def shape(self) -> ModelShape:
+    def shape(self) -> "ModelShape":
         """What the file holds, in its own frame; ValueError when it cannot be read."""
+        from mjsim.models import read_model
+
         return read_model(self.model, self._read)
 
     @cached_property
-    def files(self) -> ModelFiles:
+    def files(self) -> "ModelFiles":
         """All that it consists of; ValueError when it cannot be read."""
+        from mjsim.models import ROBOT, gather_model
+
         return self.shape.files if self.ready else gather_model(self.model, self._read, sections=ROBOT)
 
     def _read(self, path: str) -> bytes:

@@ -1,15 +1,17 @@
 """What stands and hangs in a room: obstacles of all kinds, and beacons."""
 
 from functools import cached_property
-from typing import Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
-from mjsim.models import ModelShape, read_model
 from mjsim.world.files import BUILT, Source, read_asset
 from mjsim.world.ground import AssetPath, Color, Degrees, Distance, Length, Model, ModelPath, Name, OneOf, Point, fault
 from mjsim.world.items.markers import check_marker
 from mjsim.world.items.model_files import shape_in
+
+if TYPE_CHECKING:  # and below where it is used: worlds without models start without it
+    from mjsim.models import ModelShape
 
 
 class ScriptedPath(Model):
@@ -144,8 +146,10 @@ class ModelObstacle(_Obstacle):
         return self
 
     @cached_property
-    def shape(self) -> ModelShape:
+    def shape(self) -> "ModelShape":
         """What the file holds, in its own units and frame; ValueError when it cannot be read."""
+        from mjsim.models import read_model
+
         return read_model(self.model, self._read)
 
     def _read(self, path: str) -> bytes:
