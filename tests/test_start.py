@@ -1,0 +1,24 @@
+"""How long it takes to start, in multiples of what NumPy takes."""
+
+import runpy
+import statistics
+from pathlib import Path
+
+import pytest
+
+START = runpy.run_path(str(Path(__file__).parents[1] / "scripts" / "measure" / "start.py"))
+FEW, MANY = 5, 25
+"""Rounds: processor time wanders on a loaded machine, so where a few say no, more decide."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", START["MOST"])
+def test_starting_takes_few_times_what_numpy_takes(case):
+    commands = [START["CASES"][name] for name in ("import numpy", case)]
+    for command in commands:
+        START["once"](command, cpu=True)  # writes the bytecode
+    ratios = []
+    while len(ratios) < FEW or (len(ratios) < MANY and statistics.median(ratios) > START["MOST"][case]):
+        numpy, ours = (START["once"](command, cpu=True) for command in commands)
+        ratios.append(ours / numpy)
+    assert statistics.median(ratios) <= START["MOST"][case]
