@@ -18,6 +18,9 @@ from .pictures import picture_size as picture_size
 from .pixels import bounded as bounded
 from .pixels import encode_png as encode_png
 from .pixels import read_picture as read_picture
+from .places import PlacedError as PlacedError
+from .places import line_of as line_of
+from .places import names_in as names_in
 from .reader import UNSAID as UNSAID
 from .reader import no_warnings as no_warnings
 from .reader import seen_and_touched as seen_and_touched

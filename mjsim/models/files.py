@@ -107,7 +107,7 @@ def gather_model(path: str, read: Read, *, sections: Sections = THING) -> ModelF
     return ModelFiles(root, gatherer.assets, tuple(gatherer.paths))
 
 
-class _Builder(ElementTree.TreeBuilder):
+class Builder(ElementTree.TreeBuilder):
     """Builds the tree of a file, and stops where it grows beyond all models."""
 
     def __init__(self, path: str, count: int) -> None:
@@ -127,10 +127,12 @@ class _Builder(ElementTree.TreeBuilder):
         if self.count > MOST_ELEMENTS:
             raise ValueError(f"'{self._path}' has more than {MOST_ELEMENTS} elements; make it simpler")
         if tag.startswith("{"):
-            raise ValueError(
-                f"'{self._path}' holds <{tag.rpartition('}')[2]}> of {tag[1:].partition('}')[0]}; expand it"
-            )
+            tag = self.foreign(*tag[1:].rsplit("}", 1))
         return super().start(tag, attrs)
+
+    def foreign(self, space: str, word: str) -> str:
+        """Return the tag of an element of another namespace; here they are refused."""
+        raise ValueError(f"'{self._path}' holds <{word}> of {space}; expand it")
 
     def end(self, tag: str) -> Element:
         """End an element."""
@@ -140,6 +142,8 @@ class _Builder(ElementTree.TreeBuilder):
 
 class Gatherer:
     """Reads the files of one model and keeps count of them."""
+
+    builder = Builder
 
     def __init__(self, path: str, read: Read) -> None:
         self._path, self._folder, self._read = path, posixpath.dirname(path), read
@@ -154,7 +158,7 @@ class Gatherer:
         self._xml += len(data)
         if self._xml > MOST_XML:
             raise ValueError(f"'{self._path}' has more than {MOST_XML // 10**6} MB of XML; make it simpler")
-        builder = _Builder(path, self._elements)
+        builder = self.builder(path, self._elements)
         parser = ElementTree.XMLParser(target=builder)
         try:
             parser.feed(data)

@@ -13,13 +13,16 @@ from xml.etree import ElementTree
 
 import mujoco
 
-from mjsim.models.files import ROBOT, Element, Gatherer, ModelFiles, Read
+from mjsim.models.files import ROBOT, Builder, Element, Gatherer, ModelFiles, Read
 from mjsim.models.inertias import mend_inertias
+from mjsim.models.places import Origin, PlacedError, element_of, numbered, plainly, starts
 from mjsim.models.reader import compiled
 from mjsim.models.stl import tidy_stl
 
 MOST_RETRIES = 64
 """Meshes of a robot that MuJoCo may refuse."""
+FOREIGN = "foreign."
+"""How the tags of elements of other namespaces begin."""
 GHOST = {"type": "sphere", "size": "0.005", "contype": "0", "conaffinity": "0", "rgba": "0 0 0 0"}
 """What stands for a mesh that is left out, so that its mass stays."""
 
@@ -79,15 +82,43 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
     return RobotFiles(files, model, said, driven, (*mended, *gatherer.notes()))
 
 
+class _RobotBuilder(Builder):
+    """Builds the tree of a robot, which may hold what is for other programs."""
+
+    def foreign(self, space: str, word: str) -> str:
+        """Return a tag that nothing looks for; elements of xacro would change what the file means."""
+        return super().foreign(space, word) if space.endswith("xacro") else f"{FOREIGN}{word}"
+
+
 class _RobotGatherer(Gatherer):
     """Reads the files of a robot; what is amiss with a mesh or a picture leaves it out."""
 
+    builder = _RobotBuilder
+
     def __init__(self, path: str, read: Read) -> None:
         super().__init__(path, read)
+        self._origins: dict[Element, Origin] = {}
         self._amiss: Counter[str] = Counter()
         self._coarser: set[str] = set()
         self.gone: set[str] = set()
         """Names in the text that stand for what is left out."""
+
+    def parse(self, path: str) -> Element:
+        """Return the root of an XML file, and note where its elements stand."""
+        root = super().parse(path)
+        self._origins |= numbered(root, path)
+        return root
+
+    def placed(self, error: str, root: Element) -> PlacedError | None:
+        """Return what MuJoCo says with its place in the files; None where it tells none."""
+        element = element_of(error, root)
+        origin = self._origins.get(element) if element is not None else None
+        if element is None or origin is None:
+            return None
+        begun = starts(super().file(origin.path))
+        if origin.number >= len(begun):
+            return None
+        return PlacedError(origin.path, begun[origin.number], plainly(error.partition("': ")[2] or error, element))
 
     def file(self, path: str) -> bytes:
         """Return a file; an STL one as MuJoCo reads it."""
@@ -208,7 +239,7 @@ def _compiled(files: ModelFiles, gatherer: _RobotGatherer) -> mujoco.MjModel:
         except ValueError as error:
             flat = next((name for name in files.assets if name.rpartition(".")[0] in str(error)), None)
             if flat is None:
-                raise
+                raise gatherer.placed(str(error), files.root) or error from None
             reason = "meshes that MuJoCo cannot take"
             if files.urdf or not _as_shell(files.root, flat):
                 gatherer.drop(flat, reason)
@@ -231,9 +262,9 @@ def _driven(root: Element) -> Iterator[str]:
         yield actuator.get("joint") or actuator.get("jointinparent") or ""
     for transmission in root.findall("transmission"):
         yield from (joint.get("name", "") for joint in transmission.iter("joint"))
-    for plugin in root.iter("plugin"):
+    for gazebo in root.iter("gazebo"):
         # Gazebo's drives name their joints in elements of many spellings.
-        for item in plugin.iter():
+        for item in gazebo.iter():
             if "joint" in item.tag.lower() and item.text and len(item.text) < 200:
                 yield item.text.strip()
 

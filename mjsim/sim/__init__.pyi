@@ -11,6 +11,7 @@ from .renderer import SEEN_FROM_OUTSIDE as SEEN_FROM_OUTSIDE
 from .renderer import Renderer as Renderer
 from .retake import Retake as Retake
 from .sensors import OnboardCamera as OnboardCamera
+from .shares import slip_shares as slip_shares
 from .simulation import Simulation as Simulation
 from .streams import stream as stream
 from .streams import streams_of as streams_of

@@ -91,7 +91,8 @@ def judged(told: Array, poses: Array, robot: RobotInfo, odometer: WheelOdometer)
 def cells(preset: str, told: Array, poses: Array, noise: OdometryNoise, *, lots: int, seed: int) -> str:
     """Return mean NEES, share of times in the 95 % band, and error in the end, as cells of a table."""
     world = world_of(preset, f"  - {{name: it, preset: {Path(preset).name}, at: [0, 0]}}\n")
-    slip = world.robots[0].drive.slip.times(world.robots[0].odometry.slip)
+    (plain,) = world.robots
+    slip = (plain.odometry.tyres or plain.drive.slip).times(plain.odometry.slip)
     with Simulation(world) as sim:
         robot = sim.robots["it"]
     low, high = chi2.ppf([0.025, 0.975], 3 * len(told))

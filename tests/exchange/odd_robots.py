@@ -167,3 +167,13 @@ STRETCHED = """
 </mujoco>
 """
 """Like a mobile manipulator of a public collection: classes, tendons, keyframes, no mesh there, wheels lying down."""
+
+
+def nose_heavy() -> str:
+    """Return a skid-steered robot whose mass lies ahead of the middle of its wheels."""
+    links, joints = {"chassis": box("0.5 0.28 0.15", mass=15.0, at="0.05 0 0.15")}, []
+    for row, x in (("front", 0.15), ("rear", -0.15)):
+        for side, y in (("left", 0.2), ("right", -0.2)):
+            links[f"{row}_{side}"] = tyre(0.1, 0.05)
+            joints.append(joint(f"{row}_{side}_wheel", "chassis", f"{row}_{side}", f'xyz="{x} {y} 0.1"'))
+    return robot(links, joints)

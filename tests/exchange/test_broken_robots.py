@@ -69,13 +69,17 @@ MACRO = (
         (
             TWO.replace('link="r0"', 'link="gone"'),
             (),
-            r"urdf:\d+: joint 'r0_hinge' names link 'gone', which is not there",
+            r"urdf:5:63: joint 'r0_hinge' names link 'gone', which is not there",
         ),
         (TWO.replace("continuous", "fixed"), (), "no wheels that can be found: it has no level hinge at all"),
-        (TWO.replace('xyz="0.0 0.2 -0.05"', 'xyz="zero 0.2"'), (), "bad format in attribute 'xyz'"),
+        (
+            TWO.replace('xyz="0.0 0.2 -0.05"', 'xyz="zero 0.2"'),
+            (),
+            r"urdf:5:7: MuJoCo cannot take <origin>: bad format in attribute 'xyz'$",
+        ),
         (THREE, (), "which wheels drive is not clear; candidates are 'left', 'right', 'third'; give --left-wheel"),
         (OMNI, (), "the axles of 'j0', 'j1', 'j2' point different ways, as those of an omnidirectional base"),
-        (ROLLED, (), "the wheel on joint 'left' has 6 rollers; such wheels are not taken from files"),
+        (ROLLED, (), r"urdf:\d+:\d+: the wheel on joint 'left' has 6 rollers"),
         (MECANUM, (), "'mecanum_wheel_3' is a wheel with rollers by its name"),
         (ALONG_Y, (), r"does not tell where its front is; give --forward \+y or --forward -y"),
         (ALONG_Y, ("--forward", "+x"), r"--forward \+x is along the axles"),
@@ -88,6 +92,12 @@ MACRO = (
         (MACRO, (), "uses <xacro:macro> of xacro; type: pip install xacro"),
         (TWO.replace('name="odd"', 'name="$(arg x)"'), (), "no xacro:arg 'x'; give --arg x=VALUE"),
         (TWO.replace("0.6 0.3 0.15", "-0.6 0.3 0.15"), (), "MuJoCo cannot take|size"),
+        (
+            TWO.replace("0.6 0.3 0.15", "0.6"),
+            (),
+            r"urdf:2:49: MuJoCo cannot take <box>: attribute 'size' does not have",
+        ),
+        (TWO.replace("0.6 0.3 0.15", "1e400 1 1"), (), "size|no wheels|large|number"),
         ("<mujoco><worldbody><body name='b'><plugin/></body></worldbody></mujoco>", (), r"has plugins \(<plugin>\)"),
     ],
 )

@@ -10,9 +10,10 @@ from mjsim.exchange.robots.gear import Gear, Wishes, find_gear
 from mjsim.exchange.robots.measure import Measured, measure
 from mjsim.exchange.robots.mounts import Mount, find_mounts
 from mjsim.exchange.robots.preset import ACCELERATION, Plan, first_plan, max_speed, preset_text
-from mjsim.exchange.robots.slip import ROBOTS, slip_factor
+from mjsim.exchange.robots.slip import ROBOTS, learned
 from mjsim.exchange.robots.source import RobotSource
 from mjsim.models import Anatomy, RobotFiles, anatomy_of, gather_robot, robot_text
+from mjsim.world import Slip
 
 MARGIN = 1.2
 """Acceleration that it must stand, of the largest one that it is told."""
@@ -59,9 +60,12 @@ def bring_robot(
     try:
         robot = gather_robot(source.name, source.read)
     except ValueError as error:
-        raise UsageError(str(error).replace(f"'{source.name}'", f"'{path}'")) from None
+        raise UsageError(source.told(error)) from None
     anatomy = anatomy_of(robot)
-    gear = find_gear(anatomy, wishes, file=str(path), urdf=robot.files.urdf)
+    try:
+        gear = find_gear(anatomy, wishes, file=str(path), urdf=robot.files.urdf)
+    except UsageError as error:
+        raise UsageError(source.placed(str(error))) from None
     stand = find_stand(anatomy, gear, acceleration=MARGIN * ACCELERATION)
     mounts = find_mounts(anatomy, stand, robot.sensors)
     model = f"{name}/robot.{'urdf' if robot.files.urdf else 'xml'}"
@@ -72,9 +76,8 @@ def bring_robot(
     plan, measured = _calibrated(plan, files, path)
     report += _driven(measured, plan)
     if gear.drive == "skid_steer":
-        # Its tyres slip by more than all noise of a good robot, and each robot's by another share.
-        plan = replace(plan, slip=slip_factor(preset_text(plan, ()), files, file=str(path)))
-        report.append(f"measured: it slips {plan.slip:.2f} times as much as the Husky, over {ROBOTS} drives of 20 s")
+        plan, said = _slipping(plan, files, path, anatomy, robot)
+        report += said
     notes = [
         f"From {path.name}, by `mjsim new --robot-from`; worlds name this file as a preset.",
         *_about(path, report),
@@ -90,6 +93,31 @@ def _calibrated(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Pla
             break
         plan = plan.measured(way=measured.way, turn=measured.turn)
     return plan, measured
+
+
+def _slipping(
+    plan: Plan, files: Mapping[str, bytes], path: Path, anatomy: Anatomy, robot: RobotFiles
+) -> tuple[Plan, list[str]]:
+    """Return a plan that fits how a skid-steered robot turns and slips on arcs of all kinds, and what was found.
+
+    Its tyres slip by more than all noise of a good robot, each robot's differently; it turns about a point that lies
+    where its weight does.
+    """
+    found = learned(preset_text(plan, ()), files, file=str(path))
+    stand = find_stand(anatomy, plan.gear, acceleration=MARGIN * ACCELERATION, ahead=found.center)
+    mounts = find_mounts(anatomy, stand, robot.sensors)
+    plan = replace(plan.measured(way=1.0, turn=found.turn), stand=stand, mounts=mounts, slip=found.slip)
+    where = "ahead of" if found.center > 0 else "behind"
+    return plan, [
+        f"measured: it turns about a point {abs(found.center):.3f} m {where} the middle of its wheels, its origin",
+        f"measured: over {ROBOTS} drives of 20 s on arcs of all kinds it turns as with a track of {plan.track:.5f} m,"
+        f" and slips {_inline_slip(found.slip)}",
+    ]
+
+
+def _inline_slip(slip: Slip) -> str:
+    """Return the parts of a slip, as `odometry: {tyres: ...}` has them."""
+    return ", ".join(f"{name} {value:.3g}" for name, value in slip)
 
 
 def _measured(plan: Plan, files: Mapping[str, bytes], path: Path) -> Measured:

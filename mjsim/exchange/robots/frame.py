@@ -52,17 +52,18 @@ class Stand:
         return self.point(d_file + self.origin)
 
 
-def find_stand(anatomy: Anatomy, gear: Gear, *, acceleration: float) -> Stand:
+def find_stand(anatomy: Anatomy, gear: Gear, *, acceleration: float, ahead: float = 0.0) -> Stand:
     """Return how a robot stands.
 
     Args:
         anatomy: Of its file.
         gear: Its wheels.
         acceleration: It must not tip over at this [m/s^2].
+        ahead: How far its origin lies ahead of the middle of its wheels, or of its rear axle [m].
     """
     row = gear.rows[-1:] if gear.drive == "ackermann" else gear.rows
     middles = np.array([(pair[0][0].middle + pair[1][0].middle) / 2 for pair in row])
-    origin = np.array([*middles[:, :2].mean(axis=0), gear.floor])
+    origin = np.array([*(middles[:, :2].mean(axis=0) + ahead * gear.forward), gear.floor])
     heading = math.atan2(gear.forward[1], gear.forward[0])
     bare = Stand(origin, heading, (), 0.0, 0.0, np.zeros(3), ())
     moving = {wheel.joint.part for wheel in gear.wheels()}

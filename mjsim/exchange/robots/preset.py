@@ -9,7 +9,7 @@ from mjsim.exchange.robots.frame import Stand
 from mjsim.exchange.robots.gear import Gear, steering_limit
 from mjsim.exchange.robots.mounts import Mount
 from mjsim.exchange.robots.rounds import Round
-from mjsim.world import CORNERS
+from mjsim.world import CORNERS, Slip
 
 WHEEL_SPEED = 6.7
 """How fast wheels turn where no file says it: that of small indoor robots [rad/s]."""
@@ -42,8 +42,8 @@ class Plan:
     """With which its odometry computes [m]."""
     track: float
     """[m]; of a skid-steered robot, that of the differential drive that turns alike."""
-    slip: float = 1.0
-    """How much it slips, of what is usual for its drive."""
+    slip: Slip | None = None
+    """What its tyres slip, where that is measured."""
 
     def measured(self, *, way: float, turn: float) -> "Plan":
         """Return a plan whose odometry fits what was driven.
@@ -101,7 +101,7 @@ def preset_text(plan: Plan, notes: Sequence[str]) -> str:
         *_body(plan),
         "    odometry:",
         f"      noise: {{distance: {WAY_NOISE}, turn: {TURN_NOISE}}}  # a guess, that of a good robot",
-        *([f"      slip: {plan.slip:.3g}  # measured"] if plan.slip != 1.0 else []),
+        *([f"      tyres: {_inline(plan.slip.model_dump())}  # measured"] if plan.slip is not None else []),
     ]
     if plan.mounts:
         lines += ["    sensors:", *(f"      - {_inline(_sensor(mount))}  # {mount.said}" for mount in plan.mounts)]

@@ -1,41 +1,80 @@
-"""How much the tyres of a robot slip, by drives of its own: what the covariance of its odometry allows for."""
+"""What the tyres of a skid-steered robot slip, learned from drives of its own at changing speeds and turns.
 
-import math
+Such a robot turns by letting all its tyres slip, by how much depends on where its weight lies and on how long and wide
+it stands. So three things are learned: about which point it turns, how far it turns of what its wheels tell on arcs of
+all kinds, and what the covariance of its odometry must allow for.
+"""
+
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mjsim.geometry import Array, Pose, wrap_angle
+from mjsim.exchange.robots.likely import likely_slip
+from mjsim.geometry import Array, wrap_angles
 from mjsim.interface import Command, Odometry, RobotInfo
-from mjsim.sim import Simulation
-from mjsim.world import OdometryNoise, Robot, Source, WheelOdometry, World, parse_world
+from mjsim.sim import Simulation, arc_end
+from mjsim.world import OdometryNoise, Robot, Slip, Source, WheelOdometry, World, parse_world
 
-ROBOTS, TOGETHER = 50, 5
+ROBOTS, TOGETHER = 80, 5
 """Drives, and how many robots are simulated at a time."""
-TICKS, HELD, JUDGED = 500, 50, 25
-"""Of a drive; ticks for which a command holds; ticks between two looks at the error."""
+TICKS, HELD = 500, 50
+"""Of a drive; ticks for which a command holds."""
+STEADY = 15
+"""Ticks after which a robot keeps to a command."""
 APART = 50.0
 """[m]"""
 SEED = 4711
-STATES = 3
-"""Of a planar pose: the mean of its normalised error squared."""
-LEAST, MOST = 0.05, 10.0
 
 
-def slip_factor(text: str, files: Mapping[str, bytes], *, file: str) -> float:
-    """Return by how much a robot slips more than is usual for its kind of drive.
+@dataclass(frozen=True, slots=True, eq=False)
+class Drives:
+    """What some robots told of their drives, and where they were."""
 
-    The normalised error of dead reckoning, squared, goes with one over the square of what is allowed; its mean over
-    drives at changing speeds and turns is made that of a pose.
+    told: Array
+    """Ways along the arc and to the left [m], and turns [rad] of all ticks, shape (robots, ticks, 3)."""
+    poses: Array
+    """World frame, at all ticks with the start, shape (robots, ticks + 1, 3)."""
+    dt: float
+    """[s]"""
+
+    def about(self, x: float) -> "Drives":
+        """Return the drives of the point of a robot that lies x ahead of its origin [m]."""
+        headings = self.poses[..., 2]
+        offset = np.stack([np.cos(headings), np.sin(headings), np.zeros_like(headings)], axis=-1)
+        return replace(self, poses=self.poses + x * offset)
+
+    def scaled(self, turn: float) -> "Drives":
+        """Return drives whose turns are told as so many times as large."""
+        return replace(self, told=self.told * [1.0, 1.0, turn])
+
+
+@dataclass(frozen=True, slots=True)
+class Learned:
+    """What drives tell of a robot."""
+
+    center: float
+    """Where the point is about which it turns, ahead of its origin [m]."""
+    turn: float
+    """What it turns of a radian that its wheels tell."""
+    slip: Slip
+
+
+def learned(text: str, files: Mapping[str, bytes], *, file: str) -> Learned:
+    """Return what drives of a robot tell, its odometry without noise.
 
     Args:
         text: Of a world with this robot alone.
         files: What it names.
         file: The maker's file, as errors name it.
     """
-    world = parse_world(text, source=Source(file=file, attached=files))
-    errors = [_judged(_lot(world), first) for first in range(0, ROBOTS, TOGETHER)]
-    return float(np.clip(math.sqrt(np.mean(errors) / STATES), LEAST, MOST))
+    world = _lot(parse_world(text, source=Source(file=file, attached=files)))
+    lots = [_driven(world, first) for first in range(0, ROBOTS, TOGETHER)]
+    told, poses = (np.concatenate(parts) for parts in zip(*((lot.told, lot.poses) for lot in lots), strict=True))
+    drives = Drives(told, poses, lots[0].dt)
+    turn, center = _turn(drives), _center(drives)
+    drives = drives.about(center).scaled(turn)
+    return Learned(center, turn, likely_slip(drives.told, drives.poses, dt=drives.dt))
 
 
 def _lot(world: World) -> World:
@@ -44,10 +83,7 @@ def _lot(world: World) -> World:
     Their motors do, as the preset says: tyres slip most while speeds change.
     """
     (robot,) = world.robots
-    told = {
-        "sensors": (),
-        "odometry": WheelOdometry(noise=OdometryNoise()),
-    }
+    told = {"sensors": (), "odometry": WheelOdometry(noise=OdometryNoise())}
     robots: list[Robot] = [
         robot.model_copy(update={**told, "name": f"robot{k}", "at": (APART * k, 0.0)}) for k in range(TOGETHER)
     ]
@@ -55,22 +91,19 @@ def _lot(world: World) -> World:
     return world.model_copy(update={"robots": tuple(robots), "run": run})
 
 
-def _judged(world: World, first: int) -> float:
-    """Return the mean NEES of robots that dead reckon, the first one having a number."""
-    found = []
+def _driven(world: World, first: int) -> Drives:
+    """Return the drives of some robots at commands that change, the first robot having a number."""
     with Simulation(world, seed=SEED + first) as sim:
         chances = {name: np.random.default_rng([SEED, first + k]) for k, name in enumerate(sim.robots)}
-        beliefs = {name: (pose, np.zeros((3, 3))) for name, pose in sim.truths().items()}
+        told, poses = [], [[pose.as_array() for pose in sim.truths().values()]]
         for tick in range(TICKS):
             if tick % HELD == 0:
                 for name, rng in chances.items():
                     sim.apply(name, _some_command(sim.robots[name], rng))
             sim.step()
-            for name, belief in beliefs.items():
-                beliefs[name] = _moved(*belief, sim.sense(name).odometry)
-                if tick % JUDGED == JUDGED - 1:
-                    found.append(_nees(*beliefs[name], sim.truth(name)))
-    return float(np.mean(found))
+            told.append([_along_the_arc(sim.sense(name).odometry) for name in chances])
+            poses.append([pose.as_array() for pose in sim.truths().values()])
+        return Drives(np.swapaxes(np.array(told), 0, 1), np.swapaxes(np.array(poses), 0, 1), sim.dt)
 
 
 def _some_command(robot: RobotInfo, rng: np.random.Generator) -> Command:
@@ -78,17 +111,39 @@ def _some_command(robot: RobotInfo, rng: np.random.Generator) -> Command:
     return Command(rng.uniform(0.0, speed), turn=rng.uniform(-turn, turn))
 
 
-def _moved(pose: Pose, covariance: Array, told: Odometry) -> tuple[Pose, Array]:
-    """Return a belief after one tick, to first order (Thrun, Burgard, Fox, section 7.4)."""
-    c, s = math.cos(pose.heading), math.sin(pose.heading)
-    F, G = np.eye(3), np.eye(3)
-    F[:2, 2] = -s * told.forward - c * told.left, c * told.forward - s * told.left
-    G[:2, :2] = [[c, -s], [s, c]]
-    moved = pose @ Pose(told.forward, told.left, told.turn)
-    return moved, F @ covariance @ F.T + G @ told.covariance @ G.T
+def _along_the_arc(told: Odometry) -> tuple[float, float, float]:
+    """Return the ways along the arc and to the left [m] and the turn [rad] of an increment without noise."""
+    way = complex(told.forward, told.left) / complex(*arc_end(1.0, told.turn))
+    return way.real, way.imag, told.turn
 
 
-def _nees(pose: Pose, covariance: Array, truth: Pose) -> float:
-    error = pose.as_array() - truth.as_array()
-    error[2] = wrap_angle(error[2])
-    return float(error @ np.linalg.solve(covariance + np.eye(3) * 1e-12, error))
+def _turn(drives: Drives) -> float:
+    """Return how far robots turned of what their wheels told, by least squares over all commands."""
+    told = drives.told[..., 2].reshape(len(drives.told), -1, HELD).sum(axis=-1)
+    was = drives.poses[:, HELD::HELD, 2] - drives.poses[:, :-1:HELD, 2]
+    # Wheels are right to far less than half a turn of the robot.
+    driven = told + wrap_angles(was - told)
+    return float(np.sum(told * driven) / np.sum(told * told))
+
+
+def _center(drives: Drives) -> float:
+    """Return where the point lies that does not move aside when robots turn on the spot, ahead of the origin [m].
+
+    Aside they move by -x times the turn rate, and outward by something times speed and turn rate (creep of tyres);
+    both are fitted to what they drove at steady commands.
+
+    References:
+        Mandow et al., Experimental Kinematics for Wheeled Skid-Steer Mobile Robots, IROS 2007: the centre of rotation.
+    """
+    step = np.diff(drives.poses, axis=1)
+    turn = wrap_angles(step[..., 2])
+    half = drives.poses[:, :-1, 2] + turn / 2
+    aside = np.cos(half) * step[..., 1] - np.sin(half) * step[..., 0]
+    steady = np.arange(aside.shape[1]) % HELD >= STEADY
+
+    def sums(values: Array) -> Array:
+        return np.asarray(values[:, steady].reshape(len(values), -1, HELD - STEADY).sum(axis=-1).ravel())
+
+    ways = sums(drives.told[..., 0]) * sums(drives.told[..., 2]) / ((HELD - STEADY) * drives.dt)
+    found = np.linalg.lstsq(np.column_stack([sums(turn), ways]), sums(aside), rcond=None)[0]
+    return float(-found[0])

@@ -9,12 +9,15 @@ from xml.etree.ElementTree import Element
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.exchange.robots.xacro import parsed, resolved
+from mjsim.models import PlacedError, line_of, names_in
 
 MOST_BYTES = 64_000_000
 """Of one file."""
 AROUND = 3
 """How many folders up from the description its own files may lie."""
 _URI = re.compile(rb"(?:package|model)://([A-Za-z0-9_.-]+)/?([^\"'<>\s]*)")
+_LATE_DECLARATION = re.compile(rb"\A\s+<\?xml[^>]*\?>")
+"""Lines before it are no XML, though many programs take them."""
 _FILE = re.compile(rb"file://(/[^\"'<>]*)")
 
 
@@ -37,7 +40,7 @@ class RobotSource:
                 did_you_mean(path.name, (item.name for item in path.parent.iterdir())) if path.parent.is_dir() else ""
             )
             raise UsageError(f"no file '{path}'{near if near.startswith('; did') else '; name a URDF or MJCF file'}")
-        self._path = path.resolve()
+        self._given, self._path = path, path.resolve()
         self._root = self._path.parent
         for _ in range(AROUND):
             if self._root.parent != self._root and not (self._root / "package.xml").is_file():
@@ -46,6 +49,8 @@ class RobotSource:
         self._arguments = arguments
         self.missing: set[str] = set()
         """Packages that were named and not found."""
+        self.expanded = False
+        """Whether xacro made another text of the description."""
 
     @property
     def name(self) -> str:
@@ -63,6 +68,28 @@ class RobotSource:
             return data
         return self._description(data)
 
+    def placed(self, text: str) -> str:
+        """Return a sentence of ours that names this file, with line and column of the first part that it names."""
+        head = f"{self._given}: "
+        if not text.startswith(head):
+            return text
+        written = self._bytes(self.name)
+        found = next((start for name in names_in(text) if (start := line_of(name, written)) is not None), None)
+        return text if found is None else f"{self._given}:{found.line}:{found.column}: {text.removeprefix(head)}"
+
+    def told(self, error: ValueError) -> str:
+        """Return what is wrong in a file of the robot, by the path that was given."""
+        if not isinstance(error, PlacedError):
+            return self.placed(
+                str(error).replace(f"'{self.name}': ", f"{self._given}: ").replace(f"'{self.name}'", f"'{self._given}'")
+            )
+        what = f"MuJoCo cannot take {error.what}"
+        if error.path != self.name:
+            return f"{self._root / error.path}:{error.start.line}:{error.start.column}: {what}"
+        if self.expanded:
+            return self.placed(f"{self._given}: {what}")
+        return f"{self._given}:{error.start.line}:{error.start.column}: {what}"
+
     def folder(self, package: str) -> Path | None:
         """Return the folder of a ROS package; None when it is not found."""
         if package not in self._packages:
@@ -75,8 +102,10 @@ class RobotSource:
 
     def _description(self, data: bytes) -> bytes:
         """Return the description with xacro resolved, its packages named as `read` knows them."""
-        data = resolved(data, self._path, arguments=self._arguments, find=self.folder)
-        _check_links(parsed(data, self._path), data, self._path)
+        written = _LATE_DECLARATION.sub(lambda match: b"\n" * match[0].count(b"\n"), data)
+        data = resolved(written, self._path, arguments=self._arguments, find=self.folder)
+        self.expanded = data != written
+        _check_links(parsed(data, self._path), written, self._path)
         depth = self.name.count("/")
 
         def named(match: "re.Match[bytes]") -> bytes:
@@ -135,10 +164,11 @@ def _check_links(root: Element, data: bytes, path: Path) -> None:
             found = joint.find(end)
             link = None if found is None else found.get("link")
             if link not in links:
-                line = data[: max(data.find(f'"{name}"'.encode()), 0)].count(b"\n") + 1
+                start = line_of(name, data)
+                where = f"{path}:{start.line}:{start.column}" if start is not None else f"{path}"
                 which = f"names link '{link}', which is not there" if link else f"has no {end}"
                 near = did_you_mean(link, links) if link else "; name one of its links"
-                raise UsageError(f"{path}:{line}: joint '{name}' {which}{near}")
+                raise UsageError(f"{where}: joint '{name}' {which}{near}")
 
 
 def _in_path(path: Path, package: str) -> list[Path]:

@@ -23,6 +23,8 @@ DEEPEST = 16
 """Properties within properties."""
 LONGEST = 10_000
 """Characters of a value."""
+ROBOT_PARTS = {"link", "joint", "material", "gazebo", "transmission", "sensor", "ros2_control", "group", "mujoco"}
+"""Elements of a robot in URDF, with those for other programs."""
 PLAIN = {"arg", "property", "if", "unless"}
 """Elements that are resolved here."""
 _SUBSTITUTION = re.compile(r"\$\{([^{}]*)\}|\$\((arg|find|env|optenv|eval)\s+([^()]*)\)")
@@ -64,12 +66,26 @@ def resolved(data: bytes, path: Path, *, arguments: Mapping[str, str], find: Cal
     if b"xacro" not in data and b"$(" not in data:
         return data
     root = parsed(data, path)
-    if root.tag != "robot":
+    if root.tag != "robot" or not (b"$" in data or any(_word(item.tag) is not None for item in root.iter())):
         return data
+    _refuse_bare_macros(root, path)
     try:
         return _plain(root, path, arguments)
     except NotPlainError as error:
         return _by_library(path, str(error), arguments, find)
+
+
+def _refuse_bare_macros(root: ElementTree.Element, path: Path) -> None:
+    """Refuse macros that are called without `xacro:`, as very old files do: nothing would come of them.
+
+    Raises:
+        UsageError: There is one.
+    """
+    for item in root:
+        if "}" not in item.tag and item.tag not in ROBOT_PARTS and not len(item) and not (item.text or "").strip():
+            raise UsageError(
+                f"{path}: <{item.tag}> is no element of URDF; if it calls a macro, write <xacro:{item.tag}>"
+            )
 
 
 def parsed(data: bytes, path: Path) -> ElementTree.Element:

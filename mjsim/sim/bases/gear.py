@@ -75,7 +75,7 @@ def running_gear(
         robot.odometry,
         motion=motion,
         wheels=len(names),
-        slip=drive.slip.times(robot.odometry.slip),
+        slip=(robot.odometry.tyres or drive.slip).times(robot.odometry.slip),
         sideways=drive.sideways > 0.0,
         dt=dt,
         stream=stream(seed, robot.name, "odometry/increments"),

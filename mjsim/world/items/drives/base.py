@@ -1,7 +1,7 @@
 """What all drives have: limits and noise, and the wheels that they stand on."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -32,26 +32,25 @@ class DriveNoise(Model):
     """[rad/sqrt(s)]"""
 
 
-@dataclass(frozen=True, slots=True)
-class Slip:
+class Slip(Model):
     """What tyres slip on a level floor, as a data sheet would give it, beside the configured noise."""
 
-    forward: float = 0.001
+    forward: Deviation = 0.001
     """Standard deviation along for one metre driven [m/sqrt(m)]."""
-    left: float = 0.001
+    left: Deviation = 0.001
     """Standard deviation aside for one metre driven [m/sqrt(m)]."""
-    turn: float = 0.002
+    turn: Deviation = 0.002
     """Standard deviation of the heading for one radian turned [rad/sqrt(rad)]."""
-    outward: float = 0.0076
+    outward: Deviation = 0.0076
     """What tyres creep outward on an arc, a speed of so much for one metre a second and one radian a second [s]."""
-    surge: float = 0.0
+    surge: Deviation = 0.0
     """What tyres slip along while the speed changes, a speed of so much for one metre a second squared [s]."""
-    swing: float = 0.0
+    swing: Deviation = 0.0
     """What they slip in turn while the turn rate changes, a rate of so much for one radian a second squared [s]."""
 
     def times(self, factor: float) -> "Slip":
         """Return a slip that is so many times as large."""
-        return Slip(**{field.name: factor * getattr(self, field.name) for field in fields(self)})
+        return Slip(**{name: factor * value for name, value in self})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

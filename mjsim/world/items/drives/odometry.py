@@ -5,6 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from mjsim.world.ground import Deviation, Model, Slider
+from mjsim.world.items.drives.base import Slip
 
 
 class OdometryNoise(Model):
@@ -33,3 +34,5 @@ class WheelOdometry(Model):
     """Relative error of the radius of each driven wheel that ways are computed with; none unless given."""
     slip: Annotated[float, Field(ge=0, le=10)] = 1.0
     """How much its covariance allows for tyres that slip, as a multiple of what is usual for the kind of drive."""
+    tyres: Slip | None = None
+    """What its covariance allows for tyres that slip, part by part; that of the kind of drive unless given."""

@@ -1,0 +1,93 @@
+"""The likeliest slip of a robot's tyres: the covariance of dead reckoning under which its errors are most probable."""
+
+import numpy as np
+from scipy.optimize import minimize
+
+from mjsim.geometry import Array, wrap_angles
+from mjsim.sim import slip_shares
+from mjsim.world import Slip
+
+JUDGED = 10
+"""Every so many ticks errors are looked at."""
+FLOOR = 1e-10
+"""Variance that is always there [m^2], [rad^2]."""
+START = {"forward": 0.019, "left": 0.015, "turn": 0.028, "outward": 0.03, "surge": 0.029, "swing": 0.02}
+LEAST, MOST = 1e-4, 2.0
+DIGITS = 3
+
+
+def likely_slip(told: Array, poses: Array, *, dt: float) -> Slip:
+    """Return the slip under which the errors of dead reckoning are likeliest.
+
+    The covariance of a pose is a sum of shares, one for each part of the slip, each as its square. The likelihood is
+    that of a normal distribution of the error at each of the times judged; times are taken as independent, which
+    leaves the estimate consistent (a composite likelihood).
+
+    Args:
+        told: Ways along the arc and to the left [m], and turns [rad] of all ticks, shape (robots, ticks, 3).
+        poses: World frame, with the start, shape (robots, ticks + 1, 3) [m, m, rad].
+        dt: Period of the loop [s].
+
+    References:
+        Varin, Reid, Firth, An overview of composite likelihood methods, Statistica Sinica 21 (2011).
+    """
+    names = list(Slip.model_fields)
+    errors, shares = _reckoned(told, poses, dt=dt)
+    start = np.log([START[name] for name in names])
+    bounds = [(np.log(LEAST), np.log(MOST))] * len(names)
+    found = minimize(_unlikely, start, args=(errors, shares), jac=True, method="L-BFGS-B", bounds=bounds)
+    values = np.exp(found.x)
+    return Slip(**{name: float(f"{value:.{DIGITS}g}") for name, value in zip(names, values, strict=True)})
+
+
+def _unlikely(logs: Array, errors: Array, shares: Array) -> tuple[float, Array]:
+    """Return the mean of minus twice the log-likelihood, and its derivative by the logarithms of the slip.
+
+    Args:
+        logs: Of each part of the slip, shape (parts,).
+        errors: Shape (n, 3).
+        shares: Of the covariance for a slip of one, shape (n, parts, 3, 3).
+    """
+    squares = np.exp(2.0 * logs)
+    covariances = np.einsum("k,nkij->nij", squares, shares) + np.eye(3) * FLOOR
+    inverses = np.linalg.inv(covariances)
+    solved = np.einsum("nij,nj->ni", inverses, errors)
+    value = np.linalg.slogdet(covariances)[1] + np.einsum("ni,ni->n", errors, solved)
+    slopes = np.einsum("nij,nkij->nk", inverses - solved[:, :, None] * solved[:, None, :], shares)
+    return float(value.mean()), 2.0 * squares * slopes.mean(axis=0)
+
+
+def _reckoned(told: Array, poses: Array, *, dt: float) -> tuple[Array, Array]:
+    """Return the errors of dead reckoning, shape (n, 3), and the shares of their covariance, (n, parts, 3, 3)."""
+    believed, errors, found = poses[:, 0].copy(), [], []
+    increments = slip_shares(told, dt=dt)
+    covariances = np.zeros((len(told), increments.shape[-2], 3, 3))
+    for tick in range(told.shape[1]):
+        believed, F, G = _stepped(believed, told[:, tick])
+        new = G[:, None] * increments[:, tick, :, None, :] @ np.swapaxes(G, 1, 2)[:, None]
+        covariances = F[:, None] @ covariances @ np.swapaxes(F, 1, 2)[:, None] + new
+        if tick % JUDGED == JUDGED - 1:
+            error = believed - poses[:, tick + 1]
+            error[:, 2] = wrap_angles(error[:, 2])
+            errors.append(error)
+            found.append(covariances)
+    return np.concatenate(errors), np.concatenate(found)
+
+
+def _stepped(poses: Array, told: Array) -> tuple[Array, Array, Array]:
+    """Return poses after one tick, and their derivatives by the poses before and by what was told.
+
+    Args:
+        poses: World frame, shape (robots, 3) [m, m, rad].
+        told: Shape (robots, 3) [m, m, rad].
+    """
+    way, _, turn = told.T
+    half = poses[:, 2] + turn / 2
+    # The chord of an arc, at half the turn.
+    chord = way * np.sinc(turn / (2.0 * np.pi))
+    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    moved = poses + np.stack([chord * np.cos(half), chord * np.sin(half), turn], axis=-1)
+    F, G = np.tile(np.eye(3), (len(poses), 1, 1)), np.tile(np.eye(3), (len(poses), 1, 1))
+    F[:, 0, 2], F[:, 1, 2] = -chord * np.sin(half), chord * np.cos(half)
+    G[:, 0, 0], G[:, 0, 1], G[:, 1, 0], G[:, 1, 1] = c, -s, s, c
+    return moved, F, G

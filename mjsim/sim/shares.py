@@ -1,0 +1,36 @@
+"""What each part of a slip adds to the covariance that odometry tells, for many drives at once."""
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.sim.odometry import KEPT, SmoothedAcceleration
+
+
+def slip_shares(told: Array, *, dt: float) -> Array:
+    """Return the variances of (forward, left, turn) that `WheelOdometer` adds for a slip of one, part by part.
+
+    Args:
+        told: Ways along the arc and to the left [m], and turns [rad] of all ticks, shape (robots, ticks, 3); robots
+            start from rest and do not go sideways.
+        dt: Period of the loop [s].
+
+    Returns:
+        Shape (robots, ticks, 6, 3), parts in the order of the fields of `Slip`.
+    """
+    way, turn = told[..., 0], told[..., 2]
+    shares = np.zeros((*way.shape, 6, 3))
+    shares[..., 0, 0] = shares[..., 1, 1] = np.abs(way)
+    shares[..., 2, 2] = np.abs(turn)
+    shares[..., 3, 1] = (way * turn) ** 2 * KEPT / dt**3
+    shares[..., 4, 0] = _accelerations(way, dt) ** 2 * KEPT * dt
+    shares[..., 5, 2] = _accelerations(turn, dt) ** 2 * KEPT * dt
+    return shares
+
+
+def _accelerations(ways: Array, dt: float) -> Array:
+    """Return smoothed accelerations of drives, shape (robots, ticks)."""
+    rows = []
+    for drive in ways.tolist():
+        smoothed = SmoothedAcceleration(dt)
+        rows.append([smoothed.add(way) for way in drive])
+    return np.array(rows)
