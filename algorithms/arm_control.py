@@ -11,14 +11,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.random import Generator
 
+from mjsim.algorithms.parameter_learning import ParameterLearner, largest_inertia
 from mjsim.geometry import Array
 from mjsim.interface import ArmInfo, Command, FastReading, JointState, RobotInfo
 from mjsim.mechanics import Arm, with_links
 
 STILL = 1e-4
 """A goal that is slower is at rest [rad/s, m/s]."""
-POSTURES = 50
-"""Postures at which the largest inertia of each joint is looked for."""
+LAG = 0.5
+"""Of the filter through which `Adaptive` looks at motions, as a multiple of 1 / frequency."""
+TRACKING = 10.0
+"""k of `Adaptive` [1/(N m s)]."""
 
 
 def believed(arm: Arm, mass_scale: float) -> Arm:
@@ -103,9 +106,7 @@ class PdGravity(_ArmController):
     def start(self, robot: RobotInfo, part: str, rng: Generator) -> None:
         """Find the gains."""
         super().start(robot, part, rng)
-        lower, upper = (np.clip(limits, -np.pi, np.pi) for limits in (self._info.lower, self._info.upper))
-        postures = np.random.default_rng(0).uniform(lower, upper, (POSTURES, len(lower)))
-        inertia = np.diagonal(self._arm.inertia(postures), axis1=-2, axis2=-1).max(axis=0)
+        inertia = largest_inertia(self._arm, self._info)
         self._stiffness, self._damping = self._frequency**2 * inertia, 2.0 * self._frequency * inertia
 
     def _law(self, state: JointState, q: Array, qd: Array, qdd: Array, dt: float) -> Array:
@@ -134,13 +135,15 @@ class Adaptive(_ArmController):
     """Computed torque that learns the masses of the links while it moves.
 
     With the reference rate v = qd_goal + w e and s = v - qd it gives
-    tau = Y(q, qd, v, v') a + J v' + friction(qd_goal) + w M(q) s, and moves the parameters a, ten of each link, by
-    a' = G Y^T s. Y is the regressor of the links, J the inertia of the rotors. What it begins with are the parameters
-    of the data sheet; G is diagonal, in proportion to their squares.
+    tau = Y(q, qd, v, v') a + J v' + friction(qd_goal) + w M(q) s. Y is the regressor of the links, J the inertia of the
+    rotors, and a has ten parameters of each link, those of the data sheet at first. Two errors move them: how far the
+    arm is from its path, and how far it moves otherwise than a tells, a' = P (k Y^T s + W^T R^-1 (y - W a)). P comes
+    from least squares (`ParameterLearner`).
 
     References:
-        Slotine and Li, On the adaptive control of robot manipulators, Int. J. of Robotics Research 6(3), 1987; Spong,
-        Hutchinson, Vidyasagar, Robot Modeling and Control (2006), section 8.5.
+        Slotine and Li, On the adaptive control of robot manipulators, Int. J. of Robotics Research 6(3), 1987, and
+        Composite adaptive control of robot manipulators, Automatica 25(4), 1989; Spong, Hutchinson, Vidyasagar, Robot
+        Modeling and Control (2006), section 8.5.
     """
 
     def __init__(self, *, frequency: float = 25.0, mass_scale: float = 1.0, adaptation: float = 1.0) -> None:
@@ -149,7 +152,7 @@ class Adaptive(_ArmController):
         Args:
             frequency: Natural frequency with which errors die away [rad/s].
             mass_scale: Masses that it begins with, as multiples of those of the data sheet.
-            adaptation: How fast parameters change: G = adaptation a0^2 [1/(N m s)].
+            adaptation: How fast parameters change: a factor of P at the start, which takes them to be 20 % off.
 
         Raises:
             ValueError: One of them is not above 0.
@@ -162,21 +165,31 @@ class Adaptive(_ArmController):
     def start(self, robot: RobotInfo, part: str, rng: Generator) -> None:
         """Begin with the parameters of the data sheet."""
         super().start(robot, part, rng)
-        self._parameters = self._arm.parameters()
-        self._rates = self._adaptation * self._parameters**2
+        self._learner = ParameterLearner(self._arm, self._info, lag=LAG / self._frequency, adaptation=self._adaptation)
         self._rotors = self._arm.armature()
 
     @property
     def parameters(self) -> Array:
         """The parameters that it believes in now, as `Arm.parameters` has them, shape (10 joints,)."""
-        return self._parameters.copy()
+        return self._learner.parameters.copy()
 
     def _law(self, state: JointState, q: Array, qd: Array, qdd: Array, dt: float) -> Array:
         error, rate = q - state.positions, qd - state.velocities
         reference, reference_rate = qd + self._frequency * error, qdd + self._frequency * rate
         s = reference - state.velocities
-        Y = self._arm.regressor(state.positions, state.velocities, reference, reference_rate)
-        inertia = self._arm.inertia(state.positions)
-        torques = Y @ self._parameters + self._rotors * reference_rate + self._friction(qd)
-        self._parameters = self._parameters + dt * self._rates * (Y.T @ s)
-        return np.asarray(torques + self._frequency * inertia @ s)
+        Y = self._regressor(state, reference, reference_rate, dt)
+        self._learner.correct(dt * TRACKING * (Y.T @ s))
+        torques = Y @ self._learner.parameters + self._rotors * reference_rate + self._friction(qd)
+        return np.asarray(torques + self._frequency * self._arm.inertia(state.positions) @ s)
+
+    def _regressor(self, state: JointState, reference: Array, reference_rate: Array, dt: float) -> Array:
+        """Return the regressor of the law, shape (joints, 10 joints), and learn from the last motion beside it."""
+        now = state.positions, state.velocities, reference, reference_rate
+        if (motion := self._learner.motion(state, dt)) is None:
+            return self._arm.regressor(*now)
+        then, rates, accelerations = motion
+        both = zip(now, (then, rates, rates, accelerations), strict=True)
+        Y, W = self._arm.regressor(*(np.stack(pair) for pair in both))
+        halfway = 0.5 * (rates + state.velocities)
+        self._learner.learn(W, halfway, accelerations, torques=state.torques, dt=dt)
+        return np.asarray(Y)

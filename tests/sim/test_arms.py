@@ -1,11 +1,13 @@
 """Arms at work: goals, controllers, what encoders tell, and what is refused."""
 
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
 import pytest
 
 import mjsim
+from mjsim.algorithms.arm_control import Adaptive, ComputedTorque
 from mjsim.errors import ModuleFault, UsageError
 from mjsim.interface import Command, JointGoal
 from mjsim.mechanics import jtraj
@@ -59,8 +61,42 @@ def test_adaptive_control_learns_masses_that_computed_torque_has_wrong(scale):
     wrong = errors(controlled("ComputedTorque", mass_scale=scale), seconds=20.0, repeat="true")
     learns = errors(controlled("Adaptive", mass_scale=scale), seconds=20.0, repeat="true")
     last = slice(-100, None)  # there and back
-    assert np.abs(learns[last]).max() * 5.0 < np.abs(wrong[last]).max()
-    assert np.sqrt((learns**2).mean()) * 5.0 < np.sqrt((wrong**2).mean())
+    # 11 and 9 times, for as long as 20 s last and at the end of them.
+    assert np.abs(learns).max() * 7.0 < np.abs(wrong).max()
+    assert np.abs(learns[last]).max() * 7.0 < np.abs(wrong[last]).max()
+    assert np.sqrt((learns**2).mean()) * 7.0 < np.sqrt((wrong**2).mean())
+
+
+class Shaky:
+    """A controller whose encoders err by 0.01 rad/s and 1e-4 rad."""
+
+    def __init__(self, inner):
+        self._inner, self._rng = inner, np.random.default_rng(5)
+
+    def start(self, robot, part, rng):
+        self._inner.start(robot, part, rng)
+
+    def torques(self, sensed, wanted):
+        state = sensed.joints["arm"]
+        off = self._rng.normal(size=(2, 6))
+        seen = replace(state, positions=state.positions + 1e-4 * off[0], velocities=state.velocities + 0.01 * off[1])
+        return self._inner.torques(replace(sensed, joints={"arm": seen}), wanted)
+
+
+@pytest.mark.slow
+def test_adaptive_control_bears_noise():
+    here = world(navigator=path(seconds=2, repeat="true"))
+    worst = {}
+    for kind in (ComputedTorque, Adaptive):
+        loop = mjsim.ControlLoop(controller=Shaky(kind(mass_scale=0.8)), rate_hz=250)
+        driver = replace(drivers_of(here)["r"], controllers={"arm": loop})
+        with mjsim.Simulation(here) as sim:
+            found = [
+                np.array(tick.orders["r"].command.joints["arm"].positions) - sim.motions()["r/arm"].positions
+                for tick in islice(mjsim.ticks(sim, {"r": driver}), 250)
+            ]
+        worst[kind] = np.abs(found[100:]).max()
+    assert worst[Adaptive] * 3.0 < worst[ComputedTorque]
 
 
 def test_without_a_controller_an_arm_holds_its_start_and_then_its_goal():

@@ -1,0 +1,129 @@
+"""Learns the inertial parameters of an arm's links from its motors' torques and the motion that follows."""
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.interface import ArmInfo, JointState
+from mjsim.mechanics import Arm
+
+DOUBT, PART = 0.2, 0.05
+"""How far a parameter may be off: as a share of itself, and of what its link's mass would give it at LEVER."""
+LEVER = 0.3
+"""Of parts of a link about its origin [m]."""
+FORGETTING = 0.1
+"""How fast it becomes as doubtful as at the start again [1/s]."""
+MODEL = 0.01
+"""How far the equations of an arm may be off, as a share of the largest torque of each joint."""
+CREEP = 0.02
+"""Dry friction is anyone's guess of a joint that is not much faster [rad/s, m/s]."""
+POSTURES = 50
+"""Postures at which the largest inertia and the largest gravity of each joint are looked for."""
+
+
+class ParameterLearner:
+    """Parameters of the links and their covariance, by recursive least squares that forgets.
+
+    Of the motion between two readings it knows W a = y, with W the regressor and y the torques of the motors less those
+    of rotors and friction. Both go through one low-pass filter, so that the noise of measured rates does not bias a.
+    The covariance P grows back to what it was at the start, never beyond: old motions are forgotten, and what a motion
+    does not show stays as it was.
+
+    References:
+        Slotine and Li, Composite adaptive control of robot manipulators, Automatica 25(4), 1989; Salgado, Goodwin,
+        Middleton, Modified least squares algorithm incorporating exponential resetting and forgetting, Int. J. of
+        Control 47(2), 1988.
+    """
+
+    def __init__(self, arm: Arm, info: ArmInfo, *, lag: float, adaptation: float) -> None:
+        """Begin with the parameters of an arm.
+
+        Args:
+            arm: As it is believed to be.
+            info: Its limits.
+            lag: Time constant of the filter [s].
+            adaptation: How doubtful the parameters are: a factor of their variances.
+        """
+        self._arm, self._lag = arm, lag
+        self.parameters = arm.parameters()
+        """As `Arm.parameters` has them, shape (10 n,)."""
+        self._first = np.diag(adaptation * _variances(arm))
+        self.covariance = self._first.copy()
+        """P, shape (10 n, 10 n)."""
+        self._armature, self._noise = arm.armature(), (MODEL * strength(arm, info)) ** 2
+        still = np.full(arm.n, 1e-9)
+        self._dry = 0.5 * (arm.friction(still) - arm.friction(-still))
+        self._before: JointState | None = None
+        self._seen = Filtered()
+
+    def motion(self, state: JointState, dt: float) -> tuple[Array, Array, Array] | None:
+        """Return positions, rates and accelerations behind the torques of a reading, None at the first one."""
+        before, self._before = self._before, state
+        if before is None:
+            return None
+        return before.positions, before.velocities, np.asarray((state.velocities - before.velocities) / dt)
+
+    def learn(self, W: Array, qd: Array, qdd: Array, *, torques: Array, dt: float) -> None:
+        """Take a motion into account.
+
+        Args:
+            W: The regressor of the motion, shape (n, 10 n).
+            qd: Rates of the joints, shape (n,).
+            qdd: Their accelerations, shape (n,).
+            torques: Of the motors at the joints, shape (n,).
+            dt: Since the last one [s].
+        """
+        y = torques - self._armature * qdd - self._arm.friction(qd)
+        doubt = self._noise + (self._dry * np.exp(-np.abs(qd) / CREEP)) ** 2
+        W, y, doubt = self._seen.add((W, y, doubt), 1.0 - np.exp(-dt / self._lag))
+        spread = self.covariance @ W.T
+        gain = np.linalg.solve(W @ spread + np.diag(doubt), spread.T).T
+        self.parameters = self.parameters + gain @ (y - W @ self.parameters)
+        P = self.covariance - gain @ spread.T
+        P += FORGETTING * dt * (self._first - P)
+        self.covariance = 0.5 * (P + P.T)
+
+    def correct(self, change: Array) -> None:
+        """Change the parameters by P times a vector, shape (10 n,)."""
+        self.parameters = self.parameters + self.covariance @ change
+
+
+class Filtered:
+    """Arrays through low-pass filters of first order, each a weighted mean of what came, from the first on."""
+
+    def __init__(self) -> None:
+        """Nothing came."""
+        self._sums: tuple[Array, ...] = ()
+        self._weight = 0.0
+
+    def add(self, arrays: tuple[Array, ...], share: float) -> tuple[Array, ...]:
+        """Take new arrays with a share of the weight, and return the means."""
+        sums = self._sums or tuple(np.zeros_like(array) for array in arrays)
+        self._sums = tuple(total + share * (array - total) for total, array in zip(sums, arrays, strict=True))
+        self._weight += share * (1.0 - self._weight)
+        return tuple(total / self._weight for total in self._sums)
+
+
+def _variances(arm: Arm) -> Array:
+    """Return how doubtful each parameter is at the start, shape (10 n,)."""
+    lever = np.array([1.0, *[LEVER] * 3, *[LEVER**2] * 6])
+    by_mass = (np.array([[link.mass] for link in arm.links]) * lever).reshape(-1)
+    return np.asarray((DOUBT * arm.parameters()) ** 2 + (PART * by_mass) ** 2)
+
+
+def postures(info: ArmInfo) -> Array:
+    """Return seeded values of the joints within their limits, shape (POSTURES, n)."""
+    lower, upper = (np.clip(limits, -np.pi, np.pi) for limits in (info.lower, info.upper))
+    return np.random.default_rng(0).uniform(lower, upper, (POSTURES, len(lower)))
+
+
+def largest_inertia(arm: Arm, info: ArmInfo) -> Array:
+    """Return the largest inertia that each joint feels, shape (n,) [kg m^2, kg]."""
+    found: Array = np.diagonal(arm.inertia(postures(info)), axis1=-2, axis2=-1).max(axis=0)
+    return found
+
+
+def strength(arm: Arm, info: ArmInfo) -> Array:
+    """Return the torque that each motor has, shape (n,) [N m, N]; what the arm needs where nothing limits it."""
+    held = np.abs(arm.gravload(postures(info))).max(axis=0)
+    needed = 4.0 * held + 10.0 * largest_inertia(arm, info)
+    return np.where(np.isfinite(info.max_torque), info.max_torque, needed)
