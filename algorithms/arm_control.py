@@ -11,10 +11,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.random import Generator
 
-from mjsim.algorithms.parameter_learning import ParameterLearner, largest_inertia
 from mjsim.geometry import Array
 from mjsim.interface import ArmInfo, Command, FastReading, JointState, RobotInfo
 from mjsim.mechanics import Arm, with_links
+
+from .parameter_learning import ParameterLearner, largest_inertia
 
 STILL = 1e-4
 """A goal that is slower is at rest [rad/s, m/s]."""
@@ -171,7 +172,7 @@ class Adaptive(_ArmController):
     @property
     def parameters(self) -> Array:
         """The parameters that it believes in now, as `Arm.parameters` has them, shape (10 joints,)."""
-        return self._learner.parameters.copy()
+        return np.array(self._learner.parameters)
 
     def _law(self, state: JointState, q: Array, qd: Array, qdd: Array, dt: float) -> Array:
         error, rate = q - state.positions, qd - state.velocities
