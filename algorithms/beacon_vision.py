@@ -15,7 +15,7 @@ from mjsim.interface import BeaconInfo, CameraFrame, Observation, RobotInfo, Sig
 
 from .balance import TickLean
 from .marker_beacons import MarkerBeacons
-from .picture_beacons import FoundPicture, PictureBeacons, View
+from .picture_beacons import FoundPicture, PictureBeacons, PreparedImage
 from .rectification import Rectifier
 
 __all__ = ["BeaconVision", "MarkerBeacons", "PictureBeacons"]
@@ -84,7 +84,7 @@ class BeaconVision:
         return tuple(each for each in sightings if self._nearest <= each.range <= self._farthest)
 
     def _look(self, frame: CameraFrame) -> list[FoundPicture]:
-        view = View(frame.image, frame.intrinsics)
+        view = PreparedImage(frame.image, frame.intrinsics)
         found = self._follow(view)
         self._newness += (
             abs(self._moved.heading) / self._search_turn
@@ -99,7 +99,7 @@ class BeaconVision:
                 found += fresh
         return found
 
-    def _follow(self, view: View) -> list[FoundPicture]:
+    def _follow(self, view: PreparedImage) -> list[FoundPicture]:
         """Return those of the last image's pictures that are still there."""
         now_from_before = self._camera_motion()
         found = []

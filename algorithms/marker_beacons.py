@@ -8,7 +8,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.interface import Detection, Intrinsics, Picture
 
-from .picture_gauge import FoundPicture, PictureGauge, View
+from .picture_gauge import FoundPicture, PictureGauge, PreparedImage
 from .picture_templates import apply_homography
 from .planar_pose import homography_between
 
@@ -63,9 +63,9 @@ class MarkerBeacons:
 
     def detect(self, image: Picture, intrinsics: Intrinsics) -> list[Detection]:
         """Return the markers that are seen in an RGB image."""
-        return [found.detection for found in self.search(View(image, intrinsics))]
+        return [found.detection for found in self.search(PreparedImage(image, intrinsics))]
 
-    def search(self, view: View, *, known: Sequence[FoundPicture] = ()) -> list[FoundPicture]:
+    def search(self, view: PreparedImage, *, known: Sequence[FoundPicture] = ()) -> list[FoundPicture]:
         """Return markers found in a view with no idea of where they are, leaving out those that are known."""
         corners, numbers, _ = self._detector.detectMarkers(view.gray)
         taken = {picture.detection.name for picture in known}
@@ -80,7 +80,7 @@ class MarkerBeacons:
                 found[name] = picture
         return list(found.values())
 
-    def track(self, name: str, rotation: Array, position: Array, view: View) -> FoundPicture | None:
+    def track(self, name: str, rotation: Array, position: Array, view: PreparedImage) -> FoundPicture | None:
         """Return a marker, seen before, that should be near a pose in the camera's frame, or None.
 
         Args:
@@ -92,7 +92,7 @@ class MarkerBeacons:
         found = self._gauges[name].near(rotation, position, view)
         return None if found is None else self._without_border(found)
 
-    def _measure(self, name: str, number: int, outline: Array, view: View) -> FoundPicture | None:
+    def _measure(self, name: str, number: int, outline: Array, view: PreparedImage) -> FoundPicture | None:
         """Return the marker measured by its whole picture; OpenCV's corners are only where that begins."""
         half = self._width / 2.0
         square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])

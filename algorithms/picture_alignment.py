@@ -20,7 +20,7 @@ from .picture_templates import (
     TILES,
     Gray,
     ImagePyramid,
-    Template,
+    PictureTemplate,
     apply_homography,
     quadrilateral_area,
 )
@@ -76,7 +76,7 @@ class _Fit:
     """Whether the place no longer changed."""
 
 
-def search_near(templates: tuple[Template, ...], image: ImagePyramid, homography: Array) -> Array:
+def search_near(templates: tuple[PictureTemplate, ...], image: ImagePyramid, homography: Array) -> Array:
     """Return a predicted homography, shifted to where the smallest template fits best near it."""
     template = templates[0]
     rows, columns = template.gray.shape
@@ -88,7 +88,7 @@ def search_near(templates: tuple[Template, ...], image: ImagePyramid, homography
     return np.asarray(from_pixel @ _shift(x + dx - REACH, y + dy - REACH) @ template.pixel_from_plane)
 
 
-def align(templates: tuple[Template, ...], image: ImagePyramid, homography: Array) -> Alignment | None:
+def align(templates: tuple[PictureTemplate, ...], image: ImagePyramid, homography: Array) -> Alignment | None:
     """Return the refined place of a picture near a first guess, or None when it is not there.
 
     Args:
@@ -104,7 +104,7 @@ def align(templates: tuple[Template, ...], image: ImagePyramid, homography: Arra
     return None if rough is None else _align_from(templates, image, rough.homography)
 
 
-def _align_from(templates: tuple[Template, ...], image: ImagePyramid, homography: Array) -> Alignment | None:
+def _align_from(templates: tuple[PictureTemplate, ...], image: ImagePyramid, homography: Array) -> Alignment | None:
     """Return the place of a picture by the template of its size in the image; None when it is not there."""
     template = templates[_fitting(templates, homography)]
     fit = _refine(template, image, homography, hidden=None)
@@ -132,7 +132,7 @@ def _shift(x: float, y: float) -> Array:
     return np.array([[1.0, 0.0, x], [0.0, 1.0, y], [0.0, 0.0, 1.0]])
 
 
-def _fitting(templates: tuple[Template, ...], homography: Array) -> int:
+def _fitting(templates: tuple[PictureTemplate, ...], homography: Array) -> int:
     """Return the index of the template nearest in size to the picture in the image."""
     corners = templates[0].corners
     area = max(quadrilateral_area(apply_homography(homography, corners)), 1.0)
@@ -151,7 +151,7 @@ def _sample(image: ImagePyramid, image_from_pixel: Array, size: tuple[int, int])
     return np.asarray(sampled, dtype=np.uint8)
 
 
-def _refine(template: Template, image: ImagePyramid, homography: Array, *, hidden: Mask | None) -> _Fit | None:
+def _refine(template: PictureTemplate, image: ImagePyramid, homography: Array, *, hidden: Mask | None) -> _Fit | None:
     """Return the last step to where the place no longer changes; None when the picture is lost on the way."""
     rows, columns = template.gray.shape
     for _ in range(STEPS):
@@ -184,7 +184,9 @@ def _refine(template: Template, image: ImagePyramid, homography: Array, *, hidde
     return _Fit(homography / homography[2, 2], values, left, seen, inverse, solution, settled)
 
 
-def _seen(template: Template, size: tuple[int, int], image_from_pixel: Array, hidden: Mask | None) -> Mask | None:
+def _seen(
+    template: PictureTemplate, size: tuple[int, int], image_from_pixel: Array, hidden: Mask | None
+) -> Mask | None:
     """Return which inner pixels are inside the image and not hidden; None when all are."""
     rows, columns = template.gray.shape
     limits = np.array(size) - 2.0
@@ -199,7 +201,7 @@ def _seen(template: Template, size: tuple[int, int], image_from_pixel: Array, hi
     return inside if shown is None else inside & shown
 
 
-def _hidden_tiles(template: Template, fit: _Fit) -> Mask:
+def _hidden_tiles(template: PictureTemplate, fit: _Fit) -> Mask:
     """Return for each tile whether what is seen there is something else, shape (TILES^2,)."""
     left = fit.left
     limit = TILE_MISFIT * fit.solution[8] ** 2 * template.contrast
@@ -208,7 +210,7 @@ def _hidden_tiles(template: Template, fit: _Fit) -> Mask:
     return np.asarray(np.bincount(template.tiles, weights=left**2, minlength=TILES**2) > limit * template.tile_pixels)
 
 
-def _judge(template: Template, fit: _Fit) -> Alignment:
+def _judge(template: PictureTemplate, fit: _Fit) -> Alignment:
     """Return the alignment of the last step, with its covariance and correlation.
 
     References:
@@ -237,7 +239,7 @@ def _correlation(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
     return float(a @ b / np.sqrt(max(float(a @ a) * float(b @ b), 1e-9)))
 
 
-def corners_by_correction(template: Template, homography: Array) -> Array:
+def corners_by_correction(template: PictureTemplate, homography: Array) -> Array:
     """Return how the corners move with the eight numbers of the correction, shape (8, 8) [px]."""
     k = template.unit
     rows = []

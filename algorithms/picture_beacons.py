@@ -10,9 +10,9 @@ from mjsim.geometry import Array
 from mjsim.interface import Detection, Intrinsics, Picture
 
 from .picture_features import Candidate, find_candidates, image_features, make_bank
-from .picture_gauge import FoundPicture, PictureGauge, View, gray_of
+from .picture_gauge import FoundPicture, PictureGauge, PreparedImage, gray_of
 
-__all__ = ["FoundPicture", "PictureBeacons", "View"]
+__all__ = ["FoundPicture", "PictureBeacons", "PreparedImage"]
 
 
 class PictureBeacons:
@@ -35,9 +35,9 @@ class PictureBeacons:
 
     def detect(self, image: Picture, intrinsics: Intrinsics) -> list[Detection]:
         """Return the pictures that are seen in an RGB image, in the order of the catalogue."""
-        return [found.detection for found in self.search(View(image, intrinsics))]
+        return [found.detection for found in self.search(PreparedImage(image, intrinsics))]
 
-    def search(self, view: View, *, known: Sequence[FoundPicture] = ()) -> list[FoundPicture]:
+    def search(self, view: PreparedImage, *, known: Sequence[FoundPicture] = ()) -> list[FoundPicture]:
         """Return pictures found in a view with no idea of where they are, leaving out those that are known."""
         features = image_features(view.gray)
         fresh = np.ones(len(features.points), dtype=bool)
@@ -50,7 +50,7 @@ class PictureBeacons:
         found = (self._confirm(candidate, view) for candidate in candidates)
         return [picture for picture in found if picture is not None]
 
-    def track(self, name: str, rotation: Array, position: Array, view: View) -> FoundPicture | None:
+    def track(self, name: str, rotation: Array, position: Array, view: PreparedImage) -> FoundPicture | None:
         """Return a picture that should be near a pose in the camera's frame, or None when it is not there.
 
         Args:
@@ -61,7 +61,7 @@ class PictureBeacons:
         """
         return self._gauges[name].near(rotation, position, view)
 
-    def _confirm(self, candidate: Candidate, view: View) -> FoundPicture | None:
+    def _confirm(self, candidate: Candidate, view: PreparedImage) -> FoundPicture | None:
         homography, _ = cv2.findHomography(candidate.plane, candidate.image, cv2.RANSAC, 3.0, maxIters=500)
         if homography is None:
             return None

@@ -31,7 +31,7 @@ class FoundPicture:
     """With its image, at most 1."""
 
 
-class View:
+class PreparedImage:
     """A camera's image, with what is made of it only once."""
 
     def __init__(self, image: Picture, intrinsics: Intrinsics) -> None:
@@ -58,7 +58,7 @@ class PictureGauge:
         self._size = width, width * gray.shape[0] / gray.shape[1]
         self._templates = make_templates(gray, width)
 
-    def near(self, rotation: Array, position: Array, view: View) -> FoundPicture | None:
+    def near(self, rotation: Array, position: Array, view: PreparedImage) -> FoundPicture | None:
         """Return the picture when it is near a pose in the camera's frame, else None.
 
         Args:
@@ -72,7 +72,7 @@ class PictureGauge:
         near = search_near(self._templates, view.pyramid, homography)
         return self._measured(near, view, guess=(rotation, position))
 
-    def at(self, homography: Array, view: View) -> FoundPicture | None:
+    def at(self, homography: Array, view: PreparedImage) -> FoundPicture | None:
         """Return the picture with its pose when it lies in the image near a homography, else None.
 
         Args:
@@ -82,7 +82,7 @@ class PictureGauge:
         return self._measured(homography, view) if self._plausible(homography, view.intrinsics) else None
 
     def _measured(
-        self, homography: Array, view: View, *, guess: tuple[Array, Array] | None = None
+        self, homography: Array, view: PreparedImage, *, guess: tuple[Array, Array] | None = None
     ) -> FoundPicture | None:
         """Return the picture near a homography; its pose is sought from a guess, (3, 3) and (3,), if there is one."""
         alignment = align(self._templates, view.pyramid, homography)

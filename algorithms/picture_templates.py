@@ -22,7 +22,7 @@ BLUR = 0.6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Template:
+class PictureTemplate:
     """A picture at one size. What is by pixel leaves out a rim; it has one row for each of the n others, by block."""
 
     gray: Gray
@@ -55,12 +55,12 @@ class Template:
     """Variance of `own`."""
 
 
-def make_templates(gray: Gray, width: float) -> tuple[Template, ...]:
+def make_templates(gray: Gray, width: float) -> tuple[PictureTemplate, ...]:
     """Return the templates of a gray picture of that width [m], from small to large."""
     return tuple(_make_template(gray, width, side) for side in SIDES)
 
 
-def _make_template(gray: Gray, width: float, side: int) -> Template:
+def _make_template(gray: Gray, width: float, side: int) -> PictureTemplate:
     scale = side / max(gray.shape)
     columns, rows = max(8, round(gray.shape[1] * scale)), max(8, round(gray.shape[0] * scale))
     height = width * gray.shape[0] / gray.shape[1]
@@ -82,7 +82,7 @@ def _make_template(gray: Gray, width: float, side: int) -> Template:
     design = warp_slopes(small, (x0 * unit, y0 * unit), (dx * unit, dy * unit))[inner]
     normal = (design.T @ design).astype(float)
     w, h = width / 2.0, height / 2.0
-    return Template(
+    return PictureTemplate(
         gray=np.rint(small).astype(np.uint8),
         plane_from_pixel=plane_from_pixel,
         pixel_from_plane=np.linalg.inv(plane_from_pixel),

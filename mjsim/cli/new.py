@@ -26,41 +26,43 @@ if TYPE_CHECKING:
     from mjsim.exchange import Brought, Reading
     from mjsim.world import Use
 
-Source = Annotated[
+MapFile = Annotated[
     Path | None,
     typer.Option("--from", metavar="FILE", help="A map's YAML file, an SVG or DXF drawing, a landmark map (.mat)."),
 ]
-Maze = Annotated[str | None, typer.Option(metavar="9x9", help="A maze of so many cells.")]
-Clutter = Annotated[str | None, typer.Option(metavar="12x10", help="A room of so many metres, full of things.")]
-Template = Annotated[
+MazeSize = Annotated[str | None, typer.Option(metavar="9x9", help="A maze of so many cells.")]
+RoomSize = Annotated[str | None, typer.Option(metavar="12x10", help="A room of so many metres, full of things.")]
+TemplateName = Annotated[
     str | None, typer.Option(metavar="NAME", help="A shipped world: office, corridor, empty or gallery.")
 ]
-Output = Annotated[Path | None, typer.Option("-o", metavar="WORLD.yaml", help="The file; printed unless given.")]
+NewFile = Annotated[Path | None, typer.Option("-o", metavar="WORLD.yaml", help="The file; printed unless given.")]
 Replace = Annotated[bool, typer.Option("--overwrite", "--force", help="Replace a file that exists.")]
-Preset = Annotated[
+RobotPreset = Annotated[
     str | None, typer.Option(metavar="PRESET", help="Which robot is put into it; the pioneer3dx unless given.")
 ]
-Lidar = Annotated[
+LidarName = Annotated[
     str | None, typer.Option(metavar="NAME", help="A lidar for it: lds-01, lds-02, hokuyo-ust-10lx, sick-lms111.")
 ]
-Estimator = Annotated[
+EstimatorSpec = Annotated[
     str | None,
     typer.Option(
         metavar="SPEC", help="How it finds out where it is: monte_carlo, lidar_slam, or module:Class{key: value}."
     ),
 ]
 Seed = Annotated[int, typer.Option(help="Of the maze or the things.", min=0)]
-Cell = Annotated[float, typer.Option(help="Side of a cell of the maze [m].")]
-Beacons = Annotated[int, typer.Option(help="Markers along the robot's way through the maze.", min=0)]
-Scale = Annotated[float | None, typer.Option(help="Metres to one unit of a drawing or a landmark map.", min=1e-6)]
-Thickness = Annotated[
+CellSide = Annotated[float, typer.Option(help="Side of a cell of the maze [m].")]
+MarkerCount = Annotated[int, typer.Option(help="Markers along the robot's way through the maze.", min=0)]
+UnitLength = Annotated[float | None, typer.Option(help="Metres to one unit of a drawing or a landmark map.", min=1e-6)]
+WallThickness = Annotated[
     float | None, typer.Option(help="Of walls in a drawing [m]; as the lines are drawn unless given.", min=0.01)
 ]
-Layer = Annotated[
+WallLayers = Annotated[
     list[str] | None, typer.Option(metavar="NAME", help="Layer of the drawing that holds walls; may be repeated.")
 ]
-Furniture = Annotated[Literal["keep", "drop"], typer.Option(help="Whether furniture of a drawing becomes obstacles.")]
-NoRobot = Annotated[bool, typer.Option("--no-robot", help="Leave the robot out.")]
+FurnitureRule = Annotated[
+    Literal["keep", "drop"], typer.Option(help="Whether furniture of a drawing becomes obstacles.")
+]
+WithoutRobot = Annotated[bool, typer.Option("--no-robot", help="Leave the robot out.")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,23 +99,23 @@ class _Wanted:
 
 
 def new(
-    source: Source = None,
-    maze: Maze = None,
-    clutter: Clutter = None,
-    template: Template = None,
-    output: Output = None,
+    source: MapFile = None,
+    maze: MazeSize = None,
+    clutter: RoomSize = None,
+    template: TemplateName = None,
+    output: NewFile = None,
     overwrite: Replace = False,
-    robot: Preset = None,
-    lidar: Lidar = None,
-    estimator: Estimator = None,
+    robot: RobotPreset = None,
+    lidar: LidarName = None,
+    estimator: EstimatorSpec = None,
     seed: Seed = 1,
-    cell: Cell = 1.5,
-    beacons: Beacons = 0,
-    scale: Scale = None,
-    thickness: Thickness = None,
-    layer: Layer = None,
-    furniture: Furniture = "keep",
-    no_robot: NoRobot = False,
+    cell: CellSide = 1.5,
+    beacons: MarkerCount = 0,
+    scale: UnitLength = None,
+    thickness: WallThickness = None,
+    layer: WallLayers = None,
+    furniture: FurnitureRule = "keep",
+    no_robot: WithoutRobot = False,
     robot_from: RobotFrom = None,
     left_wheel: LeftWheel = None,
     right_wheel: RightWheel = None,

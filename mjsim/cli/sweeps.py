@@ -32,11 +32,11 @@ def sweep(
     """Run a world with many seeds and settings: a table, means with intervals, plots."""
     from mjsim.modules import load_runnable
     from mjsim.report import parse_formats
-    from mjsim.sweep import Plan, key_lines, parse_seeds, parse_settings, run_plan
+    from mjsim.sweep import SweepPlan, key_lines, parse_seeds, parse_settings, run_plan
 
     kinds = parse_formats(formats)
     checked = load_runnable(world)
-    plan = Plan(
+    plan = SweepPlan(
         seeds=parse_seeds(seeds), settings=parse_settings(settings or ()), seconds=seconds, robot=robot, keep=keep
     )
     with counted(f"sweep {checked.name}", total=len(plan), unit="runs") as advance:

@@ -9,7 +9,7 @@ import numpy as np
 
 from mjsim.compile.bodies import TOUCHED
 from mjsim.compile.model_looks import LookOf
-from mjsim.compile.models import Original, mesh_of
+from mjsim.compile.models import LoadedFile, mesh_of
 from mjsim.compile.parts import DECOR, SEEN
 from mjsim.geometry import Array
 from mjsim.mechanics import Solid, is_valid, nearest_valid
@@ -20,9 +20,9 @@ NEAR = 2e-3
 """Links whose shapes are nearer than this at the start always pass through each other [m]."""
 
 
-def original_of(spec: mujoco.MjSpec, file: FileArm, *, key: str) -> Original:
+def original_of(spec: mujoco.MjSpec, file: FileArm, *, key: str) -> LoadedFile:
     """Return the file of an arm for the scene; `key` begins the names of its meshes and materials there."""
-    return Original(file.model, file.files.urdf, LookOf(spec, file.model, key), key)
+    return LoadedFile(file.model, file.files.urdf, LookOf(spec, file.model, key), key)
 
 
 def add_stand(base: mujoco.MjsBody, file: FileArm, *, name: str, placed: dict[str, Array]) -> mujoco.MjsBody:
@@ -44,7 +44,7 @@ def add_shapes(
     stand: mujoco.MjsBody,
     bodies: list[mujoco.MjsBody],
     item: RobotArm,
-    original: Original,
+    original: LoadedFile,
     *,
     name: str,
 ) -> None:

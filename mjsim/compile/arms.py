@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.arm_models import add_shapes, add_stand, original_of, passing
-from mjsim.compile.models import Original
+from mjsim.compile.models import LoadedFile
 from mjsim.compile.parts import DARK, MATERIAL, SEEN, make_decor
 from mjsim.compile.pictures import color_of
 from mjsim.geometry import Array
@@ -28,7 +28,7 @@ DIGITS = 12
 """To which angles in degrees are rounded, so that 30 degrees stay 30 on the way through radians."""
 
 
-def add_arms(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, originals: dict[str, Original]) -> None:
+def add_arms(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, originals: dict[str, LoadedFile]) -> None:
     """Add the arms of a robot to its base, as they stand at the start.
 
     Args:
@@ -81,7 +81,7 @@ def _add_model(
     bodies: list[mujoco.MjsBody],
     item: RobotArm,
     name: str,
-    originals: dict[str, Original],
+    originals: dict[str, LoadedFile],
 ) -> None:
     """Add the shapes of an arm from a file."""
     key = f"arm:{item.model}"

@@ -17,7 +17,7 @@ import numpy as np
 
 from mjsim.compile.bodies import BUMPER_FRICTION, TOUCHED
 from mjsim.compile.joints import lock
-from mjsim.compile.models import Original, mesh_of
+from mjsim.compile.models import LoadedFile, mesh_of
 from mjsim.compile.parts import DARK, DECOR, FITTINGS, RUNNING_GEAR, SEEN
 from mjsim.compile.running_gear import add_motor
 from mjsim.compile.sensors import NEAR
@@ -52,7 +52,7 @@ class _Build:
     spec: mujoco.MjSpec
     robot: Robot
     body: ModelBody
-    original: Original
+    original: LoadedFile
     rest: AtRest
     heavier: float
     """By what the masses of the file are multiplied."""
@@ -79,7 +79,7 @@ class _Build:
 
 
 def add_model_robot(
-    spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, body: ModelBody, original: Original
+    spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, body: ModelBody, original: LoadedFile
 ) -> list[tuple[Array, Array]]:
     """Add what a robot from a file has to its base, which stands where the robot does.
 

@@ -29,7 +29,7 @@ LEAST_INERTIA = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Original:
+class LoadedFile:
     """A file as MuJoCo has it, whose things stand in one scene."""
 
     model: mujoco.MjModel
@@ -41,7 +41,7 @@ class Original:
     """Names of the meshes that the scene has already, by number and scale."""
 
 
-def original(spec: mujoco.MjSpec, shape: ModelShape, *, key: str) -> Original:
+def original(spec: mujoco.MjSpec, shape: ModelShape, *, key: str) -> LoadedFile:
     """Return a file for the things of a scene.
 
     Args:
@@ -49,7 +49,7 @@ def original(spec: mujoco.MjSpec, shape: ModelShape, *, key: str) -> Original:
         shape: What the file holds.
         key: Begins the names of its meshes and materials in the scene.
     """
-    return Original(shape.model, shape.files.urdf, LookOf(spec, shape.model, key), key)
+    return LoadedFile(shape.model, shape.files.urdf, LookOf(spec, shape.model, key), key)
 
 
 def try_alone(spec: mujoco.MjSpec, path: str) -> None:
@@ -62,7 +62,7 @@ def add_model(
     spec: mujoco.MjSpec,
     body: mujoco.MjsBody,
     obstacle: ModelObstacle,
-    original: Original,
+    original: LoadedFile,
     *,
     name: str,
     solid: Mapping[str, Any],
@@ -172,7 +172,7 @@ def _add_joint(body: mujoco.MjsBody, model: mujoco.MjModel, number: int, *, scal
         joint.range = model.jnt_range[number] * unit
 
 
-def mesh_of(spec: mujoco.MjSpec, original: Original, number: int, scale: float) -> str:
+def mesh_of(spec: mujoco.MjSpec, original: LoadedFile, number: int, scale: float) -> str:
     """Return the name of a mesh in the scene, which is added if it is not there."""
     name = original.meshes.get((number, scale))
     if name is not None:

@@ -15,7 +15,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from mjsim.compile.models import Original, add_model, original, try_alone
+from mjsim.compile.models import LoadedFile, add_model, original, try_alone
 from mjsim.compile.movers import add_slides
 from mjsim.compile.pictures import add_matte, color_of
 from mjsim.errors import WorldError
@@ -40,7 +40,7 @@ TWISTING, ROLLING = 0.005, 0.002
 
 
 @dataclass(frozen=True, slots=True)
-class Stand:
+class ObstacleBody:
     """What the geoms of an obstacle are added to: the world at a place, or a body of its own."""
 
     body: mujoco.MjsBody
@@ -63,7 +63,7 @@ def add_obstacles(spec: mujoco.MjSpec, world: World) -> None:
     Raises:
         WorldError: MuJoCo cannot read the files of some models; each is told where it is named first.
     """
-    originals: dict[str, Original] = {}
+    originals: dict[str, LoadedFile] = {}
     tried: set[object] = set()
     faults: dict[str, Fault] = {}
     for index, (obstacle, name) in enumerate(zip(world.obstacles, item_names(world.obstacles), strict=True)):
@@ -102,25 +102,25 @@ def check_things(world: World) -> None:
         add_obstacles(mujoco.MjSpec(), world)
 
 
-def _stand(spec: mujoco.MjSpec, obstacle: Obstacle, name: str) -> Stand:
+def _stand(spec: mujoco.MjSpec, obstacle: Obstacle, name: str) -> ObstacleBody:
     turn = math.radians(obstacle.heading_deg) / 2
     place = {"pos": [*obstacle.at, origin_height(obstacle)], "quat": [math.cos(turn), 0.0, 0.0, math.sin(turn)]}
     if obstacle.path is not None:
         body = spec.worldbody.add_body(name=name, **place)
         add_slides(body, name, heading=2 * turn)
-        return Stand(body, None, {})
+        return ObstacleBody(body, None, {})
     if not obstacle.movable:
         if isinstance(obstacle, ModelObstacle):
-            return Stand(spec.worldbody.add_body(name=name, **place), None, {})
-        return Stand(spec.worldbody, spec.worldbody.add_frame(**place), {})
+            return ObstacleBody(spec.worldbody.add_body(name=name, **place), None, {})
+        return ObstacleBody(spec.worldbody, spec.worldbody.add_frame(**place), {})
     body = spec.worldbody.add_body(name=name, **place)
     body.add_freejoint(name=name)
     # Friction is the larger of the two surfaces' unless one has priority: this one's shall count.
     solid = {"priority": 1, "condim": 6, "friction": [obstacle.friction, TWISTING, ROLLING]}
-    return Stand(body, None, solid)
+    return ObstacleBody(body, None, solid)
 
 
-def _add_shape(spec: mujoco.MjSpec, stand: Stand, obstacle: Obstacle, name: str) -> None:
+def _add_shape(spec: mujoco.MjSpec, stand: ObstacleBody, obstacle: Obstacle, name: str) -> None:
     keys: dict[str, Any] = {"rgba": color_of(obstacle.color), **stand.solid}
     if obstacle.movable:
         keys["mass"] = obstacle.mass

@@ -12,7 +12,7 @@ import numpy as np
 from mjsim.compile.arms import add_arms
 from mjsim.compile.bodies import PlainBody, add_body
 from mjsim.compile.model_robots import add_model_robot
-from mjsim.compile.models import Original, original
+from mjsim.compile.models import LoadedFile, original
 from mjsim.compile.parts import MATERIAL
 from mjsim.compile.physics import set_physics
 from mjsim.compile.pictures import add_matte
@@ -27,7 +27,7 @@ from mjsim.models import no_warnings
 from mjsim.world import Fault, ModelBody, NoBody, Robot, World, problems_at
 
 
-def add_robot(spec: mujoco.MjSpec, robot: Robot, originals: dict[str, Original]) -> None:
+def add_robot(spec: mujoco.MjSpec, robot: Robot, originals: dict[str, LoadedFile]) -> None:
     """Add a robot at its start; its parts are named `ROBOT/base`, `ROBOT/wheel_left`, `ROBOT/CAMERA` and so on.
 
     Args:
@@ -63,7 +63,7 @@ def add_robots(spec: mujoco.MjSpec, world: World) -> None:
     Raises:
         WorldError: MuJoCo cannot take the files of some; each is told.
     """
-    originals: dict[str, Original] = {}
+    originals: dict[str, LoadedFile] = {}
     faults: list[Fault] = []
     for index, robot in enumerate(world.robots):
         try:

@@ -12,7 +12,7 @@ from mjsim.geometry import Array
 from mjsim.mechanics import dynamics
 from mjsim.mechanics.chain import Chain, Posture, chain_of, posture_at, tool_jacobian
 from mjsim.mechanics.dh import Row, links_of
-from mjsim.mechanics.inverse import Reached, Task, solve
+from mjsim.mechanics.inverse import PoseGoals, Reached, solve
 from mjsim.mechanics.links import Link
 from mjsim.mechanics.transforms import IDENTITY, is_rigid
 
@@ -178,7 +178,7 @@ class Arm:
         start = self._values("q0", self._middle() if q0 is None else q0)
         start = np.broadcast_to(start, (*goals.shape[:-2], self.n)).reshape(-1, self.n)
         weights = np.asarray(mask, dtype=float)
-        found = solve(Task(self._chain, lower, upper, goals.reshape(-1, 4, 4), weights), start)
+        found = solve(PoseGoals(self._chain, lower, upper, goals.reshape(-1, 4, 4), weights), start)
         shape = goals.shape[:-2]
         return Reached(
             found.q.reshape(*shape, self.n),

@@ -39,7 +39,7 @@ class Reached:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Task:
+class PoseGoals:
     """Poses to reach, one a row."""
 
     chain: Chain
@@ -51,12 +51,12 @@ class Task:
     weights: Array
     """Of x, y, z and the rotation about them, shape (6,); 0 where anything is well."""
 
-    def part(self, rows: NDArray[np.intp]) -> "Task":
+    def part(self, rows: NDArray[np.intp]) -> "PoseGoals":
         """Return the task of some of the rows."""
-        return Task(self.chain, self.lower, self.upper, self.goals[rows], self.weights)
+        return PoseGoals(self.chain, self.lower, self.upper, self.goals[rows], self.weights)
 
 
-def solve(task: Task, q0: Array) -> Reached:
+def solve(task: PoseGoals, q0: Array) -> Reached:
     """Return joint values for each pose; those that are not reached are the nearest that was found, within limits.
 
     Args:
@@ -81,7 +81,7 @@ def solve(task: Task, q0: Array) -> Reached:
     return Reached(best, np.maximum(distance, angle) <= NEAR, distance, angle)
 
 
-def _descend(task: Task, q: Array) -> Array:
+def _descend(task: PoseGoals, q: Array) -> Array:
     """Return where damped least squares come to from `q`, shape (m, n)."""
     identity = np.eye(q.shape[-1])
     damping = np.full(len(q), DAMPING)
@@ -101,7 +101,7 @@ def _descend(task: Task, q: Array) -> Array:
     return q
 
 
-def _error_and_slope(task: Task, q: Array) -> tuple[Array, Array]:
+def _error_and_slope(task: PoseGoals, q: Array) -> tuple[Array, Array]:
     """Return what is left to the goals, shape (m, 6), and the weighted Jacobian, shape (m, 6, n)."""
     posture = posture_at(task.chain, q)
     offset = task.goals[:, :3, 3] - posture.tool[:, :3, 3]
@@ -111,13 +111,13 @@ def _error_and_slope(task: Task, q: Array) -> tuple[Array, Array]:
     return np.concatenate([offset, turn], axis=-1) * task.weights, slope * task.weights[:, None]
 
 
-def _misses(task: Task, q: Array) -> tuple[Array, Array]:
+def _misses(task: PoseGoals, q: Array) -> tuple[Array, Array]:
     """Return distance and angle to the goals, shape (m,) each."""
     error, _ = _error_and_slope(task, q)
     return np.linalg.norm(error[:, :3], axis=-1), np.linalg.norm(error[:, 3:], axis=-1)
 
 
-def _inside(task: Task, q: Array) -> Array:
+def _inside(task: PoseGoals, q: Array) -> Array:
     """Return values within the limits: by whole turns where a joint revolves, else the nearest."""
     revolves = task.chain.slides == 0.0
     finite_lower, finite_upper = np.isfinite(task.lower), np.isfinite(task.upper)
@@ -129,7 +129,7 @@ def _inside(task: Task, q: Array) -> Array:
     return np.clip(np.where(revolves, wrapped, q), task.lower, task.upper)
 
 
-def _anywhere(task: Task, rng: np.random.Generator, q0: Array) -> Array:
+def _anywhere(task: PoseGoals, rng: np.random.Generator, q0: Array) -> Array:
     """Return values by chance within the limits, or within a turn and a metre, shape (m, n) as `q0`.
 
     Joints that do not move the tool stay as they are there.

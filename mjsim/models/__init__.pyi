@@ -1,7 +1,7 @@
 from .anatomy import Anatomy as Anatomy
-from .anatomy import Joint as Joint
-from .anatomy import Part as Part
-from .anatomy import Place as Place
+from .anatomy import FileFrame as FileFrame
+from .anatomy import FileJoint as FileJoint
+from .anatomy import FilePart as FilePart
 from .anatomy import Shape as Shape
 from .anatomy import anatomy_of as anatomy_of
 from .arm_files import ArmFileError as ArmFileError

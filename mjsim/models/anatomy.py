@@ -15,7 +15,7 @@ FINE = 4000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Joint:
+class FileJoint:
     """A joint of one degree of freedom, at rest, file frame."""
 
     name: str
@@ -46,7 +46,7 @@ class Shape:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Part:
+class FilePart:
     """What moves as one."""
 
     name: str
@@ -61,7 +61,7 @@ class Part:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Place:
+class FileFrame:
     """A body, a site or a camera at rest, file frame."""
 
     name: str
@@ -82,10 +82,10 @@ class Place:
 class Anatomy:
     """A robot's file in plain numbers."""
 
-    parts: tuple[Part, ...]
-    joints: tuple[Joint, ...]
+    parts: tuple[FilePart, ...]
+    joints: tuple[FileJoint, ...]
     shapes: tuple[Shape, ...]
-    places: tuple[Place, ...]
+    places: tuple[FileFrame, ...]
     loose: tuple[str, ...]
     """Ball joints, which are taken as rigid."""
 
@@ -107,7 +107,7 @@ def anatomy_of(robot: RobotFiles) -> Anatomy:
     numbers = {body: index for index, part in enumerate(rest.parts) for body in part.bodies}
     roots = {part.root: index for index, part in enumerate(rest.parts)}
     parts = tuple(
-        Part(
+        FilePart(
             name=rest.model.body(part.root).name if part.root else "base",
             parent=roots.get(part.parent, -1),
             names=tuple(rest.model.body(body).name for body in part.bodies),
@@ -124,13 +124,13 @@ def anatomy_of(robot: RobotFiles) -> Anatomy:
     return Anatomy(parts, joints, _shapes(rest, numbers, urdf=robot.files.urdf), _places(rest, numbers), loose)
 
 
-def _joint(rest: AtRest, number: int, part: int, driven: frozenset[str]) -> Joint:
+def _joint(rest: AtRest, number: int, part: int, driven: frozenset[str]) -> FileJoint:
     model = rest.model
     at, axis = rest.axis(number)
     name = model.joint(number).name
     low, high = model.jnt_range[number].tolist()
     limits = (low, high) if model.jnt_limited[number] else None
-    return Joint(name, part, int(model.jnt_type[number]) != SINGLE[0], at, axis, limits, name in driven)
+    return FileJoint(name, part, int(model.jnt_type[number]) != SINGLE[0], at, axis, limits, name in driven)
 
 
 def _shapes(rest: AtRest, numbers: dict[int, int], *, urdf: bool) -> tuple[Shape, ...]:
@@ -151,21 +151,25 @@ def _shapes(rest: AtRest, numbers: dict[int, int], *, urdf: bool) -> tuple[Shape
     return tuple(found)
 
 
-def _places(rest: AtRest, numbers: dict[int, int]) -> tuple[Place, ...]:
+def _places(rest: AtRest, numbers: dict[int, int]) -> tuple[FileFrame, ...]:
     model, data = rest.model, rest.data
     mujoco.mj_camlight(model, data)
     found = [
-        Place(model.body(n).name, "body", numbers[n], data.xpos[n].copy(), data.xmat[n].reshape(3, 3).copy())
+        FileFrame(model.body(n).name, "body", numbers[n], data.xpos[n].copy(), data.xmat[n].reshape(3, 3).copy())
         for n in range(1, model.nbody)
     ]
     for n in range(model.nsite):
         part = numbers[int(model.site_bodyid[n])]
         found.append(
-            Place(model.site(n).name, "site", part, data.site_xpos[n].copy(), data.site_xmat[n].reshape(3, 3).copy())
+            FileFrame(
+                model.site(n).name, "site", part, data.site_xpos[n].copy(), data.site_xmat[n].reshape(3, 3).copy()
+            )
         )
     for n in range(model.ncam):
         part, axes = numbers[int(model.cam_bodyid[n])], data.cam_xmat[n].reshape(3, 3).copy()
         width, height = model.cam_resolution[n].tolist()
         at = data.cam_xpos[n].copy()
-        found.append(Place(model.camera(n).name, "camera", part, at, axes, float(model.cam_fovy[n]), (width, height)))
+        found.append(
+            FileFrame(model.camera(n).name, "camera", part, at, axes, float(model.cam_fovy[n]), (width, height))
+        )
     return tuple(found)

@@ -69,7 +69,7 @@ def calibration_message(intrinsics: Intrinsics, frame_id: str) -> CameraCalibrat
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Mount:
+class FixedFrame:
     """A frame that is fixed in another."""
 
     outer: str
@@ -79,14 +79,14 @@ class Mount:
     rotation: Quaternion
 
 
-def mount(outer: str, inner: str, outer_from_inner: Array) -> Mount:
+def mount(outer: str, inner: str, outer_from_inner: Array) -> FixedFrame:
     """Return the mount of a homogeneous transform, shape (4, 4) [m]."""
     x, y, z = outer_from_inner[:3, 3].tolist()
     qx, qy, qz, qw = quaternion(outer_from_inner[:3, :3]).tolist()
-    return Mount(outer, inner, Vector3(x=x, y=y, z=z), Quaternion(x=qx, y=qy, z=qz, w=qw))
+    return FixedFrame(outer, inner, Vector3(x=x, y=y, z=z), Quaternion(x=qx, y=qy, z=qz, w=qw))
 
 
-def frames_message(time: float, poses: Mapping[str, Pose | Pose3], mounts: Sequence[Mount]) -> FrameTransforms:
+def frames_message(time: float, poses: Mapping[str, Pose | Pose3], mounts: Sequence[FixedFrame]) -> FrameTransforms:
     """Return all frames at a simulated time [s]: those with a pose in the world, and those fixed in them."""
     now = stamp(time)
     moving = [

@@ -3,11 +3,11 @@
 from typing import Any
 
 from mjsim.record.parse import FAULTS, unfit
-from mjsim.record.readings import CODECS, Table
+from mjsim.record.readings import CODECS, SensorTable
 from mjsim.record.recording import Recording
 
 
-def sensor_tables(recording: Recording, robot: str) -> list[Table]:
+def sensor_tables(recording: Recording, robot: str) -> list[SensorTable]:
     """Return a table for each sensor of a robot whose kind of readings has one.
 
     In each, `time` is when modules got a reading, and `stamp` when it was taken [s].

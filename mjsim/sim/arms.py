@@ -9,7 +9,7 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.interface import ArmInfo, Command, JointGoal, JointState
 from mjsim.mechanics import JointMotion
-from mjsim.sim.fast_senses import Encoders
+from mjsim.sim.fast_senses import JointEncoders
 from mjsim.world import Robot, RobotArm
 
 ROUNDING = 1e-9
@@ -45,9 +45,9 @@ class ArmAtWork:
         data.qfrc_applied[self._dofs] = [-abs(link.gear) * sum(link.coulomb) / 2.0 for link in item.arm.links]
         self.info = _info(item, self._names)
 
-    def encoders(self) -> Encoders:
+    def encoders(self) -> JointEncoders:
         """Return encoders of its joints, to be read by one reader."""
-        return Encoders(self._model, self._data, self._joints)
+        return JointEncoders(self._model, self._data, self._joints)
 
     def read(self, stamp: float) -> JointState:
         """Return what the encoders tell modules at a tick [s]."""

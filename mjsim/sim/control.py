@@ -17,7 +17,7 @@ from mjsim.world import step_misfit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Part:
+class DrivenPart:
     """A part of a robot whose motors a controller drives."""
 
     robot: str
@@ -40,7 +40,7 @@ class ControlActuation:
     its limits.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, part: Part, *, loop: ControlLoop) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, part: DrivenPart, *, loop: ControlLoop) -> None:
         """Get ready; the controller is asked first at the next step that is due.
 
         Args:
@@ -85,7 +85,7 @@ class ControlActuation:
         return self._controller.seconds()
 
 
-def _steps(loop: ControlLoop, part: Part, step: float) -> tuple[int, int]:
+def _steps(loop: ControlLoop, part: DrivenPart, step: float) -> tuple[int, int]:
     """Return period and latency of a controller in physics steps.
 
     Raises:

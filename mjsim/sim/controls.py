@@ -10,8 +10,8 @@ from mjsim.interface import Controller, ControlLoop, RobotInfo
 from mjsim.modules import make_module
 from mjsim.sim.arms import ArmAtWork
 from mjsim.sim.bases import RunningGear
-from mjsim.sim.control import ControlActuation, Part
-from mjsim.sim.fast_senses import Encoders, FastSenses, ImuFeed
+from mjsim.sim.control import ControlActuation, DrivenPart
+from mjsim.sim.fast_senses import FastSenses, ImuFeed, JointEncoders
 from mjsim.sim.sensors import FastDevice
 from mjsim.world import Robot, Use, World
 
@@ -83,17 +83,17 @@ class Controls:
         """Return the wall-clock time inside each controller since the last call, by part [s]."""
         return {name: actuation.seconds() for name, actuation in self._running.items()}
 
-    def _started(self, part: Part, loop: ControlLoop, info: RobotInfo) -> ControlActuation:
+    def _started(self, part: DrivenPart, loop: ControlLoop, info: RobotInfo) -> ControlActuation:
         actuation = ControlActuation(self._model, self._data, part, loop=loop)
         rng = np.random.default_rng([self._seed, *f"{self._robot.name}/{part.name}/controller".encode()])
         actuation.start(info, rng)
         return actuation
 
-    def _found(self, gear: RunningGear) -> list[Part]:
+    def _found(self, gear: RunningGear) -> list[DrivenPart]:
         """Return the parts of the robot that have a controller."""
         use, robot = self._robot.drive.controller, self._robot.name
         parts = [
-            Part(
+            DrivenPart(
                 robot=robot,
                 name=arm.name,
                 motors=arm.motors,
@@ -106,7 +106,9 @@ class Controls:
         if gear.wanted is None or use is None:
             return parts
         default, wheels = self._default(use), gear.wheels
-        drive = Part(robot=robot, name="drive", motors=wheels, wanted=gear.wanted, senses=self._senses, default=default)
+        drive = DrivenPart(
+            robot=robot, name="drive", motors=wheels, wanted=gear.wanted, senses=self._senses, default=default
+        )
         return [drive, *parts]
 
     def _default(self, use: str) -> Callable[[], ControlLoop]:
@@ -122,5 +124,5 @@ class Controls:
         """Return what a controller of this robot senses, from now on."""
         ticks = self._robot.odometry.ticks
         step = None if ticks is None else 2.0 * np.pi / ticks
-        wheels = Encoders(self._model, self._data, self._wheels, step=step)
+        wheels = JointEncoders(self._model, self._data, self._wheels, step=step)
         return FastSenses(wheels=wheels, arms={arm.name: arm.encoders() for arm in self._arms}, imu=self._feed)

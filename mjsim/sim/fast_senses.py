@@ -11,7 +11,7 @@ from mjsim.interface import FastReading, ImuReading, JointState
 from mjsim.sim.sensors import FastDevice
 
 
-class Encoders:
+class JointEncoders:
     """The encoders of some hinges or slides of a robot, each with a motor of its name."""
 
     def __init__(
@@ -74,7 +74,7 @@ class ImuFeed:
 class FastSenses:
     """What one controller senses; its readings are those since its own last call."""
 
-    def __init__(self, *, wheels: Encoders, arms: Mapping[str, Encoders], imu: ImuFeed) -> None:
+    def __init__(self, *, wheels: JointEncoders, arms: Mapping[str, JointEncoders], imu: ImuFeed) -> None:
         """Keep what it reads."""
         self._wheels, self._arms, self._feed = wheels, arms, imu
         self._readings = imu.join()

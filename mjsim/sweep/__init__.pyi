@@ -1,4 +1,4 @@
-from .plan import Plan as Plan
+from .plan import SweepPlan as SweepPlan
 from .plan import parse_seeds as parse_seeds
 from .plan import parse_settings as parse_settings
 from .results import Sweep as Sweep

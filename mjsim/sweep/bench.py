@@ -23,7 +23,7 @@ THREADS = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS
 """What keeps a worker on one core: BLAS, and OpenGL drawn in software."""
 
 
-class Bench:
+class KeptSimulation:
     """The simulation of the last run: one of the same case with another seed needs no new one."""
 
     def __init__(self) -> None:
@@ -56,9 +56,9 @@ class Bench:
 
 
 @functools.cache  # A fact of the process, as its one OpenGL library is.
-def bench() -> Bench:
+def bench() -> KeptSimulation:
     """Return the bench of this process."""
-    return Bench()
+    return KeptSimulation()
 
 
 @functools.cache  # A fact of the process.

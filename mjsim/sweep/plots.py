@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from mjsim.geometry import Array
 from mjsim.report import GROUPS, MAP, ODOMETRY, STATES, chi_square_bounds, drawing_files, sheet
-from mjsim.sweep.plan import Plan
+from mjsim.sweep.plan import SweepPlan
 from mjsim.sweep.summary import interval_of_mean
 from mjsim.sweep.table import Row
 from mjsim.sweep.worker import Outcome
@@ -22,7 +22,7 @@ Series = Mapping[str, Sequence[float | None]]
 
 
 def plots(
-    plan: Plan, rows: Sequence[Row], outcomes: Sequence[Outcome], robots: Sequence[str], formats: Sequence[str]
+    plan: SweepPlan, rows: Sequence[Row], outcomes: Sequence[Outcome], robots: Sequence[str], formats: Sequence[str]
 ) -> dict[str, bytes]:
     """Return the plots as files by their names; none of a robot that nothing drove, or whose runs all failed."""
     files: dict[str, bytes] = {}
@@ -45,7 +45,7 @@ def plots(
     return files
 
 
-def settings_plot(plan: Plan, rows: Sequence[Row]) -> Figure:
+def settings_plot(plan: SweepPlan, rows: Sequence[Row]) -> Figure:
     """Draw the position error of each run, and the means with their intervals, against the setting that varies most.
 
     Args:
@@ -76,7 +76,7 @@ def settings_plot(plan: Plan, rows: Sequence[Row]) -> Figure:
     return figure
 
 
-def error_plot(plan: Plan, series: Sequence[Sequence[Series]]) -> Figure:
+def error_plot(plan: SweepPlan, series: Sequence[Sequence[Series]]) -> Figure:
     """Draw the median position error over time and where 80 % of the runs lie, for each case; and odometry's."""
     figure, (axes,) = sheet(1, height=4.8)
     drawn = _drawn(plan, series)
@@ -98,7 +98,7 @@ def error_plot(plan: Plan, series: Sequence[Sequence[Series]]) -> Figure:
     return figure
 
 
-def nees_plot(plan: Plan, series: Sequence[Sequence[Series]]) -> Figure:
+def nees_plot(plan: SweepPlan, series: Sequence[Sequence[Series]]) -> Figure:
     """Draw the NEES over time, averaged over the runs of each case, with the 95 % band of such an average.
 
     References:
@@ -156,7 +156,7 @@ def _column(rows: Sequence[Row], name: str, key: str | None, value: Any, others:
     )
 
 
-def _drawn(plan: Plan, series: Sequence[Sequence[Series]]) -> list[tuple[str, str, Sequence[Series]]]:
+def _drawn(plan: SweepPlan, series: Sequence[Sequence[Series]]) -> list[tuple[str, str, Sequence[Series]]]:
     """Return label, colour and runs of each case that is drawn over time: the first eight with any run."""
     cases = [(_label(case), runs) for case, runs in zip(plan.cases(), series, strict=True) if runs]
     return [(label, color, runs) for (label, runs), color in zip(cases, GROUPS, strict=False)]
@@ -174,7 +174,7 @@ def _label(case: Mapping[str, Any]) -> str:
     return ", ".join(f"{'.'.join(key.split('.')[-2:])} {json.dumps(value)}" for key, value in case.items())
 
 
-def _count(plan: Plan) -> str:
+def _count(plan: SweepPlan) -> str:
     runs = "1 run" if len(plan.seeds) == 1 else f"{len(plan.seeds)} runs"
     return f"{runs} a case" if plan.settings else runs
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mjsim.sweep.plan import Plan
+from mjsim.sweep.plan import SweepPlan
 from mjsim.sweep.store import Store
 from mjsim.sweep.summary import INTERVAL, summary_of, summary_rows
 from mjsim.sweep.table import csv_text, parquet, rows_of
@@ -37,7 +37,7 @@ class Sweep:
 
 
 def write_results(
-    store: Store, plan: Plan, outcomes: Sequence[Outcome], robots: Sequence[str], formats: Sequence[str]
+    store: Store, plan: SweepPlan, outcomes: Sequence[Outcome], robots: Sequence[str], formats: Sequence[str]
 ) -> Sweep:
     """Write table, summary, clock and plots; return what they hold. A table in Parquet needs pyarrow, an extra.
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from mjsim.errors import UsageError
 from mjsim.sweep.bundle import Bundle
-from mjsim.sweep.plan import Job, Plan
+from mjsim.sweep.plan import Job, SweepPlan
 from mjsim.sweep.worker import Outcome
 
 FORMAT = 1
@@ -56,7 +56,7 @@ class Store:
         finally:
             os.close(place)
 
-    def open(self, plan: Plan, bundle: Bundle) -> Path:
+    def open(self, plan: SweepPlan, bundle: Bundle) -> Path:
         """Begin or resume a sweep; return the path of its world file.
 
         Raises:
@@ -132,7 +132,7 @@ def _lock(place: int, folder: Path) -> None:
         return  # Some network file systems have no locks; there nobody is kept out.
 
 
-def _identity(plan: Plan, bundle: Bundle) -> dict[str, Any]:
+def _identity(plan: SweepPlan, bundle: Bundle) -> dict[str, Any]:
     """Return all that tells one sweep from another."""
     return {
         "format": FORMAT,

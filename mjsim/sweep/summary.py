@@ -8,7 +8,7 @@ from scipy.special import stdtrit
 
 from mjsim.geometry import Array
 from mjsim.report import CONFIDENCE, fewest_pairs, largest, mean_interval
-from mjsim.sweep.plan import Plan
+from mjsim.sweep.plan import SweepPlan
 from mjsim.sweep.table import Row, figure_names
 
 INTERVAL = (
@@ -58,7 +58,7 @@ def spread(values: Array, *, most: float = np.inf) -> dict[str, float | int | No
     }
 
 
-def summary_of(plan: Plan, rows: Sequence[Row]) -> dict[str, Any]:
+def summary_of(plan: SweepPlan, rows: Sequence[Row]) -> dict[str, Any]:
     """Return what summary.json holds: for each case and robot the spread of each figure over the seeds."""
     names = figure_names(plan, rows)
     robots = list(dict.fromkeys(row["robot"] for row in rows))

@@ -14,7 +14,7 @@ from mjsim.modules import load_runnable, require_modules
 from mjsim.report import require_formats
 from mjsim.sweep.bundle import bundle_of
 from mjsim.sweep.cluster import run_on_cluster
-from mjsim.sweep.plan import Plan, setting_texts
+from mjsim.sweep.plan import SweepPlan, setting_texts
 from mjsim.sweep.pool import run_on_processes
 from mjsim.sweep.results import Sweep, write_results
 from mjsim.sweep.store import Store
@@ -58,7 +58,7 @@ def sweep(
         UsageError: A setting does not fit the world, or the folder holds another sweep.
     """
     world = world if isinstance(world, World) else load_runnable(world)
-    plan = Plan(
+    plan = SweepPlan(
         seeds=tuple(map(index, seeds)),
         settings={key: _values(key, values) for key, values in (settings or {}).items()},
         seconds=seconds,
@@ -70,7 +70,7 @@ def sweep(
 
 def run_plan(
     world: World,
-    plan: Plan,
+    plan: SweepPlan,
     folder: Path,
     *,
     workers: int | None = None,
@@ -126,7 +126,7 @@ def _robots(world: World, wanted: str | None) -> list[str]:
     return names if wanted is None else [wanted]
 
 
-def _cases(world: World, plan: Plan) -> Iterator[World]:
+def _cases(world: World, plan: SweepPlan) -> Iterator[World]:
     """Yield the world of each case, checked."""
     for case in plan.cases():
         changed = with_settings(world, setting_texts(case)) if case else world

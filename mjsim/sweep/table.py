@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from mjsim.sweep.plan import Plan
+from mjsim.sweep.plan import SweepPlan
 from mjsim.sweep.worker import Outcome
 
 KEYS = ("case", "seed", "robot", "error")
@@ -18,7 +18,7 @@ Row = dict[str, Any]
 """One robot of one run: case, seed, settings by their keys, robot, error, figures such as 'nees.mean'."""
 
 
-def rows_of(plan: Plan, outcomes: Sequence[Outcome], robots: Sequence[str]) -> list[Row]:
+def rows_of(plan: SweepPlan, outcomes: Sequence[Outcome], robots: Sequence[str]) -> list[Row]:
     """Return the rows of a table, by case, seed and robot; all have the same keys in the same order.
 
     Args:
@@ -43,7 +43,7 @@ def rows_of(plan: Plan, outcomes: Sequence[Outcome], robots: Sequence[str]) -> l
     ]
 
 
-def figure_names(plan: Plan, rows: Sequence[Row]) -> list[str]:
+def figure_names(plan: SweepPlan, rows: Sequence[Row]) -> list[str]:
     """Return the columns of a table that hold figures."""
     return [name for name in rows[0] if name not in KEYS and name not in plan.settings]
 

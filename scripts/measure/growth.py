@@ -52,7 +52,7 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Plot:
+class GrowthPlot:
     """One plot and table."""
 
     name: str
@@ -161,7 +161,7 @@ def ticks_of(sensor: str) -> Callable[[int], Prepare]:
 
 
 PLOTS = (
-    Plot(
+    GrowthPlot(
         "walls",
         "Pictures in an office",
         "wall segments",
@@ -174,7 +174,7 @@ PLOTS = (
             Curve("floor: one textured quad", lambda n: picture_floor(WIDTH, HEIGHT)),
         ),
     ),
-    Plot(
+    GrowthPlot(
         "beacons",
         "Pictures among beacons",
         "beacons",
@@ -188,7 +188,7 @@ PLOTS = (
             Curve("floor: one textured quad", lambda n: picture_floor(WIDTH, HEIGHT)),
         ),
     ),
-    Plot(
+    GrowthPlot(
         "robots",
         "A tick with several robots",
         "robots",
@@ -200,7 +200,7 @@ PLOTS = (
             Curve("without", ticks_of("")),
         ),
     ),
-    Plot(
+    GrowthPlot(
         "landmarks",
         "A prediction and an update with 10 sightings",
         "landmarks in the map",
@@ -214,7 +214,7 @@ PLOTS = (
 )
 
 
-def measured(plot: Plot, *, runs: int) -> Mapping[tuple[str, int], float]:
+def measured(plot: GrowthPlot, *, runs: int) -> Mapping[tuple[str, int], float]:
     """Return the median at each size of each curve; the runs take turns."""
     values: dict[tuple[str, int], list[float]] = {}
     for size in plot.sizes:
@@ -228,7 +228,7 @@ def measured(plot: Plot, *, runs: int) -> Mapping[tuple[str, int], float]:
     return {key: statistics.median(got) for key, got in values.items()}
 
 
-def table(plot: Plot, found: Mapping[tuple[str, int], float]) -> Iterator[str]:
+def table(plot: GrowthPlot, found: Mapping[tuple[str, int], float]) -> Iterator[str]:
     """Yield the rows of a table, a line a curve."""
     yield f"| {plot.up} | " + " | ".join(f"{size:,} {plot.across}" for size in plot.sizes) + " |"
     yield "|---" * (1 + len(plot.sizes)) + "|"
@@ -237,7 +237,7 @@ def table(plot: Plot, found: Mapping[tuple[str, int], float]) -> Iterator[str]:
         yield f"| {curve.name} | " + " | ".join(cells) + " |"
 
 
-def drawn(plot: Plot, found: Mapping[tuple[str, int], float]) -> bytes:
+def drawn(plot: GrowthPlot, found: Mapping[tuple[str, int], float]) -> bytes:
     """Return the plot as a PNG."""
     figure, (axes,) = sheet(1, height=3.8)
     for curve, color in zip(plot.curves, COLORS, strict=False):

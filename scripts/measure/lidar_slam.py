@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Drive a tour of the office with `LidarSlam`, which knows neither map nor beacons: one row a seed.
+"""Tour a tour of the office with `LidarSlam`, which knows neither map nor beacons: one row a seed.
 
 For instance `.venv/bin/python scripts/measure/lidar_slam.py --seeds 5`; the project asks for a mean position error
 below 0.15 m. Nine rooms along 35 m of corridor and back: every loop that is closed is one along the corridor, whose
@@ -65,7 +65,7 @@ class TimedLidarSlam(LidarSlam):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Drive:
+class Tour:
     """What a tour has shown."""
 
     errors: Array
@@ -84,7 +84,7 @@ class Drive:
     """Whether the robot came to the end of its tour."""
 
 
-def drive(seed: int, *, slip: float) -> Drive:
+def drive(seed: int, *, slip: float) -> Tour:
     """Return what one tour shows, the noise of wheels and odometry made larger by a factor."""
     noise = [
         f"robots.post.{key}={{{', '.join(f'{name}: {slip * value}' for name, value in values.items())}}}"
@@ -106,7 +106,7 @@ def drive(seed: int, *, slip: float) -> Drive:
                 break
     errors, drift, nees = np.array(rows).T
     kept = len(estimator.keyframes)
-    return Drive(errors, drift, nees, np.array(estimator.seconds), estimator.loops, kept, tick.time <= LONGEST)
+    return Tour(errors, drift, nees, np.array(estimator.seconds), estimator.loops, kept, tick.time <= LONGEST)
 
 
 def main() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mjsim.algorithms.beacon_vision import BeaconVision, PictureBeacons
-from mjsim.algorithms.picture_beacons import View
+from mjsim.algorithms.picture_beacons import PreparedImage
 from mjsim.algorithms.picture_features import LIKELY_BITS, MATCH_BITS, match
 from mjsim.algorithms.planar_pose import fit_pose, picture_corners, project, rotation_of
 from mjsim.bench.views import (
@@ -143,7 +143,7 @@ def test_a_picture_cut_by_the_edge_of_the_image_is_right_or_withheld(studio: Stu
 def test_following_a_picture_measures_the_same_as_finding_it(studio: Studio, beacons: PictureBeacons):
     for distance, yaw in ((1.5, 0.0), (2.5, 25.0), (4.0, -35.0)):
         shot = studio.before("anchor", distance, yaw, rng=np.random.default_rng(3))
-        view = View(shot.image, INTRINSICS)
+        view = PreparedImage(shot.image, INTRINSICS)
         cold = next(each for each in beacons.search(view) if each.detection.name == "anchor")
         # As far off as odometry may be after a fast turn: 10 px.
         guess = cold.pose.position + np.array([10.0 / INTRINSICS.fx * distance, 0.0, 0.02])

@@ -7,7 +7,7 @@ from scipy import stats
 import mjsim
 from mjsim.errors import UsageError
 from mjsim.report import largest, mean_interval
-from mjsim.sweep import Plan, parse_seeds, parse_settings
+from mjsim.sweep import SweepPlan, parse_seeds, parse_settings
 from mjsim.sweep.bundle import bundle_of
 from mjsim.sweep.store import Store
 from mjsim.sweep.summary import interval_of_mean
@@ -49,7 +49,7 @@ def test_what_are_no_settings_is_refused(texts):
 
 
 def test_a_plan_is_every_combination_of_settings_with_every_seed():
-    plan = Plan(seeds=(3, 5), settings={"a": (1, 2), "b": ("x",)})
+    plan = SweepPlan(seeds=(3, 5), settings={"a": (1, 2), "b": ("x",)})
     assert [(job.case, job.seed, job.settings) for job in plan.jobs()] == [
         (0, 3, ("a=1", 'b="x"')),
         (0, 5, ("a=1", 'b="x"')),
@@ -62,9 +62,9 @@ def test_a_plan_is_every_combination_of_settings_with_every_seed():
 
 def test_a_seed_or_a_value_that_is_given_twice_is_refused():
     with pytest.raises(UsageError, match="seed 3 is given twice"):
-        Plan(seeds=(3, 3), settings={})
+        SweepPlan(seeds=(3, 3), settings={})
     with pytest.raises(UsageError, match="value of a 1 is given twice"):
-        Plan(seeds=(3,), settings={"a": (1, 1)})
+        SweepPlan(seeds=(3,), settings={"a": (1, 1)})
 
 
 @pytest.fixture
@@ -112,13 +112,13 @@ def test_a_package_of_the_users_own_travels_wherever_it_stands(room, tmp_path, m
 
 def test_a_folder_that_holds_another_sweep_is_refused_and_the_difference_named(room, tmp_path):
     world, store = mjsim.load_world(room / "room.yaml"), Store(tmp_path / "out", keep=False)
-    plan = Plan(seeds=(1, 2), settings={"run.seconds": (1, 2)})
+    plan = SweepPlan(seeds=(1, 2), settings={"run.seconds": (1, 2)})
     store.open(plan, bundle_of(world, []))
     store.open(plan, bundle_of(world, []))
     others = {
-        "seeds was [1, 2] and is [1]": Plan(seeds=(1,), settings=plan.settings),
-        'set was [["run.seconds", 1, 2]] and is []': Plan(seeds=(1, 2), settings={}),
-        "seconds was not given and is 3.0": Plan(seeds=(1, 2), settings=plan.settings, seconds=3.0),
+        "seeds was [1, 2] and is [1]": SweepPlan(seeds=(1,), settings=plan.settings),
+        'set was [["run.seconds", 1, 2]] and is []': SweepPlan(seeds=(1, 2), settings={}),
+        "seconds was not given and is 3.0": SweepPlan(seeds=(1, 2), settings=plan.settings, seconds=3.0),
     }
     for difference, other in others.items():
         with pytest.raises(UsageError) as caught:
@@ -134,7 +134,7 @@ def test_a_folder_that_holds_something_else_is_left_alone(room, tmp_path):
     (tmp_path / "photos" / "cat.jpg").write_bytes(b"")
     with pytest.raises(UsageError, match="holds no sweep but other files"):
         Store(tmp_path / "photos", keep=False).open(
-            Plan(seeds=(1,), settings={}), bundle_of(mjsim.load_world(room / "room.yaml"), [])
+            SweepPlan(seeds=(1,), settings={}), bundle_of(mjsim.load_world(room / "room.yaml"), [])
         )
     assert [path.name for path in (tmp_path / "photos").iterdir()] == ["cat.jpg"]
 
@@ -191,7 +191,7 @@ def test_rows_have_the_settings_and_all_figures_and_the_table_is_read_back_by_py
 
     from pyarrow import parquet as pq
 
-    plan = Plan(seeds=(1, 2), settings={"odd": (0.5, "never")})
+    plan = SweepPlan(seeds=(1, 2), settings={"odd": (0.5, "never")})
     outcomes = [
         outcome(0, 1, bumps=2, nees={"mean": 3.5}, landmark_error_m={"each": {"a": 1.0}}),
         outcome(0, 2, bumps=0, nees={"mean": None}),

@@ -10,7 +10,7 @@ import numpy as np
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.exchange.robots.rounds import LEVEL, Round, measured, rounds
 from mjsim.geometry import Array
-from mjsim.models import Anatomy, Joint
+from mjsim.models import Anatomy, FileJoint
 
 CASTER = re.compile(r"cast[eo]r|swivel|support|lenkrolle", re.IGNORECASE)
 ROLLERS = re.compile(r"mecanum|omni_?wheel|omniwheel|rotacaster", re.IGNORECASE)
@@ -341,7 +341,7 @@ def _shown(direction: Array) -> str:
     return f"[{', '.join(f'{value + 0.0:.2g}' for value in np.round(direction, 2))}]"
 
 
-def steering_limit(joints: Sequence[Joint]) -> float:
+def steering_limit(joints: Sequence[FileJoint]) -> float:
     """Return how far wheels may be steered to both sides [rad]."""
     limits = [min(abs(joint.range[0]), abs(joint.range[1])) for joint in joints if joint.range is not None]
     return min([*limits, math.radians(35.0)])

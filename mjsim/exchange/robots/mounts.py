@@ -9,7 +9,7 @@ import numpy as np
 
 from mjsim.exchange.robots.frame import Stand
 from mjsim.geometry import Array
-from mjsim.models import Anatomy, Place, SaidSensor
+from mjsim.models import Anatomy, FileFrame, SaidSensor
 
 WORDS = {
     "lidar": re.compile(r"lidar|laser|(^|_)scan|lds|hokuyo|rplidar|(^|_)sick|velodyne|vlp_?16|ouster|ust10|tim\d{3}"),
@@ -105,7 +105,7 @@ def _named(anatomy: Anatomy, stand: Stand) -> Iterator[Mount]:
                 yield _mount(stand, kind, kind, at, ahead, {}, f"shape '{found}'")
 
 
-def _ahead(place: Place, stand: Stand, kind: str) -> Array:
+def _ahead(place: FileFrame, stand: Stand, kind: str) -> Array:
     """Return where a link looks: along x, along z for an optical frame of ROS."""
     ahead = place.axes[:, 2] if "optical" in place.name else place.axes[:, 0]
     if kind == "imu" or abs(ahead[2]) > math.sin(math.radians(STEEP)):

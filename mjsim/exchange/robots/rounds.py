@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.models import Anatomy, Joint, Shape
+from mjsim.models import Anatomy, FileJoint, Shape
 
 LEVEL = 0.2
 """Largest vertical part of an axle's direction."""
@@ -26,7 +26,7 @@ AXLE = 3.0
 class Round:
     """A part that turns about a level axle, file frame."""
 
-    joint: Joint
+    joint: FileJoint
     middle: Array
     """Of the wheel, on its axle, shape (3,) [m]."""
     axis: Array
@@ -35,7 +35,7 @@ class Round:
     """[m]; 0 where no shape tells it."""
     width: float
     """[m]"""
-    steer: Joint | None = None
+    steer: FileJoint | None = None
     """The upright joint that turns it; None for a wheel that points one way."""
     swivels: bool = False
     """Whether that joint turns freely: a caster."""
@@ -60,12 +60,12 @@ def rounds(anatomy: Anatomy) -> list[Round]:
     return found
 
 
-def turns_freely(joint: Joint) -> bool:
+def turns_freely(joint: FileJoint) -> bool:
     """Return whether a joint turns round and round."""
     return not joint.slides and (joint.range is None or joint.range[1] - joint.range[0] > WHOLE_TURN)
 
 
-def measured(anatomy: Anatomy, joint: Joint) -> list[Round]:
+def measured(anatomy: Anatomy, joint: FileJoint) -> list[Round]:
     """Return the wheels on a joint: one or two, none where what turns is not round."""
     shapes = [shape for shape in anatomy.shapes if shape.part == joint.part]
     solid = [shape for shape in shapes if shape.touched] or shapes
@@ -79,7 +79,7 @@ def measured(anatomy: Anatomy, joint: Joint) -> list[Round]:
     return [wheel for wheel in wheels if wheel.radius > 0.0]
 
 
-def _steered(anatomy: Anatomy, joint: Joint) -> tuple[Joint | None, bool]:
+def _steered(anatomy: Anatomy, joint: FileJoint) -> tuple[FileJoint | None, bool]:
     """Return the upright joint between a wheel and the base, and whether it turns freely, unmoved by a motor."""
     part = anatomy.parts[joint.part].parent
     while part > 0:

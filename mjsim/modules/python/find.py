@@ -10,7 +10,7 @@ from pathlib import Path
 from mjsim.errors import did_you_mean
 from mjsim.modules.hosts import Doubt
 from mjsim.modules.python.offers import keys_of
-from mjsim.modules.python.outline import Methods, Outline, UnreadableError, methods_of, outline_of
+from mjsim.modules.python.outline import BoundNames, Methods, UnreadableError, methods_of, outline_of
 from mjsim.modules.roles import ROLES, awaited, lacking, unmade
 from mjsim.world import Source, Use
 
@@ -20,7 +20,7 @@ def class_doubts(use: Use, role: str, source: Source) -> Iterator[Doubt]:
     place, _, name = use.use.rpartition(":")
     try:
         path = file_of(place, source)
-        outline = Outline({}, True) if path is None else outline_of(path)
+        outline = BoundNames({}, True) if path is None else outline_of(path)
     except UnreadableError as error:
         yield Doubt(str(error), missing=False)
         return

@@ -17,7 +17,7 @@ class UnreadableError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Outline:
+class BoundNames:
     """The names that a file binds when it is imported."""
 
     names: Mapping[str, ast.stmt]
@@ -39,7 +39,7 @@ class Methods:
     """Whether there is no more: all bases are in the same file, and nothing adds methods."""
 
 
-def outline_of(path: Path) -> Outline:
+def outline_of(path: Path) -> BoundNames:
     """Return what a file binds, also inside `if`, `try`, `with` and loops.
 
     Raises:
@@ -54,7 +54,7 @@ def outline_of(path: Path) -> Outline:
         for name in _bound(statement):
             if name not in names or isinstance(statement, (ast.ClassDef, ast.FunctionDef)):
                 names[name] = statement
-    return Outline(names, open_ended)
+    return BoundNames(names, open_ended)
 
 
 def tree_of(path: Path) -> ast.Module:

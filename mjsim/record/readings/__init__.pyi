@@ -1,6 +1,6 @@
 from .codec import Box as Box
 from .codec import DrawnTopic as DrawnTopic
-from .codec import Table as Table
+from .codec import SensorTable as SensorTable
 from .codecs import CODECS as CODECS
 from .codecs import codec_of as codec_of
 from .sightings import SIGHTINGS_SCHEMA as SIGHTINGS_SCHEMA

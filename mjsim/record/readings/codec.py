@@ -44,7 +44,7 @@ class DrawnTopic:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Table:
+class SensorTable:
     """All readings of one sensor, as files of tables and of arrays have them."""
 
     name: str
@@ -94,7 +94,7 @@ class Codec:
     """The kind of sensor whose readings these are."""
     topic: Topic | None = None
     drawing: DrawnTopic | None = None
-    tables: Callable[[Sequence[tuple[float, Any]]], Iterable[Table]] | None = None
+    tables: Callable[[Sequence[tuple[float, Any]]], Iterable[SensorTable]] | None = None
     """When modules were given a value [s], and the value, of all ticks that have one -> a table for each sensor."""
     boxes: Callable[[Any, RobotInfo, World], Mapping[str, Box]] | None = None
     """Sensor as the world has it, data sheet of its robot, and world -> arrays by what follows the sensor's name in

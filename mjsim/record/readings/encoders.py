@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from mjsim.interface import Observation, RobotInfo, WheelTicks
 from mjsim.record import json_schema as schema
 from mjsim.record.numbers import Message
-from mjsim.record.readings.codec import Box, Codec, Table, by_name
+from mjsim.record.readings.codec import Box, Codec, SensorTable, by_name
 from mjsim.world import World, sensors
 
 
@@ -32,7 +32,7 @@ def _readings(messages: Sequence[Message]) -> dict[str, WheelTicks]:
     }
 
 
-def _tables(given: Sequence[tuple[float, Mapping[str, WheelTicks]]]) -> Iterator[Table]:
+def _tables(given: Sequence[tuple[float, Mapping[str, WheelTicks]]]) -> Iterator[SensorTable]:
     for name, times, readings in by_name(given):
         counts = np.array([ticks.counts for ticks in readings], dtype=np.int64)
         arrays = {**times, "counts": counts, "resolution": np.array(readings[0].resolution)}
@@ -40,7 +40,7 @@ def _tables(given: Sequence[tuple[float, Mapping[str, WheelTicks]]]) -> Iterator
             **{when: column.tolist() for when, column in times.items()},
             **{f"count_{wheel}": column for wheel, column in enumerate(counts.T.tolist())},
         }
-        yield Table(name=f"encoders_{name}", columns=columns, arrays=arrays)
+        yield SensorTable(name=f"encoders_{name}", columns=columns, arrays=arrays)
 
 
 def _boxes(encoders: sensors.Encoders, info: RobotInfo, world: World) -> Mapping[str, Box]:

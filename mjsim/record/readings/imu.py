@@ -10,7 +10,7 @@ from mjsim.geometry import Array
 from mjsim.interface import ImuReading, Observation, RobotInfo
 from mjsim.record import json_schema as schema
 from mjsim.record.numbers import Message, packed, unpacked
-from mjsim.record.readings.codec import Box, Codec, Table, Topic, axes
+from mjsim.record.readings.codec import Box, Codec, SensorTable, Topic, axes
 from mjsim.record.tick import Tick
 from mjsim.world import Imu, World
 
@@ -48,7 +48,7 @@ def _topic_message(tick: Tick, robot: str) -> Message | None:
     return {"time": tick.time, "readings": readings}
 
 
-def _tables(given: Sequence[tuple[float, Sequence[ImuReading]]]) -> Iterator[Table]:
+def _tables(given: Sequence[tuple[float, Sequence[ImuReading]]]) -> Iterator[SensorTable]:
     found: dict[str, list[tuple[float, ImuReading]]] = {}
     for time, readings in given:
         for reading in readings:
@@ -66,7 +66,7 @@ def _tables(given: Sequence[tuple[float, Sequence[ImuReading]]]) -> Iterator[Tab
             **axes("acceleration", arrays["acceleration"]),
             **axes("turn", arrays["turn"]),
         }
-        yield Table(name=f"imu_{name}", columns=columns, arrays=arrays)
+        yield SensorTable(name=f"imu_{name}", columns=columns, arrays=arrays)
 
 
 def _boxes(imu: Imu, info: RobotInfo, world: World) -> Mapping[str, Box]:

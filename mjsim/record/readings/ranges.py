@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from mjsim.interface import AnchorRanges, Observation, RobotInfo
 from mjsim.record import json_schema as schema
 from mjsim.record.numbers import Message, flat
-from mjsim.record.readings.codec import Box, Codec, Table, by_name
+from mjsim.record.readings.codec import Box, Codec, SensorTable, by_name
 from mjsim.world import World, sensors
 
 
@@ -34,7 +34,7 @@ def _readings(messages: Sequence[Message]) -> dict[str, AnchorRanges]:
     }
 
 
-def _tables(given: Sequence[tuple[float, Mapping[str, AnchorRanges]]]) -> Iterator[Table]:
+def _tables(given: Sequence[tuple[float, Mapping[str, AnchorRanges]]]) -> Iterator[SensorTable]:
     for name, times, readings in by_name(given):
         anchors = list(dict.fromkeys(anchor for reading in readings for anchor in reading.ranges))
         ranges = [[reading.ranges.get(anchor) for anchor in anchors] for reading in readings]
@@ -47,7 +47,7 @@ def _tables(given: Sequence[tuple[float, Mapping[str, AnchorRanges]]]) -> Iterat
             **{when: column.tolist() for when, column in times.items()},
             **{f"range_{anchor}": [row[column] for row in ranges] for column, anchor in enumerate(anchors)},
         }
-        yield Table(name=f"ranges_{name}", columns=columns, arrays=arrays)
+        yield SensorTable(name=f"ranges_{name}", columns=columns, arrays=arrays)
 
 
 def _boxes(uwb: sensors.Uwb, info: RobotInfo, world: World) -> Mapping[str, Box]:

@@ -10,7 +10,7 @@ from mjsim.geometry import Array
 from mjsim.interface import Observation, RobotInfo, Scan
 from mjsim.record import json_schema as schema
 from mjsim.record.numbers import Message, packed, unpacked
-from mjsim.record.readings.codec import Box, Codec, DrawnTopic, Table, by_name
+from mjsim.record.readings.codec import Box, Codec, DrawnTopic, SensorTable, by_name
 from mjsim.record.scene import laser_message
 from mjsim.world import Lidar, World
 
@@ -49,12 +49,12 @@ def _scans(messages: Sequence[Message]) -> dict[str, Scan]:
     }
 
 
-def _tables(given: Sequence[tuple[float, Mapping[str, Scan]]]) -> Iterator[Table]:
+def _tables(given: Sequence[tuple[float, Mapping[str, Scan]]]) -> Iterator[SensorTable]:
     for name, times, scans in by_name(given):
         yield _table(name, times, scans)
 
 
-def _table(name: str, times: Mapping[str, Array], scans: Sequence[Scan]) -> Table:
+def _table(name: str, times: Mapping[str, Array], scans: Sequence[Scan]) -> SensorTable:
     first = scans[0]
     arrays = {
         **times,
@@ -69,7 +69,7 @@ def _table(name: str, times: Mapping[str, Array], scans: Sequence[Scan]) -> Tabl
         "angle_increment": [scan.angle_increment for scan in scans],
         **{f"range_{beam}": column for beam, column in enumerate(arrays["ranges"].T.tolist())},
     }
-    return Table(name=f"scan_{name}", columns=columns, arrays=arrays)
+    return SensorTable(name=f"scan_{name}", columns=columns, arrays=arrays)
 
 
 def _boxes(lidar: Lidar, info: RobotInfo, world: World) -> Mapping[str, Box]:

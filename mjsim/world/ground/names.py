@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 
-class Named(Protocol):
+class Nameable(Protocol):
     """An item that may carry a name."""
 
     @property
@@ -12,7 +12,7 @@ class Named(Protocol):
         """None when it has none."""
 
 
-def item_names(items: Sequence[Named]) -> list[str]:
+def item_names(items: Sequence[Nameable]) -> list[str]:
     """Return a name for each item: its own, or else its place counted from 1, or the next number that is free."""
     taken = {item.name for item in items if item.name is not None}
     names = []

@@ -5,6 +5,7 @@ a signal drives says which of the two it takes.
 """
 
 import math
+from abc import abstractmethod
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar
 
@@ -76,9 +77,9 @@ class AnySignal(Model):
         degrees, plain = getattr(self, f"{name}_deg"), getattr(self, name)
         return math.radians(degrees) if degrees is not None else plain or 0.0
 
+    @abstractmethod
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
         """Return the signal itself, its values in radians where they are angles."""
-        raise NotImplementedError
 
 
 def _with_from(kind: type[M]) -> type[M]:
