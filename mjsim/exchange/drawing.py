@@ -155,7 +155,7 @@ def corner_and_scale(drawing: Drawing, lines: Sequence[Line], scale: float | Non
     if not SMALLEST <= max(size) * scale <= LARGEST:
         raise UsageError(
             f"'{drawing.name}' is {size[0] * scale:.4g} x {size[1] * scale:.4g} m at {scale:g} m to the unit;"
-            f" a floor has {SMALLEST:g} to {LARGEST:g} m, give another --scale"
+            f" a floor has {SMALLEST:g} to {LARGEST:g} m, give another --scale{_guessed(max(size))}"
         )
     return low, scale
 

@@ -21,8 +21,8 @@ MOST_ENTITIES = 20_000
 """Looked at, those within blocks too."""
 LINES = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "MLINE")
 """Kinds of entities that are lines."""
-FILLED = ("SOLID", "TRACE")
-"""Kinds of entities that are filled shapes of four corners at most."""
+FILLED = ("SOLID", "TRACE", "HATCH", "MPOLYGON")
+"""Kinds of entities that are filled shapes."""
 
 
 def world_from_dxf(
@@ -96,15 +96,22 @@ def _lines(document: Any, shown: set[str], *, walls: set[str], path: Path) -> tu
             raise UsageError(f"'{path}' has too many lines to be walls; name their --layer")
         if placed.layer not in shown:
             continue
-        kind = placed.entity.dxftype()
-        if kind not in LINES and kind not in FILLED:
+        kind, role = placed.entity.dxftype(), _role(placed, walls)
+        patterned = kind in ("HATCH", "MPOLYGON") and (not placed.entity.dxf.solid_fill or role not in (None, "wall"))
+        if (kind not in LINES and kind not in FILLED) or patterned:
             left[kind] += kind != "INSERT"
+            left["external references"] += kind == "INSERT" and _is_external(placed.entity)
             continue
-        role = _role(placed, walls)
         for line in _filled(placed.entity) if kind in FILLED else _of_entity(placed.entity):
             found.append(replace(line, role=role, block=placed.block, part=placed.part, path=number))
             corners += len(line.points)
     return found, +left
+
+
+def _is_external(insert: Any) -> bool:
+    """Say whether what is placed is another file, or a block that is not there."""
+    block = insert.block()
+    return block is None or bool(block.block.is_xref or block.block.is_xref_overlay)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,7 +154,13 @@ def _entities(entities: Any, above: _Place) -> Iterator[_Place]:
 
 
 def _filled(entity: Any) -> Iterator[Line]:
-    """Yield the outline of a filled shape."""
+    """Yield the outlines of a filled shape."""
+    if entity.dxftype() in ("HATCH", "MPOLYGON"):
+        from ezdxf import path as paths
+
+        for drawn in paths.from_hatch(entity):
+            yield from _flattened(drawn, 0.0, dark=1.0)
+        return
     places = [(place.x, place.y) for place in entity.wcs_vertices()]
     points = np.array([here for here, before in zip(places, [None, *places], strict=False) if here != before])
     yield Line(points, closed=True, dark=1.0)
@@ -161,8 +174,30 @@ def _of_entity(entity: Any) -> Iterator[Line]:
         for part in entity.virtual_entities():
             yield from _of_entity(part)
         return
-    drawn = paths.make_path(entity)
-    width = float(entity.dxf.get("const_width", 0.0)) if entity.dxftype() == "LWPOLYLINE" else 0.0
+    yield from _flattened(paths.make_path(entity), _width(entity))
+
+
+def _width(entity: Any) -> float:
+    """Return how broad a polyline is drawn; 0 when its width is not the same everywhere."""
+    kind = entity.dxftype()
+    if kind == "LWPOLYLINE":
+        constant = float(entity.dxf.get("const_width", 0.0))
+        widths = {float(width) for *_, start, end, _ in entity.get_points() for width in (start, end)}
+        single = widths.pop() if len(widths) == 1 else 0.0
+        return constant or single
+    if kind == "POLYLINE" and entity.is_2d_polyline:
+        usual = [float(entity.dxf.get(f"default_{side}_width", 0.0)) for side in ("start", "end")]
+        own = [
+            float(vertex.dxf.get(f"{side}_width", default))
+            for vertex in entity.vertices
+            for side, default in zip(("start", "end"), usual, strict=True)
+        ]
+        return own[0] if own and len(set(own)) == 1 else 0.0
+    return 0.0
+
+
+def _flattened(drawn: Any, width: float, *, dark: float | None = None) -> Iterator[Line]:
+    """Yield the straight lines along a path of ezdxf."""
     for part in drawn.sub_paths() if drawn.has_sub_paths else (drawn,):
         if not len(part):
             continue
@@ -172,4 +207,4 @@ def _of_entity(entity: Any) -> Iterator[Line]:
         ]
         points = np.array([here for here, before in zip(places, [None, *places], strict=False) if here != before])
         closed = len(points) > 3 and bool(np.allclose(points[0], points[-1], rtol=1e-9, atol=1e-9 * size))
-        yield Line(points[:-1] if closed else points, closed, width)
+        yield Line(points[:-1] if closed else points, closed, width, dark=dark if closed else None)

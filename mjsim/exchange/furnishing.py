@@ -49,8 +49,8 @@ def outlines_of(lines: Sequence[Line], name: str) -> list[Outline]:
     return found + [Outline(_corners(group), name) for group in touching(loose)]
 
 
-def touching(lines: Sequence[Line]) -> list[list[Line]]:
-    """Return lines in groups of those that touch."""
+def touching(lines: Sequence[Line], *, reach: float = TOUCHING) -> list[list[Line]]:
+    """Return lines in groups of those that touch, or are no farther apart than `reach` [m]."""
     import shapely
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -62,7 +62,7 @@ def touching(lines: Sequence[Line]) -> list[list[Line]]:
         shapely.Polygon(ring) if line.closed and len(ring) > 3 else shapely.LineString(ring)
         for ring, line in zip(rings, lines, strict=True)
     ]
-    one, other = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=TOUCHING)
+    one, other = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=reach)
     graph = coo_matrix((np.ones(len(one)), (one, other)), shape=(len(lines), len(lines)))
     _, label = connected_components(graph, directed=False)
     groups: dict[int, list[Line]] = {}

@@ -105,11 +105,14 @@ def _hole_in(
 ) -> Hole | None:
     """Return the doorway or the window that symbols say is in a gap; two leaves may be half a doorway each."""
     reach = width / 2 + BESIDE
-    if any(_spans(ends, corners, reach) for corners in windows) or _has_panes(ends, width, pieces):
+    if any(_spans(ends, corners, reach) for corners in windows):
         return Hole(ends, window=True)
     whole = any(_spans(ends, corners, reach) for corners in doors)
     halves = 0 if whole else sum(_spans(ends, corners, reach, share=0.35) for corners in doors)
-    return Hole(ends, window=False) if whole or halves > 1 else None
+    if whole or halves > 1:
+        return Hole(ends, window=False)
+    # A doorway may have the lines of its threshold, too.
+    return Hole(ends, window=True) if _has_panes(ends, width, pieces) else None
 
 
 def _along(ends: Array, points: Array) -> tuple[Array, Array]:
@@ -131,12 +134,17 @@ def _spans(ends: Array, corners: Array, reach: float, *, share: float = SHARE) -
 
 def _has_panes(ends: Array, width: float, pieces: Pieces) -> bool:
     """Say whether at least two lines lead from one side of a gap to the other within the thickness of the wall."""
+    return lines_through(ends, width, pieces) >= 2
+
+
+def lines_through(ends: Array, width: float, pieces: Pieces) -> int:
+    """Return how many lines lead from one end of a part of a wall to the other within its thickness."""
     u, v = _along(ends, pieces.ends.reshape(-1, 2))
     u, v = u.reshape(-1, 2), v.reshape(-1, 2)
     length = math.dist(*ends)
     inside = (np.abs(v).max(axis=1) <= width / 2 + 0.02) & (np.ptp(v, axis=1) <= 0.02)
     through = (u.min(axis=1) <= 0.1 * length) & (u.max(axis=1) >= 0.9 * length)
-    return int(np.count_nonzero(inside & through)) >= 2
+    return int(np.count_nonzero(inside & through))
 
 
 def _spot(bars: Sequence[Bar], corners: Array) -> tuple[float, Array] | None:

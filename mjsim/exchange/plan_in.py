@@ -9,6 +9,7 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.exchange.corners import runs_of
+from mjsim.exchange.curves import curves_of, walls_of, without_curves
 from mjsim.exchange.drawing import (
     MOST_CORNERS,
     THINNEST,
@@ -23,11 +24,12 @@ from mjsim.exchange.faces import Paired, continued, merged, paired
 from mjsim.exchange.filled import DARK, bars_of_filled
 from mjsim.exchange.furnishing import HEIGHT, Outline, Thing, column_of, distinct_outlines, outlines_of, thing_of
 from mjsim.exchange.maps import DIGITS, WALL_HEIGHT, distinct
-from mjsim.exchange.openings import Hole, doors_and_windows, with_openings
+from mjsim.exchange.openings import WIDEST, Hole, doors_and_windows, lines_through, with_openings
 from mjsim.exchange.outside import without_frames, without_outliers
 from mjsim.exchange.roles import Role
 from mjsim.exchange.shapes import Bar
 from mjsim.exchange.strokes import Arc, Pieces, patterned, split
+from mjsim.exchange.symbols import PANES, with_symbols, without_leaves
 from mjsim.geometry import Array
 from mjsim.world import Wall, World, solid
 
@@ -41,6 +43,12 @@ BY_SIZE = (0.3, 3.0)
 """Of closed shapes and blocks in rooms that are taken for furniture though no name says so [m]."""
 
 
+DOUBLED = 0.03
+"""Lines that lie on each other are made one when they are so much of all [share of the length]."""
+BROAD = 0.5
+"""Where no names say what walls are, hair lines are none when broad lines are so many times as long as they are."""
+TWICE = 0.8
+"""A wall of which filled shapes cover so much is one of them [share of its area]."""
 _LEFT: dict[Role | None, str] = {"note": "lines of notes", "stairs": "lines of stairs"}
 """Roles that have no part in the world."""
 
@@ -101,7 +109,8 @@ def read_plan(
         raise UsageError(f"'{drawing.name}' has {count} corners; walls have at most {MOST_CORNERS}, name their --layer")
     _, metres = corner_and_scale(drawing, walls, scale)
     counts = Counter(_LEFT[line.role] for line in lines if line.role in _LEFT)
-    sorted_lines = _sorted([replace(line, points=line.points * metres, width=line.width * metres) for line in lines])
+    lines = [replace(line, points=line.points * metres, width=line.width * metres) for line in lines]
+    sorted_lines = _sorted(with_symbols(lines))
     if not sorted_lines.named:
         sorted_lines = _cleared(sorted_lines, counts)
     corner = np.concatenate([line.points for line in sorted_lines.walls]).min(axis=0)
@@ -167,38 +176,69 @@ def _walls(lines: _Sorted, thickness: float | None, counts: Counter[str]) -> tup
     hair, broad, filled = _by_pen(lines.walls)
     solid_bars, columns = bars_of_filled(filled)
     lines.columns.extend(columns)
-    pieces, arcs = split([line.points for line in hair], [line.closed for line in hair])
+    strokes, rings = [line.points for line in hair], [line.closed for line in hair]
+    curves = curves_of(strokes, rings)
+    pieces, arcs = without_curves(*split(strokes, rings), curves)
+    all_arcs = [*arcs, *_arcs(lines)]
+    pieces = without_leaves(pieces, all_arcs)
     pattern, patterns = patterned(pieces)
     counts["hatches and stairs"] += patterns
     pieces = merged(pieces.where(~pattern))
     found = paired(pieces, usual_only=not lines.named)
-    faced = float(pieces.lengths[found.faces].sum()) >= BY_FACES * max(1e-9, float(pieces.lengths.sum()))
+    faced = float(pieces.lengths[found.faces].sum()) >= BY_FACES * max(1e-9, float(pieces.lengths.sum())) or curves
     bars = [*solid_bars]
     straight = list(broad)
     if faced or (filled and not lines.named):
-        bars += _continued_walls(found, pieces, lines, counts)
-    else:
+        bars += _outside_of(_continued_walls(found, pieces, lines, counts), solid_bars, pieces)
+    elif lines.named or _length(broad) < BROAD * _length(hair):
         straight += _without(hair, arcs)
     singles = _by_lines(straight, thickness)
-    all_arcs = [*arcs, *_arcs(lines)]
     doors = [outline.points for outline in outlines_of(lines.doors, "door")]
     windows = [outline.points for outline in outlines_of(lines.windows, "window")]
     seen = _bars_of_walls(singles)
     panes = _joined_pieces(pieces, lines)
     bars, holes = doors_and_windows(bars, panes, all_arcs, doors, windows)
     _, more = doors_and_windows(seen, panes, all_arcs, doors, windows) if seen else ([], [])
-    return [*_by_bars(bars, thickness), *singles], [*holes, *more]
+    return [*_by_bars(bars, thickness), *walls_of(curves, bars, thickness), *singles], [*holes, *more]
+
+
+def _outside_of(bars: Sequence[Bar], filled: Sequence[Bar], pieces: Pieces) -> list[Bar]:
+    """Return walls drawn by lines that are neither filled shapes drawn twice nor windows between these."""
+    import shapely
+
+    if not filled:
+        return list(bars)
+    covered = shapely.union_all(shapely.polygons([bar.outline(grown=0.02) for bar in filled]))
+    found = []
+    for bar in bars:
+        outline = shapely.Polygon(bar.outline())
+        window = bar.length <= WIDEST and lines_through(bar.ends, bar.width, pieces) >= PANES
+        if not window and outline.intersection(covered).area < TWICE * outline.area:
+            found.append(bar)
+    return found
 
 
 def _by_pen(lines: Sequence[Line]) -> tuple[list[Line], list[Line], list[Line]]:
     """Return hair lines, lines drawn as broad as a wall is thick, and shapes that are filled."""
-    filled = [line for line in lines if line.dark is not None and len(line.points) > 2]
-    drawn = [line for line in lines if line.dark is None or len(line.points) < 3]
+    inked = any(_is_filled(line) and (line.dark or 0.0) >= DARK for line in lines)
+    filled = [line for line in lines if _is_filled(line) and (inked or line.width == 0.0)]
+    chosen = {id(line) for line in filled}
+    drawn = [line for line in lines if id(line) not in chosen]
     broad = [line for line in drawn if line.width >= THINNEST]
     hair = [line for line in drawn if line.width < THINNEST]
     if broad and _are_faces(broad):
         return [*hair, *broad], [], filled
     return hair, broad, filled
+
+
+def _is_filled(line: Line) -> bool:
+    return len(line.points) > 2 and line.dark is not None
+
+
+def _length(lines: Sequence[Line]) -> float:
+    """Return how long lines are together."""
+    closed = [np.concatenate([line.points, line.points[:1]]) if line.closed else line.points for line in lines]
+    return sum(float(np.hypot(*np.diff(points, axis=0).T).sum()) for points in closed)
 
 
 def _are_faces(lines: Sequence[Line]) -> bool:
@@ -255,8 +295,23 @@ def _by_lines(lines: Sequence[Line], thickness: float | None) -> list[Wall]:
     for line in lines:
         width = drawn_thickness(line.width) if thickness is None else thickness
         drawn.setdefault(width, []).append(line)
-    walls = [wall_along(line, width) for width, group in sorted(drawn.items(), reverse=True) for line in joined(group)]
-    return [wall for wall in walls if wall is not None]
+    walls: list[Wall] = []
+    for width, group in sorted(drawn.items(), reverse=True):
+        pieces, _ = split([line.points for line in group], [line.closed for line in group])
+        if _is_doubled(pieces):
+            ends = merged(pieces).ends
+            walls += _by_bars([Bar(*_bar_values(each)[:4], width) for each in ends], thickness)
+        else:
+            walls += [wall for line in joined(group) if (wall := wall_along(line, width)) is not None]
+    return walls
+
+
+def _is_doubled(pieces: Pieces) -> bool:
+    """Say whether lines lie on each other: rooms side by side, each with its own outline."""
+    import shapely
+
+    whole = float(pieces.lengths.sum())
+    return float(shapely.union_all(shapely.linestrings(np.round(pieces.ends, 3))).length) < (1 - DOUBLED) * whole
 
 
 def _by_bars(bars: Sequence[Bar], thickness: float | None) -> list[Wall]:

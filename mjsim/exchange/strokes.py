@@ -49,15 +49,24 @@ class Pieces:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Arc:
-    """A quarter of a circle or so, as the way of a door's leaf is drawn."""
+    """A part of a circle, as the way of a door's leaf is drawn."""
 
     middle: Array
-    """Where the leaf hangs, shape (2,) [m]."""
+    """Of the circle: where a leaf hangs, shape (2,) [m]."""
     radius: float
-    ends: Array
-    """Shape (2, 2) [m]."""
+    points: Array
+    """Along it, shape (n, 2) [m]."""
+    first: float
+    """Where it begins, seen from the middle [rad]."""
+    sweep: float
+    """How far it turns from there, counter-clockwise [rad]."""
     owner: int
     """Index of the stroke."""
+
+    @property
+    def ends(self) -> Array:
+        """Shape (2, 2) [m]."""
+        return np.asarray(self.points[[0, -1]])
 
 
 def split(strokes: Sequence[Array], closed: Sequence[bool]) -> tuple[Pieces, list[Arc]]:
@@ -67,9 +76,9 @@ def split(strokes: Sequence[Array], closed: Sequence[bool]) -> tuple[Pieces, lis
     arcs: list[Arc] = []
     for index, (points, ring) in enumerate(zip(strokes, closed, strict=True)):
         corners = np.concatenate([points, points[:1]]) if ring else points
-        for run, curved in _runs(corners):
-            arc = _door_arc(run, index) if curved else None
-            if arc is not None:
+        for run, curved in runs(corners):
+            arc = arc_through(run, index) if curved else None
+            if arc is not None and is_door_arc(arc):
                 arcs.append(arc)
                 continue
             pieces += list(np.stack([run[:-1], run[1:]], axis=1))
@@ -79,7 +88,7 @@ def split(strokes: Sequence[Array], closed: Sequence[bool]) -> tuple[Pieces, lis
     return found.where(found.lengths > 1e-6), arcs
 
 
-def _runs(corners: Array) -> list[tuple[Array, bool]]:
+def runs(corners: Array) -> list[tuple[Array, bool]]:
     """Return the parts of a polyline between its sharp corners, and whether each is a curve."""
     steps = np.diff(corners, axis=0)
     steps = steps[np.hypot(*steps.T) > 1e-9]
@@ -89,7 +98,7 @@ def _runs(corners: Array) -> list[tuple[Array, bool]]:
     bends = (np.diff(headings) + math.pi) % (2 * math.pi) - math.pi
     lengths = np.hypot(*steps.T)
     places = np.concatenate([corners[:1], corners[0] + np.cumsum(steps, axis=0)])
-    runs, first = [], 0
+    found, first = [], 0
     for index in range(len(bends) + 1):
         last = index == len(bends)
         gentle = not last and 1e-3 < abs(bends[index]) < SMOOTH
@@ -97,26 +106,29 @@ def _runs(corners: Array) -> list[tuple[Array, bool]]:
         same = last or index == first or bends[index] * bends[index - 1] > 0
         if last or not (gentle and alike and same):
             run = places[first : index + 2]
-            runs.append((run, len(run) > 3))
+            found.append((run, len(run) > 3))
             first = index + 1
-    return runs
+    return found
 
 
-def _door_arc(points: Array, owner: int) -> Arc | None:
-    """Return the arc through points, shape (n, 2), if it is one that a door's leaf may draw."""
+def arc_through(points: Array, owner: int) -> Arc | None:
+    """Return the arc through points, shape (n, 2), if they lie on one."""
     shifted = points - points[0]
     A = np.column_stack([2 * shifted, np.ones(len(points))])
     (x, y, rest), *_ = np.linalg.lstsq(A, (shifted**2).sum(axis=1), rcond=None)
     radius = math.sqrt(max(0.0, rest + x * x + y * y))
-    if not DOOR_RADII[0] <= radius <= DOOR_RADII[1]:
-        return None
     away = shifted - [x, y]
     if np.abs(np.hypot(*away.T) - radius).max() > ROUND * radius:
         return None
-    turns = np.diff(np.unwrap(np.arctan2(away[:, 1], away[:, 0])))
-    if not DOOR_SWEEP[0] <= abs(float(turns.sum())) <= DOOR_SWEEP[1]:
-        return None
-    return Arc(points[0] + [x, y], radius, points[[0, -1]], owner)
+    turns = np.unwrap(np.arctan2(away[:, 1], away[:, 0]))
+    sweep = float(turns[-1] - turns[0])
+    first = float(turns[0] if sweep > 0 else turns[-1])
+    return Arc(points[0] + [x, y], radius, points, first, abs(sweep), owner)
+
+
+def is_door_arc(arc: Arc) -> bool:
+    """Say whether an arc may be the way of a door's leaf."""
+    return DOOR_RADII[0] <= arc.radius <= DOOR_RADII[1] and DOOR_SWEEP[0] <= arc.sweep <= DOOR_SWEEP[1]
 
 
 def patterned(pieces: Pieces) -> tuple[Cells, int]:
@@ -149,7 +161,7 @@ def _ladders(pieces: Pieces, group: Indices) -> list[Indices]:
     middles = pieces.ends[group].mean(axis=1)
     u, v = middles @ unit, middles @ [-unit[1], unit[0]]
     length = float(pieces.lengths[group].mean())
-    runs: list[Indices] = []
+    ladders: list[Indices] = []
     for column in _columns(u, 0.6 * length):
         order = column[np.argsort(v[column])]
         gaps = np.diff(v[order])
@@ -158,9 +170,9 @@ def _ladders(pieces: Pieces, group: Indices) -> list[Indices]:
             even = index < len(gaps) and index > first and abs(gaps[index] - gaps[first]) <= EVEN * gaps[first] + 2e-3
             if index == len(gaps) or (index > first and not even):
                 if _is_pattern(index - first + 1, gaps[first:index], length):
-                    runs.append(group[order[first : index + 1]])
+                    ladders.append(group[order[first : index + 1]])
                 first = index
-    return runs
+    return ladders
 
 
 def _is_pattern(count: int, gaps: Array, length: float) -> bool:
