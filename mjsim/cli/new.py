@@ -95,7 +95,12 @@ class _Wanted:
 
     def preset(self) -> str | None:
         """Return the preset of its robot; None for no robot."""
-        return None if self.no_robot else _preset(self.robot or "pioneer3dx")
+        return None if self.no_robot else _preset(self.robot or "pioneer3dx", self.folder)
+
+    @property
+    def folder(self) -> Path:
+        """In which the world will be."""
+        return _folder(self.output)
 
 
 def new(
@@ -159,7 +164,8 @@ def _from_file(source: Path, wanted: _Wanted, reading: "Reading") -> "Brought":
 
     preset = wanted.preset()
     use = None if wanted.estimator is None else _estimator(wanted.estimator, wanted.output)
-    return bring_file(source, robot=None if preset is None else Newcomer(preset, wanted.lidar, use), reading=reading)
+    robot = None if preset is None else Newcomer(preset, wanted.lidar, use, wanted.folder)
+    return bring_file(source, robot=robot, reading=reading)
 
 
 def _made(wanted: _Wanted, *, seed: int, cell: float, beacons: int) -> "Brought":
@@ -168,9 +174,10 @@ def _made(wanted: _Wanted, *, seed: int, cell: float, beacons: int) -> "Brought"
 
     name = None if wanted.output is None else name_of(wanted.output)
     if wanted.maze is not None:
-        return bring_maze(wanted.maze, preset=wanted.preset(), seed=seed, cell=cell, beacons=beacons, name=name)
+        preset, folder = wanted.preset(), wanted.folder
+        return bring_maze(wanted.maze, preset=preset, seed=seed, cell=cell, beacons=beacons, name=name, folder=folder)
     if wanted.clutter is not None:
-        return bring_clutter(wanted.clutter, preset=wanted.preset(), seed=seed, name=name)
+        return bring_clutter(wanted.clutter, preset=wanted.preset(), seed=seed, name=name, folder=wanted.folder)
     assert wanted.template is not None
     return bring_template(wanted.template, name=name)
 
@@ -185,13 +192,27 @@ def _write(brought: "Brought", output: Path | None, *, overwrite: bool) -> None:
         print(write_file(output, brought.text.encode(), overwrite=overwrite))
 
 
-def _preset(name: str) -> str:
-    """Return the name of a robot that comes with mjsim; UsageError when there is none such."""
+def _folder(output: Path | None) -> Path:
+    """Return the folder in which the new world will be."""
+    return (output or Path("world.yaml")).resolve().parent
+
+
+def _preset(name: str, folder: Path) -> str:
+    """Return the name of a robot that comes with mjsim, or the path of the file of one from the folder of the world.
+
+    Raises:
+        UsageError: There is none such, or a world in this folder cannot name it.
+    """
     from mjsim.errors import did_you_mean
     from mjsim.world import preset_names
 
     if name.endswith((".yaml", ".yml")):
-        raise UsageError(f"'{name}' is the file of a robot; make the world, then write preset: {name} in it")
+        place = Path(name).resolve()
+        if not place.is_file():
+            raise UsageError(f"no file '{name}'; name what mjsim new --robot-from wrote, or a preset")
+        if not place.is_relative_to(folder):
+            raise UsageError(f"'{name}' must be in the folder of the new world, '{folder}'; move one of them")
+        return place.relative_to(folder).as_posix()
     if name not in preset_names():
         raise UsageError(f"no preset '{name}'{did_you_mean(name, preset_names())}")
     return name
@@ -214,7 +235,7 @@ def _estimator(spec: str, output: Path | None) -> "Use":
     place, _, called = use.use.rpartition(":")
     if not place.endswith(".py"):
         return use
-    folder = (output or Path("world.yaml")).resolve().parent
+    folder = _folder(output)
     if not Path(place).resolve().is_relative_to(folder):
         raise UsageError(f"'{place}' must be in the folder of the new world, '{folder}'; move one of them")
     return use.model_copy(update={"use": f"{Path(place).resolve().relative_to(folder)}:{called}"})

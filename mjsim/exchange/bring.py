@@ -121,8 +121,8 @@ def bring_landmarks(path: Path, *, robot: Newcomer | None, scale: float | None) 
     if robot is not None and robot.lidar is not None:
         raise UsageError("a map of landmarks has no walls for a lidar to see; leave out --lidar")
     map = read_landmarks(path, scale=1.0 if scale is None else scale)
-    preset, estimator = (None, None) if robot is None else (robot.preset, robot.estimator)
-    world = world_from_landmarks(map, name=name_of(path), preset=preset, estimator=estimator)
+    preset, estimator, folder = (None,) * 3 if robot is None else (robot.preset, robot.estimator, robot.folder)
+    world = world_from_landmarks(map, name=name_of(path), preset=preset, estimator=estimator, folder=folder)
     wide, high = np.ptp(np.vstack([map.landmarks, map.waypoints]), axis=0)
     report = [
         f"{path}: {len(map.landmarks)} landmarks, {len(map.waypoints)} waypoints, {wide:.1f} x {high:.1f} m",
@@ -150,7 +150,16 @@ def bring_file(path: Path, *, robot: Newcomer | None, reading: Reading | None = 
     raise UsageError(f"'{path}' is of no kind that can be read; name a map's .yaml, an .svg, a .dxf or a .mat file")
 
 
-def bring_maze(size: str, *, preset: str | None, seed: int, cell: float, beacons: int, name: str | None) -> Brought:
+def bring_maze(
+    size: str,
+    *,
+    preset: str | None,
+    seed: int,
+    cell: float,
+    beacons: int,
+    name: str | None,
+    folder: Path | None = None,
+) -> Brought:
     """Return a maze, with a robot of a preset unless that is None.
 
     Args:
@@ -160,17 +169,19 @@ def bring_maze(size: str, *, preset: str | None, seed: int, cell: float, beacons
         cell: Side of a cell [m].
         beacons: Markers along the robot's way.
         name: Of the world.
+        folder: In which it will be.
 
     Raises:
         UsageError: It would be too large, or labmaze is not there.
     """
     sides = maze_size(size)
-    world = maze_world(sides, seed=seed, cell=cell, preset=preset, beacons=beacons, name=name or "maze")
+    name = name or "maze"
+    world = maze_world(sides, seed=seed, cell=cell, preset=preset, beacons=beacons, name=name, folder=folder)
     notes = [f"A maze of {sides[0]} x {sides[1]} cells of {cell:g} m, dug with the seed {seed}."]
     return Brought(world_text(world, notes=notes), [f"a maze of {sides[0]} x {sides[1]} cells; {_counted(world)}"])
 
 
-def bring_clutter(size: str, *, preset: str | None, seed: int, name: str | None) -> Brought:
+def bring_clutter(size: str, *, preset: str | None, seed: int, name: str | None, folder: Path | None = None) -> Brought:
     """Return a room full of things, with a robot of a preset, told only to go ahead, unless that is None.
 
     Args:
@@ -178,12 +189,13 @@ def bring_clutter(size: str, *, preset: str | None, seed: int, name: str | None)
         preset: Of the robot.
         seed: The same gives the same room.
         name: Of the world.
+        folder: In which it will be.
 
     Raises:
         UsageError: The room would be too small or too large.
     """
     sides = clutter_size(size)
-    world = clutter_world(sides, seed=seed, preset=preset, name=name or "clutter")
+    world = clutter_world(sides, seed=seed, preset=preset, name=name or "clutter", folder=folder)
     notes = [f"A room of {sides[0]:g} x {sides[1]:g} m, full of things at places drawn with the seed {seed}."]
     return Brought(world_text(world, notes=notes), [f"a room of {sides[0]:g} x {sides[1]:g} m; {_counted(world)}"])
 

@@ -2,14 +2,16 @@
 
 import math
 import re
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.random import Generator
 
 from mjsim.errors import UsageError
+from mjsim.exchange.preset_files import inhabited, robot_of
 from mjsim.geometry import Array
-from mjsim.world import BoxObstacle, CylinderObstacle, Floor, Modules, Obstacle, Robot, Run, Use, Wall, World, footprint
+from mjsim.world import BoxObstacle, CylinderObstacle, Floor, Modules, Obstacle, Run, Use, Wall, World, footprint
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -37,7 +39,12 @@ Bar = tuple[float, float, float, float]
 
 
 def clutter_world(
-    size: tuple[float, float], *, seed: int, name: str = "clutter", preset: str | None = "pioneer3dx"
+    size: tuple[float, float],
+    *,
+    seed: int,
+    name: str = "clutter",
+    preset: str | None = "pioneer3dx",
+    folder: Path | None = None,
 ) -> World:
     """Return a room with convex and concave things at random places, and a robot told only to go ahead.
 
@@ -49,6 +56,7 @@ def clutter_world(
         seed: The same gives the same room.
         name: Of the world.
         preset: Of the robot; None for none.
+        folder: In which the world will be, with the file of the preset if it is one.
 
     Raises:
         UsageError: The room would be too small or too large.
@@ -79,7 +87,7 @@ def clutter_world(
         thickness=THICKNESS,
     )
     world = World(name=name, walls=(wall,), obstacles=tuple(things), floor=Floor(texture="floors/concrete.jpg"))
-    return world if preset is None else _with_robot(world, room.difference(taken), rng, preset=preset)
+    return world if preset is None else _with_robot(world, room.difference(taken), rng, preset=preset, folder=folder)
 
 
 def clutter_size(text: str) -> tuple[float, float]:
@@ -149,7 +157,7 @@ def _fits(shape: "BaseGeometry", taken: "BaseGeometry", room: "BaseGeometry") ->
     return bool(np.sum(shapely.area(shapely.get_parts(free)) > SLIVER) == 1)
 
 
-def _with_robot(world: World, free: "BaseGeometry", rng: Generator, *, preset: str) -> World:
+def _with_robot(world: World, free: "BaseGeometry", rng: Generator, *, preset: str, folder: Path | None) -> World:
     """Return a room with a robot at a free place, told only to go ahead, its avoidance switched on."""
     import shapely
 
@@ -160,7 +168,7 @@ def _with_robot(world: World, free: "BaseGeometry", rng: Generator, *, preset: s
         if elbow_room.contains(shapely.Point(x, y)):
             break
     heading = float(np.round(rng.uniform(-180.0, 180.0)))
-    robot = Robot(name=ROBOT, preset=preset, at=(x, y), heading_deg=heading)
+    robot = robot_of({"name": ROBOT, "preset": preset, "at": [x, y], "heading_deg": heading}, folder)
     ahead = Use.model_validate({"use": "mjsim.algorithms.constant:ConstantCommand", "forward": SPEED})
     run = Run(seconds=900.0, drivers={ROBOT: Modules(navigator=ahead, avoidance=True)})
-    return world.model_copy(update={"robots": (robot,), "run": run})
+    return inhabited(world, robot, run, folder)

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from mjsim.errors import UsageError
 from mjsim.exchange.place import ODOMETRY_NOISE, ROBOT, WAYPOINTS
+from mjsim.exchange.preset_files import inhabited, robot_of
 from mjsim.geometry import Array
 from mjsim.world import Beacon, Modules, Robot, Run, Use, World
 
@@ -65,13 +65,21 @@ def read_landmarks(path: Path, *, scale: float) -> LandmarkMap:
     return LandmarkMap(np.round(landmarks, DIGITS) + 0.0, np.round(waypoints, DIGITS) + 0.0)
 
 
-def world_from_landmarks(map: LandmarkMap, *, name: str, preset: str | None, estimator: Use | None = None) -> World:
+def world_from_landmarks(
+    map: LandmarkMap,
+    *,
+    name: str,
+    preset: str | None,
+    estimator: Use | None = None,
+    folder: Path | None = None,
+) -> World:
     """Return a world with a reflector for each landmark, and a robot that drives the way.
 
     Args:
         map: Of landmarks.
         name: Of the world.
         preset: Of the robot; none unless given.
+        folder: In which the world will be, with the file of the preset if it is one.
         estimator: An EKF-SLAM unless given.
 
     Raises:
@@ -82,13 +90,13 @@ def world_from_landmarks(map: LandmarkMap, *, name: str, preset: str | None, est
     if preset is None:
         return world
     start = map.waypoints[0] if len(map.waypoints) else map.landmarks.mean(axis=0).round(DIGITS)
-    robot = _robot(preset, start, _heading(start, map.waypoints[1:]))
+    robot = _robot(preset, start, _heading(start, map.waypoints[1:]), folder)
     points = [list(_at(point)) for point in map.waypoints[1:]]
     way = Use.model_validate({"use": WAYPOINTS, "points": points, "speed": SPEED}) if points else None
     modules = Modules(estimator=estimator or Use(use=SLAM), navigator=way)
     seconds = float(max(60, math.ceil(1.4 * map.way() / SPEED)))
     run = Run(seconds=seconds, drivers={ROBOT: modules})
-    return world.model_copy(update={"robots": (robot,), "run": run})
+    return inhabited(world, robot, run, folder)
 
 
 def _content(path: Path) -> dict[str, Any]:
@@ -123,14 +131,11 @@ def _points(path: Path, name: str, value: Any, *, most: int) -> Array:
     return np.asarray(array.T, dtype=float).reshape(-1, 2)
 
 
-def _robot(preset: str, start: Array, heading: float) -> Robot:
+def _robot(preset: str, start: Array, heading: float, folder: Path | None) -> Robot:
     noise = {"range": 0.05, "bearing_deg": 1.0}
     sensor = {"beacons": "ring", "range": [0.3, 8.0], "fov_deg": 180.0, "rate_hz": 5.0, "noise": noise}
     keys = {"name": ROBOT, "preset": preset, "at": list(_at(start)), "heading_deg": heading}
-    try:
-        return Robot.model_validate({**keys, "sensors": [sensor], "odometry": {"noise": ODOMETRY_NOISE}})
-    except ValidationError as error:
-        raise UsageError(error.errors()[0]["msg"].removeprefix("Value error, ")) from None
+    return robot_of({**keys, "sensors": [sensor], "odometry": {"noise": ODOMETRY_NOISE}}, folder)
 
 
 def _heading(start: Array, ahead: Array) -> float:

@@ -4,13 +4,15 @@ import itertools
 import math
 import re
 from collections import deque
+from pathlib import Path
 
 import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.exchange.drawing import Line, joined
 from mjsim.exchange.pixels import Cells
-from mjsim.world import Beacon, Floor, Marker, Modules, Robot, Run, Use, Wall, World
+from mjsim.exchange.preset_files import inhabited, robot_of
+from mjsim.world import Beacon, Floor, Marker, Modules, Run, Use, Wall, World
 
 FEWEST, MOST = 3, 50
 """Cells to a side."""
@@ -42,6 +44,7 @@ def maze_world(
     name: str = "maze",
     preset: str | None = "pioneer3dx",
     beacons: int = 0,
+    folder: Path | None = None,
 ) -> World:
     """Return a maze of square cells, each of which can be reached.
 
@@ -52,6 +55,7 @@ def maze_world(
         name: Of the world.
         preset: Of the robot in the south-west corner, which drives to the farthest cell; None for none.
         beacons: So many markers hang along its way.
+        folder: In which the world will be, with the file of the preset if it is one.
 
     Raises:
         UsageError: The maze would be too large, its cells too narrow, or labmaze is not there.
@@ -77,7 +81,7 @@ def maze_world(
     )
     hung = tuple(_beacon(rock, way, number, count=beacons, cell=cell) for number in range(beacons))
     world = World(name=name, walls=walls, beacons=hung, floor=Floor(texture="floors/stone.jpg"))
-    return world if preset is None else _with_robot(world, way, preset=preset, cell=cell)
+    return world if preset is None else _with_robot(world, way, preset=preset, cell=cell, folder=folder)
 
 
 def maze_size(text: str) -> tuple[int, int]:
@@ -175,7 +179,7 @@ def _beacon(rock: Cells, way: list[Cell], number: int, *, count: int, cell: floa
     )
 
 
-def _with_robot(world: World, way: list[Cell], *, preset: str, cell: float) -> World:
+def _with_robot(world: World, way: list[Cell], *, preset: str, cell: float, folder: Path | None) -> World:
     """Return a maze with a robot that drives its longest way, by dead reckoning and its avoidance."""
     corners = [
         here
@@ -185,9 +189,9 @@ def _with_robot(world: World, way: list[Cell], *, preset: str, cell: float) -> W
     points = [[round((column + 0.5) * cell, 3), round((row + 0.5) * cell, 3)] for column, row in corners]
     ahead = 0.0 if way[1][0] > way[0][0] else 90.0
     at = round(cell / 2, 3)
-    robot = Robot(name=ROBOT, preset=preset, at=(at, at), heading_deg=ahead)
+    robot = robot_of({"name": ROBOT, "preset": preset, "at": [at, at], "heading_deg": ahead}, folder)
     turns = {"points": points, "speed": SPEED, "lookahead": LOOKAHEAD}
     navigator = Use.model_validate({"use": "mjsim.algorithms.waypoints:Waypoints", **turns})
     seconds = round(30.0 + 2.0 * len(way) * cell / SPEED)
     run = Run(seconds=float(seconds), drivers={ROBOT: Modules(navigator=navigator)})
-    return world.model_copy(update={"robots": (robot,), "run": run})
+    return inhabited(world, robot, run, folder)

@@ -3,14 +3,15 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from mjsim.errors import UsageError
 from mjsim.exchange.grid import Grid
 from mjsim.exchange.pixels import Cells
+from mjsim.exchange.preset_files import inhabited, robot_of
 from mjsim.exchange.raster import cells_of, grid_of
 from mjsim.geometry import Array
 from mjsim.world import Modules, Robot, Run, Use, World, check_world, sensor_names, solid
@@ -46,6 +47,8 @@ class Newcomer:
     preset: str = PRESET
     lidar: str | None = None
     estimator: Use | None = None
+    folder: Path | None = None
+    """Of the new world, in which the file of a preset lies."""
 
 
 def with_newcomer(world: World, robot: Newcomer | None, *, grid: Grid | None = None) -> World:
@@ -56,7 +59,9 @@ def with_newcomer(world: World, robot: Newcomer | None, *, grid: Grid | None = N
     """
     if robot is None:
         return world
-    return with_robot(world, preset=robot.preset, lidar=robot.lidar, estimator=robot.estimator, grid=grid)
+    return with_robot(
+        world, preset=robot.preset, lidar=robot.lidar, estimator=robot.estimator, grid=grid, folder=robot.folder
+    )
 
 
 def with_robot(
@@ -66,6 +71,7 @@ def with_robot(
     lidar: str | None = None,
     estimator: Use | None = None,
     grid: Grid | None = None,
+    folder: Path | None = None,
 ) -> World:
     """Return a world with a robot at the free place farthest from everything solid, and a way to drive.
 
@@ -73,10 +79,11 @@ def with_robot(
 
     Args:
         world: It has no robot yet.
-        preset: A robot of `assets/robots`.
+        preset: A robot of `assets/robots`, or the file of one in the folder of the world.
         lidar: A lidar of `assets/sensors/lidar`, mounted on top; none unless given.
         estimator: Module that finds out where the robot is; the truth is used unless given.
         grid: What is known to be free; the inside of the walls unless given.
+        folder: In which the world will be.
 
     Raises:
         UsageError: The world has no place for it, or there is no such preset.
@@ -85,7 +92,7 @@ def with_robot(
     row, column = (int(index) for index in np.unravel_index(int(np.argmax(away)), away.shape))
     start = grid.corners(np.array([column + 0.5, row + 0.5]))
     at = tuple(np.round(start, 2).tolist())
-    robot = _robot(preset, lidar, at=at, heading=0.0, errs=estimator is not None)
+    robot = _robot(preset, lidar, at=at, heading=0.0, errs=estimator is not None, folder=folder)
     need = robot.body.radius + ELBOW_ROOM
     if away[row, column] < need:
         raise UsageError(
@@ -98,7 +105,7 @@ def with_robot(
         )
     tour = _tour(away, grid, np.array(at), need)
     heading = round(math.degrees(math.atan2(*(tour[0] - at)[::-1])), 1)
-    robot = _robot(preset, lidar, at=at, heading=heading, errs=estimator is not None)
+    robot = _robot(preset, lidar, at=at, heading=heading, errs=estimator is not None, folder=folder)
     back = [*tour[-2::-1], np.array(at)]
     points = [np.round(point, 2).tolist() for point in [*tour, *back]]
     way = Use.model_validate({"use": WAYPOINTS, "points": points})
@@ -107,31 +114,30 @@ def with_robot(
         driver = driver.model_copy(update={"estimator": estimator})
     known = estimator is not None and "slam" not in estimator.use.lower()
     run = Run(drivers={ROBOT: driver}, map="known" if known else "unknown")
-    whole = world.model_copy(update={"robots": (robot,), "run": run})
+    whole = inhabited(world, robot, run, folder)
     if problems := check_world(whole):
         raise UsageError(f"there is no place for a robot: {problems[0].message}")
     return whole
 
 
-def _robot(preset: str, lidar: str | None, *, at: tuple[float, float], heading: float, errs: bool) -> Robot:
+def _robot(
+    preset: str, lidar: str | None, *, at: tuple[float, float], heading: float, errs: bool, folder: Path | None
+) -> Robot:
     """Return the robot at a place, with a lidar on top and odometry that errs where these are asked for.
 
     Raises:
         UsageError: There is no such preset.
     """
     keys: dict[str, Any] = {"name": ROBOT, "preset": preset, "at": list(at), "heading_deg": heading}
-    try:
-        bare = Robot.model_validate(keys)
-        if lidar is not None:
-            height = round(min(bare.body.height + MAST, HIGHEST), 3)
-            scan = {"lidar": "scan", "preset": lidar, "at": [0.0, 0.0, height]}
-            others = [sensor for sensor in bare.sensors if sensor.kind != "lidar"]
-            keys["sensors"] = [*(sensor.model_dump(exclude_unset=True) for sensor in others), scan]
-        if errs:
-            keys["odometry"] = {**bare.odometry.model_dump(exclude_unset=True), "noise": ODOMETRY_NOISE}
-        return Robot.model_validate(keys)
-    except ValidationError as error:
-        raise UsageError(error.errors()[0]["msg"].removeprefix("Value error, ")) from None
+    bare = robot_of(keys, folder)
+    if lidar is not None:
+        height = round(min(bare.body.height + MAST, HIGHEST), 3)
+        scan = {"lidar": "scan", "preset": lidar, "at": [0.0, 0.0, height]}
+        others = [sensor for sensor in bare.sensors if sensor.kind != "lidar"]
+        keys["sensors"] = [*(sensor.model_dump(exclude_unset=True) for sensor in others), scan]
+    if errs:
+        keys["odometry"] = {**bare.odometry.model_dump(exclude_unset=True), "noise": ODOMETRY_NOISE}
+    return robot_of(keys, folder)
 
 
 def _clearance(world: World, grid: Grid | None) -> tuple[Array, Grid]:

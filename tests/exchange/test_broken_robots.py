@@ -121,11 +121,21 @@ def test_a_broken_file_is_told_in_one_line(tmp_path, monkeypatch, text, options,
         (["new", "--robot-from", "x.urdf"], "name the preset with -o ROBOT.yaml"),
         (["new", "--robot-from", "x.urdf", "--maze", "3x3"], "bring the world with a command of its own"),
         (["new", "--clutter", "6x6", "--robot", "pioneer3dy"], "no preset 'pioneer3dy'; did you mean 'pioneer3dx'?"),
-        (["new", "--clutter", "6x6", "--robot", "a/b.yaml"], "make the world, then write preset: a/b.yaml in it"),
+        (
+            ["new", "--clutter", "6x6", "--robot", "a/b.yaml"],
+            "no file 'a/b.yaml'; name what mjsim new --robot-from wrote",
+        ),
+        (["new", "--clutter", "6x6", "--robot", "bad.yaml"], "'bad.yaml' does not describe a robot"),
+        (
+            ["new", "--clutter", "6x6", "--robot", "bad.yaml", "-o", "w/x.yaml"],
+            "must be in the folder of the new world",
+        ),
     ],
 )
 def test_a_command_that_cannot_be_meant_is_told_in_one_line(tmp_path, monkeypatch, line, what):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "bad.yaml").write_text("walls: []\npreset: burger\n")
+    (tmp_path / "w").mkdir()
     code, said = typed(*line)
     assert (code, len(said.splitlines())) == (2, 1)
     assert what in said

@@ -22,6 +22,7 @@ BURGER = DATA / "turtlebot3_description" / "urdf" / "turtlebot3_burger.urdf"
 WAFFLE = BURGER.with_name("turtlebot3_waffle.urdf")
 CAR = DATA / "safety_gymnasium" / "xmls" / "car.xml"
 RACECAR = CAR.with_name("racecar.xml")
+DEPOT = DATA.parent / "maps" / "depot.yaml"
 
 
 def typed(*line: str) -> tuple[int, str]:
@@ -144,6 +145,21 @@ robots:
         assert sim.truth("one").x > 0.6
         assert sim.truth("two").x == pytest.approx(2.4, abs=0.03)
         assert {"one/wheel_left", "two/wheel_right"} <= {sim.model.joint(n).name for n in range(sim.model.njnt)}
+
+
+@pytest.mark.parametrize("made_from", [("--from", str(DEPOT), "--lidar", "lds-02"), ("--clutter", "6x6")])
+def test_a_new_world_has_a_robot_from_a_file(presets, made_from, monkeypatch):
+    folder = presets["turtlebot3_burger"][0].parent
+    monkeypatch.chdir(folder)
+    code, said = typed("new", *made_from, "--robot", "turtlebot3_burger.yaml", "-o", "made.yaml", "--overwrite")
+    assert code == 0, said
+    world = load_world(folder / "made.yaml")
+    assert world.robots[0].body.wheels["left"].joint == "wheel_left_joint"
+    with Simulation(world) as sim:
+        sim.apply("scout", Command(0.2))
+        for _ in range(25):
+            sim.step()
+        assert math.dist(sim.truth("scout").as_array()[:2], world.robots[0].at) > 0.1
 
 
 def test_a_recording_holds_the_files_of_a_robot(presets, tmp_path):

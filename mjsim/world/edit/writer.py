@@ -68,18 +68,18 @@ def _keys_of_world(world: World) -> dict[str, Any]:
     """Return what has to be written: all that is not the default, or not the preset's."""
     keys = plain(world.model_dump(mode="json", exclude_defaults=True, exclude={"robots"}))
     if world.robots:
-        keys["robots"] = [_keys_of_robot(robot) for robot in world.robots]
+        keys["robots"] = [_keys_of_robot(robot, world.source) for robot in world.robots]
     keys = {"mjsim": world.mjsim, "name": world.name, **keys}
     return {key: keys[key] for key in World.model_fields if key in keys}
 
 
-def _keys_of_robot(robot: Robot) -> dict[str, Any]:
+def _keys_of_robot(robot: Robot, source: Source) -> dict[str, Any]:
     given = {"name": robot.name, "at": robot.at}
     if robot.preset is not None:
         given["preset"] = robot.preset
     if robot.base is not None:
         given["base"] = robot.base
-    base = Robot.model_validate(given)
+    base = Robot.model_validate(given, context={"source": source})
     found = {**robot.model_dump(mode="json", include=set(given)), **_differing(robot, base)}
     if "arms" in found:
         found["arms"] = [_keys_of_arm(arm) for arm in robot.arms]
