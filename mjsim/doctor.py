@@ -1,4 +1,4 @@
-"""What draws pictures on this machine, how fast, and what to type when nothing does."""
+"""What this machine has: what draws pictures and how fast, GNU Octave, and what to type for what is missing."""
 
 import os
 import subprocess
@@ -15,6 +15,7 @@ import mujoco
 from mjsim.compile import compile_world
 from mjsim.errors import OpenGLError
 from mjsim.interface import Picture
+from mjsim.modules import octave_found
 from mjsim.output import require_free, write_file
 from mjsim.sim import BACKENDS, Renderer, choose_backend, make_context
 from mjsim.world import parse_world
@@ -45,7 +46,7 @@ except OpenGLError as error:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Diagnosis:
-    """What was found out about drawing on this machine."""
+    """What was found on this machine."""
 
     backend: str | None
     """The one that mjsim uses; None when it can use none."""
@@ -61,12 +62,14 @@ class Diagnosis:
     """What each backend said when it was tried alone."""
     versions: Mapping[str, str]
     """Of Python and of the main libraries."""
+    octave: str
+    """Version and place of GNU Octave, for modules in .m files; or what to type when there is none."""
     cores: int
     """Processors that this process may use."""
 
 
 def diagnose(picture: Path | None, *, overwrite: bool = False) -> Diagnosis:
-    """Find out what draws here and how fast.
+    """Find out what draws here and how fast, and whether Octave is there.
 
     Args:
         picture: Where to write a test picture, PNG; None for nowhere.
@@ -79,7 +82,7 @@ def diagnose(picture: Path | None, *, overwrite: bool = False) -> Diagnosis:
         require_free(picture, overwrite=overwrite)
     backends = {name: _try_alone(name) for name in BACKENDS}
     versions = {"python": sys.version.split()[0]} | {name: _version(name) for name in LIBRARIES}
-    cores = len(os.sched_getaffinity(0))
+    octave, cores = octave_found(), len(os.sched_getaffinity(0))
     try:
         backend, renderer = choose_backend(), _renderer()
     except OpenGLError as error:
@@ -91,6 +94,7 @@ def diagnose(picture: Path | None, *, overwrite: bool = False) -> Diagnosis:
             fault=str(error),
             backends=backends,
             versions=versions,
+            octave=octave,
             cores=cores,
         )
     image, rate = _draw_room()
@@ -105,6 +109,7 @@ def diagnose(picture: Path | None, *, overwrite: bool = False) -> Diagnosis:
         fault=None,
         backends=backends,
         versions=versions,
+        octave=octave,
         cores=cores,
     )
 
@@ -123,7 +128,7 @@ def report_lines(diagnosis: Diagnosis) -> Sequence[str]:
     lines += [f"  {name:24}{said}" for name, said in diagnosis.backends.items()]
     lines += ["", "versions"]
     lines += [f"  {name:24}{version}" for name, version in diagnosis.versions.items()]
-    lines += ["", f"cores     {diagnosis.cores}"]
+    lines += ["", f"octave    {diagnosis.octave}", f"cores     {diagnosis.cores}"]
     if diagnosis.fault:
         lines += ["", diagnosis.fault]
     return lines

@@ -17,7 +17,7 @@ def doctor(
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Tell which OpenGL backend works, take a test picture, measure pictures a second."""
+    """Tell which OpenGL backend works and how fast, with a test picture, and whether GNU Octave is there."""
     from mjsim.doctor import diagnose, report_lines
 
     default = Path("out") / "doctor.png"

@@ -15,6 +15,7 @@ from .given import sealed_robot as sealed_robot
 from .hosts import Hosted as Hosted
 from .hosts import Key as Key
 from .hosts import Offer as Offer
+from .octave import octave_found as octave_found
 from .python import INSTALLED as INSTALLED
 from .roles import ROLES as ROLES
 from .roles import misfit as misfit

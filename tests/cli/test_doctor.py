@@ -2,6 +2,43 @@ import cv2
 import pytest
 
 from mjsim.doctor import diagnose, report_lines
+from mjsim.modules import octave_found
+from tests.modules.octave_room import needs_octave
+
+
+def put_program(folder, text):
+    """Put a program called octave-cli into a folder that alone is searched."""
+    program = folder / "octave-cli"
+    program.write_text(f"#!/bin/sh\n{text}\n")
+    program.chmod(0o755)
+    return program
+
+
+@pytest.fixture
+def search(tmp_path, monkeypatch):
+    """The only folder in which programs are looked for."""
+    monkeypatch.setenv("PATH", str(tmp_path))
+    return tmp_path
+
+
+@needs_octave
+def test_octave_is_told_with_its_version_and_place():
+    version, program = octave_found().split(", ")
+    assert version[0].isdigit()
+    assert program.endswith(("/octave", "/octave-cli"))
+
+
+def test_without_octave_one_line_says_what_to_type(search):
+    assert octave_found() == (
+        "not found; modules in .m files need it; type: sudo apt-get install --no-install-recommends octave"
+    )
+
+
+def test_what_is_called_octave_and_is_not_is_said_to_be_broken(search):
+    program = put_program(search, "exit 127")
+    assert octave_found().startswith(f"{program} is not GNU Octave, or is broken (exit code 127); type: sudo apt-get")
+    program.write_bytes(b"\x7fELF")
+    assert octave_found().startswith(f"{program} does not start: Exec format error; type: sudo apt-get")
 
 
 @pytest.mark.slow
@@ -18,3 +55,4 @@ def test_the_doctor_draws_a_room_and_names_what_it_tried(tmp_path):
     lines = report_lines(diagnosis)
     assert lines[0] == f"backend   {diagnosis.backend}"
     assert any(diagnosis.versions["mujoco"] in line for line in lines)
+    assert f"octave    {diagnosis.octave}" in lines

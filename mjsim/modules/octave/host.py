@@ -1,12 +1,10 @@
 """The host of functions in .m files: they run in Octave, one process a module."""
 
 import re
-import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mjsim.errors import UsageError
 from mjsim.modules.foreign import (
     beside,
     folder_of,
@@ -18,6 +16,7 @@ from mjsim.modules.foreign import (
     require_sound,
 )
 from mjsim.modules.hosts import Doubt, Host, Key, Offer, Origin
+from mjsim.modules.octave.installed import find_octave
 from mjsim.modules.octave.text import MOST_BYTES, FunctionFile, is_name, read_function
 from mjsim.world import Source, Use
 
@@ -116,20 +115,6 @@ _KEYS = (
     Key(name="patience", about="How long a call may take [s].", default=10.0),
     Key(name="paths", about="Folders with other functions.", default=[]),
 )
-
-
-def find_octave() -> str:
-    """Return the program.
-
-    Raises:
-        UsageError: It is not installed.
-    """
-    found = shutil.which("octave-cli") or shutil.which("octave")
-    if found is None:
-        raise UsageError(
-            "modules in .m files need GNU Octave; type: sudo apt-get install --no-install-recommends octave"
-        )
-    return found
 
 
 def _place(path: Path) -> str:

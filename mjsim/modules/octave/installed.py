@@ -1,0 +1,46 @@
+"""GNU Octave on this machine."""
+
+import re
+import shutil
+import subprocess
+
+from mjsim.errors import UsageError
+
+INSTALL = "sudo apt-get install --no-install-recommends octave"
+PATIENCE = 20.0
+"""How long Octave may take to say its version [s]."""
+_VERSION = re.compile(r"^GNU Octave, version (\S{1,40})", re.MULTILINE)
+
+
+def find_octave() -> str:
+    """Return the program.
+
+    Raises:
+        UsageError: It is not installed.
+    """
+    found = _program()
+    if found is None:
+        raise UsageError(f"modules in .m files need GNU Octave; type: {INSTALL}")
+    return found
+
+
+def octave_found() -> str:
+    """Return the version of Octave and where it is, or what to type when it is not there or does not start."""
+    program = _program()
+    if program is None:
+        return f"not found; modules in .m files need it; type: {INSTALL}"
+    try:
+        done = subprocess.run(
+            [program, "--version"], stdin=subprocess.DEVNULL, capture_output=True, timeout=PATIENCE, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        why = f"said nothing for {PATIENCE:g} s" if isinstance(error, subprocess.TimeoutExpired) else error.strerror
+        return f"{program} does not start: {why}; type: {INSTALL.replace('install', 'install --reinstall', 1)}"
+    version = _VERSION.search(done.stdout.decode(errors="replace"))
+    if version is None:
+        return f"{program} is not GNU Octave, or is broken (exit code {done.returncode}); type: {INSTALL}"
+    return f"{version[1]}, {program}"
+
+
+def _program() -> str | None:
+    return shutil.which("octave-cli") or shutil.which("octave")
