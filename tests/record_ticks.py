@@ -1,6 +1,7 @@
 """Ticks made by hand from seeded numbers, for the tests of the recording."""
 
 from collections.abc import Iterable, Iterator
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -124,9 +125,15 @@ def _observation(rng: np.random.Generator, now: float, k: int, *, camera: bool, 
     )
 
 
+@cache
+def _pixels(size: tuple[int, int]) -> np.ndarray:
+    """Return row and column of each pixel, shape (2, height, width)."""
+    return np.mgrid[: size[0], : size[1]]
+
+
 def _picture(rng: np.random.Generator, size: tuple[int, int]) -> np.ndarray:
     """Return a smooth picture, of which JPEG keeps nearly everything."""
-    v, u = np.mgrid[: size[0], : size[1]]
+    v, u = _pixels(size)
     red, green = rng.integers(20, 120, 2)
     return np.stack([red + 2 * u % 128, green + v % 128, 0 * u + 60], axis=-1).astype(np.uint8)
 

@@ -13,6 +13,7 @@ PAGES = ["CONTRIBUTING.md", "docs/architecture.md"]
 DRAWING = runpy.run_path(str(ROOT / "scripts" / "make" / "architecture_picture.py"))
 
 
+@pytest.mark.slow
 def test_the_table_of_imports_is_that_of_the_sources():
     page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     assert DRAWING["with_table"](page, DRAWING["table"](DRAWING["parts_and_imports"]())) == page

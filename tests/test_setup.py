@@ -57,6 +57,7 @@ def test_no_file_names_the_host_of_a_registry():
     assert not [f"{path}: {host}" for path, text in texts.items() for host in HOSTS if host.encode() in text]
 
 
+@pytest.mark.slow
 def test_the_wheel_holds_every_file_of_the_package_and_nothing_else(tmp_path):
     tracked = [path.relative_to(ROOT) for path in tracked_files()]
     for path in tracked:
@@ -143,6 +144,7 @@ def test_without_the_module_venv_set_up_makes_an_environment_of_its_own(checkout
     assert Path(packages).is_dir()
 
 
+@pytest.mark.slow
 def test_a_test_that_hangs_is_ended_and_named(tmp_path):
     """Every test has the limit of pyproject.toml; here with a shorter one, and a wait that no Ctrl-C would end."""
     (tmp_path / "test_hang.py").write_text("import threading\n\n\ndef test_hang():\n    threading.Event().wait()\n")

@@ -57,10 +57,12 @@ def faults_of(parse):
     return faults
 
 
+@pytest.mark.slow
 def test_sources_are_parsed_in_threads_at_once(eager_switches):
     assert faults_of(parse_python) == []
 
 
+@pytest.mark.slow
 def test_a_parse_that_collides_with_one_elsewhere_is_repeated(eager_switches):
     strangers = threading.Thread(target=faults_of, args=(ast.parse,))
     strangers.start()

@@ -40,6 +40,8 @@ COMMANDS = {
     "bench": "machine",
 }
 """Each command, in the order of the help, and the file beside this one that holds it, loaded when it is needed."""
+BRIEF = {"check", "schema", "worlds"}
+"""Commands that end within a second or so; help does too."""
 
 
 def _print_version(wanted: bool) -> None:
@@ -81,6 +83,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     # Pydantic would look through all installed packages for plugins, which takes as long as reading a world.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     words = sys.argv[1:] if arguments is None else list(arguments)
+    if arguments is None and (not words or words[0] not in COMMANDS or words[0] in BRIEF):
+        # Nearly all that is made stays to the end; looking for garbage would take a tenth of the time.
+        gc.disable()
     code = _exit_code(lambda: app(_needed(words))(args=words, prog_name="mjsim", standalone_mode=False))
     _name_unfinished_threads()
     sys.exit(code)

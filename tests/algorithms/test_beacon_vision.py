@@ -157,6 +157,7 @@ def robot_info(robot_from_camera: Array) -> RobotInfo:
     return pioneer(dt=0.08, prior=Pose(0.0, 0.0, 0.0), sensors={"front": camera})
 
 
+@pytest.mark.slow
 def test_the_observer_follows_pictures_through_a_fast_turn(studio: Studio):
     offset = np.array([0.15, 0.05, 1.1])
     robot_from_camera = np.eye(4)

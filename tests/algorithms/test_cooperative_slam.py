@@ -110,6 +110,7 @@ def test_robots_that_talk_know_more_are_nearer_the_truth_and_honest_about_it():
         assert all(len(beliefs[name].landmarks) < len(POSTS) for _, _, beliefs in alone)
 
 
+@pytest.mark.slow
 def test_a_robot_that_hears_nothing_believes_what_it_would_alone():
     errors, _, beliefs = tour(CooperativeSlam, 3, steps=12, talk=False)
     alone, _, by_themselves = tour(EkfSlam, 3, steps=12)
@@ -117,6 +118,7 @@ def test_a_robot_that_hears_nothing_believes_what_it_would_alone():
     assert list(beliefs["ada"].landmarks) == list(by_themselves["ada"].landmarks)
 
 
+@pytest.mark.slow
 def test_a_report_tells_only_the_own_map_and_comes_once_a_period():
     slam, navigator = CooperativeSlam(period=1.0), ReportingWaypoints([[5.0, 0.0]])
     robot = pioneer(prior=Pose(0.0, 0.0, 0.0), prior_covariance=np.zeros((3, 3)))

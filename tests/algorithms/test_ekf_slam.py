@@ -50,6 +50,7 @@ def atrium() -> dict[str, Array]:
     return golden("atrium_1")
 
 
+@pytest.mark.slow
 def test_the_standard_filter_repeats_an_independent_run_to_1e_8(atrium):
     slam, poses, variances = run_golden(atrium, "standard")
     difference = poses - atrium["estimate"]
@@ -310,6 +311,7 @@ def test_a_landmark_that_is_removed_leaves_the_others_as_they_were():
     assert slam.names() == ("a", "c", "b")
 
 
+@pytest.mark.slow
 def test_a_sighting_of_nothing_without_a_name_is_forgotten():
     slam = EkfSlam(association="joint", joint_covariance=True)
     slam.start(INFO, {}, np.random.default_rng(0))

@@ -128,6 +128,7 @@ def test_a_tool_goes_straight_to_its_pose():
     np.testing.assert_allclose(speed[1:51], np.gradient(poses[:, :3, 3], DT, axis=0)[1:51], atol=3e-3)
 
 
+@pytest.mark.slow
 def test_a_tool_that_cannot_follow_its_path_says_where_it_ends():
     with pytest.raises(ValueError, match=r"^the tool cannot follow its path beyond [0-9.]+ s; "):
         followed(ToolPath([3.0, 0.0, 0.5], seconds=1.0), 0.1, start=np.radians([10, 40, -100, 20, 50, 30]))

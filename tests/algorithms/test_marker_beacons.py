@@ -23,6 +23,7 @@ def finder(names=MARKERS):
     return MarkerBeacons("4x4_50", WIDTH, names={number: name for name, number in names.items()})
 
 
+@pytest.mark.slow
 def test_a_marker_is_found_where_it_hangs_and_strangers_are_not_reported(studio):
     rng = np.random.default_rng(1)
     for name, distance, yaw in (("tag-0", 1.5, 0.0), ("tag-5", 4.0, 30.0), ("tag-11", 7.5, -20.0)):

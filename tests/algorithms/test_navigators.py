@@ -50,6 +50,7 @@ def drive(navigator, seconds, *, text=ROOMS, estimator=None, avoidance=False):
     return np.array(poses), bumps
 
 
+@pytest.mark.slow
 def test_it_goes_to_a_goal_in_the_other_room_and_stops_there():
     poses, bumps = drive(GoToGoal([7, 1]), 40.0)
     assert np.hypot(*(poses[-1, :2] - (7, 1))) < 0.25

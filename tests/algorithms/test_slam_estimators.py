@@ -86,6 +86,7 @@ def on_a_circle(places, pose):
     return np.linalg.svd(rows / np.linalg.norm(rows, axis=0), compute_uv=False)[-1] < 1e-2
 
 
+@pytest.mark.slow
 def test_the_covariance_of_a_pose_from_bearings_is_what_many_trials_show():
     places, pose, sigma = np.array([(4, 0), (-3, 3), (0, -4), (2, 5)], dtype=float), np.array([0.5, 0.3, 0.4]), 0.01
     exact, _, _ = range_bearing(pose, places)

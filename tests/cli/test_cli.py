@@ -30,6 +30,7 @@ def test_check_tells_of_every_file_all_that_is_wrong(room, capsys):
     assert len(lines) == 3
 
 
+@pytest.mark.slow
 def test_a_run_is_recorded_reported_and_exported(room, capsys):
     code, out, err = typed("run", "room.yaml", capsys=capsys)
     assert (code, out) == (0, "out/room/run.mcap\n")

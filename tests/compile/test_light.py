@@ -65,6 +65,7 @@ def test_a_lamp_lights_what_is_near_and_falls_off_with_the_square_of_the_distanc
     np.testing.assert_allclose(found, expected, atol=0.012)
 
 
+@pytest.mark.slow
 def test_a_lamp_shows_pictures_in_a_dark_room():
     poster = onboard("light: 0\nlamps: [{at: [7.5, 3], height: 1.5}]")[40:80, 60:100]
     dark = onboard("light: 0\nlamps: [{at: [7.5, 3], height: 1.5, brightness: 0}]")[40:80, 60:100]

@@ -30,6 +30,7 @@ class Constant:
         return self._command
 
 
+@pytest.mark.slow
 def test_an_episode_is_what_the_simulation_does_with_the_same_commands():
     alone = room(robots=room().robots[:1], run=room().run.model_copy(update={"drivers": {}}))
     episodes, sim = Episodes(task(world=alone)), Simulation(alone, seed=7)
@@ -51,6 +52,7 @@ def test_an_episode_is_what_the_simulation_does_with_the_same_commands():
     assert episodes.step.time == sim.time == pytest.approx(2.0)
 
 
+@pytest.mark.slow
 def test_all_robots_move_as_in_a_run_whose_navigator_wants_what_the_action_says():
     episodes = Episodes(task())
     world, fastest = episodes.world, float(episodes.actions["scout"].largest[0])
@@ -71,6 +73,7 @@ def test_all_robots_move_as_in_a_run_whose_navigator_wants_what_the_action_says(
     assert abs(run[-1].truth["other"].x - 1.0) > 0.1
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_episode_whatever_came_before():
     one, other = Episodes(task(random_starts=True)), Episodes(task(random_starts=True))
     for seed in (1, 5, 1):
@@ -209,6 +212,7 @@ def test_several_robots_are_driven_by_dicts():
         episodes.go_on({"scout": [0, 0], "othr": [0, 0]})
 
 
+@pytest.mark.slow
 def test_the_avoidance_of_the_world_file_keeps_its_hand_in():
     careful = room(
         run=room().run.model_copy(

@@ -34,7 +34,10 @@ def brought(name: str) -> tuple[Grid, World]:
     return read_grid(path), world_from_map(path)
 
 
-@pytest.mark.parametrize("name", FIGURES)
+LARGE = {"depot", "house"}
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] if n in LARGE else []) for n in FIGURES])
 def test_a_world_explains_the_map_of_others_in_few_walls(name):
     grid, world = brought(name)
     found = fidelity(world, grid)
@@ -45,6 +48,7 @@ def test_a_world_explains_the_map_of_others_in_few_walls(name):
     assert found.covered <= 0.06 * found.solid
 
 
+@pytest.mark.slow
 def test_raw_lidar_cells_along_drifting_odometry_are_mostly_explained():
     grid, world = brought("intel")
     found = fidelity(world, grid)

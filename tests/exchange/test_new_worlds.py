@@ -102,6 +102,7 @@ def test_new_writes_a_world_and_keeps_what_is_there(tmp_path, capsys):
         assert message in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @needs_labmaze
 def test_a_world_goes_out_and_comes_in_by_commands(tmp_path, capsys):
     maze, plan = str(tmp_path / "maze.yaml"), str(tmp_path / "plan.svg")
@@ -142,6 +143,7 @@ def test_the_robot_of_a_maze_drives_to_its_far_end():
     assert math.dist((pose.x, pose.y), goal) < 0.4
 
 
+@pytest.mark.slow
 def test_a_robot_of_a_map_gets_a_lidar_and_an_estimator_or_one_line_says_why_not(tmp_path, capsys):
     depot = str(WORLDS.parent / "tests" / "data" / "maps" / "tb3_sandbox.yaml")
     world = tmp_path / "sandbox.yaml"

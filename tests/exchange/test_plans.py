@@ -161,6 +161,7 @@ def test_a_layer_that_is_named_is_walls_whatever_others_are_called():
     assert len(world.walls) == 2
 
 
+@pytest.mark.slow
 def test_the_drawing_and_the_world_stand_beside_each_other_at_one_scale(tmp_path):
     world = plan("plain.dxf").world
     original = read_original(PLANS / "plain.dxf", reading=Reading(scale=1.0))

@@ -179,6 +179,7 @@ def test_a_recording_holds_the_files_of_a_robot(presets, tmp_path):
         sim.step()
 
 
+@pytest.mark.slow
 def test_ros_packages_are_found_by_path_and_by_option(tmp_path, monkeypatch):
     moved = tmp_path / "elsewhere" / "burger.urdf"
     moved.parent.mkdir()
@@ -194,6 +195,7 @@ def test_ros_packages_are_found_by_path_and_by_option(tmp_path, monkeypatch):
     assert by_path.files == named.files
 
 
+@pytest.mark.slow
 def test_arguments_of_xacro_become_names(tmp_path):
     text = bring_robot(BURGER, name="b", wishes=Wishes(), packages={}, arguments={"namespace": "left_"}).text
     assert 'joint: "left_wheel_left_joint"' in text
@@ -243,6 +245,7 @@ def test_six_wheels_turn_by_chains(tmp_path):
         assert left[2] == pytest.approx(left[0], rel=0.05)
 
 
+@pytest.mark.slow
 def test_joints_that_are_no_wheels_hold_still_with_their_limits(tmp_path):
     (tmp_path / "tall.xml").write_text(STRETCHED)
     preset, said = brought(tmp_path / "tall.xml", tmp_path)
@@ -258,6 +261,7 @@ def test_joints_that_are_no_wheels_hold_still_with_their_limits(tmp_path):
         assert sim.model.joint("tall/joint_head").range == pytest.approx((-3.9, 1.5))
 
 
+@pytest.mark.slow
 def test_a_joint_whose_zero_is_beyond_its_limits_rests_at_the_nearer_one(tmp_path):
     (tmp_path / "odd.urdf").write_text(on_casters())
     preset, _ = brought(tmp_path / "odd.urdf", tmp_path)

@@ -77,7 +77,10 @@ def written(world: World, folder: Path) -> Path:
     return write_sdf(world, folder / "world.sdf")
 
 
-@pytest.mark.parametrize("name", ["gallery", "ramps", "corridor", pytest.param("museum", marks=pytest.mark.slow)])
+SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("gallery", "museum")]
+
+
+@pytest.mark.parametrize("name", ["ramps", "corridor", *SLOW])
 def test_what_bumps_in_gazebo_is_what_bumps_here(name, tmp_path):
     world = load_world(WORLDS / f"{name}.yaml")
     path = written(world, tmp_path)

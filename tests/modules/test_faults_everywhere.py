@@ -215,6 +215,7 @@ def test_a_module_that_kills_the_process_leaves_what_was_written(tmp_path):
     assert recording.time[-1] > 1.0
 
 
+@pytest.mark.slow
 def test_ten_lines_of_gtsam_are_one(tmp_path):
     pytest.importorskip("gtsam", reason="an extra")
     body = """

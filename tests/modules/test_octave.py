@@ -21,6 +21,7 @@ from tests.modules.octave_room import HEADS, ROOM, needs_octave, world_of, writt
 from tests.modules.processes import gone, left_running
 
 
+@pytest.mark.slow
 @needs_octave
 def test_an_endless_loop_is_ended_within_patience_and_half_a_second_with_all_that_it_started(tmp_path):
     body = "system('sleep 99099 &'); while true, end"
@@ -106,6 +107,7 @@ end
 """
 
 
+@pytest.mark.slow
 @needs_octave
 def test_a_function_gets_what_the_docs_say_and_its_answer_arrives_whole(tmp_path):
     (tmp_path / "lib").mkdir()
@@ -146,6 +148,7 @@ end
 """
 
 
+@pytest.mark.slow
 @needs_octave
 def test_functions_move_arms(tmp_path):
     (tmp_path / "reach.m").write_text(REACH)

@@ -59,6 +59,7 @@ def script(folder: Path, name: str, text: str, *, head: str = HEAD) -> None:
     (folder / name).chmod(0o755)
 
 
+@pytest.mark.slow
 def test_a_c_program_and_a_shell_script_drive_a_robot_and_leave_nothing_running(tmp_path, compiled):
     shutil.copy(compiled, tmp_path)
     shutil.copy(PROGRAMS / "ahead.sh", tmp_path)

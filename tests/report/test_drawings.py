@@ -40,6 +40,7 @@ def figure() -> Figure:
     return drawing
 
 
+@pytest.mark.slow
 def test_each_format_is_what_its_name_says_and_the_same_bytes_each_time():
     for form, begin in zip(FORMATS, (b"\x89PNG", b"%PDF-", b"<?xml"), strict=True):
         data = drawing_as(figure(), form)

@@ -115,6 +115,7 @@ def raster_coverage(world, positions, radius, *, step=0.01):
     return touched / reached
 
 
+@pytest.mark.slow
 def test_coverage_equals_that_of_a_fine_raster():
     world = mjsim.parse_world(ROOM)
     way = np.concatenate([np.linspace([0.8, 2.53], [2.9, 2.53], 400), np.linspace([2.9, 2.53], [3.1, 0.9], 400)])
@@ -129,6 +130,7 @@ def test_a_room_that_cannot_be_reached_does_not_count():
     assert coverage(world, sweep[::-1], radius=0.2) == 1.0
 
 
+@pytest.mark.slow
 def test_a_hundred_laps_cover_what_one_does_and_standing_still_covers_a_disc():
     world = mjsim.parse_world(ROOM)
     turn = np.linspace(0.0, 2.0 * np.pi, 200)

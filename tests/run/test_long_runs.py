@@ -46,6 +46,7 @@ def test_a_run_that_is_recorded_keeps_nothing_of_its_ticks(tmp_path):
     assert held[0] < 1000 * TICKS
 
 
+@pytest.mark.slow
 def test_a_recording_without_pictures_holds_all_else(tmp_path):
     text = ROOM.replace("- {lidar", "- {camera: front, width: 64, height: 48, rate_hz: 12.5}\n      - {lidar")
     files = {}

@@ -83,6 +83,7 @@ def test_a_run_has_one_tick_a_period_from_zero_on():
     np.testing.assert_allclose(recording.time, np.arange(50) * 0.04, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_told_to_go_on_a_robot_bumps_and_stays_and_wriggles():
     recording = run(navigator=Steady(mjsim.Command(0.7)), seconds=20.0)
     track = recording.robots["scout"]

@@ -56,6 +56,7 @@ def test_with_the_avoidance_off_it_bumps_and_stays_within_the_walls():
     assert shapely.contains_xy(free, *poses[:, :2].T).all()
 
 
+@pytest.mark.slow
 def test_a_corridor_with_a_closed_end_is_left_again():
     corridor = "obstacles: [{box: [4, 0.1, 1], at: [4, 3.5]}, {box: [4, 0.1, 1], at: [4, 2.5]}, "
     world = parse_world(ROOM + corridor + "{box: [0.1, 1.1, 1], at: [6, 3]}]\n" + SCOUT)
@@ -72,6 +73,7 @@ def test_a_doorway_of_80_cm_is_passed():
     assert poses[-1, 0] > 5.0
 
 
+@pytest.mark.slow
 def test_waypoints_behind_a_thing_are_reached_around_it():
     world = parse_world(ROOM + "obstacles: [{box: [0.5, 1.6, 1], at: [4, 3.1]}]\n" + SCOUT)
     (poses,), bumps = drive(world, 30.0, navigator=Waypoints([[6.8, 3]], speed=0.5))
@@ -97,6 +99,7 @@ def test_two_robots_that_would_meet_in_the_middle_stop_in_time(angle):
     assert np.hypot(*(poses[0] - poses[1])[:, :2].T).min() < 1.0
 
 
+@pytest.mark.slow
 def test_a_thing_that_comes_and_goes_across_the_way_is_let_pass():
     walker = "obstacles: [{cylinder: [0.25, 1.5], at: [4, 0.6], path: {points: [[4, 5.4]], speed: 0.4}}]\n"
     _, bumps = drive(parse_world(ROOM + walker + SCOUT), 12.0)

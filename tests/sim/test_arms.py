@@ -51,6 +51,7 @@ def test_pd_with_gravity_keeps_the_pumas_path_within_a_twentieth():
     assert np.abs(errors(controlled("PdGravity"))).max() < 0.05
 
 
+@pytest.mark.slow
 def test_computed_torque_keeps_the_pumas_path_within_half_a_thousandth():
     assert np.abs(errors(controlled("ComputedTorque"))).max() < 5e-4
 

@@ -106,21 +106,25 @@ def test_the_settled_plant_falls_with_the_pole_of_the_linear_model():
     assert float(data.body("joe/wheel_left").xpos[2]) == pytest.approx(RADIUS - 5.15e-4 / 2, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_released_at_a_lean_it_comes_back_as_the_linear_model():
     assert_alike(driven(joe(f"lean_deg: {math.degrees(0.1)!r}"), 4.0), linear(4.0, lean=0.1))
 
 
+@pytest.mark.slow
 def test_shoved_it_sways_as_the_linear_model():
     shoved = joe(run="events: [{time: 1, shove: joe, impulse: [6, 0, 0], seconds: 0.1}]")
     assert_alike(driven(shoved, 6.0), linear(6.0, push=60.0))
 
 
+@pytest.mark.slow
 def test_told_to_drive_it_first_rolls_back_as_the_linear_model():
     states = driven(joe(), 6.0, speed=0.5)
     assert states[:, 2].min() < -0.03  # before it leans forward
     assert_alike(states, linear(6.0, speed=0.5))
 
 
+@pytest.mark.slow
 def test_its_tyres_roll_at_the_radius_that_odometry_goes_by():
     with mjsim.Simulation(joe(rate=25)) as sim:
         sim.apply("joe", mjsim.Command(0.3))
@@ -185,6 +189,7 @@ def test_it_turns_by_what_the_masses_say():
     assert B[1, 0] == pytest.approx(0.43 / (2 * RADIUS) / (motion @ mass @ motion), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_odometry_is_the_way_of_the_axle_whatever_the_body_does():
     with mjsim.Simulation(joe("lean_deg: 5", rate=25)) as sim:
         sim.apply("joe", mjsim.Command(0.4, turn=0.3))
@@ -214,6 +219,7 @@ def test_the_whole_pose_leans_and_so_do_its_sensors():
         assert sim.truth("joe").x == pytest.approx(-RADIUS * math.sin(0.1))
 
 
+@pytest.mark.slow
 def test_modules_find_its_lean_from_the_readings_of_each_tick():
     world = joe(rate=25, run="events: [{time: 2, shove: joe, impulse: [5, 0, 0]}]")
     with mjsim.Simulation(world) as sim:

@@ -32,12 +32,8 @@ robots:
 run: {seconds: 40, map: known, drivers: {joe: {DRIVER}}}
 """
 PLACES = sorted(Path(mjsim.algorithms.__path__[0]).glob("*.py"))
-OFFERS = {
-    role: sorted(
-        offer.use for offer in offers_in([(p, f"mjsim.algorithms.{p.stem}") for p in PLACES]) if offer.role == role
-    )
-    for role in ("estimator", "navigator")
-}
+FOUND = list(offers_in([(place, f"mjsim.algorithms.{place.stem}") for place in PLACES]))
+OFFERS = {role: sorted(offer.use for offer in FOUND if offer.role == role) for role in ("estimator", "navigator")}
 TOUR = (
     'navigator: {use: "mjsim.algorithms.waypoints:Waypoints", points: [[5.8, 1.2], [5.8, 3.8], [1.2, 3.8], [1.2, 1.2]]}'
 )

@@ -95,6 +95,7 @@ def errors(seen: list[tuple[Sighting, ...]], name: str, pose: Pose = ORIGIN) -> 
     return np.array([(s.range - truth[0], wrap_angle(s.bearing - truth[1])) for s in ours])
 
 
+@pytest.mark.slow
 def test_noise_is_as_the_data_sheet_says_and_the_covariance_is_honest():
     keys = "at: [0.3, 0.2, 0.3], rate_hz: 250, noise: {range: 0.05, bearing_deg: 2}"
     seen = looks(keys, count=600)

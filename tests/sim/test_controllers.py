@@ -157,6 +157,7 @@ def test_the_recording_has_the_wheels_of_the_base_with_their_torques(tmp_path):
     np.testing.assert_allclose(wheels.goal[:, 0] * 0.105, 0.5 * recording.time**2 / 2, atol=0.5 * 0.36 * 0.004)
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes_and_so_does_a_reset():
     def states(sim: mjsim.Simulation) -> bytes:
         sim.apply("joe", mjsim.Command(0.5, turn=0.4))

@@ -132,6 +132,7 @@ def test_exposure_multiplies_and_clips_and_automatic_exposure_ends_at_a_middle_g
     assert frame("exposure: auto").image.mean() == pytest.approx(118, abs=3)
 
 
+@pytest.mark.slow
 def test_a_blurred_edge_spreads_as_a_gaussian():
     sharp, smeared = (frame(f"blur: {sigma}").image[60, :, 1].astype(float) for sigma in (0, 2.0))
     offsets = np.arange(-8, 9)
@@ -171,6 +172,7 @@ def test_a_rolling_shutter_leans_what_is_upright_by_the_turn_from_row_to_row(tur
     np.testing.assert_allclose(seen.depth[rows, leaning[rows].astype(int) + 2], 2.9, atol=0.25)
 
 
+@pytest.mark.slow
 def test_an_open_shutter_blurs_what_moves_through_the_picture_and_not_a_camera_at_rest():
     with simulation(f"{CAMERA}, shutter: 0.05, segmentation: true") as sim:
         still = sim.sense("r").cameras["c"].image

@@ -130,6 +130,7 @@ def test_steering_turns_no_faster_than_it_can():
     assert angles[-1] == pytest.approx(AckermannSteering(0.25, 0.33).angles(math.atan(0.33 * 1.2))[0], rel=0.02)
 
 
+@pytest.mark.slow
 def test_odometry_tells_the_motion_as_it_was_but_for_what_slips():
     drift = {"skid": 0.1, "mecanum": 0.05, "omni3": 0.02}
     names = tuple(ROBOTS)

@@ -62,6 +62,7 @@ def test_none_goes_faster_or_gathers_speed_faster_than_its_limits_and_each_comes
             assert speeds.sum() * sim.dt == pytest.approx(ideal, rel=0.02), name
 
 
+@pytest.mark.slow
 def test_none_turns_faster_than_its_limit_and_each_that_can_comes_up_to_it_on_the_spot():
     with meadow(ON_THE_SPOT) as sim:
         for name in ON_THE_SPOT:

@@ -23,6 +23,7 @@ def test_every_robot_has_a_world_of_its_own_and_every_such_world_its_robot():
         assert [robot.preset for robot in world.robots] == [name]
 
 
+@pytest.mark.slow
 def test_every_robot_reaches_its_largest_speed_and_stands_level():
     lines = [f"  - {{name: {name}, preset: {name}, at: [0, {4 * k}]}}\n" for k, name in enumerate(preset_names())]
     with Simulation(parse_world("mjsim: 1\nrobots:\n" + "".join(lines))) as sim:

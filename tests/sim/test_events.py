@@ -104,6 +104,7 @@ def test_doors_open_and_close_when_the_time_has_come():
     assert found[11.0] == pytest.approx(0, abs=0.5)
 
 
+@pytest.mark.slow
 def test_the_light_goes_out_and_a_lamp_goes_on_in_the_camera():
     sim = hall("{time: 0.2, light: 0}, {time: 0.4, lamp: spot, brightness: 1.5}")
     means = []
@@ -115,6 +116,7 @@ def test_the_light_goes_out_and_a_lamp_goes_on_in_the_camera():
     assert min(means[10:]) > 0.05
 
 
+@pytest.mark.slow
 def test_what_is_taken_away_is_neither_seen_nor_met_nor_touched():
     sim = hall("{time: 0.2, remove: rack}")
     before = sim.sense("r")
@@ -201,6 +203,7 @@ def test_pictures_drawn_again_from_the_recording_are_the_ones_that_were_taken(re
             np.testing.assert_array_equal(again, pictures[row], err_msg=str(row))
 
 
+@pytest.mark.slow
 def test_a_run_with_events_is_the_same_again(recorded, tmp_path: Path):
     with hall(EVENTS) as sim:
         run(sim, seconds=1.0, record=tmp_path / "run.mcap")

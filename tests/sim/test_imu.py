@@ -100,6 +100,7 @@ def test_white_noise_bias_and_walk_are_as_the_data_sheet_says():
         assert steps.std() == pytest.approx(density * math.sqrt(0.004), rel=0.04)
 
 
+@pytest.mark.slow
 def test_the_bias_is_constant_in_a_run_and_another_with_another_seed():
     world = "mjsim: 1\nrobots: [{name: r, at: [0, 0], sensors: [{imu: imu, bias: {acceleration: 0.3, turn: 0.02}}]}]\n"
     biases = []

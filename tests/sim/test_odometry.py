@@ -141,6 +141,7 @@ def test_what_slips_while_speeds_change_has_a_variance_that_does_not_depend_on_t
         assert told[2, 2] == pytest.approx(0.03**2 * 4.0 * square, rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_skid_steered_robot_that_gathers_speed_errs_as_its_covariance_says():
     nees = normalised_errors("preset: husky", count=24, ticks=25)
     assert np.mean(nees) / 24 == pytest.approx(3.0, abs=2.0 * math.sqrt(6.0 / 24))

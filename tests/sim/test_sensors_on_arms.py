@@ -77,6 +77,7 @@ def test_an_inertial_sensor_on_a_tool_feels_gravity_and_the_circle_it_goes():
     np.testing.assert_allclose(info.robot_from_sensor[:3, 3], [0.8, 0, 1.0], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_an_inertial_sensor_on_a_link_is_turned_by_its_yaw():
     _, _, moving = spun("{imu: feel, on: arm/link1, at: [0, 0, 0], yaw_deg: 90}")
     np.testing.assert_allclose(moving[-1].turn, [0.0, 0.0, 2.0], atol=0.005)

@@ -95,6 +95,7 @@ def test_walls_and_things_block_a_way_at_the_height_at_which_it_leads():
     assert set(low[0]) == {"above"}
 
 
+@pytest.mark.slow
 def test_a_blocked_range_is_too_long_by_an_exponentially_distributed_excess_and_others_are_not():
     told = columns(", nlos: {bias: 0.4}", "wall", "window", "desk", count=3000, world=WALLED)
     truth = [math.dist((0, 0, 1.2), place) for place in ((4, 2.5, 1.2), (4, 0.3, 1.4), (-3, 0, 0.5))]
@@ -106,6 +107,7 @@ def test_a_blocked_range_is_too_long_by_an_exponentially_distributed_excess_and_
     np.testing.assert_allclose(told[:, 1:], np.broadcast_to(truth[1:], (3000, 2)), atol=1e-3)
 
 
+@pytest.mark.slow
 def test_noise_is_white_and_of_the_deviation_that_the_world_says():
     told = columns(", noise: {range: 0.1}", *ANCHORS, count=2000)
     errors = told - [math.dist((0, 0, 1.2), place) for place in ANCHORS.values()]
@@ -115,6 +117,7 @@ def test_noise_is_white_and_of_the_deviation_that_the_world_says():
     assert np.abs(white).max() < 4.5 / math.sqrt(2000)
 
 
+@pytest.mark.slow
 def test_a_bias_is_constant_in_a_run_and_differs_from_anchor_to_anchor_and_from_run_to_run():
     truth = [math.dist((0, 0, 1.2), place) for place in ANCHORS.values()]
     biases = []
@@ -126,6 +129,7 @@ def test_a_bias_is_constant_in_a_run_and_differs_from_anchor_to_anchor_and_from_
     assert abs(np.mean(biases)) < 4 * 0.2 / math.sqrt(180)
 
 
+@pytest.mark.slow
 def test_ranges_are_missed_as_often_as_asked_for_with_and_without_line_of_sight():
     told = columns(", missed: 0.1, nlos: {missed: 0.5}", "wall", "window", count=2000, world=WALLED)
     missed = np.isnan(told).mean(axis=0)

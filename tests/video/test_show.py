@@ -87,6 +87,7 @@ def test_an_empty_world_has_a_sheet_too():
     assert draw_world(parse_world("mjsim: 1")).size
 
 
+@pytest.mark.slow
 def test_names_are_written_near_what_they_name():
     named, bare = draw_world(room()), draw_world(room(), names=False)
     changed = np.stack(np.nonzero((named != bare).any(axis=-1))[::-1], axis=-1)
@@ -133,6 +134,7 @@ walls:
     assert np.sign(1.0 - way[-1, 0]) == np.sign(angle)
 
 
+@pytest.mark.slow
 def test_windows_markers_reflectors_and_ways_have_their_colours():
     bare = draw_world(room(), names=False)
     assert len(pixels_of(bare, TRUTH)) > px(2000 * 2.0 / 60)  # 2 m of glass, at 1 : 60 or larger, a pixel thick
@@ -169,6 +171,7 @@ def test_a_camera_with_a_latency_has_a_first_picture_too():
     assert np.abs(first.astype(int) - delayed).mean() < 1.0
 
 
+@pytest.mark.slow
 def test_names_are_chosen_and_left_out_where_things_stand_close():
     none, walls, every = (draw_world(room(), labels=labels) for labels in ("none", "walls", "all"))
     assert (none == draw_world(room(), names=False)).all()

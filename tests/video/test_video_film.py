@@ -96,6 +96,7 @@ def test_a_world_may_ask_for_films_of_high_quality(tmp_path):
     assert 0.01 < darker.mean() < 0.5
 
 
+@pytest.mark.slow
 def test_a_recording_of_several_robots_without_3d_state_can_be_filmed(tmp_path):
     made = read_recording(record(tmp_path / "run.mcap", hand_made_ticks(12)))
     make_video(made, tmp_path / "run.mp4")

@@ -141,6 +141,7 @@ def test_an_answer_that_is_not_read_ends_its_connection(tmp_path, sockets):
             assert not server._connections._known
 
 
+@pytest.mark.slow
 def test_a_websocket_that_never_reads_is_dropped(tmp_path):
     with serving(tmp_path) as server, browser(server.url) as quick:
         cookie = cookie_for(server)

@@ -213,6 +213,7 @@ def test_a_session_is_of_no_use_to_another_user(studio):
         assert as_stranger(steal, other=False) == [200, 200]
 
 
+@pytest.mark.slow
 def test_a_closed_connection_is_nobodys(studio):
     """The kernel shows connections whose program let go of them as the root user's."""
     other_user()

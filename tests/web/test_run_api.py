@@ -127,6 +127,7 @@ def test_the_view_from_outside_follows_its_orbit(running):
     assert np.abs(first.astype(int) - same).mean() < 2 < 5 < np.abs(first.astype(int) - turned).mean()
 
 
+@pytest.mark.slow
 def test_two_pictures_are_on_their_way_at_most_and_others_are_dropped(running):
     with browser(running.url) as slow, browser(running.url) as quick:
         slow.say("watch", cameras=["scout/front"])
@@ -166,6 +167,7 @@ def test_who_comes_late_gets_what_was(running):
         assert "scene" in late.news
 
 
+@pytest.mark.slow
 def test_a_robot_is_driven_by_hand_in_shares_of_what_it_can_do_and_given_back(page):
     with browser(page.url) as seen:
         start(seen, text=ROOM.replace("at: [0, 0]", "at: [-1, -1]"), speed=1.0)

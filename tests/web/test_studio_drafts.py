@@ -185,6 +185,7 @@ def test_what_is_on_disk_as_it_is_is_not_offered(client, folder):
     assert list(drafts_folder().iterdir()) == []
 
 
+@pytest.mark.slow
 def test_their_number_their_size_and_their_age_are_bounded(client, folder):
     refused = keep(client, "#" * 6_000_000, status=413)
     assert refused["error"].startswith("unsaved changes cannot be kept: the file has 6")
@@ -199,6 +200,7 @@ def test_their_number_their_size_and_their_age_are_bounded(client, folder):
     assert not file.exists()
 
 
+@pytest.mark.slow
 def test_large_ones_make_room_for_new_ones(client, folder):
     store, text = Drafts(Folder(folder)), "#" * 4_900_000
     for number in range(22):

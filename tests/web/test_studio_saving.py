@@ -120,6 +120,7 @@ def shared():
         place.chmod(0o700)
 
 
+@pytest.mark.slow
 def test_where_nobody_may_write_a_save_is_refused_in_a_line(shared):
     folder = shared
     (folder / "room.yaml").chmod(0o666)
@@ -156,6 +157,7 @@ FULL = """
 """
 
 
+@pytest.mark.slow
 def test_on_a_full_disk_a_save_is_refused_in_a_line_and_the_old_text_stays(tmp_path):
     """A small disk of its own is mounted for it, in a namespace that nobody else sees."""
     mount = 'mount -t tmpfs -o size=128k none "$1" && exec "$2" -c "$3" "$1"'

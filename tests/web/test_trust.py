@@ -120,6 +120,7 @@ def test_what_changed_since_the_dialog_was_shown_is_not_allowed_and_asked_again(
     assert asks(studio, "/api/trust", code=now).status_code == 200
 
 
+@pytest.mark.slow
 def test_a_changed_helper_is_asked_for_and_then_the_changed_one_runs(studio):
     allow(studio)
     assert begun(studio)["state"] == "ended"

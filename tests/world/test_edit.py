@@ -96,6 +96,7 @@ def any_change(random, value):
     return Change("set", path, random_value(random, random.choice([0, 2])))
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(st.randoms(use_true_random=False))
 def test_whatever_is_changed_in_whatever_layout_the_text_says_it_and_keeps_its_comments(random):
@@ -181,6 +182,7 @@ def check_a_change(data, name):
     assert edit_text(text, [], source=SOURCE) == text
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None, derandomize=True)
 @given(st.data())
 def test_a_changed_text_reads_as_the_world_with_that_change_and_all_else_stays(data):

@@ -123,6 +123,7 @@ def test_a_link_out_of_the_folder_is_not_followed(tmp_path):
     assert "path 'link.yaml' leaves its folder" in line
 
 
+@pytest.mark.slow
 def test_loops_and_towers_of_includes_are_refused(tmp_path):
     assert faults_of(tmp_path, {"a.yaml": "include: [b.yaml]\n", "b.yaml": "include: [a.yaml]\n"}) == [
         "b.yaml:2:11: this includes itself: a.yaml > b.yaml > a.yaml; leave one of them out (included by a.yaml:2:11)"

@@ -55,6 +55,7 @@ def test_what_has_a_folder_or_an_ending_is_a_path(place):
     assert world_path(place) == Path(place)
 
 
+@pytest.mark.slow
 def test_every_command_that_takes_a_world_takes_a_name(capsys):
     for words in (
         ("check", "gallery", "empty"),
