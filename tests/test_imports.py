@@ -118,6 +118,7 @@ def test_each_face_offers_what_its_stub_says(package):
     [
         ("import mjsim", HEAVY | {"numpy", "pydantic", "shapely"}),
         ("from mjsim.cli import main; sys.argv = ['mjsim', '--help']; main()", HEAVY | {"numpy", "shapely"}),
+        ("from mjsim import Simulation", {"av", "filterpy", "foxglove", "matplotlib", "mcap", "scipy"}),
         (f"import mjsim; mjsim.load_world('{ROOT.parent}/worlds/gallery.yaml')", HEAVY),
         (
             f"from mjsim.cli import main; sys.argv = ['mjsim', 'check', '{ROOT.parent}/worlds/gallery.yaml']; main()",

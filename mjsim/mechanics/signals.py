@@ -9,14 +9,16 @@ References:
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
 
 from mjsim.geometry import Array
+
+if TYPE_CHECKING:  # Slow to load, and few signals need it.
+    from scipy.interpolate import CubicSpline
 
 EARLY = 1e-9
 """A time so little before a jump counts as after it: times of steps are sums of rounded numbers [s, periods]."""
@@ -292,7 +294,7 @@ class Table(TimeSignal):
     between: Literal["linear", "hold", "cubic"] = "linear"
     repeat: bool = False
     """Whether it begins again after the last time, which then stands for the first."""
-    _spline: list[CubicSpline] = field(default_factory=list)
+    _spline: "list[CubicSpline]" = field(default_factory=list)
 
     def __post_init__(self) -> None:
         """Check that the times increase."""
@@ -306,6 +308,8 @@ class Table(TimeSignal):
         if self.repeat and len(self.times) < 2:
             raise ValueError("a table of one time cannot repeat; give two or more")
         if self.between == "cubic" and len(self.times) > 1:
+            from scipy.interpolate import CubicSpline
+
             closed = self.repeat and self.values[0] == self.values[-1]
             kind = "periodic" if closed else "natural"
             self._spline.append(CubicSpline(self.times, self.values, bc_type=kind))
