@@ -4,11 +4,11 @@ from .anatomy import FileJoint as FileJoint
 from .anatomy import FilePart as FilePart
 from .anatomy import Shape as Shape
 from .anatomy import anatomy_of as anatomy_of
-from .arm_files import ArmFileError as ArmFileError
+from .arm_checks import ArmFileError as ArmFileError
+from .arm_checks import text_place as text_place
 from .arm_files import FileArm as FileArm
 from .arm_files import FileLink as FileLink
 from .arm_files import read_arm as read_arm
-from .arm_files import text_place as text_place
 from .files import ROBOT as ROBOT
 from .files import ModelFiles as ModelFiles
 from .files import Read as Read

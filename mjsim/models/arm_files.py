@@ -7,34 +7,25 @@ limits that the file gives it. What stands beside the chain is rigid.
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
 
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
+from mjsim.models.arm_checks import ArmFileError, check_joints, check_numbers, checked_inertias
 from mjsim.models.arm_motors import Motors, motors_of
 from mjsim.models.arm_tree import Tree, carried_by, chain_to, tree_of
 from mjsim.models.files import ROBOT, Element, Gatherer, ModelFiles, Read
-from mjsim.models.inertias import mend_inertias
 from mjsim.models.reader import compiled
 from mjsim.models.rigid import weighed
 from mjsim.models.robot_files import without_shapes
 
 WEIGHTLESS = 1e-9
 """A link of less mass has none in its file [kg]."""
-UNFIT = ("breaks the triangle", "principal moment", "is no number")
-"""Sentences about inertias that no body has."""
-
-
-class ArmFileError(ValueError):
-    """Why a file is no arm, in a sentence."""
-
-    def __init__(self, message: str, element: str = "") -> None:
-        self.element = element
-        """Name of the joint or body that it is about; '' for none."""
-        super().__init__(message)
+UNCOUPLED = "left out: couplings of joints, each has a motor of its own"
+SAID_OF = re.compile(r"(?:Element name|mesh|joint) '([^']+)'")
+"""How MuJoCo names what it refuses."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -112,8 +103,11 @@ def read_arm(path: str, read: Read, end: str | None = None) -> FileArm:
     root = gatherer.parse(path)
     if root.tag == "mujoco":
         gatherer.put_includes_in(root, 0)
-    _check_joints(root, path)
-    notes = _checked_inertias(root, path)
+    check_joints(root, path)
+    check_numbers(root, path)
+    notes = checked_inertias(root, path)
+    if root.find("joint/mimic") is not None:
+        notes.append(UNCOUPLED)
     said = motors_of(root)
     gatherer.keep(root, ROBOT)
     if root.tag == "robot":
@@ -123,7 +117,7 @@ def read_arm(path: str, read: Read, end: str | None = None) -> FileArm:
         compiler.set("boundmass", str(1e-3 * WEIGHTLESS))
         compiler.set("boundinertia", str(1e-3 * WEIGHTLESS))
     files = ModelFiles(root, gatherer.assets, tuple(gatherer.paths))
-    model = compiled(files)
+    model = _compiled(files)
     tree = tree_of(model)
     last, flange = _end(model, tree, path, end)
     return _arm(files, model, tree, last, flange, said, [*notes, *gatherer.notes()])
@@ -155,31 +149,15 @@ class _ArmGatherer(Gatherer):
             yield f"left out: {len(self.gone)} meshes of Collada (.dae); shapes for collisions stand in"
 
 
-def _check_joints(root: Element, path: str) -> None:
-    """Raise ValueError for joints that no arm has."""
-    for item in root.iter():
-        kind = item.get("type", "")
-        name = item.get("name", "")
-        if item.tag == "freejoint" or (item.tag == "joint" and kind in ("free", "floating", "planar")):
-            what = "a free joint" if kind != "planar" else "a planar joint"
-            said = f" '{name}'" if name else ""
-            message = f"'{path}' has {what}{said}; an arm stands on its base, remove the joint"
-            raise ArmFileError(message, name or (item.tag if item.tag == "freejoint" else kind))
-        if item.tag == "joint" and kind in ("ball", "spherical"):
-            said = f" '{name}'" if name else ""
-            raise ArmFileError(f"'{path}' has a ball joint{said}; an arm has hinges and slides", name or kind)
-
-
-def _checked_inertias(root: Element, path: str) -> list[str]:
-    """Return what was assumed about masses; raise ValueError for an inertia that no body has."""
-    notes = mend_inertias(root, path)
-    for note in notes:
-        if any(words in note for words in UNFIT):
-            name = note.partition("'")[2].partition("'")[0]
-            said = note.partition("; made")[0].removeprefix(f"{path}: ")
-            raise ArmFileError(f"'{path}' has an impossible body: {said}; mend it", name)
-    # The base weighs what its shapes do, and may well weigh nothing.
-    return [note.removeprefix(f"{path}: ") for note in notes if "body 'base'" not in note]
+def _compiled(files: ModelFiles) -> mujoco.MjModel:
+    """Return what MuJoCo makes of the files; its errors tell what they are about."""
+    try:
+        return compiled(files)
+    except ValueError as error:
+        said = str(error)
+        found = SAID_OF.search(said)
+        # Lines are those of the text that it was given, not of the file.
+        raise ArmFileError(re.sub(r",? (Element '\w+', )?line \d+$", "", said), found[1] if found else "") from None
 
 
 def _end(model: mujoco.MjModel, tree: Tree, path: str, end: str | None) -> tuple[int, Array]:
@@ -233,7 +211,7 @@ def _arm(
     if held:
         notes.append(f"rigid: {len(held)} joints beside the chain")
     if model.neq or model.ntendon:
-        notes.append("left out: couplings of joints, each has a motor of its own")
+        notes.append(UNCOUPLED)
     if (model.jnt_stiffness > 0.0).any():
         notes.append("left out: springs of joints")
     tree = tree.with_rigid(held)
@@ -342,20 +320,3 @@ def _apart(model: mujoco.MjModel, tree: Tree, number_of: dict[int, int]) -> Iter
             both = meets[np.ix_(links == first, links == second)]
             if both.size and not both.any():
                 yield first, second
-
-
-def text_place(data: bytes, element: str) -> tuple[int, int]:
-    """Return line and column, counted from 1, of the element of a name in a model, or where it stops being XML."""
-    try:
-        ElementTree.fromstring(data)
-    except ElementTree.ParseError as error:
-        return error.position[0], error.position[1] + 1
-    except ValueError:
-        return 1, 1
-    text = data.decode("utf-8", "replace")
-    word = re.escape(element)
-    ways = (rf"<[^<>]*\bname\s*=\s*([\"']){word}\1", rf"<{word}\b", rf"<[^<>]*\btype\s*=\s*([\"']){word}\1")
-    found = next(filter(None, (re.search(way, text) for way in ways)), None) if element else None
-    if found is None:
-        return 1, 1
-    return text.count("\n", 0, found.start()) + 1, found.start() - text.rfind("\n", 0, found.start())

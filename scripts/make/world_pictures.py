@@ -32,6 +32,7 @@ MORE = (
     "balancing",
     "pushed",
     "arm",
+    "manipulator",
 )
 ORDER = (*ROOMS, *MORE)
 OUTSIDE = {"corridor": "scout/chase"}

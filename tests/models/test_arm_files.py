@@ -144,6 +144,12 @@ WRONG = {
     ),
     "'a.xml' is not XML: mismatched tag: line 1, column 13; mend it": "<mujoco><a></b></mujoco>",
     "'a.xml' begins with <sdf>; a model begins with <mujoco> (MJCF) or <robot> (URDF)": "<sdf/>",
+    "'a.xml' has an impossible body: mass of 'b' is -1; give finite numbers, the mass not below 0": (
+        CHAIN.format("", "", '<body name="b"><inertial pos="0 0 0" mass="-1" diaginertia="1 1 1"/></body>')
+    ),
+    "'a.xml' has an impossible body: diaginertia of 'b' is 1 nan 1; give finite numbers, the mass not below 0": (
+        CHAIN.format("", "", '<body name="b"><inertial pos="0 0 0" mass="1" diaginertia="1 nan 1"/></body>')
+    ),
     "no file 'no.stl' beside the world file or in assets": (
         '<mujoco><asset><mesh name="m" file="no.stl"/></asset><worldbody><body><joint/>'
         '<geom type="mesh" mesh="m"/></body></worldbody></mujoco>'

@@ -1,0 +1,92 @@
+"""What makes a file no arm: joints that no arm has, and masses that no body has."""
+
+import math
+import re
+from xml.etree import ElementTree
+
+from mjsim.models.files import Element
+from mjsim.models.inertias import mend_inertias
+
+UNFIT = ("breaks the triangle", "principal moment", "is no number")
+"""Sentences about inertias that no body has."""
+NUMBERS = {"mass", "value", "diaginertia", "fullinertia", "pos", "quat", "ixx", "iyy", "izz", "ixy", "ixz", "iyz"}
+"""Attributes about masses."""
+
+
+class ArmFileError(ValueError):
+    """Why a file is no arm, in a sentence."""
+
+    def __init__(self, message: str, element: str = "") -> None:
+        self.element = element
+        """Name of the joint or body that it is about; '' for none."""
+        super().__init__(message)
+
+
+def check_joints(root: Element, path: str) -> None:
+    """Raise ValueError for joints that no arm has."""
+    for item in root.iter():
+        kind = item.get("type", "")
+        name = item.get("name", "")
+        if item.tag == "freejoint" or (item.tag == "joint" and kind in ("free", "floating", "planar")):
+            what = "a free joint" if kind != "planar" else "a planar joint"
+            said = f" '{name}'" if name else ""
+            message = f"'{path}' has {what}{said}; an arm stands on its base, remove the joint"
+            raise ArmFileError(message, name or (item.tag if item.tag == "freejoint" else kind))
+        if item.tag == "joint" and kind in ("ball", "spherical"):
+            said = f" '{name}'" if name else ""
+            raise ArmFileError(f"'{path}' has a ball joint{said}; an arm has hinges and slides", name or kind)
+
+
+def check_numbers(root: Element, path: str) -> None:
+    """Raise ValueError for masses that are no numbers or below 0, and for joints of one name in a URDF."""
+    for owner in (*root.iter("link"), *root.iter("body")):
+        for inertial in owner.findall("inertial"):
+            name = owner.get("name", "")
+            parts = [inertial, *inertial.iter("mass"), *inertial.iter("inertia")]
+            for key, text in (item for part in parts for item in part.attrib.items()):
+                values = [_number(word) for word in text.split()]
+                low = min(values, default=0.0) if key in ("mass", "value") else 0.0
+                if key in NUMBERS and not (all(map(math.isfinite, values)) and low >= 0.0):
+                    called = "mass" if key == "value" else key
+                    said = f"'{path}' has an impossible body: {called} of '{name}' is {text}"
+                    raise ArmFileError(f"{said}; give finite numbers, the mass not below 0", name)
+    names = [joint.get("name", "") for joint in root.findall("joint")]
+    for name in names:
+        if names.count(name) > 1:
+            raise ArmFileError(f"'{path}' has {names.count(name)} joints '{name}'; give each a name of its own", name)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def checked_inertias(root: Element, path: str) -> list[str]:
+    """Return what was assumed about masses; raise ValueError for an inertia that no body has."""
+    notes = mend_inertias(root, path)
+    for note in notes:
+        if any(words in note for words in UNFIT):
+            name = note.partition("'")[2].partition("'")[0]
+            said = note.partition("; made")[0].removeprefix(f"{path}: ")
+            raise ArmFileError(f"'{path}' has an impossible body: {said}; mend it", name)
+    # The base weighs what its shapes do, and may well weigh nothing.
+    return [note.removeprefix(f"{path}: ") for note in notes if "body 'base'" not in note]
+
+
+def text_place(data: bytes, element: str) -> tuple[int, int]:
+    """Return line and column, counted from 1, of the element of a name in a model, or where it stops being XML."""
+    try:
+        ElementTree.fromstring(data)
+    except ElementTree.ParseError as error:
+        return error.position[0], error.position[1] + 1
+    except ValueError:
+        return 1, 1
+    text = data.decode("utf-8", "replace")
+    word = re.escape(element)
+    ways = (rf"<[^<>]*\bname\s*=\s*([\"']){word}\1", rf"<{word}\b", rf"<[^<>]*\btype\s*=\s*([\"']){word}\1")
+    found = next(filter(None, (re.search(way, text) for way in ways)), None) if element else None
+    if found is None:
+        return 1, 1
+    return text.count("\n", 0, found.start()) + 1, found.start() - text.rfind("\n", 0, found.start())
