@@ -3,13 +3,14 @@
 import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from mjsim.exchange.shapes import Bar
 from mjsim.geometry import Array
 
-COVERED = 0.6
+COVERED = 0.4
 """Fragments are parts of one when they cover at least so much of its length."""
 HELD = 0.95
 """Share of their cells that what stands for them must hold, with a cell around it."""
@@ -43,17 +44,20 @@ def gathered(parts: Sequence[Array], *, gap: float) -> tuple[list[Bar], list[Arr
     if not 1 < len(parts) <= MOST_FRAGMENTS:
         return [], list(parts)
     lines: dict[int, _Line] = {index: _Line(part, _bar(part)) for index, part in enumerate(parts)}
-    waiting = [(distance, one, other) for one, other, distance in _near(lines, range(len(parts)), gap)]
+    places = _Places(2 * len(parts))
+    waiting = [(distance, other, one) for one in lines for distance, other in places.added(one, lines[one].bar, gap)]
     heapq.heapify(waiting)
     fresh = len(parts)
     while waiting:
         _, one, other = heapq.heappop(waiting)
         if one not in lines or other not in lines or (line := _joined(lines[one], lines[other])) is None:
             continue
-        del lines[one], lines[other]
+        for index in (one, other):
+            del lines[index]
+            places.remove(index)
         lines[fresh] = line
-        for first, second, distance in _near(lines, [fresh], gap):
-            heapq.heappush(waiting, (distance, first, second))
+        for distance, near in places.added(fresh, line.bar, gap):
+            heapq.heappush(waiting, (distance, near, fresh))
         fresh += 1
     made = [_slimmed(line) for index, line in lines.items() if index >= len(parts)]
     return made, [line.points for index, line in lines.items() if index < len(parts)]
@@ -93,15 +97,27 @@ def _bar(points: Array) -> Bar:
     return Bar(x, y, heading, last - first + 1.0, float(high - low) + 1.0)
 
 
-def _near(lines: dict[int, _Line], asked: Sequence[int] | range, gap: float) -> list[tuple[int, int, float]]:
-    """Return pairs of lines of which the first is asked for, and how far they are apart."""
-    import shapely
+class _Places:
+    """Where lines are, to look up those that are near to another."""
 
-    names = list(lines)
-    outlines = shapely.polygons([lines[name].bar.outline() for name in names])
-    place = {name: index for index, name in enumerate(names)}
-    tree = shapely.STRtree(outlines)
-    sought = [place[name] for name in asked]
-    found = tree.query(outlines[sought], predicate="dwithin", distance=gap).T
-    pairs = {(min(sought[a], b), max(sought[a], b)) for a, b in found.tolist() if sought[a] != b}
-    return [(names[a], names[b], float(outlines[a].distance(outlines[b]))) for a, b in sorted(pairs)]
+    def __init__(self, most: int) -> None:
+        self._middles = np.zeros((most, 2))
+        # Half the diagonal of each; none is near to one that is not there.
+        self._reach = np.full(most, -np.inf)
+        self._outlines: dict[int, Any] = {}
+
+    def added(self, index: int, bar: Bar, gap: float) -> list[tuple[float, int]]:
+        """Add a line, and return how far off those before are that are no farther than a gap, and which."""
+        import shapely
+
+        outline = shapely.Polygon(bar.outline())
+        middle, reach = np.array([bar.x, bar.y]), float(np.hypot(bar.length, bar.width)) / 2
+        near = np.flatnonzero(np.hypot(*(self._middles - middle).T) <= gap + reach + self._reach).tolist()
+        found = [(float(outline.distance(self._outlines[other])), other) for other in near]
+        self._middles[index], self._reach[index], self._outlines[index] = middle, reach, outline
+        return [(distance, other) for distance, other in found if distance <= gap]
+
+    def remove(self, index: int) -> None:
+        """Forget a line."""
+        self._reach[index] = -np.inf
+        del self._outlines[index]

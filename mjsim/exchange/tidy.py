@@ -23,6 +23,8 @@ MOST_FREE = 0.15
 """Share of what a thing encloses that may be known as free."""
 MOST_SWOLLEN, FEW = 1.7, 1000
 """Noise has so many times as many cells when its gaps are closed; a map of fewer cells is not asked."""
+MORE, SOME = 3.0, 2.0
+"""So many times as many, and so many more, as chance makes are no noise."""
 MOST_SPECK = 12
 """More cells near to each other are never taken for noise."""
 MOST_PARTS = 20_000
@@ -49,14 +51,35 @@ def speck_size(grid: Grid) -> int:
     """Return how many occupied cells must lie near to each other to be more than noise.
 
     Cells that are alone give the share of cells that noise occupies. It makes groups of k cells by chance too; the
-    size is the least of which a map of this size has fewer than one by chance.
+    size is the least of which a map of this size has fewer than one by chance, or has many more than chance makes.
     """
     _, sizes = _groups(grid.occupied)
-    lonely = int(np.count_nonzero(sizes == 1))
-    room = max(1, int(np.count_nonzero(grid.free)))
-    share = min(1.0, lonely / room)
-    expected = {size: lonely * (NEIGHBOURS * share) ** (size - 1) for size in range(2, MOST_SPECK)}
-    return next((size for size, count in expected.items() if count < 1.0), MOST_SPECK)
+    lonely, share = int(np.count_nonzero(sizes == 1)), _noise_share(grid, sizes)
+    for size in range(2, MOST_SPECK):
+        expected = lonely * (NEIGHBOURS * share) ** (size - 1)
+        if expected < 1.0 or np.count_nonzero(sizes == size) > MORE * expected + SOME:
+            return size
+    return MOST_SPECK
+
+
+def has_lone_things(grid: Grid, single: int) -> bool:
+    """Say whether a map has more single cells near others than noise puts there: legs, edges that few beams hit.
+
+    Args:
+        grid: The map.
+        single: How many single cells there are that hang together with nothing, near others.
+    """
+    import cv2
+
+    _, sizes = _groups(grid.occupied)
+    around = cv2.dilate(grid.occupied.astype(np.uint8), np.ones((2 * ALONE + 1, 2 * ALONE + 1), dtype=np.uint8))
+    near = int(np.count_nonzero((around > 0) & grid.free))
+    return single > MORE * _noise_share(grid, sizes) * near + SOME
+
+
+def _noise_share(grid: Grid, sizes: NDArray[Any]) -> float:
+    """Return the share of free cells that noise occupies, from how many groups have how many cells."""
+    return min(1.0, int(np.count_nonzero(sizes == 1)) / max(1, int(np.count_nonzero(grid.free))))
 
 
 def without_specks(grid: Grid) -> Cells:

@@ -17,7 +17,7 @@ from mjsim.exchange.pixels import Cells
 from mjsim.exchange.shapes import Bar, Disc, cells_in, fitted_bar, fitted_disc
 from mjsim.exchange.strips import along_walls
 from mjsim.exchange.thin import lines, thinned
-from mjsim.exchange.tidy import tidied
+from mjsim.exchange.tidy import has_lone_things, tidied
 from mjsim.geometry import Array
 
 THICKEST, BROADEST = 0.6, 1.2
@@ -39,7 +39,7 @@ ROUND = 1.2
 ROUNDER = 0.03
 """A disc that covers cells worse than a rectangle by this is still preferred."""
 SPECK = 2
-"""Fewer cells than this, if they are part of nothing else, are noise."""
+"""Fewer cells than this, if they are part of nothing else, are noise, unless the map has many more than noise makes."""
 FRAGMENT = 0.1
 """What is smaller may be part of something larger [m^2]."""
 TOGETHER = 0.3
@@ -68,15 +68,16 @@ def trace(grid: Grid) -> Traced:
         UsageError: It has more lines or parts than the map of a building.
     """
     cells = tidied(grid)
-    alone, network = _alone(cells, grid.resolution)
+    least = 1 if has_lone_things(grid, sum(np.count_nonzero(part) == 1 for _, part in _parts(cells))) else SPECK
+    alone, network = _alone(cells, grid.resolution, least)
     walls = _walls(network, grid)
     explained = np.zeros_like(cells)
     for wall in walls:
         window, inner = cells_in(wall.outline(grown=REACH), cells.shape)
         explained[window] |= inner
-    left = [_middles(window, part) for window, part in _parts(network & ~explained) if np.count_nonzero(part) >= SPECK]
+    left = [_middles(window, part) for window, part in _parts(network & ~explained)]
     rows, single = gathered(left, gap=TOGETHER / grid.resolution)
-    bars = [*alone.boxes, *rows, *(bar for points in single for bar in _cut(points, 0))]
+    bars = [*alone.boxes, *rows, *(bar for points in single if len(points) >= least for bar in _cut(points, 0))]
     shortest, widest = SHORTEST / grid.resolution, THICKEST / grid.resolution
     slender = [bar.length >= max(SLENDER * bar.width, shortest) and bar.width <= widest for bar in bars]
     more = [bar for bar, is_wall in zip(bars, slender, strict=True) if is_wall]
@@ -84,7 +85,7 @@ def trace(grid: Grid) -> Traced:
     return Traced([*walls, *more], boxes, alone.discs)
 
 
-def _alone(cells: Cells, resolution: float) -> tuple[Traced, Cells]:
+def _alone(cells: Cells, resolution: float, least: int) -> tuple[Traced, Cells]:
     """Return what stands alone and is a rectangle or a disc, or a row of fragments; and the cells of all else."""
     found = Traced([], [], [])
     network = np.zeros_like(cells)
@@ -98,7 +99,7 @@ def _alone(cells: Cells, resolution: float) -> tuple[Traced, Cells]:
     rows, single = gathered(fragments, gap=TOGETHER / resolution)
     found.boxes.extend(rows)
     for points in single:
-        if len(points) >= SPECK and not _taken(points, found):
+        if len(points) >= least and not _taken(points, found):
             found.boxes.extend(_cut(points, 0))
     return found, network
 
