@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.arm_models import add_shapes, add_stand, original_of, passing
+from mjsim.compile.mechanisms import solids_of
 from mjsim.compile.models import LoadedFile
 from mjsim.compile.parts import DARK, MATERIAL, SEEN, make_decor
 from mjsim.compile.pictures import color_of
@@ -222,11 +223,11 @@ def refused_links(world: World) -> tuple[str, ...]:
 
 def set_exact_masses(model: mujoco.MjModel, world: World) -> None:
     """Give the links of all arms the masses and inertias of their tables, which the compiler rounds or refuses."""
-    links = list(links_of(world))
-    if not links:
+    solids = [*((name, link.solid) for name, link in links_of(world)), *solids_of(world)]
+    if not solids:
         return
-    for name, link in links:
-        body, solid, axes = model.body(name), link.solid, np.zeros(9)
+    for name, solid in solids:
+        body, axes = model.body(name), np.zeros(9)
         # The principal axes are the compiled ones: the boxes around geoms, by which contacts are found, lie along them.
         mujoco.mju_quat2Mat(axes, body.iquat)
         principal = axes.reshape(3, 3).T @ tensor(solid.inertia) @ axes.reshape(3, 3)

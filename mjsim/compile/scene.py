@@ -12,6 +12,7 @@ from mjsim.compile.contacts import sort_contacts
 from mjsim.compile.doors import add_doors
 from mjsim.compile.floor import add_floor, add_patches
 from mjsim.compile.light import add_general_light, add_lamps, divide_faces, light_pictures
+from mjsim.compile.mechanisms import add_mechanisms, spanned
 from mjsim.compile.obstacles import add_obstacles
 from mjsim.compile.physics import set_physics
 from mjsim.compile.pictures import add_matte
@@ -63,6 +64,7 @@ def compile_world(world: World) -> mujoco.MjSpec:
     add_patches(spec, world)
     add_floor(spec, world, lower, upper)
     _add_overview(spec, lower, upper)
+    add_mechanisms(spec, world)
     add_robots(spec, world)
     for robot in world.robots:
         _add_chase(spec, robot)
@@ -78,6 +80,7 @@ def _bounds(world: World, boxes: list[WallBox]) -> tuple[Array, Array]:
     """Return the lowest and the highest corner of all that stands on the floor, shape (3,) each [m]."""
     points = [np.array([[*robot.at, 0.0], [*robot.at, robot.body.height]]) for robot in world.robots]
     points += [reached(robot) for robot in world.robots if robot.arms]
+    points += [spanned(mechanism) for mechanism in world.mechanisms]
     points += [np.array([[item.place.x, item.place.y, item.center + item.beacon.width / 2]]) for item in hung(world)]
     if boxes:
         outlines, tops = np.array([box.outline for box in boxes]), [box.center[2] + box.half[2] for box in boxes]

@@ -12,6 +12,7 @@ from .file import RawMessage as RawMessage
 from .file import numeric_topics as numeric_topics
 from .file import same_run as same_run
 from .joints import JointTrack as JointTrack
+from .mechanisms import SensorTrack as SensorTrack
 from .messages import covariance_message as covariance_message
 from .messages import encode as encode
 from .messages import event_message as event_message

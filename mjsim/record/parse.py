@@ -13,7 +13,7 @@ from mjsim.errors import RecordingError
 from mjsim.record.file import RawMessage
 from mjsim.record.json_schema import Schema
 from mjsim.record.numbers import Message
-from mjsim.record.schemas import ARM_TOPICS, ROBOT_TOPICS, SENSOR_TOPICS, WORLD_TOPICS
+from mjsim.record.schemas import ARM_TOPICS, MECHANISM_TOPICS, ROBOT_TOPICS, SENSOR_TOPICS, WORLD_TOPICS
 
 T = TypeVar("T")
 
@@ -94,7 +94,7 @@ def _kind(raw: RawMessage) -> str:
 @cache
 def _validators() -> dict[str, SchemaValidator]:
     """Return what checks the messages of each topic of the world, and of each kind of topic of a robot."""
-    schemas = WORLD_TOPICS | ROBOT_TOPICS | ARM_TOPICS | dict(SENSOR_TOPICS.values())
+    schemas = WORLD_TOPICS | ROBOT_TOPICS | ARM_TOPICS | MECHANISM_TOPICS | dict(SENSOR_TOPICS.values())
     return {name: SchemaValidator(_core(schema, schema["definitions"])) for name, schema in schemas.items()}
 
 

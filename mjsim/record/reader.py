@@ -14,6 +14,7 @@ from mjsim.interface import Sighting
 from mjsim.models import picture_size
 from mjsim.record.file import FILES, METADATA_NAME, WORLD_NAME, Head, RawMessage, raw_messages
 from mjsim.record.joints import JointRows
+from mjsim.record.mechanisms import SensorRows
 from mjsim.record.messages import (
     command_row,
     event_of,
@@ -85,6 +86,7 @@ def _recording(path: Path, head: Head, run: "_Run") -> Recording:
         events=tuple(run.events),
         things=run.things(),
         joints={name: rows.track() for name, rows in run.arms.items()},
+        readings={name: rows.track() for name, rows in run.sensors.items()},
         robots={name: robot.track(np.array(run.time)) for name, robot in run.robots.items()},
         clock=np.array(run.clock),
         module_seconds=run.module_seconds(),
@@ -156,6 +158,8 @@ class _Run:
         }
         balancing = (robot for robot in world.robots if robot.drive.controller is not None)
         self.arms |= {f"{robot.name}/drive": JointRows(robot.drive.driven_wheels) for robot in balancing}
+        self.arms |= {each.name: JointRows(each.assembly.names) for each in world.mechanisms}
+        self.sensors = {each.name: SensorRows() for each in world.mechanisms}
         self.time: list[float] = []
         self.clock: list[float] = []
         self.qpos, self.qvel = _Rows(), _Rows()
@@ -183,6 +187,8 @@ class _Run:
                 arm, _, kind = raw.topic[1:].rpartition("/")
                 if arm in self.arms and kind in ARM_TOPICS:
                     self.arms[arm].take(kind, self._content(raw))
+                elif arm in self.sensors and kind == "sensors":
+                    self.sensors[arm].take(self._content(raw))
 
     def _content(self, raw: RawMessage) -> Message:
         self._take_bytes(_MESSAGE_BYTES + len(raw.data) * _TAKES.get(raw.topic.rpartition("/")[2], 2))
@@ -199,11 +205,14 @@ class _Run:
         self.qvel.add(state["qvel"])
         self._places.append(self._now)
         self._now = {}
-        self._take_bytes(_ROW_BYTES * len(self.robots) + 8 * sum(rows.width for rows in self.arms.values()))
+        numbers = sum(rows.width for rows in self.arms.values()) + sum(rows.width for rows in self.sensors.values())
+        self._take_bytes(_ROW_BYTES * len(self.robots) + 8 * numbers)
         for robot in self.robots.values():
             robot.end_tick()
         for rows in self.arms.values():
             rows.end_tick()
+        for sensors in self.sensors.values():
+            sensors.end_tick()
 
     def _take_bytes(self, size: int) -> None:
         """Count what is kept.

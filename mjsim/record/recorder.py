@@ -16,6 +16,7 @@ from mjsim.interface import RobotInfo
 from mjsim.output import NewFile
 from mjsim.record.belief import BeliefMessages
 from mjsim.record.joints import joint_messages
+from mjsim.record.mechanisms import sensor_messages
 from mjsim.record.messages import (
     command_message,
     event_message,
@@ -110,6 +111,7 @@ class Recorder:
             if message is not None:
                 messages.append((topic, message))
         messages += joint_messages(tick.time, tick.joints)
+        messages += sensor_messages(tick.time, tick.readings)
         for robot, order in tick.orders.items():
             messages += self._order_messages(tick.time, robot, order)
             frames[f"{robot}/estimate"] = order.estimate.pose

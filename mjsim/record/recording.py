@@ -16,6 +16,7 @@ from mjsim.interface import Observation, Picture, Sighting
 from mjsim.models import picture_size
 from mjsim.record.file import RawMessage, picture_of, raw_messages
 from mjsim.record.joints import JointTrack
+from mjsim.record.mechanisms import SensorTrack
 from mjsim.record.messages import covariance_of, event_of, names_of, observation_of
 from mjsim.record.numbers import Message
 from mjsim.record.parse import content_of, reading, value_of
@@ -116,7 +117,10 @@ class Recording:
     """Where each thing was that can move but robots, (x, y, heading), shape (N, 3) [m, m, rad], by its name in the
     scene; NaN once it was taken away. Of a door the hinge, and the heading of its leaf."""
     joints: Mapping[str, JointTrack] = field(default_factory=dict)
-    """How the joints of each arm moved, by 'robot/arm'; the wheels of a base that balances by 'robot/drive'."""
+    """How the joints of each arm moved, by 'robot/arm'; the wheels of a base that balances by 'robot/drive', those of
+    a mechanism by its name."""
+    readings: Mapping[str, SensorTrack] = field(default_factory=dict)
+    """What the sensors of each mechanism read, by its name."""
     clock: Array
     """Time on the clock of each tick, counted from when the recording was begun, shape (N,) [s]."""
     module_seconds: Mapping[str, Array]
@@ -165,6 +169,7 @@ class Recording:
             events=tuple(event for event in self.events if event.time <= until),
             things={name: places[rows] for name, places in self.things.items()},
             joints={name: track.at(rows) for name, track in self.joints.items()},
+            readings={name: track.at(rows) for name, track in self.readings.items()},
             clock=self.clock[rows],
             module_seconds={part: seconds[rows] for part, seconds in self.module_seconds.items()},
         )

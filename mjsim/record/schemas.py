@@ -111,7 +111,7 @@ COVARIANCE = topic(
 )
 JOINTS = topic(
     "mjsim.Joints",
-    "How the joints of an arm move; in m and N where they slide.",
+    "How the joints of an arm or a mechanism move; in m and N where they slide.",
     {
         "names": listed({"type": "string"}, "Of the joints"),
         "positions": numbers("[rad]"),
@@ -119,6 +119,15 @@ JOINTS = topic(
         "accelerations": numbers("In the last step of the physics [rad/s^2]"),
         "torques": numbers("Of the motors, at the joints [N m]"),
         "goal": numbers("Where they should be [rad]"),
+    },
+)
+READINGS = topic(
+    "mjsim.MechanismSensors",
+    "What the sensors of a mechanism read.",
+    {
+        "names": listed({"type": "string"}, "Sensor and quantity, such as q4.velocity"),
+        "units": listed({"type": "string"}, "Of each number"),
+        "values": numbers("The numbers"),
     },
 )
 COMMAND = topic(
@@ -225,6 +234,8 @@ ROBOT_TOPICS = {
 """Topics of robot R are '/R/' and one of these names; its pictures are '/R/CAMERA/image', its scans '/R/scan'."""
 ARM_TOPICS = {"joints": JOINTS, "tool": POSE}
 """Topics of an arm are '/R/ARM/' and one of these names."""
+MECHANISM_TOPICS = {"joints": JOINTS, "sensors": READINGS}
+"""Topics of a mechanism are '/MECHANISM/' and one of these names."""
 SENSOR_TOPICS = {
     codec.sensor: (codec.topic.name, codec.topic.schema) for codec in CODECS if codec.sensor and codec.topic
 }

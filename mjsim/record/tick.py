@@ -6,7 +6,7 @@ from typing import Literal
 
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import Command, Estimate, Observation, Sighting, WheelCommand
-from mjsim.mechanics import JointMotion
+from mjsim.mechanics import JointMotion, SensorReadings
 from mjsim.world import Looks, WorldEvent
 
 EventKind = Literal["bump", "blocked", "fault", "changed"]
@@ -69,7 +69,9 @@ class Tick:
     things: Mapping[str, Pose] = field(default_factory=dict)
     """Where everything is that can move but robots, by its name in the scene: `obstacle/NAME`, `door/NAME`."""
     joints: Mapping[str, JointMotion] = field(default_factory=dict)
-    """How the joints of each arm move, by `ROBOT/ARM`."""
+    """How the joints of each arm and each mechanism move, by `ROBOT/ARM` and by the mechanism's name."""
+    readings: Mapping[str, SensorReadings] = field(default_factory=dict)
+    """What the sensors of each mechanism read."""
     looks: Looks | None = None
     """Light, and what is no longer there; None in a world that knows no such thing."""
     identities: Mapping[str, tuple[str | None, ...]] = field(default_factory=dict)

@@ -22,7 +22,7 @@ from mjsim.record.messages import covariance_message, encode
 from mjsim.record.numbers import Message, nanoseconds
 from mjsim.record.readings import CODECS, DrawnTopic
 from mjsim.record.scene import frames_message, mount
-from mjsim.record.schemas import ARM_TOPICS, ROBOT_TOPICS, SENSOR_TOPICS, WORLD_TOPICS
+from mjsim.record.schemas import ARM_TOPICS, MECHANISM_TOPICS, ROBOT_TOPICS, SENSOR_TOPICS, WORLD_TOPICS
 from mjsim.world import (
     Looks,
     ModelBody,
@@ -115,6 +115,8 @@ class Writer:
             topics += [("drive/joints", ARM_TOPICS["joints"])] if info.balancing is not None else []
             topics += [(f"{arm}/{kind}", schema) for arm in info.arms for kind, schema in ARM_TOPICS.items()]
             schemas |= {f"/{robot}/{topic}": schema for topic, schema in topics}
+        for mechanism in self._world.mechanisms:
+            schemas |= {f"/{mechanism.name}/{kind}": schema for kind, schema in MECHANISM_TOPICS.items()}
         # A channel's base takes bytes as they are.
         self._json = {
             topic: Channel(topic, schema=schema, context=context).base
@@ -233,7 +235,7 @@ def named_files(world: World) -> list[str]:
     bodies = [path for robot in world.robots if isinstance(robot.body, ModelBody) for path in robot.body.files.paths]
     arms = [path for robot in world.robots for arm in robot.arms if arm.model for path in arm.file_arm.files.paths]
     presets = [robot.preset for robot in world.robots if robot.preset is not None and is_preset_file(robot.preset)]
-    tables = table_files(world.run.events)
+    tables = (*table_files(world.run.events), *table_files(world.mechanisms))
     named = [*named_pictures(world), *of_models, *bodies, *arms, *presets, *tables, *world.source.included]
     return list(dict.fromkeys(named))
 

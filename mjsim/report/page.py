@@ -87,6 +87,12 @@ def _files(recording: Recording, figures: dict[str, Any], formats: Sequence[str]
             plots = drawing_files(drawn, formats, pictures=of_arms[arm])
             files |= {f"{robot}_{arm}_{name}": data for name, data in plots.items()}
         sections.append(_section(robot, figures["robots"][robot], pictures) + "".join(_arm_sections(robot, of_arms)))
+    for name, drawn in _drawn_mechanisms(recording):
+        of_mechanism = {kind: png_of(figure) for kind, figure in drawn.items()}
+        plots = drawing_files(drawn, formats, pictures=of_mechanism)
+        files |= {f"{name}_{kind}": data for kind, data in plots.items()}
+        images = "".join(picture(f"{kind} of {name}", png) for kind, png in of_mechanism.items())
+        sections.append(f"<h2>{html.escape(name)}</h2>{images}")
     files["report.html"] = _page(recording, figures["run"], sections).encode()
     return files
 
@@ -109,6 +115,18 @@ def _drawn_arms(recording: Recording, robot: str) -> Iterator[tuple[str, dict[st
         of, _, arm = name.partition("/")
         if of == robot and arm != "drive":
             yield arm, arm_plots(recording.time, track, slides_of(recording.world, robot, arm))
+
+
+def _drawn_mechanisms(recording: Recording) -> Iterator[tuple[str, dict[str, "Figure"]]]:
+    """Yield the name of each mechanism, and its plots by their names."""
+    if not recording.world.mechanisms:
+        return
+    from mjsim.report.mechanism_plots import mechanism_plots
+
+    for mechanism in recording.world.mechanisms:
+        joints, sensors = recording.joints[mechanism.name], recording.readings[mechanism.name]
+        slides = np.array(mechanism.assembly.slides, dtype=bool)
+        yield mechanism.name, mechanism_plots(recording.time, joints, slides, sensors)
 
 
 def _arm_sections(robot: str, pictures: Mapping[str, Mapping[str, bytes]]) -> Iterator[str]:

@@ -91,6 +91,7 @@ def _tick(
         events=sim.happened(),
         things=sim.things(),
         joints=sim.motions(),
+        readings=sim.readings(),
         looks=sim.looks,
         identities={name: sim.identities(name) for name in orders},
     )

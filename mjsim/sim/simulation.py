@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial
+from itertools import chain
 from types import MappingProxyType
 
 import mujoco
@@ -14,9 +15,10 @@ from mjsim.compile import compile_world, likely_cause, set_exact_masses
 from mjsim.errors import PhysicsFault, UsageError, did_you_mean
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import BeaconInfo, Command, Controller, ControlLoop, Observation, RobotInfo, WheelCommand, WorldMap
-from mjsim.mechanics import JointMotion
+from mjsim.mechanics import JointMotion, SensorReadings
 from mjsim.sim.actuation import Actuation
 from mjsim.sim.canvas import Canvas, Quality
+from mjsim.sim.mechanisms import Mechanisms
 from mjsim.sim.radio import RadioNet
 from mjsim.sim.robot import SimulatedRobot
 from mjsim.sim.snapshot import Snapshot
@@ -112,9 +114,6 @@ class Simulation(Closes):
         Sources of chance go on where they are, and one that was not in use begins. What modules were told of their
         robot at the start stays as it was. `reset` keeps the new noise.
 
-        Args:
-            world: The same world but for its noise.
-
         Raises:
             UsageError: It differs in something else; names the first key.
         """
@@ -146,10 +145,10 @@ class Simulation(Closes):
             raise UsageError(f"robot '{robot}' sends {error}") from None
 
     def control(self, robot: str, controllers: Mapping[str, Controller | ControlLoop]) -> None:
-        """Let controllers drive parts of a robot from now on, until `reset`; other parts go on as before.
+        """Let controllers drive parts of a robot, by its name, until `reset`; other parts go on as before.
 
         Args:
-            robot: Its name.
+            robot: Name.
             controllers: By part, 'drive' of a balancing base or the name of an arm; at 250 Hz and without latency
                 unless a `ControlLoop` says more.
 
@@ -202,10 +201,13 @@ class Simulation(Closes):
         return {name: robot.truth() for name, robot in self._robots.items()}
 
     def motions(self) -> dict[str, JointMotion]:
-        """Return how the joints of each arm truly move now, by `ROBOT/ARM`."""
-        return {
-            f"{name}/{arm}": motion for name, robot in self._robots.items() for arm, motion in robot.motions().items()
-        }
+        """Return how the joints of each arm and mechanism truly move now, by `ROBOT/ARM` and by name."""
+        of_robots = ((f"{n}/{arm}", each) for n, robot in self._robots.items() for arm, each in robot.motions().items())
+        return {**dict(of_robots), **self._mechanisms.motions(self.tick)}
+
+    def readings(self) -> dict[str, SensorReadings]:
+        """Return what the sensors of each mechanism read now."""
+        return self._mechanisms.readings(self.tick)
 
     def identities(self, robot: str) -> tuple[str | None, ...]:
         """Return which beacon each sighting of a robot's sensors at this tick is of, None for one of nothing.
@@ -326,6 +328,7 @@ class Simulation(Closes):
             )
             for robot in world.robots
         }
+        self._mechanisms = Mechanisms(self.model, self.data, world, seed=self.seed)
         self._after_each = [call for robot in self._robots.values() for call in robot.after_step]
         self._actuations = None
         self.robots: Mapping[str, RobotInfo] = MappingProxyType({n: robot.info for n, robot in self._robots.items()})
@@ -367,7 +370,8 @@ class Simulation(Closes):
         try:
             steps = self.world.run.steps_per_tick
             if self._actuations is None:
-                self._actuations = [each for robot in self._robots.values() for each in robot.acting()]
+                found = [robot.acting() for robot in self._robots.values()]
+                self._actuations = [*self._mechanisms.acting(), *chain(*found)]
             self._script.run(steps, self.tick * steps, actuations=self._actuations, after_each=self._after_each)
         finally:
             mujoco.set_mju_user_warning(before)
@@ -385,8 +389,7 @@ class Simulation(Closes):
 
     def _failed(self, what: str) -> PhysicsFault:
         """Return the fault of a state that is no longer to be trusted, with its likely cause."""
-        cause = likely_cause(self.model)
-        likely = f"; likely cause: {cause}" if cause else ""
+        likely = f"; likely cause: {cause}" if (cause := likely_cause(self.model)) else ""
         return PhysicsFault(f"physics failed at {self.time:.2f} s: {what}{likely}")
 
 

@@ -9,6 +9,7 @@ from mjsim.world.files import read_asset as read_named_asset
 from mjsim.world.ground import Model, Name, fault
 from mjsim.world.items.fit import NAMED, misfits
 from mjsim.world.items.light import Brightness, Lamp
+from mjsim.world.items.mechanisms import Mechanism
 from mjsim.world.items.radio import Radio
 from mjsim.world.items.robots import Robot
 from mjsim.world.items.running import Run
@@ -39,6 +40,8 @@ class World(Model):
     """Lamps, besides the general light."""
     robots: Annotated[tuple[Robot, ...], Field(strict=False, max_length=32)] = ()
     """Wheeled robots, up to 32."""
+    mechanisms: Annotated[tuple[Mechanism, ...], Field(strict=False, max_length=100)] = ()
+    """Bodies that joints hold, with loops or without, and what moves them."""
     radio: Radio = Radio()
     """How robots hear each other."""
     run: Run = Run()

@@ -1,0 +1,304 @@
+"""Mechanisms as MuJoCo bodies: `MECHANISM/BODY`, joints and motors `MECHANISM/JOINT`, loops as equality constraints.
+
+Bodies stand as they start, so that the reference of every joint is its value there. A loop is cut at one joint: its two
+sides are held together by constraints as stiff as the period of the physics allows.
+"""
+
+import math
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from mjsim.compile.parts import DARK, MATERIAL, SEEN, make_decor
+from mjsim.compile.pictures import color_of
+from mjsim.geometry import Array
+from mjsim.mechanics import Placement, Solid, inverted, is_valid, nearest_valid, placed
+from mjsim.world import GROUND, Mechanism, MechanismBody, MechanismJoint, World, kind_name
+
+STIFFEST = 2.0
+"""Time constant of a constraint, in periods of the physics: MuJoCo's own bound."""
+HARDEST = 0.9999
+"""How little a constraint yields: MuJoCo's own bound of the impedance."""
+DIGITS = 12
+"""To which angles in degrees are rounded, so that 30 degrees stay 30 on the way through radians."""
+HUB = 1.6
+"""Radius of what is seen of a joint, in radii of the thinnest rod that it joins."""
+JOINT_KINDS = {
+    "slide": mujoco.mjtJoint.mjJNT_SLIDE,
+    "turn": mujoco.mjtJoint.mjJNT_HINGE,
+    "ball": mujoco.mjtJoint.mjJNT_BALL,
+}
+BELOW = 1e-3
+"""A body that begins this much below the floor passes through it [m]."""
+
+
+def add_mechanisms(spec: mujoco.MjSpec, world: World) -> None:
+    """Add all mechanisms as they start, each with motors that do nothing by themselves."""
+    for mechanism in world.mechanisms:
+        _Builder(spec, mechanism, world.run.step).build()
+
+
+def ground_of(mechanism: Mechanism) -> Array:
+    """Return world_from_ground of a mechanism, shape (4, 4) [m]."""
+    return placed((*mechanism.at, mechanism.elevation), (0.0, 0.0, mechanism.heading))
+
+
+def stiff(equality: mujoco.MjsEquality, step: float) -> None:
+    """Make a constraint as stiff as a period of the physics allows [s]."""
+    equality.solref = [STIFFEST * step, 1.0]
+    equality.solimp = [HARDEST, HARDEST, 0.001, 0.5, 2.0]
+
+
+class _Builder:
+    """Adds one mechanism to a scene."""
+
+    def __init__(self, spec: mujoco.MjSpec, mechanism: Mechanism, step: float) -> None:
+        self._spec, self._mechanism, self._step = spec, mechanism, step
+        self._assembly = mechanism.assembly
+        self._placed: Placement = self._assembly.linkage.place(self._assembly.start)
+        self._ground = ground_of(mechanism)
+        self._bodies: dict[str, mujoco.MjsBody] = {GROUND: spec.worldbody}
+
+    def build(self) -> None:
+        """Add bodies, joints, loops and motors."""
+        for number, joint in enumerate(self._assembly.linkage.joints, start=1):
+            name = self._assembly.bodies[number]
+            if name:
+                self._add_body(number, joint.parent, self._mechanism.body(name))
+                self._add_joints(number, joint.name)
+        for name in self._assembly.cuts:
+            self._close(name)
+        for item in self._mechanism.joints:
+            self._add_hub(item)
+        self._add_motors()
+        self._let_pass()
+
+    def _full(self, name: str) -> str:
+        return f"{self._mechanism.name}/{name}"
+
+    def _add_body(self, number: int, parent: int, item: MechanismBody) -> None:
+        poses = self._placed.poses
+        pose = inverted(poses[parent]) @ poses[number]
+        if parent == 0:
+            pose = self._ground @ pose
+        body = self._bodies[self._assembly.bodies[parent]].add_body(name=self._full(item.name), **pose_keys(pose))
+        _set_mass(body, item.solid())
+        _add_shape(body, item, self._full(item.name))
+        self._bodies[item.name] = body
+
+    def _add_joints(self, number: int, name: str) -> None:
+        """Add the primitives of a joint to the body that it places, in the order in which they are passed."""
+        tree, item = self._assembly.linkage.joints[number - 1], self._mechanism.joint(name)
+        body, pose = self._bodies[self._assembly.bodies[number]], self._placed.poses[number]
+        for primitive, column in zip(tree.primitives, tree.columns(), strict=True):
+            axis = pose[:3, :3].T @ self._placed.axes[column]
+            anchor = pose[:3, :3].T @ (self._placed.anchors[column] - pose[:3, 3])
+            value_name = self._assembly.names[column] if primitive.kind != "ball" else name
+            added = body.add_joint(name=self._full(value_name), type=JOINT_KINDS[primitive.kind], pos=anchor)
+            if primitive.kind != "ball":
+                added.axis = axis
+                added.ref = self._spec_value(column, float(self._assembly.start[column]))
+            self._set_figures(added, item, column - self._assembly.columns[name].start, column)
+
+    def _spec_value(self, column: int, value: float) -> float:
+        return value if self._assembly.slides[column] else round(math.degrees(value), DIGITS)
+
+    def _set_figures(self, added: mujoco.MjsJoint, item: MechanismJoint, place: int, column: int) -> None:
+        """Set range, spring, damping and friction of one value of a joint."""
+        added.stiffness[0], added.damping[0] = item.figures("stiffness")[place], item.figures("damping")[place]
+        added.frictionloss = item.figures("friction")[place]
+        if added.type == mujoco.mjtJoint.mjJNT_BALL:
+            return
+        added.springref = self._spec_value(column, item.spread("rest")[place] or 0.0)
+        pair = item.range if self._assembly.slides[column] else item.range_deg
+        if pair is not None:
+            added.limited, added.range = True, list(pair)
+            added.solref_limit = [STIFFEST * self._step, 1.0]
+
+    def _close(self, name: str) -> None:
+        """Hold both sides of a cut together: at one point, and at another along its axis where that says more."""
+        joint, ends = self._mechanism.joint(name), self._assembly.places[name]
+        ghost, number = self._assembly.cuts[name]
+        placement = self._placed
+        tree = self._assembly.linkage.joints[ghost - 1]
+        carrier, axis = placement.poses[tree.parent], placement.axes[self._assembly.columns[name].start]
+        point = carrier[:3, :3] @ ends[0].at + carrier[:3, 3]
+        offsets = [np.zeros(3)]
+        if kind_name(joint) != "spherical" and self._assembly.needs_axis(name):
+            offsets.append(self._lever() * axis)
+        for count, offset in enumerate(offsets):
+            sites = []
+            for side, body in (("a", tree.parent), ("b", number)):
+                pose = placement.poses[body]
+                at = pose[:3, :3].T @ (point + offset - pose[:3, 3])
+                sites.append(self._add_site(f"{name}.{side}{count}", body, at))
+            added = self._spec.add_equality(
+                name=self._full(f"{name}.{count}"), type=mujoco.mjtEq.mjEQ_CONNECT, name1=sites[0], name2=sites[1]
+            )
+            added.objtype = mujoco.mjtObj.mjOBJ_SITE
+            stiff(added, self._step)
+
+    def _lever(self) -> float:
+        """Return how far along an axis a loop is held at a second point [m]: about as far as the mechanism is large."""
+        points = self._placed.poses[:, :3, 3]
+        return max(float(np.linalg.norm(np.ptp(points, axis=0))) / 4.0, 0.05)
+
+    def _add_site(self, name: str, body: int, at: Array) -> str:
+        full = self._full(name)
+        if body == 0:
+            at = self._ground[:3, :3] @ at + self._ground[:3, 3]
+        self._bodies[self._assembly.bodies[body]].add_site(name=full, pos=at, size=[0.004] * 3, group=4)
+        return full
+
+    def _add_hub(self, joint: MechanismJoint) -> None:
+        """Add what is seen of a joint."""
+        ends, parts = self._assembly.places[joint.name], joint.primitives((0.0, 0.0, 1.0))
+        if not parts:
+            return
+        number = self._assembly.number(ends[1].body if ends[1].body != GROUND else ends[0].body)
+        end = ends[1] if ends[1].body != GROUND else ends[0]
+        body, pose = self._bodies[end.body], self._placed.poses[number]
+        radius = HUB * min(_thickness(self._mechanism.body(each.body)) for each in ends if each.body != GROUND)
+        axis = pose[:3, :3].T @ self._placed.axes[self._assembly.columns[joint.name].start]
+        kinds = {part.kind for part in parts}
+        if kinds == {"ball"}:
+            shape = {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": [radius, 0.0, 0.0], "pos": end.at}
+        elif kinds == {"slide"}:
+            shape = {
+                "type": mujoco.mjtGeom.mjGEOM_BOX,
+                "size": [1.6 * radius, radius, radius],
+                **pose_keys(_along(axis, end.at, which=0)),
+            }
+        else:
+            shape = {
+                "type": mujoco.mjtGeom.mjGEOM_CYLINDER,
+                "size": [radius, radius, 0.0],
+                **pose_keys(_along(axis, end.at, which=2)),
+            }
+        make_decor(body.add_geom(**shape), DARK)
+
+    def _add_motors(self) -> None:
+        """Add a motor for each value that a torque or a force moves, and what holds those that follow a motion."""
+        drives = {drive.number: drive for drive in self._assembly.drives}
+        for number, actuator in enumerate(self._mechanism.actuators):
+            if number in drives:
+                if drives[number].column >= 0:
+                    self._add_follower(self._assembly.names[drives[number].column])
+            elif (target := actuator.target) in self._assembly.names or target in self._assembly.columns:
+                name = self._full(target)
+                self._spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=name)
+
+    def _add_follower(self, value: str) -> None:
+        name = self._full(value)
+        added = self._spec.add_equality(name=name, type=mujoco.mjtEq.mjEQ_JOINT, name1=name)
+        added.objtype = mujoco.mjtObj.mjOBJ_JOINT
+        added.data[:5] = [0.0, 0.0, 0.0, 0.0, 0.0]
+        stiff(added, self._step)
+
+    def _let_pass(self) -> None:
+        """Let bodies pass through each other, and those that begin below the floor through what stands still."""
+        names = [self._full(body.name) for body in self._mechanism.bodies]
+        if not self._mechanism.collide:
+            for place, first in enumerate(names):
+                for second in names[:place]:
+                    self._spec.add_exclude(bodyname1=first, bodyname2=second)
+        for body in self._mechanism.bodies:
+            pose = self._ground @ self._placed.poses[self._assembly.number(body.name)] @ body.frame()
+            if lowest(body, pose) < -BELOW:
+                self._spec.add_exclude(bodyname1="world", bodyname2=self._full(body.name))
+
+
+def lowest(body: MechanismBody, world_from_shape: Array) -> float:
+    """Return the height of the lowest point of a body [m]."""
+    rotation, height = world_from_shape[:3, :3], float(world_from_shape[2, 3])
+    down = -rotation[2]
+    match body:
+        case _ if hasattr(body, "rod"):
+            length, radius = body.rod
+            return height - radius + min(0.0, float(rotation[2, 0]) * length)
+        case _ if hasattr(body, "box"):
+            return height - float(np.abs(down) @ (np.array(body.box) / 2.0))
+        case _ if hasattr(body, "cylinder"):
+            radius, tall = body.cylinder
+            return height - radius * math.hypot(down[0], down[1]) - abs(float(down[2])) * tall / 2.0
+        case _:
+            return height - float(getattr(body, "sphere", 0.0))
+
+
+def pose_keys(pose: Array) -> dict[str, Array]:
+    """Return where a body is as MuJoCo has it: pos and quat."""
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(pose[:3, :3]).ravel())
+    return {"pos": pose[:3, 3], "quat": quaternion}
+
+
+def _along(axis: Array, at: tuple[float, ...], *, which: int) -> Array:
+    """Return a frame at a point, one of whose axes lies along another, shape (4, 4)."""
+    pose, start = np.eye(4), np.eye(3)[int(np.argmin(np.abs(axis)))]
+    first = np.cross(axis, start)
+    first /= np.linalg.norm(first)
+    columns = [axis, first, np.cross(axis, first)]
+    pose[:3, :3] = np.column_stack(columns[-which:] + columns[:-which])
+    pose[:3, 3] = at
+    return pose
+
+
+def _thickness(body: MechanismBody) -> float:
+    sizes = getattr(body, "rod", None) or getattr(body, "cylinder", None)
+    if sizes is not None:
+        return float(sizes[1] if hasattr(body, "rod") else min(sizes))
+    return float(min(body.box) / 2 if hasattr(body, "box") else 0.3 * getattr(body, "sphere", 0.1))
+
+
+def _set_mass(body: mujoco.MjsBody, solid: Solid) -> None:
+    given = solid if is_valid(solid) else nearest_valid(solid)
+    xx, yy, zz, xy, yz, xz = given.inertia
+    body.explicitinertial = True
+    body.mass, body.ipos = given.mass, given.center
+    body.fullinertia = [xx, yy, zz, xy, xz, yz]
+
+
+def _add_shape(body: mujoco.MjsBody, item: MechanismBody, name: str) -> None:
+    """Add what is seen and touched of a body."""
+    frame = item.frame()
+    common = {
+        "name": name,
+        "group": SEEN,
+        "material": MATERIAL,
+        "rgba": color_of(item.color),
+        "mass": 0.0,
+        "friction": [item.friction, 0.005, 0.0001],
+    }
+    match item:
+        case _ if hasattr(item, "rod"):
+            ends = [frame[:3, 3], frame[:3, :3] @ (item.rod[0], 0.0, 0.0) + frame[:3, 3]]
+            size = [item.rod[1], 0.0, 0.0]
+            body.add_geom(type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=np.concatenate(ends), size=size, **common)
+        case _ if hasattr(item, "box"):
+            size = [value / 2 for value in item.box]
+            body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=size, **pose_keys(frame), **common)
+        case _ if hasattr(item, "cylinder"):
+            size = [item.cylinder[0], item.cylinder[1] / 2, 0.0]
+            body.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=size, **pose_keys(frame), **common)
+        case _:
+            size = [getattr(item, "sphere", 0.0), 0.0, 0.0]
+            body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=size, **pose_keys(frame), **common)
+
+
+def solids_of(world: World) -> Iterator[tuple[str, Solid]]:
+    """Yield masses and inertias of the bodies of all mechanisms, each with its name in the scene."""
+    for mechanism in world.mechanisms:
+        for body in mechanism.bodies:
+            yield f"{mechanism.name}/{body.name}", body.solid()
+
+
+def spanned(mechanism: Mechanism) -> Array:
+    """Return the corners of a box around a mechanism as it starts, world frame, shape (2, 3) [m]."""
+    poses = mechanism.assembly.linkage.place(mechanism.assembly.start).poses
+    points = [ground_of(mechanism)[:3, 3]]
+    for body in mechanism.bodies:
+        pose = ground_of(mechanism) @ poses[mechanism.assembly.number(body.name)]
+        ends = [(0.0, 0.0, 0.0), *body.points().values()]
+        points += [pose[:3, :3] @ end + pose[:3, 3] for end in ends]
+    return np.array([np.min(points, axis=0), np.max(points, axis=0)])

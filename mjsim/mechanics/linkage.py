@@ -1,0 +1,170 @@
+"""Bodies that joints hold to the ground and to each other: where they are, and how that changes with the joints.
+
+Every joint is a chain of primitives that slide or turn. A loop is cut at one of its joints: beyond it stands a ghost, a
+frame without mass, which coincides with the body that the joint leads to as long as the loop is closed.
+
+References:
+    Featherstone, Rigid Body Dynamics Algorithms (2008), sections 4.1 to 4.4 and 8.2.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.mechanics.transforms import cross, rotation_of
+
+GROUND = 0
+"""Number of the ground among the bodies."""
+WIDTH = {"slide": 1, "turn": 1, "ball": 3}
+"""How many values a primitive has."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Primitive:
+    """One elementary motion of a joint; a ball's value is its rotation vector, three numbers [rad]."""
+
+    kind: Literal["slide", "turn", "ball"]
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    """Unit vector in the frame before it; no matter for a ball."""
+    suffix: str = ""
+    """Of its name, after that of the joint and a point; empty where it is all of the joint."""
+
+    @property
+    def width(self) -> int:
+        """How many values it has."""
+        return WIDTH[self.kind]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TreeJoint:
+    """A joint that places a body: parent_from_body = before, then the primitives, then after."""
+
+    name: str
+    parent: int
+    before: Array
+    """Shape (4, 4)."""
+    primitives: tuple[Primitive, ...]
+    after: Array
+    """Shape (4, 4)."""
+    sign: float = 1.0
+    """-1 where the joint is passed from its second body to its first: the motions are undone then."""
+    first: int
+    """Column of the first primitive's value; those passed backwards come in the same columns."""
+
+    def columns(self) -> list[int]:
+        """Return the first column of each primitive."""
+        starts = np.cumsum([0, *(each.width for each in self._in_order())])[:-1] + self.first
+        found = [int(start) for start in starts]
+        return found if self.sign > 0 else found[::-1]
+
+    def _in_order(self) -> tuple[Primitive, ...]:
+        return self.primitives if self.sign > 0 else self.primitives[::-1]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Placement:
+    """All bodies for some values of the joints, frame of the ground."""
+
+    poses: Array
+    """ground_from_body, shape (bodies, 4, 4)."""
+    slides: Array
+    """Whether a column slides, bool, shape (values,)."""
+    axes: Array
+    """Of each column, shape (values, 3)."""
+    anchors: Array
+    """A point of each column's axis, shape (values, 3)."""
+
+
+class Linkage:
+    """A tree of bodies; body 0 is the ground, body k + 1 is placed by joint k, and parents come first."""
+
+    def __init__(self, joints: Sequence[TreeJoint]) -> None:
+        """Work out which values move which body.
+
+        Args:
+            joints: One for each body but the ground.
+        """
+        self.joints = tuple(joints)
+        self.size = sum(primitive.width for joint in joints for primitive in joint.primitives)
+        """How many values there are."""
+        self.moves = np.zeros((len(joints) + 1, self.size), dtype=bool)
+        """Whether a value moves a body, shape (bodies, values)."""
+        for number, joint in enumerate(joints, start=1):
+            width = sum(primitive.width for primitive in joint.primitives)
+            self.moves[number] = self.moves[joint.parent]
+            self.moves[number, joint.first : joint.first + width] = True
+
+    def place(self, values: Array) -> Placement:
+        """Return where all bodies are.
+
+        Args:
+            values: Of the joints, shape (values,) [rad, m].
+        """
+        poses = np.tile(np.eye(4), (len(self.joints) + 1, 1, 1))
+        slides, axes, anchors = np.zeros(self.size, dtype=bool), np.zeros((self.size, 3)), np.zeros((self.size, 3))
+        for number, joint in enumerate(self.joints, start=1):
+            pose = poses[joint.parent] @ joint.before
+            for primitive, column in zip(joint.primitives, joint.columns(), strict=True):
+                part = slice(column, column + primitive.width)
+                slides[part], anchors[part] = primitive.kind == "slide", pose[:3, 3]
+                motion, local = moved(primitive, joint.sign, values[part])
+                axes[part] = local @ pose[:3, :3].T
+                pose = pose @ motion
+            poses[number] = pose @ joint.after
+        return Placement(poses=poses, slides=slides, axes=axes, anchors=anchors)
+
+    def point_jacobian(self, placed: Placement, body: int, point: Array) -> Array:
+        """Return how a point of a body moves with the values, shape (3, values).
+
+        Args:
+            placed: Where all bodies are.
+            body: Its number.
+            point: In the frame of the ground, shape (3,) [m].
+        """
+        turning = cross(placed.axes, point - placed.anchors)
+        columns = np.where(placed.slides[:, None], placed.axes, turning)
+        return np.asarray((columns * self.moves[body][:, None]).T)
+
+    def turn_jacobian(self, placed: Placement, body: int) -> Array:
+        """Return how a body turns with the values, in the frame of the ground, shape (3, values)."""
+        turning = self.moves[body] & np.logical_not(placed.slides)
+        return np.asarray((placed.axes * turning[:, None]).T)
+
+
+def moved(primitive: Primitive, sign: float, value: Array) -> tuple[Array, Array]:
+    """Return the motion of a primitive, shape (4, 4), and its axes before it, shape (width, 3).
+
+    Args:
+        primitive: Which.
+        sign: -1 for its inverse.
+        value: Shape (width,) [rad, m].
+    """
+    motion = np.eye(4)
+    if primitive.kind == "ball":
+        vector = sign * np.asarray(value)
+        motion[:3, :3] = rotation_of(vector)
+        return motion, sign * left_jacobian(vector).T
+    axis = sign * np.array(primitive.axis)
+    if primitive.kind == "slide":
+        motion[:3, 3] = axis * value[0]
+    else:
+        motion[:3, :3] = rotation_of(axis * value[0])
+    return motion, axis[None]
+
+
+def left_jacobian(vector: Array) -> Array:
+    """Return how the angular velocity follows from the rate of a rotation vector, shape (3, 3).
+
+    References:
+        Lynch and Park (2017), exercise 3.19; Chirikjian, Stochastic Models (2011), equation 10.86.
+    """
+    angle = float(np.linalg.norm(vector))
+    x, y, z = vector
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    if angle < 1e-4:
+        return np.asarray(np.eye(3) + 0.5 * skew + skew @ skew / 6.0)
+    along = (1.0 - np.cos(angle)) / angle**2
+    return np.asarray(np.eye(3) + along * skew + (angle - np.sin(angle)) / angle**3 * skew @ skew)

@@ -1,0 +1,255 @@
+"""What must hold between the bodies of a linkage: closed loops, gears, distances; and values for which it does.
+
+References:
+    Haug, Computer-Aided Kinematics and Dynamics of Mechanical Systems (1989), chapters 3 and 4.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.mechanics.linkage import Linkage, Placement
+from mjsim.mechanics.transforms import rotation_vector
+
+CLOSE_ENOUGH = 1e-10
+"""Residuals below this are none [rad, m]."""
+ROUNDS, STARTS = 60, 24
+"""Steps of Newton's method from one start, and starts that are tried."""
+LONGEST_STEP = 0.6
+"""Of Newton's method in one value [rad, m]."""
+NO_RANK = 1e-9
+"""Singular values below this share of the largest are none."""
+SMALL = 1e-5
+"""Of the step by which the change of a Jacobian is found."""
+
+
+class Rows(Protocol):
+    """Some equations between the values of a linkage."""
+
+    def residual(self, linkage: Linkage, placed: Placement, values: Array) -> Array:
+        """Return by how much they are missed, shape (rows,) [rad, m]."""
+
+    def jacobian(self, linkage: Linkage, placed: Placement, values: Array) -> Array:
+        """Return how that changes with the values, shape (rows, values)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Coincide:
+    """The frames of two bodies are the same: a ghost and the body that it stands for."""
+
+    ghost: int
+    body: int
+
+    def residual(self, linkage: Linkage, placed: Placement, values: Array) -> Array:
+        """Return position and rotation vector of the body from its ghost, frame of the ground, shape (6,)."""
+        ghost, body = placed.poses[self.ghost], placed.poses[self.body]
+        turned = ghost[:3, :3] @ rotation_vector(ghost[:3, :3].T @ body[:3, :3])
+        return np.concatenate([body[:3, 3] - ghost[:3, 3], turned])
+
+    def jacobian(self, linkage: Linkage, placed: Placement, values: Array) -> Array:
+        """Return its derivative, exact where the residual is 0, shape (6, values)."""
+        ends = []
+        for number in (self.body, self.ghost):
+            point = linkage.point_jacobian(placed, number, placed.poses[number, :3, 3])
+            ends.append(np.concatenate([point, linkage.turn_jacobian(placed, number)]))
+        return np.asarray(ends[0] - ends[1])
+
+
+@dataclass(frozen=True, slots=True)
+class Linear:
+    """A sum of values times factors is a constant: gears, screws, and joints that are held."""
+
+    factors: Mapping[int, float]
+    """By column."""
+    constant: float = 0.0
+
+    def residual(self, linkage: Linkage, placed: Placement, values: Array) -> Array:
+        """Return the sum without the constant, shape (1,)."""
+        return np.array([sum(factor * values[column] for column, factor in self.factors.items()) - self.constant])
+
+    def jacobian(self, linkage: Linkage, placed: Placement, values: Array) -> Array:
+        """Return the factors, shape (1, values)."""
+        row = np.zeros((1, linkage.size))
+        for column, factor in self.factors.items():
+            row[0, column] = factor
+        return row
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spot:
+    """A point of a body."""
+
+    body: int
+    at: Array
+    """In the frame of the body, shape (3,) [m]."""
+
+    def place(self, placed: Placement) -> Array:
+        """Return where it is in the frame of the ground, shape (3,) [m]."""
+        pose = placed.poses[self.body]
+        return np.asarray(pose[:3, :3] @ self.at + pose[:3, 3])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Apart:
+    """Two points are as far apart as a length."""
+
+    ends: tuple[Spot, Spot]
+    length: float
+    """[m]"""
+
+    def residual(self, linkage: Linkage, placed: Placement, values: Array) -> Array:
+        """Return by how much they are too far apart, shape (1,) [m]."""
+        return np.array([np.linalg.norm(self._between(placed)) - self.length])
+
+    def jacobian(self, linkage: Linkage, placed: Placement, values: Array) -> Array:
+        """Return its derivative, shape (1, values)."""
+        between = self._between(placed)
+        along = between / max(float(np.linalg.norm(between)), 1e-12)
+        first, second = (linkage.point_jacobian(placed, end.body, end.place(placed)) for end in self.ends)
+        return np.asarray((along @ (second - first))[None])
+
+    def _between(self, placed: Placement) -> Array:
+        return self.ends[1].place(placed) - self.ends[0].place(placed)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Closed:
+    """Values for which all rows hold, or as nearly as was found."""
+
+    values: Array
+    """Shape (values,) [rad, m]."""
+    miss: float
+    """Largest residual [rad, m]."""
+
+    @property
+    def good(self) -> bool:
+        """Whether all rows hold."""
+        return self.miss < CLOSE_ENOUGH * 10
+
+
+def residual(linkage: Linkage, rows: Sequence[Rows], values: Array) -> Array:
+    """Return by how much all rows are missed, shape (rows,)."""
+    placed = linkage.place(values)
+    return np.concatenate([np.zeros(0), *(row.residual(linkage, placed, values) for row in rows)])
+
+
+def jacobian(linkage: Linkage, rows: Sequence[Rows], values: Array) -> Array:
+    """Return how the residuals change with the values, shape (rows, values)."""
+    placed = linkage.place(values)
+    return np.concatenate([np.zeros((0, linkage.size)), *(row.jacobian(linkage, placed, values) for row in rows)])
+
+
+def close(linkage: Linkage, rows: Sequence[Rows], values: Array, *, held: Sequence[int] = ()) -> Closed:
+    """Return values for which all rows hold, near those given.
+
+    Args:
+        linkage: The bodies.
+        rows: What must hold.
+        values: Where the search begins, shape (values,).
+        held: Columns that stay as they are.
+    """
+    free = np.setdiff1d(np.arange(linkage.size), np.array(held, dtype=int))
+    rng = np.random.default_rng(0)
+    best = _newton(linkage, rows, values, free)
+    for _ in range(STARTS):
+        if best.good or not len(free):
+            break
+        begin = values.copy()
+        begin[free] += rng.uniform(-1.5, 1.5, len(free))
+        found = _newton(linkage, rows, begin, free)
+        best = min(best, found, key=lambda each: each.miss)
+    return best
+
+
+def followed(linkage: Linkage, rows: Sequence[Rows], values: Array, *, held: Sequence[int] = ()) -> Closed:
+    """Return values at which rows hold as nearly as they can, close to those given: as `close`, from one start."""
+    free = np.setdiff1d(np.arange(linkage.size), np.array(held, dtype=int))
+    return _newton(linkage, rows, values, free)
+
+
+def tracked(linkage: Linkage, rows: Sequence[Rows], values: Array, *, columns: Sequence[int]) -> Array:
+    """Return values in which some columns follow the others, near those given: the residuals are smallest there.
+
+    Args:
+        linkage: The bodies.
+        rows: What must hold, nearly, as it is.
+        values: Shape (values,).
+        columns: Those that follow.
+    """
+    values, own = values.copy(), np.array(columns, dtype=int)
+    for _ in range(ROUNDS):
+        step = solved(jacobian(linkage, rows, values)[:, own], -residual(linkage, rows, values))
+        values[own] += np.clip(step, -LONGEST_STEP, LONGEST_STEP)
+        if np.abs(step).max(initial=0.0) < CLOSE_ENOUGH:
+            break
+    return values
+
+
+def _newton(linkage: Linkage, rows: Sequence[Rows], values: Array, free: Array) -> Closed:
+    """Return where Newton's method comes to from one start; each step is halved until it helps."""
+    values = values.copy()
+    missed = residual(linkage, rows, values)
+    for _ in range(ROUNDS):
+        if not len(missed) or np.abs(missed).max() < CLOSE_ENOUGH * 1e-3 or not len(free):
+            break
+        step = solved(jacobian(linkage, rows, values)[:, free], -missed)
+        step *= min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), 1e-300))
+        before, size = float(np.linalg.norm(missed)), 1.0
+        while size > 1e-3:
+            tried = values.copy()
+            tried[free] += size * step
+            missed = residual(linkage, rows, tried)
+            if np.linalg.norm(missed) < before:
+                break
+            size *= 0.5
+        if size <= 1e-3:
+            missed = residual(linkage, rows, values)
+            break
+        values = tried
+    return Closed(values=values, miss=float(np.abs(missed).max(initial=0.0)))
+
+
+def solved(matrix: Array, right: Array) -> Array:
+    """Return the smallest x for which matrix @ x is nearest to the right side."""
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=NO_RANK)[0])
+
+
+def rates(
+    linkage: Linkage, rows: Sequence[Rows], values: Array, *, held: Mapping[int, float], wanted: Array
+) -> tuple[Array, float]:
+    """Return the rates of the values at which all rows go on holding, and by how much they are missed.
+
+    Args:
+        linkage: The bodies.
+        rows: What must hold.
+        values: Shape (values,).
+        held: Rates that are known, by column.
+        wanted: How fast each residual shall change, shape (rows,): 0, or the rate of what a row follows.
+    """
+    matrix, found = jacobian(linkage, rows, values), np.zeros(linkage.size)
+    known = np.array(sorted(held), dtype=int)
+    found[known] = [held[column] for column in known.tolist()]
+    free = np.setdiff1d(np.arange(linkage.size), known)
+    right = wanted - matrix[:, known] @ found[known]
+    found[free] = solved(matrix[:, free], right)
+    return found, float(np.abs(matrix @ found - wanted).max(initial=0.0))
+
+
+def turning(linkage: Linkage, rows: Sequence[Rows], values: Array, speeds: Array) -> Array:
+    """Return the part of the residuals' second derivatives that the speeds alone make, shape (rows,)."""
+    size = float(np.abs(speeds).max(initial=0.0))
+    if size == 0.0 or not rows:
+        return np.zeros(len(residual(linkage, rows, values)))
+    step = SMALL / size
+    ahead = jacobian(linkage, rows, values + step * speeds)
+    behind = jacobian(linkage, rows, values - step * speeds)
+    return np.asarray((ahead - behind) @ speeds / (2.0 * step))
+
+
+def freedoms(linkage: Linkage, rows: Sequence[Rows], values: Array) -> int:
+    """Return in how many independent ways the values can change while all rows hold."""
+    matrix = jacobian(linkage, rows, values)
+    return linkage.size - (int(np.linalg.matrix_rank(matrix, rtol=1e-8)) if len(matrix) else 0)

@@ -1,0 +1,180 @@
+"""Sensors of mechanisms: what each of them reads of the state, with names and units."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.world import (
+    GROUND,
+    ActuatorSensor,
+    BodySensor,
+    JointSensor,
+    Mechanism,
+    Place,
+    ReactionSensor,
+    place_of,
+)
+
+XYZ = ("x", "y", "z")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Moment:
+    """A mechanism at one moment; arrays have shape (values,) [rad, m, N m, N]."""
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    """Of the whole world, with all forces worked out."""
+    values: Array
+    speeds: Array
+    accelerations: Array
+    efforts: Array
+    """Of the actuators, at the joints."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Probe:
+    """One sensor: the names and units of what it reads, and how."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    read: Callable[[Moment], Array]
+    """Returns the numbers, shape (names,)."""
+
+
+def probes_of(model: mujoco.MjModel, mechanism: Mechanism) -> tuple[Probe, ...]:
+    """Return the sensors of a mechanism, and its energy."""
+    probes = list[Probe]()
+    for sensor in mechanism.sensors:
+        if isinstance(sensor, JointSensor):
+            probes.append(_of_joint(mechanism, sensor.joint))
+        elif isinstance(sensor, ReactionSensor):
+            probes.append(_of_reaction(model, mechanism, sensor.reaction))
+        elif isinstance(sensor, ActuatorSensor):
+            probes.append(_of_actuator(mechanism, sensor.actuator))
+        elif isinstance(sensor, BodySensor):
+            probes.append(_of_body(model, mechanism, sensor))
+    return (*probes, _energy(model, mechanism))
+
+
+def _of_joint(mechanism: Mechanism, joint: str) -> Probe:
+    assembly = mechanism.assembly
+    columns = list(assembly.columns[joint]) if joint in assembly.columns else [assembly.column(joint)]
+    names, units = list[str](), list[str]()
+    for column in columns:
+        name, slides = assembly.names[column], assembly.slides[column]
+        length, effort = ("m", "N") if slides else ("rad", "N m")
+        names += [
+            f"{name}.position",
+            f"{name}.velocity",
+            f"{name}.acceleration",
+            f"{name}.{'force' if slides else 'torque'}",
+        ]
+        units += [length, f"{length}/s", f"{length}/s^2", effort]
+
+    def read(now: Moment) -> Array:
+        parts = np.array([now.values, now.speeds, now.accelerations, now.efforts])
+        return np.asarray(parts[:, columns].T.ravel())
+
+    return Probe(tuple(names), tuple(units), read)
+
+
+def _of_reaction(model: mujoco.MjModel, mechanism: Mechanism, joint: str) -> Probe:
+    names = tuple(f"{joint}.{what}.{axis}" for what in ("force", "torque") for axis in XYZ)
+    units = ("N",) * 3 + ("N m",) * 3
+    if joint in mechanism.assembly.cuts:
+        return Probe(names, units, _cut_reaction(model, mechanism, joint))
+    return Probe(names, units, _tree_reaction(model, mechanism, joint))
+
+
+def _tree_reaction(model: mujoco.MjModel, mechanism: Mechanism, joint: str) -> Callable[[Moment], Array]:
+    assembly, second = mechanism.assembly, mechanism.assembly.places[joint][1]
+    number = next(k for k, tree in enumerate(assembly.linkage.joints, start=1) if tree.name == joint)
+    body, sign = model.body(f"{mechanism.name}/{assembly.bodies[number]}").id, assembly.linkage.joints[number - 1].sign
+    place = second if sign > 0 else assembly.places[joint][0]
+
+    def read(now: Moment) -> Array:
+        data = now.data
+        # About the centre of mass of the whole tree, torque first.
+        torque, force = data.cfrc_int[body, :3], data.cfrc_int[body, 3:]
+        point = data.xmat[body].reshape(3, 3) @ place.at + data.xpos[body]
+        about = torque + np.cross(data.subtree_com[model.body_rootid[body]] - point, force)
+        return np.asarray(sign * np.concatenate([force, about]))
+
+    return read
+
+
+def _cut_reaction(model: mujoco.MjModel, mechanism: Mechanism, joint: str) -> Callable[[Moment], Array]:
+    prefix = f"{mechanism.name}/{joint}."
+    found = [k for k in range(model.neq) if model.equality(k).name.startswith(prefix)]
+    sites = [model.site(f"{prefix}b{count}").id for count in range(len(found))]
+
+    def read(now: Moment) -> Array:
+        data, count = now.data, int(now.data.ne)
+        force, torque = np.zeros(3), np.zeros(3)
+        for equality, site in zip(found, sites, strict=True):
+            own = (data.efc_id[:count] == equality) & (data.efc_type[:count] == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+            # It pushes the first point along, the second one back.
+            pushed = -data.efc_force[:count][own]
+            force += pushed
+            torque += np.cross(data.site_xpos[site] - data.site_xpos[sites[0]], pushed)
+        return np.concatenate([force, torque])
+
+    return read
+
+
+def _of_actuator(mechanism: Mechanism, target: str) -> Probe:
+    assembly = mechanism.assembly
+    column = assembly.column(target)
+    effort, unit = ("force", "N") if assembly.slides[column] else ("torque", "N m")
+    return Probe(
+        (f"{target}.actuator.{effort}", f"{target}.actuator.power"),
+        (unit, "W"),
+        lambda now: np.array([now.efforts[column], now.efforts[column] * now.speeds[column]]),
+    )
+
+
+def _of_body(model: mujoco.MjModel, mechanism: Mechanism, sensor: BodySensor) -> Probe:
+    points = {GROUND: dict[str, tuple[float, ...]](), **{body.name: body.points() for body in mechanism.bodies}}
+    place = place_of(sensor.body, points)
+    name = sensor.body if isinstance(sensor.body, str) else place.body
+    kinds = {"": "m", "velocity": "m/s", "acceleration": "m/s^2", "turn_rate": "rad/s", "turn_acceleration": "rad/s^2"}
+    names = [f"{name}.{kind}.{axis}" if kind else f"{name}.{axis}" for kind in kinds for axis in XYZ]
+    units = [unit for unit in kinds.values() for _ in XYZ]
+    body = model.body(f"{mechanism.name}/{place.body}").id
+    return Probe(
+        (*names, *(f"{name}.q{axis}" for axis in "wxyz")), (*units, *("",) * 4), lambda now: _point(now, body, place)
+    )
+
+
+def _point(now: Moment, body: int, place: Place) -> Array:
+    """Return place, velocity, acceleration, turn rate and acceleration, quaternion; world frame, shape (19,)."""
+    model, data, kind = now.model, now.data, mujoco.mjtObj.mjOBJ_XBODY
+    speed, change = np.zeros(6), np.zeros(6)
+    mujoco.mj_objectVelocity(model, data, kind, body, speed, 0)
+    mujoco.mj_objectAcceleration(model, data, kind, body, change, 0)
+    arm = data.xmat[body].reshape(3, 3) @ place.at
+    velocity = speed[3:] + np.cross(speed[:3], arm)
+    # What MuJoCo gives is what an accelerometer would feel.
+    felt = change[3:] + np.cross(change[:3], arm) + np.cross(speed[:3], np.cross(speed[:3], arm))
+    acceleration = felt + model.opt.gravity
+    return np.concatenate([data.xpos[body] + arm, velocity, acceleration, speed[:3], change[:3], data.xquat[body]])
+
+
+def _energy(model: mujoco.MjModel, mechanism: Mechanism) -> Probe:
+    bodies = np.array([model.body(f"{mechanism.name}/{body.name}").id for body in mechanism.bodies])
+
+    def read(now: Moment) -> Array:
+        data, kinetic = now.data, 0.0
+        for body in bodies:
+            speed = np.zeros(6)
+            mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, int(body), speed, 1)
+            inertia = model.body_inertia[body]
+            kinetic += 0.5 * float(model.body_mass[body] * speed[3:] @ speed[3:] + inertia @ speed[:3] ** 2)
+        height = -float((model.body_mass[bodies] * (data.xipos[bodies] @ model.opt.gravity)).sum())
+        return np.array([kinetic, height])
+
+    return Probe(("energy.kinetic", "energy.potential"), ("J", "J"), read)

@@ -1,0 +1,198 @@
+"""A mechanism put together: its assembly, and the values and speeds that it starts from."""
+
+import dataclasses
+import math
+
+import numpy as np
+from pydantic_core import PydanticCustomError
+
+from mjsim.geometry import Array
+from mjsim.mechanics import Apart, Coincide, Linear, Rows, close, jacobian, rates
+from mjsim.world.ground import fault
+from mjsim.world.items.mechanisms.assembly import Assembly, Motion, rank_of
+from mjsim.world.items.mechanisms.motions import Read, motions_of
+from mjsim.world.items.mechanisms.parts import MechanismParts
+from mjsim.world.items.mechanisms.points import GROUND
+from mjsim.world.items.mechanisms.tree import Points, linkage_of, places_of, tree_of, values_of
+
+SAME = 1e-6
+"""Values at the start that differ less are the same [rad, m]."""
+
+
+def assemble(mechanism: MechanismParts, read: Read) -> Assembly:
+    """Return how a mechanism hangs together.
+
+    Args:
+        mechanism: As it is written.
+        read: Returns the file of a table of a signal.
+
+    Raises:
+        PydanticCustomError: Something does not fit; says where.
+    """
+    points: Points = {GROUND: {}, **{body.name: body.points() for body in mechanism.bodies}}
+    places = places_of(mechanism, points)
+    axis = next((each for joint in mechanism.joints if (each := getattr(joint, "axis", None))), (0.0, 0.0, 1.0))
+    linkage, bodies, cuts = linkage_of(mechanism, places, tree_of(mechanism, places), axis)
+    names, columns, slides = values_of(mechanism)
+    rows: list[Rows] = [Coincide(*pair) for pair in cuts.values()]
+    found = Assembly(
+        bodies=bodies,
+        linkage=linkage,
+        rows=tuple(rows),
+        cuts=cuts,
+        places=places,
+        names=names,
+        columns=columns,
+        slides=slides,
+        drives=(),
+        start=np.zeros(linkage.size),
+        speeds=np.zeros(linkage.size),
+    )
+    found = dataclasses.replace(found, drives=motions_of(mechanism, found, points, read))
+    return _started(mechanism, found)
+
+
+def _started(mechanism: MechanismParts, found: Assembly) -> Assembly:
+    """Return the assembly with its values and speeds at the start."""
+    begin, held = _given(mechanism, found)
+    rows = [*found.rows, *driver_rows(found, 0.0)]
+    closed = close(found.linkage, rows, begin, held=sorted(held))
+    if not closed.good:
+        raise _open(mechanism, found, closed.values, closed.miss)
+    _within(mechanism, found, closed.values)
+    _check_drives(mechanism, found, closed.values)
+    speeds = _speeds(mechanism, found, closed.values)
+    return dataclasses.replace(found, start=closed.values, speeds=speeds)
+
+
+def driver_rows(found: Assembly, time: float) -> list[Rows]:
+    """Return what drives of angles, positions and distances demand at a time [s]."""
+    rows = list[Rows]()
+    for drive in found.drives:
+        if drive.kind == "distance":
+            assert drive.ends is not None, "found when it was read"
+            rows.append(Apart(drive.ends, float(drive.signal.value(time))))
+        elif drive.kind != "velocity":
+            rows.append(Linear({drive.column: 1.0}, float(drive.signal.value(time))))
+    return rows
+
+
+def _given(mechanism: MechanismParts, found: Assembly) -> tuple[Array, set[int]]:
+    """Return where the search for the start begins, shape (values,), and the columns that are given."""
+    begin, held = np.zeros(found.linkage.size), set[int]()
+    led = {
+        drive.column: float(drive.signal.value(0.0)) for drive in found.drives if drive.kind in ("angle", "position")
+    }
+    for number, joint in enumerate(mechanism.joints):
+        for column, start, near in zip(
+            found.columns[joint.name], joint.spread("start"), joint.spread("near"), strict=True
+        ):
+            key = "start" if found.slides[column] else "start_deg"
+            if start is not None and column in led and abs(start - led[column]) > SAME:
+                raise fault(
+                    f"{key} is {_shown(start, found, column)}, and the joint's actuator begins at"
+                    f" {_shown(led[column], found, column)}; leave out {key}, or make them agree",
+                    *("joints", number, key),
+                )
+            if start is not None:
+                held.add(column)
+            begin[column] = next((value for value in (start, led.get(column), near) if value is not None), 0.0)
+    held |= led.keys()
+    return begin, held
+
+
+def _shown(value: float, found: Assembly, column: int) -> str:
+    return f"{value:.6g} m" if found.slides[column] else f"{math.degrees(value):.6g} degrees"
+
+
+def _open(mechanism: MechanismParts, found: Assembly, values: Array, miss: float) -> PydanticCustomError:
+    placement = found.linkage.place(values)
+    worst, far = "", 0.0
+    for name, (ghost, body) in found.cuts.items():
+        missed = Coincide(ghost, body).residual(found.linkage, placement, values)
+        if np.abs(missed).max() >= far:
+            worst, far = name, float(np.abs(missed).max())
+            how = (
+                f"{np.linalg.norm(missed[:3]):.4g} m and {math.degrees(float(np.linalg.norm(missed[3:]))):.4g} degrees"
+            )
+    if not worst:
+        return fault(
+            f"the start values miss what the constraints ask for by {miss:.4g}; leave some of them out", "joints"
+        )
+    number = next(place for place, joint in enumerate(mechanism.joints) if joint.name == worst)
+    return fault(
+        f"the loop at joint '{worst}' does not close with these lengths and start values: it misses by {how};"
+        " change them, or leave out the start of a joint in it",
+        *("joints", number),
+    )
+
+
+def _within(mechanism: MechanismParts, found: Assembly, values: Array) -> None:
+    for number, joint in enumerate(mechanism.joints):
+        for column in found.columns[joint.name]:
+            key = "range" if found.slides[column] else "range_deg"
+            pair = getattr(joint, key)
+            if pair is None:
+                continue
+            lower, upper = pair if found.slides[column] else map(math.radians, pair)
+            if not lower - SAME <= values[column] <= upper + SAME:
+                shown = _shown(float(values[column]), found, column)
+                raise fault(
+                    f"joint '{joint.name}' starts at {shown}; its {key} is [{pair[0]:g}, {pair[1]:g}]",
+                    "joints",
+                    number,
+                    key,
+                )
+
+
+def _check_drives(mechanism: MechanismParts, found: Assembly, values: Array) -> None:
+    """Check that each motion has a freedom of its own."""
+    matrix = jacobian(found.linkage, found.rows, values)
+    rank = rank_of(matrix)
+    free = found.linkage.size - rank
+    for drive in found.drives:
+        matrix = np.concatenate(
+            [matrix, _drive_row(found, drive).jacobian(found.linkage, found.linkage.place(values), values)]
+        )
+        grown = rank_of(matrix)
+        if grown == rank:
+            raise fault(
+                f"'{mechanism.actuators[drive.number].target}' cannot be moved by itself: the mechanism has {free}"
+                f" {'freedom' if free == 1 else 'freedoms'}, which other motions take already; give a torque or a"
+                " force, or leave it out",
+                *("actuators", drive.number),
+            )
+        rank = grown
+
+
+def _drive_row(found: Assembly, drive: Motion) -> Rows:
+    if drive.ends is not None:
+        return Apart(drive.ends, 0.0)
+    return Linear({drive.column: 1.0})
+
+
+def _speeds(mechanism: MechanismParts, found: Assembly, values: Array) -> Array:
+    """Return the speeds at the start: those given, those of motions, and what follows from loops."""
+    held: dict[int, float] = {}
+    for joint in mechanism.joints:
+        for column, speed in zip(found.columns[joint.name], joint.spread("speed"), strict=True):
+            if speed is not None:
+                held[column] = speed
+    for drive in found.drives:
+        if drive.column >= 0:
+            rate = drive.signal.value(0.0) if drive.kind == "velocity" else drive.signal.rate(0.0)
+            if drive.column in held and abs(held[drive.column] - rate) > SAME:
+                owners = [n for n, each in enumerate(mechanism.joints) if drive.column in found.columns[each.name]]
+                raise fault("the speed at the start contradicts the joint's actuator; leave it out", "joints", *owners)
+            held[drive.column] = float(rate)
+    rows, wanted = list(found.rows), [np.zeros(len(jacobian(found.linkage, found.rows, values)))]
+    for drive in found.drives:
+        if drive.ends is not None:
+            rows.append(_drive_row(found, drive))
+            wanted.append(np.atleast_1d(drive.signal.rate(0.0)))
+    speeds, missed = rates(found.linkage, rows, values, held=held, wanted=np.concatenate(wanted))
+    if missed > SAME:
+        raise fault(
+            f"the speeds at the start tear the mechanism apart by {missed:.4g} m/s; leave some of them out", "joints"
+        )
+    return speeds

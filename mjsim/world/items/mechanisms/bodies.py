@@ -1,0 +1,213 @@
+"""Bodies of mechanisms: rods, boxes, cylinders and balls, each with its mass."""
+
+import math
+from typing import TYPE_CHECKING, Annotated, Self
+
+from pydantic import Field, model_validator
+
+from mjsim.world.ground import Color, Degrees, Length, Model, OneOf, Point3, fault
+from mjsim.world.items.mechanisms.points import GROUND, PartName
+
+if TYPE_CHECKING:  # worlds without mechanisms start without it
+    from mjsim.geometry import Array
+    from mjsim.mechanics import Solid
+
+DENSITY = 1000.0
+"""Of a body whose mass is not given [kg/m^3]."""
+
+RollPitchYaw = Annotated[tuple[Degrees, ...], Field(strict=False, min_length=3, max_length=3)]
+
+
+class _Body(Model):
+    name: PartName
+    """In the scene, `MECHANISM/BODY`."""
+    at: Point3 = (0.0, 0.0, 0.0)
+    """Where its shape is in its frame [m]."""
+    rpy_deg: RollPitchYaw = (0.0, 0.0, 0.0)
+    """[roll, pitch, yaw] of its shape in its frame, right-handed, in this order."""
+    mass: Annotated[float, Field(gt=0, le=1e6)] | None = None
+    """That of its shape at 1000 kg/m^3 unless given [kg]."""
+    center: Point3 | None = None
+    """Its centre of mass in its frame [m]; that of its shape unless given."""
+    inertia: (
+        Annotated[tuple[Annotated[float, Field(ge=-1e9, le=1e9)], ...], Field(strict=False, min_length=6, max_length=6)]
+        | None
+    ) = None
+    """[ixx, iyy, izz, ixy, iyz, ixz] about its centre of mass, along the axes of its frame [kg m^2]; that of its shape
+    unless given."""
+    color: Color = "#7d93ab"
+    """'#rrggbb'."""
+    friction: Annotated[float, Field(ge=0, le=10)] = 0.8
+    """Coefficient of friction against what touches it."""
+
+    @model_validator(mode="after")
+    def _can_be(self) -> Self:
+        if self.name == GROUND:
+            raise fault(f"'{GROUND}' is what does not move; give the body another name", "name")
+        if self.inertia is not None:
+            _check_inertia(self.inertia)
+        return self
+
+    def volume(self) -> float:
+        """Return that of its shape [m^3]."""
+        raise NotImplementedError
+
+    def middle(self) -> tuple[float, float, float]:
+        """Return the centre of its shape, frame of the shape [m]."""
+        return (0.0, 0.0, 0.0)
+
+    def squares(self) -> tuple[float, float, float]:
+        """Return the moments of inertia of its shape about its centre, for a mass of 1 kg [m^2]."""
+        raise NotImplementedError
+
+    def ends(self) -> dict[str, tuple[float, float, float]]:
+        """Return its named points, frame of the shape [m]."""
+        raise NotImplementedError
+
+    def frame(self) -> "Array":
+        """Return body_from_shape, shape (4, 4) [m]."""
+        from mjsim.mechanics import placed
+
+        return placed(self.at, [math.radians(angle) for angle in self.rpy_deg])
+
+    def points(self) -> dict[str, tuple[float, ...]]:
+        """Return its named points in its own frame [m]."""
+        frame = self.frame()
+        found = {name: tuple((frame[:3, :3] @ at + frame[:3, 3]).tolist()) for name, at in self.ends().items()}
+        return {**found, "center": self.solid().center}
+
+    def solid(self) -> "Solid":
+        """Return its mass, its centre of mass and its inertia."""
+        import numpy as np
+
+        from mjsim.mechanics import Solid
+
+        frame, mass = self.frame(), DENSITY * self.volume() if self.mass is None else self.mass
+        center = frame[:3, :3] @ self.middle() + frame[:3, 3] if self.center is None else np.array(self.center)
+        tensor = mass * frame[:3, :3] @ np.diag(self.squares()) @ frame[:3, :3].T
+        own = [tensor[0, 0], tensor[1, 1], tensor[2, 2], tensor[0, 1], tensor[1, 2], tensor[0, 2]]
+        xx, yy, zz, xy, yz, xz = map(float, own if self.inertia is None else self.inertia)
+        return Solid(
+            mass=mass,
+            center=tuple(center.tolist()),
+            inertia=(xx, yy, zz, xy, yz, xz),
+        )
+
+
+def _check_inertia(inertia: tuple[float, ...]) -> None:
+    import numpy as np
+
+    xx, yy, zz, xy, yz, xz = inertia
+    smallest, middle, largest = np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])).tolist()
+    if smallest < -1e-9 * max(largest, 1e-300):
+        raise fault(f"the inertia has a principal moment of {smallest:g} kg m^2; none is below 0", "inertia")
+    if smallest + middle < largest * (1.0 - 1e-9):
+        raise fault(
+            f"the principal moments of inertia are {smallest:g}, {middle:g} and {largest:g} kg m^2;"
+            " no body has one above the sum of the others",
+            "inertia",
+        )
+
+
+class MechanismRod(_Body):
+    """A rod along +x of its frame, which begins at the origin."""
+
+    rod: Annotated[tuple[Length, ...], Field(strict=False, min_length=2, max_length=2)]
+    """[length, radius] [m]."""
+
+    def volume(self) -> float:
+        """Return that of a cylinder [m^3]."""
+        return math.pi * self.rod[1] ** 2 * self.rod[0]
+
+    def middle(self) -> tuple[float, float, float]:
+        """Return its centre [m]."""
+        return (self.rod[0] / 2, 0.0, 0.0)
+
+    def squares(self) -> tuple[float, float, float]:
+        """Return the moments of a cylinder [m^2]."""
+        length, radius = self.rod
+        across = length**2 / 12 + radius**2 / 4
+        return (radius**2 / 2, across, across)
+
+    def ends(self) -> dict[str, tuple[float, float, float]]:
+        """Return its far end [m]."""
+        return {"end": (self.rod[0], 0.0, 0.0)}
+
+
+class MechanismBox(_Body):
+    """A box about the origin of its frame."""
+
+    box: Annotated[tuple[Length, ...], Field(strict=False, min_length=3, max_length=3)]
+    """Full sizes along x, y and z [m]."""
+
+    def volume(self) -> float:
+        """Return length times width times height [m^3]."""
+        return math.prod(self.box)
+
+    def squares(self) -> tuple[float, float, float]:
+        """Return the moments of a box [m^2]."""
+        x, y, z = (size**2 / 12 for size in self.box)
+        return (y + z, x + z, x + y)
+
+    def ends(self) -> dict[str, tuple[float, float, float]]:
+        """Return the middles of four faces [m]."""
+        x, _, z = (size / 2 for size in self.box)
+        return {"end": (x, 0.0, 0.0), "start": (-x, 0.0, 0.0), "top": (0.0, 0.0, z), "bottom": (0.0, 0.0, -z)}
+
+
+class MechanismCylinder(_Body):
+    """A cylinder about the origin of its frame, along z."""
+
+    cylinder: Annotated[tuple[Length, ...], Field(strict=False, min_length=2, max_length=2)]
+    """[radius, height] [m]."""
+
+    def volume(self) -> float:
+        """Return base times height [m^3]."""
+        return math.pi * self.cylinder[0] ** 2 * self.cylinder[1]
+
+    def squares(self) -> tuple[float, float, float]:
+        """Return the moments of a cylinder [m^2]."""
+        radius, height = self.cylinder
+        across = height**2 / 12 + radius**2 / 4
+        return (across, across, radius**2 / 2)
+
+    def ends(self) -> dict[str, tuple[float, float, float]]:
+        """Return the middles of its faces [m]."""
+        return {"top": (0.0, 0.0, self.cylinder[1] / 2), "bottom": (0.0, 0.0, -self.cylinder[1] / 2)}
+
+
+class MechanismBall(_Body):
+    """A ball about the origin of its frame."""
+
+    sphere: Length
+    """Its radius [m]."""
+
+    def volume(self) -> float:
+        """Return that of a ball [m^3]."""
+        return 4.0 / 3.0 * math.pi * self.sphere**3
+
+    def squares(self) -> tuple[float, float, float]:
+        """Return the moments of a ball [m^2]."""
+        return (0.4 * self.sphere**2,) * 3
+
+    def ends(self) -> dict[str, tuple[float, float, float]]:
+        """Return nothing but its centre, which all bodies have."""
+        return {}
+
+
+BODIES: dict[str, type[_Body]] = {
+    "rod": MechanismRod,
+    "box": MechanismBox,
+    "cylinder": MechanismCylinder,
+    "sphere": MechanismBall,
+}
+"""Bodies by the key that gives their shape."""
+
+MechanismBody = Annotated[
+    MechanismRod | MechanismBox | MechanismCylinder | MechanismBall,
+    OneOf(
+        BODIES,
+        "a body needs its shape; write rod: [length, radius], box: [length, width, height], cylinder: [radius, height]"
+        " or sphere: radius",
+    ),
+]

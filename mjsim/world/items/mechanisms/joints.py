@@ -1,0 +1,277 @@
+"""Joints of mechanisms; each is a chain of slides and turns between two bodies."""
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Any, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from mjsim.world.ground import Metres, Model, OneOf, Point3, fault
+from mjsim.world.items.mechanisms.bodies import RollPitchYaw
+from mjsim.world.items.mechanisms.points import End, PartName
+
+if TYPE_CHECKING:  # worlds without mechanisms start without it
+    from mjsim.mechanics import Primitive
+
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+LEAST_ANGLE = 1e-3
+"""Axes that are nearer to each other than this are one [rad]."""
+
+
+def _listed(value: Any) -> Any:
+    return [value] if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+ONE_OR_MORE = BeforeValidator(_listed, json_schema_input_type=float | list[float])
+Angle = Annotated[float, Field(ge=-36000, le=36000)]
+Figure = Annotated[float, Field(ge=0, le=1e9)]
+Angles = Annotated[tuple[Angle, ...], ONE_OR_MORE, Field(strict=False, min_length=1, max_length=6)]
+Lengths = Annotated[tuple[Metres, ...], ONE_OR_MORE, Field(strict=False, min_length=1, max_length=6)]
+Figures = Annotated[tuple[Figure, ...], ONE_OR_MORE, Field(strict=False, min_length=1, max_length=6)]
+Pair = Annotated[tuple[Metres, ...], Field(strict=False, min_length=2, max_length=2)]
+AnglePair = Annotated[tuple[Angle, ...], Field(strict=False, min_length=2, max_length=2)]
+
+
+class MechanismJoint(Model):
+    """What all joints share; a number stands for a list of one.
+
+    Lists have one number for each slide, or for each turn (`_deg`); a ball has three turns. `stiffness`, `damping` and
+    `friction` have one number for all, or one for each slide and then each turn.
+    """
+
+    of: Annotated[tuple[End, ...], Field(strict=False, min_length=2, max_length=2)]
+    """Two points that meet: on the body that carries, and on the one that is carried."""
+    rpy_deg: RollPitchYaw = (0.0, 0.0, 0.0)
+    """How the second body is turned against the first where the joint's values are 0."""
+    start: Lengths | None = None
+    """Values of its slides at the start [m]; what follows from loops, else 0, unless given."""
+    start_deg: Angles | None = None
+    """Values of its turns at the start; what follows from loops, else 0, unless given."""
+    near: Lengths | None = None
+    """Where the search for the values of its slides begins, when they follow from loops [m]."""
+    near_deg: Angles | None = None
+    """Where the search for the values of its turns begins, when they follow from loops."""
+    speed: Lengths | None = None
+    """Speeds of its slides at the start [m/s]."""
+    speed_deg: Angles | None = None
+    """Speeds of its turns at the start [deg/s]."""
+    range: Pair | None = None
+    """[lower, upper] of each of its slides [m]."""
+    range_deg: AnglePair | None = None
+    """[lower, upper] of each of its turns."""
+    stiffness: Figures | None = None
+    """Of springs [N/m, N m/rad]."""
+    rest: Lengths | None = None
+    """Where springs of slides pull to [m]; 0 unless given."""
+    rest_deg: Angles | None = None
+    """Where springs of turns pull to; 0 unless given."""
+    damping: Figures | None = None
+    """[N s/m, N m s/rad]"""
+    friction: Figures | None = None
+    """Dry friction, the same at rest and in motion [N, N m]."""
+
+    @property
+    def name(self) -> str:
+        """In the scene, `MECHANISM/JOINT`."""
+        return str(getattr(self, kind_name(self)))
+
+    def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
+        """Return its motions in order, from the first body to the second.
+
+        Args:
+            axis: The one that it has unless it gives its own, in the frame of the first body.
+        """
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _lists_fit(self) -> Self:
+        slides, turns = self._counts()
+        for key, value in self._lists():
+            wanted = turns if key.endswith("_deg") else slides
+            if not wanted:
+                other = key.removesuffix("_deg") if key.endswith("_deg") else f"{key}_deg"
+                moves = "turns" if slides else "slides"
+                raise fault(
+                    f"{key} is for a joint that {moves}; give {other}"
+                    if slides + turns
+                    else f"a weld does not move; leave out {key}",
+                    key,
+                )
+            if key not in ("range", "range_deg") and len(value) != wanted:
+                raise fault(f"{key} has {len(value)} numbers; this joint needs {wanted}", key)
+        for key in ("stiffness", "damping", "friction"):
+            value = getattr(self, key)
+            if value is not None and not slides + turns:
+                raise fault(f"a weld does not move; leave out {key}", key)
+            if value is not None and len(value) not in (1, slides + turns):
+                raise fault(f"{key} has {len(value)} numbers; give 1 or {slides + turns}", key)
+        for key in ("range", "range_deg"):
+            pair = getattr(self, key)
+            if pair is not None and pair[0] >= pair[1]:
+                raise fault(f"{key} is [{pair[0]:g}, {pair[1]:g}]; the first must be below the second", key)
+        return self
+
+    def _lists(self) -> Iterator[tuple[str, tuple[float, ...]]]:
+        for key in ("start", "near", "speed", "range", "rest"):
+            for name in (key, f"{key}_deg"):
+                value = getattr(self, name)
+                if value is not None:
+                    yield name, value
+
+    def _counts(self) -> tuple[int, int]:
+        """Return how many values slide and how many turn."""
+        parts = self.primitives(Z)
+        slides = sum(part.kind == "slide" for part in parts)
+        return slides, sum(part.width for part in parts) - slides
+
+    def spread(self, key: str) -> list[float | None]:
+        """Return what `key` and `key_deg` say of each value [m, rad], None for what they do not, in order."""
+        slides, turns = iter(getattr(self, key) or ()), iter(getattr(self, f"{key}_deg") or ())
+        found: list[float | None] = []
+        for part in self.primitives(Z):
+            if part.kind == "slide":
+                found.append(next(slides, None))
+            else:
+                angles = (next(turns, None) for _ in range(part.width))
+                found += [None if angle is None else math.radians(angle) for angle in angles]
+        return found
+
+    def figures(self, key: str) -> list[float]:
+        """Return stiffness, damping or friction of each value, in order; 0 where there is none."""
+        parts = self.primitives(Z)
+        width = sum(part.width for part in parts)
+        given = getattr(self, key) or (0.0,)
+        if len(given) == 1:
+            return [given[0]] * width
+        slides = sum(part.kind == "slide" for part in parts)
+        of_slides, of_turns = iter(given[:slides]), iter(given[slides:])
+        return [next(of_slides if part.kind == "slide" else of_turns) for part in parts for _ in range(part.width)]
+
+
+class _OneAxis(MechanismJoint):
+    axis: Point3 | None = None
+    """In the frame of the first body; that of the mechanism's first joint unless given."""
+
+    @model_validator(mode="after")
+    def _has_a_direction(self) -> Self:
+        if self.axis is not None and math.hypot(*self.axis) < 1e-9:
+            raise fault("axis is [0, 0, 0], which has no direction", "axis")
+        return self
+
+    def direction(self, axis: tuple[float, ...]) -> tuple[float, float, float]:
+        """Return its axis as a unit vector; the one given unless it has its own."""
+        return unit(axis if self.axis is None else self.axis)
+
+
+class WeldJoint(MechanismJoint):
+    """Holds the second body to the first; nothing moves."""
+
+    weld: PartName
+    """Its name."""
+
+    def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
+        """Return none."""
+        return ()
+
+
+class RevoluteJoint(_OneAxis):
+    """A hinge."""
+
+    revolute: PartName
+    """Its name."""
+
+    def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
+        """Return the turn."""
+        return _chain(("turn", self.direction(axis), ""))
+
+
+class PrismaticJoint(_OneAxis):
+    """A slide."""
+
+    prismatic: PartName
+    """Its name."""
+
+    def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
+        """Return the slide."""
+        return _chain(("slide", self.direction(axis), ""))
+
+
+class CylindricalJoint(_OneAxis):
+    """A slide along an axis and a turn about it."""
+
+    cylindrical: PartName
+    """Its name; its values are `NAME.slide` and `NAME.turn`."""
+
+    def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
+        """Return slide and turn."""
+        along = self.direction(axis)
+        return _chain(("slide", along, "slide"), ("turn", along, "turn"))
+
+
+class PlanarJoint(_OneAxis):
+    """Two slides in a plane and a turn about its normal, which is `axis`."""
+
+    planar: PartName
+    """Its name; its values are `NAME.x`, `NAME.y` and `NAME.turn`."""
+
+    def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
+        """Return both slides and the turn."""
+        normal = self.direction(axis)
+        first, second = across(normal)
+        return _chain(("slide", first, "x"), ("slide", second, "y"), ("turn", normal, "turn"))
+
+
+class SphericalJoint(MechanismJoint):
+    """A ball in a socket; its values are the three numbers of a rotation vector."""
+
+    spherical: PartName
+    """Its name; its values are `NAME.rx`, `NAME.ry` and `NAME.rz`."""
+
+    def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
+        """Return the ball."""
+        return _chain(("ball", Z, ""))
+
+
+def _chain(*parts: tuple[Any, tuple[float, float, float], str]) -> "tuple[Primitive, ...]":
+    from mjsim.mechanics import Primitive
+
+    return tuple(Primitive(kind=kind, axis=axis, suffix=suffix) for kind, axis, suffix in parts)
+
+
+def unit(vector: tuple[float, ...]) -> tuple[float, float, float]:
+    """Return a vector of length 1 in the same direction."""
+    length = math.hypot(*vector)
+    x, y, z = (part / length for part in vector)
+    return (x, y, z)
+
+
+def across(normal: tuple[float, float, float]) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Return two axes in the plane of a normal, right-handed with it: x as it is where the normal is z."""
+    start = X if abs(normal[0]) < 0.9 else Y
+    along = sum(a * b for a, b in zip(start, normal, strict=True))
+    first = unit(tuple(a - along * b for a, b in zip(start, normal, strict=True)))
+    nx, ny, nz = normal
+    fx, fy, fz = first
+    return first, (ny * fz - nz * fy, nz * fx - nx * fz, nx * fy - ny * fx)
+
+
+JOINTS: dict[str, type[MechanismJoint]] = {
+    "weld": WeldJoint,
+    "revolute": RevoluteJoint,
+    "prismatic": PrismaticJoint,
+    "cylindrical": CylindricalJoint,
+    "planar": PlanarJoint,
+    "spherical": SphericalJoint,
+}
+"""Joints by the key that names them."""
+
+
+def kind_name(joint: MechanismJoint) -> str:
+    """Return the key of a joint's kind."""
+    return next(kind for kind, model in JOINTS.items() if isinstance(joint, model))
+
+
+Jointed = Annotated[
+    WeldJoint | RevoluteJoint | PrismaticJoint | CylindricalJoint | PlanarJoint | SphericalJoint,
+    OneOf(JOINTS, f"a joint needs its kind, which names it: {', '.join(JOINTS)}, such as revolute: NAME"),
+]

@@ -1,0 +1,91 @@
+"""A mechanism: its bodies, what joins them, what moves them, and what is measured."""
+
+import math
+from collections.abc import Iterator
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal, Self
+
+from pydantic import PrivateAttr, ValidationInfo, model_validator
+
+from mjsim.errors import did_you_mean
+from mjsim.world.files import BUILT, Source, read_asset
+from mjsim.world.ground import Degrees, Metres, Name, Point, fault
+from mjsim.world.items.mechanisms.bodies import MechanismBody
+from mjsim.world.items.mechanisms.joints import Jointed
+from mjsim.world.items.mechanisms.parts import MechanismParts
+from mjsim.world.items.mechanisms.points import GROUND
+
+if TYPE_CHECKING:  # worlds without mechanisms start without it
+    from mjsim.world.items.mechanisms.assembly import Assembly
+
+RESERVED = ("beacon", "ceiling", "door", "floor", "obstacle", "wall", "world")
+"""With these begin the names of other things in the scene."""
+
+
+class Mechanism(MechanismParts):
+    """Bodies that joints hold to the ground and to each other, with loops or without."""
+
+    name: Name
+    """In the scene, its bodies are `NAME/BODY` and its joints `NAME/JOINT`."""
+    at: Point = (0.0, 0.0)
+    """Where its frame is, [x, y] [m]."""
+    heading_deg: Degrees = 0.0
+    """Where the x axis of its frame points, counter-clockwise from x."""
+    elevation: Metres = 0.0
+    """Height of its frame above the floor [m]."""
+    mode: Literal["forward"] = "forward"
+    """How it is moved: forces move it (forward)."""
+    collide: bool = False
+    """Whether its bodies touch each other."""
+    _source: Source = PrivateAttr(default=BUILT)
+
+    @model_validator(mode="after")
+    def _holds_together(self, info: ValidationInfo) -> Self:
+        source = (info.context or {}).get("source")
+        if isinstance(source, Source):
+            self._source = source
+        if self.name.partition("/")[0] in RESERVED:
+            raise fault(f"'{self.name}' is how other things of the scene are called; give another name", "name")
+        for message, path in self._taken():
+            raise fault(message, *path)
+        _ = self.assembly
+        return self
+
+    def _taken(self) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+        owners: dict[str, str] = {}
+        for kind, items in (("bodies", self.bodies), ("joints", self.joints)):
+            for number, item in enumerate(items):
+                if item.name in owners:
+                    yield f"name '{item.name}' is taken by {owners[item.name]}; give each its own", (kind, number)
+                owners.setdefault(item.name, f"{kind}[{number}]")
+                if item.name == GROUND:
+                    yield f"'{GROUND}' is what does not move; give another name", (kind, number)
+
+    @cached_property
+    def assembly(self) -> "Assembly":
+        """How it hangs together, and how it starts."""
+        from mjsim.world.items.mechanisms.beginning import assemble
+
+        return assemble(self, lambda name: read_asset(name, self._source))
+
+    @property
+    def heading(self) -> float:
+        """Where the x axis of its frame points [rad]."""
+        return math.radians(self.heading_deg)
+
+    def body(self, name: str) -> MechanismBody:
+        """Return a body by its name."""
+        return next(body for body in self.bodies if body.name == name)
+
+    def joint(self, name: str) -> Jointed:
+        """Return a joint by its name.
+
+        Raises:
+            ValueError: There is none.
+        """
+        for joint in self.joints:
+            if joint.name == name:
+                return joint
+        raise ValueError(
+            f"no joint '{name}' in this mechanism{did_you_mean(name, [each.name for each in self.joints])}"
+        )

@@ -1,0 +1,93 @@
+"""What the actuators of a mechanism act on, and the motions that its joints follow."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from mjsim.mechanics import Spot
+from mjsim.world.ground import fault
+from mjsim.world.items.mechanisms.actuators import MOTIONS, DistanceActuator, actuator_kind
+from mjsim.world.items.mechanisms.assembly import Assembly, Motion
+from mjsim.world.items.mechanisms.parts import MechanismParts
+from mjsim.world.items.mechanisms.points import End, place_of
+from mjsim.world.items.mechanisms.tree import Points
+
+Read = Callable[[str], bytes]
+
+
+def motions_of(mechanism: MechanismParts, found: Assembly, points: Points, read: Read) -> tuple[Motion, ...]:
+    """Return what joints and distances follow; every actuator is checked."""
+    drives = list[Motion]()
+    taken = dict[str, int]()
+    for number, actuator in enumerate(mechanism.actuators):
+        kind, column, ends = actuator_kind(actuator), -1, None
+        if kind in MOTIONS and isinstance(actuator, DistanceActuator):
+            ends = _spots(actuator.distance, found, points, ("actuators", number, kind))
+        else:
+            column = _actuated(mechanism, found, number, kind, points)
+        if actuator.target in taken:
+            raise fault(
+                f"'{actuator.target}' has an actuator already, actuators[{taken[actuator.target]}]",
+                "actuators",
+                number,
+                kind,
+            )
+        taken[actuator.target] = number
+        angle = kind in MOTIONS and column >= 0 and not found.slides[column]
+        if (wrong := actuator.signal.misfit(angle=angle)) is not None:
+            raise fault(wrong[0], "actuators", number, "signal", *wrong[1])
+        if kind in MOTIONS:
+            rng = np.random.default_rng(0) if actuator.signal.kind == "random" else None
+            made = actuator.signal.made(read, rng, angle=angle)
+            drives.append(Motion(number=number, kind=kind, column=column, ends=ends, signal=made))
+    return tuple(drives)
+
+
+def _actuated(
+    mechanism: MechanismParts,
+    found: Assembly,
+    number: int,
+    kind: str,
+    points: Points,
+) -> int:
+    """Return the column that an actuator acts on, -1 for a body."""
+    actuator, path = mechanism.actuators[number], ("actuators", number, kind)
+    target = actuator.target
+    on_body = kind in ("torque", "force") and target.partition(".")[0] in points
+    if on_body:
+        try:
+            place_of(target, points)
+        except ValueError as error:
+            raise fault(str(error), *path) from None
+        if getattr(actuator, "axis", None) is None:
+            raise fault(f"a {kind} on a body needs its direction; add axis: [x, y, z]", *path)
+        return -1
+    try:
+        column = found.column(target)
+    except ValueError as error:
+        raise fault(str(error), *path) from None
+    if getattr(actuator, "axis", None) is not None:
+        raise fault(f"a {kind} on a joint acts along the joint's own axis; leave out axis", "actuators", number, "axis")
+    slides, wanted = found.slides[column], {"angle": False, "torque": False, "position": True, "force": True}
+    if kind in wanted and wanted[kind] != slides:
+        right = {"angle": "position", "torque": "force", "position": "angle", "force": "torque"}[kind]
+        raise fault(f"joint '{target}' {'slides' if slides else 'turns'}; write {right}: {target}", *path)
+    return column
+
+
+def _spots(
+    ends: Sequence[End],
+    found: Assembly,
+    points: Points,
+    path: tuple[str | int, ...],
+) -> tuple[Spot, Spot]:
+    spots = []
+    for which, end in enumerate(ends):
+        try:
+            place = place_of(end, points)
+        except ValueError as error:
+            raise fault(str(error), *path, which) from None
+        spots.append(Spot(found.number(place.body), np.array(place.at)))
+    if spots[0].body == spots[1].body:
+        raise fault("both points are on one body, and cannot move apart; name points of two bodies", *path)
+    return spots[0], spots[1]

@@ -1,0 +1,74 @@
+"""Points of mechanisms: a body, a named point of it, or one by its coordinates."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated
+
+from pydantic import Discriminator, Field, Tag
+
+from mjsim.errors import did_you_mean
+from mjsim.world.ground import Name, Point3
+
+GROUND = "ground"
+"""The name of what does not move."""
+PART_NAME = r"^[A-Za-z0-9_][A-Za-z0-9_-]*$"
+
+PartName = Annotated[str, Field(pattern=PART_NAME, max_length=64)]
+"""Of a body or a joint: letters, digits, `_` and `-`; a point separates it from what is on it."""
+Named = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)?$", max_length=130)]
+"""'BODY' or 'BODY.POINT'."""
+
+
+def _kind(value: object) -> str:
+    return "<point>" if isinstance(value, Mapping) else "<name>"
+
+
+End = Annotated[
+    Annotated[Named, Tag("<name>")]
+    | Annotated[Mapping[Name, Point3], Field(strict=False, min_length=1, max_length=1), Tag("<point>")],
+    Discriminator(_kind),
+]
+"""Where something is attached: `BODY` (its origin), `BODY.end`, `BODY.center`, or {BODY: [x, y, z]} [m];
+the body may be `ground`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A point of a body, found by its name."""
+
+    body: str
+    """Or 'ground'."""
+    at: tuple[float, ...]
+    """In the frame of the body, [x, y, z] [m]."""
+
+
+def place_of(
+    end: str | Mapping[str, tuple[float, ...]], points: Mapping[str, Mapping[str, tuple[float, ...]]]
+) -> Place:
+    """Return the point that an end means.
+
+    Args:
+        end: As it is written.
+        points: By body, its named points.
+
+    Raises:
+        ValueError: There is no such body, or no such point of it.
+    """
+    if isinstance(end, Mapping):
+        name, at = next(iter(end.items()))
+        _require(name, points)
+        return Place(name, tuple(at))
+    name, _, point = end.partition(".")
+    _require(name, points)
+    if not point:
+        return Place(name, (0.0, 0.0, 0.0))
+    if point not in points[name]:
+        known = points[name]
+        has = f"it has {', '.join(known)}" if known else "it has none"
+        raise ValueError(f"body '{name}' has no point '{point}'; {has}, or give {{{name}: [x, y, z]}}")
+    return Place(name, points[name][point])
+
+
+def _require(name: str, points: Mapping[str, object]) -> None:
+    if name not in points:
+        raise ValueError(f"no body '{name}' in this mechanism{did_you_mean(name, points)}")

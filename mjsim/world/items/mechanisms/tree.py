@@ -1,0 +1,144 @@
+"""The tree of a mechanism's joints, and where its loops are cut."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+from mjsim.mechanics import Linkage, TreeJoint, inverted, placed
+from mjsim.world.ground import fault
+from mjsim.world.items.mechanisms.joints import MechanismJoint, kind_name
+from mjsim.world.items.mechanisms.parts import MechanismParts
+from mjsim.world.items.mechanisms.points import GROUND, Place, place_of
+
+SOFT_CUTS = ("revolute", "spherical")
+"""Joints at which a loop is cut rather than at others: points that stay together are all that they need."""
+Points = Mapping[str, Mapping[str, tuple[float, ...]]]
+"""By body, its named points."""
+
+
+def places_of(mechanism: MechanismParts, points: Points) -> dict[str, tuple[Place, Place]]:
+    """Return by joint the points that meet."""
+    found = {}
+    for number, joint in enumerate(mechanism.joints):
+        ends = []
+        for which, end in enumerate(joint.of):
+            try:
+                ends.append(place_of(end, points))
+            except ValueError as error:
+                raise fault(str(error), "joints", number, "of", which) from None
+        if ends[0].body == ends[1].body:
+            raise fault(
+                f"joint '{joint.name}' holds '{ends[0].body}' to itself; name two bodies", "joints", number, "of"
+            )
+        found[joint.name] = (ends[0], ends[1])
+    return found
+
+
+def tree_of(mechanism: MechanismParts, places: Mapping[str, tuple[Place, Place]]) -> list[tuple[MechanismJoint, bool]]:
+    """Return the joints that place a body, parents first, each with whether it is passed backwards."""
+    chosen = _spanning(mechanism, places)
+    reached, order, left = {GROUND}, list[tuple[MechanismJoint, bool]](), list(chosen)
+    while left:
+        for joint in left:
+            first, second = (place.body for place in places[joint.name])
+            if (first in reached) != (second in reached):
+                order.append((joint, second in reached))
+                reached |= {first, second}
+                left.remove(joint)
+                break
+        else:
+            break
+    for number, body in enumerate(mechanism.bodies):
+        if body.name not in reached:
+            raise fault(
+                f"no chain of joints leads from '{GROUND}' to body '{body.name}'; join it to '{GROUND}' or to a body"
+                " that is joined",
+                *("bodies", number, "name"),
+            )
+    return order
+
+
+def _spanning(mechanism: MechanismParts, places: Mapping[str, tuple[Place, Place]]) -> list[MechanismJoint]:
+    """Return joints that hold all bodies without a loop: those first at which a loop had better not be cut."""
+    driven = {actuator.target.partition(".")[0] for actuator in mechanism.actuators}
+    group = {GROUND: GROUND} | {body.name: body.name for body in mechanism.bodies}
+
+    def root(name: str) -> str:
+        while group[name] != name:
+            name = group[name]
+        return name
+
+    chosen = []
+    for joint in sorted(mechanism.joints, key=lambda each: _may_be_cut(each) and each.name not in driven):
+        first, second = (root(place.body) for place in places[joint.name])
+        if first != second:
+            group[second] = first
+            chosen.append(joint)
+    return sorted(chosen, key=mechanism.joints.index)
+
+
+def _may_be_cut(joint: MechanismJoint) -> bool:
+    own = ("stiffness", "damping", "friction", "range", "range_deg")
+    return kind_name(joint) in SOFT_CUTS and all(getattr(joint, key) is None for key in own)
+
+
+def linkage_of(
+    mechanism: MechanismParts,
+    places: Mapping[str, tuple[Place, Place]],
+    tree: Sequence[tuple[MechanismJoint, bool]],
+    axis: tuple[float, ...],
+) -> tuple[Linkage, tuple[str, ...], dict[str, tuple[int, int]]]:
+    """Return the linkage, the bodies by number, and the cuts."""
+    firsts, column = {}, 0
+    for each in mechanism.joints:
+        firsts[each.name] = column
+        column += sum(part.width for part in each.primitives(axis))
+    bodies, found, cuts = [GROUND], list[TreeJoint](), {}
+    for joint, backwards in tree:
+        ends = places[joint.name]
+        found.append(_tree_joint(joint, ends, axis, bodies, first=firsts[joint.name], backwards=backwards))
+        bodies.append(ends[0 if backwards else 1].body)
+    within = {joint.name for joint, _ in tree}
+    for item in mechanism.joints:
+        if item.name not in within:
+            ends = places[item.name]
+            found.append(_tree_joint(item, ends, axis, bodies, first=firsts[item.name], backwards=False))
+            bodies.append("")
+            cuts[item.name] = (len(bodies) - 1, bodies.index(ends[1].body))
+    return Linkage(found), tuple(bodies), cuts
+
+
+def _tree_joint(
+    joint: MechanismJoint,
+    ends: tuple[Place, Place],
+    axis: tuple[float, ...],
+    bodies: Sequence[str],
+    *,
+    first: int,
+    backwards: bool,
+) -> TreeJoint:
+    turned = placed((0.0, 0.0, 0.0), [math.radians(angle) for angle in joint.rpy_deg])
+    at_first = placed(ends[0].at, (0.0, 0.0, 0.0))
+    at_second = turned @ placed([-value for value in ends[1].at], (0.0, 0.0, 0.0))
+    parts, parent = joint.primitives(axis), ends[1 if backwards else 0].body
+    return TreeJoint(
+        name=joint.name,
+        parent=bodies.index(parent),
+        before=inverted(at_second) if backwards else at_first,
+        primitives=parts[::-1] if backwards else parts,
+        after=inverted(at_first) if backwards else at_second,
+        sign=-1.0 if backwards else 1.0,
+        first=first,
+    )
+
+
+def values_of(mechanism: MechanismParts) -> tuple[tuple[str, ...], dict[str, range], tuple[bool, ...]]:
+    """Return names of all values, their columns by joint, and whether each is a length."""
+    names, columns, slides = list[str](), {}, list[bool]()
+    for joint in mechanism.joints:
+        begin = len(names)
+        for part in joint.primitives((0.0, 0.0, 1.0)):
+            suffixes = ("rx", "ry", "rz") if part.kind == "ball" else (part.suffix,)
+            names += [f"{joint.name}.{suffix}" if suffix else joint.name for suffix in suffixes]
+            slides += [part.kind == "slide"] * part.width
+        columns[joint.name] = range(begin, len(names))
+    return tuple(names), columns, tuple(slides)
