@@ -51,8 +51,10 @@ from .interface import WheelCommand as WheelCommand
 from .interface import WheelTicks as WheelTicks
 from .interface import WorldMap as WorldMap
 from .interface import sightings_from as sightings_from
+from .logs import import_log as import_log
 from .logs import import_mrclam as import_mrclam
 from .logs import import_victoria_park as import_victoria_park
+from .logs import write_log as write_log
 from .record import Recording as Recording
 from .record import Tick as Tick
 from .record import read_recording as read_recording

@@ -4,7 +4,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from mjsim.cli import main
 from mjsim.geometry import Array, Pose, wrap_angle
 
 START = 1248272272.84
@@ -90,3 +92,9 @@ def write_victoria_park(folder: Path, *, seconds: float = 20.0, begin: float = 1
                 rows.append([begin + time, np.hypot(ahead, left), np.arctan2(left, ahead) + np.pi / 2, 0.3])
     write_table(folder / "measurements.dat", rows)
     return start
+
+
+def run_command(*words: object) -> int:
+    with pytest.raises(SystemExit) as end:
+        main([str(word) for word in words])
+    return int(end.value.code or 0)

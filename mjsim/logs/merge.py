@@ -52,6 +52,31 @@ def motions(twists: Array, edges: Array, noise: MotionNoise) -> list[Odometry]:
     ]
 
 
+def track_motions(track: Array, edges: Array, noise: MotionNoise) -> list[Odometry]:
+    """Return the motion from each edge to the next, of odometry that tells poses.
+
+    Args:
+        track: Rows of time [s], x, y [m] and heading [rad], in the order of time; before the first and after the last
+            the robot rests.
+        edges: Times of the ticks, shape (K,), ascending [s].
+        noise: Makes the covariances.
+
+    Returns:
+        K - 1 increments, each in the robot's frame at its beginning.
+    """
+    if len(track) == 1:
+        track = np.concatenate([track, track])
+    places = places_at(edges.clip(track[0, 0], track[-1, 0]), track, gap=np.inf)
+    steps = np.diff(places, axis=0)
+    c, s = np.cos(places[:-1, 2]), np.sin(places[:-1, 2])
+    forward, left = c * steps[:, 0] + s * steps[:, 1], c * steps[:, 1] - s * steps[:, 0]
+    turn, way = wrap_angles(steps[:, 2]), np.hypot(steps[:, 0], steps[:, 1])
+    return [
+        Odometry(ahead, aside, turned, _covariance(length, abs(turned), turned, noise))
+        for ahead, aside, turned, length in np.stack([forward, left, turn, way], axis=-1).tolist()
+    ]
+
+
 def _motion(twists: Array, begin: float, end: float, noise: MotionNoise) -> Odometry:
     """Return the motion from one time to another, under the twists that hold between them."""
     place, heading, way, turned = Pose(0.0, 0.0, 0.0), 0.0, 0.0, 0.0

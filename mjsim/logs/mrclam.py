@@ -26,8 +26,9 @@ from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import Sighting
 from mjsim.logs.merge import MotionNoise, places_at
+from mjsim.logs.robot_log import RobotLog, write_robot_logs
 from mjsim.logs.table import TIME, read_table, whole_numbers
-from mjsim.logs.ticks import RobotLog, cut, name_from, write_log
+from mjsim.logs.ticks import cut, name_from
 from mjsim.output import require_free
 from mjsim.record import Recording
 from mjsim.world import World, parse_world
@@ -112,7 +113,7 @@ def import_mrclam(
     world = _world(folder, files, landmarks, span, rate_hz=rate_hz, known_map=known_map, sighting=sighting)
     left_out = {f"{name} measurements of no landmark": str(each.unknown) for name, each in files.items()}
     metadata = {"log": "mrclam", "log folder": str(folder), **left_out}
-    return write_log(
+    return write_robot_logs(
         world, logs, span=span, noise=motion, metadata=metadata, record=record, overwrite=overwrite, progress=progress
     )
 

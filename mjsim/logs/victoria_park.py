@@ -27,8 +27,9 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Sighting
 from mjsim.logs.merge import MotionNoise
+from mjsim.logs.robot_log import RobotLog, write_robot_logs
 from mjsim.logs.table import TIME, read_table
-from mjsim.logs.ticks import RobotLog, cut, name_from, write_log
+from mjsim.logs.ticks import cut, name_from
 from mjsim.output import require_free
 from mjsim.record import Recording
 from mjsim.world import World, parse_world
@@ -98,7 +99,7 @@ def import_victoria_park(
     )
     world = _world(folder, _first(truth, span[0]), span, rate_hz=rate_hz, sighting=sighting)
     metadata = {"log": "victoria park", "log folder": str(folder)}
-    return write_log(
+    return write_robot_logs(
         world,
         {NAME: log},
         span=span,

@@ -166,6 +166,7 @@ from .read import load_checked as load_checked
 from .read import load_world as load_world
 from .read import noise_figures as noise_figures
 from .read import parse_world as parse_world
+from .read import read_described as read_described
 from .read import read_file as read_file
 from .read import require_same_but_noise as require_same_but_noise
 from .read import with_settings as with_settings

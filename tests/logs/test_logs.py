@@ -8,13 +8,22 @@ import pytest
 
 import mjsim
 from mjsim.algorithms.ekf_slam import EkfSlam
-from mjsim.cli import main
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, wrap_angle, wrap_angles
 from mjsim.logs.merge import MotionNoise, motions, places_at
 from mjsim.logs.victoria_park import with_course
 from mjsim.report import statistics
-from tests.real_logs import CAR, LANDMARKS, START, TREES, circle, write_mrclam, write_table, write_victoria_park
+from tests.real_logs import (
+    CAR,
+    LANDMARKS,
+    START,
+    TREES,
+    circle,
+    run_command,
+    write_mrclam,
+    write_table,
+    write_victoria_park,
+)
 
 
 def test_motion_between_ticks_is_that_of_all_twists_that_held():
@@ -224,12 +233,6 @@ def test_files_that_are_not_there_or_hold_nothing_are_named(tmp_path):
         mjsim.import_mrclam(tmp_path / "log")
 
 
-def run_command(*words: object) -> int:
-    with pytest.raises(SystemExit) as end:
-        main([str(word) for word in words])
-    return int(end.value.code or 0)
-
-
 def test_the_command_tells_the_kind_of_a_log_by_its_files(tmp_path, capsys):
     write_victoria_park(tmp_path / "park", seconds=2.0)
     output = tmp_path / "park.mcap"
@@ -239,9 +242,9 @@ def test_the_command_tells_the_kind_of_a_log_by_its_files(tmp_path, capsys):
     assert len(recording.time) == 25
     assert recording.world.robots[0].sensors[0].noise.range == 0.5
     assert run_command("import-log", tmp_path, "-o", output) == 2
-    assert "no Barcodes.dat (MRCLAM) and no inputs.dat (Victoria Park)" in capsys.readouterr().err
+    assert "is no log that is read here; give a folder of MRCLAM (Barcodes.dat)" in capsys.readouterr().err
     assert run_command("import-log", tmp_path / "park", "-o", output, "--known-map") == 2
-    assert "Victoria Park has one car and no known map" in capsys.readouterr().err
+    assert "Victoria Park has no known map; leave out --known-map" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -1,0 +1,273 @@
+"""CARMEN logs: one message a line, as the robots of Freiburg, Seattle and Austin wrote them.
+
+    ODOM x y theta tv rv accel                                                     ipc_timestamp host logger_timestamp
+    FLASER n [ranges] x y theta odom_x odom_y odom_theta                           ...
+    RLASER                                                                         the same, looking backwards
+    RAWLASER1 type start fov step max accuracy remission n [ranges] k [remissions] ...
+    ROBOTLASER1 ... as RAWLASER1, then laser x y theta, robot x y theta, tv rv, three distances of safety ...
+    TRUEPOS true_x true_y true_theta odom_x odom_y odom_theta                      ...
+    PARAM name value                                                               ...
+
+Lengths in metres, angles in radians, left positive. Odometry is the robot's pose in a frame that drifts. The pose of
+the laser in FLASER may have been corrected by somebody's SLAM; it is not read. Other messages are counted and left out.
+
+References:
+    Montemerlo, Roy, Thrun, Perspectives on standardization in mobile robot programming: the Carnegie Mellon navigation
+    (CARMEN) toolkit, IROS 2003; the formats as the heads of the logs state them.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.geometry import Array
+from mjsim.interface import Scan
+from mjsim.logs.log import Log, Mount
+from mjsim.logs.robot_log import RobotLog
+from mjsim.logs.text import lines_of
+
+MESSAGES = ("ODOM", "FLASER", "RLASER", "TRUEPOS", "PARAM", "SYNC")
+"""Words that lines of such a log begin with, and those of `LASERS`."""
+LASERS = {f"{kind}{number}": number for kind in ("RAWLASER", "ROBOTLASER") for number in range(1, 6)}
+"""Messages of lasers with a configuration of their own, and the number of the laser."""
+STAMP = 3
+"""Words at the end of a line: time of sending, host, time of logging."""
+OFFSETS = {"front": "robot_frontlaser_offset", "rear": "robot_rearlaser_offset"}
+"""Parameters that tell how far ahead a laser is [m]."""
+MOST_BEAMS = 10_000
+NEAREST = 0.02
+"""What is nearer was not measured [m]."""
+COMMON = 50
+"""Beams with the largest value of a log, from which on that value means that nothing came back."""
+
+
+@dataclass(slots=True)
+class _Found:
+    """What was read so far."""
+
+    odometry: list[tuple[float, float, float, float]] = field(default_factory=list)
+    twists: list[tuple[float, float, float]] = field(default_factory=list)
+    truth: list[tuple[float, float, float, float]] = field(default_factory=list)
+    scans: dict[str, list[Scan]] = field(default_factory=dict)
+    mounts: dict[str, tuple[float, float, float]] = field(default_factory=dict)
+    parameters: dict[str, str] = field(default_factory=dict)
+    left_out: Counter[str] = field(default_factory=Counter)
+
+
+def is_carmen(path: Path) -> bool:
+    """Say whether the first lines of a file are messages of CARMEN."""
+    if not path.is_file():
+        return False
+    known = 0
+    for number, line in enumerate(lines_of(path)):
+        word = line.split(maxsplit=1)[0] if line.strip() else "#"
+        if word in MESSAGES or word in LASERS:
+            known += 1
+        elif not word.startswith("#") and known == 0:
+            return False
+        if known >= 3 or number > 500:
+            break
+    return known > 0
+
+
+def read_carmen(path: Path) -> Log:
+    """Return what a log tells; lasers are named 'front', 'rear', or 'laser1' to 'laser5'.
+
+    Raises:
+        UsageError: It cannot be read, holds neither odometry nor scans, or a line is not as it must be.
+    """
+    found = _Found()
+    for number, line in enumerate(lines_of(path), start=1):
+        words = line.split()
+        if not words or words[0].startswith("#"):
+            continue
+        try:
+            _take(found, words)
+        except (ValueError, IndexError) as error:
+            why = str(error) if isinstance(error, ValueError) else f"{words[0]} has too few values"
+            raise UsageError(f"{path}:{number}: {why}"[:LONGEST_MESSAGE]) from None
+    if not found.odometry and not found.scans:
+        raise UsageError(f"'{path}' holds neither odometry nor scans of CARMEN")
+    notes = {f"messages of {kind} left out": str(count) for kind, count in sorted(found.left_out.items())}
+    lasers = {}
+    for name, scans in found.scans.items():
+        ordered = _in_order(scans)
+        usual = _usual(ordered)
+        lasers[name] = [scan for scan in ordered if len(scan.ranges) == usual]
+        if len(lasers[name]) != len(ordered):
+            notes[f"{name} scans of another number of beams left out"] = str(len(ordered) - len(lasers[name]))
+    robot = RobotLog(
+        track=_rows(found.odometry, 4) if found.odometry else None,
+        twists=_rows(found.twists, 3),
+        scans={name: _without_returns(scans) for name, scans in lasers.items()},
+        truth=_rows(found.truth, 4) if found.truth else None,
+        gap=1.0,
+    )
+    return Log(kind="carmen", robot=robot, mounts=_mounts(found), notes=notes)
+
+
+def _take(found: _Found, words: Sequence[str]) -> None:
+    """Take a line."""
+    kind = words[0]
+    if kind == "PARAM":
+        found.parameters[words[1]] = words[2] if len(words) > 2 else ""
+    elif kind == "ODOM":
+        x, y, heading, forward, turn, _ = _numbers(words, 1, 7)
+        stamp = _stamp(words, 7)
+        found.odometry.append((stamp, x, y, heading))
+        found.twists.append((stamp, forward, turn))
+    elif kind == "TRUEPOS":
+        x, y, heading, *moved = _numbers(words, 1, 7)
+        stamp = _stamp(words, 7)
+        found.truth.append((stamp, x, y, heading))
+        found.odometry.append((stamp, moved[0], moved[1], moved[2]))
+    elif kind in ("FLASER", "RLASER"):
+        _take_old(found, words)
+    elif kind in LASERS:
+        _take_new(found, words)
+    else:
+        found.left_out[kind[:40]] += 1
+
+
+def _take_old(found: _Found, words: Sequence[str]) -> None:
+    """Take a message of the front or the rear laser."""
+    count = _count(words[1], least=2)
+    ranges = _numbers(words, 2, 2 + count)
+    _, _, _, x, y, heading = _numbers(words, 2 + count, 8 + count)
+    stamp = _stamp(words, 8 + count)
+    step = _step(count)
+    name = "front" if words[0] == "FLASER" else "rear"
+    first = -math.pi / 2 if count * step > 3.0 and count * step < 3.2 else -step * (count - 1) / 2
+    found.scans.setdefault(name, []).append(_scan(stamp, ranges, first, step))
+    found.odometry.append((stamp, x, y, heading))
+
+
+def _take_new(found: _Found, words: Sequence[str]) -> None:
+    """Take a message of a laser that tells its configuration."""
+    _, first, _fov, step, farthest, _, _ = _numbers(words, 1, 8)
+    count = _count(words[8], least=2)
+    ranges = _numbers(words, 9, 9 + count)
+    if not (0.0 < step < math.pi and -7.0 <= first <= 7.0 and farthest > 0.0):
+        raise ValueError(f"{words[0]} begins at {first:g} rad, with {step:g} rad a beam and up to {farthest:g} m")
+    at = 9 + count
+    strengths = _count(words[at], least=0)
+    at += 1 + strengths
+    name = "front" if LASERS[words[0]] == 1 else f"laser{LASERS[words[0]]}"
+    if words[0].startswith("ROBOT"):
+        laser, robot = _numbers(words, at, at + 3), _numbers(words, at + 3, at + 6)
+        stamp = _stamp(words, at + 11)
+        found.odometry.append((stamp, robot[0], robot[1], robot[2]))
+        found.mounts.setdefault(name, _seen_from(laser, robot))
+    else:
+        stamp = _stamp(words, at)
+    found.scans.setdefault(name, []).append(_scan(stamp, ranges, first, step, farthest=farthest))
+
+
+def _scan(stamp: float, ranges: Sequence[float], first: float, step: float, *, farthest: float = math.inf) -> Scan:
+    values = np.array(ranges)
+    values[values < NEAREST] = -np.inf
+    values[values >= farthest] = np.inf
+    return Scan(stamp, values, first, step, NEAREST, farthest)
+
+
+def _without_returns(scans: Sequence[Scan]) -> list[Scan]:
+    """Return scans of one laser whose largest value, if it is common, means that nothing came back."""
+    if not scans:
+        return []
+    ranges = np.array([scan.ranges for scan in scans])
+    finite = ranges[np.isfinite(ranges)]
+    if not len(finite):
+        return list(scans)
+    largest = float(finite.max())
+    at_top = int((finite > largest - 0.005).sum())
+    if at_top >= COMMON and at_top > int(((finite > 0.9 * largest) & (finite <= largest - 0.005)).sum()):
+        ranges[ranges > largest - 0.005] = np.inf
+        finite = ranges[np.isfinite(ranges)]
+    declared = scans[0].range_max
+    reach = declared if math.isfinite(declared) else max(1.0, math.ceil(float(finite.max(initial=1.0))))
+    return [
+        Scan(scan.stamp, row, scan.angle_min, scan.angle_increment, NEAREST, reach)
+        for scan, row in zip(scans, ranges, strict=True)
+    ]
+
+
+def _mounts(found: _Found) -> dict[str, Mount]:
+    """Return where the lasers are: by the parameters of the log, else by the poses in its messages."""
+    mounts = {}
+    for name in found.scans:
+        x, y, yaw = found.mounts.get(name, (0.0, 0.0, math.pi if name == "rear" else 0.0))
+        offset = found.parameters.get(OFFSETS.get(name, ""))
+        if offset is not None and name not in found.mounts:
+            try:
+                x = float(offset)
+            except ValueError:
+                raise UsageError(f"{OFFSETS[name]} is {offset[:40]!r}; it must be a number") from None
+        mounts[name] = Mount(at=(x, y, 0.3), yaw=yaw)
+    return mounts
+
+
+def _seen_from(laser: Sequence[float], robot: Sequence[float]) -> tuple[float, float, float]:
+    """Return a laser's pose in the frame of its robot."""
+    c, s = math.cos(robot[2]), math.sin(robot[2])
+    x, y = laser[0] - robot[0], laser[1] - robot[1]
+    return c * x + s * y, c * y - s * x, laser[2] - robot[2]
+
+
+def _step(count: int) -> float:
+    """Return the angle between two beams of a laser that tells no configuration [rad].
+
+    References:
+        The two- and the four-fold resolution of the SICK LMS, with and without the last beam; 0.25 degrees over 100.
+    """
+    steps = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 401: 0.25, 400: 0.25}
+    return math.radians(steps.get(count, 180.0 / (count - 1)))
+
+
+def _numbers(words: Sequence[str], begin: int, end: int) -> list[float]:
+    """Return the numbers at some places of a line."""
+    if len(words) < end:
+        raise ValueError(f"{words[0]} has {len(words) - 1} values; it must have at least {end - 1}")
+    values = [float(word) for word in words[begin:end]]
+    if not all(map(math.isfinite, values)):
+        bad = next(word for word, value in zip(words[begin:end], values, strict=True) if not math.isfinite(value))
+        raise ValueError(f"{words[0]} holds {bad[:40]!r}; numbers must be finite")
+    return values
+
+
+def _count(word: str, *, least: int) -> int:
+    count = int(word)
+    if not least <= count <= MOST_BEAMS:
+        raise ValueError(f"a laser of {count} values; it must have {least} to {MOST_BEAMS}")
+    return count
+
+
+def _stamp(words: Sequence[str], at: int) -> float:
+    """Return when a message was sent; the place after its last value [s]."""
+    if len(words) < at + 1:
+        raise ValueError(f"{words[0]} has no time at its end")
+    (stamp,) = _numbers(words, at, at + 1)
+    return stamp
+
+
+def _in_order(scans: Sequence[Scan]) -> list[Scan]:
+    """Return scans in the order of their times, those of one time once."""
+    kept: list[Scan] = []
+    for scan in sorted(scans, key=lambda item: item.stamp):
+        if not kept or scan.stamp > kept[-1].stamp:
+            kept.append(scan)
+    return kept
+
+
+def _usual(scans: Iterable[Scan]) -> int:
+    return Counter(len(scan.ranges) for scan in scans).most_common(1)[0][0]
+
+
+def _rows(rows: Sequence[tuple[float, ...]], columns: int) -> Array:
+    """Return rows in the order of their times, shape (N, columns)."""
+    table = np.array(rows, dtype=float).reshape(-1, columns)
+    return table[np.argsort(table[:, 0], kind="stable")]

@@ -1,0 +1,315 @@
+"""Tables of one's own, described by a small YAML file: which file and which column holds what.
+
+    log: tables
+    odometry: {file: odometry.csv, time: t, x: x, y: y, heading_deg: yaw}
+    scans: [{file: scan.csv, time: t, ranges: r_, from_deg: -90, step_deg: 0.5, range: [0.05, 20]}]
+    truth: {file: truth.csv, time: t, x: x, y: y, heading: theta}
+
+Paths start from the YAML file. A table has a first line of names; columns are separated by commas, semicolons, tabs or
+blanks. In a table without names columns are called 1, 2 and so on.
+"""
+
+import math
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from mjsim.errors import UsageError
+from mjsim.geometry import Array
+from mjsim.interface import ImuReading, Scan, Sighting
+from mjsim.logs.csv_table import CsvTable, read_csv
+from mjsim.logs.log import BEARING, MOTION, RANGE, Log, Mount, Wishes
+from mjsim.logs.robot_log import RobotLog
+from mjsim.logs.text import lines_of
+from mjsim.world import Model, read_described
+
+Column = Annotated[str, Field(min_length=1, max_length=200)] | Annotated[int, Field(ge=1)]
+"""The name of a column, or its number from 1."""
+Axes = Annotated[tuple[Column, ...], Field(strict=False, min_length=3, max_length=3)]
+"""Columns of x, y and z."""
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+"""Of times [s]."""
+
+
+class _Table(Model):
+    """One file of the log."""
+
+    file: Annotated[str, Field(min_length=1, max_length=400)]
+    """Path from the description."""
+    time: Column
+    """When; rows are put into the order of time."""
+
+
+class _Angled(_Table):
+    """A table with an angle, in radians or in degrees."""
+
+    @model_validator(mode="after")
+    def _has_one_angle(self) -> Self:
+        for name in ("heading", "turn", "bearing"):
+            if name in type(self).model_fields and (getattr(self, name) is None) == (
+                getattr(self, f"{name}_deg") is None
+            ):
+                raise ValueError(f"name one column: {name} [rad] or {name}_deg")
+        return self
+
+
+class Poses(_Angled):
+    """Poses in a plane."""
+
+    x: Column
+    """[m]"""
+    y: Column
+    """[m]"""
+    heading: Column | None = None
+    """Counter-clockwise from x [rad]."""
+    heading_deg: Column | None = None
+    """The same in degrees."""
+
+
+class Twists(_Angled):
+    """Velocities, each of which holds until the next."""
+
+    forward: Column
+    """[m/s]"""
+    turn: Column | None = None
+    """Left positive [rad/s]."""
+    turn_deg: Column | None = None
+    """The same in degrees."""
+
+
+class Sightings(_Angled):
+    """Landmarks as seen from the robot's origin."""
+
+    name: Column | None = None
+    """Which landmark it is; without it nobody knows."""
+    range: Column
+    """[m]"""
+    bearing: Column | None = None
+    """Left positive [rad]."""
+    bearing_deg: Column | None = None
+    """The same in degrees."""
+
+
+class Scans(_Table):
+    """Scans of a 2-D lidar, one a row."""
+
+    ranges: Annotated[str, Field(min_length=1)] | Annotated[int, Field(ge=1)]
+    """How the names of the columns with ranges begin, or the number of the first one of those up to the last [m]."""
+    from_deg: Finite
+    """Angle of the first beam, left positive."""
+    step_deg: Annotated[float, Field(allow_inf_nan=False, gt=-360, lt=360)]
+    """From one beam to the next; below 0 when the lidar turns clockwise."""
+    range: Annotated[tuple[Positive, ...], Field(strict=False, min_length=2, max_length=2)]
+    """[nearest, farthest] that is measured; what is farther came from nowhere [m]."""
+    name: Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,39}$")] = "scan"
+    """Of the lidar."""
+    at: Annotated[tuple[Finite, ...], Field(strict=False, min_length=3, max_length=3)] = (0.0, 0.0, 0.3)
+    """Where it is on the robot [m]."""
+    yaw_deg: Finite = 0.0
+    """Where it points, to the left."""
+
+    def mount(self) -> Mount:
+        """Return where it is on the robot."""
+        x, y, z = self.at
+        return Mount(at=(x, y, z), yaw=math.radians(self.yaw_deg))
+
+
+class Inertial(_Table):
+    """Readings of an inertial sensor in its own frame, z up."""
+
+    acceleration: Axes
+    """Specific force along x, y and z [m/s^2]."""
+    turn: Axes
+    """Angular velocity about x, y and z [rad/s]."""
+
+
+class Marks(Model):
+    """Where landmarks stand."""
+
+    file: Annotated[str, Field(min_length=1, max_length=400)]
+    """Path from the description."""
+    name: Column
+    x: Column
+    """[m]"""
+    y: Column
+    """[m]"""
+
+
+class Noise(Model):
+    """How far readings are off, as standard deviations; guesses unless given."""
+
+    distance: Annotated[float, Field(ge=0, le=10)] = MOTION.distance
+    """Of odometry [m/sqrt(m)]."""
+    turn: Annotated[float, Field(ge=0, le=10)] = MOTION.turn
+    """Of odometry [rad/sqrt(rad)]."""
+    veer: Annotated[float, Field(ge=0, le=10)] = MOTION.veer
+    """Of odometry's heading, for each metre [rad/sqrt(m)]."""
+    range: Annotated[float, Field(gt=0, le=100)] = RANGE
+    """Of a sighting [m]."""
+    bearing_deg: Annotated[float, Field(gt=0, le=180)] = math.degrees(BEARING)
+    """Of a sighting."""
+
+
+class Description(Model):
+    """What the tables of a log hold."""
+
+    log: Literal["tables"]
+    time_unit: Literal["s", "ms", "us", "ns"] = "s"
+    """Of all columns of time."""
+    odometry: Poses | None = None
+    """Where odometry has the robot, in a frame that drifts."""
+    twist: Twists | None = None
+    """How fast it moved by its odometry, or was told to move where there are poses."""
+    truth: Poses | None = None
+    """Where it was."""
+    gap: Positive = 1.0
+    """Between two rows of truth that are farther apart nothing is known [s]."""
+    sightings: Sightings | None = None
+    landmarks: Marks | None = None
+    scans: Annotated[tuple[Scans, ...], Field(strict=False)] = ()
+    """One for each lidar; ticks are moved to the scans of the first."""
+    imu: Inertial | None = None
+    noise: Noise = Noise()
+
+
+def is_description(path: Path) -> bool:
+    """Say whether a file describes the tables of a log."""
+    if path.suffix.lower() not in (".yaml", ".yml") or not path.is_file():
+        return False
+    return any(line.split() == ["log:", "tables"] for line in lines_of(path))
+
+
+def read_columns(path: Path, wishes: Wishes) -> Log:
+    """Return the log whose tables a file describes.
+
+    Raises:
+        WorldError: Something in the description is wrong.
+        UsageError: A table is not there or not as described (names file and line).
+    """
+    told = read_described(path, Description)
+    tables = _Tables(path.parent, UNITS[told.time_unit])
+    noise = told.noise
+    motion = type(MOTION)(distance=noise.distance, turn=noise.turn, veer=noise.veer)
+    deviations = wishes.sighting_over(noise.range, math.radians(noise.bearing_deg))
+    sightings, names = tables.sightings(told.sightings, deviations)
+    scans = told.scans
+    if len({scan.name for scan in scans}) < len(scans):
+        raise UsageError(f"'{path}': two lidars have the same name; give each its own")
+    robot = RobotLog(
+        twists=tables.twists(told.twist),
+        track=tables.poses(told.odometry),
+        sightings=sightings,
+        identities=names,
+        scans={scan.name: tables.scans(scan) for scan in scans},
+        imu=tables.imu(told.imu),
+        truth=tables.poses(told.truth),
+        gap=told.gap,
+    )
+    return Log(
+        kind="tables",
+        robot=robot,
+        mounts={scan.name: scan.mount() for scan in scans},
+        landmarks=tables.landmarks(told.landmarks),
+        motion=motion,
+        sighting=(noise.range, math.radians(noise.bearing_deg)),
+    )
+
+
+class _Tables:
+    """The tables beside a description."""
+
+    def __init__(self, folder: Path, second: float) -> None:
+        self._folder, self._second = folder, second
+        self._read: dict[str, CsvTable] = {}
+
+    def poses(self, asked: Poses | None) -> Array | None:
+        """Return rows of time, x, y and heading, shape (N, 4)."""
+        if asked is None:
+            return None
+        table = self._table(asked.file)
+        return self._rows(asked, table, table.column(asked.x), table.column(asked.y), _angle(table, asked, "heading"))
+
+    def twists(self, asked: Twists | None) -> Array:
+        """Return rows of time, forward and turn, shape (N, 3)."""
+        if asked is None:
+            return np.zeros((0, 3))
+        table = self._table(asked.file)
+        return self._rows(asked, table, table.column(asked.forward), _angle(table, asked, "turn"))
+
+    def sightings(
+        self, asked: Sightings | None, deviations: tuple[float, float]
+    ) -> tuple[list[Sighting], list[str] | None]:
+        """Return sightings in the order of time, and what each is of."""
+        if asked is None:
+            return [], None
+        table = self._table(asked.file)
+        names = None if asked.name is None else table.words(asked.name)
+        columns = self._times(asked, table), table.column(asked.range), _angle(table, asked, "bearing")
+        if float(columns[1].min()) <= 0.0:
+            raise UsageError(f"'{asked.file}': a range is {columns[1].min():g} m; it must be above 0")
+        rows = np.column_stack(columns).tolist()
+        covariance = np.diag(np.square(deviations))
+        order = sorted(range(len(rows)), key=lambda k: rows[k][0])
+        seen = [
+            Sighting(rows[k][0], None if names is None else names[k], rows[k][1], rows[k][2], covariance) for k in order
+        ]
+        return seen, None if names is None else [names[k] for k in order]
+
+    def scans(self, asked: Scans) -> list[Scan]:
+        """Return scans in the order of time, those of one time once."""
+        table = self._table(asked.file)
+        nearest, farthest = asked.range
+        ranges = table.block(asked.ranges, but=asked.time)
+        ranges[~(ranges >= nearest)] = -np.inf
+        ranges[ranges >= farthest] = np.inf
+        first, step = math.radians(asked.from_deg), math.radians(asked.step_deg)
+        if step < 0.0:
+            ranges, first, step = ranges[:, ::-1], first + step * (ranges.shape[1] - 1), -step
+        times = self._times(asked, table)
+        _, kept = np.unique(times, return_index=True)
+        return [Scan(float(times[k]), ranges[k].copy(), first, step, nearest, farthest) for k in kept]
+
+    def imu(self, asked: Inertial | None) -> list[ImuReading]:
+        """Return inertial readings in the order of time."""
+        if asked is None:
+            return []
+        table = self._table(asked.file)
+        columns = [table.column(name) for name in (*asked.acceleration, *asked.turn)]
+        rows = self._rows(asked, table, *columns)
+        return [ImuReading(float(row[0]), row[1:4].copy(), row[4:7].copy()) for row in rows]
+
+    def landmarks(self, asked: Marks | None) -> dict[str, tuple[float, float]]:
+        """Return the name of a landmark -> where it stands [m]."""
+        if asked is None:
+            return {}
+        table = self._table(asked.file)
+        names, x, y = table.words(asked.name), table.column(asked.x), table.column(asked.y)
+        if len(set(names)) < len(names):
+            twice = next(name for name in names if names.count(name) > 1)
+            raise UsageError(f"'{asked.file}': landmark '{twice}' stands at two places; each has one line")
+        return {name: (float(x[k]), float(y[k])) for k, name in enumerate(names)}
+
+    def _table(self, file: str) -> CsvTable:
+        if file not in self._read:
+            path = self._folder / file
+            if not path.resolve().is_relative_to(self._folder.resolve()):
+                raise UsageError(f"'{file}' leaves the folder of the description; put the table beside it")
+            self._read[file] = read_csv(path)
+        return self._read[file]
+
+    def _times(self, asked: _Table, table: CsvTable) -> Array:
+        return table.column(asked.time) * self._second
+
+    def _rows(self, asked: _Table, table: CsvTable, *columns: Array) -> Array:
+        rows = np.column_stack([self._times(asked, table), *columns])
+        return np.asarray(rows[np.argsort(rows[:, 0], kind="stable")])
+
+
+def _angle(table: CsvTable, asked: _Angled, name: str) -> Array:
+    """Return a column of angles [rad]."""
+    radians = getattr(asked, name)
+    return table.column(radians) if radians is not None else np.radians(table.column(getattr(asked, f"{name}_deg")))

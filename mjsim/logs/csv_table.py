@@ -1,0 +1,144 @@
+"""Text tables with columns that have names."""
+
+import csv
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mjsim.errors import LONGEST_MESSAGE, UsageError, did_you_mean
+from mjsim.geometry import Array
+from mjsim.logs.text import lines_of
+
+SEPARATORS = (",", ";", "\t")
+"""Tried in this order; else blanks."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CsvTable:
+    """The words of a table; columns become numbers when they are asked for."""
+
+    path: Path
+    names: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    lines: Sequence[int]
+    """Line of each row, from 1."""
+
+    def column(self, name: str | int) -> Array:
+        """Return the numbers of a column, shape (N,).
+
+        Raises:
+            UsageError: There is no such column, or a value is no finite number (names file and line).
+        """
+        return self._numbers([self._index(name)])[:, 0]
+
+    def words(self, name: str | int) -> list[str]:
+        """Return the words of a column."""
+        index = self._index(name)
+        return [row[index] for row in self.rows]
+
+    def block(self, first: str | int, *, but: str | int) -> Array:
+        """Return the numbers of many columns, shape (N, columns); infinite and not-a-number values stay.
+
+        Args:
+            first: How their names begin, or the number of the first of all up to the last.
+            but: A column that is none of them.
+        """
+        left_out = self._index(but)
+        if isinstance(first, int):
+            indices = list(range(self._index(first), len(self.names)))
+        else:
+            indices = [index for index, name in enumerate(self.names) if name.startswith(first)]
+        indices = [index for index in indices if index != left_out]
+        if len(indices) < 2:
+            raise UsageError(
+                f"'{self.path}' has {len(indices)} columns whose names begin with '{first}'; a scan has many"
+            )
+        return self._numbers(indices, finite=False)
+
+    def _index(self, name: str | int) -> int:
+        if isinstance(name, int):
+            if name > len(self.names):
+                raise UsageError(f"'{self.path}' has {len(self.names)} columns; there is no column {name}")
+            return name - 1
+        if name not in self.names:
+            raise UsageError(f"no column '{name}' in '{self.path}'{did_you_mean(name, self.names)}"[:LONGEST_MESSAGE])
+        return list(self.names).index(name)
+
+    def _numbers(self, indices: Sequence[int], *, finite: bool = True) -> Array:
+        try:
+            table = np.array([[float(row[index]) for index in indices] for row in self.rows])
+        except ValueError:
+            table = np.full((1, 1), math.nan)
+        if not finite and table.shape == (len(self.rows), len(indices)):
+            return table
+        if not np.isfinite(table).all():
+            raise UsageError(self._fault(indices)[:LONGEST_MESSAGE])
+        return table
+
+    def _fault(self, indices: Sequence[int]) -> str:
+        """Return what is wrong with the first value that is no number."""
+        for line, row in zip(self.lines, self.rows, strict=True):
+            for index in indices:
+                try:
+                    value = float(row[index])
+                except ValueError:
+                    value = math.nan
+                if not math.isfinite(value):
+                    return f"{self.path}:{line}: {self.names[index]} is {row[index][:40]!r}; it must be a finite number"
+        raise AssertionError("all values are finite numbers")
+
+
+def read_csv(path: Path) -> CsvTable:
+    """Return the table in a text file, compressed or not; empty lines and those that begin with '#' are left out.
+
+    The first line holds the names of the columns unless it holds numbers alone; a first comment of as many words as
+    there are columns holds them too.
+
+    Raises:
+        UsageError: It cannot be read, holds no rows, or a row has another number of values (names file and line).
+    """
+    comment = ""
+    kept: list[str] = []
+    lines: list[int] = []
+    for number, line in enumerate(lines_of(path), start=1):
+        text = line.strip().lstrip("\ufeff")
+        if not text:
+            continue
+        if text.startswith("#"):
+            comment = comment if kept else text.lstrip("# ")
+            continue
+        kept.append(text)
+        lines.append(number)
+    if not kept:
+        raise UsageError(f"'{path}' holds no rows")
+    separator = next((mark for mark in SEPARATORS if mark in kept[0]), None)
+    rows = _words(kept, separator)
+    names = rows[0]
+    if all(map(_is_number, names)):
+        told = _words([comment], separator)[0] if comment else []
+        names = told if len(told) == len(rows[0]) else [str(k + 1) for k in range(len(rows[0]))]
+    else:
+        rows, lines = rows[1:], lines[1:]
+    for number, row in zip(lines, rows, strict=True):
+        if len(row) != len(names):
+            raise UsageError(f"{path}:{number}: {len(row)} values; the table has {len(names)} columns")
+    if not rows:
+        raise UsageError(f"'{path}' holds no rows, only names of columns")
+    return CsvTable(path, names, rows, lines)
+
+
+def _words(lines: Sequence[str], separator: str | None) -> list[list[str]]:
+    if separator is None:
+        return [line.split() for line in lines]
+    return [[word.strip() for word in row] for row in csv.reader(lines, delimiter=separator)]
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,132 @@
+"""Which kind of log a file or a folder is, and its import."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.logs import columns, mrclam, victoria_park
+from mjsim.logs.carmen import is_carmen, read_carmen
+from mjsim.logs.log import Log, Wishes, record_log, require_motion
+from mjsim.record import Recording
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kind:
+    """A kind of log that is read into memory as a whole."""
+
+    name: str
+    is_one: Callable[[Path], bool]
+    """Whether a file or folder is of this kind."""
+    read: Callable[[Path, Wishes], Log]
+    topics: bool = False
+    """Whether a user chooses among topics."""
+    landmarks: bool = False
+    """Whether it may hold a survey of landmarks."""
+
+
+KINDS: Sequence[Kind] = (
+    Kind(name="a description of tables", is_one=columns.is_description, read=columns.read_columns, landmarks=True),
+    Kind(name="a CARMEN log", is_one=is_carmen, read=lambda path, _: read_carmen(path)),
+)
+"""In the order in which they are tried; MRCLAM and Victoria Park are folders of their own."""
+READ = (
+    "a folder of MRCLAM (Barcodes.dat) or of Victoria Park (inputs.dat), a CARMEN log,"
+    " a YAML file that describes tables (log: tables)"
+)
+TABLES = (".csv", ".tsv", ".dat")
+PACKED = (".tar", ".tgz", ".txz", ".zip", ".tar.gz", ".tar.xz", ".tar.bz2", ".7z")
+
+
+def import_log(
+    source: str | Path,
+    *,
+    wishes: Wishes | None = None,
+    record: str | Path | None = None,
+    progress: Callable[[float], None] | None = None,
+    overwrite: bool = False,
+) -> Recording:
+    """Return the log of a real robot as a recording; its files tell which kind it is.
+
+    Args:
+        source: A file or a folder.
+        wishes: What is taken of it, and the noise that is told to modules.
+        record: The MCAP file to write; a temporary one, gone with the recording, unless given.
+        progress: Called with how much of it is done [%].
+        overwrite: Whether `record` may replace a file.
+
+    Raises:
+        UsageError: It is no log that is read here, a file is not as it must be (names file and line), or something was
+            asked for that this kind does not have; or `record` exists.
+        RecordingError: The file cannot be written.
+    """
+    path, wishes = Path(source), wishes or Wishes()
+    if not path.exists():
+        raise UsageError(f"no file or folder '{path}'")
+    if path.is_dir() and (path / "Barcodes.dat").exists():
+        _refuse(wishes, "MRCLAM", topics=False, robots=True, landmarks=True)
+        return _import_mrclam(path, wishes, record, progress, overwrite)
+    if path.is_dir() and (path / "inputs.dat").exists():
+        _refuse(wishes, "Victoria Park", topics=False, robots=False, landmarks=False)
+        return _import_victoria_park(path, wishes, record, progress, overwrite)
+    packed = path.name.lower().endswith(PACKED)
+    kind = None if packed else next((kind for kind in KINDS if kind.is_one(path)), None)
+    if kind is None:
+        raise UsageError(_unknown(path))
+    _refuse(wishes, kind.name, topics=kind.topics, robots=False, landmarks=kind.landmarks)
+    log = kind.read(path, wishes)
+    require_motion(log, path)
+    return record_log(log, path, wishes, record=record, progress=progress, overwrite=overwrite)
+
+
+def _unknown(path: Path) -> str:
+    """Return why a path is no log that is read here."""
+    if path.name.lower().endswith(PACKED):
+        return f"'{path}' is an archive; unpack it and name the folder"
+    if path.is_file() and path.suffix.lower() in TABLES:
+        return f"'{path}' is a table of numbers; describe its columns in a YAML file (log: tables) and name that"
+    return f"'{path}' is no log that is read here; give {READ}"[:LONGEST_MESSAGE]
+
+
+def _refuse(wishes: Wishes, kind: str, *, topics: bool, robots: bool, landmarks: bool) -> None:
+    """Refuse what was asked for and a kind of log does not have."""
+    if wishes.robots and not robots:
+        raise UsageError(f"{kind} has one robot; leave out --robot")
+    if wishes.known_map and not landmarks:
+        raise UsageError(f"{kind} has no known map; leave out --known-map")
+    if wishes.topics and not topics:
+        raise UsageError(f"{kind} has no topics; leave out --topic")
+
+
+def _import_mrclam(
+    path: Path, wishes: Wishes, record: str | Path | None, progress: Callable[[float], None] | None, overwrite: bool
+) -> Recording:
+    return mrclam.import_mrclam(
+        path,
+        robots=wishes.robots or None,
+        rate_hz=wishes.rate_hz or mrclam.RATE,
+        begin=wishes.begin,
+        seconds=wishes.seconds,
+        known_map=wishes.known_map,
+        motion=wishes.motion_over(mrclam.MOTION),
+        sighting=wishes.sighting_over(mrclam.RANGE, mrclam.BEARING),
+        record=record,
+        progress=progress,
+        overwrite=overwrite,
+    )
+
+
+def _import_victoria_park(
+    path: Path, wishes: Wishes, record: str | Path | None, progress: Callable[[float], None] | None, overwrite: bool
+) -> Recording:
+    return victoria_park.import_victoria_park(
+        path,
+        rate_hz=wishes.rate_hz or victoria_park.RATE,
+        begin=wishes.begin,
+        seconds=wishes.seconds,
+        motion=wishes.motion_over(victoria_park.MOTION),
+        sighting=wishes.sighting_over(victoria_park.RANGE, victoria_park.BEARING),
+        record=record,
+        progress=progress,
+        overwrite=overwrite,
+    )

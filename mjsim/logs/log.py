@@ -1,0 +1,227 @@
+"""A log in memory, of whatever kind its files were -> a recording."""
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.geometry import Array, Pose
+from mjsim.interface import Scan
+from mjsim.logs.merge import MotionNoise, places_at
+from mjsim.logs.robot_log import RobotLog, tick_count, told_at, write_robot_logs
+from mjsim.logs.ticks import cut, name_from
+from mjsim.output import require_free
+from mjsim.record import Recording
+from mjsim.world import World, parse_world
+
+MOTION = MotionNoise(distance=0.05, turn=0.1, veer=0.02)
+"""Of odometry, for logs that do not tell its noise. A guess: that of small robots on hard floors."""
+RANGE, BEARING = 0.1, math.radians(2.0)
+"""Standard deviations of a sighting, for logs that do not tell them [m, rad]. A guess."""
+RATES = (10.0, 12.5, 25.0, 50.0, 125.0)
+"""Ticks a second from which one is chosen when nobody asks for another; whole numbers of physics steps."""
+SPARE = 1.5
+"""Ticks for each scan, at least, at the rate that is chosen."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wishes:
+    """What a user may ask of an import; what a log does not have is refused."""
+
+    rate_hz: float | None = None
+    """Ticks a second; chosen by the log unless given."""
+    begin: float = 0.0
+    """How much of the beginning is left out [s]."""
+    seconds: float | None = None
+    """How much is taken [s]; all unless given."""
+    robots: Sequence[int] = ()
+    """Of a log of several, by number; all unless given."""
+    known_map: bool = False
+    """Whether modules are told where landmarks are."""
+    topics: Mapping[str, str] = field(default_factory=dict)
+    """Of a log with topics: 'scan', 'odometry', 'imu' or 'truth' -> the topic that is read as that."""
+    motion: Mapping[str, float] = field(default_factory=dict)
+    """Fields of `MotionNoise` that replace those of the log's kind."""
+    range_noise: float | None = None
+    """Standard deviation of a sighting's range [m]."""
+    bearing_noise: float | None = None
+    """Standard deviation of a sighting's bearing [rad]."""
+
+    def motion_over(self, noise: MotionNoise) -> MotionNoise:
+        """Return noise with what was asked for in its place."""
+        return replace(noise, **self.motion)
+
+    def sighting_over(self, range_deviation: float, bearing_deviation: float) -> tuple[float, float]:
+        """Return the standard deviations of a sighting with what was asked for in their place [m, rad]."""
+        return (
+            range_deviation if self.range_noise is None else self.range_noise,
+            bearing_deviation if self.bearing_noise is None else self.bearing_noise,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mount:
+    """Where a lidar or an inertial sensor is on its robot."""
+
+    at: tuple[float, float, float] = (0.0, 0.0, 0.3)
+    """In the robot's frame [m]."""
+    yaw: float = 0.0
+    """Left positive [rad]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Log:
+    """What the files of one robot told."""
+
+    kind: str
+    """For people."""
+    robot: RobotLog
+    name: str = "robot"
+    """Of the robot."""
+    mounts: Mapping[str, Mount] = field(default_factory=dict)
+    """By the name of the lidar, or of the inertial sensor."""
+    landmarks: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Where those of a survey are [m]."""
+    motion: MotionNoise = MOTION
+    sighting: tuple[float, float] = (RANGE, BEARING)
+    """Standard deviations of range and bearing [m, rad]."""
+    notes: Mapping[str, str] = field(default_factory=dict)
+    """What was left out, and other facts for the recording's metadata."""
+
+    def times(self) -> tuple[float, float]:
+        """Return when the first and the last of its readings were taken that a robot moves by [s]."""
+        moves = self.robot.track if self.robot.track is not None else self.robot.twists
+        scans = [np.array([scan.stamp for scan in part]) for part in self.robot.scans.values() if part]
+        seen = [np.array([sighting.stamp for sighting in self.robot.sightings])] if self.robot.sightings else []
+        all_times = [column for column in (moves[:, 0], *scans, *seen) if len(column)]
+        return min(float(column[0]) for column in all_times), max(float(column[-1]) for column in all_times)
+
+
+def record_log(
+    log: Log,
+    source: Path,
+    wishes: Wishes,
+    *,
+    record: str | Path | None,
+    progress: Callable[[float], None] | None = None,
+    overwrite: bool = False,
+) -> Recording:
+    """Write a log as a recording and return it.
+
+    Args:
+        log: Of one robot.
+        source: The file or folder that it was read from.
+        wishes: Of the user.
+        record: The MCAP file; a temporary one, gone with the recording, if None.
+        progress: Called with how much of it is done [%].
+        overwrite: Whether `record` may replace a file.
+
+    Raises:
+        UsageError: The file exists, or nothing is left of the log.
+        RecordingError: The file cannot be written.
+    """
+    if record is not None:
+        require_free(Path(record), overwrite=overwrite)
+    first, last = log.times()
+    rate = wishes.rate_hz or _rate_of(log)
+    span = cut(first, last, begin=wishes.begin, seconds=wishes.seconds, rate_hz=rate)
+    notes = {"log": log.kind, "log source": str(source), **log.notes}
+    for lidar, scans in log.robot.scans.items():
+        told = told_at(scans, span[0] + np.arange(tick_count(span, rate)) / rate)
+        inside = sum(span[0] - 1e-9 <= scan.stamp <= span[1] for scan in scans)
+        notes[f"{lidar} scans left out"] = str(inside - len(told))
+    return write_robot_logs(
+        world_of(log, name_from(source), span=span, rate_hz=rate, wishes=wishes),
+        {log.name: log.robot},
+        span=span,
+        noise=wishes.motion_over(log.motion),
+        metadata=notes,
+        record=record,
+        overwrite=overwrite,
+        progress=progress,
+    )
+
+
+def world_of(log: Log, name: str, *, span: tuple[float, float], rate_hz: float, wishes: Wishes) -> World:
+    """Return the room of a log: no walls, its landmarks as reflectors, its robot where it begins."""
+    deviations = wishes.sighting_over(*log.sighting)
+    start = _start(log.robot.truth, span[0])
+    sensors = [
+        _lidar_text(lidar, scans[0], log.mounts.get(lidar, Mount()), rate_hz)
+        for lidar, scans in log.robot.scans.items()
+    ]
+    if log.robot.sightings:
+        noise = f"noise: {{range: {deviations[0]!r}, bearing_deg: {math.degrees(deviations[1])!r}}}"
+        nameless = all(sighting.name is None for sighting in log.robot.sightings)
+        sensors.append(
+            f"{{beacons: eyes, range: [0.01, {_farthest(log)!r}], fov_deg: 360, rate_hz: {rate_hz!r},"
+            f" anonymous: {str(nameless).lower()}, {noise}}}"
+        )
+    sensors += [_imu_text(imu, log.mounts.get(imu, Mount())) for imu in sorted({item.name for item in log.robot.imu})]
+    beacons = [
+        f"  - {{name: {json.dumps(mark)}, at: [{x!r}, {y!r}], width: 0.1}}" for mark, (x, y) in log.landmarks.items()
+    ]
+    lines = [
+        f"# From a log: {log.kind}. It tells of no walls, and the robot's body is a guess.",
+        "mjsim: 1",
+        f"name: {name}",
+        *(["beacons:", *beacons] if beacons else []),
+        "robots:",
+        f"  - name: {json.dumps(log.name)}",
+        f"    at: [{start.x!r}, {start.y!r}]",
+        f"    heading_deg: {math.degrees(start.heading)!r}",
+        "    drive: {type: differential, wheel_radius: 0.1, track: 0.4, max_speed: 3}",
+        "    body: {radius: 0.25, height: 0.3, mass: 15}",
+        *(["    sensors:", *(f"      - {text}" for text in sensors)] if sensors else []),
+        f"run: {{seconds: {span[1] - span[0]!r}, rate_hz: {rate_hz!r},",
+        f"      map: {'known' if wishes.known_map else 'unknown'}}}",
+    ]
+    return parse_world("\n".join(lines) + "\n")
+
+
+def _lidar_text(name: str, scan: Scan, mount: Mount, rate_hz: float) -> str:
+    beams = len(scan.ranges)
+    fov = min(math.degrees(abs(scan.angle_increment)) * (beams - 1), 360.0)
+    # Each scan has its own angles; a fan that is not even to both sides is told by them alone.
+    return (
+        f"{{lidar: {name}, at: {[float(value) for value in mount.at]}, yaw_deg: {math.degrees(mount.yaw)!r},"
+        f" beams: {beams}, fov_deg: {max(fov, 1e-3)!r}, range: [{scan.range_min!r}, {scan.range_max!r}],"
+        f" rate_hz: {rate_hz!r}, noise: {{range: 0.02}}}}"
+    )
+
+
+def _imu_text(name: str, mount: Mount) -> str:
+    return f"{{imu: {name}, at: {[float(value) for value in mount.at]}, yaw_deg: {math.degrees(mount.yaw)!r}}}"
+
+
+def _farthest(log: Log) -> float:
+    return max(1.0, 1.1 * max(float(sighting.range) for sighting in log.robot.sightings))
+
+
+def _start(truth: Array | None, time: float) -> Pose:
+    """Return where the robot begins: at the truth, else at the origin."""
+    if truth is None or not len(truth):
+        return Pose(0.0, 0.0, 0.0)
+    return Pose.from_array(places_at(np.array([time]).clip(truth[0, 0], truth[-1, 0]), truth, gap=math.inf)[0])
+
+
+def _rate_of(log: Log) -> float:
+    """Return the lowest rate of `RATES`, from 10 Hz on, that leaves ticks to spare for the scans of each lidar."""
+    first, last = log.times()
+    most = max((len(scans) for scans in log.robot.scans.values()), default=0) / max(last - first, 1e-3)
+    return next((rate for rate in RATES if rate >= SPARE * most), RATES[-1])
+
+
+def require_motion(log: Log, source: Path) -> None:
+    """Return when a log holds something to move by, or to see.
+
+    Raises:
+        UsageError: It does not.
+    """
+    robot = log.robot
+    if robot.track is None and not len(robot.twists) and not robot.scans and not robot.sightings:
+        raise UsageError(f"'{source}' holds neither odometry nor scans nor sightings; there is nothing to record")

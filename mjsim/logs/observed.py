@@ -1,0 +1,173 @@
+"""Observations of one's own -> a recording, so that replay, report, compare and film work on it."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mjsim.errors import UsageError
+from mjsim.geometry import Array
+from mjsim.interface import Command, Observation
+from mjsim.logs.log import Log, Wishes, world_of
+from mjsim.logs.robot_log import RobotLog
+from mjsim.logs.ticks import write_ticks
+from mjsim.output import require_free
+from mjsim.record import Recording
+from mjsim.world import World
+
+JITTER = 1e-3
+"""Share of a tick by which times may be off an even rate."""
+FASTEST = 250.0
+"""Ticks a second."""
+
+
+def write_log(
+    record: str | Path,
+    observations: Sequence[Observation],
+    *,
+    robot: str = "robot",
+    truth: ArrayLike | None = None,
+    landmarks: Mapping[str, tuple[float, float]] | None = None,
+    world: World | None = None,
+    metadata: Mapping[str, str] | None = None,
+    overwrite: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> Recording:
+    """Write what a robot observed, one observation a tick, as a recording and return it.
+
+    Times and stamps are counted from the first observation. Pictures are left out. The recording's estimate is dead
+    reckoning until an estimator is replayed.
+
+    Args:
+        record: The MCAP file to write.
+        observations: At an even rate, at least two, each with the odometry since the one before.
+        robot: Its name.
+        truth: Where the robot was at each, (x, y, heading), shape (N, 3) [m, m, rad]; NaN rows where nobody knows.
+        landmarks: Where those stand that sightings name [m]; modules are not told.
+        world: The room, with this robot, its sensors and its start; a bare floor with the sensors that the observations
+            have unless given.
+        metadata: Kept with the recording.
+        overwrite: Whether `record` may replace a file.
+        progress: Called with how much of it is done [%].
+
+    Raises:
+        UsageError: The file exists, times are not even, the truth has another shape, or the world lacks the robot.
+        WorldError: A name is none that a world may have.
+        RecordingError: The file cannot be written.
+    """
+    require_free(Path(record), overwrite=overwrite)
+    rate = _rate_of(observations)
+    poses = _poses(truth, len(observations))
+    room = world if world is not None else _room(observations, robot, poses, landmarks or {}, rate)
+    if robot not in {item.name for item in room.robots}:
+        raise UsageError(f"no robot '{robot}' in the world; give the world that it drove in, or none")
+    if abs(room.run.rate_hz - rate) > JITTER * rate:
+        raise UsageError(
+            f"observations come at {rate:g} Hz and the world's ticks at {room.run.rate_hz:g}; make them equal"
+        )
+    first = observations[0].time
+
+    def accounts(dt: float) -> Mapping[str, _Observed]:
+        return {robot: _Observed(observations, poses, first, dt)}
+
+    return write_ticks(
+        room,
+        accounts,
+        count=len(observations),
+        metadata={"log": "observations", "log start": repr(first), **(metadata or {})},
+        record=record,
+        overwrite=overwrite,
+        progress=progress,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Observed:
+    """Observations as they are told, with times from the first."""
+
+    observations: Sequence[Observation]
+    truth: Array
+    first: float
+    dt: float
+
+    def observation(self, row: int) -> Observation:
+        """Return an observation at its tick."""
+        seen, first = self.observations[row], self.first
+        return replace(
+            seen,
+            time=row * self.dt,
+            dt=self.dt,
+            sightings=tuple(replace(item, stamp=item.stamp - first) for item in seen.sightings),
+            scans={name: replace(scan, stamp=scan.stamp - first) for name, scan in seen.scans.items()},
+            imu=tuple(replace(item, stamp=item.stamp - first) for item in seen.imu),
+            cameras={},
+        )
+
+    def command(self, row: int) -> Command:
+        """Return the mean twist since the tick before."""
+        moved = self.observations[row].odometry
+        return Command(moved.forward / self.dt, moved.left / self.dt, moved.turn / self.dt)
+
+    def identities(self, row: int) -> tuple[str | None, ...]:
+        """Return what the sightings were said to be of."""
+        return tuple(sighting.name for sighting in self.observations[row].sightings)
+
+
+def _rate_of(observations: Sequence[Observation]) -> float:
+    """Return how many observations there are a second."""
+    if len(observations) < 2:
+        raise UsageError(f"{len(observations)} observations; a recording needs at least two")
+    times = np.array([seen.time for seen in observations])
+    step = float(times[-1] - times[0]) / (len(times) - 1)
+    if not step > 0.0:
+        raise UsageError("the times of the observations do not rise; give them in the order of time")
+    off = np.abs(times - times[0] - step * np.arange(len(times)))
+    worst = int(np.argmax(off))
+    if off[worst] > JITTER * step:
+        raise UsageError(
+            f"observation {worst} is at {times[worst]:.6g} s, {off[worst]:.3g} s off a rate of {1 / step:.6g} Hz;"
+            " give one observation a tick at an even rate"
+        )
+    # Times that were stored with few digits still mean a whole rate.
+    rate = round(1.0 / step, 3)
+    if rate > FASTEST:
+        raise UsageError(f"{rate:g} observations a second; at most {FASTEST:g} can be recorded")
+    return rate
+
+
+def _poses(truth: ArrayLike | None, count: int) -> Array:
+    """Return the truth as an array of floats, shape (count, 3)."""
+    if truth is None:
+        return np.full((count, 3), np.nan)
+    poses = np.asarray(truth, dtype=float)
+    if poses.shape != (count, 3):
+        raise UsageError(f"the truth has shape {poses.shape}; with {count} observations it must be ({count}, 3)")
+    return poses
+
+
+def _room(
+    observations: Sequence[Observation],
+    robot: str,
+    poses: Array,
+    landmarks: Mapping[str, tuple[float, float]],
+    rate: float,
+) -> World:
+    """Return a bare floor with a robot that has the sensors of its observations."""
+    known = poses[np.isfinite(poses).all(axis=1)]
+    scans = {name: [scan] for seen in observations for name, scan in seen.scans.items()}
+    log = RobotLog(
+        sightings=[sighting for seen in observations for sighting in seen.sightings],
+        scans=scans,
+        imu=[reading for seen in observations for reading in seen.imu],
+        truth=np.concatenate([[0.0], known[0]])[None] if len(known) else None,
+    )
+    span = (0.0, (len(observations) - 1) / rate)
+    return world_of(
+        Log(kind="observations", robot=log, name=robot, landmarks=landmarks),
+        "log",
+        span=span,
+        rate_hz=rate,
+        wishes=Wishes(),
+    )

@@ -1,0 +1,197 @@
+"""What one robot logged, each sensor at times of its own -> what it observed, tick by tick."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array
+from mjsim.interface import Command, ImuReading, Observation, Odometry, Scan, Sighting
+from mjsim.logs.merge import MotionNoise, motions, places_at, track_motions
+from mjsim.logs.ticks import write_ticks
+from mjsim.record import Recording
+from mjsim.world import World
+
+SAME_TIME = 2e-6
+"""Clocks since 1970 are written to microseconds, and doubles hold no more [s]."""
+LONGEST_WAIT = 2.0
+"""For a tick of its own; scans that would come later are left out [s]."""
+Timed = TypeVar("Timed", Sighting, ImuReading)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RobotLog:
+    """What one robot logged; all times are of one clock, in ascending order [s]."""
+
+    twists: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    """Rows of time [s], forward [m/s] and turn [rad/s]; each holds until the next, shape (N, 3)."""
+    track: Array | None = None
+    """Rows of time [s], x, y [m] and heading [rad] in a frame that drifts, shape (K, 4): odometry, where the log has
+    poses. Twists are the commands then."""
+    sightings: Sequence[Sighting] = ()
+    identities: Sequence[str] | None = None
+    """What each sighting is of; None where nobody knows."""
+    scans: Mapping[str, Sequence[Scan]] = field(default_factory=dict)
+    """By the name of the lidar. Ticks are moved to the scans of the first."""
+    imu: Sequence[ImuReading] = ()
+    truth: Array | None = None
+    """Rows of time [s], x, y [m] and heading [rad], shape (M, 4); None when the log has none."""
+    gap: float = 0.1
+    """Between two rows of truth that are farther apart nothing is known [s]."""
+
+
+def write_robot_logs(
+    world: World,
+    logs: Mapping[str, RobotLog],
+    *,
+    span: tuple[float, float],
+    noise: MotionNoise,
+    metadata: Mapping[str, str],
+    record: str | Path | None,
+    overwrite: bool,
+    progress: Callable[[float], None] | None,
+) -> Recording:
+    """Write logs as a recording and return it.
+
+    Args:
+        world: With the robots at their starts; its rate is that of the ticks.
+        logs: By the name of the robot.
+        span: First and last time of the log's clock; the first is 0 in the recording [s].
+        noise: Of the motion.
+        metadata: Where the log is from.
+        record: The MCAP file; a temporary one, gone with the recording, if None.
+        overwrite: Whether that may replace a file.
+        progress: Called with how much of it is done [%].
+
+    Raises:
+        UsageError: The file exists.
+        RecordingError: The file cannot be written.
+    """
+    count = tick_count(span, world.run.rate_hz)
+
+    def accounts(dt: float) -> Mapping[str, _Ticked]:
+        return {name: _Ticked(log, noise, start=span[0], dt=dt, count=count) for name, log in logs.items()}
+
+    return write_ticks(
+        world,
+        accounts,
+        count=count,
+        metadata={"log start": repr(span[0]), **metadata},
+        record=record,
+        overwrite=overwrite,
+        progress=progress,
+    )
+
+
+def tick_count(span: tuple[float, float], rate_hz: float) -> int:
+    """Return how many ticks there are from the first to the last time of a log [s]."""
+    return int((span[1] - span[0]) * rate_hz + 1e-9) + 1
+
+
+def told_at(scans: Sequence[Scan], edges: Array) -> dict[int, int]:
+    """Return tick -> number of the scan that it tells: each waits for the first tick that has none yet.
+
+    Args:
+        scans: Of one lidar, in the order of their times.
+        edges: Times of the ticks, shape (K,), ascending [s].
+    """
+    stamps = np.array([scan.stamp for scan in scans])
+    arrived = np.searchsorted(stamps, edges + SAME_TIME, side="right").tolist()
+    told, following = {}, int(np.searchsorted(stamps, edges[0] - SAME_TIME))
+    for row, count in enumerate(arrived):
+        if following < count:
+            if edges[row] - stamps[following] > LONGEST_WAIT:
+                following = count - 1
+            told[row] = following
+            following += 1
+    return told
+
+
+class _Ticked:
+    """The log of one robot, told tick by tick.
+
+    A tick stands for the moment of its scan, if it has one: odometry, truth and scan are of the same instant, however
+    unevenly scans were logged. Its time in the recording is later by less than a tick, or by as long as scans that came
+    all at once have to wait.
+    """
+
+    def __init__(self, log: RobotLog, noise: MotionNoise, *, start: float, dt: float, count: int) -> None:
+        self._log, self._dt = log, dt
+        nominal = np.asarray(start + dt * np.arange(count), dtype=float)
+        self._scans = {name: told_at(scans, nominal) for name, scans in log.scans.items()}
+        edges = self._moments(nominal)
+        rest = Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
+        if log.track is None:
+            self._motions = [rest, *motions(log.twists, edges, noise)]
+        else:
+            self._motions = [rest, *track_motions(log.track, edges, noise)]
+        self._sightings = _rows_since(np.array([sighting.stamp for sighting in log.sightings]), edges)
+        self._imu = _rows_since(np.array([reading.stamp for reading in log.imu]), edges)
+        self._start = start
+        self._twists = _held(log.twists, edges) if log.track is None or len(log.twists) else self._mean_twists()
+        self.truth: Array = (
+            places_at(edges, log.truth, gap=log.gap) if log.truth is not None else np.full((count, 3), np.nan)
+        )
+
+    def observation(self, row: int) -> Observation:
+        """Return what the robot sensed since the tick before."""
+        return Observation(
+            time=row * self._dt,
+            dt=self._dt,
+            odometry=self._motions[row],
+            sightings=tuple(self._shifted(self._log.sightings[k]) for k in range(*self._sightings[row])),
+            scans={
+                name: replace(self._log.scans[name][rows[row]], stamp=row * self._dt)
+                for name, rows in self._scans.items()
+                if row in rows
+            },
+            imu=tuple(self._shifted(self._log.imu[k]) for k in range(*self._imu[row])),
+            proximity=np.full(16, np.inf),
+        )
+
+    def command(self, row: int) -> Command:
+        """Return the twist that holds at the tick."""
+        forward, left, turn = self._twists[row].tolist()
+        return Command(forward, left, turn)
+
+    def identities(self, row: int) -> tuple[str | None, ...]:
+        """Return what the sightings of a tick are of."""
+        if self._log.identities is None:
+            return ()
+        begin, end = self._sightings[row]
+        return tuple(self._log.identities[begin:end])
+
+    def _moments(self, nominal: Array) -> Array:
+        """Return the instant of the log that each tick stands for, ascending, shape (N,) [s]."""
+        edges = nominal.copy()
+        for name, rows in list(self._scans.items())[:1]:
+            edges[list(rows)] = [self._log.scans[name][index].stamp for index in rows.values()]
+        # What comes after a scan that had to wait is not before it: a tick without a scan keeps to those that follow.
+        return np.minimum.accumulate(edges[::-1])[::-1]
+
+    def _shifted(self, reading: Timed) -> Timed:
+        return replace(reading, stamp=reading.stamp - self._start)
+
+    def _mean_twists(self) -> Array:
+        """Return the mean twist of each tick, where the log tells no commands, shape (N, 3)."""
+        return np.array([[step.forward, step.left, step.turn] for step in self._motions]) / self._dt
+
+
+def _rows_since(stamps: Array, edges: Array) -> list[tuple[int, int]]:
+    """Return the first and the last row, not included, of what is told at each tick: all since the tick before."""
+    # A stamp that is the tick's own is told at once.
+    ends = np.searchsorted(stamps, edges + 1e-9, side="right").tolist()
+    return list(pairwise([int(np.searchsorted(stamps, edges[0] - 1e-9)), *ends]))
+
+
+def _held(twists: Array, edges: Array) -> Array:
+    """Return the twist that holds at each tick, shape (N, 3) [m/s, m/s, rad/s]."""
+    if not len(twists):
+        return np.zeros((len(edges), 3))
+    held: NDArray[np.intp] = np.searchsorted(twists[:, 0], edges, side="right") - 1
+    forward, turn = np.where((held >= 0)[:, None], twists[np.maximum(held, 0), 1:], 0.0).T
+    return np.column_stack([forward, np.zeros(len(edges)), turn])

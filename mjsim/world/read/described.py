@@ -1,0 +1,32 @@
+"""YAML files that are no worlds: checked by a model of their own, every fault with its place."""
+
+from pathlib import Path
+from typing import TypeVar
+
+from pydantic import ValidationError
+
+from mjsim.errors import WorldError
+from mjsim.world.ground import Model
+from mjsim.world.read.reader import faults_of, read_file
+from mjsim.world.yaml import problems_at, read_text
+
+M = TypeVar("M", bound=Model)
+
+
+def read_described(path: str | Path, model: type[M]) -> M:
+    """Return what a YAML file describes.
+
+    Args:
+        path: The file.
+        model: What it must hold.
+
+    Raises:
+        WorldError: Something in the file is wrong; every fault is told with its line and column.
+    """
+    node, problems = read_text(read_file(Path(path)), file=str(path))
+    if node is None or problems:
+        raise WorldError(problems)
+    try:
+        return model.model_validate(node.value)
+    except ValidationError as error:
+        raise WorldError(problems_at(node, str(path), faults_of(error, model))) from None

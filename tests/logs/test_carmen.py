@@ -1,0 +1,151 @@
+"""Logs of CARMEN, written from motions that are known exactly."""
+
+import lzma
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mjsim
+from mjsim.errors import UsageError
+from mjsim.geometry import Pose
+from mjsim.logs import Wishes
+from mjsim.logs.carmen import read_carmen
+from tests.real_logs import circle, run_command
+
+START = 976052857.3
+HEAD = "# CARMEN Logfile\n# ODOM x y theta tv rv accel\nPARAM robot_frontlaser_offset 0.2 nohost 0\n"
+WALL = 3.0
+"""Distance of a straight wall ahead of where the robot starts [m]."""
+
+
+def scan_words(pose: Pose, count: int = 181) -> str:
+    """Return the ranges of a laser 0.2 m ahead of a pose to a wall across x, 81.83 where there is none."""
+    angles = np.radians(np.arange(count) - 90.0) + pose.heading
+    ahead = np.cos(angles)
+    gap = WALL - (pose.x + 0.2 * math.cos(pose.heading))
+    ranges = np.where(ahead > 0.1, gap / np.maximum(ahead, 0.1), 81.83)
+    return " ".join(f"{value:.4f}" for value in ranges)
+
+
+def write_carmen(path: Path, *, seconds: float = 6.0, count: int = 181, old: bool = True) -> None:
+    lines = []
+    for row, time in enumerate(np.arange(0.0, seconds, 0.1)):
+        pose = Pose.from_array(circle(Pose(0.0, 0.0, 0.0), 0.2, 0.1, np.array([time]))[0])
+        place = f"{pose.x:.9f} {pose.y:.9f} {pose.heading:.9f}"
+        stamp = f"{START + time:.6f} nohost {time:.6f}"
+        lines.append(f"ODOM {place} 0.2 0.1 0 {stamp}")
+        if row % 2:
+            continue
+        if old:
+            lines.append(f"FLASER {count} {scan_words(pose, count)} {place} {place} {stamp}")
+        else:
+            laser = pose @ Pose(0.2, 0.0, 0.0)
+            seat = f"{laser.x:.9f} {laser.y:.9f} {laser.heading:.9f}"
+            head = f"0 {-math.pi / 2:.9f} {math.pi:.9f} {math.radians(1.0):.12f} 81.0 0.01 0 {count}"
+            lines.append(f"ROBOTLASER1 {head} {scan_words(pose, count)} 0 {seat} {place} 0.2 0.1 0.5 0.3 0 {stamp}")
+    path.write_text(HEAD + "\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize("old", [True, False])
+def test_a_log_becomes_a_recording_whose_scans_lie_on_the_wall_at_the_pose_of_odometry(old, tmp_path):
+    write_carmen(tmp_path / "room.clf", old=old)
+    run = mjsim.import_log(tmp_path / "room.clf")
+    assert run.metadata["log"] == "carmen"
+    assert run.metadata["front scans left out"] == "0"
+    assert float(run.metadata["log start"]) == pytest.approx(START, abs=1e-6)
+    seen = [(row, tick) for row, tick in enumerate(run.observations("robot")) if tick.scans]
+    assert len(seen) == 30
+    track = run.robots["robot"]
+    for row, tick in seen:
+        at = Pose.from_array(track.odometry[row]) @ Pose(0.2, 0.0, 0.0)
+        walls = at.transform(tick.scans["front"].points())
+        assert len(walls) > 100
+        # Ranges have four decimals; farther aside they stand for more along the wall.
+        np.testing.assert_allclose(walls[:, 0], WALL, atol=1e-3)
+        assert np.isinf(tick.scans["front"].ranges).sum() > 5
+    end = circle(Pose(0.0, 0.0, 0.0), 0.2, 0.1, np.array([run.time[-1]]))[0]
+    np.testing.assert_allclose(track.odometry[-1, :2], end[:2], atol=2e-3)
+    assert np.isnan(track.truth).all()
+
+
+def test_scans_that_were_logged_all_at_once_are_told_one_a_tick(tmp_path):
+    write_carmen(tmp_path / "room.clf")
+    lines = (tmp_path / "room.clf").read_text().splitlines()
+    # Six scans in a row within a millisecond, as they come out of a buffer that was full.
+    scans = [line for line in lines if line.startswith("FLASER")][:6]
+    late = [" ".join([*line.split()[:-3], f"{START + 1.0 + 0.0001 * k:.6f}", "x", "0"]) for k, line in enumerate(scans)]
+    kept = [line for line in lines if not (line.startswith("FLASER") and float(line.split()[-3]) < START + 1.15)]
+    (tmp_path / "burst.clf").write_text("\n".join([*kept, *late]) + "\n")
+    run = mjsim.import_log(tmp_path / "burst.clf", wishes=Wishes(rate_hz=10.0))
+    rows = [row for row, tick in enumerate(run.observations("robot")) if tick.scans]
+    assert run.metadata["front scans left out"] == "0"
+    assert len(rows) == 30
+    assert rows[:6] == [10, 11, 12, 13, 14, 15]
+
+
+def test_packed_logs_true_poses_and_unknown_messages_are_read(tmp_path):
+    write_carmen(tmp_path / "room.clf", seconds=2.0)
+    text = (tmp_path / "room.clf").read_text()
+    text += (
+        f"TRUEPOS 1.0 2.0 0.5 0.0 0.0 0.0 {START} h 0\nTRUEPOS 1.1 2.0 0.5 0.1 0.0 0.0 {START + 0.9} h 0\nGPS 1 2 3\n"
+    )
+    (tmp_path / "room.clf.xz").write_bytes(lzma.compress(text.encode()))
+    run = mjsim.import_log(tmp_path / "room.clf.xz", record=tmp_path / "run.mcap")
+    assert run.metadata["messages of GPS left out"] == "1"
+    np.testing.assert_allclose(run.robots["robot"].truth[0], [1.0, 2.0, 0.5], atol=1e-6)
+    assert np.isnan(run.robots["robot"].truth[-1]).all()
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("FLASER 181 1 2 3", "FLASER has 4 values"),
+        ("FLASER many 1 2 3", "invalid literal for int"),
+        ("FLASER 99999999 1", "a laser of 99999999 values; it must have 2 to 10000"),
+        ("ODOM 1 2 nan 0 0 0 1.0 h 0", "ODOM holds 'nan'; numbers must be finite"),
+        ("ODOM 1 2 3 0 0 0", "ODOM has no time at its end"),
+        ("ODOM 1 2 x 0 0 0 1.0 h 0", "could not convert string to float: 'x'"),
+        ("ROBOTLASER1 0 0 3 0 80 0 0 2 1 1 0", "begins at 0 rad, with 0 rad a beam"),
+        ("RAWLASER1 0", "RAWLASER1 has 1 values"),
+        ("PARAM", "PARAM has too few values"),
+    ],
+)
+def test_a_line_that_is_not_as_it_must_be_is_named(line, said, tmp_path, capsys):
+    write_carmen(tmp_path / "room.clf", seconds=0.5)
+    with (tmp_path / "room.clf").open("a") as file:
+        file.write(line + "\n")
+    number = len((tmp_path / "room.clf").read_text().splitlines())
+    with pytest.raises(UsageError, match=rf"room\.clf:{number}: ") as caught:
+        read_carmen(tmp_path / "room.clf")
+    assert said in str(caught.value)
+    assert run_command("import-log", tmp_path / "room.clf", "-o", tmp_path / "run.mcap") == 2
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1
+    assert not (tmp_path / "run.mcap").exists()
+
+
+def test_files_that_are_no_logs_are_refused_in_one_line(tmp_path):
+    for name, content, said in (
+        ("a.tar.xz", b"x", "is an archive; unpack it and name the folder"),
+        ("a.csv", b"t,x\n1,2\n", "is a table of numbers; describe its columns in a YAML file"),
+        ("a.clf", b"", "is no log that is read here"),
+        ("b.clf", b"\x00\xff" * 4000, "is no log that is read here"),
+        ("a.xz", b"no xz at all", "cannot unpack"),
+        ("a.gz", b"no gzip at all", "cannot unpack"),
+        ("c.clf", b"PARAM a b c 0\n", "holds neither odometry nor scans of CARMEN"),
+    ):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(UsageError, match=said):
+            mjsim.import_log(tmp_path / name)
+    with pytest.raises(UsageError, match="no file or folder"):
+        mjsim.import_log(tmp_path / "away.clf")
+    write_carmen(tmp_path / "room.clf", seconds=0.5)
+    for wishes, said in (
+        (Wishes(robots=(1,)), "has one robot; leave out --robot"),
+        (Wishes(known_map=True), "has no known map; leave out --known-map"),
+        (Wishes(topics={"scan": "/scan"}), "has no topics; leave out --topic"),
+        (Wishes(begin=9.0), "two ticks are 0.08 s apart"),
+    ):
+        with pytest.raises(UsageError, match=said):
+            mjsim.import_log(tmp_path / "room.clf", wishes=wishes)

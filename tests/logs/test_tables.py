@@ -1,0 +1,177 @@
+"""Tables of one's own and observations of one's own become recordings."""
+
+import gzip
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mjsim
+from mjsim.algorithms.ekf_slam import EkfSlam
+from mjsim.errors import MjsimError, UsageError
+from mjsim.geometry import Pose
+from mjsim.interface import Observation, Odometry, Scan, Sighting
+from mjsim.logs import Wishes, write_log
+from tests.real_logs import circle, run_command
+
+MARKS = {"a": (2.0, 1.0), "b": (1.0, 3.0), "c": (-1.0, 1.5)}
+LOG = """log: tables
+time_unit: ms
+odometry: {file: odometry.csv, time: t, x: x, y: y, heading_deg: yaw}
+truth: {file: truth.txt, time: 1, x: 2, y: 3, heading: 4}
+sightings: {file: seen.csv.gz, time: t, name: what, range: r, bearing_deg: b}
+landmarks: {file: marks.csv, name: id, x: x, y: y}
+scans: [{file: scan.csv, time: t, ranges: r_, from_deg: 90, step_deg: -45, range: [0.1, 8]}]
+imu: {file: imu.csv, time: t, acceleration: [ax, ay, az], turn: [wx, wy, wz]}
+noise: {range: 0.02, bearing_deg: 0.5}
+"""
+
+
+def write_tables(folder: Path) -> None:
+    """Write a circle of 6 s: odometry in a frame of its own, truth in that of the world."""
+    times = np.arange(0.0, 6.0, 0.1)
+    start = Pose(0.5, -0.2, 0.3)
+    poses = circle(start, 0.3, 0.25, times)
+    local = circle(Pose(0.0, 0.0, 0.0), 0.3, 0.25, times)
+    rows = [
+        f"{1e3 * t:.3f};{x!r};{y!r};{math.degrees(a)!r}" for t, (x, y, a) in zip(times, local.tolist(), strict=True)
+    ]
+    (folder / "odometry.csv").write_text("t;x;y;yaw\n" + "\n".join(reversed(rows)) + "\n")
+    lines = [f"{1e3 * t:.3f} {x!r} {y!r} {a!r}" for t, (x, y, a) in zip(times, poses.tolist(), strict=True)]
+    (folder / "truth.txt").write_text("# without names\n" + "\n".join(lines) + "\n")
+    seen = []
+    for t, pose in zip(times, poses, strict=True):
+        for name, place in MARKS.items():
+            ahead, left = Pose.from_array(pose).inverse().transform(place)
+            seen.append(f"{1e3 * t:.3f},{name},{math.hypot(ahead, left)!r},{math.degrees(math.atan2(left, ahead))!r}")
+    (folder / "seen.csv.gz").write_bytes(gzip.compress(("t,what,r,b\n" + "\n".join(seen) + "\n").encode()))
+    (folder / "marks.csv").write_text("id,x,y\n" + "\n".join(f"{n},{x},{y}" for n, (x, y) in MARKS.items()) + "\n")
+    scans = "\n".join(f"{1e3 * t + 20:.3f},1,2,3,9,nan" for t in times[::2])
+    (folder / "scan.csv").write_text("t,r_0,r_1,r_2,r_3,r_4\n" + scans + "\n")
+    imu = "\n".join(f"{1e3 * t:.3f},0,0,9.81,0,0,0.25" for t in times)
+    (folder / "imu.csv").write_text("t,ax,ay,az,wx,wy,wz\n" + imu + "\n")
+    (folder / "log.yaml").write_text(LOG)
+
+
+def test_tables_are_read_by_their_description(tmp_path):
+    write_tables(tmp_path)
+    run = mjsim.import_log(tmp_path / "log.yaml", wishes=Wishes(rate_hz=10.0, known_map=True))
+    track = run.robots["robot"]
+    at = circle(Pose(0.5, -0.2, 0.3), 0.3, 0.25, run.time)
+    # Ticks with scans stand for the moments of the scans, at most a tick earlier; poses lie on chords.
+    np.testing.assert_allclose(track.truth[1:-1, :2], at[1:-1, :2], atol=0.031)
+    ticks = list(run.observations("robot"))
+    scan = next(tick.scans["scan"] for tick in ticks if tick.scans)
+    assert scan.angle_min == pytest.approx(-math.pi / 2)
+    assert scan.angle_increment == pytest.approx(math.pi / 4)
+    np.testing.assert_array_equal(scan.ranges, [-np.inf, np.inf, 3.0, 2.0, 1.0])
+    assert sum(bool(tick.scans) for tick in ticks) == 30
+    # The last tick stands for a scan that was before the last reading.
+    assert sum(len(tick.imu) for tick in ticks) == len(ticks) - 1
+    assert ticks[6].imu[0].turn[2] == 0.25
+    assert {beacon.name: tuple(beacon.at) for beacon in run.world.beacons} == MARKS
+    assert run.world.run.map == "known"
+    again = mjsim.replay(run, robot="robot", estimator=EkfSlam())
+    figures = mjsim.statistics(again)["robot"]
+    assert figures["landmark_error_m"]["count"] == 3
+    assert figures["ate_m"]["rmse"] < 0.03
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("odometry: {file", "odometri: {file", "log.yaml:3:1: unknown key 'odometri'; did you mean 'odometry'?"),
+        ("heading_deg: yaw", "heading_deg: jaw", "no column 'jaw' in"),
+        (", heading_deg: yaw", "", "name one column: heading [rad] or heading_deg"),
+        ("file: marks.csv", "file: mark.csv", "cannot read"),
+        ("file: marks.csv", "file: ../marks.csv", "leaves the folder of the description"),
+        ("time: 1, x: 2", "time: 1, x: 9", "has 4 columns; there is no column 9"),
+        ("range: r,", "range: what,", "what is 'a'; it must be a finite number"),
+        ("ranges: r_", "ranges: q_", "0 columns whose names begin with 'q_'; a scan has many"),
+        ("time_unit: ms", "time_unit: h", "log.yaml:2:12: "),
+    ],
+)
+def test_a_fault_in_a_description_is_one_line(old, new, said, tmp_path, capsys):
+    write_tables(tmp_path)
+    (tmp_path / "log.yaml").write_text(LOG.replace(old, new))
+    assert run_command("import-log", tmp_path / "log.yaml", "-o", tmp_path / "run.mcap") == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert said in line
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("t;x;y;yaw\n1;2;3\n", r"odometry\.csv:2: 3 values; the table has 4 columns"),
+        ("t;x;y;yaw\n1;2;nan;4\n", r"odometry\.csv:2: y is 'nan'; it must be a finite number"),
+        ("t;x;y;yaw\n", "holds no rows, only names of columns"),
+        ("", "holds no rows"),
+    ],
+)
+def test_a_fault_in_a_table_names_its_line(content, said, tmp_path):
+    write_tables(tmp_path)
+    (tmp_path / "odometry.csv").write_text(content)
+    with pytest.raises(UsageError, match=said):
+        mjsim.import_log(tmp_path / "log.yaml")
+
+
+def observations(count: int = 40, first: float = 100.0) -> list[Observation]:
+    """Return what a robot sees that drives 0.02 m a tick at 10 Hz beside one mark."""
+    walk = Odometry(0.02, 0.0, 0.0, np.diag([1e-6, 1e-8, 1e-6]))
+    rest = Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
+    noise = np.diag([0.01**2, 0.01**2])
+    seen = []
+    for k in range(count):
+        time, x = first + 0.1 * k, 0.02 * k
+        mark = Sighting(time, "post", math.hypot(2.0 - x, 1.0), math.atan2(1.0, 2.0 - x), noise)
+        scan = Scan(time, np.full(9, 2.0), -1.0, 0.25, 0.1, 8.0)
+        seen.append(Observation(time, 0.1, walk if k else rest, sightings=(mark,), scans={"front": scan}))
+    return seen
+
+
+def test_observations_of_ones_own_become_a_recording_that_replay_report_and_export_take(tmp_path):
+    seen = observations()
+    truth = [[0.02 * k, 0.0, 0.0] for k in range(len(seen))]
+    run = write_log(tmp_path / "own.mcap", seen, truth=truth, landmarks={"post": (2.0, 1.0)}, metadata={"who": "me"})
+    assert run.metadata["who"] == "me"
+    assert run.metadata["log start"] == "100.0"
+    for told, given in zip(run.observations("robot"), seen, strict=True):
+        assert told.time == pytest.approx(given.time - 100.0, abs=1e-9)
+        assert told.sightings[0].range == given.sightings[0].range
+        np.testing.assert_array_equal(told.scans["front"].ranges, given.scans["front"].ranges)
+        np.testing.assert_array_equal(told.odometry.covariance, given.odometry.covariance)
+    again = mjsim.replay(run, robot="robot", estimator=EkfSlam(), record=tmp_path / "again.mcap")
+    figures = mjsim.statistics(again)["robot"]
+    assert figures["position_error_m"]["max"] < 1e-6
+    assert figures["landmark_error_m"]["count"] == 1
+    assert run_command("report", again.path, "-o", tmp_path / "report") == 0
+    assert run_command("export", again.path, "--tum", tmp_path, "--csv", tmp_path / "csv") == 0
+    assert len(np.loadtxt(tmp_path / "robot_estimate.tum")) == len(seen)
+    with pytest.raises(UsageError, match="exists"):
+        write_log(tmp_path / "own.mcap", seen)
+
+
+def test_sightings_of_marks_that_nobody_surveyed_are_replayed_too(tmp_path):
+    run = write_log(tmp_path / "own.mcap", observations())
+    again = mjsim.replay(run, robot="robot", estimator=EkfSlam())
+    assert again.robots["robot"].landmarks.names == ("post",)
+    np.testing.assert_allclose(again.robots["robot"].landmarks.mean[-1, 0], [2.0, 1.0], atol=1e-3)
+
+
+def test_observations_that_make_no_recording_are_refused_in_one_line(tmp_path):
+    seen = observations(5)
+    uneven = [*seen[:2], replace(seen[2], time=seen[2].time + 0.03), *seen[3:]]
+    for given, keys, said in (
+        ([], {}, "0 observations; a recording needs at least two"),
+        (seen[::-1], {}, "do not rise"),
+        (uneven, {}, "observation 2 is at 100.23 s, 0.03 s off a rate of 10 Hz"),
+        (seen, {"truth": np.zeros((4, 3))}, r"has shape \(4, 3\); with 5 observations it must be \(5, 3\)"),
+        (seen, {"robot": "no name!"}, "name"),
+        (seen, {"landmarks": {"x]\nwalls: [": (0.0, 0.0)}}, "name"),
+        (seen, {"world": mjsim.load_world("empty")}, "no robot 'robot' in the world"),
+    ):
+        with pytest.raises(MjsimError, match=said):
+            write_log(tmp_path / "own.mcap", given, **keys)
+        assert not (tmp_path / "own.mcap").exists()
