@@ -22,7 +22,9 @@ from pathlib import Path
 
 import numpy as np
 from recording_changes import changed_bytes, changed_records, one_of, put_together, taken_apart
-from recording_trial import LIMIT, MEMORY, Trial, peak_memory, seeds
+from recording_trial import LIMIT, MEMORY, Trial, seeds
+
+from mjsim.bench.large import peak_memory
 
 KEPT = Path(__file__).resolve().parents[2] / "out" / "fuzz"
 """Where the first bad input is kept."""
@@ -53,7 +55,7 @@ def run_messages(inputs: int, seed: int) -> int:
             (corpus / str(index)).write_bytes(bytes([index]) + message.data)
         command = [sys.executable, __file__, "--atheris", str(corpus), f"-runs={inputs}", f"-seed={seed}"]
         # The trial itself looks at the processor's time; this is the clock's, on however loaded a machine.
-        limits = ["-max_len=4096", f"-timeout={20 * LIMIT:.0f}", f"-rss_limit_mb={MEMORY >> 20}"]
+        limits = ["-max_len=4096", f"-timeout={20 * LIMIT:.0f}", f"-rss_limit_mb={MEMORY}"]
         return subprocess.run([*command, *limits, f"-artifact_prefix={KEPT}/", "-verbosity=0"], check=False).returncode
 
 
@@ -99,7 +101,7 @@ def run_engine(engine: str, inputs: int, seed: int) -> None:
             raise
     print(
         f"{engine}: seed {seed}, {trial.count} inputs, {trial.read_well} of them recordings, no traceback, slowest"
-        f" {trial.slowest:.2f} s, peak memory {peak_memory() / 1e6:.0f} MB, {time.perf_counter() - start:.0f} s"
+        f" {trial.slowest:.2f} s, peak memory {peak_memory():.0f} MB, {time.perf_counter() - start:.0f} s"
     )
 
 

@@ -17,7 +17,7 @@ from mjsim.cli.page import read_token
 from mjsim.errors import UsageError
 from mjsim.web.studio import Studio
 
-PATIENCE = 30.0
+PATIENCE = 90.0
 """No answer takes this long [s], on however loaded a machine."""
 TOKEN = "a token of some length"
 

@@ -71,7 +71,9 @@ def draw_a_room(sheet: Sheet) -> None:
 def save_as(page: Page, name: str) -> None:
     page.keyboard.press("Control+s")
     page.get_by_role("dialog").get_by_label("File").fill(name)
-    page.keyboard.press("Enter")
+    # The dot alone tells nothing of a world that was never changed.
+    with page.expect_response("**/api/save", timeout=PATIENCE):
+        page.keyboard.press("Enter")
     expect(page.locator(".world .dot")).to_be_hidden()
 
 
