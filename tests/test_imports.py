@@ -47,13 +47,14 @@ MAY_IMPORT = {
     "bridge": RUN | {"session"},
     "sweep": SWEEP,
     "video": VIDEO,
+    "lab": RUN | REPORT | {"algorithms"},
     "experiments": RUN | REPORT | {"algorithms"},
     "web": SWEEP | VIDEO | {"exchange", "session"},
 }
 """Part of mjsim -> the other parts that it may import; some are still to come."""
 MAY_IMPORT_ALL = {"__init__", "bench", "cli", "doctor"}
 
-MAY_USE_MUJOCO = {"models", "compile", "sim", "env", "doctor", "bench"}
+MAY_USE_MUJOCO = {"lab", "models", "compile", "sim", "env", "doctor", "bench"}
 
 HEAVY = {
     *("av", "cv2", "dm_control", "ezdxf", "filterpy", "foxglove", "matplotlib", "mcap", "mujoco", "pyarrow", "ruamel"),

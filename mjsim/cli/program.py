@@ -34,6 +34,7 @@ COMMANDS = {
     "import-log": "logs",
     "export-world": "exchange",
     "arm": "arms",
+    "lab": "laboratory",
     "compile": "worlds",
     "schema": "worlds",
     "experiments": "experiments",

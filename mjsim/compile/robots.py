@@ -20,11 +20,11 @@ from mjsim.compile.running_gear import add_running_gear, clearance
 from mjsim.compile.sensors import add_sensor
 from mjsim.compile.stability import likely_cause, stands
 from mjsim.compile.user_robots import add_user_robot
-from mjsim.compile.wheels import WHEEL_SHARE
+from mjsim.compile.wheels import SAGS, WHEEL_SHARE
 from mjsim.errors import WorldError
 from mjsim.geometry import Array
 from mjsim.models import no_warnings
-from mjsim.world import Fault, ModelBody, NoBody, Robot, World, problems_at
+from mjsim.world import BalancingDrive, Fault, ModelBody, NoBody, Robot, World, problems_at
 
 
 def add_robot(spec: mujoco.MjSpec, robot: Robot, originals: dict[str, LoadedFile]) -> None:
@@ -134,3 +134,6 @@ def _add_own(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, body: Plai
     mass = body.mass * (1.0 - shared * WHEEL_SHARE)
     add_body(spec, base, body, name=f"{robot.name}/body", low=low, mass=mass, balanced=robot.drive.on_casters)
     add_running_gear(spec, base, robot)
+    if isinstance(robot.drive, BalancingDrive):
+        # Its axle stands lower by what its wheels are let into the floor, and its centre of mass is above the axle.
+        base.ipos = [*base.ipos[:2], base.ipos[2] - SAGS["light"] / 2]

@@ -85,6 +85,7 @@ from .items import OpenEvent as OpenEvent
 from .items import Opening as Opening
 from .items import Part as Part
 from .items import Place as Place
+from .items import Plant as Plant
 from .items import PolygonBody as PolygonBody
 from .items import PushEvent as PushEvent
 from .items import Radio as Radio
@@ -102,8 +103,10 @@ from .items import Signal as Signal
 from .items import SkidSteerDrive as SkidSteerDrive
 from .items import Slip as Slip
 from .items import SphereObstacle as SphereObstacle
+from .items import StateSpace as StateSpace
 from .items import StepsObstacle as StepsObstacle
 from .items import TorqueMotor as TorqueMotor
+from .items import TransferFunction as TransferFunction
 from .items import TricycleDrive as TricycleDrive
 from .items import Use as Use
 from .items import UserDrive as UserDrive

@@ -91,7 +91,7 @@ def balancing_info(model: mujoco.MjModel, robot: Robot) -> BalancingInfo:
         wheel_inertia=float(wheel.inertia[1]),
         wheel_across=float(wheel.inertia[2]),
         body_mass=float(base.mass[0]),
-        center=float(base.ipos[2]) - drive.wheel_radius,
+        center=float(base.ipos[2] - wheel.pos[2]),
         pitch_inertia=float(base.inertia[1]),
         yaw_inertia=float(base.inertia[2]),
         max_torque=drive.max_torque,

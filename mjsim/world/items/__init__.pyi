@@ -72,6 +72,9 @@ from .mechanisms import ReactionSensor as ReactionSensor
 from .mechanisms import actuator_kind as actuator_kind
 from .mechanisms import kind_name as kind_name
 from .mechanisms import place_of as place_of
+from .plants import Plant as Plant
+from .plants import StateSpace as StateSpace
+from .plants import TransferFunction as TransferFunction
 from .presets import is_preset_file as is_preset_file
 from .presets import preset_names as preset_names
 from .radio import Radio as Radio

@@ -11,7 +11,7 @@ from mjsim.world.items.running import Control, Run, nearest_divisor, step_misfit
 from mjsim.world.items.sensors import SENSOR_KINDS
 from mjsim.world.items.structure import Door
 
-NAMED = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms")
+NAMED = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms", "plants")
 """Lists of items that may carry a name."""
 FARTHEST = 170
 """No door swings farther, whatever it says [deg]."""
@@ -27,6 +27,7 @@ def misfits(keys: Mapping[str, Any]) -> Iterator[Misfit]:
     yield from _names_taken(keys)
     yield from _sensors_taken(keys)
     yield from _carried_by_nothing(keys)
+    yield from _plants_of_nothing(keys)
     run = keys.get("run", {})
     if isinstance(run, dict):
         yield from _drivers_without_robot(run, keys)
@@ -92,6 +93,17 @@ def _carried_by_nothing(keys: Mapping[str, Any]) -> Iterator[Misfit]:
     for index, name in carried:
         if name not in carriers:
             yield f"no obstacle or robot '{name}' in this world{did_you_mean(name, carriers)}", ("beacons", index, "on")
+
+
+def _plants_of_nothing(keys: Mapping[str, Any]) -> Iterator[Misfit]:
+    robots, mechanisms = _names(_items(keys, "robots")), _names(_items(keys, "mechanisms"))
+    for index, plant in _items(keys, "plants"):
+        of = plant.get("of")
+        if isinstance(of, str) and of.partition("/")[0] not in robots | mechanisms:
+            yield (
+                f"no robot or mechanism '{of}' in this world{did_you_mean(of, robots | mechanisms)}",
+                ("plants", index, "of"),
+            )
 
 
 def _drivers_without_robot(run: Mapping[str, Any], keys: Mapping[str, Any]) -> Iterator[Misfit]:

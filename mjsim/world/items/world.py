@@ -10,6 +10,7 @@ from mjsim.world.ground import Model, Name, fault
 from mjsim.world.items.fit import NAMED, misfits
 from mjsim.world.items.light import Brightness, Lamp
 from mjsim.world.items.mechanisms import Mechanism
+from mjsim.world.items.plants import Plant
 from mjsim.world.items.radio import Radio
 from mjsim.world.items.robots import Robot
 from mjsim.world.items.running import Run
@@ -44,6 +45,8 @@ class World(Model):
     """Bodies that joints hold, with loops or without, and what moves them."""
     radio: Radio = Radio()
     """How robots hear each other."""
+    plants: Annotated[tuple[Plant, ...], Field(strict=False, max_length=100)] = ()
+    """What `mjsim lab` looks at."""
     run: Run = Run()
     """How `mjsim run` drives this world."""
     _source: Source = PrivateAttr(default=BUILT)

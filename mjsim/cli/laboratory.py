@@ -1,0 +1,113 @@
+"""The command `lab`: plants made linear, looked at, and controlled."""
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from mjsim.cli.arguments import Overwrite, Settings, WorldFile
+from mjsim.errors import UsageError
+
+if TYPE_CHECKING:
+    from mjsim.lab import Designer
+
+
+def lab(
+    world: WorldFile,
+    plant: Annotated[str | None, typer.Argument(metavar="PLANT", help="One of its plants; all unless given.")] = None,
+    output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder of the pages.")] = Path("out/lab"),
+    run: Annotated[Path | None, typer.Option(metavar="RUN.mcap", help="Identify the plant from this run.")] = None,
+    pid: Annotated[
+        str | None, typer.Option(metavar="RULE", help="A PID: ziegler-nichols, tyreus-luyben, cohen-coon or simc.")
+    ] = None,
+    place: Annotated[
+        str | None, typer.Option(metavar="P1,P2,...", help="State feedback for these poles, such as -3,-2+1j,-2-1j.")
+    ] = None,
+    lqr: Annotated[
+        str | None, typer.Option(metavar="Q1,Q2,...:R", help="State feedback that minimises x' Q x + R u^2.")
+    ] = None,
+    lead: Annotated[
+        str | None, typer.Option(metavar="DEG@RAD/S[:LAG]", help="A lead for this phase margin at this crossover.")
+    ] = None,
+    settings: Settings = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Make plants linear and write a page of each: matrices, poles, responses, margins, identification, controllers."""
+    from mjsim.lab import write_lab
+    from mjsim.record import read_recording
+    from mjsim.world import load_checked, with_settings
+
+    designers = list(_designers(pid=pid, place=place, lqr=lqr, lead=lead))
+    found = load_checked(world)
+    if settings:
+        found = with_settings(found, settings)
+    recording = None if run is None else read_recording(run)
+    figures = write_lab(found, output, plant=plant, designers=designers, recording=recording, overwrite=overwrite)
+    for name, each in figures.items():
+        print(*_lines(name, each), sep="\n")
+        print(output / f"{name}.html")
+
+
+def _designers(*, pid: str | None, place: str | None, lqr: str | None, lead: str | None) -> "list[Designer]":
+    """Return what gives the controllers that were asked for."""
+    from mjsim.lab import lqr_design, pid_design, placed_design
+
+    found: list[Designer] = []
+    if pid is not None:
+        found.append(partial(pid_design, rule=pid))
+    if place is not None:
+        found.append(partial(placed_design, poles=_numbers(place, "--place", complex)))
+    if lqr is not None:
+        weights, _, effort = lqr.partition(":")
+        (effort_value,) = _numbers(effort or "1", "--lqr", float)
+        found.append(partial(lqr_design, weights=_numbers(weights, "--lqr", float), effort=effort_value))
+    if lead is not None:
+        found.append(_lead(lead))
+    return found
+
+
+def _lead(text: str) -> "Designer":
+    from mjsim.lab import lead_design
+
+    target, _, lag = text.partition(":")
+    parts = target.split("@")
+    if len(parts) != 2:
+        raise UsageError(f"--lead is '{text}'; write a margin and a crossover, such as 50@6")
+    (margin,), (crossover,) = (_numbers(part, "--lead", float) for part in parts)
+    (more,) = _numbers(lag or "1", "--lead", float)
+    return partial(lead_design, margin_deg=margin, crossover=crossover, lag=more)
+
+
+def _numbers(text: str, option: str, kind: type[Any]) -> list[Any]:
+    try:
+        values = [kind(_imaginary(part.strip())) for part in text.split(",")]
+    except ValueError:
+        raise UsageError(f"{option} is '{text}'; give numbers with commas between them") from None
+    if not all(abs(value) < 1e12 for value in values):
+        raise UsageError(f"{option} is '{text}'; its numbers must be finite")
+    return values
+
+
+def _imaginary(text: str) -> str:
+    """Return a number whose imaginary part is written as Python has it."""
+    return f"{text[:-1]}j" if text.endswith("i") else text
+
+
+def _lines(name: str, figures: dict[str, Any]) -> list[str]:
+    """Return the key figures of a plant for people."""
+    from mjsim.lab import complex_text
+
+    def shown(pairs: list[list[float]]) -> str:
+        return ", ".join(complex_text(complex(*pair)) for pair in pairs) or "none"
+
+    lines = [f"{name}: {figures['input']} -> {', '.join(figures['outputs'])}; states {', '.join(figures['states'])}"]
+    lines.append(f"  poles {shown(figures['poles'])}; zeros {shown(figures['zeros'])}")
+    if "nonlinear_fit_percent" in figures:
+        shares = ", ".join(f"{value:.2f} %" for value in figures["nonlinear_fit_percent"])
+        lines.append(f"  the linear step response fits the nonlinear one by {shares}")
+    if (found := figures.get("identification")) is not None:
+        shares = ", ".join(f"{value:.2f} %" for value in found["identified_fit_percent"])
+        lines.append(f"  identified from {found['source']}: poles {shown(found['poles'])}; fit {shares}")
+    lines += [f"  {design['name']}: closed-loop poles {shown(design['poles'])}" for design in figures["designs"]]
+    return lines

@@ -1,0 +1,17 @@
+from .design import RULES as RULES
+from .design import Design as Design
+from .design import lead_design as lead_design
+from .design import lqr_design as lqr_design
+from .design import pid_design as pid_design
+from .design import placed_design as placed_design
+from .experiment import Designer as Designer
+from .experiment import Experiment as Experiment
+from .experiment import experiment as experiment
+from .identify import fit as fit
+from .linear import LinearPlant as LinearPlant
+from .modules import module_text as module_text
+from .page import complex_text as complex_text
+from .scene import ScenePlant as ScenePlant
+from .study import Study as Study
+from .study import study as study
+from .write import write_lab as write_lab

@@ -1,0 +1,162 @@
+"""One plant in the laboratory: made linear, looked at, simulated, identified, and controlled."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.geometry import Array
+from mjsim.lab.design import Design
+from mjsim.lab.identify import Identified, Samples, fit, identified, recorded
+from mjsim.lab.linear import LinearPlant
+from mjsim.lab.scene import ScenePlant
+from mjsim.lab.study import Study, formula_plant, frequencies, study
+from mjsim.mechanics import Chirp, TimeSignal
+from mjsim.record import Recording
+from mjsim.world import Plant, World
+
+MOST_STEPS = 50_000
+"""Of the nonlinear plant in one response."""
+SWEEP = 40.0
+"""Time constants of the slowest pole that a sweep takes."""
+MOST_SAMPLES = 600
+"""Of an identification."""
+Designer = Callable[[LinearPlant], Design]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Experiment:
+    """All that the page of a plant shows."""
+
+    plant: Plant
+    study: Study
+    about: str
+    held: float = 0.0
+    """Input that keeps it at its working point."""
+    nonlinear: tuple[Array, Array] | None = None
+    """Times and outputs of the nonlinear plant for the step of the input, shapes (k,) and (outputs, k)."""
+    nonlinear_impulse: tuple[Array, Array] | None = None
+    """The same for an impulse, all of it in one step of MuJoCo."""
+    nonlinear_fit: list[float] | None = None
+    """How well the linear step response fits that, for each output [%]."""
+    step_poles: Array | None = None
+    """Those of MuJoCo's step that are nearest to the plant's, complex [rad/s]."""
+    identified: Identified | None = None
+    designs: tuple[Design, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The plant's."""
+        return self.plant.name
+
+    @property
+    def amplitude(self) -> float:
+        """Of the step of the input."""
+        return self.plant.amplitude
+
+    @property
+    def labels(self) -> list[str]:
+        """Of the outputs, with their units."""
+        plant = self.study.plant
+        return [f"{name} [{unit}]" if unit else name for name, unit in zip(plant.outputs, plant.units[1:], strict=True)]
+
+
+def plants_of(world: World, name: str | None) -> list[Plant]:
+    """Return the plant of a name, or all of a world.
+
+    Raises:
+        UsageError: There is none.
+    """
+    names = [plant.name for plant in world.plants]
+    if not names:
+        raise UsageError(f"world '{world.name}' has no plants; add plants: [{{name: ..., of: ROBOT, input: ...}}]")
+    if name is not None and name not in names:
+        raise UsageError(f"no plant '{name}' in this world{did_you_mean(name, names)}")
+    return [plant for plant in world.plants if name in (None, plant.name)]
+
+
+def experiment(
+    world: World, plant: Plant, *, designers: Sequence[Designer] = (), recording: Recording | None = None
+) -> Experiment:
+    """Look at a plant of a world.
+
+    Args:
+        world: Where it is.
+        plant: One of its plants.
+        designers: Give controllers for it.
+        recording: Of a run, to identify it from; else the nonlinear plant is simulated for that, if it is stable.
+
+    Raises:
+        UsageError: It cannot be made linear, a controller does not suit it, or the recording tells nothing of it.
+    """
+    if plant.of is None:
+        if recording is not None:
+            raise UsageError(f"plant '{plant.name}' is a formula; a recording tells nothing of it")
+        linear = formula_plant(plant)
+        found = Experiment(plant=plant, study=study(linear, seconds=plant.seconds), about=f"{plant.name}: a formula")
+    else:
+        found = _of_scene(world, plant, recording)
+    return replace(found, designs=tuple(design(found.study.plant) for design in designers))
+
+
+def _of_scene(world: World, plant: Plant, recording: Recording | None) -> Experiment:
+    scene = ScenePlant(world, plant)
+    seen = study(scene.linear, seconds=plant.seconds)
+    time, step = _simulated(scene, seen, plant.amplitude)
+    linear = np.array([np.interp(time, seen.time, row * plant.amplitude) for row in seen.step])
+    samples = recorded(recording, plant) if recording is not None else _swept(world, scene, seen, plant)
+    about = f"{plant.of}, from {plant.input} to {', '.join(plant.outputs or ())}"
+    about += f"; {scene.held:.6g} {scene.unit} keeps it at its working point"
+    return Experiment(
+        plant=plant,
+        study=seen,
+        about=about,
+        held=scene.held,
+        nonlinear=(time, step),
+        nonlinear_impulse=_simulated(scene, seen, plant.amplitude, impulse=True),
+        nonlinear_fit=fit(step, linear).tolist(),
+        step_poles=_nearest(scene.step_poles(), seen.poles),
+        identified=None if samples is None else identified(scene.linear, samples),
+    )
+
+
+def _simulated(scene: ScenePlant, seen: Study, amplitude: float, *, impulse: bool = False) -> tuple[Array, Array]:
+    dt = float(scene.model.opt.timestep)
+    count = min(math.ceil(float(seen.time[-1]) / dt) + 1, MOST_STEPS)
+    inputs = np.full(count, amplitude)
+    if impulse:
+        inputs[:] = 0.0
+        inputs[0] = amplitude / dt
+    return np.asarray(np.arange(count) * dt, dtype=float), scene.simulated(inputs)
+
+
+def _nearest(many: Array, poles: Array) -> Array:
+    """Return for each pole the nearest of many."""
+    return np.array([many[int(np.argmin(np.abs(many - pole)))] for pole in poles])
+
+
+def _swept(world: World, scene: ScenePlant, seen: Study, plant: Plant) -> Samples | None:
+    """Return samples of the nonlinear plant under its signal, or a chirp; None for one that would run away."""
+    if not (seen.poles.real < -1e-9).all():
+        return None
+    slowest = float(np.abs(seen.poles.real).min())
+    seconds = min(plant.seconds or SWEEP / slowest, 100.0)
+    signal = _signal(world, seen, plant, seconds)
+    dt = float(scene.model.opt.timestep)
+    stride = max(round(seconds / dt / MOST_SAMPLES), 1)
+    count = min(round(seconds / dt) // stride, MOST_STEPS // stride) * stride
+    times = np.asarray(np.arange(count) * dt, dtype=float)
+    held = np.repeat(signal.value(times[::stride]), stride)
+    outputs = scene.simulated(held)[:, ::stride]
+    return Samples(time=times[::stride], inputs=held[::stride], outputs=outputs, source="a simulated sweep")
+
+
+def _signal(world: World, seen: Study, plant: Plant, seconds: float) -> TimeSignal:
+    if plant.signal is not None:
+        return plant.signal.made(world.read_asset, np.random.default_rng([world.run.seed, *plant.name.encode()]))
+    omega = frequencies(seen.poles, seen.zeros)
+    low = max(float(omega[0]) * 10.0 / (2 * math.pi), 1.0 / seconds)
+    high = max(float(omega[-1]) / 100.0 / (2 * math.pi) * 2.0, 2.0 * low)
+    return Chirp(amplitude=plant.amplitude, first=low, last=high, seconds=seconds)

@@ -1,0 +1,206 @@
+"""The page of a plant: matrices, figures, plots and controllers in one HTML file that opens offline."""
+
+import base64
+import html
+import io
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.lab.design import Design
+from mjsim.lab.experiment import Experiment
+from mjsim.lab.modules import module_text
+from mjsim.report import STYLE, png_of
+
+MATRIX_STYLE = """
+pre { background: rgba(128, 128, 128, 0.12); padding: 0.7rem 1rem; border-radius: 6px; overflow-x: auto; }
+table.matrix { width: auto; } table.matrix td, table.matrix th { font-size: 0.9rem; }
+"""
+
+
+def page_files(experiment: Experiment) -> dict[str, bytes]:
+    """Return the files of a plant by their names: page, figures as JSON, plots, and their numbers as CSV."""
+    from mjsim.lab.plots import tables
+
+    name, pictures = experiment.name, {key: png_of(figure) for key, figure in _figures(experiment).items()}
+    files = {f"{name}_{key}.png": data for key, data in pictures.items()}
+    for key, (head, columns) in tables(experiment.study).items():
+        text = io.StringIO()
+        np.savetxt(text, columns, fmt="%.17g", delimiter=",", header=",".join(head), comments="")
+        files[f"{name}_{key}.csv"] = text.getvalue().encode()
+    figures = json.dumps(figures_of(experiment), indent=1, allow_nan=False) + "\n"
+    return {f"{name}.html": _page(experiment, pictures).encode(), f"{name}.json": figures.encode(), **files}
+
+
+def figures_of(experiment: Experiment) -> dict[str, Any]:
+    """Return the figures of a plant, as its JSON file holds them."""
+    study, plant = experiment.study, experiment.study.plant
+    found: dict[str, Any] = {
+        "plant": experiment.name,
+        "input": plant.input,
+        "outputs": list(plant.outputs),
+        "states": list(plant.states),
+        "units": list(plant.units),
+        **{key: np.asarray(getattr(plant, key)).tolist() for key in "ABCD"},
+        "poles": _pairs(study.poles),
+        "zeros": _pairs(study.zeros),
+        "margins": study.margins,
+        "held_input": experiment.held,
+        "designs": [_design_figures(design) for design in experiment.designs],
+    }
+    if experiment.nonlinear is not None:
+        found["nonlinear_fit_percent"] = experiment.nonlinear_fit
+    if (identified := experiment.identified) is not None:
+        found["identification"] = {
+            "source": identified.samples.source,
+            "poles": _pairs(identified.poles),
+            "linear_fit_percent": identified.linear_fit.tolist(),
+            "identified_fit_percent": identified.model_fit.tolist(),
+        }
+    return found
+
+
+def _design_figures(design: Design) -> dict[str, Any]:
+    return {
+        "name": design.name,
+        "gain": list(design.gain),
+        "num": list(design.num),
+        "den": list(design.den),
+        "poles": _pairs(design.poles),
+        "margins": design.margins,
+    }
+
+
+def _pairs(values: Any) -> list[list[float]]:
+    return [[float(value.real), float(value.imag)] for value in values]
+
+
+def _figures(experiment: Experiment) -> dict[str, Any]:
+    """Return the plots by their names."""
+    from mjsim.lab import plots
+
+    study, labels = experiment.study, experiment.labels
+    amplitude, unit = experiment.amplitude, study.plant.units[0]
+    found = {
+        "step": plots.response_plot(
+            f"Response to a step of {study.plant.input} by {amplitude:g} {unit}".rstrip(),
+            study.time,
+            study.step * amplitude,
+            labels,
+            experiment.nonlinear,
+        ),
+        "impulse": plots.response_plot(
+            f"Response to an impulse of {study.plant.input} of {amplitude:g} {unit} s",
+            study.time,
+            study.impulse * amplitude,
+            labels,
+            experiment.nonlinear_impulse,
+        ),
+        "bode": plots.bode_plot(study),
+        "nyquist": plots.nyquist_plot(study),
+        "poles": plots.poles_plot(study),
+    }
+    if experiment.identified is not None:
+        found["identification"] = plots.identified_plot(experiment.identified, labels)
+    for number, design in enumerate(experiment.designs, start=1):
+        found[f"design_{number}"] = plots.design_plot(design, labels)
+    return found
+
+
+def _page(experiment: Experiment, pictures: Mapping[str, bytes]) -> str:
+    plant, study = experiment.study.plant, experiment.study
+    images = {
+        key: f'<img alt="{key} of {html.escape(experiment.name)}" src="data:image/png;base64,'
+        f'{base64.b64encode(data).decode()}">'
+        for key, data in pictures.items()
+    }
+    matrices = "".join(
+        f"<h3>{name}</h3>{_matrix(getattr(plant, name), rows, columns)}"
+        for name, rows, columns in (
+            ("A", plant.states, plant.states),
+            ("B", plant.states, (plant.input,)),
+            ("C", plant.outputs, plant.states),
+            ("D", plant.outputs, (plant.input,)),
+        )
+    )
+    general = "".join(images[key] for key in ("step", "impulse", "bode", "nyquist", "poles"))
+    designs = "".join(
+        _design_section(experiment, design, images[f"design_{number}"])
+        for number, design in enumerate(experiment.designs, start=1)
+    )
+    title = html.escape(experiment.name)
+    more = f"<h2>Identification</h2>{images['identification']}" if "identification" in images else ""
+    return (
+        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title} - mjsim lab</title>'
+        f'<meta name="viewport" content="width=device-width"><style>{STYLE}{MATRIX_STYLE}</style>'
+        f'<h1>{title}</h1><p class="run">{html.escape(experiment.about)}</p>'
+        f"<h2>Linear plant</h2><p>x' = A x + B u, y = C x + D u</p>{matrices}"
+        f"<h2>Figures</h2>{_facts(experiment)}<h2>Responses</h2>{general}{more}{designs}"
+        f'<p class="run">{len(study.poles)} states; numbers by python-control.</p></html>\n'
+    )
+
+
+def _facts(experiment: Experiment) -> str:
+    study = experiment.study
+    rows = [
+        ("poles", ", ".join(map(complex_text, study.poles)) + " rad/s"),
+        ("zeros", ", ".join(map(complex_text, study.zeros)) + " rad/s" if len(study.zeros) else "none"),
+        ("stable", "yes" if study.is_stable else "no"),
+        *_margin_rows(study.margins),
+    ]
+    if experiment.nonlinear_fit is not None:
+        names = zip(study.plant.outputs, experiment.nonlinear_fit, strict=True)
+        text = ", ".join(f"{name} {value:.2f} %" for name, value in names)
+        rows.append(("linear step response fits the nonlinear one", text))
+    if experiment.step_poles is not None:
+        text = ", ".join(map(complex_text, experiment.step_poles)) + " rad/s"
+        rows.append(("nearest poles of MuJoCo's step (mjd_transitionFD), log(z) / dt", text))
+    return _table(rows)
+
+
+def _margin_rows(margins: Mapping[str, float | None]) -> list[tuple[str, str]]:
+    gain, phase = margins["gain_margin"], margins["phase_margin_deg"]
+    rows = []
+    rows.append(("gain margin", "none" if gain is None else f"{gain:.6g} at {margins['phase_crossover']:.6g} rad/s"))
+    at = margins["gain_crossover"]
+    rows.append(("phase margin", "none" if phase is None or at is None else f"{phase:.6g} deg at {at:.6g} rad/s"))
+    return rows
+
+
+def _design_section(experiment: Experiment, design: Design, image: str) -> str:
+    plant = experiment.study.plant
+    rows = [("closed-loop poles", ", ".join(map(complex_text, design.poles)) + " rad/s")]
+    rows.append(("stable", "yes" if design.is_stable else "no"))
+    if design.gain:
+        named = zip(plant.states, design.gain, strict=True)
+        rows.append(("feedback K", ", ".join(f"{name} {value:.6g}" for name, value in named)))
+    else:
+        rows.append(("numerator", ", ".join(f"{value:.6g}" for value in design.num)))
+        rows.append(("denominator", ", ".join(f"{value:.6g}" for value in design.den)))
+    text = html.escape(module_text(experiment.plant, plant, design))
+    return (
+        f"<h2>{html.escape(design.name)}</h2>{_table([*rows, *_margin_rows(design.margins)])}<pre>{text}</pre>{image}"
+    )
+
+
+def _matrix(values: Array, rows: Sequence[str], columns: Sequence[str]) -> str:
+    head = "".join(f"<th>{html.escape(name)}</th>" for name in columns)
+    body = "".join(
+        f"<tr><td>{html.escape(name)}</td>{''.join(f'<td>{value:.8g}</td>' for value in row)}</tr>"
+        for name, row in zip(rows, values.tolist(), strict=True)
+    )
+    table = f"<thead><tr><th></th>{head}</tr></thead><tbody>{body}</tbody>"
+    return f'<div class="wide"><table class="matrix">{table}</table></div>'
+
+
+def _table(rows: Sequence[tuple[str, str]]) -> str:
+    body = "".join(f"<tr><td>{html.escape(name)}</td><td>{html.escape(value)}</td></tr>" for name, value in rows)
+    return f"<table><tbody>{body}</tbody></table>"
+
+
+def complex_text(value: complex) -> str:
+    """Return a pole or zero, such as -1.5 or -1+2j."""
+    return f"{value.real:.6g}" if abs(value.imag) < 1e-12 else f"{value.real:.6g}{value.imag:+.6g}j"

@@ -1,0 +1,250 @@
+"""Parts of a scene that may be plants: robots, arms and mechanisms, with what moves them and what is measured."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import mujoco
+import numpy as np
+
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.geometry import Array
+from mjsim.lab.reduced import Setting
+from mjsim.sim import Simulation
+from mjsim.world import BalancingDrive, DifferentialDrive, Plant, Robot, World
+
+SETTLE = 1.0
+"""How long a robot stands until its wheels have sunk in as far as they do [s]."""
+JOINTS = {int(mujoco.mjtJoint.mjJNT_SLIDE): "m", int(mujoco.mjtJoint.mjJNT_HINGE): "rad"}
+"""Kinds of joints with one value, and its unit."""
+FORCES = {"m": "N", "rad": "N m"}
+
+Measure = Callable[[Array], float]
+"""Gives a value of a position, shape (nq,)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Drive:
+    """What one unit of the input does."""
+
+    unit: str
+    ctrl: Array
+    """Shape (nu,)."""
+    applied: Array
+    """Shape (nv,)."""
+
+    def add(self, setting: Setting, value: float) -> Setting:
+        """Return a setting with so much more of the input."""
+        return replace(setting, ctrl=setting.ctrl + value * self.ctrl, applied=setting.applied + value * self.applied)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Part:
+    """A part of a scene that may be a plant."""
+
+    name: str
+    dofs: tuple[int, ...]
+    prefer: tuple[int, ...] = ()
+    """Degrees of freedom that make good coordinates."""
+    lockable: bool = False
+    """Whether joints that are not named stand still."""
+    drives: Mapping[str, Drive] = field(default_factory=dict)
+    measures: Mapping[str, tuple[str, Measure]] = field(default_factory=dict)
+    """Unit and value by name."""
+    joints: Mapping[str, int] = field(default_factory=dict)
+    """Joints with one value, by name."""
+
+
+def base_of(name: str) -> str:
+    """Return the value whose rate an output is, or the output itself."""
+    return name.removesuffix(".rate")
+
+
+def settled(world: World, of: str) -> tuple[mujoco.MjModel, Setting, Array]:
+    """Return the compiled world as it starts, and the positions when the part has come to rest, shape (nq,).
+
+    Events and modules are left out. A robot is turned so that it heads along x. As it starts, its wheels roll on the
+    radius that its drive says; at rest they have sunk in by some 0.05 mm more or less.
+
+    Raises:
+        UsageError: There is no such part.
+    """
+    run = world.run.model_copy(update={"events": (), "drivers": {}})
+    bare = world.model_copy(update={"run": run})
+    bare._source = world.source
+    robot = next((robot for robot in world.robots if robot.name == of), None)
+    with Simulation(bare) as sim:
+        model, data = sim.model, sim.data
+        begun = Setting(data.qpos.copy(), np.zeros(model.nu), np.zeros(model.nv), data.act * 0.0)
+        if robot is not None and robot.base != "fixed":
+            for _ in range(math.ceil(SETTLE / sim.dt)):
+                sim.step()
+            start = int(model.joint(f"{of}/free").qposadr[0])
+            for qpos in (begun.qpos, data.qpos):
+                qpos[start + 3 : start + 7] = _level(qpos[start + 3 : start + 7])
+        return model, begun, data.qpos.copy()
+
+
+def part_of(model: mujoco.MjModel, world: World, of: str, qpos: Array) -> Part:
+    """Return the part of a scene that a name means.
+
+    Raises:
+        UsageError: There is none.
+    """
+    robots = {robot.name: robot for robot in world.robots}
+    if of in robots:
+        return _robot(model, robots[of], _measured(model, qpos))
+    arms = {f"{robot.name}/{arm.name}" for robot in world.robots for arm in robot.arms}
+    mechanisms = {item.name for item in getattr(world, "mechanisms", ())}
+    if of not in arms | mechanisms:
+        raise UsageError(f"no robot, arm or mechanism '{of}'{did_you_mean(of, [*robots, *arms, *mechanisms])}")
+    return _linked(model, of, lockable=of in arms)
+
+
+def working_point(model: mujoco.MjModel, part: Part, plant: Plant) -> dict[int, float]:
+    """Return the values of joints at the working point, by their numbers [m, rad].
+
+    Raises:
+        UsageError: There is no such joint, or an angle does not say that it is in degrees.
+    """
+    found = {}
+    for key, value in plant.around.items():
+        name = key.removesuffix("_deg")
+        if name not in part.joints:
+            near = did_you_mean(name, part.joints)
+            raise UsageError(f"plant '{plant.name}': around has '{key}', but {plant.of} has no joint '{name}'{near}")
+        joint = part.joints[name]
+        turns = JOINTS[int(model.jnt_type[joint])] == "rad"
+        if turns != key.endswith("_deg"):
+            right = f"{name}_deg" if turns else name
+            raise UsageError(f"plant '{plant.name}': joint {name} {'turns' if turns else 'slides'}; write {right}")
+        found[joint] = math.radians(value) if turns else value
+    return found
+
+
+def _level(quaternion: Array) -> Array:
+    """Return an orientation without its heading: turned back about the vertical, and as it leans and rolls besides."""
+    w, x, y, z = quaternion.tolist()
+    heading = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    back, found = np.array([math.cos(heading / 2), 0.0, 0.0, -math.sin(heading / 2)]), np.zeros(4)
+    mujoco.mju_mulQuat(found, back, quaternion)
+    return found
+
+
+def _measured(model: mujoco.MjModel, qpos: Array) -> mujoco.MjData:
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    return data
+
+
+def _joints(model: mujoco.MjModel, of: str) -> dict[str, int]:
+    """Return the joints with one value of a part by their names below it."""
+    names = {joint: model.joint(joint).name for joint in range(model.njnt) if int(model.jnt_type[joint]) in JOINTS}
+    return {name.removeprefix(f"{of}/"): joint for joint, name in names.items() if name.startswith(f"{of}/")}
+
+
+def _dofs(model: mujoco.MjModel, of: str) -> tuple[int, ...]:
+    """Return the degrees of freedom of all joints of a part."""
+    joints = {joint for joint in range(model.njnt) if model.joint(joint).name.startswith(f"{of}/")}
+    return tuple(dof for dof in range(model.nv) if int(model.dof_jntid[dof]) in joints)
+
+
+def _value(model: mujoco.MjModel, joint: int) -> Measure:
+    place = int(model.jnt_qposadr[joint])
+    return lambda qpos: float(qpos[place])
+
+
+def _none(model: mujoco.MjModel, unit: str) -> Drive:
+    return Drive(unit=unit, ctrl=np.zeros(model.nu), applied=np.zeros(model.nv))
+
+
+def _force(model: mujoco.MjModel, joint: int) -> Drive:
+    """Return the drive of a force at a joint, as if a motor without limits were there."""
+    drive = _none(model, FORCES[JOINTS[int(model.jnt_type[joint])]])
+    drive.applied[model.jnt_dofadr[joint]] = 1.0
+    return drive
+
+
+def _linked(model: mujoco.MjModel, of: str, *, lockable: bool) -> Part:
+    """Return an arm or a mechanism: forces at its joints move it, values of joints are measured."""
+    joints = _joints(model, of)
+    return Part(
+        name=of,
+        dofs=_dofs(model, of),
+        lockable=lockable,
+        drives={name: _force(model, joint) for name, joint in joints.items()},
+        measures={name: (JOINTS[int(model.jnt_type[j])], _value(model, j)) for name, j in joints.items()},
+        joints=joints,
+    )
+
+
+def _servo(model: mujoco.MjModel, robot: str, unit: str, shares: Mapping[str, float]) -> Drive:
+    """Return the drive that tells motors of a robot so many times the input each."""
+    drive = _none(model, unit)
+    for name, share in shares.items():
+        drive.ctrl[model.actuator(f"{robot}/{name}").id] = share
+    return drive
+
+
+def _robot(model: mujoco.MjModel, robot: Robot, data: mujoco.MjData) -> Part:
+    """Return a robot: its motors move it; where it is and how it leans is measured, and its wheels."""
+    joints = _joints(model, robot.name)
+    drives = {
+        name: _servo(model, robot.name, _unit_of(model, f"{robot.name}/{name}"), {name: 1.0})
+        for name in joints
+        if _has_motor(model, f"{robot.name}/{name}")
+    }
+    measures = {name: (JOINTS[int(model.jnt_type[j])], _value(model, j)) for name, j in joints.items()}
+    prefer: tuple[int, ...] = ()
+    if robot.base != "fixed":
+        free = model.joint(f"{robot.name}/free")
+        start, dof = int(free.qposadr[0]), int(free.dofadr[0])
+        prefer = (dof, dof + 5, dof + 4)
+        axle = float(model.body(f"{robot.name}/wheel_left").pos[2]) if isinstance(robot.drive, BalancingDrive) else 0.0
+        measures |= {
+            "way": ("m", lambda q: float(q[start]) + axle * math.sin(_pitch(q[start + 3 : start + 7]))),
+            "lean": ("rad", lambda q: _pitch(q[start + 3 : start + 7])),
+            "heading": ("rad", lambda q: _heading(q[start + 3 : start + 7])),
+        }
+    drives |= _base_drives(model, robot)
+    dofs = _dofs(model, robot.name)
+    return Part(name=robot.name, dofs=dofs, prefer=prefer, drives=drives, measures=measures, joints=joints)
+
+
+def _base_drives(model: mujoco.MjModel, robot: Robot) -> dict[str, Drive]:
+    """Return what moves both wheels of a base together, and against each other."""
+    drive, name = robot.drive, robot.name
+    if isinstance(drive, DifferentialDrive):
+        r, half = drive.wheel_radius, drive.track / 2
+        return {
+            "forward": _servo(model, name, "m/s", {"wheel_left": 1 / r, "wheel_right": 1 / r}),
+            "turn": _servo(model, name, "rad/s", {"wheel_left": -half / r, "wheel_right": half / r}),
+        }
+    if isinstance(drive, BalancingDrive):
+        return {
+            "torque": _servo(model, name, "N m", {"wheel_left": 0.5, "wheel_right": 0.5}),
+            "twist": _servo(model, name, "N m", {"wheel_left": -0.5, "wheel_right": 0.5}),
+        }
+    return {}
+
+
+def _has_motor(model: mujoco.MjModel, name: str) -> bool:
+    return any(model.actuator(number).name == name for number in range(model.nu))
+
+
+def _unit_of(model: mujoco.MjModel, name: str) -> str:
+    """Return the unit of what a motor is told: a torque, a speed, or an angle."""
+    number = model.actuator(name).id
+    _, kp, kv = (-float(value) for value in model.actuator_biasprm[number, :3])
+    return "rad" if kp else "rad/s" if kv else "N m"
+
+
+def _pitch(quaternion: Array) -> float:
+    """Return how far x points below the horizon [rad]."""
+    w, x, y, z = quaternion.tolist()
+    return math.asin(min(max(2 * (w * y - z * x), -1.0), 1.0))
+
+
+def _heading(quaternion: Array) -> float:
+    w, x, y, z = quaternion.tolist()
+    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))

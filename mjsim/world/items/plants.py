@@ -1,0 +1,112 @@
+"""Plants: what the control laboratory looks at, a part of the scene or a model in formulas."""
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from mjsim.world.ground import Model, Name, fault
+from mjsim.world.items.signals import Signal
+
+MOST_STATES = 50
+"""Of a plant in formulas."""
+PART_OF_PLANT = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)?$"
+Figure = Annotated[float, Field(ge=-1e12, le=1e12)]
+Coefficients = Annotated[tuple[Figure, ...], Field(strict=False, min_length=1, max_length=MOST_STATES + 1)]
+Row = Annotated[tuple[Figure, ...], Field(strict=False, min_length=1, max_length=MOST_STATES)]
+Matrix = Annotated[tuple[Row, ...], Field(strict=False, min_length=1, max_length=MOST_STATES)]
+Names = Annotated[
+    tuple[Name, ...],
+    BeforeValidator(lambda value: (value,) if isinstance(value, str) else value),
+    Field(strict=False, min_length=1, max_length=10),
+]
+
+
+class TransferFunction(Model):
+    """A ratio of polynomials of s, the highest power first: [12] over [1, 1.09] is 12 / (s + 1.09)."""
+
+    num: Coefficients
+    """Coefficients of the numerator."""
+    den: Coefficients
+    """Coefficients of the denominator."""
+
+    @model_validator(mode="after")
+    def _is_proper(self) -> Self:
+        if self.den[0] == 0.0:
+            raise fault("the first coefficient of den is 0; leave leading zeros out", "den", 0)
+        if len(self.num) > len(self.den):
+            raise fault(f"num has degree {len(self.num) - 1}, den {len(self.den) - 1}; num's must not be higher", "num")
+        if not any(self.num):
+            raise fault("num is 0 altogether; give a coefficient", "num")
+        return self
+
+
+class StateSpace(Model):
+    """x' = A x + B u, y = C x + D u."""
+
+    a: Matrix
+    """A, row by row."""
+    b: Matrix
+    """B, a row for each state; one column."""
+    c: Matrix
+    """C, a row for each output."""
+    d: Matrix | None = None
+    """D, a row for each output; zeros unless given."""
+
+    @model_validator(mode="after")
+    def _shapes_fit(self) -> Self:
+        states, outputs = len(self.a), len(self.c)
+        wanted = {"a": (states, states), "b": (states, 1), "c": (outputs, states), "d": (outputs, 1)}
+        for key, shape in wanted.items():
+            rows = getattr(self, key)
+            found = None if rows is None else {(len(rows), len(row)) for row in rows}
+            if found is not None and found != {shape}:
+                raise fault(f"{key} must have {shape[0]} rows of {shape[1]} each, as a has {states} rows", key)
+        return self
+
+
+class Plant(Model):
+    """What `mjsim lab` makes linear and looks at: a part of the scene, `tf` or `ss`."""
+
+    name: Name
+    """How the command calls it."""
+    of: Annotated[str, Field(pattern=PART_OF_PLANT, max_length=130)] | None = None
+    """A robot, ROBOT/ARM, or a mechanism."""
+    input: Name | None = None
+    """What moves it: of a robot `forward`, `turn` or a wheel, of an arm or a mechanism a joint or an actuator."""
+    outputs: Names | None = None
+    """What is measured, one or a list: values of joints, of robots `way`, `lean`, `heading`; `.rate` behind one gives
+    its rate, such as `way.rate`."""
+    around: Annotated[Mapping[str, Figure], Field(strict=False)] = {}
+    """The working point: values of joints by their name [m], or their name with `_deg`; others are as at the start."""
+    tf: TransferFunction | None = None
+    """A transfer function, in place of a part of the scene."""
+    ss: StateSpace | None = None
+    """A state space, in place of a part of the scene."""
+    amplitude: Annotated[float, Field(gt=0, le=1e9)] = 1.0
+    """Height of the step of the input, for which the nonlinear plant is simulated beside the linear one."""
+    seconds: Annotated[float, Field(gt=0, le=1e4)] | None = None
+    """How long responses are shown; as its poles need unless given [s]."""
+    signal: Signal | None = None
+    """The input for which it is simulated and identified; a chirp over its frequencies unless given."""
+
+    @model_validator(mode="after")
+    def _is_one_thing(self) -> Self:
+        given = [key for key in ("of", "tf", "ss") if getattr(self, key) is not None]
+        if len(given) != 1:
+            raise fault(f"a plant has one of 'of', 'tf' and 'ss'; this one has {' and '.join(given) or 'none'}")
+        if self.of is None:
+            for key in ("input", "outputs", "around"):
+                if getattr(self, key):
+                    raise fault(f"{key} is for a part of the scene; leave it out beside {given[0]}", key)
+        elif self.input is None or self.outputs is None:
+            missing = "input" if self.input is None else "outputs"
+            raise fault(f"key '{missing}' is missing; a part of the scene has an input and outputs")
+        if self.signal is not None and (wrong := self.signal.misfit(angle=False)) is not None:
+            raise fault(wrong[0], "signal", *wrong[1])
+        return self
+
+
+def plant_names(plants: Sequence[Plant]) -> list[str]:
+    """Return the names of plants."""
+    return [plant.name for plant in plants]
