@@ -18,7 +18,7 @@ from mjsim.mechanics import placed
 
 from .joint_path import between
 
-RECENT = 2.0
+RECENT = 1.5
 """Looks at the box count for so long [s]."""
 AWAY, NEAR = 0.95, 0.72
 """From which distances to the box it drives to a place before it, one after the other [m]."""

@@ -19,7 +19,7 @@ def world(*lines):
 
 
 def test_each_preset_is_an_arm():
-    assert arm_names() == ("motoman_up6", "puma560")
+    assert arm_names() == ("motoman_up6", "picker", "puma560")
     for name in arm_names():
         assert mjsim.arm(name).n == 6
 
