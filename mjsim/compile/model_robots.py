@@ -7,9 +7,8 @@ names below `ROBOT/` with their limits, each with a motor that does nothing and 
 """
 
 import math
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field
-from itertools import combinations
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import mujoco
@@ -18,6 +17,7 @@ import numpy as np
 from mjsim.compile.bodies import BUMPER_FRICTION, TOUCHED
 from mjsim.compile.joints import lock
 from mjsim.compile.models import LoadedFile, mesh_of
+from mjsim.compile.own_parts import exclude_parts
 from mjsim.compile.parts import DARK, DECOR, FITTINGS, RUNNING_GEAR, SEEN
 from mjsim.compile.running_gear import add_motor
 from mjsim.compile.sensors import NEAR
@@ -27,6 +27,7 @@ from mjsim.compile.wheels import (
     WHEEL_SHARE,
     WheelSpec,
     add_kingpin,
+    add_roller_wheel,
     add_steady_caster,
     add_tread,
     add_tyre,
@@ -63,6 +64,8 @@ class _Build:
     frames: dict[int, tuple[Array, Array]] = field(default_factory=dict)
     """Origin and axes of each, robot frame."""
     taken: set[str] = field(default_factory=set)
+    rolling: set[int] = field(default_factory=set)
+    """Roots of wheels with rollers, and of what hangs on them."""
 
     def point(self, p_file: Array) -> Array:
         """Return a point in the robot's frame, shape (3,)."""
@@ -93,6 +96,9 @@ def add_model_robot(
     wheels = {joint: wheel for wheel in robot.drive.wheels for joint in _joints_of(body, wheel)}
     steering = {joint: name for name, joint in body.steering.items()}
     for part in rest.parts:
+        if part.parent in build.rolling:
+            _add_roller_looks(build, part)
+            continue
         hinges = [original.model.joint(joint).name for joint in part.joints]
         found = next((name for name in hinges if name in wheels), None)
         if found is not None:
@@ -103,7 +109,7 @@ def add_model_robot(
             _add_part(build, part)
     for x, y, radius in body.casters:
         add_steady_caster(base, x=x, y=y, radius=radius)
-    _exclude(build)
+    exclude_parts(spec, base)
     return list(_fittings(build))
 
 
@@ -240,6 +246,9 @@ def _add_wheel(build: _Build, part: Rigid, joint: str, wheel: Wheel, *, name: st
         gear=inertia * load * own.radius**2,
         sag=SAGS[wheel.load],
     )
+    if wheel.rollers is not None:
+        _add_roller_wheel(build, part, wheel, replace(sizes, at=wheel.at, mass=WHEEL_SHARE * load))
+        return
     place = _middle(build, part, joint, side)
     if own.y is not None and not name.endswith(_FOLLOWERS):
         place[1] = own.y
@@ -256,6 +265,36 @@ def _add_wheel(build: _Build, part: Rigid, joint: str, wheel: Wheel, *, name: st
         add_motor(build.spec, build.robot.drive, sizes, wheel.motor, load=load)
     elif wheel.motor is not None:
         _couple(build.spec, name, f"{build.robot.name}/wheel_{wheel.name}")
+
+
+def _add_roller_wheel(build: _Build, part: Rigid, wheel: Wheel, sizes: WheelSpec) -> None:
+    """Add a wheel with rollers of ours, where the file has one, which looks as that of the file."""
+    assert wheel.rollers is not None, "a wheel without rollers is a plain one"
+    seen, _ = seen_and_touched(build.original.model, urdf=build.original.urdf)
+    looks = any(bool(seen[number]) for number in build.rest.geoms(part))
+    body = add_roller_wheel(
+        build.spec,
+        build.made[0],
+        sizes,
+        heading=wheel.heading,
+        angle=wheel.rollers.angle,
+        count=wheel.rollers.count,
+        seen=not looks,
+    )
+    c, s = math.cos(wheel.heading), math.sin(wheel.heading)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    build.made[part.root], build.frames[part.root] = body, (np.array([*wheel.at, sizes.radius]), turn)
+    build.rolling.add(part.root)
+    _add_geoms(build, part, touch=False)
+    assert wheel.motor is not None, "wheels with rollers are driven"
+    add_motor(build.spec, build.robot.drive, sizes, wheel.motor, load=mass_of(build.body, build.rest))
+
+
+def _add_roller_looks(build: _Build, part: Rigid) -> None:
+    """Add what is seen of a roller of the file to its wheel, on which rollers of ours run."""
+    build.made[part.root], build.frames[part.root] = build.made[part.parent], build.frames[part.parent]
+    build.rolling.add(part.root)
+    _add_geoms(build, part, touch=False)
 
 
 _FOLLOWERS = tuple(f"-{number}" for number in range(2, 10))
@@ -352,21 +391,6 @@ def _add_geom(build: _Build, part: Rigid, number: int, keys: Mapping[str, Any]) 
     )
     if geom.type == mujoco.mjtGeom.mjGEOM_MESH:
         geom.meshname = mesh_of(build.spec, build.original, int(model.geom_dataid[number]), 1.0)
-
-
-def _exclude(build: _Build) -> None:
-    """Let the parts of a robot pass through each other."""
-    names = sorted({body.name for body in _all(build.made[0]) if _touches(body)})
-    for first, second in combinations(names, 2):
-        build.spec.add_exclude(bodyname1=first, bodyname2=second)
-
-
-def _all(base: mujoco.MjsBody) -> Collection[mujoco.MjsBody]:
-    return [base, *base.find_all(mujoco.mjtObj.mjOBJ_BODY)]
-
-
-def _touches(body: mujoco.MjsBody) -> bool:
-    return any(geom.contype or geom.conaffinity for geom in body.geoms)
 
 
 def _quaternion(turn: Array) -> Array:

@@ -118,9 +118,16 @@ def add_tyre(body: mujoco.MjsBody, radius: float, half_width: float, *, hub: boo
 
 
 def add_roller_wheel(
-    spec: mujoco.MjSpec, base: mujoco.MjsBody, wheel: WheelSpec, *, heading: float, angle: float, count: int
-) -> None:
-    """Add a wheel whose rim is rollers that turn freely.
+    spec: mujoco.MjSpec,
+    base: mujoco.MjsBody,
+    wheel: WheelSpec,
+    *,
+    heading: float,
+    angle: float,
+    count: int,
+    seen: bool = True,
+) -> mujoco.MjsBody:
+    """Add a wheel whose rim is rollers that turn freely, and return its body.
 
     A roller is an ellipsoid of radius r and half length L, whose middle is R - r from the axle. With the wheel turned
     by t, the roller's axis dips by n = sin(angle) sin(t) and its lowest point is (R - r) cos(t) + sqrt(r^2 + (L^2 -
@@ -133,6 +140,7 @@ def add_roller_wheel(
         heading: Direction in which the wheel rolls, robot frame [rad].
         angle: From the wheel's axle to the axis of the lowest roller, about the vertical, left positive [rad].
         count: Of rollers.
+        seen: Whether it is drawn.
     """
     big, small = wheel.radius, ROLLER_SHARE * wheel.radius
     body = base.add_body(
@@ -143,7 +151,8 @@ def add_roller_wheel(
     body.add_joint(name=wheel.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0], armature=wheel.gear)
     core = 0.7 * wheel.mass
     _weigh(body, core, [core * big**2 / 4, core * big**2 / 2, core * big**2 / 4])
-    add_tyre(body, big - 1.6 * small, wheel.half_width, hub=True)
+    if seen:
+        add_tyre(body, big - 1.6 * small, wheel.half_width, hub=True)
     length = math.sqrt(small**2 + small * (big - small) / math.sin(angle) ** 2)
     for number in range(count):
         name = f"{wheel.name}/roller{number + 1}"
@@ -151,9 +160,13 @@ def add_roller_wheel(
         # The wheel's mass is a known share of the robot's.
         inertia = ROLLER_INERTIA * wheel.mass / WHEEL_SHARE * small**2
         roller = _add_roller(body, name, place=place, angle=angle, inertia=inertia, sizes=sizes)
+        if seen:
+            look = [small * 0.98, small * 0.98, 0.62 * length]
+            make_decor(roller.add_geom(type=mujoco.mjtGeom.mjGEOM_ELLIPSOID, size=look), HUB_COLOR)
         mass = 0.3 * wheel.mass / count
         _weigh(roller, mass, [mass * small**2 / 2] * 3)
         spec.add_exclude(bodyname1=base.name, bodyname2=name)
+    return body
 
 
 def _add_roller(
@@ -198,8 +211,6 @@ def _add_roller(
         solimp=[0.99, 0.99, 0.001, 0.5, 2.0],
         rgba=DARK,
     )
-    seen = roller.add_geom(type=mujoco.mjtGeom.mjGEOM_ELLIPSOID, size=[radius * 0.98, radius * 0.98, 0.62 * length])
-    make_decor(seen, HUB_COLOR)
     return roller
 
 

@@ -30,6 +30,8 @@ class FileJoint:
     """None for one without limits."""
     driven: bool
     """Whether the file gives it a motor."""
+    speed: float | None = None
+    """Largest speed by the file [rad/s] or [m/s]; None where that does not say it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,20 +119,29 @@ def anatomy_of(robot: RobotFiles) -> Anatomy:
         for part in rest.parts
     )
     joints = tuple(
-        _joint(rest, number, index, robot.driven) for index, part in enumerate(rest.parts) for number in part.joints
+        _joint(rest, number, index, robot) for index, part in enumerate(rest.parts) for number in part.joints
     )
     ball = int(mujoco.mjtJoint.mjJNT_BALL)
     loose = tuple(rest.model.joint(n).name for n in range(rest.model.njnt) if int(rest.model.jnt_type[n]) == ball)
     return Anatomy(parts, joints, _shapes(rest, numbers, urdf=robot.files.urdf), _places(rest, numbers), loose)
 
 
-def _joint(rest: AtRest, number: int, part: int, driven: frozenset[str]) -> FileJoint:
+def _joint(rest: AtRest, number: int, part: int, robot: RobotFiles) -> FileJoint:
     model = rest.model
     at, axis = rest.axis(number)
     name = model.joint(number).name
     low, high = model.jnt_range[number].tolist()
     limits = (low, high) if model.jnt_limited[number] else None
-    return FileJoint(name, part, int(model.jnt_type[number]) != SINGLE[0], at, axis, limits, name in driven)
+    return FileJoint(
+        name,
+        part,
+        int(model.jnt_type[number]) != SINGLE[0],
+        at,
+        axis,
+        limits,
+        name in robot.driven,
+        robot.speeds.get(name),
+    )
 
 
 def _shapes(rest: AtRest, numbers: dict[int, int], *, urdf: bool) -> tuple[Shape, ...]:

@@ -57,7 +57,7 @@ def _mend_urdf(root: Element, path: str) -> Iterator[str]:
         if inertial is None:
             continue
         name, mass, inertia = link.get("name", "?"), inertial.find("mass"), inertial.find("inertia")
-        weight = _number(mass.get("value") if mass is not None else None)
+        weight = number_of(mass.get("value") if mass is not None else None)
         if weight is None or weight <= 0.0:
             link.remove(inertial)
             has = link.find("collision") is not None
@@ -67,7 +67,7 @@ def _mend_urdf(root: Element, path: str) -> Iterator[str]:
         if inertia is None:
             yield from _ball(inertial, weight, f"{path}: link '{name}'")
             continue
-        a, b, c, ab, ac, bc = (_number(inertia.get(key, "0")) or 0.0 for key in _URDF_KEYS)
+        a, b, c, ab, ac, bc = (number_of(inertia.get(key, "0")) or 0.0 for key in _URDF_KEYS)
         found = mended(np.array([[a, ab, ac], [ab, b, bc], [ac, bc, c]]))
         if found is None and max(a, b, c) <= 0.0:
             inertial.remove(inertia)
@@ -94,13 +94,13 @@ def _mend_mjcf(root: Element, path: str) -> Iterator[str]:
         if inertial is None:
             continue
         called = f"body '{body.get('name', '?')}'"
-        weight = _number(inertial.get("mass"))
+        weight = number_of(inertial.get("mass"))
         if weight is None or weight <= 0.0:
             body.remove(inertial)
             yield f"{path}: {called} has a mass of {_shown(weight)} kg; its shapes say what it weighs instead"
             continue
         for key, count in (("diaginertia", 3), ("fullinertia", 6)):
-            numbers = [_number(word) for word in inertial.get(key, "").split()]
+            numbers = [number_of(word) for word in inertial.get(key, "").split()]
             if len(numbers) != count:
                 continue
             values = np.array([np.nan if number is None else number for number in numbers])
@@ -128,7 +128,8 @@ def _moments(matrix: Array) -> str:
     return f"{', '.join(f'{value:.3g}' for value in np.linalg.eigvalsh(matrix))} kg m^2"
 
 
-def _number(text: str | None) -> float | None:
+def number_of(text: str | None) -> float | None:
+    """Return a finite number of a text; None where there is none."""
     try:
         value = float(text or "")
     except ValueError:

@@ -77,8 +77,7 @@ def element_of(error: str, root: Element) -> Element | None:
         begun = starts(ElementTree.tostring(root))
         on_line = [number for number, start in enumerate(begun) if start.line == int(said["line"])]
         same = [number for number in on_line if said["tag"] in (None, begun[number].tag)]
-        # Several elements of one kind on a line: the last that has begun by then.
-        return elements[same[-1]] if same and len(begun) == len(elements) else None
+        return elements[same[0]] if len(same) == 1 and len(begun) == len(elements) else None
     named = _NAMED.search(error)
     return None if named is None else next((item for item in elements if item.get("name") == named["name"]), None)
 

@@ -12,12 +12,14 @@ from dataclasses import dataclass, field
 from xml.etree import ElementTree
 
 import mujoco
+import numpy as np
 
 from mjsim.models.files import ROBOT, Builder, Element, Gatherer, ModelFiles, Read
-from mjsim.models.inertias import mend_inertias
+from mjsim.models.inertias import mend_inertias, number_of
 from mjsim.models.places import Origin, PlacedError, element_of, numbered, plainly, starts
 from mjsim.models.reader import compiled
 from mjsim.models.stl import tidy_stl
+from mjsim.models.urdf_joints import freed_wheels, said_speeds, without_rails
 
 MOST_RETRIES = 64
 """Meshes of a robot that MuJoCo may refuse."""
@@ -53,6 +55,8 @@ class RobotFiles:
     sensors: tuple[SaidSensor, ...]
     driven: frozenset[str]
     """Joints that have a motor."""
+    speeds: Mapping[str, float]
+    """Largest speed of joints, of those of which the file says it [rad/s] or [m/s]."""
     notes: tuple[str, ...]
     """What was left out or mended, in sentences."""
 
@@ -69,17 +73,23 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
     """
     gatherer = _RobotGatherer(path, read)
     root = gatherer.parse(path)
+    root.tag = root.tag.removeprefix(FOREIGN)
     if root.tag == "mujoco":
         gatherer.put_includes_in(root, 0)
     said = tuple(_said_urdf(root) if root.tag == "robot" else _said_mjcf(root))
     driven = frozenset(_driven(root))
-    mended = mend_inertias(root, path)
+    speeds = dict(said_speeds(root))
+    mended = [*mend_inertias(root, path), *without_rails(root, path), *freed_wheels(root, path)]
     gatherer.keep(root, ROBOT)
     _allow_light_links(root)
     gatherer.leave_out(root)
+    # Each element on a line of its own, so that lines in errors of MuJoCo tell which one is meant.
+    ElementTree.indent(root)
     files = ModelFiles(root, gatherer.assets, tuple(gatherer.paths))
     model = _compiled(files, gatherer)
-    return RobotFiles(files, model, said, driven, (*mended, *gatherer.notes()))
+    _check_finite(model, path)
+    speeds |= dict(_servo_speeds(model))
+    return RobotFiles(files, model, said, driven, speeds, (*mended, *gatherer.notes()))
 
 
 class _RobotBuilder(Builder):
@@ -269,6 +279,26 @@ def _driven(root: Element) -> Iterator[str]:
                 yield item.text.strip()
 
 
+def _check_finite(model: mujoco.MjModel, path: str) -> None:
+    """Raise ValueError when a part has a place that is no number."""
+    bad = np.flatnonzero(~np.isfinite(model.body_pos).all(axis=1))
+    if len(bad):
+        raise ValueError(f"'{path}': the place of '{model.body(int(bad[0])).name}' is no number; mend its origin")
+
+
+def _servo_speeds(model: mujoco.MjModel) -> Iterator[tuple[str, float]]:
+    """Yield the largest speeds of joints that servos of MJCF turn at the speed that they are told."""
+    for number in range(model.nu):
+        moves_joint = int(model.actuator_trntype[number]) == int(mujoco.mjtTrn.mjTRN_JOINT)
+        # A velocity servo gives gain * (told - gear * speed).
+        gain, damping = float(model.actuator_gainprm[number, 0]), -float(model.actuator_biasprm[number, 2])
+        gear, top = abs(float(model.actuator_gear[number, 0])), float(model.actuator_ctrlrange[number, 1])
+        if model.actuator_biasprm[number, 1] != 0.0:
+            continue  # a servo of positions
+        if moves_joint and model.actuator_ctrllimited[number] and damping > 0.0 and gear > 0.0 and top > 0.0:
+            yield model.joint(int(model.actuator_trnid[number, 0])).name, gain / damping * top / gear
+
+
 def _said_urdf(root: Element) -> Iterator[SaidSensor]:
     """Yield the sensors that a URDF describes for Gazebo."""
     for gazebo in root.findall("gazebo"):
@@ -286,7 +316,7 @@ def _gazebo_kind(text: str) -> str | None:
 
 
 def _pose(text: str) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    numbers = [_number(word) for word in text.split()[:6]]
+    numbers = [number_of(word) for word in text.split()[:6]]
     x, y, z, roll, pitch, yaw = (numbers + [None] * 6)[:6]
     return (x or 0.0, y or 0.0, z or 0.0), (roll or 0.0, pitch or 0.0, yaw or 0.0)
 
@@ -294,24 +324,24 @@ def _pose(text: str) -> tuple[tuple[float, float, float], tuple[float, float, fl
 def _gazebo_keys(sensor: Element) -> dict[str, float]:
     """Return what is said of a sensor, by our names."""
     ray = next((item for name in ("ray", "lidar") for item in sensor.iter(name)), None)
-    found: dict[str, float | None] = {"rate_hz": _number(sensor.findtext("update_rate"))}
+    found: dict[str, float | None] = {"rate_hz": number_of(sensor.findtext("update_rate"))}
     if ray is not None:
-        low = _number(ray.findtext("scan/horizontal/min_angle"))
-        high = _number(ray.findtext("scan/horizontal/max_angle"))
+        low = number_of(ray.findtext("scan/horizontal/min_angle"))
+        high = number_of(ray.findtext("scan/horizontal/max_angle"))
         found |= {
-            "beams": _number(ray.findtext("scan/horizontal/samples")),
+            "beams": number_of(ray.findtext("scan/horizontal/samples")),
             "fov_deg": None if low is None or high is None else math.degrees(high - low),
-            "nearest": _number(ray.findtext("range/min")),
-            "farthest": _number(ray.findtext("range/max")),
-            "noise": _number(ray.findtext("noise/stddev")),
+            "nearest": number_of(ray.findtext("range/min")),
+            "farthest": number_of(ray.findtext("range/max")),
+            "noise": number_of(ray.findtext("noise/stddev")),
         }
     camera = sensor.find("camera")
     if camera is not None:
-        fov = _number(camera.findtext("horizontal_fov"))
+        fov = number_of(camera.findtext("horizontal_fov"))
         found |= {
             "fov_deg": None if fov is None else math.degrees(fov),
-            "width": _number(camera.findtext("image/width")),
-            "height": _number(camera.findtext("image/height")),
+            "width": number_of(camera.findtext("image/width")),
+            "height": number_of(camera.findtext("image/height")),
         }
     return {key: value for key, value in found.items() if value is not None}
 
@@ -321,15 +351,6 @@ def _said_mjcf(root: Element) -> Iterator[SaidSensor]:
     sites = {item.get("site", "") for kind in ("accelerometer", "gyro") for item in root.findall(f"sensor/{kind}")}
     for site in sorted(sites - {""}):
         yield SaidSensor(site, "imu", "imu")
-
-
-def _number(text: str | None) -> float | None:
-    """Return a finite number of a text; None where there is none."""
-    try:
-        value = float(text or "")
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None
 
 
 def robot_text(files: ModelFiles) -> str:

@@ -1,5 +1,6 @@
 """Descriptions of robots that differ in what makers do differently."""
 
+import math
 from collections.abc import Sequence
 
 
@@ -176,4 +177,66 @@ def nose_heavy() -> str:
         for side, y in (("left", 0.2), ("right", -0.2)):
             links[f"{row}_{side}"] = tyre(0.1, 0.05)
             joints.append(joint(f"{row}_{side}_wheel", "chassis", f"{row}_{side}", f'xyz="{x} {y} 0.1"'))
+    return robot(links, joints)
+
+
+def on_mecanum(*, rollers: int = 0) -> str:
+    """Return a robot on four wheels called mecanum, or with rollers of which a name tells nothing."""
+    links, joints = {"base": box("0.5 0.3 0.12", mass=15.0, at="0 0 0.08")}, []
+    for row, x in (("fore", 0.2), ("aft", -0.2)):
+        for side, y in (("l", 0.22), ("r", -0.22)):
+            name = f"{row}_{side}" if rollers else f"{row}_{side}_mecanum"
+            links[name] = tyre(0.04 if rollers else 0.06, 0.05)
+            limit = '<limit effort="5" velocity="12"/>'
+            joints.append(joint(f"{name}_joint", "base", name, f'xyz="{x} {y} 0.06"', more=limit))
+            for number in range(rollers):
+                turn = 2.0 * math.pi * number / rollers
+                place = f'xyz="{0.048 * math.sin(turn):.5f} 0 {0.048 * math.cos(turn):.5f}" rpy="0 {turn:.5f} 0"'
+                links[f"{name}_{number}"] = tyre(0.012, 0.03, rpy="1.5707963 0 0.785")
+                joints.append(joint(f"{name}_{number}_joint", name, f"{name}_{number}", place, axis="0.7 0.7 0"))
+    return robot(links, joints)
+
+
+def on_three(*, first: float = 0.0) -> str:
+    """Return a robot on three wheels in a ring, one at an angle [rad] from x."""
+    links, joints = {"base": box("0.25 0.25 0.1", mass=8.0, at="0 0 0.08")}, []
+    for number in range(3):
+        turn = first + 2.0 * math.pi * number / 3
+        links[f"w{number}"] = tyre(0.05, 0.02)
+        place = f'xyz="{0.15 * math.cos(turn):.5f} {0.15 * math.sin(turn):.5f} 0.05" rpy="0 0 {turn - math.pi / 2:.5f}"'
+        joints.append(joint(f"j{number}", "base", f"w{number}", place))
+    return robot(links, joints)
+
+
+def tricycle(*, ahead: float = 0.6, limit: str = '<limit lower="-1.0" upper="1.0" effort="9" velocity="2"/>') -> str:
+    """Return a robot with a wheel that steers and two behind or before it."""
+    links = {
+        "base": box("0.8 0.4 0.2", mass=60.0, at=f"{ahead / 3} 0 0.2"),
+        "fork": box("0.05 0.05 0.1", mass=1.0),
+        "steered": tyre(0.1, 0.06),
+        "l": tyre(0.08, 0.04),
+        "r": tyre(0.08, 0.04),
+    }
+    joints = [
+        joint("left", "base", "l", 'xyz="0 0.25 0.08"'),
+        joint("right", "base", "r", 'xyz="0 -0.25 0.08"'),
+        joint("steer", "base", "fork", f'xyz="{ahead} 0 0.25"', kind="revolute", axis="0 0 1", more=limit),
+        joint("drive", "fork", "steered", 'xyz="0 0 -0.15"'),
+    ]
+    return robot(links, joints)
+
+
+def four_steered() -> str:
+    """Return a robot whose four wheels all steer."""
+    links, joints = {"base": box("0.8 0.4 0.2", mass=40.0, at="0 0 0.2")}, []
+    limit = '<limit lower="-0.6" upper="0.6" effort="9" velocity="2"/>'
+    for row, x in (("front", 0.3), ("rear", -0.3)):
+        for side, y in (("left", 0.25), ("right", -0.25)):
+            name = f"{row}_{side}"
+            links |= {f"{name}_knuckle": box("0.05 0.05 0.05", mass=0.5), f"{name}_wheel": tyre(0.1, 0.05)}
+            place = f'xyz="{x} {y} 0.1"'
+            joints += [
+                joint(f"{name}_steer", "base", f"{name}_knuckle", place, kind="revolute", axis="0 0 1", more=limit),
+                joint(f"{name}_roll", f"{name}_knuckle", f"{name}_wheel", 'xyz="0 0 0"'),
+            ]
     return robot(links, joints)

@@ -6,18 +6,11 @@ from pathlib import Path
 import pytest
 
 from mjsim.exchange import Wishes, bring_robot
-from tests.exchange.odd_robots import box, joint, robot, rover, tyre
+from tests.exchange.odd_robots import box, four_steered, joint, on_three, robot, rover, tyre
 from tests.exchange.test_robots import typed
 
 TWO = rover([0.0])
 SPHERE = '<link name="l0"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>'
-OMNI = robot(
-    {"base": box("0.3 0.3 0.1"), **{f"w{k}": tyre(0.05, 0.02) for k in range(3)}},
-    [
-        joint(f"j{k}", "base", f"w{k}", f'xyz="{x} {y} 0" rpy="0 0 {turn}"')
-        for k, (x, y, turn) in enumerate([(0.15, 0, 1.57), (-0.07, 0.13, 3.66), (-0.07, -0.13, 5.76)])
-    ],
-)
 LINKS = {"base": box("0.4 0.3 0.1"), "l": tyre(0.08, 0.03), "r": tyre(0.08, 0.03)}
 ROLLED = robot(
     {**LINKS, **{f"roller{k}": tyre(0.01, 0.02) for k in range(6)}},
@@ -28,11 +21,10 @@ ROLLED = robot(
     ],
 )
 MECANUM = robot(
-    {**LINKS, "mecanum_wheel_3": ""},
+    {"base": LINKS["base"], "mecanum_l": LINKS["l"], "mecanum_r": LINKS["r"]},
     [
-        joint("left", "base", "l", 'xyz="0 0.2 0"'),
-        joint("right", "base", "r", 'xyz="0 -0.2 0"'),
-        joint("more", "base", "mecanum_wheel_3", 'xyz="0 0 0"', kind="fixed"),
+        joint("left", "base", "mecanum_l", 'xyz="0 0.2 0"'),
+        joint("right", "base", "mecanum_r", 'xyz="0 -0.2 0"'),
     ],
 )
 THREE = robot(
@@ -50,6 +42,8 @@ ALONG_Y = robot(
         joint("right", "base", "r", 'xyz="0.2 0 0"', axis="1 0 0"),
     ],
 )
+SLIDING = """<mujoco><worldbody><body name="b"><joint name="go" type="slide" axis="1 0 0"/><geom size="0.1"/></body>
+</worldbody></mujoco>"""
 MACRO = (
     '<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:macro name="m" params="x"><link name="a"/>'
     '</xacro:macro><link name="base"/></robot>'
@@ -65,28 +59,48 @@ MACRO = (
         ("<sdf/>", (), r"begins with <sdf>; a model begins with <mujoco> \(MJCF\) or <robot> \(URDF\)"),
         ('<!DOCTYPE a [<!ENTITY x "y">]><robot name="a">&x;</robot>', (), "declares a document type"),
         ('<robot name="a"/>', (), "MuJoCo cannot take|no wheels"),
-        (robot({"base": box("1 1 1")}, []), (), "no wheels that can be found: it has no level hinge at all"),
+        (robot({"base": box("1 1 1")}, []), (), "no wheels can be found: it has no level hinge at all"),
         (
             TWO.replace('link="r0"', 'link="gone"'),
             (),
             r"urdf:5:63: joint 'r0_hinge' names link 'gone', which is not there",
         ),
-        (TWO.replace("continuous", "fixed"), (), "no wheels that can be found: it has no level hinge at all"),
+        (TWO.replace("continuous", "fixed"), (), "no wheels can be found: it has no level hinge at all"),
         (
             TWO.replace('xyz="0.0 0.2 -0.05"', 'xyz="zero 0.2"'),
             (),
             r"urdf:5:7: MuJoCo cannot take <origin>: bad format in attribute 'xyz'$",
         ),
         (THREE, (), "which wheels drive is not clear; candidates are 'left', 'right', 'third'; give --left-wheel"),
-        (OMNI, (), "the axles of 'j0', 'j1', 'j2' point different ways, as those of an omnidirectional base"),
-        (ROLLED, (), r"urdf:\d+:\d+: the wheel on joint 'left' has 6 rollers"),
-        (MECANUM, (), "'mecanum_wheel_3' is a wheel with rollers by its name"),
+        (
+            ROLLED,
+            (),
+            r"urdf:\d+:\d+: 'left', 'right' have rollers; of such drives mjsim has mecanum, four on parallel axles",
+        ),
+        (MECANUM, (), r"'left', 'right' have rollers; of such drives mjsim has mecanum"),
+        (
+            four_steered(),
+            (),
+            r"steers all four wheels, a drive that mjsim does not have; --steering front_left_steer --st",
+        ),
+        (on_three(), ("--drive", "mecanum"), "its wheels stand as those of omni3; leave out --drive mecanum"),
+        (TWO, ("--drive", "mecanum"), "'l0_hinge', 'r0_hinge' have rollers; of such drives mjsim has mecanum"),
+        (
+            TWO,
+            ("--drive", "tricycle"),
+            "has no single wheel that steers before or behind an axle",
+        ),
+        (SLIDING, (), r"no wheels can be found: it moves by slides \('go'\)"),
         (ALONG_Y, (), r"does not tell where its front is; give --forward \+y or --forward -y"),
         (ALONG_Y, ("--forward", "+x"), r"--forward \+x is along the axles"),
         (TWO, ("--forward", "up"), r"--forward is 'up'; it is \+x, -x, \+y or -y"),
         (TWO, ("--left-wheel", "l0_hing"), "no hinge 'l0_hing' in .*; did you mean 'l0_hinge'"),
         (TWO, ("--drive", "skid_steer"), "has one axle that drives; skid steering needs two or more"),
-        (TWO, ("--drive", "hover"), "--drive is 'hover'; robots from files drive as differential, skid_steer"),
+        (
+            TWO,
+            ("--drive", "hover"),
+            "--drive is 'hover'; robots from files drive as differential, skid_steer, ackermann, tri",
+        ),
         (TWO, ("--package", "a=/nowhere"), "no folder '/nowhere' for package 'a'"),
         (TWO, ("--arg", "a"), "write --arg NAME=VALUE"),
         (MACRO, (), "uses <xacro:macro> of xacro; type: pip install xacro"),

@@ -4,19 +4,39 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from mjsim.errors import MjsimError, UsageError
+from mjsim.errors import MjsimError, PhysicsFault, UsageError
+from mjsim.exchange.robots.ahead import Wishes
 from mjsim.exchange.robots.frame import Stand, find_stand
-from mjsim.exchange.robots.gear import Gear, Wishes, find_gear
+from mjsim.exchange.robots.gear import Gear, find_gear
 from mjsim.exchange.robots.measure import Measured, measure
 from mjsim.exchange.robots.mounts import Mount, find_mounts
-from mjsim.exchange.robots.preset import ACCELERATION, Plan, first_plan, max_speed, preset_text
-from mjsim.exchange.robots.slip import ROBOTS, learned
+from mjsim.exchange.robots.omni import without_rollers
+from mjsim.exchange.robots.preset import (
+    ACCELERATION,
+    Plan,
+    first_plan,
+    max_speed,
+    preset_text,
+    said_speed,
+    speed_said,
+)
+from mjsim.exchange.robots.slip import learned
 from mjsim.exchange.robots.source import RobotSource
 from mjsim.models import Anatomy, RobotFiles, anatomy_of, gather_robot, robot_text
 from mjsim.world import Slip
 
 MARGIN = 1.2
 """Acceleration that it must stand, of the largest one that it is told."""
+KINDS = {
+    "differential": "a differential drive",
+    "skid_steer": "skid steering",
+    "ackermann": "a car",
+    "tricycle": "a tricycle",
+    "mecanum": "mecanum wheels",
+    "omni3": "three omni wheels",
+}
+SIZES = {"mecanum": "track and wheelbase together", "omni3": "a ring of wheels with a diameter"}
+"""What the size is called on which it depends how far a robot turns."""
 MOST_MEASURED = 4
 """How often it is measured, each time with what the last one found."""
 CLOSE = 0.0003
@@ -66,6 +86,8 @@ def bring_robot(
         gear = find_gear(anatomy, wishes, file=str(path), urdf=robot.files.urdf)
     except UsageError as error:
         raise UsageError(source.placed(str(error))) from None
+    # Rollers belong to their wheels: they are no casters, and no joints that hold still.
+    anatomy, _ = without_rollers(anatomy)
     stand = find_stand(anatomy, gear, acceleration=MARGIN * ACCELERATION)
     mounts = find_mounts(anatomy, stand, robot.sensors)
     model = f"{name}/robot.{'urdf' if robot.files.urdf else 'xml'}"
@@ -110,8 +132,8 @@ def _slipping(
     where = "ahead of" if found.center > 0 else "behind"
     return plan, [
         f"measured: it turns about a point {abs(found.center):.3f} m {where} the middle of its wheels, its origin",
-        f"measured: over {ROBOTS} drives of 20 s on arcs of all kinds it turns as with a track of {plan.track:.5f} m,"
-        f" and slips {_inline_slip(found.slip)}",
+        f"measured: over {found.drives} drives of 20 s on arcs of all kinds it turns as with a track of"
+        f" {plan.track:.5f} m, and slips {_inline_slip(found.slip)}",
     ]
 
 
@@ -125,21 +147,22 @@ def _measured(plan: Plan, files: Mapping[str, bytes], path: Path) -> Measured:
         return measure(preset_text(plan, ()), files, file=str(path))
     except UsageError:
         raise
+    except PhysicsFault as error:
+        raise PhysicsFault(f"{path}: {error}") from None
     except MjsimError as error:
-        raise type(error)(f"{path}: {error}") from None
+        raise UsageError(f"{path}: {' '.join(str(error).splitlines()[:1])}") from None
 
 
 def _found(path: Path, robot: RobotFiles, anatomy: Anatomy, plan: Plan) -> list[str]:
     """Return what was found in a file."""
     gear, stand = plan.gear, plan.stand
-    kinds = {"differential": "a differential drive", "skid_steer": "skid steering", "ackermann": "a car"}
     rows = [f"'{pair[0][0].name}' and '{pair[1][0].name}'" for pair in gear.rows]
-    wheels = gear.rows[-1][0][0]
+    rows += [f"'{wheel.name}'" for wheel in gear.single]
     lines = [
         f"{path}: {'URDF' if robot.files.urdf else 'MJCF'} of {anatomy.mass:.3g} kg,"
         f" {2 * stand.radius:.2f} m across, {stand.height:.2f} m high, {_counted(robot.files.assets)}",
-        f"found {kinds[gear.drive]}: wheels {', '.join(rows)}, of radius {wheels.radius:.4f} m,"
-        f" track {plan.track:.4f} m",
+        f"found {KINDS[gear.drive]}: wheels {', '.join(rows)}, of radius {plan.wheel_radius:.4f} m,"
+        f" {SIZES.get(gear.drive, 'a track')} of {plan.track:.4f} m",
     ]
     own = stand.casters[: len(stand.casters) - len(stand.notes)]  # those that are added come last
     if own:
@@ -147,7 +170,13 @@ def _found(path: Path, robot: RobotFiles, anatomy: Anatomy, plan: Plan) -> list[
         lines.append(f"found what slides on the floor at {places}")
     lines += [f"found {_sensor(mount)}" for mount in plan.mounts]
     lines += [f"guessed: {note}" for note in gear.notes]
-    lines.append(f"guessed: max_speed {max_speed(plan):g} m/s, and noise of a good robot; change them in the preset")
+    if said_speed(gear) is not None:
+        lines.append(f"found max_speed {max_speed(plan):g} m/s, {speed_said(plan)}")
+        lines.append("guessed: noise of a good robot; change it in the preset")
+    else:
+        lines.append(
+            f"guessed: max_speed {max_speed(plan):g} m/s, and noise of a good robot; change them in the preset"
+        )
     held = _held(anatomy, gear)
     if held:
         shown = ", ".join(f"'{joint}'" for joint in held[:8]) + (" and more" if len(held) > 8 else "")
@@ -193,7 +222,8 @@ def _driven(measured: Measured, plan: Plan) -> list[str]:
     return [
         f"measured: {a.driven:+.4f} m for {a.told:+.4f} m of odometry, {b.driven:+.4f} m for {b.told:+.4f} m back",
         f"measured: {c.driven:+.4f} rad for {c.told:+.4f} rad {where}, {d.driven:+.4f} rad for {d.told:+.4f} rad",
-        f"so its odometry computes with wheels of {plan.wheel_radius:.5f} m and a track of {plan.track:.5f} m",
+        f"so its odometry computes with wheels of {plan.wheel_radius:.5f} m and"
+        f" {SIZES.get(plan.gear.drive, 'a track')} of {plan.track:.5f} m",
     ]
 
 

@@ -62,7 +62,8 @@ def find_stand(anatomy: Anatomy, gear: Gear, *, acceleration: float, ahead: floa
         ahead: How far its origin lies ahead of the middle of its wheels, or of its rear axle [m].
     """
     row = gear.rows[-1:] if gear.drive == "ackermann" else gear.rows
-    middles = np.array([(pair[0][0].middle + pair[1][0].middle) / 2 for pair in row])
+    pairs = [(pair[0][0].middle + pair[1][0].middle) / 2 for pair in row]
+    middles = np.array(pairs or [wheel.middle for wheel in gear.single])
     origin = np.array([*(middles[:, :2].mean(axis=0) + ahead * gear.forward), gear.floor])
     heading = math.atan2(gear.forward[1], gear.forward[0])
     bare = Stand(origin, heading, (), 0.0, 0.0, np.zeros(3), ())

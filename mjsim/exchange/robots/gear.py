@@ -8,41 +8,29 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
+from mjsim.exchange.robots.ahead import ALONG, Wishes, forward_of, shown
+from mjsim.exchange.robots.omni import (
+    OWN,
+    PARALLEL,
+    in_the_ring,
+    omni_kind,
+    ring_forward,
+    rolls_any_way,
+    without_rollers,
+)
 from mjsim.exchange.robots.rounds import LEVEL, Round, measured, rounds
 from mjsim.geometry import Array
 from mjsim.models import Anatomy, FileJoint
 
 CASTER = re.compile(r"cast[eo]r|swivel|support|lenkrolle", re.IGNORECASE)
-ROLLERS = re.compile(r"mecanum|omni_?wheel|omniwheel|rotacaster", re.IGNORECASE)
-FRONT, BACK = re.compile(r"front|nose|forward"), re.compile(r"rear|back|tail|behind")
 NEAR_FLOOR = 0.3
 """A wheel stands on the floor when its lowest point is this near to the lowest of all, in radii."""
 SMALL = 0.6
 """A wheel that does not drive is smaller than this, of the largest."""
 ROW = 0.5
 """Wheels this near to each other along the robot stand on one axle, in radii."""
-PARALLEL = math.cos(math.radians(12.0))
-ALONG = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0), "-y": (0.0, -1.0)}
-"""Directions in the frame of a file."""
-FEWEST_ROLLERS = 4
-NOT_TAKEN = (
-    "such wheels are not taken from files, describe the robot with drive: {type: mecanum} or omni3 and a plain body"
-)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Wishes:
-    """What a person says where the file leaves it open."""
-
-    left: Sequence[str] = ()
-    """Joints of the wheels to the left."""
-    right: Sequence[str] = ()
-    steering: Sequence[str] = ()
-    """Joints that steer."""
-    drive: str | None = None
-    """Kind of drive."""
-    forward: str | None = None
-    """Where it looks in its file: +x, -x, +y or -y."""
+DRIVES = ("differential", "skid_steer", "ackermann", "tricycle", "mecanum", "omni3")
+"""Kinds that robots from files have."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,7 +38,7 @@ class Gear:
     """The running gear of a robot, file frame."""
 
     drive: str
-    """differential, skid_steer or ackermann."""
+    """One of `DRIVES`."""
     rows: tuple[tuple[tuple[Round, ...], tuple[Round, ...]], ...]
     """Axles from the front to the rear, each its wheels to the left and to the right."""
     bearing: tuple[Round, ...]
@@ -60,6 +48,8 @@ class Gear:
     forward: Array
     """Unit vector, level, shape (2,)."""
     notes: tuple[str, ...] = ()
+    single: tuple[Round, ...] = ()
+    """Wheels that stand on no axle: the one of a tricycle that steers and drives, the three of omni3 in its order."""
 
     @property
     def left(self) -> Array:
@@ -68,7 +58,7 @@ class Gear:
 
     def wheels(self) -> list[Round]:
         """Return all wheels that drive or steer."""
-        return [wheel for row in self.rows for side in row for wheel in side]
+        return [*(wheel for row in self.rows for side in row for wheel in side), *self.single]
 
 
 def find_gear(anatomy: Anatomy, wishes: Wishes, *, file: str, urdf: bool) -> Gear:
@@ -83,14 +73,18 @@ def find_gear(anatomy: Anatomy, wishes: Wishes, *, file: str, urdf: bool) -> Gea
     Raises:
         UsageError: It has no wheels, its wheels are not clear, or they are of a kind that is not taken from files.
     """
-    _refuse_rollers(anatomy, file)
+    anatomy, hubs = without_rollers(anatomy)
     if wishes.left or wishes.right:
         chosen = [*_named(anatomy, wishes.left, file), *_named(anatomy, wishes.right, file)]
         others = [wheel for wheel in rounds(anatomy) if wheel.name not in {*wishes.left, *wishes.right}]
     else:
         chosen, others = _guessed(anatomy, file)
+    if wishes.drive is not None and wishes.drive not in DRIVES:
+        raise UsageError(f"--drive is '{wishes.drive}'; robots from files drive as {', '.join(DRIVES)}")
+    if wishes.drive in ("mecanum", "omni3") or (wishes.drive is None and rolls_any_way(anatomy, chosen, hubs)):
+        return _any_way(anatomy, chosen, others, wishes, file=file, urdf=urdf)
     axis = _common_axis(chosen, file)
-    forward, notes = _forward(anatomy, axis, wishes, file=file, urdf=urdf)
+    forward, notes = forward_of(anatomy, axis, wishes, file=file, urdf=urdf)
     chosen, floor = _on_floor(anatomy, chosen, file)
     bearing = [wheel for wheel in others if wheel.radius > 0.0 and wheel.bottom < floor + NEAR_FLOOR * wheel.radius]
     if wishes.steering:
@@ -107,7 +101,7 @@ def _named(anatomy: Anatomy, names: Sequence[str], file: str) -> list[Round]:
             raise UsageError(f"no hinge '{name}' in {file}{did_you_mean(name, known)}")
         joint = known[name]
         if abs(joint.axis[2]) > LEVEL:
-            raise UsageError(f"joint '{name}' of {file} turns about {_shown(joint.axis)}; a wheel's axle is level")
+            raise UsageError(f"joint '{name}' of {file} turns about {shown(joint.axis)}; a wheel's axle is level")
         wheels = measured(anatomy, joint) or [Round(joint, joint.at, joint.axis, 0.0, 0.0)]
         found += [replace(wheel, swivels=False) for wheel in wheels[:1]]
     return found
@@ -123,8 +117,8 @@ def _guessed(anatomy: Anatomy, file: str) -> tuple[list[Round], list[Round]]:
         hinges = [joint.name for joint in anatomy.joints if not joint.slides and abs(joint.axis[2]) < LEVEL]
         there = f"its level hinges are {_listed(hinges)}" if hinges else "it has no level hinge at all"
         raise UsageError(
-            f"{file} has no wheels that can be found: {there}; name them with --left-wheel JOINT and --right-wheel"
-            " JOINT"
+            f"{file}: no wheels can be found: {_instead(anatomy) or there}; name them with --left-wheel JOINT and"
+            " --right-wheel JOINT"
         )
     lowest = min(wheel.bottom for wheel in whole)
     standing = [wheel for wheel in whole if wheel.bottom <= lowest + NEAR_FLOOR * max(wheel.radius, 0.02)]
@@ -143,18 +137,46 @@ def _guessed(anatomy: Anatomy, file: str) -> tuple[list[Round], list[Round]]:
     return chosen, [wheel for wheel in bearing if wheel not in chosen]
 
 
-def _refuse_rollers(anatomy: Anatomy, file: str) -> None:
-    """Refuse wheels with rollers, which slip and roll as no plain wheel does."""
-    for number in range(1, len(anatomy.parts)):
-        rolling = [joint for joint in anatomy.joints if anatomy.parts[joint.part].parent == number]
-        if len(rolling) >= FEWEST_ROLLERS and any(joint.part == number for joint in anatomy.joints):
-            hinge = next(joint.name for joint in anatomy.joints if joint.part == number)
-            if all(not joint.slides and joint.range is None for joint in rolling):
-                raise UsageError(f"{file}: the wheel on joint '{hinge}' has {len(rolling)} rollers; {NOT_TAKEN}")
-    for part in anatomy.parts:
-        for name in part.names:
-            if ROLLERS.search(name):
-                raise UsageError(f"{file}: '{name}' is a wheel with rollers by its name; {NOT_TAKEN}")
+def _instead(anatomy: Anatomy) -> str | None:
+    """Return what a robot has in place of wheels that turn; None where there is nothing to say."""
+    wheels = [place.name for place in anatomy.places if place.kind == "body" and "wheel" in place.name.lower()]
+    if wheels:
+        return (
+            f"{_listed(wheels[:4])} {'is' if len(wheels) == 1 else 'are'} called so and cannot turn, give them hinges"
+        )
+    slides = [
+        j.name for j in anatomy.joints if j.slides and abs(j.axis[2]) < LEVEL and anatomy.parts[j.part].parent < 1
+    ]
+    return f"it moves by slides ({_listed(slides[:4])})" if slides else None
+
+
+def _any_way(
+    anatomy: Anatomy, chosen: list[Round], others: list[Round], wishes: Wishes, *, file: str, urdf: bool
+) -> Gear:
+    """Return the running gear of a base that goes in any direction.
+
+    Raises:
+        UsageError: Its wheels do not stand as those of a drive that mjsim has.
+    """
+    kind = omni_kind(chosen, file)
+    if wishes.drive not in (None, kind):
+        raise UsageError(f"{file}: its wheels stand as those of {kind}; leave out --drive {wishes.drive}")
+    chosen, floor = _on_floor(anatomy, chosen, file)
+    bearing = tuple(w for w in others if w.radius > 0.0 and w.bottom < floor + NEAR_FLOOR * w.radius)
+    if kind == "omni3":
+        wished = None if wishes.forward is None else np.array(ALONG.get(wishes.forward, (1.0, 0.0)))
+        forward = ring_forward(chosen, wished)
+        note = f"it looks along {shown(forward)} of its file, one wheel behind"
+        return Gear(kind, (), bearing, floor, forward, (note,), in_the_ring(chosen, forward))
+    forward, notes = forward_of(anatomy, _common_axis(chosen, file), wishes, file=file, urdf=urdf)
+    left = np.array([-forward[1], forward[0]])
+    rows = tuple(tuple(tuple(side) for side in _by_side(row, left, wishes)) for row in _rows(chosen, forward))
+    if len(rows) != 2 or any(len(side) != 1 for row in rows for side in row):
+        raise UsageError(
+            f"{file}: {_listed([w.name for w in chosen])} do not stand at the corners of a rectangle; name the four"
+            " wheels with --left-wheel JOINT and --right-wheel JOINT, twice each"
+        )
+    return Gear(kind, tuple((row[0], row[1]) for row in rows), bearing, floor, forward, notes)
 
 
 def _common_axis(wheels: Sequence[Round], file: str) -> Array:
@@ -165,52 +187,10 @@ def _common_axis(wheels: Sequence[Round], file: str) -> Array:
         if abs(float(wheel.axis[:2] @ axis)) < PARALLEL:
             names = _listed([w.name for w in fixed])
             raise UsageError(
-                f"{file}: the axles of {names} point different ways, as those of an omnidirectional base; such wheels"
-                " are not taken from files, or name two with --left-wheel JOINT and --right-wheel JOINT"
+                f"{file}: the axles of {names} point different ways; mjsim has omni3 for three wheels in a ring, name"
+                f" those that drive with --left-wheel JOINT and --right-wheel JOINT, or {OWN}"
             )
     return np.asarray(axis / np.linalg.norm(axis))
-
-
-def _forward(anatomy: Anatomy, axis: Array, wishes: Wishes, *, file: str, urdf: bool) -> tuple[Array, tuple[str, ...]]:
-    """Return where the robot looks, level, and what is to be said about it."""
-    ahead = np.array([axis[1], -axis[0]])
-    if wishes.forward is not None:
-        if wishes.forward not in ALONG:
-            raise UsageError(f"--forward is '{wishes.forward}'; it is +x, -x, +y or -y")
-        wanted = np.array(ALONG[wishes.forward])
-        if abs(float(wanted @ ahead)) < math.cos(math.radians(45.0)):
-            raise UsageError(f"--forward {wishes.forward} is along the axles of {file}, whose wheels roll across that")
-        return ahead * np.sign(wanted @ ahead), ()
-    if urdf and abs(ahead[0]) > PARALLEL:
-        return ahead * np.sign(ahead[0]), ()
-    hint = _hint(anatomy, ahead)
-    if abs(hint) > 1e-3:
-        ahead = ahead * np.sign(hint)
-        return ahead, (f"it looks along {_shown(ahead)} of its file, by names of its parts and by its cameras",)
-    if abs(ahead[0]) > PARALLEL:
-        ahead = ahead * np.sign(ahead[0])
-        return ahead, ("it looks along x of its file, as is usual",)
-    signs = [key for key, direction in ALONG.items() if abs(float(np.array(direction) @ ahead)) > 0.7]
-    raise UsageError(f"{file} does not tell where its front is; give --forward {signs[0]} or --forward {signs[1]}")
-
-
-def _hint(anatomy: Anatomy, ahead: Array) -> float:
-    """Return a positive number when names and cameras say that the robot looks along a direction, else negative."""
-    places: dict[bool, list[float]] = {True: [], False: []}
-    named: list[tuple[str, Array]] = [(place.name, place.at) for place in anatomy.places]
-    named += [(shape.names[0], shape.points.mean(axis=0)) for shape in anatomy.shapes]
-    for name, at in named:
-        words = name.lower()
-        if FRONT.search(words) and not BACK.search(words):
-            places[True].append(float(at[:2] @ ahead))
-        elif BACK.search(words) and not FRONT.search(words):
-            places[False].append(float(at[:2] @ ahead))
-    by_names = 0.0
-    if all(places.values()):
-        by_names = float(np.mean(places[True]) - np.mean(places[False]))
-    looks = [-place.axes[:2, 2] @ ahead for place in anatomy.places if place.kind == "camera"]
-    by_cameras = float(np.mean(looks)) if looks else 0.0
-    return by_names if abs(by_names) > 0.02 else (by_cameras if abs(by_cameras) > 0.3 else 0.0)
 
 
 def _on_floor(anatomy: Anatomy, wheels: list[Round], file: str) -> tuple[list[Round], float]:
@@ -254,6 +234,9 @@ def _sorted_out(
 ) -> Gear:
     """Return the gear that wheels make, by rows and sides."""
     left = np.array([-forward[1], forward[0]])
+    steering = [wheel for wheel in wheels if wheel.steer is not None]
+    if len(wheels) == 3 and len(steering) == 1 and wishes.drive in (None, "tricycle"):
+        return _tricycle(wheels, steering[0], bearing, floor, forward, file=file, notes=notes)
     rows = _rows(wheels, forward)
     sides = [_by_side(row, left, wishes) for row in rows]
     for pair in [*sides]:
@@ -274,11 +257,47 @@ def _sorted_out(
     return Gear(drive, whole, tuple(bearing), floor, forward, notes)
 
 
+def _tricycle(
+    wheels: list[Round],
+    steered: Round,
+    bearing: list[Round],
+    floor: float,
+    forward: Array,
+    *,
+    file: str,
+    notes: tuple[str, ...],
+) -> Gear:
+    """Return the running gear of a base with a fixed axle and one wheel that steers.
+
+    Raises:
+        UsageError: The wheels stand otherwise.
+    """
+    left = np.array([-forward[1], forward[0]])
+    fixed = [wheel for wheel in wheels if wheel is not steered]
+    right, left_one = sorted(fixed, key=lambda wheel: float(wheel.middle[:2] @ left))
+    middle = (right.middle + left_one.middle)[:2] / 2
+    apart = (right.middle - left_one.middle)[:2] @ forward, (steered.middle[:2] - middle) @ left
+    if any(abs(float(value)) > 0.5 * steered.radius for value in apart):
+        raise UsageError(
+            f"{file}: '{steered.name}' steers, but '{left_one.name}' and '{right.name}' do not stand on one axle"
+            " to both sides of it, as on a tricycle; name the wheels that drive with --left-wheel and --right-wheel"
+        )
+    if not steered.joint.driven:
+        notes = (*notes, f"'{steered.name}' steers and drives")
+    return Gear("tricycle", (((left_one,), (right,)),), tuple(bearing), floor, forward, notes, (steered,))
+
+
 def _check_drive(
     drive: str, sides: list[tuple[list[Round], list[Round]]], steered: list[tuple[list[Round], list[Round]]], file: str
 ) -> None:
-    if drive not in ("differential", "skid_steer", "ackermann"):
-        raise UsageError(f"--drive is '{drive}'; robots from files drive as differential, skid_steer or ackermann")
+    if drive == "tricycle":
+        raise UsageError(f"{file} has no single wheel that steers before or behind an axle; name it with --steering")
+    if len(steered) == len(sides) == 2:
+        front = ", ".join(f"--steering {w.steer.name}" for side in sides[0] for w in side if w.steer is not None)
+        raise UsageError(
+            f"{file} steers all four wheels, a drive that mjsim does not have; {front.replace(',', '')} makes it a car"
+            f" whose wheels behind are held straight, or {OWN}"
+        )
     if drive == "ackermann":
         if len(sides) != 2 or len(steered) != 1 or steered[0] is not sides[0]:
             raise UsageError(
@@ -337,11 +356,7 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(f"'{name}'" for name in names[:12]) + (" and more" if len(names) > 12 else "")
 
 
-def _shown(direction: Array) -> str:
-    return f"[{', '.join(f'{value + 0.0:.2g}' for value in np.round(direction, 2))}]"
-
-
-def steering_limit(joints: Sequence[FileJoint]) -> float:
-    """Return how far wheels may be steered to both sides [rad]."""
+def steering_limit(joints: Sequence[FileJoint], *, most: float = math.radians(35.0)) -> float:
+    """Return how far wheels may be steered to both sides, `most` where the file does not say it [rad]."""
     limits = [min(abs(joint.range[0]), abs(joint.range[1])) for joint in joints if joint.range is not None]
-    return min([*limits, math.radians(35.0)])
+    return min([*limits, most])

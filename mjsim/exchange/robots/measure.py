@@ -8,7 +8,7 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Pose
 from mjsim.interface import Command
 from mjsim.sim import Simulation
-from mjsim.world import AckermannDrive, Source, parse_world
+from mjsim.world import Source, parse_world
 
 SETTLE = 1.0
 """Before and after a drive [s]."""
@@ -84,7 +84,7 @@ def measure(text: str, files: Mapping[str, bytes], *, file: str) -> Measured:
         pilot.settle()
         info = sim.robots[robot.name]
         speed, rate = SLOW * info.max_speed, SLOW * min(info.max_turn, 2.0)
-        car = isinstance(robot.drive, AckermannDrive)
+        car = math.isfinite(info.max_curvature)
         ahead, back = (pilot.straight(sign * speed) for sign in (1.0, -1.0))
         if car:
             rate = STEER * info.max_curvature * speed

@@ -22,6 +22,8 @@ SAME = 0.15
 """Links of one kind nearer than this to each other belong to one sensor [m]."""
 MOST = {"lidar": 2, "camera": 2, "imu": 1}
 """Sensors of a kind that a preset gets; each picture costs time."""
+LOWEST = {"lidar": 0.02, "camera": 0.02, "imu": -0.01}
+"""Above the floor; what lies lower stands for another place, or sees nothing but the floor [m]."""
 WIDTH, HEIGHT = 640, 480
 STEEP = 85.0
 """No camera is taken that looks more steeply [deg]."""
@@ -50,7 +52,12 @@ def find_mounts(anatomy: Anatomy, stand: Stand, said: tuple[SaidSensor, ...]) ->
     for mount in (*_described(anatomy, stand, said), *_cameras(anatomy, stand), *_named(anatomy, stand)):
         same = [other for other in kept if other.kind == mount.kind]
         near = any(math.dist(other.at, mount.at) < SAME for other in same)
-        if len(same) < MOST[mount.kind] and not near and abs(mount.pitch_deg) < STEEP and mount.at[2] > -0.01:
+        if (
+            len(same) < MOST[mount.kind]
+            and not near
+            and abs(mount.pitch_deg) < STEEP
+            and mount.at[2] > LOWEST[mount.kind]
+        ):
             taken = {other.name for other in kept}
             kept.append(_renamed(mount, taken))
     return kept

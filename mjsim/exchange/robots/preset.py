@@ -5,16 +5,20 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from mjsim.exchange.robots.frame import Stand
 from mjsim.exchange.robots.gear import Gear, steering_limit
 from mjsim.exchange.robots.mounts import Mount
 from mjsim.exchange.robots.rounds import Round
-from mjsim.world import CORNERS, Slip
+from mjsim.world import CORNERS, OMNI3_BEARINGS, Slip
 
 WHEEL_SPEED = 6.7
 """How fast wheels turn where no file says it: that of small indoor robots [rad/s]."""
 FASTEST = 1.5
 """Guessed [m/s]."""
+LEAST_SPEED, MOST_SPEED = 0.02, 5.0
+"""Of what files say; beyond, it stands there to be no limit [m/s]."""
 ACCELERATION = 1.0
 """[m/s^2]"""
 TURN_NOISE, WAY_NOISE = 0.02, 0.01
@@ -41,7 +45,8 @@ class Plan:
     wheel_radius: float
     """With which its odometry computes [m]."""
     track: float
-    """[m]; of a skid-steered robot, that of the differential drive that turns alike."""
+    """[m]; of a skid-steered robot that of the differential drive that turns alike, of mecanum wheels
+    with the wheelbase added, of three wheels in a ring its diameter."""
     slip: Slip | None = None
     """What its tyres slip, where that is measured."""
 
@@ -57,14 +62,20 @@ class Plan:
 
 def first_plan(name: str, model: str, gear: Gear, stand: Stand, mounts: Sequence[Mount]) -> Plan:
     """Return a plan from sizes alone."""
-    row = gear.rows[-1]
-    track = _track(row)
-    if gear.drive == "skid_steer":
-        base = _wheelbase(gear)
-        track = (track**2 + base**2) / track
+    radius = gear.single[0].radius if gear.single else gear.rows[-1][0][0].radius
     return Plan(
-        name=name, model=model, gear=gear, stand=stand, mounts=mounts, wheel_radius=row[0][0].radius, track=track
+        name=name, model=model, gear=gear, stand=stand, mounts=mounts, wheel_radius=radius, track=_turning(gear, stand)
     )
+
+
+def _turning(gear: Gear, stand: Stand) -> float:
+    """Return the size on which it depends how far a robot turns, as `Plan.track` has it [m]."""
+    if gear.drive == "omni3":
+        return 2.0 * float(np.mean([np.hypot(*stand.point(wheel.middle)[:2]) for wheel in gear.single]))
+    track = _track(gear.rows[-1])
+    if gear.drive == "mecanum":
+        return track + wheelbase_of(gear)
+    return track if gear.drive != "skid_steer" else (track**2 + wheelbase_of(gear) ** 2) / track
 
 
 def _track(row: tuple[tuple[Round, ...], tuple[Round, ...]]) -> float:
@@ -72,15 +83,33 @@ def _track(row: tuple[tuple[Round, ...], tuple[Round, ...]]) -> float:
     return math.dist(left[:2], right[:2])
 
 
-def _wheelbase(gear: Gear) -> float:
+def wheelbase_of(gear: Gear) -> float:
+    """Return the distance between the first axle and the last, or the wheel that steers [m]."""
+    if gear.single:
+        left, right = (side[0].middle for side in gear.rows[0])
+        return abs(float((gear.single[0].middle - (left + right) / 2)[:2] @ gear.forward))
     front, rear = gear.rows[0], gear.rows[-1]
     middles = [(row[0][0].middle + row[1][0].middle)[:2] / 2 for row in (front, rear)]
     return math.dist(*middles)
 
 
 def max_speed(plan: Plan) -> float:
-    """Return a guess of how fast it drives [m/s]."""
-    return round(min(FASTEST, WHEEL_SPEED * plan.wheel_radius), 2) or 0.05
+    """Return how fast it drives, by its file or else a guess [m/s]."""
+    said = said_speed(plan.gear)
+    return round(said or min(FASTEST, WHEEL_SPEED * plan.wheel_radius), 2) or 0.05
+
+
+def said_speed(gear: Gear) -> float | None:
+    """Return how fast wheels run by the limits of their joints [m/s]; None where these are none, or cannot be meant."""
+    speeds = [wheel.joint.speed * wheel.radius for wheel in gear.wheels() if wheel.joint.speed is not None]
+    return min(speeds) if speeds and LEAST_SPEED < min(speeds) <= MOST_SPEED else None
+
+
+def speed_said(plan: Plan) -> str:
+    """Return where the largest speed comes from."""
+    if said_speed(plan.gear) is not None:
+        return f"by the limits of its wheels, {max_speed(plan) / plan.wheel_radius:.3g} rad/s"
+    return f"a guess: wheels that turn at {WHEEL_SPEED} rad/s"
 
 
 def max_turn_deg(plan: Plan) -> float:
@@ -113,17 +142,14 @@ def _drive(plan: Plan) -> list[str]:
     gear = plan.gear
     keys: dict[str, object] = {"type": gear.drive, "wheel_radius": round(plan.wheel_radius, 6)}
     lines = ["    drive:"]
-    if gear.drive == "skid_steer":
-        keys |= {"track": round(_track(gear.rows[-1]), 5), "wheelbase": round(_wheelbase(gear), 5)}
-        keys["effective_track"] = round(plan.track, 5)
-    else:
-        keys["track"] = round(plan.track, 6)
-    if gear.drive == "ackermann":
-        keys["wheelbase"] = round(_wheelbase(gear), 5)
+    keys |= _sizes(plan)
+    if gear.drive in ("ackermann", "tricycle"):
         keys["max_steer_deg"] = round(max_steer_deg(plan), 1)
+    if gear.drive in ("mecanum", "omni3"):
+        keys["max_left"] = max_speed(plan)
     lines += [f"      {key}: {value}" for key, value in keys.items()]
     lines += [
-        f"      max_speed: {max_speed(plan)}  # a guess: wheels that turn at {WHEEL_SPEED} rad/s",
+        f"      max_speed: {max_speed(plan)}  # {speed_said(plan)}",
         f"      max_turn_deg: {max_turn_deg(plan):g}",
         f"      max_acceleration: {ACCELERATION}",
         f"      noise: {{speed: {DRIVE_NOISE}, turn: {DRIVE_NOISE}}}  # a guess, that of a good robot",
@@ -131,10 +157,33 @@ def _drive(plan: Plan) -> list[str]:
     return lines
 
 
+def _sizes(plan: Plan) -> dict[str, object]:
+    """Return the keys of a drive that say where its wheels stand."""
+    gear = plan.gear
+    if gear.drive == "differential":
+        return {"track": round(plan.track, 6)}
+    if gear.drive == "omni3":
+        return {"wheel_circle": round(plan.track / 2, 6)}
+    base, track = round(wheelbase_of(gear), 5), round(_track(gear.rows[-1]), 5)
+    if gear.drive == "ackermann":
+        return {"track": round(plan.track, 6), "wheelbase": base}
+    if gear.drive == "mecanum":
+        return {"track": round(plan.track - wheelbase_of(gear), 6), "wheelbase": base}
+    if gear.drive == "skid_steer":
+        return {"track": track, "wheelbase": base, "effective_track": round(plan.track, 5)}
+    ahead = float(plan.stand.point(gear.single[0].middle)[0]) > 0.0
+    load = round(gear.rows[0][0][0].radius, 5)
+    return {"load_wheel_radius": load, "track": track, "wheelbase": base, "driven": "front" if ahead else "rear"}
+
+
 def max_steer_deg(plan: Plan) -> float:
     """Return how far a wheel midway between the steered ones turns, by the limit of the inner one [deg]."""
+    if plan.gear.single:
+        joint = plan.gear.single[0].steer
+        free = joint is None or joint.range is None
+        return 90.0 if free or joint is None else min(90.0, math.degrees(steering_limit([joint], most=math.pi / 2)))
     joints = [w.steer for side in plan.gear.rows[0] for w in side if w.steer is not None]
-    inner, base, half = 0.95 * steering_limit(joints), _wheelbase(plan.gear), _track(plan.gear.rows[0]) / 2
+    inner, base, half = 0.95 * steering_limit(joints), wheelbase_of(plan.gear), _track(plan.gear.rows[0]) / 2
     return math.degrees(math.atan(base / (base / math.tan(inner) + half)))
 
 
@@ -159,6 +208,8 @@ def _body(plan: Plan) -> list[str]:
         }
         follow = [other.name for other in others if other.name != first.name]
         lines.append(f"        {name}: {_inline(keys | ({'follow': follow} if follow else {}))}")
+    if gear.drive == "tricycle" and gear.single[0].steer is not None:
+        lines.append(f"      steering: {_inline({'steer': gear.single[0].steer.name})}")
     if gear.drive == "ackermann":
         steer = {f"steer_front_{side}": row[0].steer for side, row in zip(SIDES, gear.rows[0], strict=True)}
         lines.append(f"      steering: {_inline({key: joint.name for key, joint in steer.items() if joint})}")
@@ -169,8 +220,11 @@ def _body(plan: Plan) -> list[str]:
 
 def wheels_by_name(gear: Gear) -> dict[str, list[Round]]:
     """Return the wheels by the names that their drive gives them, with those that turn alike."""
-    if gear.drive == "differential":
-        return {side: list(gear.rows[0][number]) for number, side in enumerate(SIDES)}
+    if gear.drive == "omni3":
+        return {name: [wheel] for name, wheel in zip(OMNI3_BEARINGS, gear.single, strict=True)}
+    if len(gear.rows) == 1:
+        axle = {side: list(gear.rows[0][number]) for number, side in enumerate(SIDES)}
+        return axle | ({"drive": list(gear.single)} if gear.single else {})
     found: dict[str, list[Round]] = {}
     for name, x, y in CORNERS:
         side, row = (0 if y > 0 else 1), gear.rows[0 if x > 0 else -1]
@@ -190,7 +244,7 @@ def _sensor(mount: Mount) -> dict[str, object]:
 
 def _run(plan: Plan) -> list[str]:
     """Return how the world runs: the robot drives a square, or ways that a car can."""
-    side = max(1.0, round(4.0 * plan.stand.radius, 1)) * (3.0 if plan.gear.drive == "ackermann" else 1.0)
+    side = max(1.0, round(4.0 * plan.stand.radius, 1)) * (3.0 if plan.gear.drive in ("ackermann", "tricycle") else 1.0)
     points = f"[[{side:g}, 0], [{side:g}, {side:g}], [0, {side:g}], [0, 0]]"
     return [
         "run:",

@@ -18,6 +18,8 @@ from mjsim.world import OdometryNoise, Robot, Slip, Source, WheelOdometry, World
 
 ROBOTS, TOGETHER = 80, 5
 """Drives, and how many robots are simulated at a time."""
+MANY_JOINTS, FEWER = 30, 24
+"""Robots of so many joints take long to simulate: fewer drives of them, one at a time."""
 TICKS, HELD = 500, 50
 """Of a drive; ticks for which a command holds."""
 STEADY = 15
@@ -53,6 +55,7 @@ class Drives:
 class Learned:
     """What drives tell of a robot."""
 
+    drives: int
     center: float
     """Where the point is about which it turns, ahead of its origin [m]."""
     turn: float
@@ -68,16 +71,19 @@ def learned(text: str, files: Mapping[str, bytes], *, file: str) -> Learned:
         files: What it names.
         file: The maker's file, as errors name it.
     """
-    world = _lot(parse_world(text, source=Source(file=file, attached=files)))
-    lots = [_driven(world, first) for first in range(0, ROBOTS, TOGETHER)]
+    world = parse_world(text, source=Source(file=file, attached=files))
+    with Simulation(world) as sim:
+        slow = sim.model.njnt > MANY_JOINTS
+    together = 1 if slow else TOGETHER
+    lots = [_driven(_lot(world, together), first) for first in range(0, FEWER if slow else ROBOTS, together)]
     told, poses = (np.concatenate(parts) for parts in zip(*((lot.told, lot.poses) for lot in lots), strict=True))
     drives = Drives(told, poses, lots[0].dt)
     turn, center = _turn(drives), _center(drives)
     drives = drives.about(center).scaled(turn)
-    return Learned(center, turn, likely_slip(drives.told, drives.poses, dt=drives.dt))
+    return Learned(len(told), center, turn, likely_slip(drives.told, drives.poses, dt=drives.dt))
 
 
-def _lot(world: World) -> World:
+def _lot(world: World, together: int) -> World:
     """Return a world of some robots far from each other, whose encoders do not err.
 
     Their motors do, as the preset says: tyres slip most while speeds change.
@@ -85,7 +91,7 @@ def _lot(world: World) -> World:
     (robot,) = world.robots
     told = {"sensors": (), "odometry": WheelOdometry(noise=OdometryNoise())}
     robots: list[Robot] = [
-        robot.model_copy(update={**told, "name": f"robot{k}", "at": (APART * k, 0.0)}) for k in range(TOGETHER)
+        robot.model_copy(update={**told, "name": f"robot{k}", "at": (APART * k, 0.0)}) for k in range(together)
     ]
     run = world.run.model_copy(update={"drivers": {}})
     return world.model_copy(update={"robots": tuple(robots), "run": run})

@@ -35,6 +35,8 @@ class RobotSource:
         Raises:
             UsageError: There is no such file.
         """
+        if path.is_dir():
+            raise UsageError(f"'{path}' is a folder; name a URDF or MJCF file in it")
         if not path.is_file():
             near = (
                 did_you_mean(path.name, (item.name for item in path.parent.iterdir())) if path.parent.is_dir() else ""
@@ -79,6 +81,9 @@ class RobotSource:
 
     def told(self, error: ValueError) -> str:
         """Return what is wrong in a file of the robot, by the path that was given."""
+        folder = posixpath.dirname(self.name)
+        if not isinstance(error, PlacedError) and folder and f"'{self.name}'" not in str(error):
+            return str(error).replace(f"'{folder}/", f"'{self._given.parent}/")
         if not isinstance(error, PlacedError):
             return self.placed(
                 str(error).replace(f"'{self.name}': ", f"{self._given}: ").replace(f"'{self.name}'", f"'{self._given}'")
@@ -158,17 +163,50 @@ def _check_links(root: Element, data: bytes, path: Path) -> None:
         UsageError: There is one; names its line.
     """
     links = {link.get("name", "") for link in root.findall("link")}
+    for kind in ("link", "joint"):
+        names = [item.get("name", "") for item in root.findall(kind)]
+        twice = next((name for name in names if names.count(name) > 1), None) if len({*names}) < len(names) else None
+        if twice:
+            raise UsageError(f"{_where(twice, data, path)}: two {kind}s are called '{twice}'; give each its own name")
+    _check_loops(root, data, path)
     for joint in root.findall("joint"):
         name = joint.get("name", "")
         for end in ("parent", "child"):
             found = joint.find(end)
             link = None if found is None else found.get("link")
             if link not in links:
-                start = line_of(name, data)
-                where = f"{path}:{start.line}:{start.column}" if start is not None else f"{path}"
+                where = _where(name, data, path)
                 which = f"names link '{link}', which is not there" if link else f"has no {end}"
                 near = did_you_mean(link, links) if link else "; name one of its links"
                 raise UsageError(f"{where}: joint '{name}' {which}{near}")
+
+
+def _where(name: str, data: bytes, path: Path) -> str:
+    """Return the place of what has a name, as errors begin with it."""
+    start = line_of(name, data)
+    return f"{path}" if start is None else f"{path}:{start.line}:{start.column}"
+
+
+def _check_loops(root: Element, data: bytes, path: Path) -> None:
+    """Refuse links that hang on two joints, or on themselves.
+
+    Raises:
+        UsageError: There is one.
+    """
+    above: dict[str, tuple[str, str]] = {}
+    for joint in root.findall("joint"):
+        ends = [end.get("link", "") if (end := joint.find(which)) is not None else "" for which in ("parent", "child")]
+        parent, child, name = ends[0], ends[1], joint.get("name", "")
+        if child and child in above:
+            said = f"joints '{above[child][1]}' and '{name}' both carry link '{child}'; a link hangs on one"
+            raise UsageError(f"{_where(name, data, path)}: {said}")
+        above[child] = parent, name
+        at, seen = child, set[str]()
+        while at in above and at not in seen:
+            seen.add(at)
+            at = above[at][0]
+        if at and at in seen:
+            raise UsageError(f"{_where(name, data, path)}: joint '{name}' closes a loop of links; URDF has trees only")
 
 
 def _in_path(path: Path, package: str) -> list[Path]:

@@ -14,7 +14,6 @@ from mjsim.world.items.drives import (
     DifferentialDrive,
     Drive,
     FixedDrive,
-    RollerDrive,
     UserDrive,
     WheelOdometry,
 )
@@ -153,8 +152,6 @@ def _model_misfit(body: ModelBody, drive: AnyDrive) -> str | None:
     """Return why a body from a file does not suit a drive of ours; None if it does."""
     if isinstance(drive, FixedDrive):
         return "a base that stands has a plain body; a model is for one that drives"
-    if isinstance(drive, RollerDrive):
-        return "wheels with rollers are not taken from files; describe the body by its radius or its box"
     if isinstance(drive, BalancingDrive):
         return BALANCING_BODY
     if not body.ready:

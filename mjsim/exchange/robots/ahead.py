@@ -1,0 +1,81 @@
+"""Where a robot looks in its file: as a person says, by convention, or by what its parts are called."""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.exchange.robots.omni import PARALLEL
+from mjsim.geometry import Array
+from mjsim.models import Anatomy
+
+FRONT, BACK = re.compile(r"front|nose|forward"), re.compile(r"rear|back|tail|behind")
+ALONG = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0), "-y": (0.0, -1.0)}
+"""Directions in the frame of a file."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wishes:
+    """What a person says where the file leaves it open."""
+
+    left: Sequence[str] = ()
+    """Joints of the wheels to the left."""
+    right: Sequence[str] = ()
+    steering: Sequence[str] = ()
+    """Joints that steer."""
+    drive: str | None = None
+    """Kind of drive."""
+    forward: str | None = None
+    """Where it looks in its file: +x, -x, +y or -y."""
+
+
+def forward_of(
+    anatomy: Anatomy, axis: Array, wishes: Wishes, *, file: str, urdf: bool
+) -> tuple[Array, tuple[str, ...]]:
+    """Return where the robot looks, level, and what is to be said about it."""
+    ahead = np.array([axis[1], -axis[0]])
+    if wishes.forward is not None:
+        if wishes.forward not in ALONG:
+            raise UsageError(f"--forward is '{wishes.forward}'; it is +x, -x, +y or -y")
+        wanted = np.array(ALONG[wishes.forward])
+        if abs(float(wanted @ ahead)) < math.cos(math.radians(45.0)):
+            raise UsageError(f"--forward {wishes.forward} is along the axles of {file}, whose wheels roll across that")
+        return ahead * np.sign(wanted @ ahead), ()
+    if urdf and abs(ahead[0]) > PARALLEL:
+        return ahead * np.sign(ahead[0]), ()
+    hint = _hint(anatomy, ahead)
+    if abs(hint) > 1e-3:
+        ahead = ahead * np.sign(hint)
+        return ahead, (f"it looks along {shown(ahead)} of its file, by names of its parts and by its cameras",)
+    if abs(ahead[0]) > PARALLEL:
+        ahead = ahead * np.sign(ahead[0])
+        return ahead, ("it looks along x of its file, as is usual",)
+    signs = [key for key, direction in ALONG.items() if abs(float(np.array(direction) @ ahead)) > 0.7]
+    raise UsageError(f"{file} does not tell where its front is; give --forward {signs[0]} or --forward {signs[1]}")
+
+
+def _hint(anatomy: Anatomy, ahead: Array) -> float:
+    """Return a positive number when names and cameras say that the robot looks along a direction, else negative."""
+    places: dict[bool, list[float]] = {True: [], False: []}
+    named: list[tuple[str, Array]] = [(place.name, place.at) for place in anatomy.places]
+    named += [(shape.names[0], shape.points.mean(axis=0)) for shape in anatomy.shapes]
+    for name, at in named:
+        words = name.lower()
+        if FRONT.search(words) and not BACK.search(words):
+            places[True].append(float(at[:2] @ ahead))
+        elif BACK.search(words) and not FRONT.search(words):
+            places[False].append(float(at[:2] @ ahead))
+    by_names = 0.0
+    if all(places.values()):
+        by_names = float(np.mean(places[True]) - np.mean(places[False]))
+    looks = [-place.axes[:2, 2] @ ahead for place in anatomy.places if place.kind == "camera"]
+    by_cameras = float(np.mean(looks)) if looks else 0.0
+    return by_names if abs(by_names) > 0.02 else (by_cameras if abs(by_cameras) > 0.3 else 0.0)
+
+
+def shown(direction: Array) -> str:
+    """Return a direction as sentences have it."""
+    return f"[{', '.join(f'{value + 0.0:.2g}' for value in np.round(direction, 2))}]"

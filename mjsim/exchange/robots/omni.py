@@ -1,0 +1,102 @@
+"""Wheels with rollers, and bases that go in any direction on them: mecanum on four, omni3 on three in a ring."""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.exchange.robots.rounds import Round, turns_freely
+from mjsim.geometry import Array, wrap_angle
+from mjsim.models import Anatomy
+from mjsim.world import OMNI3_BEARINGS
+
+ROLLERS = re.compile(r"mecanum|omni_?wheel|swedish|rotacaster", re.IGNORECASE)
+FEWEST_ROLLERS = 4
+"""On a wheel."""
+PARALLEL = math.cos(math.radians(12.0))
+OFF = math.radians(10.0)
+"""How far wheels may stand off the places of their drive."""
+OWN = "describe another base with drive: {use: FILE.py:CLASS}"
+
+
+def without_rollers(anatomy: Anatomy) -> tuple[Anatomy, set[int]]:
+    """Return a robot whose rollers belong to their wheels, and the parts that are such wheels.
+
+    A wheel has rollers when four parts or more turn freely on it, which turns freely itself.
+    """
+    free = {joint.part for joint in anatomy.joints if turns_freely(joint)}
+    wheel_of: dict[int, int] = {}
+    for number in free:
+        on_it = [part for part in free if anatomy.parts[part].parent == number]
+        if len(on_it) >= FEWEST_ROLLERS:
+            wheel_of |= dict.fromkeys(on_it, number)
+    joints = tuple(joint for joint in anatomy.joints if joint.part not in wheel_of)
+    shapes = tuple(replace(shape, part=wheel_of.get(shape.part, shape.part)) for shape in anatomy.shapes)
+    return replace(anatomy, joints=joints, shapes=shapes), set(wheel_of.values())
+
+
+def rolls_any_way(anatomy: Anatomy, wheels: Sequence[Round], hubs: set[int]) -> bool:
+    """Return whether wheels have rollers, by their parts or by names, or stand as those of omni3 do."""
+    if any(wheel.joint.part in hubs for wheel in wheels):
+        return True
+    names = [wheel.name for wheel in wheels]
+    names += [name for wheel in wheels for name in anatomy.parts[wheel.joint.part].names]
+    names += [name for shape in anatomy.shapes for name in shape.names]
+    return any(ROLLERS.search(name) for name in names) or (len(wheels) == 3 and _in_a_ring(wheels))
+
+
+def omni_kind(wheels: Sequence[Round], file: str) -> str:
+    """Return which drive wheels with rollers make.
+
+    Raises:
+        UsageError: It is one that mjsim does not have.
+    """
+    axes = [wheel.axis[:2] / np.linalg.norm(wheel.axis[:2]) for wheel in wheels]
+    if len(wheels) == 4 and all(abs(float(axis @ axes[0])) > PARALLEL for axis in axes):
+        return "mecanum"
+    if len(wheels) == 3 and _in_a_ring(wheels):
+        return "omni3"
+    names = ", ".join(f"'{wheel.name}'" for wheel in wheels[:8])
+    raise UsageError(
+        f"{file}: {names} have rollers; of such drives mjsim has mecanum, four on parallel axles, and omni3, three in a"
+        f" ring: name their wheels with --left-wheel and --right-wheel, or {OWN}"
+    )
+
+
+def _in_a_ring(wheels: Sequence[Round]) -> bool:
+    """Return whether three wheels stand evenly on a circle and roll along it."""
+    places = np.array([wheel.middle[:2] for wheel in wheels])
+    arms = places - places.mean(axis=0)
+    bearings = np.sort(np.arctan2(arms[:, 1], arms[:, 0]))
+    gaps = np.diff([*bearings, bearings[0] + 2.0 * math.pi])
+    along = [abs(float(w.axis[:2] @ arm)) / (np.linalg.norm(arm) + 1e-9) for w, arm in zip(wheels, arms, strict=True)]
+    return bool(np.abs(gaps - 2.0 * math.pi / 3.0).max() < OFF and min(along) > PARALLEL)
+
+
+def ring_forward(wheels: Sequence[Round], wished: Array | None) -> Array:
+    """Return where a robot on three wheels looks, so that one is behind: the direction next to the one wished, or x.
+
+    Args:
+        wheels: In a ring.
+        wished: Unit vector, level, file frame, shape (2,); None for none.
+    """
+    places = np.array([wheel.middle[:2] for wheel in wheels])
+    arms = places - places.mean(axis=0)
+    ahead = -arms / np.linalg.norm(arms, axis=1)[:, None]
+    best = int(np.argmax(ahead @ (np.array([1.0, 0.0]) if wished is None else wished)))
+    return np.asarray(ahead[best])
+
+
+def in_the_ring(wheels: Sequence[Round], forward: Array) -> tuple[Round, ...]:
+    """Return three wheels in the order of the drive: in front to the left, behind, in front to the right."""
+    places = np.array([wheel.middle[:2] for wheel in wheels])
+    arms = places - places.mean(axis=0)
+    heading = math.atan2(forward[1], forward[0])
+    bearings = [math.atan2(y, x) - heading for x, y in arms.tolist()]
+    return tuple(
+        wheels[int(np.argmin([abs(wrap_angle(bearing - wanted)) for bearing in bearings]))]
+        for wanted in OMNI3_BEARINGS.values()
+    )

@@ -1,0 +1,58 @@
+"""Joints of URDF: what they say of speeds, and those that simulators have in place of wheels that turn."""
+
+from collections.abc import Iterator
+
+from mjsim.models.files import Element
+from mjsim.models.inertias import number_of
+
+FEWEST_WHEELS = 2
+"""That a robot stands on."""
+
+
+def without_rails(root: Element, path: str) -> Iterator[str]:
+    """Make joints of a URDF rigid on which a simulator moves the whole robot, and yield what was done."""
+    joints = root.findall("joint")
+    below = {name: [j for j in joints if _end(j, "parent") == name] for name in {_end(j, "parent") for j in joints}}
+    carried = {_end(joint, "child") for joint in joints}
+    bare = {link.get("name", "") for link in root.findall("link") if not link.findall("visual/geometry")}
+    bare -= {link.get("name", "") for link in root.findall("link") if link.findall("collision/geometry")}
+    at = next((name for name in below if name not in carried), "")
+    while at in bare and len(below.get(at, ())) == 1:
+        joint = below[at][0]
+        if joint.get("type") != "fixed":
+            joint.set("type", "fixed")
+            yield f"{path}: joint '{joint.get('name', '?')}' moves the whole robot; held, as wheels move it"
+        at = _end(joint, "child")
+
+
+def _end(joint: Element, which: str) -> str:
+    """Return the link at an end of a joint."""
+    found = joint.find(which)
+    return "" if found is None else found.get("link", "")
+
+
+def freed_wheels(root: Element, path: str) -> Iterator[str]:
+    """Let the wheels of a URDF turn that stand on fixed joints, where none turns, and yield what was done."""
+    joints = root.findall("joint")
+
+    def is_wheel(joint: Element) -> bool:
+        names = f"{joint.get('name', '')} {_end(joint, 'child')}".lower()
+        return "wheel" in names and not any(word in names for word in ("caster", "castor"))
+
+    wheels = [joint for joint in joints if is_wheel(joint)]
+    if len(wheels) < FEWEST_WHEELS or any(joint.get("type") != "fixed" for joint in wheels):
+        return
+    for joint in wheels:
+        joint.set("type", "continuous")
+        if joint.find("axis") is None:
+            joint.append(joint.makeelement("axis", {"xyz": "0 1 0"}))
+        yield f"{path}: joint '{joint.get('name', '?')}' of a wheel is fixed; made to turn"
+
+
+def said_speeds(root: Element) -> Iterator[tuple[str, float]]:
+    """Yield the largest speeds of joints of URDF."""
+    for joint in root.findall("joint"):
+        limit = joint.find("limit")
+        speed = number_of(limit.get("velocity")) if limit is not None else None
+        if speed is not None and speed > 0.0:
+            yield joint.get("name", ""), speed
