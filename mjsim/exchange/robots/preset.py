@@ -19,6 +19,8 @@ FASTEST = 1.5
 """Guessed [m/s]."""
 LEAST_SPEED, MOST_SPEED = 0.02, 5.0
 """Of what files say; beyond, it stands there to be no limit [m/s]."""
+NO_LIMIT = 100.0
+"""Wheels of which a file says this or more are those that nobody measured [rad/s]."""
 ACCELERATION = 1.0
 """[m/s^2]"""
 TURN_NOISE, WAY_NOISE = 0.02, 0.01
@@ -101,7 +103,8 @@ def max_speed(plan: Plan) -> float:
 
 def said_speed(gear: Gear) -> float | None:
     """Return how fast wheels run by the limits of their joints [m/s]; None where these are none, or cannot be meant."""
-    speeds = [wheel.joint.speed * wheel.radius for wheel in gear.wheels() if wheel.joint.speed is not None]
+    limits = [(wheel.joint.speed, wheel.radius) for wheel in gear.wheels() if wheel.joint.speed is not None]
+    speeds = [speed * radius for speed, radius in limits if speed < NO_LIMIT]
     return min(speeds) if speeds and LEAST_SPEED < min(speeds) <= MOST_SPEED else None
 
 
