@@ -44,6 +44,7 @@ ALONG_Y = robot(
 )
 SLIDING = """<mujoco><worldbody><body name="b"><joint name="go" type="slide" axis="1 0 0"/><geom size="0.1"/></body>
 </worldbody></mujoco>"""
+XACRO = '<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:arg name="a" default="1"/>{}</robot>'
 MACRO = (
     '<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:macro name="m" params="x"><link name="a"/>'
     '</xacro:macro><link name="base"/></robot>'
@@ -71,6 +72,27 @@ MACRO = (
             (),
             r"urdf:5:7: MuJoCo cannot take <origin>: bad format in attribute 'xyz'$",
         ),
+        (
+            TWO.replace("r0_hinge", "l0_hinge"),
+            (),
+            r"urdf:4:125: two joints are called 'l0_hinge'; give each its own name",
+        ),
+        (TWO.replace("</robot>", '<link name="l0"/></robot>'), (), r"urdf:2:105: two links are called 'l0'"),
+        (
+            TWO.replace('child link="r0"', 'child link="chassis"'),
+            (),
+            r"urdf:5:63: joint 'r0_hinge' closes a loop of links",
+        ),
+        (
+            TWO.replace('child link="r0"', 'child link="l0"'),
+            (),
+            "joints 'l0_hinge' and 'r0_hinge' both carry link 'l0'",
+        ),
+        (TWO.replace("0.0 0.2 -0.05", "inf 0.2 0"), (), r"urdf:2:105: the place of 'l0' is no number; mend its"),
+        (TWO.replace('radius="0.1"', 'radius="0"'), (), "size 0 must be positive"),
+        ('<svg xmlns="http://www.w3.org/2000/svg"/>', (), "begins with <svg>; a model begins with <mujoco>"),
+        (XACRO.format("<wheel/>"), (), "<wheel> is no element of URDF; if it calls a macro, write <xacro:wheel>"),
+        (XACRO.format('<xacro:include filename="gone.xacro"/>'), (), "is not valid xacro: No such file or directory"),
         (THREE, (), "which wheels drive is not clear; candidates are 'left', 'right', 'third'; give --left-wheel"),
         (
             ROLLED,
