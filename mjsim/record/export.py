@@ -16,6 +16,8 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose, Pose3, roll_and_pitch
 from mjsim.interface import Sighting
 from mjsim.output import free_paths, new_file, require_free, write_file, write_files
+from mjsim.record.joint_tables import joint_tables
+from mjsim.record.readings import Table
 from mjsim.record.recording import Recording, Track
 from mjsim.record.sensor_tables import sensor_tables
 from mjsim.world import said_of
@@ -59,9 +61,9 @@ def _in_space(planar: Array) -> Array:
 def export_csv(recording: Recording, folder: str | Path, *, overwrite: bool = False) -> list[Path]:
     """Write `R_track.csv`, `R_landmarks.csv`, `R_sightings.csv`, `R_innovations.csv`, `R_events.csv` for each robot R.
 
-    Beside them comes a table for each sensor whose readings have one, such as `R_scan_LIDAR.csv`; and, if there is
-    something to tell, `things.csv` (where doors, movers and movable things were) and `events.csv` (what happened to the
-    world).
+    Beside them comes a table for each sensor whose readings have one, such as `R_scan_LIDAR.csv`, and for each arm,
+    `R_joints_ARM.csv`; and, if there is something to tell, `things.csv` (where doors, movers and movable things were)
+    and `events.csv` (what happened to the world).
 
     A number is written so that it reads back exactly; what is not there is an empty field. The table of landmarks
     has a row for each landmark at each tick at which its mean or covariance changed.
@@ -83,7 +85,7 @@ def _tables(recording: Recording) -> Iterator[tuple[str, Sequence[str], Iterable
     """Yield name, header and rows of each table."""
     yield from _world_tables(recording)
     for name, track in recording.robots.items():
-        sensors = sensor_tables(recording, name)
+        sensors = _more_tables(recording, name)
         for kind, header, rows in (
             ("track", _TRACK_HEADER, _track_rows(track)),
             ("landmarks", _LANDMARKS_HEADER, _landmark_rows(track)),
@@ -294,8 +296,13 @@ def _arrays_of_track(track: Track) -> dict[str, Any]:
 
 
 def _arrays_of_sensors(recording: Recording, robot: str) -> dict[str, Any]:
-    tables = sensor_tables(recording, robot)
+    tables = _more_tables(recording, robot)
     return {f"{table.name}/{key}": values for table in tables for key, values in table.arrays.items()}
+
+
+def _more_tables(recording: Recording, robot: str) -> list[Table]:
+    """Return the tables of a robot's sensors, then those of its joints."""
+    return [*sensor_tables(recording, robot), *joint_tables(recording, robot)]
 
 
 def _texts(words: Iterable[str]) -> Any:

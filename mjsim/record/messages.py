@@ -28,7 +28,7 @@ _FIELDS = tuple((codec.field, codec.encode, codec.sparse) for codec in CODECS)
 _ENCODER = json.JSONEncoder(separators=(",", ":"), allow_nan=False, check_circular=False)
 ROUGHLY_UNIT = 1e-6
 """How far the length of a quaternion may be from 1; MuJoCo keeps it within rounding."""
-_LEVELS = {"changed": 2, "blocked": 2, "bump": 3, "fault": 4}
+_LEVELS = {"changed": 2, "blocked": 2, "bump": 3, "fall": 4, "fault": 4}
 """Information, warning and error, as Foxglove counts them."""
 
 

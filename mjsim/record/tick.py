@@ -9,9 +9,9 @@ from mjsim.interface import Command, Estimate, Observation, Sighting, WheelComma
 from mjsim.mechanics import JointMotion, SensorReadings
 from mjsim.world import Looks, WorldEvent
 
-EventKind = Literal["bump", "blocked", "fault", "changed"]
-"""bump: it touched something; blocked: a command was not let through; fault: a module failed; changed: somebody changed
-how far it errs."""
+EventKind = Literal["bump", "blocked", "fall", "fault", "changed"]
+"""bump: it touched something; blocked: a command was not let through; fall: it fell over; fault: a module failed;
+changed: somebody changed how far it errs."""
 
 
 @dataclass(frozen=True, slots=True)

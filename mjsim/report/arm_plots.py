@@ -1,4 +1,4 @@
-"""Plots of arms in reports: the joints, the tool over time, and its path in space."""
+"""Plots of joints in reports: those of arms with their tools, and the driven wheels of bases that balance."""
 
 from typing import Any
 
@@ -26,6 +26,34 @@ def arm_plots(time: Array, track: JointTrack, slides: Array) -> dict[str, Figure
         return {}
     part, times = track.at(np.flatnonzero(known)), time[known]
     return {"joints": _joints(times, part, slides), "tool": _tool(times, part), "tool_path": _path(part)}
+
+
+def drive_plots(time: Array, track: JointTrack) -> dict[str, Figure]:
+    """Return the plots of the wheels of a base that balances, by their names.
+
+    Args:
+        time: Of the ticks, shape (N,) [s].
+        track: What was recorded.
+    """
+    known = np.isfinite(track.positions).all(axis=1)
+    if not known.any():
+        return {}
+    part, times = track.at(np.flatnonzero(known)), time[known]
+    figure, panels = sheet(3, height=7.0)
+    behind = np.degrees(part.goal - part.positions)
+    rows = (
+        (behind, "behind its goal [deg]"),
+        (np.degrees(part.velocities), "rate [deg/s]"),
+        (part.torques, "torque [N m]"),
+    )
+    for axes, (values, label) in zip(panels, rows, strict=True):
+        for number, name in enumerate(part.names):
+            axes.plot(times, values[:, number], color=GROUPS[number % len(GROUPS)], lw=1.0, label=name)
+        axes.set_ylabel(label)
+    panels[0].set_title("Wheels", loc="left")
+    panels[0].legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=4, frameon=False, fontsize=8)
+    panels[-1].set_xlabel("time [s]")
+    return {"wheels": figure}
 
 
 def _joints(time: Array, track: JointTrack, slides: Array) -> Figure:

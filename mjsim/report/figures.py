@@ -49,6 +49,7 @@ FIGURES = (
     Figure("distance_m", "distance driven", "m", 1, ""),
     Figure("coverage", "coverage, share", "", 2, "higher"),
     Figure("bumps", "bumps", "", 0),
+    Figure("falls", "falls", "", 0),
 )
 """In the order of the rows of a table."""
 

@@ -106,14 +106,18 @@ def _draw(world: World, track: Track) -> dict[str, "Figure"]:
 
 
 def _drawn_arms(recording: Recording, robot: str) -> Iterator[tuple[str, dict[str, "Figure"]]]:
-    """Yield the name of each arm of a robot, and its plots by their names."""
+    """Yield the name of each arm of a robot, or 'drive' of one that balances, and its plots by their names."""
     if not recording.joints:
         return
-    from mjsim.report.arm_plots import arm_plots
+    from mjsim.report.arm_plots import arm_plots, drive_plots
 
     for name, track in recording.joints.items():
         of, _, arm = name.partition("/")
-        if of == robot and arm != "drive":
+        if of != robot:
+            continue
+        if arm == "drive":
+            yield arm, drive_plots(recording.time, track)
+        else:
             yield arm, arm_plots(recording.time, track, slides_of(recording.world, robot, arm))
 
 

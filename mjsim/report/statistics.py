@@ -91,6 +91,7 @@ def robot_statistics(world: World, name: str, track: Track, *, lifted: Sequence[
         "distance_m": float(steps.sum()),
         "coverage": coverage(world, positions, radius=radius) if len(positions) else None,
         "bumps": sum(event.kind == "bump" for event in track.events),
+        "falls": sum(event.kind == "fall" for event in track.events),
         "fault": next((event.text for event in track.events if event.kind == "fault"), None),
         "ticks": 0 if believed is None else len(believed.time),
     }

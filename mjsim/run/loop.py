@@ -19,6 +19,7 @@ from mjsim.interface import ControlLoop, Observation
 from mjsim.modules import ROLES, make_module, name_of
 from mjsim.output import NewFile, temporary_file
 from mjsim.record import Order, RobotEvent, Tick
+from mjsim.run.falls import Falls
 from mjsim.run.pilot import Driver, Pilot, Steer, controller_of
 from mjsim.world import Modules, Source, Use, World
 
@@ -52,13 +53,15 @@ def ticks(sim: "Simulation", drivers: Mapping[str, Driver], *, steer: Steer | No
         }
         for name, driver in drivers.items():
             sim.control(name, driver.controllers)
-        physics = 0.0
+        physics, falls = 0.0, Falls()
         while True:
             began = time.perf_counter()
             seen = {name: sim.sense(name) for name in pilots}
             sensing = time.perf_counter() - began
             orders = {name: timed(pilot.decide(seen[name]), sim.control_times(name)) for name, pilot in pilots.items()}
-            yield _tick(sim, seen, orders, timing={"sense": sensing, "step": physics})
+            yield _tick(
+                sim, seen, falls.noted(orders, sim.poses(), sim.time), timing={"sense": sensing, "step": physics}
+            )
             began = time.perf_counter()
             for name, order in orders.items():
                 sim.apply(name, order.command)

@@ -1,16 +1,20 @@
 """Recordings and reports of arms: what is written is what moved, exactly, and what is drawn of it."""
 
+import csv
 import json
 from itertools import islice
 
 import numpy as np
 import pytest
+from scipy.io import loadmat
 
 import mjsim
 from mjsim.errors import RecordingError
 from mjsim.geometry import Pose3
+from mjsim.record import export_csv, export_mat, export_npz
 from mjsim.record.joints import KEYS
 from mjsim.report import write_report
+from mjsim.report.arm_plots import drive_plots
 from mjsim.run import drivers_of
 from mjsim.world import parse_world
 
@@ -132,3 +136,35 @@ def test_a_recording_of_other_joints_is_refused_in_one_line(made, tmp_path):
     with pytest.raises(RecordingError) as caught:
         mjsim.read_recording(broken)
     assert "\n" not in str(caught.value)
+
+
+def test_exports_hold_joints_and_tools_under_the_names_of_robotics(made, tmp_path):
+    run, _ = made
+    track = run.joints["r/big"]
+    run_csv = {path.name: path for path in export_csv(run, tmp_path / "csv")}
+    with run_csv["r_joints_big.csv"].open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert [float(row["time"]) for row in rows] == run.time.tolist()
+    for short, key in (("q", "positions"), ("qd", "velocities"), ("qdd", "accelerations"), ("tau", "torques")):
+        read = [[float(row[f"joint{number}_{short}"]) for number in range(1, 7)] for row in rows]
+        np.testing.assert_array_equal(read, getattr(track, key))
+    assert float(rows[-1]["tool_z"]) == track.tool[-1, 2]
+    arrays = np.load(export_npz(run, tmp_path / "run.npz"))
+    np.testing.assert_array_equal(arrays["r/joints_big/q"], track.positions)
+    np.testing.assert_array_equal(arrays["r/joints_small/goal"], run.joints["r/small"].goal)
+    arm, base = run.world.robots[0].arms[0].arm, np.eye(4)
+    base[:2, 3] = 1, 2
+    np.testing.assert_allclose(arrays["r/joints_big/T"], base @ arm.fkine(track.positions), atol=1e-12)
+    mat = loadmat(export_mat(run, tmp_path / "run.mat"), simplify_cells=True)
+    np.testing.assert_array_equal(mat["robots"]["r"]["joints_big"]["tau"], track.torques)
+    assert mat["robots"]["r"]["joints_big"]["T"].shape == (len(run.time), 4, 4)
+
+
+def test_the_wheels_of_a_base_that_balances_are_drawn_and_exported(tmp_path):
+    world = parse_world("mjsim: 1\nrobots: [{name: joe, preset: balancer, at: [0, 0]}]\nrun: {seconds: 0.4}\n")
+    with mjsim.Simulation(world) as sim:
+        run = mjsim.run(sim, record=tmp_path / "run.mcap")
+    arrays = np.load(export_npz(run, tmp_path / "run.npz"))
+    np.testing.assert_array_equal(arrays["joe/joints_drive/tau"], run.joints["joe/drive"].torques)
+    assert "joe/joints_drive/tool" not in arrays
+    assert set(drive_plots(run.time, run.joints["joe/drive"])) == {"wheels"}

@@ -33,6 +33,7 @@ const FIRST = [
   "landmark_error",
   "distance",
   "bumps",
+  "falls",
   "coverage",
 ];
 /** Lists, and what says how a figure was made, do not belong into a short table. */
