@@ -17,7 +17,7 @@ from mjsim.geometry import Array, Pose, Pose3, roll_and_pitch
 from mjsim.interface import Sighting
 from mjsim.output import free_paths, new_file, require_free, write_file, write_files
 from mjsim.record.joint_tables import joint_tables
-from mjsim.record.readings import Table
+from mjsim.record.readings import SensorTable
 from mjsim.record.recording import Recording, Track
 from mjsim.record.sensor_tables import sensor_tables
 from mjsim.world import said_of
@@ -300,7 +300,7 @@ def _arrays_of_sensors(recording: Recording, robot: str) -> dict[str, Any]:
     return {f"{table.name}/{key}": values for table in tables for key, values in table.arrays.items()}
 
 
-def _more_tables(recording: Recording, robot: str) -> list[Table]:
+def _more_tables(recording: Recording, robot: str) -> list[SensorTable]:
     """Return the tables of a robot's sensors, then those of its joints."""
     return [*sensor_tables(recording, robot), *joint_tables(recording, robot)]
 

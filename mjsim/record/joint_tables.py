@@ -7,7 +7,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.record.joints import JointTrack
-from mjsim.record.readings import Table
+from mjsim.record.readings import SensorTable
 from mjsim.record.recording import Recording
 
 NAMES = {"positions": "q", "velocities": "qd", "accelerations": "qdd", "torques": "tau", "goal": "goal"}
@@ -15,7 +15,7 @@ NAMES = {"positions": "q", "velocities": "qd", "accelerations": "qdd", "torques"
 TOOL = ("x", "y", "z", "qx", "qy", "qz", "qw")
 
 
-def joint_tables(recording: Recording, robot: str) -> list[Table]:
+def joint_tables(recording: Recording, robot: str) -> list[SensorTable]:
     """Return a table for each arm of a robot, `joints_ARM`, and for the wheels of a base that balances, `joints_drive`.
 
     A row is a tick. Columns are `joint1_q`, `joint1_qd`, `joint1_qdd`, `joint1_tau`, `joint1_goal` and so on [rad, N m;
@@ -29,7 +29,7 @@ def joint_tables(recording: Recording, robot: str) -> list[Table]:
     ]
 
 
-def _table(part: str, time: Array, track: JointTrack) -> Table:
+def _table(part: str, time: Array, track: JointTrack) -> SensorTable:
     values = {short: getattr(track, key) for key, short in NAMES.items()}
     columns: dict[str, Iterable[Any]] = {"time": time.tolist()}
     for number, joint in enumerate(track.names):
@@ -38,7 +38,7 @@ def _table(part: str, time: Array, track: JointTrack) -> Table:
     if np.isfinite(track.tool).any():
         columns |= {f"tool_{key}": _fields(column) for key, column in zip(TOOL, track.tool.T, strict=True)}
         arrays |= {"tool": track.tool, "T": _matrices(track.tool)}
-    return Table(name=f"joints_{part}", columns=columns, arrays=arrays)
+    return SensorTable(name=f"joints_{part}", columns=columns, arrays=arrays)
 
 
 def _fields(column: Array) -> list[float | None]:
