@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mjsim.cli.arguments import Overwrite
+from mjsim.cli.page import addresses_on_signal, has_screen, how_to_get_another
 from mjsim.errors import UsageError
 from mjsim.output import require_free
+from mjsim.progress import say
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,9 +36,13 @@ def arm(
     end: Annotated[
         str | None, typer.Option(metavar="NAME", help="Body or site of a model at the end of its chain.")
     ] = None,
+    drive: Annotated[
+        bool, typer.Option("--drive", help="Move joints and tool by sliders in the browser, until Ctrl-C.")
+    ] = False,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser; print the address.")] = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Print the table of an arm's joints, their limits, and where its tool is; draw it on request."""
+    """Print the table of an arm's joints, their limits, and where its tool is; draw or drive it on request."""
     import numpy as np
 
     from mjsim.world import arm_item
@@ -57,6 +63,34 @@ def arm(
 
         write_file(plot, _picture(found, q, plot), overwrite=overwrite)
         print(plot)
+    if drive:
+        _drive(name, end, no_browser=no_browser)
+
+
+def _drive(name: str, end: str | None, *, no_browser: bool) -> None:
+    """Simulate an arm alone, in real time, on a page that moves it."""
+    from contextlib import suppress
+
+    from mjsim.session import Session
+    from mjsim.web import LiveView
+    from mjsim.world import arm_world
+
+    world = arm_world(name, end)
+    with LiveView(world) as page, addresses_on_signal(lambda: page.url):
+
+        def print_address() -> None:
+            say(f"move it at {page.url} ; this address works once{how_to_get_another()}; Ctrl-C ends it")
+
+        session = Session(world, speed=1.0, on_tick=page.show, on_change=page.changed)
+        page.steer(session)
+        if no_browser or not has_screen():
+            print_address()
+        else:
+            say(f"the arm is at {page.address} and opens in your browser; Ctrl-C ends it")
+            page.open(failed=print_address)
+        # This is how it is meant to end.
+        with suppress(KeyboardInterrupt), session:
+            session.result()
 
 
 def _values(text: str, arm: "Arm") -> "Array":
@@ -126,10 +160,10 @@ def _shown(q: "Array", arm: "Arm") -> str:
 
 def _tool(pose: "Array") -> str:
     """Return a pose as place [m], and roll, pitch and yaw about fixed axes [deg]."""
-    roll, yaw = math.atan2(pose[2, 1], pose[2, 2]), math.atan2(pose[1, 0], pose[0, 0])
-    pitch = math.atan2(-pose[2, 0], math.hypot(pose[0, 0], pose[1, 0]))
+    from mjsim.mechanics import rpy_of
+
     x, y, z = (f"{value + 0.0:.4f}" for value in pose[:3, 3])
-    turned = ", ".join(f"{math.degrees(angle) + 0.0:.2f}" for angle in (roll, pitch, yaw))
+    turned = ", ".join(f"{math.degrees(angle) + 0.0:.2f}" for angle in rpy_of(pose))
     return f"{x}, {y}, {z} m; roll, pitch, yaw {turned} deg"
 
 

@@ -69,3 +69,8 @@ def _from_file(path: Path) -> str:
     if sys.platform != "win32" and mode & 0o077:
         raise UsageError(f"other users can read '{path}' (mode {mode:04o}); run 'chmod 600 {path}'")
     return text
+
+
+def has_screen() -> bool:
+    """Return whether a browser has somewhere to appear; one for terminals would take this one."""
+    return sys.platform in ("darwin", "win32") or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))

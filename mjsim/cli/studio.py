@@ -1,14 +1,12 @@
 """The command `studio`: the page to edit worlds, to run them, and to look at what was recorded."""
 
-import os
-import sys
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mjsim.cli.page import addresses_on_signal, how_to_get_another, read_token
+from mjsim.cli.page import addresses_on_signal, has_screen, how_to_get_another, read_token
 from mjsim.errors import UsageError
 from mjsim.progress import say
 
@@ -47,7 +45,7 @@ def studio(
     ):
         if no_token:
             say("warning: without a token every user and program of this machine can run code as you through the page")
-        if no_browser or not _has_screen():
+        if no_browser or not has_screen():
             _print_address(page)
         else:
             say(f"the studio is at {page.address} and opens in your browser; Ctrl-C ends it")
@@ -61,11 +59,6 @@ def _print_address(page: "Studio") -> None:
     say(f"the studio is at {page.url} ; Ctrl-C ends it")
     if page.asks_for_token:
         say(f"that address works once, within 5 minutes{how_to_get_another()}")
-
-
-def _has_screen() -> bool:
-    """Return whether a browser has somewhere to appear; one for terminals would take this one."""
-    return sys.platform in ("darwin", "win32") or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
 
 
 def opened(world: str | None) -> tuple[Path, str | None]:

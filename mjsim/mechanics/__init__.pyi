@@ -44,3 +44,4 @@ from .signals import TimeSignal as TimeSignal
 from .transforms import inverted as inverted
 from .transforms import placed as placed
 from .transforms import rotation_vector as rotation_vector
+from .transforms import rpy_of as rpy_of

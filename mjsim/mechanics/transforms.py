@@ -50,6 +50,12 @@ def placed(at: ArrayLike, rpy: ArrayLike) -> Array:
     return matrix
 
 
+def rpy_of(matrix: Array) -> Array:
+    """Return roll, pitch and yaw of a homogeneous transform as `placed` takes them, shape (3,) [rad]."""
+    roll, yaw = np.arctan2(matrix[2, 1], matrix[2, 2]), np.arctan2(matrix[1, 0], matrix[0, 0])
+    return np.array([roll, np.arctan2(-matrix[2, 0], np.hypot(matrix[0, 0], matrix[1, 0])), yaw])
+
+
 def inverted(matrix: Array) -> Array:
     """Return inner_from_outer of outer_from_inner, shape (..., 4, 4)."""
     result = np.zeros_like(matrix)

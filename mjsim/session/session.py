@@ -1,7 +1,7 @@
 """A run in a thread of its own; all that others do to it is said here, and done there between two ticks."""
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
@@ -14,6 +14,7 @@ from mjsim.record import RobotEvent, reserve, reserve_next
 from mjsim.run import Driver, drivers_of, one_blas_thread, recorder_of, tick_count, ticks
 from mjsim.session.gate import Gate, State
 from mjsim.session.helm import Helm
+from mjsim.session.reach import Reach
 from mjsim.session.watcher import Watcher
 from mjsim.world import World, with_values
 
@@ -75,6 +76,7 @@ class Session(Closes):
         """The file that is written, or was written last."""
         self._drivers, self._on_tick, self._on_change = drivers, on_tick, on_change
         self._helm = Helm(robot.name for robot in world.robots)
+        self._reach = Reach(world)
         self._gate = Gate(speed, self._tell)
         self._newest: Tick | None = None
         self._number = 0
@@ -147,6 +149,28 @@ class Session(Closes):
             UsageError: There is no such robot, or the command is not finite.
         """
         self._helm.take(robot, command, hold=hold)
+
+    def move_joints(self, robot: str, arm: str, positions: Sequence[float] | None) -> None:
+        """Move the joints of an arm by hand, no faster than 1 rad/s or 1 m/s; None lets the navigator move it again.
+
+        Raises:
+            UsageError: There is no such arm, or it cannot be there.
+        """
+        self._reach.take(robot, arm, positions)
+
+    def move_tool(self, robot: str, arm: str, *, at: Sequence[float], rpy: Sequence[float]) -> None:
+        """Move the tool of an arm by hand to a pose in the robot's frame.
+
+        Args:
+            robot: Whose arm it is.
+            arm: Its name.
+            at: x, y, z [m].
+            rpy: Roll, pitch, yaw about fixed axes, right-handed [rad]; counts for arms with six joints or more.
+
+        Raises:
+            UsageError: There is no such arm, or its tool does not reach there.
+        """
+        self._reach.take_tool(robot, arm, at, rpy)
 
     def set_noise(self, key: str, value: object) -> None:
         """Change how much a sensor, a drive or its odometry errs, from the next tick on; waits until that is done.
@@ -244,6 +268,7 @@ class Session(Closes):
         if sim is None:
             return Simulation(self.world, seed=self.seed)
         self._helm.let_go()
+        self._reach.let_go()
         sim.reset(self.seed)
         return sim
 
@@ -257,7 +282,7 @@ class Session(Closes):
             self._recorder = recorder
             self._gate.pace.forget()
             try:
-                with closing(ticks(sim, drivers, steer=self._helm.command)) as loop:
+                with closing(ticks(sim, drivers, steer=self._helm.command, reach=self._reach.goals)) as loop:
                     for number in range(count):
                         if not self._gate.may_go_on(sim, number):
                             return

@@ -1,5 +1,6 @@
 """A run to watch in a browser on this machine while it goes on."""
 
+from collections.abc import Callable
 from typing import Any
 
 from starlette.requests import Request
@@ -55,6 +56,10 @@ class LiveView(Closes):
     def url(self) -> str:
         """A new address that lets in one browser, once, within five minutes."""
         return self._server.url
+
+    def open(self, *, failed: Callable[[], None]) -> None:
+        """Open the page in the browser of this machine, and let it in; `failed` is called when there is none."""
+        self._server.open(failed=failed)
 
     def show(self, tick: Tick) -> None:
         """Hand over a tick; this is quick, however many watch."""

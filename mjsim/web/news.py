@@ -44,6 +44,37 @@ class CameraFacts(TypedDict):
 
 
 @_TOLD
+class JointFacts(TypedDict):
+    """A joint of an arm."""
+
+    name: str
+    slides: bool
+    lower: float | None
+    """[rad], or [m] where it slides; null without a limit."""
+    upper: float | None
+
+
+@_TOLD
+class ArmFacts(TypedDict):
+    """An arm of a robot."""
+
+    name: str
+    joints: list[JointFacts]
+
+
+@_TOLD
+class ArmTick(TypedDict):
+    """An arm at one tick."""
+
+    positions: list[float]
+    """Of its joints [rad, m]."""
+    goal: list[float]
+    """Where they are to be [rad, m]."""
+    tool: list[float]
+    """x, y, z [m], roll, pitch, yaw about fixed axes [rad], in the robot's frame."""
+
+
+@_TOLD
 class RobotFacts(TypedDict):
     """What is shown of a robot that does not change."""
 
@@ -55,6 +86,7 @@ class RobotFacts(TypedDict):
     color: str | None
     cameras: list[CameraFacts]
     can_strafe: bool
+    arms: list[ArmFacts]
 
 
 @_TOLD
@@ -175,6 +207,8 @@ class RobotTick(TypedDict):
     """What was recognised in its pictures; of recordings alone."""
     bump: NotRequired[list[float]]
     """Bearings of contacts now [rad]."""
+    arms: NotRequired[dict[str, ArmTick]]
+    """By name."""
 
 
 @_TOLD

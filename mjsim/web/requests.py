@@ -54,6 +54,27 @@ class DriveByHand(_Request):
     turn: Share | None = None
 
 
+class MoveJoints(_Request):
+    """Move the joints of an arm by hand [rad, m]; null gives it back to its navigator."""
+
+    do: Literal["joints"]
+    robot: str
+    arm: str
+    positions: Annotated[list[Number], Field(max_length=100)] | None
+
+
+class MoveTool(_Request):
+    """Move the tool of an arm by hand to a pose in the robot's frame."""
+
+    do: Literal["tool"]
+    robot: str
+    arm: str
+    at: tuple[Number, Number, Number]
+    """[m]"""
+    rpy_deg: tuple[Number, Number, Number]
+    """Roll, pitch, yaw about fixed axes."""
+
+
 class SetNoise(_Request):
     """Change the noise of something."""
 
@@ -88,8 +109,20 @@ class Shown(_Request):
     number: int
 
 
-REQUESTS: tuple[type[BaseModel], ...] = (Start, Simple, Speed, DriveByHand, SetNoise, Watch, Shown)
-RunRequest = Annotated[Start | Simple | Speed | DriveByHand | SetNoise | Watch | Shown, Field(discriminator="do")]
+REQUESTS: tuple[type[BaseModel], ...] = (
+    Start,
+    Simple,
+    Speed,
+    DriveByHand,
+    MoveJoints,
+    MoveTool,
+    SetNoise,
+    Watch,
+    Shown,
+)
+RunRequest = Annotated[
+    Start | Simple | Speed | DriveByHand | MoveJoints | MoveTool | SetNoise | Watch | Shown, Field(discriminator="do")
+]
 _REQUEST: TypeAdapter[RunRequest] = TypeAdapter(RunRequest)
 
 

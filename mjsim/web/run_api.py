@@ -19,6 +19,8 @@ from mjsim.web.files import source_of
 from mjsim.web.folder import Folder
 from mjsim.web.requests import (
     DriveByHand,
+    MoveJoints,
+    MoveTool,
     RunRequest,
     SetNoise,
     Shown,
@@ -105,6 +107,12 @@ class RunApi:
                 await asyncio.to_thread(self._session().set_noise, request.key, request.value)
             case DriveByHand():
                 self._drive(request)
+            case MoveJoints():
+                self._session().move_joints(request.robot, request.arm, request.positions)
+            case MoveTool():
+                turned = [math.radians(angle) for angle in request.rpy_deg]
+                move = self._session().move_tool
+                await asyncio.to_thread(move, request.robot, request.arm, at=request.at, rpy=turned)
 
     def _session(self) -> Session:
         if self.stage.world is None:

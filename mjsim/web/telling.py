@@ -1,13 +1,25 @@
 """What the page is told of a run: values of the loop as JSON."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from mjsim.interface import Command, Observation, Sighting, WheelCommand
+from mjsim.mechanics import Arm, inverted, rpy_of
 from mjsim.record import Tick
 from mjsim.report import metrics
-from mjsim.web.news import Chosen, EventNews, NoiseFigure, Recognised, RobotFacts, RobotTick, TickNews
+from mjsim.web.news import (
+    ArmTick,
+    Chosen,
+    EventNews,
+    JointFacts,
+    NoiseFigure,
+    Recognised,
+    RobotFacts,
+    RobotTick,
+    TickNews,
+)
 from mjsim.web.past import plain
 from mjsim.world import EVENT_KINDS, Camera, Modules, Robot, Use, World, kind_of, noise_figures, said_of
 
@@ -30,7 +42,7 @@ def _robot_told(tick: Tick, name: str) -> RobotTick:
     belief = order.estimate
     estimate, P = belief.pose.as_array(), np.asarray(belief.covariance, dtype=float)
     nees = metrics.normalised_errors(truth[None], estimate[None], P[None])
-    return {
+    told: RobotTick = {
         "truth": plain(truth),
         "estimate": plain(estimate),
         "odometry": plain(order.dead_reckoning.as_array()),
@@ -48,6 +60,25 @@ def _robot_told(tick: Tick, name: str) -> RobotTick:
         "proximity": plain(seen.proximity, 3),
         "bump": plain(seen.bump, 3),
     }
+    if arms := _arms_told(tick, name):
+        told["arms"] = arms
+    return told
+
+
+def _arms_told(tick: Tick, name: str) -> dict[str, ArmTick]:
+    """Return the arms of a robot by their names."""
+    found: dict[str, ArmTick] = {}
+    for key, motion in tick.joints.items():
+        robot, _, arm = key.partition("/")
+        if robot != name or motion.tool is None:
+            continue
+        tool = inverted(tick.poses[name].matrix()) @ motion.tool
+        found[arm] = {
+            "positions": plain(motion.positions, 6),
+            "goal": plain(motion.goal, 6),
+            "tool": plain([*tool[:3, 3], *rpy_of(tool)], 6),
+        }
+    return found
 
 
 def _twist(command: Command | WheelCommand, seen: Observation) -> tuple[float, float, float]:
@@ -112,7 +143,20 @@ def _facts(robot: Robot) -> RobotFacts:
             if isinstance(sensor, Camera)
         ],
         "can_strafe": robot.drive.sideways > 0.0,
+        "arms": [{"name": item.name, "joints": _joints(item.arm)} for item in robot.arms],
     }
+
+
+def _joints(arm: Arm) -> list[JointFacts]:
+    return [
+        {
+            "name": f"joint{number}",
+            "slides": link.slide,
+            "lower": link.lower if math.isfinite(link.lower) else None,
+            "upper": link.upper if math.isfinite(link.upper) else None,
+        }
+        for number, link in enumerate(arm.links, start=1)
+    ]
 
 
 def _modules_told(modules: Modules) -> Chosen:

@@ -165,6 +165,7 @@ from .plan import world_from_obstacle as world_from_obstacle
 from .read import MOST as MOST
 from .read import arm as arm
 from .read import arm_item as arm_item
+from .read import arm_world as arm_world
 from .read import load_checked as load_checked
 from .read import load_world as load_world
 from .read import noise_figures as noise_figures

@@ -1,14 +1,16 @@
 """Arms without a world: a preset by its name, a file that holds what stands below one of `arms`, or MJCF or URDF."""
 
+import json
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
 from mjsim.errors import Problem, UsageError, WorldError, did_you_mean
 from mjsim.mechanics import Arm
 from mjsim.world.files import Source, read_asset
-from mjsim.world.items import RobotArm, arm_names
-from mjsim.world.read.reader import faults_of, read_file
+from mjsim.world.items import RobotArm, World, arm_names
+from mjsim.world.read.reader import faults_of, parse_world, read_file
 from mjsim.world.yaml import problems_at, read_text
 
 MODELS = (".xml", ".mjcf", ".urdf")
@@ -46,6 +48,25 @@ def arm_item(name: str | Path, end: str | None = None) -> RobotArm:
     return _from_file(Path(name))
 
 
+def arm_world(name: str | Path, end: str | None = None) -> World:
+    """Return a world of an arm alone, 'arm' of the robot 'robot' on a fixed base; its arguments are those of `arm`."""
+    arm_item(name, end)  # whose errors name the arm's own file
+    keys: dict[str, Any]
+    source = Source()
+    if str(name).lower().endswith(MODELS):
+        keys, source = _model_keys(Path(name), end)
+    elif str(name) in arm_names():
+        keys = {"preset": str(name)}
+    else:
+        path = Path(name)
+        node, _ = read_text(read_file(path), file=str(path))
+        assert node is not None
+        keys, source = dict(node.value), Source(file=str(path), folder=path.parent)
+    robot = {"name": "robot", "base": "fixed", "at": [0, 0], "arms": [{**keys, "name": "arm"}]}
+    text = json.dumps({"mjsim": 1, "name": Path(name).stem, "robots": [robot], "run": {"seconds": 86400}})
+    return parse_world(text, source=source)
+
+
 def _from_file(path: Path) -> RobotArm:
     node, problems = read_text(read_file(path), file=str(path))
     if node is None or problems:
@@ -63,10 +84,8 @@ def _from_model(path: Path, end: str | None) -> RobotArm:
 
     if not path.is_file():
         raise UsageError(f"no file '{path}'; name a file of MJCF (.xml) or URDF (.urdf)")
-    whole = path.resolve()
-    folder = _package(whole)
-    inner, source = whole.relative_to(folder).as_posix(), Source(file=str(path), folder=folder)
-    keys = {"name": "arm", "model": inner, **({} if end is None else {"end": end})}
+    keys, source = _model_keys(path, end)
+    inner, whole = keys["model"], path.resolve()
     try:
         return RobotArm.model_validate(keys, context={"source": source})
     except ValidationError as error:
@@ -80,6 +99,14 @@ def _from_model(path: Path, end: str | None) -> RobotArm:
             pass
         line, column = text_place(whole.read_bytes(), element)
         raise WorldError([Problem(str(path), line, column, message)]) from None
+
+
+def _model_keys(path: Path, end: str | None) -> tuple[dict[str, Any], Source]:
+    """Return what a world file would say of the arm of a model, and from where it would."""
+    whole = path.resolve()
+    folder = _package(whole)
+    keys = {"name": "arm", "model": whole.relative_to(folder).as_posix()}
+    return keys | ({} if end is None else {"end": end}), Source(file=str(path), folder=folder)
 
 
 def _package(path: Path) -> Path:

@@ -1,5 +1,21 @@
 /** What page and server say to each other about a run. Made by scripts/make/protocol.py; do not edit. */
 
+/** An arm of a robot. */
+export interface ArmFacts {
+  name: string;
+  joints: JointFacts[];
+}
+
+/** An arm at one tick. */
+export interface ArmTick {
+  /** Of its joints [rad, m]. */
+  positions: number[];
+  /** Where they are to be [rad, m]. */
+  goal: number[];
+  /** x, y, z [m], roll, pitch, yaw about fixed axes [rad], in the robot's frame. */
+  tool: number[];
+}
+
 /** A camera of a robot. */
 export interface CameraFacts {
   name: string;
@@ -63,6 +79,15 @@ export interface Item {
   line: number;
 }
 
+/** A joint of an arm. */
+export interface JointFacts {
+  name: string;
+  slides: boolean;
+  /** [rad], or [m] where it slides; null without a limit. */
+  lower: number | null;
+  upper: number | null;
+}
+
 /** Mean x, y [m], then covariance xx, xy, yy [m^2]. */
 export type LandmarkRow = [number, number, number, number, number];
 
@@ -116,6 +141,7 @@ export interface RobotFacts {
   color: string | null;
   cameras: CameraFacts[];
   can_strafe: boolean;
+  arms: ArmFacts[];
 }
 
 /** One robot at one tick. */
@@ -142,6 +168,8 @@ export interface RobotTick {
   recognised?: Recognised[];
   /** Bearings of contacts now [rad]. */
   bump?: number[];
+  /** By name. */
+  arms?: Record<string, ArmTick>;
 }
 
 /** What the run is and does. */
@@ -218,6 +246,23 @@ export interface DriveByHand {
   turn?: number | null;
 }
 
+/** Move the joints of an arm by hand [rad, m]; null gives it back to its navigator. */
+export interface MoveJoints {
+  do: "joints";
+  robot: string;
+  arm: string;
+  positions: number[] | null;
+}
+
+/** Move the tool of an arm by hand to a pose in the robot's frame. */
+export interface MoveTool {
+  do: "tool";
+  robot: string;
+  arm: string;
+  at: [number, number, number];
+  rpy_deg: [number, number, number];
+}
+
 /** From where the view from outside looks. */
 export interface Outside {
   azimuth_deg: number;
@@ -271,4 +316,4 @@ export interface Watch {
   outside?: Outside | null;
 }
 
-export type RunRequest = Start | Simple | Speed | DriveByHand | SetNoise | Watch | Shown;
+export type RunRequest = Start | Simple | Speed | DriveByHand | MoveJoints | MoveTool | SetNoise | Watch | Shown;

@@ -5,6 +5,7 @@ import { el, fill } from "../dom";
 import { KINDS, Sheet, type Kind } from "../charts/sheet";
 import type { Studio, View } from "../shell/view";
 import { Advice } from "./advice";
+import { ArmPanel } from "./arms";
 import { Bar } from "./bar";
 import { Cameras } from "./cameras";
 import { remembered, setPressed, sign, toggle } from "./controls";
@@ -33,6 +34,8 @@ export class RunView implements View {
   private readonly bar: Bar;
   private readonly setup = new Setup();
   private readonly noise = new NoisePanel((key, value) => this.send({ do: "set", key, value }));
+  private tabs: Tabs | null = null;
+  private readonly arms = new ArmPanel((request) => this.send(request));
   private readonly events = new EventList(
     "What happens to robots and world stands here: bumps, doors, lights, faults.",
   );
@@ -118,12 +121,13 @@ export class RunView implements View {
 
   private build(kinds: Kind[]): void {
     const setup: [string, string, HTMLElement][] = this.live ? [] : [["setup", "Setup", this.setup.element]];
-    const tabs = new Tabs("run.tab", [
+    this.tabs = new Tabs("run.tab", [
       ...setup,
       ["noise", "Noise", this.noise.element],
+      ["arms", "Arms", this.arms.element],
       ["events", "Events", this.events.element],
     ]);
-    const side = el("aside", { class: "run-side" }, tabs.element);
+    const side = el("aside", { class: "run-side" }, this.tabs.element);
     const chips = el("div", { class: "run-chips", role: "group", "aria-label": "Charts" });
     const now = new Set(kinds);
     for (const { kind, label } of KINDS) {
@@ -250,6 +254,7 @@ export class RunView implements View {
     this.noise.show(news.noise ?? [], this.running() && news.controllable);
     if (news.state === "failed" && news.error) this.say(news.error);
     else if (this.banner.dataset["kind"] === "failed") this.say(null);
+    this.showArms();
     this.pad.element.hidden = !this.canDrive();
     this.element.dataset["state"] = news.state;
     this.advise();
@@ -284,6 +289,7 @@ export class RunView implements View {
     if (this.newest) {
       this.bar.tick(this.newest);
       this.floor.show(this.newest);
+      this.arms.tick(this.newest.robots[this.chosen]);
     }
     const now = performance.now();
     if (now - this.drawnCharts >= CALM) {
@@ -362,8 +368,17 @@ export class RunView implements View {
     const robot = this.run?.robots.find((each) => each.name === name);
     this.pad.canStrafe(robot?.can_strafe ?? false);
     this.floor.run(this.run?.robots ?? [], name);
+    this.showArms();
     this.advise();
     this.soon();
+  }
+
+  /** Offer the arms of the robot that is chosen. */
+  private showArms(): void {
+    const robot = this.run?.robots.find((each) => each.name === this.chosen) ?? null;
+    // A page of one arm alone is there to move it.
+    if (this.live && robot?.arms.length && this.run?.robots.length === 1 && !this.arms.known) this.tabs?.show("arms");
+    this.arms.show(robot, this.running() && (this.run?.controllable ?? false));
   }
 
   private canDrive(): boolean {

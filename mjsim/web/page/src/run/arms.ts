@@ -1,0 +1,175 @@
+/** Sliders for the joints of a robot's arms, and fields for where their tools are. */
+
+import { el, fill } from "../dom";
+import { button, sign } from "./controls";
+import type { ArmFacts, JointFacts, RobotFacts, RobotTick, RunRequest } from "./protocol";
+
+const HINT = "Start a run of a robot with an arm; its joints and its tool can be moved here while it goes on.";
+const TOOL = ["x", "y", "z", "roll", "pitch", "yaw"] as const;
+/** How far sliders of joints without limits go, of those that turn and of those that slide [rad, m]. */
+const FREE = [Math.PI, 1] as const;
+
+interface Row {
+  slider: HTMLInputElement;
+  field: HTMLInputElement;
+  facts: JointFacts;
+}
+
+interface Part {
+  facts: ArmFacts;
+  rows: Row[];
+  tool: HTMLInputElement[];
+  release: HTMLButtonElement;
+  /** Where the joints were when they were last told of, and where the hand wants them; null while it wants nothing. */
+  goal: number[];
+  wanted: number[] | null;
+}
+
+/** One group for each arm of the robot that is shown. */
+export class ArmPanel {
+  readonly element = el("div", { class: "run-noise run-arms" });
+  private parts: Part[] = [];
+  private robot = "";
+  private enabled = false;
+
+  constructor(private readonly send: (request: RunRequest) => void) {
+    this.show(null, false);
+  }
+
+  /** Whether it shows arms. */
+  get known(): boolean {
+    return this.parts.length > 0;
+  }
+
+  /** Take up the arms of a robot, null for none. */
+  show(robot: RobotFacts | null, enabled: boolean): void {
+    const name = robot?.name ?? "";
+    const same = name === this.robot && robot?.arms.map((arm) => arm.name).join() === this.names();
+    this.robot = name;
+    this.enabled = enabled;
+    if (!same || this.parts.length === 0) this.build(robot?.arms ?? []);
+    for (const part of this.parts) this.enable(part);
+  }
+
+  /** Show where the arms are; what is being dragged or typed is left to the hand. */
+  tick(news: RobotTick | undefined): void {
+    for (const part of this.parts) {
+      const now = news?.arms?.[part.facts.name];
+      if (!now) continue;
+      part.goal = now.goal;
+      part.rows.forEach((row, k) => {
+        const value = (part.wanted ?? now.goal)[k] ?? 0;
+        if (document.activeElement !== row.slider) row.slider.value = String(value);
+        put(row.field, shown(row.facts, value));
+      });
+      part.tool.forEach((field, k) => put(field, (now.tool[k] ?? 0) * (k < 3 ? 1 : 180 / Math.PI), k < 3 ? 4 : 2));
+    }
+  }
+
+  private names(): string {
+    return this.parts.map((part) => part.facts.name).join();
+  }
+
+  private build(arms: ArmFacts[]): void {
+    this.parts = [];
+    if (arms.length === 0) return fill(this.element, el("p", { class: "hint" }, HINT));
+    this.element.replaceChildren();
+    for (const facts of arms) this.element.append(...this.part(facts));
+  }
+
+  private part(facts: ArmFacts): HTMLElement[] {
+    const rows = facts.joints.map((joint) => this.row(joint));
+    const tool = TOOL.map((name, k) => this.field(`${facts.name} tool ${name}`, () => this.moveTool(part), k < 3 ? 0.01 : 1));
+    const release = button(
+      { class: "quiet", title: "Let the navigator move this arm again" },
+      () => {
+        part.wanted = null;
+        this.send({ do: "joints", robot: this.robot, arm: facts.name, positions: null });
+      },
+      sign("restart"),
+      "Give back",
+    );
+    const part: Part = { facts, rows, tool, release, goal: [], wanted: null };
+    this.parts.push(part);
+    rows.forEach((row, k) => {
+      row.slider.addEventListener("input", () => this.moveJoint(part, k, Number(row.slider.value)));
+      row.field.addEventListener("change", () => this.moveJoint(part, k, Number(row.field.value) * scale(row.facts)));
+    });
+    return [
+      el("h3", {}, facts.name),
+      ...rows.map((row, k) => line(facts.joints[k]?.name ?? "", row.slider, row.field, unit(row.facts))),
+      el(
+        "div",
+        { class: "run-tool", role: "group", "aria-label": `${facts.name}, pose of the tool in the robot's frame` },
+        ...TOOL.map((name, k) => el("label", {}, el("span", {}, `${name} [${k < 3 ? "m" : "°"}]`), tool[k])),
+      ),
+      release,
+    ];
+  }
+
+  private row(facts: JointFacts): Row {
+    const free = FREE[facts.slides ? 1 : 0];
+    const slider = el("input", {
+      type: "range",
+      min: facts.lower ?? -free,
+      max: facts.upper ?? free,
+      step: "any",
+      "aria-label": facts.name,
+    });
+    const field = el("input", { type: "number", step: "any", "aria-label": `${facts.name}, ${unit(facts)}` });
+    return { slider, field, facts };
+  }
+
+  private field(label: string, changed: () => void, step: number): HTMLInputElement {
+    const field = el("input", { type: "number", step, "aria-label": label });
+    field.addEventListener("change", changed);
+    return field;
+  }
+
+  private enable(part: Part): void {
+    const inputs = [...part.rows.flatMap((row) => [row.slider, row.field]), ...part.tool];
+    for (const input of inputs) input.disabled = !this.enabled;
+    part.release.disabled = !this.enabled;
+  }
+
+  private moveJoint(part: Part, k: number, value: number): void {
+    part.wanted ??= [...part.goal];
+    part.wanted[k] = value;
+    this.send({ do: "joints", robot: this.robot, arm: part.facts.name, positions: part.wanted });
+  }
+
+  private moveTool(part: Part): void {
+    const { facts, tool } = part;
+    part.wanted = null;
+    const [x = 0, y = 0, z = 0, roll = 0, pitch = 0, yaw = 0] = tool.map((field) => Number(field.value));
+    this.send({ do: "tool", robot: this.robot, arm: facts.name, at: [x, y, z], rpy_deg: [roll, pitch, yaw] });
+  }
+}
+
+function line(label: string, slider: HTMLElement, field: HTMLElement, unit: string): HTMLElement {
+  return el(
+    "div",
+    { class: "run-noise-row" },
+    el("span", { class: "run-noise-label" }, label),
+    slider,
+    el("span", { class: "run-noise-value" }, field, el("span", { class: "run-unit" }, unit)),
+  );
+}
+
+function unit({ slides }: JointFacts): string {
+  return slides ? "m" : "°";
+}
+
+/** Radians or metres for one of what is shown. */
+function scale({ slides }: JointFacts): number {
+  return slides ? 1 : Math.PI / 180;
+}
+
+function shown(facts: JointFacts, value: number): number {
+  return value / scale(facts);
+}
+
+/** Write a number into a field in which nobody types. */
+function put(field: HTMLInputElement, value: number, digits = 2): void {
+  if (document.activeElement !== field) field.value = value.toFixed(digits);
+}
