@@ -6,6 +6,7 @@ import numpy as np
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import Picture
+from mjsim.video.arms import Arms
 from mjsim.video.chart import ErrorChart
 from mjsim.video.ink import (
     BEACON,
@@ -58,7 +59,7 @@ class Panel:
         self.view = view
         self._robot = robot
         self._radii = {item.name: item.body.radius for item in world.robots}
-        self._things = Things(world)
+        self._things, self._arms = Things(world), Arms(world)
         self._removed: frozenset[str] = frozenset()
         self.plan = self._background()
         self._trails = Trails(self.plan, view)
@@ -98,6 +99,7 @@ class Panel:
         self._things.draw(image, view, moment, robot=self._robot)
         draw_others(image, view, moment, self._radii)
         draw_moment(image, view, moment, look=self._look, radius=self._radii[self._robot])
+        self._arms.draw(image, view, moment, robot=self._robot)
         return view
 
 

@@ -44,6 +44,8 @@ class Moment:
     """Where doors, movers and what can be pushed are, by their names in the scene; at their starts unless told."""
     looks: Looks | None = None
     """Light, and what is no longer there; as at the start unless told."""
+    arms: Mapping[str, Array] = field(default_factory=dict)
+    """Values of the joints of arms by `ROBOT/ARM`, shape (joints,) [rad, m]; at their starts unless told."""
     scans: Mapping[str, Array] = field(default_factory=dict)
     """Where the newest scan of each lidar met something, from where the robot believed to be, shape (n, 2) [m]."""
 
@@ -78,6 +80,7 @@ def moment_of(
         touched=bool(seen.bump),
         things={name: pose.as_array() for name, pose in tick.things.items()},
         looks=tick.looks,
+        arms={name: motion.positions for name, motion in tick.joints.items()},
         scans=newest_points(seen.scans, lidars, belief.pose.as_array(), before.scans if before is not None else {}),
     )
 
@@ -123,4 +126,5 @@ def moments(recording: Recording, robot: str, rows: Sequence[int]) -> Iterator[M
             touched=bool(((now - bumps >= 0.0) & (now - bumps < 0.5)).any()),
             things={name: places[row] for name, places in recording.things.items()},
             looks=looks,
+            arms={name: joints.positions[row] for name, joints in recording.joints.items()},
         )

@@ -6,9 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from mjsim.geometry import Array
+from mjsim.geometry import Array, Pose
 from mjsim.interface import Picture
 from mjsim.output import require_free
+from mjsim.video.arms import draw_arm
 from mjsim.video.ink import BEACON, INK, MUTED, PAPER, SEEN, SEMIBOLD, TRUTH, blend
 from mjsim.video.legend import draw_legend
 from mjsim.video.names import Tag, write_tags
@@ -158,6 +159,8 @@ def _draw_things(plan: Paper, world: World) -> None:
         draw_lamp(plan, lamp)
     for robot in world.robots:
         draw_robot(plan, robot)
+        for arm in robot.arms:
+            draw_arm(plan, arm, Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg)))
     for item in hung(world):
         draw_beacon(plan, item.beacon, item.place)
 
