@@ -3,10 +3,15 @@
 import importlib
 import re
 import runpy
+import shutil
 from pathlib import Path
+
+import numpy as np
+import pytest
 
 import mjsim
 from mjsim.modules import ROLES
+from mjsim.run import drivers_of
 from mjsim.world import check_world
 
 ROOT = Path(__file__).parent.parent
@@ -78,8 +83,40 @@ def test_every_module_that_the_page_of_algorithms_names_is_there():
 def test_the_page_of_arms_runs():
     page = (ROOT / "docs" / "arms.md").read_text(encoding="utf-8")
     for code in re.findall("```python\n(.*?)```", page, re.DOTALL):
-        exec(code, {})
-    (text,) = re.findall("```yaml\n(.*?)```", page, re.DOTALL)
+        if not code.startswith("#!"):
+            exec(code, {})
+    text, _ = re.findall("```yaml\n(.*?)```", page, re.DOTALL)
     world = mjsim.parse_world(f"mjsim: 1\n{text}")
     assert check_world(world) == []
     assert world.robots[0].arms[0].arm.n == 6
+
+
+@pytest.mark.parametrize(
+    "robot",
+    [
+        pytest.param(
+            "first",
+            marks=pytest.mark.skipif(
+                not (shutil.which("octave-cli") or shutil.which("octave")),
+                reason="no Octave here; type: sudo apt-get install --no-install-recommends octave",
+            ),
+        ),
+        "second",
+    ],
+)
+def test_a_function_and_a_program_of_the_page_of_arms_move_one_step_by_step(tmp_path, robot):
+    page = (ROOT / "docs" / "arms.md").read_text(encoding="utf-8")
+    (function,) = re.findall("```matlab\n(.*?)```", page, re.DOTALL)
+    (program,) = re.findall("```python\n(#!.*?)```", page, re.DOTALL)
+    _, text = re.findall("```yaml\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "towards.m").write_text(function)
+    (tmp_path / "towards").write_text(program)
+    (tmp_path / "towards").chmod(0o755)
+    (tmp_path / "two.yaml").write_text(text)
+    world = mjsim.load_world(tmp_path / "two.yaml")
+    assert check_world(world) == []
+    with mjsim.Simulation(world) as sim:
+        track = mjsim.run(sim, drivers={robot: drivers_of(world)[robot]}).joints[f"{robot}/arm"]
+    np.testing.assert_allclose(track.goal[:4, 0], [0.0, 0.02, 0.04, 0.06], atol=1e-12)
+    np.testing.assert_allclose(track.goal[-1], 0.2, atol=1e-12)
+    np.testing.assert_allclose(track.positions[-1], 0.2, atol=0.02)
