@@ -1,7 +1,7 @@
 from .arms import arm as arm
 from .arms import arm_item as arm_item
-from .described import read_described as read_described
 from .arms import arm_world as arm_world
+from .described import read_described as read_described
 from .noise import noise_figures as noise_figures
 from .noise import require_same_but_noise as require_same_but_noise
 from .reader import MOST as MOST
