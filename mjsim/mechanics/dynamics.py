@@ -16,7 +16,7 @@ from mjsim.geometry import Array
 from mjsim.mechanics.chain import Chain, Posture
 from mjsim.mechanics.inertias import tensor
 from mjsim.mechanics.links import Link
-from mjsim.mechanics.transforms import cross
+from mjsim.mechanics.transforms import cross, skew
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +45,8 @@ class Motion:
     """[rad/s]"""
     spin_rate: Array
     """[rad/s^2]"""
+    swing: Array
+    """Accelerations of a link's points by their places from one of them, shape (..., n, 3, 3) [1/s^2]."""
     origin: Array
     """Acceleration of the link's point at its joint, with gravity taken off [m/s^2]."""
 
@@ -69,16 +71,25 @@ def motion_of(chain: Chain, posture: Posture, qd: Array, qdd: Array, gravity: Ar
     it turns with, and over the slides before it with their Coriolis terms.
     """
     axes, points = posture.axes, posture.points
-    turn, slide = axes * (chain.turns * qd)[..., None], axes * (chain.slides * qd)[..., None]
+    turn = axes * (chain.turns * qd)[..., None]
     spin = chain.outwards(turn)
     before = spin - turn
     spin_rate = chain.outwards(axes * (chain.turns * qdd)[..., None] + cross(before, turn))
-    steps = axes * (chain.slides * qdd)[..., None] + 2.0 * cross(before, slide)
+    steps = np.zeros_like(spin_rate)
+    if chain.slides.any():
+        slide = axes * (chain.slides * qd)[..., None]
+        steps += axes * (chain.slides * qdd)[..., None] + 2.0 * cross(before, slide)
     # The base neither turns nor accelerates, so the stretches from there give nothing.
     here, before_here = chain.jointed, chain.carriers
-    stretch, spin_on = points.take(here, -2) - points.take(before_here, -2), spin.take(before_here, -2)
-    steps[..., here, :] += cross(spin_rate.take(before_here, -2), stretch) + cross(spin_on, cross(spin_on, stretch))
-    return Motion(spin, spin_rate, chain.outwards(steps) - gravity)
+    stretch, swing = points.take(here, -2) - points.take(before_here, -2), _swing(spin, spin_rate)
+    steps[..., here, :] += (swing.take(before_here, -3) @ stretch[..., None])[..., 0]
+    return Motion(spin, spin_rate, swing, chain.outwards(steps) - gravity)
+
+
+def _swing(spin: Array, spin_rate: Array) -> Array:
+    """Return the matrices that give accelerations of points of turning bodies, shape (..., n, 3, 3) [1/s^2]."""
+    turn = skew(spin)
+    return np.asarray(turn @ turn + skew(spin_rate))
 
 
 def rigid_torques(chain: Chain, masses: Masses, posture: Posture, qd: Array, *, qdd: Array, gravity: Array) -> Array:
@@ -88,7 +99,7 @@ def rigid_torques(chain: Chain, masses: Masses, posture: Posture, qd: Array, *, 
     centers = (posture.links @ masses.center[:, :, None])[..., :3, 0]
     arm = centers - posture.points
     spin, spin_rate = motion.spin, motion.spin_rate
-    acceleration = motion.origin + cross(spin_rate, arm) + cross(spin, cross(spin, arm))
+    acceleration = motion.origin + (motion.swing @ arm[..., None])[..., 0]
     inertia = rotation @ masses.inertia @ np.swapaxes(rotation, -1, -2)
     force = masses.mass[:, None] * acceleration
     moment = (inertia @ spin_rate[..., None])[..., 0] + cross(spin, (inertia @ spin[..., None])[..., 0])
@@ -105,7 +116,8 @@ def gravity_torques(chain: Chain, masses: Masses, posture: Posture, gravity: Arr
 def _at_joints(chain: Chain, posture: Posture, force: Array, moment: Array) -> Array:
     """Return what joints give, shape (..., n), for a force on each link and a moment about its joint's point."""
     points, force_beyond = posture.points, chain.inwards(force)
-    moment_beyond = chain.inwards(moment + cross(points, force)) - cross(points, force_beyond)
+    about_origin, beyond_origin = cross(points, np.stack([force, force_beyond]))
+    moment_beyond = chain.inwards(moment + about_origin) - beyond_origin
     given = chain.slides[:, None] * force_beyond + chain.turns[:, None] * moment_beyond
     result: Array = (posture.axes * given).sum(axis=-1)
     return result

@@ -78,6 +78,15 @@ def cross(a: Array, b: Array) -> Array:
     return np.asarray(a.take(_YZX, -1) * b.take(_ZXY, -1) - a.take(_ZXY, -1) * b.take(_YZX, -1))
 
 
+_CROSSED = np.array([0, 2, 1, 2, 0, 0, 1, 0, 0])
+_SIGNS = np.array([0.0, -1.0, 1.0, 1.0, 0.0, -1.0, -1.0, 1.0, 0.0])
+
+
+def skew(vectors: Array) -> Array:
+    """Return the matrices that multiply a vector as these do in a cross product, shape (..., 3, 3)."""
+    return np.asarray((vectors.take(_CROSSED, -1) * _SIGNS).reshape(*vectors.shape, 3))
+
+
 def rotation_vector(rotation: Array) -> Array:
     """Return axis times angle of rotations, shape (..., 3) [rad], the angle in [0, pi].
 

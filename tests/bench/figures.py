@@ -4,6 +4,7 @@ from mjsim.bench.figure import Figure
 from mjsim.bench.filters import FILTER_FIGURES
 from mjsim.bench.large import large
 from mjsim.bench.loops import (
+    computed_torque,
     encoding_alone,
     loop_speed,
     modules_alone,
@@ -35,6 +36,7 @@ FIGURES = (
     Figure("loop-lidar-25", PACE, loop_speed(lambda: hall(LIDAR.replace("12.5", "25")), seconds=4.0, turn=0.3)),
     Figure("loop-8-lidars", PACE, loop_speed(lambda: hall(LIDAR, robots=8), seconds=2.0)),
     Figure("loop-camera", PACE, loop_speed(lambda: hall("{camera: front}"), seconds=2.0)),
+    Figure("arm-computed-torque", PACE, computed_torque),
     Figure("gallery", PACE, whole_run),
     Figure("tick-gallery", TICK, whole_tick),
     Figure("tick-physics", TICK, physics_alone),

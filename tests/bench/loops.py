@@ -17,10 +17,20 @@ from mjsim.bench.scenes import gallery
 from mjsim.record import Recorder, Tick
 from mjsim.run import Driver, drivers_of, run, ticks
 from mjsim.sim import Renderer, Simulation
-from mjsim.world import World
+from mjsim.world import World, parse_world
 
 TICKS = 100
 """Of the gallery that are taken apart."""
+PUMA = """
+mjsim: 1
+robots: [{name: puma, base: fixed, at: [0, 0], arms: [{preset: puma560}]}]
+run:
+  drivers:
+    puma:
+      navigator: {use: "mjsim.algorithms.joint_path:JointPath", to_deg: [45, -35, 30, 25, 40, -30], seconds: 2,
+                  repeat: true}
+      controllers: {arm: {use: "mjsim.algorithms.arm_control:ComputedTorque", rate_hz: 250}}
+"""
 ROBOT, CAMERA = "scout", "front"
 """Of the gallery."""
 
@@ -46,6 +56,23 @@ def loop_speed(make: Callable[[], World], *, seconds: float, turn: float = 0.0) 
             yield once
 
     return prepare
+
+
+@contextmanager
+def computed_torque() -> Iterator[Once]:
+    """Measure a Puma 560 that goes back and forth under computed torque at 250 Hz."""
+    world, seconds = parse_world(PUMA), 2.0
+    with Simulation(world) as sim, threadpool_limits(1, user_api="blas"):
+        loop = ticks(sim, drivers_of(world))
+        next(loop)
+
+        def once(clock: Clock) -> float:
+            began = clock()
+            for _ in range(round(seconds / sim.dt)):
+                next(loop)
+            return seconds / (clock() - began)
+
+        yield once
 
 
 @contextmanager
