@@ -59,7 +59,7 @@ class _ArmController(ABC):
         self._frequency, self._mass_scale = frequency, mass_scale
 
     def start(self, robot: RobotInfo, part: str, rng: Generator) -> None:
-        """Look at the arm."""
+        """Keep the data sheet of the arm."""
         self._part, self._info = part, robot.arms[part]
         self._arm = believed(self._info.model, self._mass_scale)
         slow = np.full(len(self._info.joints), STILL)
@@ -116,7 +116,7 @@ class PdGravity(_ArmController):
 
 
 class ComputedTorque(_ArmController):
-    """The arm's own dynamics turned round, so that each joint's error becomes that of an oscillator of its own.
+    """Inverse dynamics of the arm, so that the error of each joint becomes that of a separate linear oscillator.
 
     tau = M(q) (qdd_goal + 2 w e' + w^2 e) + C(q, qd) qd + g(q) + friction(qd_goal), with e = q_goal - q.
 

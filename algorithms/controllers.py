@@ -62,7 +62,7 @@ def feedback_linearisation(pose: Pose, velocity: Array, *, ahead: float) -> Comm
 
     Args:
         pose: Of the robot.
-        velocity: That the point shall have, world frame, shape (2,) [m/s].
+        velocity: Wanted velocity of the point, world frame, shape (2,) [m/s].
         ahead: How far the point lies ahead of the robot's origin [m], above 0.
 
     References:

@@ -1,7 +1,7 @@
 """Two robots map one building: each tells by radio what it has sighted, and knows what both have seen.
 
 Each robot runs an EKF-SLAM of its own sightings alone, and tells the map of it: the sum of all it has sighted, in one
-message. What it hears it keeps beside its own map and merges anew at every tick for what it believes; merged maps are
+message. What it hears it keeps beside its own map and merges again at every tick for what it believes; merged maps are
 never told. So each sighting counts once, however often a report comes, late or never: who passes on what he has heard
 needs covariance intersection (Julier, Uhlmann 1997), which is safe and gives much of the knowledge away.
 """

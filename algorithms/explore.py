@@ -16,7 +16,7 @@ from .occupancy import OccupancyGrid, lidar_of
 from .waypoints import Waypoints
 
 REPLAN = 4.0
-"""How long a way is followed before the map is looked at anew [s]."""
+"""How long a path is followed before it is planned again [s]."""
 
 
 class Explore:

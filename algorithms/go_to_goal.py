@@ -1,4 +1,4 @@
-"""Goes to a place, or to one after the other: plans on the map, and plans anew when something stands in the way."""
+"""Goes to a place, or to several in order: plans on the map, and plans again when something blocks the path."""
 
 from collections.abc import Sequence
 from dataclasses import replace

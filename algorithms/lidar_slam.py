@@ -36,7 +36,7 @@ class LidarSlam:
 
     A scan becomes part of the map when the robot has moved far enough. It is laid on the last few by a point-to-line
     ICP that starts from odometry and weighs it; when the robot is near a place that it knew long ago, the scan is
-    searched for there, and if it fits, the graph gets a step that closes the loop and is solved anew.
+    searched for there, and if it fits, the graph gets a step that closes the loop and is solved again.
 
     References:
         Lu, Milios, Globally Consistent Range Scan Alignment for Environment Mapping, Autonomous Robots 4, 1997.
@@ -137,7 +137,7 @@ class LidarSlam:
         return joined([self.keyframes[i].surface.moved(pose) for i, pose in zip(numbers, poses, strict=True)])
 
     def _close_loop(self) -> None:
-        """Look for the newest scan among those of long ago, and solve the graph anew if it is found."""
+        """Match the newest scan with those of long ago, and solve the graph again if one fits."""
         newest = len(self.keyframes) - 1
         old = newest - 5 * LOCAL
         if old < 1 or newest < self._closed + LOCAL:

@@ -144,7 +144,7 @@ class MonteCarloLocalization:
         P[:, 2] += steps[:, 2]
 
     def _weigh(self, points: Array, looks: list[Sighting]) -> None:
-        """Weigh the particles by what is seen, and draw them anew when few of them carry the weight."""
+        """Weigh the particles by what is seen, and resample them when few of them carry the weight."""
         if self._nowhere:
             self._particles, self._nowhere = self._likely_places(points, looks, len(self._particles)), False
         by_scan = self._scan_fit(self._particles, points, self._sigma)

@@ -21,7 +21,7 @@ POSTURES = 50
 
 
 class ParameterLearner:
-    """Parameters of the links and their covariance, by recursive least squares that forgets.
+    """Parameters of the links and their covariance, by recursive least squares with exponential forgetting.
 
     Of the motion between two readings it knows W a = y, with W the regressor and y the torques of the motors less those
     of rotors and friction. Both go through one low-pass filter, so that the noise of measured rates does not bias a.

@@ -25,7 +25,7 @@ def sweep(
         typer.Option("--set", metavar="KEY=V1,V2", help="Values to try: robots.scout.odometry.scale=1,1.05"),
     ] = None,
     seconds: Annotated[float | None, typer.Option(help="How long each run is, simulated.", min=0.0)] = None,
-    robot: Annotated[str | None, typer.Option(metavar="R", help="Whom the table is about; all unless given.")] = None,
+    robot: Annotated[str | None, typer.Option(metavar="R", help="The robot in the table; all unless given.")] = None,
     keep: Annotated[bool, typer.Option("--keep", help="Keep the recording of each run.")] = False,
     formats: Formats = "png",
 ) -> None:

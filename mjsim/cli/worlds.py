@@ -13,7 +13,7 @@ from mjsim.progress import say
 
 
 def check(worlds: WorldFiles) -> None:
-    """Say everything that is wrong with world files; nothing when all is well."""
+    """Print every mistake in world files; nothing when there is none."""
     right = [_is_right(path) for path in worlds]
     if not all(right):
         raise typer.Exit(2)
@@ -25,7 +25,7 @@ def fmt(
         bool, typer.Option("--check", help="Change nothing; exit with 1 when a file would change.")
     ] = False,
 ) -> None:
-    """Lay world files out anew, every value and comment kept; names those that change."""
+    """Format world files, keeping every value and comment; print the names of those that change."""
     from mjsim.world import format_file
 
     code = 0

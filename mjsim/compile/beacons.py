@@ -29,7 +29,7 @@ MOST_PICTURES = 900
 BACK_GAP = 0.001
 """From a picture to the back that hides it from behind [m]."""
 FLUSH_GAP = 0.0005
-"""By which a picture that lies exactly in the face of a wall stands out, lest both flicker [m]."""
+"""Offset of a picture that lies exactly in the face of a wall, so that the two do not flicker [m]."""
 PAPER = 0.0002
 """Half the thickness of a beacon that moves [m]."""
 BACK = "#8d867b"

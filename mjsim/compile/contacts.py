@@ -1,4 +1,4 @@
-"""Who touches whom: leaves of doors pass through walls and floor, movers through all that stands still."""
+"""Collision filters: leaves of doors pass through walls and floor, movers through everything static."""
 
 import mujoco
 
@@ -10,7 +10,7 @@ GROUND = ("floor", "wall/")
 
 
 def sort_contacts(spec: mujoco.MjSpec) -> None:
-    """Let leaves and movers touch what they shall; a scene without either stays as it is."""
+    """Set what leaves and movers collide with; a scene without either stays as it is."""
     slides = {joint.parent.name for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_SLIDE}
     movers = {name for name in slides if name.startswith("obstacle/")}
     doors = {joint.parent.name for joint in spec.joints if joint.name.startswith("door/")}

@@ -114,7 +114,7 @@ def lamp_light(lamp: Lamp, brightness: float) -> tuple[Array, Array]:
 
 
 def given_back(world: World) -> float:
-    """Return the share of light that pictures give back: all of it where lamps shall be seen on them."""
+    """Return the share of light that pictures reflect: all of it where they are to show the light of lamps."""
     return 1.0 if world.lamps else GIVEN_BACK
 
 

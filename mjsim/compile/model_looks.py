@@ -1,4 +1,4 @@
-"""How things from files look: their colours, and their materials made anew in the scene."""
+"""How things from files look: their colours, and their materials rebuilt in the scene."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Things from files of MuJoCo and ROS, made anew in the scene.
+"""Things from files of MuJoCo and ROS, rebuilt in the scene.
 
 MuJoCo reads the file by itself, in memory; what enters the scene is made of the numbers it found: bodies, joints,
 geoms, meshes and looks. So a file's own settings, classes and units stay outside, it can be scaled, and many things of
@@ -78,7 +78,7 @@ def add_model(
         solid: What every geom that can be touched has in common.
 
     Raises:
-        ValueError: It shall move and weighs nothing.
+        ValueError: It is movable but has no mass.
     """
     model, scale = original.model, obstacle.scale
     bodies = _add_bodies(body, model, scale=scale, name=name)

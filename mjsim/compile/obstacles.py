@@ -115,7 +115,7 @@ def _stand(spec: mujoco.MjSpec, obstacle: Obstacle, name: str) -> ObstacleBody:
         return ObstacleBody(spec.worldbody, spec.worldbody.add_frame(**place), {})
     body = spec.worldbody.add_body(name=name, **place)
     body.add_freejoint(name=name)
-    # Friction is the larger of the two surfaces' unless one has priority: this one's shall count.
+    # Friction is the larger of the two surfaces' unless one has priority: this one's must count.
     solid = {"priority": 1, "condim": 6, "friction": [obstacle.friction, TWISTING, ROLLING]}
     return ObstacleBody(body, None, solid)
 

@@ -223,7 +223,7 @@ def _without(spans: Column, others: Column) -> Iterator[Span]:
 
 
 def _upright(places: Array, start: Whole, end: Whole, low: Array, high: Array, look: Whole) -> Faces:
-    """Return upright faces with a corner wherever a neighbour has one, lest a crack of a pixel be seen."""
+    """Return upright faces with a corner wherever a neighbour has one, so that no crack of a pixel is seen."""
     heights, level = np.unique(np.concatenate([low, high]), return_inverse=True)
     bottom, top = level.ravel().reshape(2, -1)
     # Every place and height where a face has a corner, in order.

@@ -32,7 +32,7 @@ ON_FLOOR = 1e-6
 BATCH = 2000
 """Boxes that are added one by one to a scene."""
 LAP = 1e-5
-"""How far a box reaches into what it touches at its ends, lest a ray slip between them for a rounded digit [m]."""
+"""How far a box reaches into what it touches at its ends, so that no ray slips between them by rounding [m]."""
 
 WallFinish = tuple[str | None, str, float]
 """Texture, colour and size of a tile [m]."""
@@ -123,7 +123,7 @@ def _add_lines(spec: mujoco.MjSpec, boxes: Sequence[WallBox]) -> None:
 
 
 def _add_boxes(spec: mujoco.MjSpec, boxes: Sequence[WallBox]) -> None:
-    """Add what is bumped into, many boxes in parts of their own: MuJoCo counts a whole scene anew at each geom."""
+    """Add what is bumped into, many boxes in parts of their own: MuJoCo counts the whole scene again at each geom."""
     centers = np.array([box.center for box in boxes]).tolist()
     sizes = [[along + LAP, across, up] for along, across, up in (box.half.tolist() for box in boxes)]
     colors = {look: color_of(look[1]) for look in {box.look for box in boxes}}

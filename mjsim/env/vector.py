@@ -36,7 +36,7 @@ Make = Callable[[], GymEnvironment]
 class VectorEnvironment(VectorEnv[Any, Any, Any]):
     """Environments that step side by side; their actions, observations and rewards are stacked.
 
-    `reset(seed=7)` seeds the first with 7, the next with 8 and so on. An episode that is over begins anew at the next
+    `reset(seed=7)` seeds the first with 7, the next with 8 and so on. An episode that is over restarts at the next
     step, whose action is ignored and whose reward is 0 (Gymnasium's autoreset mode `NEXT_STEP`). As with all that
     begins processes, a script that makes one has `if __name__ == "__main__":` around what it does.
     """
@@ -119,7 +119,7 @@ class VectorEnvironment(VectorEnv[Any, Any, Any]):
                 pipe.send((what, [values[number] for number in share]))
             answers = [pipe.recv() for pipe in self._pipes]
         except (EOFError, BrokenPipeError, OSError):
-            raise MjsimError("a process of the environments has ended; make them anew") from None
+            raise MjsimError("a process of the environments has ended; create them again") from None
         for answer in answers:
             if isinstance(answer, MjsimError):
                 raise answer

@@ -212,4 +212,6 @@ def bring_template(template: str, *, name: str | None) -> Brought:
 
 def _counted(world: World) -> str:
     segments = sum(len(wall.segments()) for wall in world.walls)
-    return f"{len(world.walls)} walls of {segments} segments, {len(world.obstacles)} things"
+    counts = ((len(world.walls), "wall"), (segments, "segment"), (len(world.obstacles), "thing"))
+    walls, parts, things = (f"{count} {noun}" if count == 1 else f"{count} {noun}s" for count, noun in counts)
+    return f"{walls} of {parts}, {things}"

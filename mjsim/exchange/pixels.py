@@ -87,4 +87,4 @@ def _plain(data: bytes, kind: int) -> NDArray[np.generic]:
     try:
         return np.array(words, dtype=np.int64) if words else np.zeros(0, dtype=np.int64)
     except (ValueError, OverflowError):
-        raise ValueError("holds what is no number; write it anew") from None
+        raise ValueError("holds a value that is not a number; export it again") from None

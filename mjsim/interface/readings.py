@@ -98,7 +98,7 @@ class Scan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ImuReading:
-    """What an inertial sensor felt, as the mean since its last reading, in its own frame."""
+    """What an inertial sensor measured, as the mean since its last reading, in its own frame."""
 
     stamp: float
     """When its period ended [s]."""

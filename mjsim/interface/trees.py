@@ -111,17 +111,7 @@ def observation_tree(seen: Observation, numbers: Numbers, *, pictures: bool) -> 
                 for name, tag in seen.ranges.items()
             }
         ),
-        "encoders": Named(
-            {
-                name: {
-                    "stamp": ticks.stamp,
-                    "counts": _stack(ticks.counts),
-                    "resolution": ticks.resolution,
-                    "bits": ticks.bits,
-                }
-                for name, ticks in seen.encoders.items()
-            }
-        ),
+        **{kind: _readings(getattr(seen, kind)) for kind in _PLAIN},
         "joints": Named({name: joint_tree(state) for name, state in seen.joints.items()}),
         "proximity": _stack(seen.proximity),
         "bump": _stack(seen.bump),
@@ -130,6 +120,26 @@ def observation_tree(seen: Observation, numbers: Numbers, *, pictures: bool) -> 
             [{"sender": each.sender, "stamp": each.stamp, "text": Text(each.text)} for each in seen.messages],
         ),
     }
+
+
+def _readings(readings: Mapping[str, Any]) -> Named:
+    """Return readings by their sensors: the fields of each, tuples and arrays counted first."""
+    return Named(
+        {
+            name: {part.name: _number_or_stack(getattr(reading, part.name)) for part in fields(reading)}
+            for name, reading in readings.items()
+        }
+    )
+
+
+def _number_or_stack(value: Any) -> Tree:
+    return _stack(value) if isinstance(value, (tuple, np.ndarray)) else value
+
+
+_OWN_FORM = {"time", "dt", "odometry", "sightings", "cameras", "scans", "imu", "ranges", "joints", "proximity", "bump"}
+_OWN_FORM |= {"messages"}
+_PLAIN = tuple(part.name for part in fields(Observation) if part.name not in _OWN_FORM)
+"""Kinds of readings that are told field by field; a new kind is one of them unless it is given a form of its own."""
 
 
 def estimate_tree(belief: Estimate, numbers: Numbers) -> dict[str, Tree]:

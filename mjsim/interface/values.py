@@ -16,7 +16,7 @@ if TYPE_CHECKING:  # most robots have no arm
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointGoal:
-    """Where the joints of an arm shall be now, and how they shall move on until the next goal; one number a joint."""
+    """Set-points of the joints of an arm, and how they move until the next goal; one number a joint."""
 
     positions: tuple[float, ...]
     """[rad], or [m] of joints that slide."""

@@ -18,6 +18,6 @@ class JointMotion:
     torques: Array
     """Of the motors, at the joints [N m, N]."""
     goal: Array
-    """Where they shall be."""
+    """Set-points of the joints."""
     tool: Array | None = None
     """world_from_tool of an arm, shape (4, 4) [m]; None where there is none."""

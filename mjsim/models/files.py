@@ -246,7 +246,7 @@ class Gatherer:
                 item.set(key, self.asset(posixpath.join(folders[item.tag], name), item.tag))
 
     def asset(self, name: str, kind: str, *, variant: str = "") -> str:
-        """Take a mesh or a texture; return the name by which the text shall call it."""
+        """Take a mesh or a texture; return the name that the text must use for it."""
         path = self._resolved(name)
         if path + variant in self._flat:
             return self._flat[path + variant]

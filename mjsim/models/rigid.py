@@ -1,4 +1,4 @@
-"""What of a model is rigid: bodies that no joint parts, their mass and inertia, and the joints between them."""
+"""Rigid parts of a model: bodies that no joint separates, their mass and inertia, and the joints between them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

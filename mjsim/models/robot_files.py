@@ -101,7 +101,7 @@ class _RobotBuilder(Builder):
 
 
 class _RobotGatherer(Gatherer):
-    """Reads the files of a robot; what is amiss with a mesh or a picture leaves it out."""
+    """Reads the files of a robot; a faulty mesh or picture is left out."""
 
     builder = _RobotBuilder
 

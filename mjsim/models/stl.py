@@ -1,4 +1,4 @@
-"""STL files of strangers made ones that MuJoCo reads: binary, and of a number of triangles that pictures can bear."""
+"""Converts STL files to what MuJoCo reads: binary, with a bounded number of triangles."""
 
 import re
 

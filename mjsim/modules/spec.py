@@ -19,7 +19,7 @@ def module_of(spec: str, *, role: str, robot: str) -> tuple[Any, Use]:
             folder; then keyword arguments as YAML in braces, such as
             'mjsim.algorithms.ekf_slam:EkfSlam{jacobians: standard}'.
         role: What it is for.
-        robot: Whom it is for.
+        robot: The robot that it drives.
 
     Raises:
         UsageError: It is not written so, there is no such module or class, or it does not take these arguments.

@@ -1,4 +1,4 @@
-"""The records of an MCAP file, within bounds: whoever made the file, reading it ends and takes little memory.
+"""The records of an MCAP file, within bounds: reading terminates and uses bounded memory for any file.
 
 A file may be cut anywhere, as a run may be killed at any time; what stands before the cut is good. So what is broken
 ends the file, and is no error. What is larger than any recording of ours is one.

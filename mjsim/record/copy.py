@@ -1,4 +1,4 @@
-"""A recording written anew from another: every message is kept as it stands, left out, or followed by new ones."""
+"""Copies a recording: every message is kept byte for byte, left out, or followed by new ones."""
 
 import json
 import os

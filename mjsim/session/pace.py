@@ -16,7 +16,7 @@ class Pace:
         self._anchor: tuple[float, float] | None = None
 
     def forget(self) -> None:
-        """Begin anew with the next tick: the run stood still, or its factor changed."""
+        """Restart the pace with the next tick: the run was paused, or its factor changed."""
         self._anchor = None
 
     def left(self, simulated: float) -> float:

@@ -52,7 +52,7 @@ class Session(Closes):
             world: What is simulated.
             seed: Of all chance; that of the world unless given.
             seconds: How long, simulated [s]; as the world says unless given.
-            drivers: The modules of each robot; those of the world unless given, made anew at each start.
+            drivers: The modules of each robot; those of the world unless given, created again at each start.
             record: The MCAP file to write, or its name from `reserve`; none unless given. A restart writes another one,
                 under the next free name: 'run.mcap', 'run-2.mcap' and so on.
             overwrite: Whether `record` may replace a file; then a restart replaces it as well.

@@ -7,7 +7,7 @@ from mjsim.world import Route, World, item_names, route_of
 
 
 class Movers:
-    """Puts the movers of a world where they are at a time, with the velocity that what they touch shall feel."""
+    """Puts the movers of a world where they are at a time, with the velocity that contacts must see."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, world: World) -> None:
         """Find the slides of the movers in the compiled world."""

@@ -94,7 +94,7 @@ class Simulation(Closes):
     def reset(self, seed: int | None = None) -> None:
         """Go back to the start: from now on all is byte for byte as in a new simulation of that seed.
 
-        It is quick, as nothing is compiled again and the cameras keep what they draw with. `robots` is made anew.
+        It is quick, as nothing is compiled again and the cameras keep what they draw with. `robots` is created again.
 
         Args:
             seed: Of all chance from now on; the same again unless given.

@@ -44,7 +44,7 @@ class SweepPlan:
     seconds: float | None = None
     """How long each run is, simulated [s]; as the world says unless given."""
     robot: str | None = None
-    """Whom the table is about; all robots unless given."""
+    """The robot that the table is about; all robots unless given."""
     keep: bool = False
     """Whether the recordings stay."""
 

@@ -63,7 +63,7 @@ def run_on_processes(
 
 
 class _Worker:
-    """A process that runs one job at a time. It ends when this object is closed, or whoever holds it is no more."""
+    """A process that runs one job at a time. It ends when this object is closed, or when its owner has ended."""
 
     def __init__(self) -> None:
         # Nothing is ever sent: the other side wakes when this side is gone, for whatever reason.

@@ -45,7 +45,7 @@ def write_results(
         store: Where they go.
         plan: Of the sweep.
         outcomes: One of each job, in the order of the jobs.
-        robots: Whom the table is about.
+        robots: Robots in the table.
         formats: Of the plots.
 
     Raises:

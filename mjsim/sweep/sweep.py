@@ -46,7 +46,7 @@ def sweep(
         folder: Where everything goes; a sweep that did not come to its end goes on there.
         settings: Key of the world, such as 'robots.scout.odometry.noise.turn' -> its values; all combinations are run.
         seconds: How long each run is, simulated [s]; as the world says unless given.
-        robot: Whom the table is about; all robots unless given.
+        robot: The robot that the table is about; all robots unless given.
         workers: Processes of this machine; one a core unless given.
         dask: Address of the scheduler of a Dask cluster that runs it instead.
         keep: Whether recordings stay, beside the figures of each run.

@@ -24,7 +24,7 @@ def rows_of(plan: SweepPlan, outcomes: Sequence[Outcome], robots: Sequence[str])
     Args:
         plan: Of the sweep.
         outcomes: One of each job, in the order of the jobs.
-        robots: Whom the table is about.
+        robots: Robots in the table.
     """
     cases = plan.cases()
     found = [{name: _flat(outcome, name) for name in robots} for outcome in outcomes]

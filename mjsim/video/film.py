@@ -48,7 +48,7 @@ def make_video(
         recording: What is shown.
         path: The file; it is there only once the film is whole.
         view: 'plan', 'chase', 'overview' or 'ROBOT/CAMERA' alone; all in one unless given.
-        follow: Whom the close-up follows, 'truth', 'estimate' or 'nothing'; as the world says unless given.
+        follow: What the close-up follows, 'truth', 'estimate' or 'nothing'; as the world says unless given.
         sightings: Whether lines lead to what is seen; as the world says unless given, and so on.
         ellipses: Whether 95 % ellipses are shown.
         trails: Whether the ways of the robot are shown.

@@ -75,7 +75,7 @@ class Panel:
         return plan
 
     def _take_away(self, removed: frozenset[str]) -> None:
-        """Draw the plan anew where it shows something else now; trails stay elsewhere."""
+        """Redraw the plan where it has changed; trails stay elsewhere."""
         before, self._removed = self._background(), removed
         now = self._background()
         other = (before != now).any(axis=2)

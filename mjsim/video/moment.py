@@ -53,7 +53,7 @@ class Moment:
 def moment_of(
     tick: Tick, robot: str, *, before: Moment | None, lidars: Mapping[str, Array] = MappingProxyType({})
 ) -> Moment:
-    """Return what is drawn of a tick; what it does not tell anew is taken from the moment before.
+    """Return what is drawn of a tick; what it does not update is taken from the moment before.
 
     Args:
         tick: A turn of the loop.

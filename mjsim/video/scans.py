@@ -43,7 +43,7 @@ def scan_points(scan: Scan, robot_from_lidar: Array, pose: Array) -> Array:
 def newest_points(
     scans: Mapping[str, Scan], mounts: Mapping[str, Array], pose: Array, before: Mapping[str, Array]
 ) -> dict[str, Array]:
-    """Return the points of each lidar's newest scan, of which those that did not come anew stay."""
+    """Return the points of each lidar's newest scan, keeping those of lidars without a new one."""
     return {**before, **{name: scan_points(scan, mounts[name], pose) for name, scan in scans.items() if name in mounts}}
 
 

@@ -1,4 +1,4 @@
-"""Connections are bounded in number and in time, and strangers never keep out who is known."""
+"""Connections are bounded in number and time, and unauthenticated clients never keep out authenticated ones."""
 
 import asyncio
 import sys
@@ -34,7 +34,7 @@ class Limits:
     known: int = field(default_factory=lambda: max(60, min(_open_files() // 4, 300)))
     """Connections that have."""
     stranger: float = 10.0
-    """A stranger's connection is closed after this long, whatever it does [s]."""
+    """An unauthenticated connection is closed after this long, whatever it does [s]."""
     idle: float = 60.0
     """One that stops in the middle of a request, or does not take its answer, is closed after this long [s]."""
     ping: float = 20.0
@@ -99,7 +99,7 @@ class Connections:
         self._known: set[Visitor] = set()
 
     def arrive(self, transport: asyncio.Transport) -> Visitor:
-        """Register a connection; the oldest stranger makes room."""
+        """Register a connection; the oldest unauthenticated one is closed when there are too many."""
         while len(self._strangers) >= self._most:
             self._drop(next(iter(self._strangers)))
         visitor = Visitor(self, transport)
@@ -121,7 +121,7 @@ class Connections:
         self._known.discard(visitor)
 
     def make_room(self) -> None:
-        """Close all connections of strangers, and allow fewer from now on: this process has no files for more."""
+        """Close all unauthenticated connections, and allow fewer from now on: file descriptors have run out."""
         self._most = max(3 * self.limits.batch, min(self._most, len(self._strangers)) // 2)
         for visitor in list(self._strangers):
             self._drop(visitor)

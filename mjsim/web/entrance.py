@@ -44,7 +44,7 @@ class Entrance:
             await send({"type": "websocket.close", "code": 1008})
         else:
             response = await self._answer(Request(scope, receive))
-            # A stranger's connection is not kept.
+            # Connections of unauthenticated clients are closed.
             response.headers["Connection"] = "close"
             await response(scope, receive, send)
 
@@ -59,7 +59,7 @@ class Entrance:
             await self._app(scope, receive, send)
 
     async def _answer(self, request: Request) -> Response:
-        """Answer a stranger."""
+        """Answer an unauthenticated client."""
         peer = _peer(request.scope)
         if request.url.path == LOGIN and request.method == "POST":
             return await self._log_in(request, peer)

@@ -1,4 +1,4 @@
-"""What strangers see: where the token is asked for, and the step from a one-time address to the page."""
+"""Pages for unauthenticated clients: the form for the token, and the step from a one-time address to the page."""
 
 from html import escape
 

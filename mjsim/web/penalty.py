@@ -8,7 +8,7 @@ from collections.abc import Callable
 FIRST, LONGEST = 0.25, 4.0
 """Delay of the first wrong token and of later ones, each twice as long [s]."""
 FORGIVEN = 60.0
-"""Without a wrong token for so long a peer begins anew [s]."""
+"""Time without a wrong token after which the count of a peer is reset [s]."""
 AT_ONCE = 4
 """Tokens of one peer that may be waiting for their answers."""
 MOST_PEERS = 1000
@@ -44,7 +44,7 @@ class Penalty:
                 del self._waiting[peer]
 
     def forgive(self, peer: str) -> None:
-        """Begin anew with a peer that gave the right token."""
+        """Reset the count of a peer that gave the right token."""
         self._wrong.pop(peer, None)
 
 

@@ -1,4 +1,4 @@
-"""Pictures that people bring, checked by decoding them and written anew; and small ones to choose from."""
+"""Uploaded pictures, checked by decoding and encoded again; and thumbnails to choose from."""
 
 import re
 from pathlib import PurePosixPath

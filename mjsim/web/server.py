@@ -56,7 +56,7 @@ class Server(Closes):
             routes: Of HTTP and WebSocket.
             host: Address to listen at.
             port: A free one unless given.
-            token: Lets in whoever knows it, besides the one-time addresses that `url` gives.
+            token: Admits every client that knows it, besides the one-time addresses that `url` gives.
             without_token: Let in every program and user of this machine; for the loopback address alone.
             closing: Called when it ends, before browsers are let go.
             limits: Of connections.
@@ -144,7 +144,7 @@ class Server(Closes):
 
 
 def _settings(app: ASGIApp, limits: Limits) -> uvicorn.Config:
-    """Return how an application is served to people who may be strangers."""
+    """Return the configuration of a server whose clients may be unauthenticated."""
     return uvicorn.Config(
         app,
         http=HttpConnection,
@@ -159,7 +159,7 @@ def _settings(app: ASGIApp, limits: Limits) -> uvicorn.Config:
         # Anybody could claim another address with its headers.
         proxy_headers=False,
         log_config=None,
-        # Requests that are no HTTP are refused; strangers shall not fill the terminal with them.
+        # Requests that are no HTTP are refused; unauthenticated clients must not fill the terminal with them.
         log_level="error",
         access_log=False,
         server_header=False,

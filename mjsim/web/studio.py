@@ -38,7 +38,7 @@ class Studio(Closes):
             world: What the page opens first: a file of the folder, or `shipped:NAME` for a shipped world.
             host: Address to listen at.
             port: Of the page; a free one unless given.
-            token: Lets in whoever knows it, besides the one-time addresses that `url` gives; 16 characters or more.
+            token: Admits clients that know it, besides the one-time addresses that `url` gives; 16 characters or more.
             without_token: Let in every user and program of this machine; for the loopback address alone.
 
         Raises:

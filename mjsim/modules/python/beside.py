@@ -82,7 +82,7 @@ class Beside(MetaPathFinder, Loader):
                 let_go()
 
     def _stand(self) -> None:
-        """Be found by imports."""
+        """Register with the import system."""
         for name, module in self._modules.items():
             sys.modules.setdefault(name, module)
         if self not in sys.meta_path:

@@ -20,7 +20,7 @@ def make_class(use: Use, source: Source, *, role: str, robot: str) -> Any:
         use: 'dotted.module:Class' or 'file.py:Class', and keyword arguments.
         source: Where the world was written.
         role: What it is for.
-        robot: Whom it is for.
+        robot: The robot that it drives.
 
     Raises:
         UsageError: There is no such module or class, or it does not take these arguments.

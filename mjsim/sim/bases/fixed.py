@@ -1,4 +1,4 @@
-"""Bases that stand: nothing moves them, and no wheel tells anything."""
+"""Fixed bases: nothing moves them, and there are no wheels."""
 
 from collections.abc import Sequence
 
@@ -19,7 +19,7 @@ class _Standing:
         return ()
 
     def retune(self, noise: DriveNoise) -> None:
-        """Do nothing: what does not move does not err."""
+        """Do nothing: a fixed base has no noise."""
 
 
 def _motion(rotations: Sequence[float], steering: Steering) -> Twist:

@@ -53,7 +53,7 @@ class Sensed:
         self._in_a_row[field] = (*self._in_a_row.get(field, ()), *readings)
 
     def fields(self) -> dict[str, Any]:
-        """Return fields of `Observation`; its dicts are sealed here, as sealing an observation later is dear."""
+        """Return fields of `Observation`; its dicts are sealed here, as sealing an observation later is expensive."""
         return {**self._in_a_row, **{field: Sealed(readings) for field, readings in self._by_name.items()}}
 
 

@@ -1,4 +1,4 @@
-"""The text of a world file laid out anew: every value and every comment stays, only spaces and lines change."""
+"""Formats the text of a world file: every value and comment stays, only spaces and lines change."""
 
 import json
 from pathlib import Path
@@ -70,7 +70,7 @@ def format_text(text: str, *, file: str) -> str:
 
 
 def format_file(path: str | Path, *, write: bool) -> bool:
-    """Lay out a world file anew; return whether it changes.
+    """Format a world file; return whether it changes.
 
     Args:
         path: The file.

@@ -1,4 +1,4 @@
-"""A changed world written back over its text: what differs is written anew, all else stays as it is.
+"""A changed world written back over its text: what differs is rewritten, all else stays as it is.
 
 What stands in an included file or in a repeated item cannot be changed from here, and nothing is lost over it.
 """

@@ -19,7 +19,7 @@ def format_world(world: World) -> str:
     """Return a text that `parse_world` reads as an equal world.
 
     A world that was read from text gives that text; where it was changed since, only what differs is
-    written anew and all other comments stay. Values that say what is the default anyway are left out.
+    rewritten and all other comments stay. Values that say what is the default anyway are left out.
 
     Raises:
         WorldError: What was changed stands in an included file or in a repeated item; it says where.

@@ -6,6 +6,7 @@ from typing import Any
 from mjsim.errors import did_you_mean
 from mjsim.world.ground import KEY
 from mjsim.world.items.arms import RobotArm
+from mjsim.world.items.drives import KINDS
 from mjsim.world.items.events import OpenEvent
 from mjsim.world.items.running import Control, Run, nearest_divisor, step_misfit, whole_steps
 from mjsim.world.items.sensors import SENSOR_KINDS
@@ -154,7 +155,8 @@ def _controlled(robot: Mapping[str, Any]) -> list[str] | None:
     if kind is None and isinstance(robot.get("preset"), str):
         return None
     arms = [str(arm.get("name", RobotArm.model_fields["name"].default)) for _, arm in _items(robot, "arms")]
-    return ["drive", *arms] if kind == "balancing" else arms
+    controlled = isinstance(kind, str) and kind in KINDS and KINDS[kind].controller is not None
+    return ["drive", *arms] if controlled else arms
 
 
 def _no_part(robot: str, part: object, parts: list[str]) -> str:

@@ -95,7 +95,7 @@ class Template:
         """
         self._budget, self._file, self._how, self._asset = budget, file, how, asset
         self._renewed: set[int] = set()
-        """Parts whose nodes are made anew; of all others only values differ."""
+        """Parts whose nodes are rebuilt; of all others only values differ."""
         self._depth = 0
         """How many repeats are around what is being read."""
 

@@ -54,7 +54,7 @@ def require_same_but_noise(before: World, after: World) -> None:
     """
     different = _difference(_quiet(before), _quiet(after))
     if different is not None:
-        raise UsageError(f"{different} cannot change while the run goes on, only noise can; start it anew with that")
+        raise UsageError(f"{different} cannot change while the run goes on, only noise can; start it again with that")
 
 
 def _step(name: str, number: int) -> str:

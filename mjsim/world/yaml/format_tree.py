@@ -75,7 +75,7 @@ class TreeItem:
 
 
 class UnformattableError(Exception):
-    """The text is written in a way that cannot be laid out anew."""
+    """The text is written in a way that cannot be formatted."""
 
 
 def read_tree(text: str) -> tuple[TreeNode, list[str]]:

@@ -1,6 +1,6 @@
 """Balancing drive: two wheels on one axle, no caster, and a body above that falls unless a controller holds it."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -27,6 +27,9 @@ class OwnImu(Model):
 
 class BalancingDrive(AnyDrive):
     """Two wheels on one axle and nothing else; a controller holds the body upright with the torque of both motors."""
+
+    controller: ClassVar[str | None] = "mjsim.algorithms.balance:Lqr"
+    """A linear quadratic regulator, designed from the numbers of the robot."""
 
     type: Literal["balancing"]
     """Which kind of drive."""
@@ -58,11 +61,6 @@ class BalancingDrive(AnyDrive):
             )
             for side, y in SIDES
         )
-
-    @property
-    def controller(self) -> str:
-        """A linear quadratic regulator, designed from the numbers of the robot."""
-        return "mjsim.algorithms.balance:Lqr"
 
     @property
     def own_imu(self) -> Imu:

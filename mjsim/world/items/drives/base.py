@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -115,6 +115,9 @@ class Wheel:
 class AnyDrive(Model):
     """What all drives have: limits, and how far they miss them."""
 
+    controller: ClassVar[str | None] = None
+    """What drives its motors between ticks when a world names nothing, as `use`; None where servos do."""
+
     max_speed: Speed = 0.7
     """[m/s]"""
     max_turn_deg: TurnRate = 100.0
@@ -150,11 +153,6 @@ class AnyDrive(Model):
     def on_casters(self) -> bool:
         """Whether casters ahead and behind keep it upright, so that its mass must lie over its wheels."""
         return False
-
-    @property
-    def controller(self) -> str | None:
-        """What drives its motors between ticks when a world names nothing, as `use`; None where servos do."""
-        return None
 
     @property
     def own_imu(self) -> Imu | None:
