@@ -23,7 +23,7 @@ STEERING_RATE = 40.0
 SAG = 3.47e-4
 """How deep MuJoCo's contacts let a pair of wheels into the floor at rest [m]; nearly the same for all masses and
 sizes."""
-SAGS = {"full": SAG, "shared": 2.15e-4, "tricycle": 3.8e-4, "light": 5.15e-4}
+SAGS = {"full": SAG, "shared": 2.15e-4, "heavy": 3.8e-4, "light": 5.15e-4}
 """That of wheels by what they bear, see `mjsim.world.drives.Wheel.load` [m]."""
 WHEEL_SHARE = 0.05
 """Mass of one wheel, of the robot's."""

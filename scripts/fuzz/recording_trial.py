@@ -48,7 +48,7 @@ run:
 """
 
 
-class Trial:
+class RecordingTrial:
     """Reads inputs one after the other, and remembers the slowest."""
 
     def __init__(self, folder: Path) -> None:

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 from recording_changes import changed_bytes, changed_records, one_of, put_together, taken_apart
-from recording_trial import LIMIT, MEMORY, Trial, seeds
+from recording_trial import LIMIT, MEMORY, RecordingTrial, seeds
 
 from mjsim.bench.large import peak_memory
 
@@ -30,14 +30,14 @@ KEPT = Path(__file__).resolve().parents[2] / "out" / "fuzz"
 """Where the first bad input is kept."""
 
 
-def run_records(trial: Trial, inputs: int, seed: int, data: list[bytes]) -> None:
+def run_records(trial: RecordingTrial, inputs: int, seed: int, data: list[bytes]) -> None:
     """Read recordings of changed records."""
     rng = np.random.default_rng(seed)
     for _ in range(inputs):
         trial.read(changed_records(rng, one_of(rng, data)))
 
 
-def run_bytes(trial: Trial, inputs: int, seed: int, data: list[bytes]) -> None:
+def run_bytes(trial: RecordingTrial, inputs: int, seed: int, data: list[bytes]) -> None:
     """Read recordings of changed bytes."""
     rng = np.random.default_rng(seed)
     for _ in range(inputs):
@@ -69,7 +69,7 @@ def serve_atheris(arguments: list[str]) -> None:
                 atheris.instrument_func(value)
     with tempfile.TemporaryDirectory() as folder:
         parts, rng = taken_apart(seeds(Path(folder))[0]), np.random.default_rng(0)
-        trial = Trial(Path(folder) / "trial")
+        trial = RecordingTrial(Path(folder) / "trial")
         trial.file.parent.mkdir()
 
         def read(data: bytes) -> None:
@@ -91,7 +91,7 @@ def run_engine(engine: str, inputs: int, seed: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         data, place = seeds(Path(folder)), Path(folder) / "trial"
         place.mkdir()
-        trial = Trial(place)
+        trial = RecordingTrial(place)
         try:
             (run_records if engine == "records" else run_bytes)(trial, inputs, seed, data)
         except BaseException:

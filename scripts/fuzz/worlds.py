@@ -92,7 +92,7 @@ BESIDE = {
 """World files beside the one that is read."""
 
 
-class Trial:
+class WorldTrial:
     """Reads inputs one after the other, and remembers the slowest."""
 
     def __init__(self, folder: Path) -> None:
@@ -236,14 +236,14 @@ def _keys_of(schema: dict[str, Any], key: str) -> st.SearchStrategy[str]:
     )
 
 
-def run_changed(trial: Trial, inputs: int, seed: int) -> None:
+def run_changed(trial: WorldTrial, inputs: int, seed: int) -> None:
     """Read shipped worlds that were changed."""
     rng, texts = np.random.default_rng(seed), seeds()
     for _ in range(inputs):
         trial.read(changed(rng, texts))
 
 
-def run_built(trial: Trial, inputs: int, seed: int) -> None:
+def run_built(trial: WorldTrial, inputs: int, seed: int) -> None:
     """Read trees that hypothesis builds."""
 
     @hypothesis_seed(seed)
@@ -282,7 +282,7 @@ def serve_atheris(arguments: list[str]) -> None:
             if callable(value) and getattr(value, "__module__", None) == module and hasattr(value, "__code__"):
                 atheris.instrument_func(value)
     with tempfile.TemporaryDirectory() as folder:
-        trial = Trial(Path(folder))
+        trial = WorldTrial(Path(folder))
         atheris.Setup([sys.argv[0], *arguments], trial.read)
         atheris.Fuzz()
 
@@ -309,7 +309,7 @@ def main() -> int:
             print(f"bytes: {share} inputs, no traceback, {time.perf_counter() - start:.0f} s")
             continue
         with tempfile.TemporaryDirectory() as folder:
-            trial = Trial(Path(folder))
+            trial = WorldTrial(Path(folder))
             try:
                 (run_changed if engine == "changed" else run_built)(trial, share, options.seed)
             except BaseException:

@@ -3,12 +3,13 @@
 import copy
 import pickle
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pytest
 
 import mjsim
+from mjsim.interface import Numbers, Observation, WheelTicks, observation_tree
 from mjsim.modules import checked_command, checked_estimate, checked_sightings, sealed_observation
 from mjsim.modules.covariances import Unfit, covariance, is_plainly_good
 from mjsim.modules.given import _READINGS
@@ -190,3 +191,16 @@ def test_a_sealed_observation_is_read_only_and_a_copy_of_it_is_not():
         mine.scans["scan"].ranges[0] = 2.0
         mine.odometry.covariance[0, 0] = 2.0
     assert seen.scans["scan"].ranges[0] == 1.0
+
+
+def test_modules_in_other_languages_are_told_every_field_of_an_observation():
+    seen = Observation(
+        time=0.0,
+        dt=0.04,
+        odometry=mjsim.Odometry(0.0, 0.0, 0.0, np.zeros((3, 3))),
+        encoders={"wheels": WheelTicks(0.04, (3, -4), 500, 16)},
+    )
+    told = observation_tree(seen, Numbers(), pictures=True)
+    assert {part.name for part in fields(Observation)} - set(told) == {"sightings"}  # they are z, id, R and stamp
+    counts = told["encoders"]["wheels"]["counts"]
+    assert (counts.items.tolist(), told["encoders"]["wheels"]["bits"]) == ([3.0, -4.0], 16)

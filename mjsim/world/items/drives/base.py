@@ -97,9 +97,9 @@ class Wheel:
     """[m]"""
     heading: float = 0.0
     """Direction in which it rolls, robot frame, left positive [rad]."""
-    load: Literal["full", "shared", "tricycle", "light"] = "full"
+    load: Literal["full", "shared", "heavy", "light"] = "full"
     """How much of the robot it bears, which tells how deep it stands in the floor: less where steered wheels bear some,
-    most under the driven wheel of a tricycle; light for one of a mass of its own without a gear."""
+    heavy for a single steered wheel that drives; light for one of a mass of its own without a gear."""
     mass: float | None = None
     """Of its own, as a solid cylinder [kg]; None for a share of the robot's."""
     motor: Motor | TorqueMotor | None = None

@@ -53,7 +53,7 @@ class TricycleDrive(AnyDrive):
             at=(self.driven_x, 0.0),
             radius=self.wheel_radius,
             half_width=half_width(self.wheel_width, radius=self.wheel_radius, track=self.track),
-            load="tricycle",
+            load="heavy",
             motor=geared_motor(share=1.0),
             steer="steer",
         )
