@@ -150,7 +150,7 @@ class JointPath(_ArmPath):
             repeat: Whether it goes back and forth, over and over.
 
         Raises:
-            ValueError: A value cannot be meant.
+            ValueError: A value is out of its range.
         """
         super().__init__(arm, wait=wait, repeat=repeat)
         if law not in PEAKS:
@@ -257,7 +257,7 @@ class ToolPath(_ArmPath):
             repeat: Whether it goes back and forth, over and over.
 
         Raises:
-            ValueError: A value cannot be meant.
+            ValueError: A value is out of its range.
         """
         super().__init__(arm, wait=wait, repeat=repeat)
         if not (math.isfinite(seconds) and seconds > 0.0):

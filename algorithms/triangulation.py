@@ -114,6 +114,6 @@ class Triangulation:
         try:
             pose, covariance = bearings_only(places, bearings, deviations)
         except ValueError:
-            return  # They lie on one circle: this moment tells nothing.
+            return  # They lie on one circle: the position is not determined.
         if np.linalg.det(covariance) < np.linalg.det(self._covariance):
             self._pose, self._covariance = pose.as_array(), covariance

@@ -138,7 +138,7 @@ def _heavier(obstacle: ModelObstacle, model: mujoco.MjModel) -> float:
     # What moves as a whole is what no joint of the file holds.
     base = float(model.body_mass[model.body_weldid == 0].sum())
     if base <= 0.0 and (obstacle.movable or obstacle.path is not None):
-        raise ValueError(f"'{obstacle.model}' weighs nothing and cannot move; give its geoms a mass or a density")
+        raise ValueError(f"'{obstacle.model}' is movable but has no mass; give its geoms a mass or a density")
     return obstacle.mass / total if obstacle.mass is not None else obstacle.scale**3
 
 

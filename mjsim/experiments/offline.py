@@ -14,7 +14,7 @@ from mjsim.sim import Simulation
 GROSS = np.radians(2.0)
 """A sighting whose bearing is off by more than this is of something else [rad]."""
 VAGUE = 0.2
-"""A position whose predicted deviation is larger tells nothing, and is left out [m]."""
+"""Positions whose predicted deviation is larger are left out [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -98,7 +98,7 @@ def check_modules(world: World) -> list[Problem]:
 
 
 def load_runnable(path: str | Path) -> World:
-    """Return the world of a file that can be meant, and whose modules are there.
+    """Return the world of a file, once it is plausible and its modules are there.
 
     Args:
         path: The file, or the name of a shipped world, as for `load_world`.

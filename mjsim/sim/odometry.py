@@ -119,7 +119,7 @@ class WheelOdometer:
         self.retune(errors)
 
     def retune(self, errors: WheelOdometry) -> None:
-        """Err as far as said from now on; what the encoders have counted stays."""
+        """Use this noise from now on; the counts of the encoders stay."""
         self._scale, self._track = errors.scale, 1.0 + errors.track_error
         self._noise = errors.noise.distance, errors.noise.turn
         self._variance = errors.noise.distance**2, errors.noise.turn**2

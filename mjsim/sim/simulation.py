@@ -109,7 +109,7 @@ class Simulation(Closes):
         self._set_up()
 
     def retune(self, world: World) -> None:
-        """Let drives, odometry and sensors err as another world has it, from now on; all else goes on as it was.
+        """Take the noise settings of another world for drives, odometry and sensors from now on; all else is unchanged.
 
         Sources of chance go on where they are, and one that was not in use begins. What modules were told of their
         robot at the start stays as it was. `reset` keeps the new noise.

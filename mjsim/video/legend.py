@@ -1,4 +1,4 @@
-"""The foot of a sheet: a sign of each kind of thing that the plan shows, and what it means."""
+"""The legend of a plan: a symbol for each kind of thing that it shows, and what it means."""
 
 from collections.abc import Callable, Iterator
 

@@ -140,14 +140,14 @@ class EditApi:
 
     def _open(self, ask: OpenAsk) -> Json:
         text, stamp = read_world(self._folder, ask.path)
-        return {"path": ask.path, "text": text, "stamp": stamp, **self._told(ask.path, text)}
+        return {"path": ask.path, "text": text, "stamp": stamp, **self._parsed_json(ask.path, text)}
 
     def _new(self, ask: NewAsk) -> Json:
         path, text = new_world(self._folder, ask.path, template=ask.template)
-        return {"path": path, "text": text, "stamp": None, **self._told(path, text)}
+        return {"path": path, "text": text, "stamp": None, **self._parsed_json(path, text)}
 
     def _parse(self, ask: TextAsk) -> Json:
-        return self._told(ask.path, ask.text)
+        return self._parsed_json(ask.path, ask.text)
 
     def _edit(self, ask: EditAsk) -> Json:
         changes = [Change(change.op, change.path, change.value) for change in ask.changes]
@@ -155,7 +155,7 @@ class EditApi:
             text, node = edited(ask.text, changes, source=source_of(self._folder, ask.path))
         except UnwritableError as error:
             raise RefusedError(409, str(error), path=list(error.path)) from None
-        return {"text": text, **self._told(ask.path, text, read=(node, []))}
+        return {"text": text, **self._parsed_json(ask.path, text, read=(node, []))}
 
     def _save(self, ask: SaveAsk) -> Json:
         stamp = save_world(self._folder, ask.path, text=ask.text, stamp=ask.stamp, overwrite=ask.overwrite)
@@ -200,7 +200,7 @@ class EditApi:
         data = small_picture(self._folder, given.get("path", ""), size=int(size), world=given.get("world"))
         return Response(data, media_type="image/jpeg", headers={**HEADERS, "Cache-Control": "private, max-age=60"})
 
-    def _told(self, path: str, text: str, *, read: Read | None = None) -> Json:
+    def _parsed_json(self, path: str, text: str, *, read: Read | None = None) -> Json:
         found = parsed(text, source_of(self._folder, path), read=read)
         needs = [] if found.world is None else self._trust.asks_for(found.world)
         files = signs_of(self._folder, path, found.told["files"])

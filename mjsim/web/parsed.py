@@ -57,14 +57,16 @@ def parsed(text: str, source: Source, *, read: Read | None = None) -> Parsed:
     try:
         world = parse_world(text, source=source, read=read)
     except WorldError as error:
-        return Parsed(None, _told_of_part(text, source, read=read, problems=error.problems))
+        return Parsed(None, _json_of_part(text, source, read=read, problems=error.problems))
     problems = sorted([*check_world(world), *check_modules(world)])
     node = world.source.written
     told = [_problem(problem, source, paths=_Paths(node), kind="warning") for problem in problems] if problems else []
-    return Parsed(world, {"problems": told, **_told(world, raw or node), "files": _files(read[0], node, world=world)})
+    return Parsed(
+        world, {"problems": told, **_world_json(world, raw or node), "files": _files(read[0], node, world=world)}
+    )
 
 
-def _told(world: World, raw: Node | None) -> Json:
+def _world_json(world: World, raw: Node | None) -> Json:
     whole = world_values(world, raw)
     return {**scene_of(world, raw), "name": world.name, "run": whole["values"]["run"], "world": whole}
 
@@ -84,7 +86,7 @@ def _files(*nodes: Node | None, world: World | None = None, included: Iterable[s
 _NOTHING: Json = {"items": None, "bounds": [-5.0, -5.0, 5.0, 5.0], "name": "", "run": {}, "world": None}
 
 
-def _told_of_part(text: str, source: Source, *, read: Read, problems: Sequence[Problem]) -> Json:
+def _json_of_part(text: str, source: Source, *, read: Read, problems: Sequence[Problem]) -> Json:
     """Return what is wrong with a text, and the items of it that are right."""
     node, _ = read
     if node is None or not isinstance(node.value, dict):
@@ -101,7 +103,7 @@ def _told_of_part(text: str, source: Source, *, read: Read, problems: Sequence[P
     if right is None:
         return {"problems": told, **_NOTHING, "files": files}
     world, kept = right
-    seen = _told(world, node if needs_expansion(text) else None)
+    seen = _world_json(world, node if needs_expansion(text) else None)
     for item in seen["items"]:
         if item["path"][0] in kept:
             item["path"][1] = kept[item["path"][0]][item["path"][1]]

@@ -1,4 +1,4 @@
-"""What was of a run so far, thinned so that it never grows beyond a bound: for who comes late, and for charts."""
+"""History of a run, downsampled to a bound, for late joiners and charts."""
 
 import math
 from array import array

@@ -39,7 +39,7 @@ class Preview:
     """Draws one picture after the other in a thread of its own; of several that wait only the newest is drawn."""
 
     def __init__(self) -> None:
-        """Begin nothing: threads, models and contexts come with the first picture."""
+        """Start lazily; threads, models and contexts are created with the first picture."""
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="preview")
         self._lock = threading.Lock()
         self._newest = 0

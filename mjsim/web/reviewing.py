@@ -53,7 +53,7 @@ def row_at(recording: Recording, time: float) -> int:
 
 @np.errstate(over="ignore", invalid="ignore")  # an estimate may be anywhere
 def row_told(recording: Recording, row: int) -> TickNews:
-    """Return a tick of a recording as one of a run is told."""
+    """Return a recorded tick in the JSON form of a live one."""
     first = row_at(recording, float(recording.time[row]) - PACED_OVER)
     took = float(recording.clock[row] - recording.clock[first])
     robots = {

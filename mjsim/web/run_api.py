@@ -59,7 +59,7 @@ class RunApi:
         self.stage.close()
 
     async def _serve(self, socket: WebSocket) -> None:
-        """Serve a browser until it goes."""
+        """Serve a browser until it disconnects."""
         await socket.accept()
         viewer = Viewer(socket, self.stage)
         self.stage.join(viewer)
@@ -152,7 +152,7 @@ class RunApi:
         """Return the world of a text, with the modules that were chosen.
 
         Raises:
-            WorldError: It is wrong, or cannot be meant.
+            WorldError: It is wrong, or implausible.
             UsageError: Modules were chosen for a robot that is not there, or cannot be.
             RefusedError: The path leaves the folder.
         """

@@ -152,7 +152,7 @@ class Tabs:
         page.due.set()
 
     async def _tell(self, page: "_Page") -> None:
-        """Tell a page what is new until it goes, or the end."""
+        """Send a page its updates until it disconnects or the server ends."""
         while not self._closing:
             page.due.clear()
             for news in await asyncio.to_thread(page.news, self._drafts):

@@ -346,7 +346,7 @@ def test_what_only_mujoco_finds_wrong_is_told_at_the_line_too(tmp_path):
 def test_a_thing_without_mass_is_not_movable(tmp_path):
     (tmp_path / "air.xml").write_text('<mujoco><worldbody><geom size="1" mass="0"/></worldbody></mujoco>')
     check_models(world_of(tmp_path, "at: [1, 1], model: air.xml"))
-    with pytest.raises(WorldError, match="weighs nothing and cannot move"):
+    with pytest.raises(WorldError, match="is movable but has no mass"):
         check_models(world_of(tmp_path, "at: [1, 1], model: air.xml, movable: true"))
 
 

@@ -1,4 +1,4 @@
-"""What is well written but cannot be meant is told with its place; what can be meant is let be."""
+"""What is valid but implausible is reported with its place; what is plausible is let be."""
 
 import pytest
 

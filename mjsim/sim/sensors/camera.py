@@ -23,7 +23,7 @@ from mjsim.sim.streams import Streams
 from mjsim.world import Camera, Depth, Robot
 
 MIDDLE_GREY, MOST_GAIN = 118.0, 8.0
-"""What automatic exposure brings the mean of a picture to, of 255, and by how much at most."""
+"""Target of automatic exposure for the mean of a picture, on a 0 to 255 scale, and its largest gain."""
 
 
 def robot_from_camera(camera: Camera) -> Array:
@@ -206,7 +206,7 @@ class PixelNoise:
         """Tabulate the errors of 65536 equally likely chances: two random bytes a value, and no more to compute.
 
         Args:
-            deviation: Standard deviation, of 255.
+            deviation: Standard deviation, on a 0 to 255 scale.
             stream: Source of chance.
         """
         from scipy.special import ndtri  # A camera without noise need not wait for it.

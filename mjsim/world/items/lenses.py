@@ -1,4 +1,4 @@
-"""Lenses as a world file describes them, and how they bend the way of light."""
+"""Lenses as a world file describes them, and how they distort light rays."""
 
 from typing import Annotated, Self
 
