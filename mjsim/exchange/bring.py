@@ -16,7 +16,7 @@ from mjsim.exchange.landmarks import SPEED, read_landmarks, world_from_landmarks
 from mjsim.exchange.maps import name_of, specks, world_from_grid
 from mjsim.exchange.maze import maze_size, maze_world
 from mjsim.exchange.place import Newcomer, with_newcomer
-from mjsim.exchange.plan_in import Plan, read_plan
+from mjsim.exchange.plan_in import FloorPlan, read_plan
 from mjsim.exchange.svg_in import read_svg
 from mjsim.exchange.template import template_text
 from mjsim.exchange.text import world_text
@@ -82,7 +82,7 @@ def drawing_of(path: Path, reading: Reading) -> Drawing:
     return (read_dxf if path.suffix.lower() == ".dxf" else read_svg)(path, layers=reading.layers)
 
 
-def plan_of(path: Path, reading: Reading) -> tuple[Plan, Drawing]:
+def plan_of(path: Path, reading: Reading) -> tuple[FloorPlan, Drawing]:
     """Return what an SVG or DXF drawing becomes, and its lines.
 
     Raises:

@@ -54,7 +54,7 @@ _LEFT: dict[Role | None, str] = {"note": "lines of notes", "stairs": "lines of s
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Plan:
+class FloorPlan:
     """What a drawing became."""
 
     world: World
@@ -88,7 +88,7 @@ def read_plan(
     scale: float | None = None,
     thickness: float | None = None,
     furniture: bool = True,
-) -> Plan:
+) -> FloorPlan:
     """Return the world of a drawing; the lower left corner of what is drawn as walls becomes [0, 0].
 
     Args:
@@ -124,7 +124,7 @@ def read_plan(
     _count_openings(named, counts)
     world = World(name=name, walls=tuple(named), obstacles=tuple(things))
     place = (corner / metres).tolist()
-    return Plan(world, metres, (place[0], place[1]), [*_said(counts), *drawing.notes])
+    return FloorPlan(world, metres, (place[0], place[1]), [*_said(counts), *drawing.notes])
 
 
 def _sorted(lines: Sequence[Line]) -> _Sorted:

@@ -30,7 +30,7 @@ from .readings import WheelTicks as WheelTicks
 from .readings import message_text as message_text
 from .trees import Named as Named
 from .trees import Numbers as Numbers
-from .trees import Rows as Rows
+from .trees import RecordList as RecordList
 from .trees import Stack as Stack
 from .trees import Text as Text
 from .trees import Tree as Tree

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
-from mjsim.interface.trees import Named, Rows, Stack, Text, Tree
+from mjsim.interface.trees import Named, RecordList, Stack, Text, Tree
 
 _NO_NAME = re.compile(r"[^A-Za-z0-9_]")
 _LARGE = 64
@@ -77,7 +77,7 @@ class Doubles:
             return self._picture(tree) if tree.dtype == np.uint8 else self._array(np.asarray(tree, dtype=float))
         if isinstance(tree, Text):
             return f"char({self._stack(np.frombuffer(tree.text.encode(), np.uint8).astype(float))})"
-        return self._table(tree) if isinstance(tree, Rows) else self._list(tree)
+        return self._table(tree) if isinstance(tree, RecordList) else self._list(tree)
 
     def _struct(self, tree: Mapping[str, Tree]) -> str:
         names = octave_names(tree) if isinstance(tree, Named) else {name: name for name in tree}
@@ -99,7 +99,7 @@ class Doubles:
             return self._array(np.atleast_2d(array).astype(float))
         return f"{{{','.join(self.put(item) for item in items)}}}"
 
-    def _table(self, table: Rows) -> str:
+    def _table(self, table: RecordList) -> str:
         if not table.rows:
             empty = [f"'{key}',{{}}" for key in table.keys]
             return f"struct({','.join(empty)})"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.interface.trees import Rows, Stack, Text, Tree
+from mjsim.interface.trees import RecordList, Stack, Text, Tree
 
 
 def json_line(tree: Tree) -> bytes:
@@ -31,7 +31,7 @@ def _plain(tree: Tree) -> Any:
         return _nested(tree.items)
     if isinstance(tree, np.ndarray):
         return _nested(tree) if tree.dtype == np.float64 and tree.size <= 64 else _packed(tree)
-    if isinstance(tree, Rows):
+    if isinstance(tree, RecordList):
         return [_plain(row) for row in tree.rows]
     if isinstance(tree, Text):
         return tree.text

@@ -34,7 +34,7 @@ from mjsim.interface.values import (
 )
 
 Tree = Any
-"""A dict, list, text, number, None, array, `Stack`, `Named` or `Rows`."""
+"""A dict, list, text, number, None, array, `Stack`, `Named` or `RecordList`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,7 +50,7 @@ class Named(dict[str, Tree]):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rows:
+class RecordList:
     """A list of dicts that all have the same keys, also when it is empty."""
 
     keys: Sequence[str]
@@ -115,7 +115,7 @@ def observation_tree(seen: Observation, numbers: Numbers, *, pictures: bool) -> 
         "joints": Named({name: joint_tree(state) for name, state in seen.joints.items()}),
         "proximity": _stack(seen.proximity),
         "bump": _stack(seen.bump),
-        "messages": Rows(
+        "messages": RecordList(
             ("sender", "stamp", "text"),
             [{"sender": each.sender, "stamp": each.stamp, "text": Text(each.text)} for each in seen.messages],
         ),
@@ -205,7 +205,7 @@ def robot_tree(
         "twist_from_wheels": robot.twist_from_wheels,
         "outline": None if robot.outline is None else Stack(robot.outline),
         "sensors": Named({name: _sensor(sensor) for name, sensor in robot.sensors.items()}),
-        "catalogue": Rows(
+        "catalogue": RecordList(
             ("name", "width", "height", "pose", "center", "marker", "anchor", "image"),
             [_beacon(beacon, pictures=pictures) for beacon in catalogue.values()],
         ),
@@ -226,7 +226,7 @@ def _arm(arm: ArmInfo) -> dict[str, Tree]:
 
 def _map(map: WorldMap) -> dict[str, Tree]:
     beacons = [{"name": name, "pose": pose.as_array()} for name, pose in map.beacons.items()]
-    return {"segments": Stack(map.segments), "beacons": Rows(("name", "pose"), beacons)}
+    return {"segments": Stack(map.segments), "beacons": RecordList(("name", "pose"), beacons)}
 
 
 def _beacon(beacon: BeaconInfo, *, pictures: bool) -> dict[str, Tree]:

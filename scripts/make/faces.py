@@ -12,7 +12,7 @@ from pathlib import Path
 
 MJSIM = Path(__file__).resolve().parents[2] / "mjsim"
 INTERFACE, DRIVES = MJSIM / "interface", MJSIM / "world" / "items" / "drives"
-WIRE = {"Doubles", "Named", "Numbers", "Rows", "Stack", "Text", "Tree"}
+WIRE = {"Doubles", "Named", "Numbers", "RecordList", "Stack", "Text", "Tree"}
 WIRE |= {"answer_of", "command_tree", "doubles_of", "estimate_tree", "fast_tree", "joint_tree", "json_line"}
 WIRE |= {"observation_tree", "octave_name", "octave_names", "quoted", "robot_tree"}
 NOT_FOR_USERS = {"LONGEST_MESSAGE", "Picture", "message_text", *WIRE}

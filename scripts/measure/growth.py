@@ -42,7 +42,7 @@ SPOTS = ((0.07, 1.0, 0), (0.07, 2.0, 0), (5.93, 2.0, 180), (5.93, 3.5, 180), (5.
 
 
 @dataclass(frozen=True)
-class Curve:
+class GrowthCurve:
     """One curve: what it shows, and what measures it at each size."""
 
     name: str
@@ -60,7 +60,7 @@ class GrowthPlot:
     across: str
     up: str
     sizes: Sequence[int]
-    curves: Sequence[Curve]
+    curves: Sequence[GrowthCurve]
 
 
 def pictures_of(make: Callable[[], World], places: Callable[[], Sequence[Pose]], *, worth: int) -> Prepare:
@@ -168,10 +168,10 @@ PLOTS = (
         "pictures a second",
         SEGMENTS,
         (
-            Curve("as it is drawn", in_office(ASKED)),
-            Curve("what walls hide drawn too", in_office(NEVER)),
-            Curve("wall by wall, nothing left out", lambda n: office_geom_by_geom(n), 1000),
-            Curve("floor: one textured quad", lambda n: picture_floor(WIDTH, HEIGHT)),
+            GrowthCurve("as it is drawn", in_office(ASKED)),
+            GrowthCurve("what walls hide drawn too", in_office(NEVER)),
+            GrowthCurve("wall by wall, nothing left out", lambda n: office_geom_by_geom(n), 1000),
+            GrowthCurve("floor: one textured quad", lambda n: picture_floor(WIDTH, HEIGHT)),
         ),
     ),
     GrowthPlot(
@@ -181,11 +181,11 @@ PLOTS = (
         "pictures a second",
         BEACONS,
         (
-            Curve("in an office, five a room", in_furnished_office),
-            Curve(
+            GrowthCurve("in an office, five a room", in_furnished_office),
+            GrowthCurve(
                 "in one hall, before the camera", lambda n: pictures_of(lambda: one_hall(n), hall_places, worth=ASKED)
             ),
-            Curve("floor: one textured quad", lambda n: picture_floor(WIDTH, HEIGHT)),
+            GrowthCurve("floor: one textured quad", lambda n: picture_floor(WIDTH, HEIGHT)),
         ),
     ),
     GrowthPlot(
@@ -195,9 +195,9 @@ PLOTS = (
         "ms a tick",
         ROBOTS,
         (
-            Curve("with a lidar each", ticks_of(LIDAR)),
-            Curve("with a camera each, 320 x 240", ticks_of(SMALL)),
-            Curve("without", ticks_of("")),
+            GrowthCurve("with a lidar each", ticks_of(LIDAR)),
+            GrowthCurve("with a camera each, 320 x 240", ticks_of(SMALL)),
+            GrowthCurve("without", ticks_of("")),
         ),
     ),
     GrowthPlot(
@@ -207,8 +207,10 @@ PLOTS = (
         "ms",
         LANDMARKS,
         (
-            Curve("first estimates", lambda n: filter_time(lambda: EkfSlamFilter(jacobians="first-estimates"), n)),
-            Curve("invariant", lambda n: filter_time(InvariantEkfSlamFilter, n)),
+            GrowthCurve(
+                "first estimates", lambda n: filter_time(lambda: EkfSlamFilter(jacobians="first-estimates"), n)
+            ),
+            GrowthCurve("invariant", lambda n: filter_time(InvariantEkfSlamFilter, n)),
         ),
     ),
 )

@@ -33,7 +33,7 @@ def shown_path(path: Sequence[str | int]) -> str:
 
 
 @dataclass(slots=True)
-class Place:
+class TextPlace:
     """Where a path of the world leads in the text."""
 
     path: Path
@@ -110,7 +110,7 @@ class EditedText:
         if self._cuts:
             self._restructure([])
 
-    def place(self, path: Path) -> Place:
+    def place(self, path: Path) -> TextPlace:
         """Return where a path leads, as far as it is written.
 
         Raises:
@@ -118,7 +118,7 @@ class EditedText:
         """
         raw = self._raw
         said = None if self._written is None else self._written.value
-        place = Place(path, [], [self._root], [], self._written, said, [])
+        place = TextPlace(path, [], [self._root], [], self._written, said, [])
         for number, step in enumerate(path):
             here, span = path[: number + 1], place.span
             if span.shared:
@@ -139,7 +139,7 @@ class EditedText:
             place.node = inner
         return place
 
-    def replace(self, place: Place, value: Any) -> None:
+    def replace(self, place: TextPlace, value: Any) -> None:
         """Write another value in place of one."""
         if place.span.shared:
             raise UnwritableError(place.path, _SHARED)
@@ -158,7 +158,7 @@ class EditedText:
             self._cuts += [(mark, mark, f" {_written(value, span)}"), gone]
         self.settle()
 
-    def insert(self, place: Place, index: int, values: Sequence[Any]) -> None:
+    def insert(self, place: TextPlace, index: int, values: Sequence[Any]) -> None:
         """Put items into a list, before one of its own items."""
         self.settle_at(place)
         span = place.span
@@ -180,7 +180,7 @@ class EditedText:
         line = ", ".join(inline(item) for item in values)
         self._restructure(put_in(self._text, span, index, line=line, lines=lines))
 
-    def insert_key(self, place: Place, value: Any) -> None:
+    def insert_key(self, place: TextPlace, value: Any) -> None:
         """Write the key that is not there, with those around it that are not there either."""
         if any(isinstance(step, int) for step in place.rest):
             raise UnwritableError(place.path, "is not there; it may come from a preset, set the whole list")
@@ -205,7 +205,7 @@ class EditedText:
         lines = keyed(first, value, span.column)
         self._restructure(put_in(self._text, span, index, line=f"{scalar(first)}: {inline(value)}", lines=lines))
 
-    def take_out(self, place: Place) -> None:
+    def take_out(self, place: TextPlace) -> None:
         """Take out a key or an item, with the comments beside it and in it."""
         if place.span.shared:
             raise UnwritableError(place.path, _SHARED)
@@ -217,7 +217,7 @@ class EditedText:
         holder = place.entries[-2] if len(place.entries) > 1 else None
         self._restructure(taken_out(self._text, parent, parent.entries.index(place.entries[-1]), holder))
 
-    def rename(self, place: Place, name: str) -> None:
+    def rename(self, place: TextPlace, name: str) -> None:
         """Give a key another name."""
         self.settle_at(place)
         key = place.entries[-1].key
@@ -229,7 +229,7 @@ class EditedText:
         holding.update(renamed)
         self._restructure([(key.start, key.end, scalar(name, style=key.style))])
 
-    def settle_at(self, place: Place) -> None:
+    def settle_at(self, place: TextPlace) -> None:
         """Settle, and find a place again."""
         if self._cuts:
             self.settle()
@@ -263,7 +263,7 @@ class EditedText:
         self._text, self._cuts = applied(self._text, [*self._cuts, *cuts]), []
         self._read()
 
-    def _own_index(self, place: Place, raw: Node | None, path: Path) -> int:
+    def _own_index(self, place: TextPlace, raw: Node | None, path: Path) -> int:
         """Return which item of a list in the text one of the world is."""
         index, span, node = path[-1], place.span, place.node
         assert isinstance(index, int), "an item of a list is meant"
@@ -280,7 +280,7 @@ class EditedText:
             self._indices[id(raw)] = {(own.line, own.column): int(number) for number, own in raw.items.items()}
         return self._indices[id(raw)][item.line, item.column]
 
-    def _lay(self, place: Place, value: Any) -> None:
+    def _lay(self, place: TextPlace, value: Any) -> None:
         """Write a list or a mapping where nothing or empty brackets stand behind a key."""
         span, entry, outer = place.span, place.entries[-1], place.chain[-2]
         inside = self._text[span.start + 1 : span.end - 1] if span.kind != "scalar" else ""

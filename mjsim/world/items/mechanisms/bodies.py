@@ -1,6 +1,7 @@
 """Bodies of mechanisms: rods, boxes, cylinders and balls, each with its mass."""
 
 import math
+from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
@@ -48,21 +49,21 @@ class _Body(Model):
             _check_inertia(self.inertia)
         return self
 
+    @abstractmethod
     def volume(self) -> float:
         """Return that of its shape [m^3]."""
-        raise NotImplementedError
 
     def middle(self) -> tuple[float, float, float]:
         """Return the centre of its shape, frame of the shape [m]."""
         return (0.0, 0.0, 0.0)
 
+    @abstractmethod
     def squares(self) -> tuple[float, float, float]:
         """Return the moments of inertia of its shape about its centre, for a mass of 1 kg [m^2]."""
-        raise NotImplementedError
 
+    @abstractmethod
     def ends(self) -> dict[str, tuple[float, float, float]]:
         """Return its named points, frame of the shape [m]."""
-        raise NotImplementedError
 
     def frame(self) -> "Array":
         """Return body_from_shape, shape (4, 4) [m]."""

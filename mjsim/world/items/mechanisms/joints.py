@@ -1,6 +1,7 @@
 """Joints of mechanisms; each is a chain of slides and turns between two bodies."""
 
 import math
+from abc import abstractmethod
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
@@ -75,13 +76,13 @@ class MechanismJoint(Model):
         """In the scene, `MECHANISM/JOINT`."""
         return str(getattr(self, kind_name(self)))
 
+    @abstractmethod
     def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
         """Return its motions in order, from the first body to the second.
 
         Args:
             axis: The one that it has unless it gives its own, in the frame of the first body.
         """
-        raise NotImplementedError
 
     @model_validator(mode="after")
     def _lists_fit(self) -> Self:
