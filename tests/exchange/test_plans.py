@@ -14,7 +14,7 @@ from shapely import affinity, box
 from mjsim.errors import UsageError
 from mjsim.exchange import Reading, read_original, world_from_dxf, world_from_svg
 from mjsim.exchange.bring import plan_of
-from mjsim.exchange.plan_in import Plan
+from mjsim.exchange.plan_in import FloorPlan
 from mjsim.video import draw_beside
 from mjsim.world import World, check_world, solid
 
@@ -23,7 +23,7 @@ SCALES = {"flat.svg": 0.02, "illustrator.svg": 0.01, "plain.dxf": 1.0}
 
 
 @cache
-def plan(name: str) -> Plan:
+def plan(name: str) -> FloorPlan:
     return plan_of(PLANS / name, Reading(scale=SCALES.get(name)))[0]
 
 
