@@ -46,6 +46,7 @@ def apart(truth, belief):
     return np.hypot(*(truth[:2] - belief.pose.as_array()[:2]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_fastslam_finds_pose_and_map_where_odometry_drifts(seed):
     truth, belief, told = ring_run(FastSlam(particles=60), seed)

@@ -83,6 +83,7 @@ def test_compile_gives_a_folder_that_plain_mujoco_loads(room, capsys):
     assert model.body("scout/base").id > 0
 
 
+@pytest.mark.slow
 def test_show_draws_the_plan_and_what_a_camera_sees(room, capsys):
     assert typed("show", "room.yaml", "-o", "plan.png", capsys=capsys)[0] == 0
     assert min(cv2.imread("plan.png").shape[:2]) > 200

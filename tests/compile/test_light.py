@@ -46,6 +46,7 @@ def test_a_room_without_light_is_dark_in_the_camera():
     assert onboard("").mean() > 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", [0.6, 0.25])
 def test_less_light_darkens_everything_in_proportion_pictures_too(level):
     full, less = onboard(""), onboard(f"light: {level}")

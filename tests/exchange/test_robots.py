@@ -161,6 +161,7 @@ robots:
         assert {"one/wheel_left", "two/wheel_right"} <= {sim.model.joint(n).name for n in range(sim.model.njnt)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("made_from", [("--from", str(DEPOT), "--lidar", "lds-02"), ("--clutter", "6x6")])
 def test_a_new_world_has_a_robot_from_a_file(presets, made_from, monkeypatch):
     folder = presets["turtlebot3_burger"][0].parent

@@ -72,6 +72,7 @@ def test_each_run_imports_anew_and_the_modules_of_a_run_share_what_they_import(t
     assert (old.update(None), partner.update(None)[0], new.update(None)) == (("first", 2), "first", ("second", 2))
 
 
+@pytest.mark.slow
 def test_nothing_else_sees_what_is_imported_beside_a_world_and_it_goes_with_the_module(tmp_path):
     put(tmp_path, mine="import helper\n" + BODY.format(update="pass"), helper="")
     before, paths, finders = set(sys.modules), list(sys.path), list(sys.meta_path)

@@ -54,6 +54,7 @@ def of_evo(metric, truth, estimate):
     return metric.get_all_statistics()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("key", "kind"), [("ate_m", "estimate"), ("odometry_ate_m", "odometry")])
 def test_the_ate_is_that_of_evo(run, key, kind):
     from evo.core.metrics import APE, PoseRelation

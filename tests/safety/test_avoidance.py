@@ -106,6 +106,7 @@ def test_a_thing_that_comes_and_goes_across_the_way_is_let_pass():
     assert bumps == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("preset", ["f1tenth", "robotino", "husky", "turtlebot3_burger"])
 def test_other_drives_turn_away_from_a_wall_that_they_head_for(preset):
     world = parse_world(ROOM + SCOUT.replace("pioneer3dx", preset).replace("1.5, 3", "5, 3.2"))

@@ -67,6 +67,7 @@ def paused(**keys):
     return session
 
 
+@pytest.mark.slow
 def test_a_session_paused_and_ticked_at_random_records_the_bytes_of_a_plain_run(tmp_path):
     with mjsim.Simulation(WORLD, seed=5) as sim:
         mjsim.run(sim, drivers=drivers(), seconds=2.0, record=tmp_path / "plain.mcap")

@@ -89,6 +89,7 @@ def arc(robot: RobotInfo, share: float, bend: float) -> tuple[float, float]:
 SLOW = pytest.mark.slow  # Wheels with rollers are many contacts.
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("share", "bend"),
     [

@@ -42,6 +42,7 @@ def decoded(path):
         return facts, [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
 
 
+@pytest.mark.slow
 def test_the_film_is_h264_of_25_frames_a_second_and_plays_to_its_end(recording, tmp_path):
     done = []
     make_video(recording, tmp_path / "new" / "run.mp4", progress=done.append)

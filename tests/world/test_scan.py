@@ -70,6 +70,7 @@ def wild(rng: np.random.Generator) -> str:
     return text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_worlds_are_read_fast_and_as_ever(name):
     assert compare(SHIPPED[name])
@@ -81,6 +82,7 @@ def test_malformed_texts_are_seen_alike_or_left_to_the_exact_parser():
     assert sum(sure) > len(SMALL) / 2
 
 
+@pytest.mark.slow
 def test_wild_texts_are_seen_alike_or_left_to_the_exact_parser():
     rng = np.random.default_rng(3)
     assert sum(compare(wild(rng)) for _ in range(1000)) > 200

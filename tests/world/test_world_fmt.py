@@ -225,6 +225,7 @@ def test_odd_texts_are_laid_out_without_loss(text):
     assert format_text(laid, file="room.yaml") == laid
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", WORLDS, ids=lambda path: path.stem)
 def test_the_shipped_worlds_are_laid_out(path):
     text = path.read_text(encoding="utf-8")

@@ -107,6 +107,7 @@ def test_worlds_lists_each_world_with_its_file_and_one_line(capsys):
         assert rest.removeprefix(path).strip().endswith(".")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(shipped_worlds()))
 def test_a_copy_of_any_shipped_world_is_the_same_world(name, capsys):
     assert typed("worlds", "--copy", name, capsys=capsys) == (0, f"{name}.yaml\n", "")
