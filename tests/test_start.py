@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 START = runpy.run_path(str(Path(__file__).parents[1] / "scripts" / "measure" / "start.py"))
+SPARE = 1.2
+"""Machines differ in what NumPy takes beside all else."""
 FEW, MANY = 5, 25
 """Rounds: processor time wanders on a loaded machine, so where a few say no, more decide."""
 
@@ -14,11 +16,12 @@ FEW, MANY = 5, 25
 @pytest.mark.slow
 @pytest.mark.parametrize("case", START["MOST"])
 def test_starting_takes_few_times_what_numpy_takes(case):
+    most = SPARE * START["MOST"][case]
     commands = [START["CASES"][name] for name in ("import numpy", case)]
     for command in commands:
         START["once"](command, cpu=True)  # writes the bytecode
     ratios = []
-    while len(ratios) < FEW or (len(ratios) < MANY and statistics.median(ratios) > START["MOST"][case]):
+    while len(ratios) < FEW or (len(ratios) < MANY and statistics.median(ratios) > most):
         numpy, ours = (START["once"](command, cpu=True) for command in commands)
         ratios.append(ours / numpy)
-    assert statistics.median(ratios) <= START["MOST"][case]
+    assert statistics.median(ratios) <= most
