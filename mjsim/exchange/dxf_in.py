@@ -1,8 +1,10 @@
 """Plans drawn in a DXF file; external references are never opened."""
 
 import itertools
+import logging
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -62,7 +64,8 @@ def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
     path = Path(path)
     read_bounded(path, most=MOST_BYTES, kind="a drawing")
     try:
-        document, _ = recover.readfile(str(path))
+        with _quiet("ezdxf"):
+            document, audit = recover.readfile(str(path))
         shown = _layers(document, layers, path)
         lines, left = _lines(document, shown, walls={name.lower() for name in layers}, path=path)
     except (DXFError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
@@ -71,7 +74,22 @@ def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
         raise UsageError(f"'{path}' has blocks that contain themselves; explode them") from None
     unit = units.conversion_factor(InsertUnits(document.units), InsertUnits.Meters) if document.units else None
     others = [f"{count} {kind}" for kind, count in sorted(left.items())]
-    return Drawing(str(path), lines, unit, bool(layers), [f"left out: {', '.join(others)}"] if others else [])
+    notes = [f"left out: {', '.join(others)}"] if others else []
+    if audit.has_fixes or audit.has_errors:
+        notes.append(f"{len(audit.fixes) + len(audit.errors)} faults of the file were mended or passed over")
+    return Drawing(str(path), lines, unit, bool(layers), notes)
+
+
+@contextmanager
+def _quiet(name: str) -> Iterator[None]:
+    """Keep a library from printing what it logs."""
+    logger = logging.getLogger(name)
+    before = logger.disabled
+    logger.disabled = True
+    try:
+        yield
+    finally:
+        logger.disabled = before
 
 
 def _layers(document: Any, names: Sequence[str], path: Path) -> set[str]:

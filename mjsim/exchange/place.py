@@ -29,6 +29,8 @@ MAST, HIGHEST = 0.04, 0.45
 """How far a lidar stands above the body, and how high at most: it should see things, not only walls [m]."""
 ODOMETRY_NOISE = {"distance": 0.01, "turn": 0.02}
 """Of a robot that must find out where it is [m/sqrt(m), rad/sqrt(rad)]."""
+SPECK = 0.02
+"""What is not known to be free on so little ground does not stand in the way when nothing solid is there [m^2]."""
 MOST_CELLS = 4_000_000
 """Of the grid on which a place is looked for."""
 DIRECTIONS = 72
@@ -154,11 +156,22 @@ def _clearance(world: World, grid: Grid | None) -> tuple[Array, Grid]:
         low_x, low_y, high_x, high_y = shape.bounds
         area = (high_x - low_x + 2.0) * (high_y - low_y + 2.0)
         grid = grid_of(world, resolution=max(0.05, math.sqrt(area / MOST_CELLS)))
-    free: Cells = grid.free & ~cells_of(shape, grid)
+    taken = cells_of(shape, grid)
+    free: Cells = (grid.free | _specks(~grid.free & ~taken, SPECK / grid.resolution**2)) & ~taken
     padded = np.pad(free.astype(np.uint8), 1)
     away = cv2.distanceTransform(padded, cv2.DIST_L2, 5)[1:-1, 1:-1]
     # From a middle to the nearest face, not to the next middle.
     return np.asarray(np.maximum(away - 0.5, 0.0) * grid.resolution, dtype=float), grid
+
+
+def _specks(cells: Cells, largest: float) -> Cells:
+    """Return the cells of parts with at most so many: noise, of which the world has nothing."""
+    import cv2
+
+    _, parts, stats, _ = cv2.connectedComponentsWithStats(cells.astype(np.uint8), connectivity=8)
+    small = stats[:, cv2.CC_STAT_AREA] <= largest
+    small[0] = False
+    return np.asarray(small[parts], dtype=bool)
 
 
 def _tour(away: Array, grid: Grid, start: Array, need: float) -> list[Array]:
