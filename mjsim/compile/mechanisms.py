@@ -14,7 +14,7 @@ from mjsim.compile.parts import DARK, MATERIAL, SEEN, make_decor
 from mjsim.compile.pictures import color_of
 from mjsim.geometry import Array
 from mjsim.mechanics import Placement, Solid, inverted, is_valid, nearest_valid, placed
-from mjsim.world import GROUND, Mechanism, MechanismBody, MechanismJoint, World, kind_name
+from mjsim.world import GROUND, Mechanism, MechanismBody, MechanismJoint, World
 
 STIFFEST = 2.0
 """Time constant of a constraint, in periods of the physics: MuJoCo's own bound."""
@@ -29,6 +29,10 @@ JOINT_KINDS = {
     "turn": mujoco.mjtJoint.mjJNT_HINGE,
     "ball": mujoco.mjtJoint.mjJNT_BALL,
 }
+GHOST = ".ghost"
+"""How the names of far sides of cut joints end."""
+GHOSTLY = 1e-4
+"""Mass and moments of such a body, as shares of the least mass and of the largest moment of its mechanism."""
 BELOW = 1e-3
 """A body that begins this much below the floor passes through it [m]."""
 
@@ -64,11 +68,19 @@ class _Builder:
         """Add bodies, joints, loops and motors."""
         for number, joint in enumerate(self._assembly.linkage.joints, start=1):
             name = self._assembly.bodies[number]
-            if name:
+            if name.endswith(GHOST):
+                self._add_ghost(number, joint.parent, name)
+            elif name:
                 self._add_body(number, joint.parent, self._mechanism.body(name))
+            if name:
                 self._add_joints(number, joint.name)
-        for name in self._assembly.cuts:
-            self._close(name)
+        for name, (ghost, body) in self._assembly.cuts.items():
+            if self._assembly.bodies[ghost]:
+                self._hold(name, ghost, body)
+            else:
+                self._close(name)
+        self._add_couplings()
+        self._add_rods()
         for item in self._mechanism.joints:
             self._add_hub(item)
         self._add_motors()
@@ -87,9 +99,22 @@ class _Builder:
         _add_shape(body, item, self._full(item.name))
         self._bodies[item.name] = body
 
+    def _add_ghost(self, number: int, parent: int, name: str) -> None:
+        """Add a body that is nothing but the far side of a joint at which a loop is cut; it weighs next to nothing."""
+        pose = inverted(self._placed.poses[parent]) @ self._placed.poses[number]
+        if parent == 0:
+            pose = self._ground @ pose
+        carrier = self._bodies[self._assembly.bodies[parent]]
+        body = carrier.add_body(name=self._full(name), **pose_keys(pose))
+        solids = [each.solid() for each in self._mechanism.bodies]
+        body.explicitinertial, body.mass = True, GHOSTLY * min(solid.mass for solid in solids)
+        moment = GHOSTLY * max(max(solid.inertia[:3]) for solid in solids)
+        body.inertia = [max(moment, 1e-9)] * 3
+        self._bodies[name] = body
+
     def _add_joints(self, number: int, name: str) -> None:
         """Add the primitives of a joint to the body that it places, in the order in which they are passed."""
-        tree, item = self._assembly.linkage.joints[number - 1], self._mechanism.joint(name)
+        tree, item = self._assembly.linkage.joints[number - 1], self._item(name)
         body, pose = self._bodies[self._assembly.bodies[number]], self._placed.poses[number]
         for primitive, column in zip(tree.primitives, tree.columns(), strict=True):
             axis = pose[:3, :3].T @ self._placed.axes[column]
@@ -116,16 +141,58 @@ class _Builder:
             added.limited, added.range = True, list(pair)
             added.solref_limit = [STIFFEST * self._step, 1.0]
 
+    def _item(self, name: str) -> MechanismJoint:
+        return next(joint for joint in self._mechanism.all_joints if joint.name == name)
+
+    def _hold(self, name: str, ghost: int, body: int) -> None:
+        """Weld the far side of a cut joint to the body that it leads to."""
+        sites = []
+        for side, number in (("a", ghost), ("b", body)):
+            # Both frames are one at the start.
+            sites.append(self._add_site(f"{name}.{side}", number, np.zeros(3)))
+        added = self._spec.add_equality(
+            name=self._full(f"{name}.0"), type=mujoco.mjtEq.mjEQ_WELD, name1=sites[0], name2=sites[1]
+        )
+        added.objtype = mujoco.mjtObj.mjOBJ_SITE
+        added.data[10] = 1.0  # as much for a torque as for a force
+        stiff(added, self._step)
+
+    def _add_couplings(self) -> None:
+        """Add gears and threads: values count from the start."""
+        for each in self._assembly.couplings:
+            names = [self._full(self._assembly.names[column]) for column in (each.first, each.second)]
+            added = self._spec.add_equality(
+                name=self._full(each.name), type=mujoco.mjtEq.mjEQ_JOINT, name1=names[0], name2=names[1]
+            )
+            added.objtype = mujoco.mjtObj.mjOBJ_JOINT
+            added.data[:5] = [0.0, each.ratio, 0.0, 0.0, 0.0]
+            stiff(added, self._step)
+
+    def _add_rods(self) -> None:
+        """Add what keeps two points apart: rods, and distances that follow a motion."""
+        ends = [(rod.name, rod.ends) for rod in self._assembly.rods]
+        ends += [(drive.name, drive.ends) for drive in self._assembly.drives if drive.ends is not None]
+        for name, spots in ends:
+            tendon = self._spec.add_tendon(name=self._full(name), width=0.008, rgba=[0.2, 0.2, 0.2, 1.0])
+            for side, spot in zip("ab", spots, strict=True):
+                tendon.wrap_site(self._add_site(f"{name}.{side}", spot.body, spot.at))
+            added = self._spec.add_equality(
+                name=self._full(name), type=mujoco.mjtEq.mjEQ_TENDON, name1=self._full(name)
+            )
+            added.objtype = mujoco.mjtObj.mjOBJ_TENDON
+            added.data[:5] = [0.0] * 5
+            stiff(added, self._step)
+
     def _close(self, name: str) -> None:
         """Hold both sides of a cut together: at one point, and at another along its axis where that says more."""
-        joint, ends = self._mechanism.joint(name), self._assembly.places[name]
+        joint, ends = self._item(name), self._assembly.places[name]
         ghost, number = self._assembly.cuts[name]
         placement = self._placed
         tree = self._assembly.linkage.joints[ghost - 1]
         carrier, axis = placement.poses[tree.parent], placement.axes[self._assembly.columns[name].start]
         point = carrier[:3, :3] @ ends[0].at + carrier[:3, 3]
         offsets = [np.zeros(3)]
-        if kind_name(joint) != "spherical" and self._assembly.needs_axis(name):
+        if joint.kind != "spherical" and self._assembly.needs_axis(name):
             offsets.append(self._lever() * axis)
         for count, offset in enumerate(offsets):
             sites = []

@@ -24,6 +24,8 @@ from .loops import followed as followed
 from .loops import freedoms as freedoms
 from .loops import jacobian as jacobian
 from .loops import rates as rates
+from .loops import residual as residual
+from .loops import solved as solved
 from .loops import tracked as tracked
 from .loops import turning as turning
 from .motion import JointMotion as JointMotion

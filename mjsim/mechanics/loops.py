@@ -16,7 +16,7 @@ from mjsim.mechanics.transforms import rotation_vector
 
 CLOSE_ENOUGH = 1e-10
 """Residuals below this are none [rad, m]."""
-ROUNDS, STARTS = 60, 24
+ROUNDS, STARTS = 60, 6
 """Steps of Newton's method from one start, and starts that are tried."""
 LONGEST_STEP = 0.6
 """Of Newton's method in one value [rad, m]."""

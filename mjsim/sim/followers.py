@@ -10,31 +10,24 @@ import mujoco
 from mjsim.world import Motion
 
 
-class Follower:
+class Course:
     """One motion, at every step of the physics."""
 
-    def __init__(self, model: mujoco.MjModel, equality: int, drive: Motion, *, start: float) -> None:
-        """Get ready.
+    def __init__(self, drive: Motion, *, step: float, start: float) -> None:
+        """Begin at the start.
 
         Args:
-            model: The compiled world.
-            equality: Number of the constraint.
             drive: What is followed.
+            step: Period of the physics [s].
             start: Value of the joint or distance at the start [rad, m].
         """
-        self._model, self.equality, self.drive = model, equality, drive
-        self._h = float(model.opt.timestep)
-        time_constant, impedance = float(model.eq_solref[equality, 0]), float(model.eq_solimp[equality, 1])
-        self._damping = 2.0 / (impedance * time_constant)
-        self._stiffness = 1.0 / (impedance * time_constant**2)
-        self._rest = float(start)
-        """Where the constraint counts from."""
-        speed, change = self._slope(0.0)
+        self.drive, self._h = drive, step
+        speed, change = self.slope(0.0)
         before = start - self._h * (speed - self._h / 2.0 * change)
         self._n, self._window = 0, [before, start, start]
         self._window[2] = self._after(0)
 
-    def _slope(self, time: float) -> tuple[float, float]:
+    def slope(self, time: float) -> tuple[float, float]:
         """Return speed and acceleration of the motion at a time [s]."""
         signal = self.drive.signal
         if self.drive.kind == "velocity":
@@ -59,6 +52,11 @@ class Follower:
         self._go_to(n)
         return self._window[1]
 
+    @property
+    def last(self) -> float:
+        """Where the joint was a step ago [rad, m]."""
+        return self._window[0]
+
     def speed(self, n: int) -> float:
         """Return how fast the physics has it move at step n: half a step earlier than its goal [1/s]."""
         self._go_to(n)
@@ -70,7 +68,39 @@ class Follower:
         before, here, after = self._window
         return (after - 2.0 * here + before) / self._h**2
 
-    def aim(self, n: int) -> None:
-        """Set what the constraint aims at in step n."""
+
+class Follower(Course):
+    """A motion that an equality constraint makes a joint follow."""
+
+    def __init__(self, model: mujoco.MjModel, equality: int, drive: Motion, *, start: float) -> None:
+        """Get ready.
+
+        Args:
+            model: The compiled world.
+            equality: Number of the constraint.
+            drive: What is followed.
+            start: Value of the joint or distance at the start [rad, m], from which the constraint counts.
+        """
+        super().__init__(drive, step=float(model.opt.timestep), start=start)
+        self._model, self.equality, self._rest = model, equality, start
+        time_constant, impedance = float(model.eq_solref[equality, 0]), float(model.eq_solimp[equality, 1])
+        self._damping = 2.0 / (impedance * time_constant)
+        self._stiffness = 1.0 / (impedance * time_constant**2)
+
+    def aim(self, n: int, data: mujoco.MjData) -> None:
+        """Set what the constraint aims at in step n; the state still has the forces of the step before."""
         lead = (self._damping * self.speed(n) + self.acceleration(n)) / self._stiffness
-        self._model.eq_data[self.equality, 0] = self.goal(n) + lead - self._rest
+        self._model.eq_data[self.equality, 0] = (
+            self.goal(n) + lead + yielded(self._model, data, self.equality) - self._rest
+        )
+
+
+def yielded(model: mujoco.MjModel, data: mujoco.MjData, equality: int) -> float:
+    """Return by how much a constraint of one row gave way to its force in the last step [rad, m].
+
+    It is softened by R, so that its acceleration falls short by R f; what it aims at can make up for that.
+    """
+    count = int(data.ne)
+    own = (data.efc_id[:count] == equality) & (data.efc_type[:count] == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+    time_constant, impedance = float(model.eq_solref[equality, 0]), float(model.eq_solimp[equality, 1])
+    return float(data.efc_R[:count][own] @ data.efc_force[:count][own]) * impedance * time_constant**2

@@ -1,6 +1,6 @@
 """Sensors of mechanisms: what each of them reads of the state, with names and units."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import mujoco
@@ -33,6 +33,12 @@ class Moment:
     accelerations: Array
     efforts: Array
     """Of the actuators, at the joints."""
+    pulls: Mapping[str, tuple[float, float]]
+    """By name, of distances that follow a motion: force and speed [N, m/s]."""
+    work: float
+    """Put in by actuators since the start [J]."""
+    lost: float
+    """To damping and friction since the start [J]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,7 +91,8 @@ def _of_joint(mechanism: Mechanism, joint: str) -> Probe:
 def _of_reaction(model: mujoco.MjModel, mechanism: Mechanism, joint: str) -> Probe:
     names = tuple(f"{joint}.{what}.{axis}" for what in ("force", "torque") for axis in XYZ)
     units = ("N",) * 3 + ("N m",) * 3
-    if joint in mechanism.assembly.cuts:
+    cut = mechanism.assembly.cuts.get(joint)
+    if cut is not None and not mechanism.assembly.bodies[cut[0]]:
         return Probe(names, units, _cut_reaction(model, mechanism, joint))
     return Probe(names, units, _tree_reaction(model, mechanism, joint))
 
@@ -128,6 +135,9 @@ def _cut_reaction(model: mujoco.MjModel, mechanism: Mechanism, joint: str) -> Ca
 
 def _of_actuator(mechanism: Mechanism, target: str) -> Probe:
     assembly = mechanism.assembly
+    if target not in assembly.names:
+        names = (f"{target}.actuator.force", f"{target}.actuator.power")
+        return Probe(names, ("N", "W"), lambda now: np.array([now.pulls[target][0], np.prod(now.pulls[target])]))
     column = assembly.column(target)
     effort, unit = ("force", "N") if assembly.slides[column] else ("torque", "N m")
     return Probe(
@@ -166,6 +176,8 @@ def _point(now: Moment, body: int, place: Place) -> Array:
 
 def _energy(model: mujoco.MjModel, mechanism: Mechanism) -> Probe:
     bodies = np.array([model.body(f"{mechanism.name}/{body.name}").id for body in mechanism.bodies])
+    stiffness = np.concatenate([joint.figures("stiffness") for joint in mechanism.all_joints])
+    rest = np.concatenate([[value or 0.0 for value in joint.spread("rest")] for joint in mechanism.all_joints])
 
     def read(now: Moment) -> Array:
         data, kinetic = now.data, 0.0
@@ -175,6 +187,8 @@ def _energy(model: mujoco.MjModel, mechanism: Mechanism) -> Probe:
             inertia = model.body_inertia[body]
             kinetic += 0.5 * float(model.body_mass[body] * speed[3:] @ speed[3:] + inertia @ speed[:3] ** 2)
         height = -float((model.body_mass[bodies] * (data.xipos[bodies] @ model.opt.gravity)).sum())
-        return np.array([kinetic, height])
+        springs = 0.5 * float(stiffness @ (now.values - rest) ** 2)
+        return np.array([kinetic, height, springs, now.work, now.lost])
 
-    return Probe(("energy.kinetic", "energy.potential"), ("J", "J"), read)
+    names = ("kinetic", "potential", "springs", "work", "lost")
+    return Probe(tuple(f"energy.{name}" for name in names), ("J",) * 5, read)

@@ -10,17 +10,19 @@ from mjsim.mechanics import (
     JointMotion,
     SensorReadings,
     TimeSignal,
-    inverted,
     jacobian,
-    rotation_vector,
     tracked,
     turning,
 )
-from mjsim.sim.followers import Follower
+from mjsim.sim.followers import Follower, yielded
 from mjsim.sim.mechanism_sensors import Moment, Probe, probes_of
+from mjsim.sim.mechanism_state import Places, copy_state, equality_forces
+from mjsim.sim.pushes import Push, effort_signal
 from mjsim.sim.streams import stream
-from mjsim.world import Assembly, Mechanism, World
+from mjsim.world import ForceActuator, Mechanism, TorqueActuator
 
+UNYIELDING = 1e-5
+"""By which constraints yield less in what is read than in the physics."""
 SLIP = 1e-6
 """Of the step by which the change of a constraint's speed is found [s]."""
 
@@ -56,12 +58,14 @@ class MechanismAtWork:
         self._scratch = mujoco.MjData(model)
         self._assembly = mechanism.assembly
         self._h = float(model.opt.timestep)
-        self._places = _Places(model, mechanism)
+        self._places = Places(model, mechanism)
         self._followers = self._make_followers()
+        self._pushes: list[Push] = []
+        self._couplings = [model.equality(self._full(each.name)).id for each in self._assembly.couplings]
         self._efforts = self._make_efforts(seed, read)
         self._cut_values = self._assembly.start.copy()
         self._probes: tuple[Probe, ...] = probes_of(model, mechanism)
-        self._step = 0
+        self._step, self._work, self._lost = 0, 0.0, 0.0
         self._begin()
 
     def _make_followers(self) -> list[Follower]:
@@ -76,10 +80,14 @@ class MechanismAtWork:
         """Return the motors, each with what it is told."""
         driven, made = {drive.number for drive in self._assembly.drives}, []
         for number, actuator in enumerate(self.mechanism.actuators):
-            if number not in driven:
-                rng = stream(seed, self.mechanism.name, f"{actuator.target}/signal")
-                motor = self._model.actuator(self._full(actuator.target)).id
-                made.append((motor, actuator.signal.made(read, rng)))
+            if number in driven:
+                continue
+            rng = stream(seed, self.mechanism.name, f"{actuator.target}/signal")
+            signal = effort_signal(self._assembly, number, actuator, read, rng)
+            if actuator.target in self._assembly.names:
+                made.append((self._model.actuator(self._full(actuator.target)).id, signal))
+            elif isinstance(actuator, TorqueActuator | ForceActuator):
+                self._pushes.append(Push(self._model, self.mechanism, actuator, signal))
         return made
 
     def _full(self, name: str) -> str:
@@ -88,15 +96,46 @@ class MechanismAtWork:
     @property
     def moved(self) -> bool:
         """Whether something moves it, so that it must act at every step."""
-        return bool(self._followers or self._efforts)
+        losses = any(joint.damping or joint.friction for joint in self.mechanism.joints)
+        return bool(self._followers or self._couplings or self._efforts or self._pushes or losses)
 
     def act(self, step: int) -> None:
         """Write what moves it in the step of that number, counted from 0 at the start of the run."""
+        if step > self._step:
+            self._count_work()
         self._step = step
         for follower in self._followers:
-            follower.aim(step)
+            follower.aim(step, self._data)
+        for equality in self._couplings:
+            self._model.eq_data[equality, 0] = yielded(self._model, self._data, equality)
         for motor, signal in self._efforts:
             self._data.ctrl[motor] = signal.value(step * self._h)
+        if self._pushes:
+            self._data.qfrc_applied[self._places.dofs] = 0.0
+            mujoco.mj_kinematics(self._model, self._data)
+            mujoco.mj_comPos(self._model, self._data)
+            for push in self._pushes:
+                push.apply(self._data, step * self._h)
+
+    def settle(self, step: int) -> None:
+        """Bring it to where it is at the end of a tick, before the step of that number."""
+        if self.moved and step > self._step:
+            self._count_work()
+            self._step = step
+
+    def _count_work(self) -> None:
+        """Add what actuators put in during the last step, and what was lost to damping and friction [J]."""
+        data, dofs = self._data, self._places.dofs
+        speeds = data.qvel[dofs] * self._h
+        self._work += float((data.qfrc_actuator[dofs] + data.qfrc_applied[dofs]) @ speeds)
+        self._lost -= float(data.qfrc_damper[dofs] @ speeds)
+        rows = np.flatnonzero(data.efc_type == mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
+        own = rows[np.isin(data.efc_id[rows], dofs)]
+        self._lost -= self._h * float(data.efc_force[own] @ data.qvel[data.efc_id[own]])
+        for follower in self._followers:
+            # Where it was a step ago, and where it is.
+            moved = follower.goal(self._step + 1) - follower.last
+            self._work += float(equality_forces(data, follower.equality).sum()) * moved
 
     def _begin(self) -> None:
         """Set speeds half a step before the start."""
@@ -118,6 +157,10 @@ class MechanismAtWork:
         speeds[dofs] += self._h / 2.0 * self._scratch.qacc[dofs]
         self._exact(step, speeds)
         mujoco.mj_rnePostConstraint(self._model, self._scratch)
+        return self._told(step)
+
+    def _told(self, step: int) -> Moment:
+        """Return what the scratch state says of it."""
         values, rates, accelerations = self._values()
         return Moment(
             model=self._model,
@@ -126,6 +169,9 @@ class MechanismAtWork:
             speeds=rates,
             accelerations=accelerations,
             efforts=self._forces(),
+            pulls={each.drive.name: self._pull(each, step) for each in self._followers if each.drive.column < 0},
+            work=self._work,
+            lost=self._lost,
         )
 
     def motion(self, step: int) -> tuple[JointMotion, SensorReadings]:
@@ -160,16 +206,27 @@ class MechanismAtWork:
         """
         model, data, scratch = self._model, self._data, self._scratch
         changes = self._changes(speeds)
-        _copy_state(data, scratch, data.qpos, speeds)
+        copy_state(data, scratch, data.qpos, speeds)
+        flags = int(model.opt.disableflags)
+        # Islands would be solved with copies of what is changed below.
+        model.opt.disableflags = flags | int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
         mujoco.mj_fwdPosition(model, scratch)
         mujoco.mj_fwdVelocity(model, scratch)
-        wanted = {follower.equality: follower.acceleration(step) for follower in self._followers}
+        wanted = self._accelerations(step)
         for row in self._rows(scratch):
             equality = int(scratch.efc_id[row])
-            scratch.efc_aref[row] = wanted.get(equality, -changes[row])
+            scratch.efc_aref[row] = wanted.get(equality, 0.0) - changes[row]
+            # What yields in the physics, so that it stays stable, does not yield here.
+            scratch.efc_R[row] *= UNYIELDING
+            scratch.efc_D[row] = 1.0 / scratch.efc_R[row]
         mujoco.mj_fwdActuation(model, scratch)
         mujoco.mj_fwdAcceleration(model, scratch)
         mujoco.mj_fwdConstraint(model, scratch)
+        model.opt.disableflags = flags
+
+    def _accelerations(self, step: int) -> dict[int, float]:
+        """Return what followed motions accelerate by at a step, by the number of the constraint [1/s^2]."""
+        return {follower.equality: follower.acceleration(step) for follower in self._followers}
 
     def _rows(self, data: mujoco.MjData) -> list[int]:
         """Return the rows of its own equality constraints."""
@@ -185,7 +242,7 @@ class MechanismAtWork:
         for sign in (1.0, -1.0):
             places = self._data.qpos.copy()
             mujoco.mj_integratePos(self._model, places, speeds, sign * SLIP)
-            _copy_state(self._data, self._scratch, places, speeds)
+            copy_state(self._data, self._scratch, places, speeds)
             mujoco.mj_fwdPosition(self._model, self._scratch)
             mujoco.mj_fwdVelocity(self._model, self._scratch)
             ends.append(self._scratch.efc_vel[: self._scratch.ne].copy())
@@ -208,6 +265,11 @@ class MechanismAtWork:
         accelerations[cut] = np.linalg.lstsq(matrix[:, cut], right, rcond=None)[0]
         return values, speeds, accelerations
 
+    def _pull(self, follower: Follower, step: int) -> tuple[float, float]:
+        """Return the force that keeps two points apart, and how fast they part [N, m/s]."""
+        force = float(equality_forces(self._scratch, follower.equality).sum())
+        return force, follower.speed(step) + self._h / 2.0 * follower.acceleration(step)
+
     def _forces(self) -> Array:
         """Return torques and forces of the actuators at the joints, shape (values,) [N m, N]."""
         scratch, found = self._scratch, np.zeros(self._assembly.linkage.size)
@@ -217,100 +279,3 @@ class MechanismAtWork:
             if follower.drive.column >= 0:
                 found[follower.drive.column] += equality_forces(scratch, follower.equality).sum()
         return found
-
-
-class Mechanisms:
-    """All mechanisms of a world at work."""
-
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, world: World, *, seed: int) -> None:
-        """Set them to their starts.
-
-        Args:
-            model: The compiled world.
-            data: Its state, at the start.
-            world: As it was written.
-            seed: Of the run.
-        """
-        self._all = [MechanismAtWork(model, data, each, seed=seed, read=world.read_asset) for each in world.mechanisms]
-        self._per_tick = world.run.steps_per_tick
-        self._now: tuple[int, dict[str, tuple[JointMotion, SensorReadings]]] = -1, {}
-
-    def acting(self) -> list[MechanismAtWork]:
-        """Return those that something moves."""
-        return [each for each in self._all if each.moved]
-
-    def motions(self, tick: int) -> dict[str, JointMotion]:
-        """Return how the joints of each mechanism move at a tick, by its name."""
-        return {name: motion for name, (motion, _) in self._at(tick).items()}
-
-    def readings(self, tick: int) -> dict[str, SensorReadings]:
-        """Return what the sensors of each mechanism read at a tick, by its name."""
-        return {name: readings for name, (_, readings) in self._at(tick).items()}
-
-    def _at(self, tick: int) -> dict[str, tuple[JointMotion, SensorReadings]]:
-        """Return all of a tick; worked out once."""
-        if self._now[0] != tick:
-            self._now = tick, {each.mechanism.name: each.motion(tick * self._per_tick) for each in self._all}
-        return self._now[1]
-
-
-def equality_forces(data: mujoco.MjData, equality: int) -> Array:
-    """Return the forces of an equality constraint, shape (rows,) [N, N m]."""
-    count = int(data.ne)
-    own = (data.efc_id[:count] == equality) & (data.efc_type[:count] == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
-    return np.asarray(data.efc_force[:count][own])
-
-
-def _copy_state(source: mujoco.MjData, target: mujoco.MjData, places: Array, speeds: Array) -> None:
-    """Copy all that forces depend on, with other positions and speeds."""
-    target.qpos[:], target.qvel[:], target.time = places, speeds, source.time
-    target.ctrl[:], target.act[:] = source.ctrl, source.act
-    target.qfrc_applied[:], target.xfrc_applied[:] = source.qfrc_applied, source.xfrc_applied
-    target.eq_active[:], target.qacc_warmstart[:] = source.eq_active, source.qacc_warmstart
-
-
-class _Places:
-    """Where the values of a mechanism are in MuJoCo's state."""
-
-    def __init__(self, model: mujoco.MjModel, mechanism: Mechanism) -> None:
-        assembly, name = mechanism.assembly, mechanism.name
-        columns, qpos, dofs = list[int](), list[int](), list[int]()
-        self._balls: list[tuple[int, int, int, int]] = []
-        for number, tree in enumerate(assembly.linkage.joints, start=1):
-            if not assembly.bodies[number]:
-                continue
-            for primitive, column in zip(tree.primitives, tree.columns(), strict=True):
-                ball = primitive.kind == "ball"
-                joint = model.joint(f"{name}/{tree.name if ball else assembly.names[column]}")
-                place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
-                if ball:
-                    self._balls.append((number, column, place, dof))
-                columns += range(column, column + primitive.width)
-                qpos += [place] * primitive.width
-                dofs += range(dof, dof + primitive.width)
-        self.columns, self._qpos = np.array(columns, dtype=int), np.array(qpos, dtype=int)
-        self.dofs_by_column = np.array(dofs, dtype=int)
-        self.dofs = np.sort(self.dofs_by_column)
-        own = [k for k in range(model.neq) if model.equality(k).name.startswith(f"{name}/")]
-        self.equalities = np.array(own, dtype=int)
-        numbered = list(enumerate(assembly.bodies))
-        self._bodies = [model.body(f"{name}/{body}").id if body and place else 0 for place, body in numbered]
-
-    def set_speeds(self, data: mujoco.MjData, assembly: Assembly) -> None:
-        """Write the speeds of the start."""
-        data.qvel[self.dofs_by_column] = assembly.speeds[self.columns]
-
-    def read(self, data: mujoco.MjData, assembly: Assembly) -> tuple[Array, Array, Array]:
-        """Return values, speeds and accelerations, each of shape (values,); 0 for those at cuts."""
-        size = assembly.linkage.size
-        values, speeds, accelerations = np.zeros(size), np.zeros(size), np.zeros(size)
-        values[self.columns] = data.qpos[self._qpos]
-        speeds[self.columns] = data.qvel[self.dofs_by_column]
-        accelerations[self.columns] = data.qacc[self.dofs_by_column]
-        for number, column, _, _ in self._balls:
-            tree = assembly.linkage.joints[number - 1]
-            parent, body = (data.xmat[self._bodies[k]].reshape(3, 3) for k in (tree.parent, number))
-            before, after = tree.before[:3, :3], inverted(tree.after)[:3, :3]
-            turned = before.T @ parent.T @ body @ after
-            values[column : column + 3] = tree.sign * rotation_vector(turned)
-        return values, speeds, accelerations

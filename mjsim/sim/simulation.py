@@ -18,7 +18,7 @@ from mjsim.interface import BeaconInfo, Command, Controller, ControlLoop, Observ
 from mjsim.mechanics import JointMotion, SensorReadings
 from mjsim.sim.actuation import Actuation
 from mjsim.sim.canvas import Canvas, Quality
-from mjsim.sim.mechanisms import Mechanisms
+from mjsim.sim.led import Mechanisms
 from mjsim.sim.radio import RadioNet
 from mjsim.sim.robot import SimulatedRobot
 from mjsim.sim.snapshot import Snapshot
@@ -174,6 +174,7 @@ class Simulation(Closes):
             robot.before_step(self.tick)
         said = self._run_physics()
         self.tick += 1
+        self._mechanisms.settle(self.tick)
         self._script.let_happen(self.time)
         self._look()
         self._check(said)

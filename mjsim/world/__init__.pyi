@@ -57,6 +57,7 @@ from .items import DriveNoise as DriveNoise
 from .items import FixedDrive as FixedDrive
 from .items import Floor as Floor
 from .items import FloorPatch as FloorPatch
+from .items import ForceActuator as ForceActuator
 from .items import Imu as Imu
 from .items import Joint as Joint
 from .items import JointSensor as JointSensor
@@ -105,6 +106,7 @@ from .items import Slip as Slip
 from .items import SphereObstacle as SphereObstacle
 from .items import StateSpace as StateSpace
 from .items import StepsObstacle as StepsObstacle
+from .items import TorqueActuator as TorqueActuator
 from .items import TorqueMotor as TorqueMotor
 from .items import TransferFunction as TransferFunction
 from .items import TricycleDrive as TricycleDrive
@@ -120,7 +122,6 @@ from .items import actuator_kind as actuator_kind
 from .items import arm_names as arm_names
 from .items import first_looks as first_looks
 from .items import is_preset_file as is_preset_file
-from .items import kind_name as kind_name
 from .items import looks_after as looks_after
 from .items import misfits as misfits
 from .items import modules_across as modules_across

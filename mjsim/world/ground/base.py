@@ -62,6 +62,8 @@ def _model_there(name: str, info: ValidationInfo) -> str:
 NAME_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$"
 COLOR_PATTERN = r"^#[0-9a-fA-F]{6}$"
 PART_PATTERN = r"^[A-Za-z0-9_.-]+/[A-Za-z0-9]+$"
+JOINT_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_-]*$"
+POINT_PATTERN = r"^[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)?$"
 USE_PATTERN = r"^(exec:.+|[^:]+\.m|[^:]+:[A-Za-z_][A-Za-z0-9_]*)$"
 
 Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=64)]

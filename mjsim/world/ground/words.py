@@ -10,7 +10,15 @@ from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
 from mjsim.errors import did_you_mean
-from mjsim.world.ground.base import COLOR_PATTERN, KEY, NAME_PATTERN, PART_PATTERN, USE_PATTERN
+from mjsim.world.ground.base import (
+    COLOR_PATTERN,
+    JOINT_PATTERN,
+    KEY,
+    NAME_PATTERN,
+    PART_PATTERN,
+    POINT_PATTERN,
+    USE_PATTERN,
+)
 from mjsim.world.ground.descriptions import description_of
 
 Path = tuple[str | int, ...]
@@ -19,6 +27,8 @@ _PATTERNS = {
     NAME_PATTERN: "a name of letters, digits, '_', '.' and '-', which begins with a letter, a digit or '_'",
     COLOR_PATTERN: 'a colour such as "#e8e4da", in quotes',
     PART_PATTERN: "ARM/link1 and so on, or ARM/tool",
+    JOINT_PATTERN: "a name of letters, digits, '_' and '-'; a point would part it from what is on it",
+    POINT_PATTERN: "NAME, or NAME.POINT",
     USE_PATTERN: "'module:Class', 'file.py:Class', 'file.m' or 'exec:./program'",
 }
 _KINDS = {

@@ -61,6 +61,7 @@ from .mechanisms import Actuator as Actuator
 from .mechanisms import ActuatorSensor as ActuatorSensor
 from .mechanisms import Assembly as Assembly
 from .mechanisms import BodySensor as BodySensor
+from .mechanisms import ForceActuator as ForceActuator
 from .mechanisms import Joint as Joint
 from .mechanisms import JointSensor as JointSensor
 from .mechanisms import Mechanism as Mechanism
@@ -69,8 +70,8 @@ from .mechanisms import MechanismJoint as MechanismJoint
 from .mechanisms import Motion as Motion
 from .mechanisms import Place as Place
 from .mechanisms import ReactionSensor as ReactionSensor
+from .mechanisms import TorqueActuator as TorqueActuator
 from .mechanisms import actuator_kind as actuator_kind
-from .mechanisms import kind_name as kind_name
 from .mechanisms import place_of as place_of
 from .plants import Plant as Plant
 from .plants import StateSpace as StateSpace

@@ -4,6 +4,7 @@ from .actuators import ForceActuator as ForceActuator
 from .actuators import TorqueActuator as TorqueActuator
 from .actuators import actuator_kind as actuator_kind
 from .assembly import Assembly as Assembly
+from .assembly import Coupling as Coupling
 from .assembly import Motion as Motion
 from .bodies import MechanismBall as MechanismBall
 from .bodies import MechanismBody as MechanismBody
@@ -11,7 +12,6 @@ from .bodies import MechanismBox as MechanismBox
 from .bodies import MechanismCylinder as MechanismCylinder
 from .bodies import MechanismRod as MechanismRod
 from .joints import MechanismJoint as MechanismJoint
-from .joints import kind_name as kind_name
 from .mechanism import Mechanism as Mechanism
 from .motor_joint import Joint as Joint
 from .points import GROUND as GROUND

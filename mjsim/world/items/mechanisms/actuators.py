@@ -1,17 +1,16 @@
 """Actuators of mechanisms: motions that joints follow, and torques and forces that act on them."""
 
-import math
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from mjsim.world.ground import Model, OneOf, Point3, fault
-from mjsim.world.items.mechanisms.points import End, Named
+from mjsim.world.ground import Model, OneOf, fault
+from mjsim.world.items.mechanisms.points import Axis, End, Named
 from mjsim.world.items.signals import Signal
 
 
 class _Actuator(Model):
-    signal: Signal
+    signal: Signal | None = None
     """Its value over time."""
 
     @property
@@ -24,6 +23,8 @@ class _Motion(_Actuator):
     @model_validator(mode="after")
     def _can_be_followed(self) -> Self:
         kind = actuator_kind(self)
+        if self.signal is None:
+            raise fault(f"this {kind} has no signal; add signal: {{ramp: ...}} or another")
         if self.signal.kind in ("step", "square", "pulse", "random") and kind != "velocity":
             raise fault(
                 f"a {self.signal.kind} jumps, and nothing with a mass can follow; give a ramp, a sine or a table",
@@ -68,13 +69,20 @@ class DistanceActuator(_Motion):
 
 
 class _Effort(_Actuator):
-    axis: Point3 | None = None
+    axis: Axis | None = None
     """Direction of a positive value, frame of the mechanism; for a body only."""
+    find: bool = False
+    """Whether trimming finds its value, which stays; in place of a signal, on a joint."""
 
     @model_validator(mode="after")
-    def _has_a_direction(self) -> Self:
-        if self.axis is not None and math.hypot(*self.axis) < 1e-9:
-            raise fault("axis is [0, 0, 0], which has no direction", "axis")
+    def _has_a_signal(self) -> Self:
+        if self.find and self.signal is not None:
+            raise fault("trimming finds its value; leave out signal, or find", "find")
+        if not self.find and self.signal is None:
+            kind = actuator_kind(self)
+            raise fault(
+                f"this {kind} has no signal; add signal: {{constant: {{value: 1}}}}, or find: true in mode trim"
+            )
         return self
 
 

@@ -1,7 +1,7 @@
 """How a mechanism hangs together: its bodies by number, its values, and where its loops are cut."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -29,12 +29,33 @@ class Motion:
     """Of a distance."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Coupling:
+    """A value that goes with another one from where both start: first = ratio times second."""
+
+    name: str
+    first: int
+    """Column."""
+    second: int
+    ratio: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Rod:
+    """Two points that stay as far apart as they start."""
+
+    name: str
+    ends: tuple[Spot, Spot]
+    length: float | None
+    """As at the start unless given [m]."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Assembly:
     """A mechanism as `mjsim.mechanics` has it, and how it starts."""
 
     bodies: tuple[str, ...]
-    """By number; the ground first, '' for the ghosts beyond cuts."""
+    """By number; the ground first; of ghosts beyond cuts `JOINT.ghost`, or '' where the physics needs none."""
     linkage: Linkage
     rows: tuple[Rows, ...]
     """What holds at all times: closed loops and constraints."""
@@ -49,10 +70,14 @@ class Assembly:
     slides: tuple[bool, ...]
     """Whether a value is a length."""
     drives: tuple[Motion, ...]
+    couplings: tuple[Coupling, ...] = ()
+    rods: tuple[Rod, ...] = ()
     start: Array
     """Of the values, shape (values,) [rad, m]."""
     speeds: Array
     """At the start, shape (values,) [1/s]."""
+    found: Mapping[int, float] = field(default_factory=dict)
+    """Torques and forces that trimming found, by the number of their actuator [N m, N]."""
 
     def number(self, body: str) -> int:
         """Return the number of a body."""
@@ -94,7 +119,9 @@ class Assembly:
             own = [self.names[column] for column in self.columns[name]]
             found = f"has {len(own)} values; name one of {', '.join(own)}" if own else "is a weld, which does not move"
             raise ValueError(f"joint '{name}' {found}")
-        raise ValueError(f"no joint '{name}' in this mechanism{did_you_mean(name, [*self.columns, *self.names])}")
+        raise ValueError(
+            f"no joint '{name}' in this mechanism{did_you_mean(name, dict.fromkeys([*self.columns, *self.names]))}"
+        )
 
 
 def rank_of(matrix: Array) -> int:

@@ -13,6 +13,9 @@ from mjsim.world.items.mechanisms.assembly import Assembly, Motion, rank_of
 from mjsim.world.items.mechanisms.motions import Read, motions_of
 from mjsim.world.items.mechanisms.parts import MechanismParts
 from mjsim.world.items.mechanisms.points import GROUND
+from mjsim.world.items.mechanisms.rest import trimmed
+from mjsim.world.items.mechanisms.sensed import check_sensors
+from mjsim.world.items.mechanisms.ties import couplings_of, rods_of, tied_rows
 from mjsim.world.items.mechanisms.tree import Points, linkage_of, places_of, tree_of, values_of
 
 SAME = 1e-6
@@ -31,14 +34,14 @@ def assemble(mechanism: MechanismParts, read: Read) -> Assembly:
     """
     points: Points = {GROUND: {}, **{body.name: body.points() for body in mechanism.bodies}}
     places = places_of(mechanism, points)
-    axis = next((each for joint in mechanism.joints if (each := getattr(joint, "axis", None))), (0.0, 0.0, 1.0))
+    axis = next((each for joint in mechanism.all_joints if (each := getattr(joint, "axis", None))), (0.0, 0.0, 1.0))
     linkage, bodies, cuts = linkage_of(mechanism, places, tree_of(mechanism, places), axis)
     names, columns, slides = values_of(mechanism)
-    rows: list[Rows] = [Coincide(*pair) for pair in cuts.values()]
+    closures: list[Rows] = [Coincide(*pair) for pair in cuts.values()]
     found = Assembly(
         bodies=bodies,
         linkage=linkage,
-        rows=tuple(rows),
+        rows=tuple(closures),
         cuts=cuts,
         places=places,
         names=names,
@@ -48,17 +51,23 @@ def assemble(mechanism: MechanismParts, read: Read) -> Assembly:
         start=np.zeros(linkage.size),
         speeds=np.zeros(linkage.size),
     )
+    couplings, rods = couplings_of(mechanism, found), rods_of(mechanism, found, points)
+    found = dataclasses.replace(found, couplings=couplings, rods=rods)
     found = dataclasses.replace(found, drives=motions_of(mechanism, found, points, read))
+    check_sensors(mechanism, found, points)
     return _started(mechanism, found)
 
 
 def _started(mechanism: MechanismParts, found: Assembly) -> Assembly:
     """Return the assembly with its values and speeds at the start."""
     begin, held = _given(mechanism, found)
-    rows = [*found.rows, *driver_rows(found, 0.0)]
+    rows = [*found.rows, *tied_rows(found, None), *driver_rows(found, 0.0)]
     closed = close(found.linkage, rows, begin, held=sorted(held))
     if not closed.good:
         raise _open(mechanism, found, closed.values, closed.miss)
+    found = dataclasses.replace(found, rows=(*found.rows, *tied_rows(found, closed.values)))
+    if mechanism.mode == "trim":
+        return trimmed(mechanism, found, closed.values, held)
     _within(mechanism, found, closed.values)
     _check_drives(mechanism, found, closed.values)
     speeds = _speeds(mechanism, found, closed.values)
@@ -83,7 +92,7 @@ def _given(mechanism: MechanismParts, found: Assembly) -> tuple[Array, set[int]]
     led = {
         drive.column: float(drive.signal.value(0.0)) for drive in found.drives if drive.kind in ("angle", "position")
     }
-    for number, joint in enumerate(mechanism.joints):
+    for number, joint in enumerate(mechanism.all_joints):
         for column, start, near in zip(
             found.columns[joint.name], joint.spread("start"), joint.spread("near"), strict=True
         ):
@@ -112,14 +121,13 @@ def _open(mechanism: MechanismParts, found: Assembly, values: Array, miss: float
         missed = Coincide(ghost, body).residual(found.linkage, placement, values)
         if np.abs(missed).max() >= far:
             worst, far = name, float(np.abs(missed).max())
-            how = (
-                f"{np.linalg.norm(missed[:3]):.4g} m and {math.degrees(float(np.linalg.norm(missed[3:]))):.4g} degrees"
-            )
+            turned = math.degrees(float(np.linalg.norm(missed[3:])))
+            how = f"{np.linalg.norm(missed[:3]):.4g} m" + (f" and {turned:.4g} degrees" if turned > 1e-6 else "")
     if not worst:
         return fault(
             f"the start values miss what the constraints ask for by {miss:.4g}; leave some of them out", "joints"
         )
-    number = next(place for place, joint in enumerate(mechanism.joints) if joint.name == worst)
+    number = next(place for place, joint in enumerate(mechanism.all_joints) if joint.name == worst)
     return fault(
         f"the loop at joint '{worst}' does not close with these lengths and start values: it misses by {how};"
         " change them, or leave out the start of a joint in it",
@@ -128,7 +136,7 @@ def _open(mechanism: MechanismParts, found: Assembly, values: Array, miss: float
 
 
 def _within(mechanism: MechanismParts, found: Assembly, values: Array) -> None:
-    for number, joint in enumerate(mechanism.joints):
+    for number, joint in enumerate(mechanism.all_joints):
         for column in found.columns[joint.name]:
             key = "range" if found.slides[column] else "range_deg"
             pair = getattr(joint, key)
@@ -163,6 +171,12 @@ def _check_drives(mechanism: MechanismParts, found: Assembly, values: Array) -> 
                 *("actuators", drive.number),
             )
         rank = grown
+    if mechanism.mode != "forward" and rank < found.linkage.size:
+        raise fault(
+            f"mode {mechanism.mode} needs a motion for each freedom: {len(found.drives)} of {free} are led;"
+            " add an angle, position, velocity or distance, or use mode: forward",
+            "mode",
+        )
 
 
 def _drive_row(found: Assembly, drive: Motion) -> Rows:
@@ -174,7 +188,7 @@ def _drive_row(found: Assembly, drive: Motion) -> Rows:
 def _speeds(mechanism: MechanismParts, found: Assembly, values: Array) -> Array:
     """Return the speeds at the start: those given, those of motions, and what follows from loops."""
     held: dict[int, float] = {}
-    for joint in mechanism.joints:
+    for joint in mechanism.all_joints:
         for column, speed in zip(found.columns[joint.name], joint.spread("speed"), strict=True):
             if speed is not None:
                 held[column] = speed
@@ -182,7 +196,7 @@ def _speeds(mechanism: MechanismParts, found: Assembly, values: Array) -> Array:
         if drive.column >= 0:
             rate = drive.signal.value(0.0) if drive.kind == "velocity" else drive.signal.rate(0.0)
             if drive.column in held and abs(held[drive.column] - rate) > SAME:
-                owners = [n for n, each in enumerate(mechanism.joints) if drive.column in found.columns[each.name]]
+                owners = [n for n, each in enumerate(mechanism.all_joints) if drive.column in found.columns[each.name]]
                 raise fault("the speed at the start contradicts the joint's actuator; leave it out", "joints", *owners)
             held[drive.column] = float(rate)
     rows, wanted = list(found.rows), [np.zeros(len(jacobian(found.linkage, found.rows, values)))]

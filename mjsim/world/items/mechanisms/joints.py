@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from mjsim.world.ground import Metres, Model, OneOf, Point3, fault
+from mjsim.world.ground import Metres, Model, fault
 from mjsim.world.items.mechanisms.bodies import RollPitchYaw
-from mjsim.world.items.mechanisms.points import End, PartName
+from mjsim.world.items.mechanisms.points import Axis, End, PartName
 
 if TYPE_CHECKING:  # worlds without mechanisms start without it
     from mjsim.mechanics import Primitive
@@ -72,9 +72,14 @@ class MechanismJoint(Model):
     """Dry friction, the same at rest and in motion [N, N m]."""
 
     @property
+    def kind(self) -> str:
+        """The key that names it: `revolute` and so on."""
+        return next(key for key, field in type(self).model_fields.items() if field.annotation is str)
+
+    @property
     def name(self) -> str:
         """In the scene, `MECHANISM/JOINT`."""
-        return str(getattr(self, kind_name(self)))
+        return str(getattr(self, self.kind))
 
     @abstractmethod
     def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
@@ -149,15 +154,11 @@ class MechanismJoint(Model):
         return [next(of_slides if part.kind == "slide" else of_turns) for part in parts for _ in range(part.width)]
 
 
-class _OneAxis(MechanismJoint):
-    axis: Point3 | None = None
-    """In the frame of the first body; that of the mechanism's first joint unless given."""
+class OneAxis(MechanismJoint):
+    """A joint along one axis."""
 
-    @model_validator(mode="after")
-    def _has_a_direction(self) -> Self:
-        if self.axis is not None and math.hypot(*self.axis) < 1e-9:
-            raise fault("axis is [0, 0, 0], which has no direction", "axis")
-        return self
+    axis: Axis | None = None
+    """In the frame of the first body; that of the mechanism's first joint unless given."""
 
     def direction(self, axis: tuple[float, ...]) -> tuple[float, float, float]:
         """Return its axis as a unit vector; the one given unless it has its own."""
@@ -175,7 +176,7 @@ class WeldJoint(MechanismJoint):
         return ()
 
 
-class RevoluteJoint(_OneAxis):
+class RevoluteJoint(OneAxis):
     """A hinge."""
 
     revolute: PartName
@@ -183,10 +184,10 @@ class RevoluteJoint(_OneAxis):
 
     def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
         """Return the turn."""
-        return _chain(("turn", self.direction(axis), ""))
+        return chain(("turn", self.direction(axis), ""))
 
 
-class PrismaticJoint(_OneAxis):
+class PrismaticJoint(OneAxis):
     """A slide."""
 
     prismatic: PartName
@@ -194,10 +195,10 @@ class PrismaticJoint(_OneAxis):
 
     def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
         """Return the slide."""
-        return _chain(("slide", self.direction(axis), ""))
+        return chain(("slide", self.direction(axis), ""))
 
 
-class CylindricalJoint(_OneAxis):
+class CylindricalJoint(OneAxis):
     """A slide along an axis and a turn about it."""
 
     cylindrical: PartName
@@ -206,10 +207,10 @@ class CylindricalJoint(_OneAxis):
     def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
         """Return slide and turn."""
         along = self.direction(axis)
-        return _chain(("slide", along, "slide"), ("turn", along, "turn"))
+        return chain(("slide", along, "slide"), ("turn", along, "turn"))
 
 
-class PlanarJoint(_OneAxis):
+class PlanarJoint(OneAxis):
     """Two slides in a plane and a turn about its normal, which is `axis`."""
 
     planar: PartName
@@ -219,7 +220,19 @@ class PlanarJoint(_OneAxis):
         """Return both slides and the turn."""
         normal = self.direction(axis)
         first, second = across(normal)
-        return _chain(("slide", first, "x"), ("slide", second, "y"), ("turn", normal, "turn"))
+        return chain(("slide", first, "x"), ("slide", second, "y"), ("turn", normal, "turn"))
+
+
+class InPlaneJoint(OneAxis):
+    """Two slides in a plane, whose normal is `axis`."""
+
+    in_plane: PartName
+    """Its name; its values are `NAME.x` and `NAME.y`."""
+
+    def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
+        """Return both slides."""
+        first, second = across(self.direction(axis))
+        return chain(("slide", first, "x"), ("slide", second, "y"))
 
 
 class SphericalJoint(MechanismJoint):
@@ -230,10 +243,11 @@ class SphericalJoint(MechanismJoint):
 
     def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
         """Return the ball."""
-        return _chain(("ball", Z, ""))
+        return chain(("ball", Z, ""))
 
 
-def _chain(*parts: tuple[Any, tuple[float, float, float], str]) -> "tuple[Primitive, ...]":
+def chain(*parts: tuple[Any, tuple[float, float, float], str]) -> "tuple[Primitive, ...]":
+    """Return primitives of kinds, axes and suffixes."""
     from mjsim.mechanics import Primitive
 
     return tuple(Primitive(kind=kind, axis=axis, suffix=suffix) for kind, axis, suffix in parts)
@@ -254,25 +268,3 @@ def across(normal: tuple[float, float, float]) -> tuple[tuple[float, float, floa
     nx, ny, nz = normal
     fx, fy, fz = first
     return first, (ny * fz - nz * fy, nz * fx - nx * fz, nx * fy - ny * fx)
-
-
-JOINTS: dict[str, type[MechanismJoint]] = {
-    "weld": WeldJoint,
-    "revolute": RevoluteJoint,
-    "prismatic": PrismaticJoint,
-    "cylindrical": CylindricalJoint,
-    "planar": PlanarJoint,
-    "spherical": SphericalJoint,
-}
-"""Joints by the key that names them."""
-
-
-def kind_name(joint: MechanismJoint) -> str:
-    """Return the key of a joint's kind."""
-    return next(kind for kind, model in JOINTS.items() if isinstance(joint, model))
-
-
-Jointed = Annotated[
-    WeldJoint | RevoluteJoint | PrismaticJoint | CylindricalJoint | PlanarJoint | SphericalJoint,
-    OneOf(JOINTS, f"a joint needs its kind, which names it: {', '.join(JOINTS)}, such as revolute: NAME"),
-]

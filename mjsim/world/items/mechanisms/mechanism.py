@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Self
 
 from pydantic import PrivateAttr, ValidationInfo, model_validator
 
@@ -11,7 +11,7 @@ from mjsim.errors import did_you_mean
 from mjsim.world.files import BUILT, Source, read_asset
 from mjsim.world.ground import Degrees, Metres, Name, Point, fault
 from mjsim.world.items.mechanisms.bodies import MechanismBody
-from mjsim.world.items.mechanisms.joints import Jointed
+from mjsim.world.items.mechanisms.joint_kinds import Jointed
 from mjsim.world.items.mechanisms.parts import MechanismParts
 from mjsim.world.items.mechanisms.points import GROUND
 
@@ -33,8 +33,6 @@ class Mechanism(MechanismParts):
     """Where the x axis of its frame points, counter-clockwise from x."""
     elevation: Metres = 0.0
     """Height of its frame above the floor [m]."""
-    mode: Literal["forward"] = "forward"
-    """How it is moved: forces move it (forward)."""
     collide: bool = False
     """Whether its bodies touch each other."""
     _source: Source = PrivateAttr(default=BUILT)

@@ -22,7 +22,7 @@ def motions_of(mechanism: MechanismParts, found: Assembly, points: Points, read:
     for number, actuator in enumerate(mechanism.actuators):
         kind, column, ends = actuator_kind(actuator), -1, None
         if kind in MOTIONS and isinstance(actuator, DistanceActuator):
-            ends = _spots(actuator.distance, found, points, ("actuators", number, kind))
+            ends = spots_of(actuator.distance, found, points, ("actuators", number, kind))
         else:
             column = _actuated(mechanism, found, number, kind, points)
         if actuator.target in taken:
@@ -34,13 +34,23 @@ def motions_of(mechanism: MechanismParts, found: Assembly, points: Points, read:
             )
         taken[actuator.target] = number
         angle = kind in MOTIONS and column >= 0 and not found.slides[column]
+        if actuator.signal is None:
+            _check_find(mechanism, number, kind, column)
+            continue
         if (wrong := actuator.signal.misfit(angle=angle)) is not None:
             raise fault(wrong[0], "actuators", number, "signal", *wrong[1])
         if kind in MOTIONS:
             rng = np.random.default_rng(0) if actuator.signal.kind == "random" else None
             made = actuator.signal.made(read, rng, angle=angle)
-            drives.append(Motion(number=number, kind=kind, column=column, ends=ends, signal=made))
+            drives.append(Motion(number=number, kind=kind, column=column, ends=ends, signal=made, name=actuator.target))
     return tuple(drives)
+
+
+def _check_find(mechanism: MechanismParts, number: int, kind: str, column: int) -> None:
+    if mechanism.mode != "trim":
+        raise fault("find is for mode: trim; give a signal", "actuators", number, "find")
+    if column < 0:
+        raise fault(f"find is for a {kind} on a joint; give a signal", "actuators", number, "find")
 
 
 def _actuated(
@@ -75,12 +85,20 @@ def _actuated(
     return column
 
 
-def _spots(
+def spots_of(
     ends: Sequence[End],
     found: Assembly,
     points: Points,
     path: tuple[str | int, ...],
 ) -> tuple[Spot, Spot]:
+    """Return two points of two bodies.
+
+    Args:
+        ends: As they are written.
+        found: The mechanism.
+        points: By body, its named points.
+        path: Where they stand, for errors.
+    """
     spots = []
     for which, end in enumerate(ends):
         try:

@@ -1,24 +1,44 @@
 """What a mechanism consists of."""
 
-from typing import Annotated
+from functools import cached_property
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from mjsim.world.ground import Model
 from mjsim.world.items.mechanisms.actuators import Actuator
 from mjsim.world.items.mechanisms.bodies import MechanismBody
-from mjsim.world.items.mechanisms.joints import Jointed
+from mjsim.world.items.mechanisms.constraints import Constraint, ParallelConstraint
+from mjsim.world.items.mechanisms.joint_kinds import Jointed
+from mjsim.world.items.mechanisms.joints import MechanismJoint
+from mjsim.world.items.mechanisms.many_joints import CustomJoint
 from mjsim.world.items.mechanisms.sensors import MechanismSensor
 
 
 class MechanismParts(Model):
     """Bodies, joints, actuators and sensors, before they are put together."""
 
+    mode: Literal["forward", "inverse", "kinematics", "trim"] = "forward"
+    """forward: forces move it. inverse, kinematics: motions lead every freedom exactly, and the forces that this takes
+    follow. trim: it starts where it stays at rest."""
     bodies: Annotated[tuple[MechanismBody, ...], Field(strict=False, min_length=1, max_length=200)]
     """What it consists of."""
     joints: Annotated[tuple[Jointed, ...], Field(strict=False, min_length=1, max_length=300)]
     """What holds its bodies; a joint between bodies that others hold already closes a loop."""
+    constraints: Annotated[tuple[Constraint, ...], Field(strict=False, max_length=200)] = ()
+    """What must hold beside the joints: gears, screws, distances, parallel axes."""
     actuators: Annotated[tuple[Actuator, ...], Field(strict=False, max_length=200)] = ()
     """What moves it."""
     sensors: Annotated[tuple[MechanismSensor, ...], Field(strict=False, max_length=200)] = ()
     """What is recorded beside its joints."""
+
+    @cached_property
+    def all_joints(self) -> tuple[MechanismJoint, ...]:
+        """Its joints, and those that constraints stand for: a parallel axis is three slides and a turn."""
+        found: list[MechanismJoint] = list(self.joints)
+        for number, item in enumerate(self.constraints, start=1):
+            if isinstance(item, ParallelConstraint):
+                slides = [{"slide": axis} for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]
+                keys = {"custom": item.name or f"parallel{number}", "of": item.parallel}
+                found.append(CustomJoint.model_validate({**keys, "motions": [*slides, {"turn": item.axis}]}))
+        return tuple(found)

@@ -1,21 +1,30 @@
 """Points of mechanisms: a body, a named point of it, or one by its coordinates."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from mjsim.errors import did_you_mean
-from mjsim.world.ground import Name, Point3
+from mjsim.world.ground import JOINT_PATTERN, POINT_PATTERN, Name, Point3
 
 GROUND = "ground"
 """The name of what does not move."""
-PART_NAME = r"^[A-Za-z0-9_][A-Za-z0-9_-]*$"
 
-PartName = Annotated[str, Field(pattern=PART_NAME, max_length=64)]
+
+def _pointing(axis: tuple[float, ...]) -> tuple[float, ...]:
+    if math.hypot(*axis) < 1e-9:
+        raise ValueError("it is [0, 0, 0], which has no direction; give one number that is not 0")
+    return axis
+
+
+PartName = Annotated[str, Field(pattern=JOINT_PATTERN, max_length=64)]
 """Of a body or a joint: letters, digits, `_` and `-`; a point separates it from what is on it."""
-Named = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)?$", max_length=130)]
+Axis = Annotated[Point3, AfterValidator(_pointing)]
+"""A direction, of any length."""
+Named = Annotated[str, Field(pattern=POINT_PATTERN, max_length=130)]
 """'BODY' or 'BODY.POINT'."""
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from mjsim.mechanics import Linkage, TreeJoint, inverted, placed
 from mjsim.world.ground import fault
-from mjsim.world.items.mechanisms.joints import MechanismJoint, kind_name
+from mjsim.world.items.mechanisms.joints import MechanismJoint
 from mjsim.world.items.mechanisms.parts import MechanismParts
 from mjsim.world.items.mechanisms.points import GROUND, Place, place_of
 
@@ -18,7 +18,7 @@ Points = Mapping[str, Mapping[str, tuple[float, ...]]]
 def places_of(mechanism: MechanismParts, points: Points) -> dict[str, tuple[Place, Place]]:
     """Return by joint the points that meet."""
     found = {}
-    for number, joint in enumerate(mechanism.joints):
+    for number, joint in enumerate(mechanism.all_joints):
         ends = []
         for which, end in enumerate(joint.of):
             try:
@@ -59,7 +59,7 @@ def tree_of(mechanism: MechanismParts, places: Mapping[str, tuple[Place, Place]]
 
 def _spanning(mechanism: MechanismParts, places: Mapping[str, tuple[Place, Place]]) -> list[MechanismJoint]:
     """Return joints that hold all bodies without a loop: those first at which a loop had better not be cut."""
-    driven = {actuator.target.partition(".")[0] for actuator in mechanism.actuators}
+    driven = needed(mechanism)
     group = {GROUND: GROUND} | {body.name: body.name for body in mechanism.bodies}
 
     def root(name: str) -> str:
@@ -68,17 +68,25 @@ def _spanning(mechanism: MechanismParts, places: Mapping[str, tuple[Place, Place
         return name
 
     chosen = []
-    for joint in sorted(mechanism.joints, key=lambda each: _may_be_cut(each) and each.name not in driven):
+    for joint in sorted(mechanism.all_joints, key=lambda each: _may_be_cut(each) and each.name not in driven):
         first, second = (root(place.body) for place in places[joint.name])
         if first != second:
             group[second] = first
             chosen.append(joint)
-    return sorted(chosen, key=mechanism.joints.index)
+    return sorted(chosen, key=mechanism.all_joints.index)
+
+
+def needed(mechanism: MechanismParts) -> set[str]:
+    """Return the joints that something acts on, so that the physics must have them as they are."""
+    names = [actuator.target for actuator in mechanism.actuators]
+    for item in mechanism.constraints:
+        names += getattr(item, "gear", None) or getattr(item, "screw", None) or ()
+    return {name.partition(".")[0] for name in names}
 
 
 def _may_be_cut(joint: MechanismJoint) -> bool:
     own = ("stiffness", "damping", "friction", "range", "range_deg")
-    return kind_name(joint) in SOFT_CUTS and all(getattr(joint, key) is None for key in own)
+    return joint.kind in SOFT_CUTS and all(getattr(joint, key) is None for key in own)
 
 
 def linkage_of(
@@ -89,7 +97,7 @@ def linkage_of(
 ) -> tuple[Linkage, tuple[str, ...], dict[str, tuple[int, int]]]:
     """Return the linkage, the bodies by number, and the cuts."""
     firsts, column = {}, 0
-    for each in mechanism.joints:
+    for each in mechanism.all_joints:
         firsts[each.name] = column
         column += sum(part.width for part in each.primitives(axis))
     bodies, found, cuts = [GROUND], list[TreeJoint](), {}
@@ -97,12 +105,13 @@ def linkage_of(
         ends = places[joint.name]
         found.append(_tree_joint(joint, ends, axis, bodies, first=firsts[joint.name], backwards=backwards))
         bodies.append(ends[0 if backwards else 1].body)
-    within = {joint.name for joint, _ in tree}
-    for item in mechanism.joints:
+    within, acted = {joint.name for joint, _ in tree}, needed(mechanism)
+    for item in mechanism.all_joints:
         if item.name not in within:
             ends = places[item.name]
             found.append(_tree_joint(item, ends, axis, bodies, first=firsts[item.name], backwards=False))
-            bodies.append("")
+            soft = _may_be_cut(item) and item.name not in acted
+            bodies.append("" if soft else f"{item.name}.ghost")
             cuts[item.name] = (len(bodies) - 1, bodies.index(ends[1].body))
     return Linkage(found), tuple(bodies), cuts
 
@@ -134,7 +143,7 @@ def _tree_joint(
 def values_of(mechanism: MechanismParts) -> tuple[tuple[str, ...], dict[str, range], tuple[bool, ...]]:
     """Return names of all values, their columns by joint, and whether each is a length."""
     names, columns, slides = list[str](), {}, list[bool]()
-    for joint in mechanism.joints:
+    for joint in mechanism.all_joints:
         begin = len(names)
         for part in joint.primitives((0.0, 0.0, 1.0)):
             suffixes = ("rx", "ry", "rz") if part.kind == "ball" else (part.suffix,)

@@ -1,0 +1,127 @@
+"""Mechanisms that motions lead exactly, and all mechanisms of a world together."""
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+
+from mjsim.mechanics import Apart, JointMotion, Linear, Rows, SensorReadings, rates, tracked
+from mjsim.sim.mechanism_sensors import Moment
+from mjsim.sim.mechanisms import MechanismAtWork
+from mjsim.world import World
+
+LED_MODES = ("inverse", "kinematics")
+
+
+class LedMechanism(MechanismAtWork):
+    """A mechanism each freedom of which follows a motion: it is where that has it, at every step.
+
+    Forces do not move it; those that the motion takes are worked out. What it touches feels its speed.
+    """
+
+    _power: tuple[float, float]
+    """Time of the last tick, and the power of all motions then [s, W]."""
+
+    @property
+    def moved(self) -> bool:
+        """Whether something moves it: always."""
+        return True
+
+    def act(self, step: int) -> None:
+        """Put it where it is at a step."""
+        super().act(step)
+        self._put(step)
+
+    def settle(self, step: int) -> None:
+        """Put it where it is at the end of a tick, before the step of that number."""
+        super().settle(step)
+        self._put(step)
+
+    def moment(self, step: int) -> Moment:
+        """Return how it moves now, before the step of that number."""
+        self._put(step)
+        self._exact(step, self._data.qvel.copy())
+        mujoco.mj_rnePostConstraint(self._model, self._scratch)
+        return self._told(step)
+
+    def _count_work(self) -> None:
+        """Count nothing: the forces of the physics are not those that lead it."""
+
+    def _told(self, step: int) -> Moment:
+        """Return what the scratch state says of it, with the work of motions by the trapezoidal rule over ticks."""
+        now, time = super()._told(step), step * self._h
+        power = float(now.efforts @ now.speeds) + sum(force * speed for force, speed in now.pulls.values())
+        self._work += (power + self._power[1]) / 2.0 * (time - self._power[0])
+        self._power = time, power
+        return replace(now, work=self._work)
+
+    def _begin(self) -> None:
+        self._power = 0.0, 0.0
+        self._now = self._assembly.start.copy()
+        self.act(0)
+
+    def _put(self, step: int) -> None:
+        """Solve for all values and speeds at a step, and write them."""
+        linkage, rows = self._assembly.linkage, list[Rows](self._assembly.rows)
+        wanted = [np.zeros(self._held())]
+        for follower in self._followers:
+            drive, goal = follower.drive, follower.goal(step)
+            rows.append(Linear({drive.column: 1.0}, goal) if drive.ends is None else Apart(drive.ends, goal))
+            wanted.append(np.array([follower.slope(step * self._h)[0]]))
+        self._now = tracked(linkage, rows, self._now, columns=range(linkage.size))
+        speeds, _ = rates(linkage, rows, self._now, held={}, wanted=np.concatenate(wanted))
+        self._places.write(self._data, self._assembly, self._now, speeds)
+
+    def _held(self) -> int:
+        """Return how many rows hold it beside the motions."""
+        assembly = self._assembly
+        placed = assembly.linkage.place(self._now)
+        return sum(len(row.residual(assembly.linkage, placed, self._now)) for row in assembly.rows)
+
+    def _accelerations(self, step: int) -> dict[int, float]:
+        return {each.equality: each.slope(step * self._h)[1] for each in self._followers}
+
+
+class Mechanisms:
+    """All mechanisms of a world at work."""
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, world: World, *, seed: int) -> None:
+        """Set them to their starts.
+
+        Args:
+            model: The compiled world.
+            data: Its state, at the start.
+            world: As it was written.
+            seed: Of the run.
+        """
+        self._all = [
+            (LedMechanism if each.mode in LED_MODES else MechanismAtWork)(
+                model, data, each, seed=seed, read=world.read_asset
+            )
+            for each in world.mechanisms
+        ]
+        self._per_tick = world.run.steps_per_tick
+        self._now: tuple[int, dict[str, tuple[JointMotion, SensorReadings]]] = -1, {}
+
+    def acting(self) -> list[MechanismAtWork]:
+        """Return those that something moves."""
+        return [each for each in self._all if each.moved]
+
+    def settle(self, tick: int) -> None:
+        """Bring all to where they are at a tick."""
+        for each in self._all:
+            each.settle(tick * self._per_tick)
+
+    def motions(self, tick: int) -> dict[str, JointMotion]:
+        """Return how the joints of each mechanism move at a tick, by its name."""
+        return {name: motion for name, (motion, _) in self._at(tick).items()}
+
+    def readings(self, tick: int) -> dict[str, SensorReadings]:
+        """Return what the sensors of each mechanism read at a tick, by its name."""
+        return {name: readings for name, (_, readings) in self._at(tick).items()}
+
+    def _at(self, tick: int) -> dict[str, tuple[JointMotion, SensorReadings]]:
+        """Return all of a tick; worked out once."""
+        if self._now[0] != tick:
+            self._now = tick, {each.mechanism.name: each.motion(tick * self._per_tick) for each in self._all}
+        return self._now[1]

@@ -1,0 +1,92 @@
+"""Where the values of a mechanism are in MuJoCo's state, and the forces of its constraints."""
+
+import mujoco
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.mechanics import inverted, rotation_vector
+from mjsim.world import Assembly, Mechanism
+
+
+def equality_forces(data: mujoco.MjData, equality: int) -> Array:
+    """Return the forces of an equality constraint, shape (rows,) [N, N m]."""
+    count = int(data.ne)
+    own = (data.efc_id[:count] == equality) & (data.efc_type[:count] == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+    return np.asarray(data.efc_force[:count][own])
+
+
+def copy_state(source: mujoco.MjData, target: mujoco.MjData, places: Array, speeds: Array) -> None:
+    """Copy all that forces depend on, with other positions and speeds."""
+    target.qpos[:], target.qvel[:], target.time = places, speeds, source.time
+    target.ctrl[:], target.act[:] = source.ctrl, source.act
+    target.qfrc_applied[:], target.xfrc_applied[:] = source.qfrc_applied, source.xfrc_applied
+    target.eq_active[:], target.qacc_warmstart[:] = source.eq_active, source.qacc_warmstart
+
+
+class Places:
+    """Where the values of a mechanism are in MuJoCo's state."""
+
+    def __init__(self, model: mujoco.MjModel, mechanism: Mechanism) -> None:
+        assembly, name = mechanism.assembly, mechanism.name
+        columns, qpos, dofs = list[int](), list[int](), list[int]()
+        self._balls: list[tuple[int, int, int, int]] = []
+        for number, tree in enumerate(assembly.linkage.joints, start=1):
+            if not assembly.bodies[number]:
+                continue
+            for primitive, column in zip(tree.primitives, tree.columns(), strict=True):
+                ball = primitive.kind == "ball"
+                joint = model.joint(f"{name}/{tree.name if ball else assembly.names[column]}")
+                place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
+                if ball:
+                    self._balls.append((number, column, place, dof))
+                columns += range(column, column + primitive.width)
+                qpos += [place] * primitive.width
+                dofs += range(dof, dof + primitive.width)
+        self.columns, self._qpos = np.array(columns, dtype=int), np.array(qpos, dtype=int)
+        self.dofs_by_column = np.array(dofs, dtype=int)
+        self.dofs = np.sort(self.dofs_by_column)
+        own = [k for k in range(model.neq) if model.equality(k).name.startswith(f"{name}/")]
+        self.equalities = np.array(own, dtype=int)
+        numbered = list(enumerate(assembly.bodies))
+        self._bodies = [model.body(f"{name}/{body}").id if body and place else 0 for place, body in numbered]
+
+    def set_speeds(self, data: mujoco.MjData, assembly: Assembly) -> None:
+        """Write the speeds of the start."""
+        self.write(data, assembly, assembly.start, assembly.speeds)
+
+    def read(self, data: mujoco.MjData, assembly: Assembly) -> tuple[Array, Array, Array]:
+        """Return values, speeds and accelerations, each of shape (values,); 0 for those at cuts."""
+        size = assembly.linkage.size
+        values, speeds, accelerations = np.zeros(size), np.zeros(size), np.zeros(size)
+        values[self.columns] = data.qpos[self._qpos]
+        speeds[self.columns] = data.qvel[self.dofs_by_column]
+        accelerations[self.columns] = data.qacc[self.dofs_by_column]
+        for number, column, _, _ in self._balls:
+            tree = assembly.linkage.joints[number - 1]
+            parent, body = (data.xmat[self._bodies[k]].reshape(3, 3) for k in (tree.parent, number))
+            before, after = tree.before[:3, :3], inverted(tree.after)[:3, :3]
+            turned = before.T @ parent.T @ body @ after
+            values[column : column + 3] = tree.sign * rotation_vector(turned)
+        return values, speeds, accelerations
+
+    def write(self, data: mujoco.MjData, assembly: Assembly, values: Array, speeds: Array) -> None:
+        """Write values and speeds of all joints that the physics has.
+
+        Args:
+            data: Where to.
+            assembly: Of the mechanism.
+            values: Shape (values,) [rad, m].
+            speeds: Shape (values,) [1/s].
+        """
+        data.qpos[self._qpos], data.qvel[self.dofs_by_column] = values[self.columns], speeds[self.columns]
+        if not self._balls:
+            return
+        now, start = assembly.linkage.place(values), assembly.linkage.place(assembly.start)
+        for number, column, place, dof in self._balls:
+            parent = assembly.linkage.joints[number - 1].parent
+            turned, before = (each.poses[parent, :3, :3].T @ each.poses[number, :3, :3] for each in (now, start))
+            quaternion = np.zeros(4)
+            mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(before.T @ turned).ravel())
+            data.qpos[place : place + 4] = quaternion
+            part = slice(column, column + 3)
+            data.qvel[dof : dof + 3] = now.poses[number, :3, :3].T @ now.axes[part].T @ speeds[part]

@@ -1,0 +1,63 @@
+"""Torques and forces on the bodies of mechanisms."""
+
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+from numpy.random import Generator
+
+from mjsim.mechanics import Constant, TimeSignal
+from mjsim.world import GROUND, Actuator, Assembly, ForceActuator, Mechanism, TorqueActuator, place_of
+
+
+def effort_signal(
+    assembly: Assembly, number: int, actuator: Actuator, read: Callable[[str], bytes], rng: Generator
+) -> TimeSignal:
+    """Return what a torque or a force is over time; one that trimming found is constant.
+
+    Args:
+        assembly: Of the mechanism.
+        number: Of the actuator.
+        actuator: As it is written.
+        read: Returns a file that the world names.
+        rng: Of a random signal.
+    """
+    if number in assembly.found:
+        return Constant(level=assembly.found[number])
+    assert actuator.signal is not None, "checked when it was read"
+    return actuator.signal.made(read, rng)
+
+
+class Push:
+    """A torque on a body, or a force on a point of it, along an axis of the mechanism's frame."""
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        mechanism: Mechanism,
+        actuator: TorqueActuator | ForceActuator,
+        signal: TimeSignal,
+    ) -> None:
+        """Find the body.
+
+        Args:
+            model: The compiled world.
+            mechanism: Whose body it is.
+            actuator: As it is written.
+            signal: The torque or force [N m, N].
+        """
+        points = {GROUND: dict[str, tuple[float, ...]](), **{body.name: body.points() for body in mechanism.bodies}}
+        place = place_of(actuator.target, points)
+        self._model, self._signal, self._at = model, signal, np.array(place.at)
+        self._body = model.body(f"{mechanism.name}/{place.body}").id
+        c, s = np.cos(mechanism.heading), np.sin(mechanism.heading)
+        axis = np.array(actuator.axis, dtype=float) / np.linalg.norm(actuator.axis or (0.0, 0.0, 1.0))
+        self._axis = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ axis
+        self._is_force = isinstance(actuator, ForceActuator)
+
+    def apply(self, data: mujoco.MjData, time: float) -> None:
+        """Add what it does at a time [s] to the forces of all freedoms."""
+        effort = float(self._signal.value(time)) * self._axis
+        force, torque = (effort, np.zeros(3)) if self._is_force else (np.zeros(3), effort)
+        point = data.xmat[self._body].reshape(3, 3) @ self._at + data.xpos[self._body]
+        mujoco.mj_applyFT(self._model, data, force, torque, point, self._body, data.qfrc_applied)

@@ -1,0 +1,137 @@
+"""Trimming: values of joints, and torques and forces, at which a mechanism stays at rest."""
+
+import dataclasses
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.mechanics import Spot, jacobian, residual, solved
+from mjsim.world.ground import fault
+from mjsim.world.items.mechanisms.actuators import ForceActuator, TorqueActuator
+from mjsim.world.items.mechanisms.assembly import Assembly
+from mjsim.world.items.mechanisms.parts import MechanismParts
+
+GRAVITY = 9.81
+"""MuJoCo's own [m/s^2]."""
+AT_REST = 1e-9
+"""Forces that are left over, as a share of the weight."""
+ROUNDS, STEP = 100, 1e-6
+LONGEST = 0.3
+"""Change of a value in one round [rad, m]."""
+
+
+def trimmed(mechanism: MechanismParts, found: Assembly, values: Array, held: set[int]) -> Assembly:
+    """Return the assembly at rest: joints whose start is given stay, all others and what is to be found follow.
+
+    Args:
+        mechanism: As it is written.
+        found: With all rows that hold.
+        values: Near which rest is sought, shape (values,).
+        held: Columns that stay.
+
+    Raises:
+        PydanticCustomError: There is no rest near them.
+    """
+    for number, actuator in enumerate(mechanism.actuators):
+        if number in {drive.number for drive in found.drives}:
+            raise fault(
+                "mode trim seeks rest; give a torque, a force or a start in place of this motion", "actuators", number
+            )
+        if getattr(actuator, "axis", None) is not None:
+            raise fault("mode trim knows torques and forces on joints alone; leave this one out", "actuators", number)
+    balance = _Balance(mechanism, found)
+    free = np.setdiff1d(np.arange(found.linkage.size), np.array(sorted(held), dtype=int))
+    values, efforts, left = _newton(balance, values, free)
+    if left > AT_REST * balance.weight:
+        raise fault(
+            f"no rest was found near this start: forces of {left:.3g} N or N m are left over; give torque: JOINT with"
+            " find: true, or leave out the start of a joint",
+            "mode",
+        )
+    return dataclasses.replace(
+        found,
+        start=values,
+        found=dict(zip(balance.sought, efforts.tolist(), strict=True)),
+        speeds=np.zeros(found.linkage.size),
+    )
+
+
+class _Balance:
+    """The forces on each value of a mechanism at rest."""
+
+    def __init__(self, mechanism: MechanismParts, found: Assembly) -> None:
+        self._found = found
+        self._masses = []
+        for body in mechanism.bodies:
+            solid = body.solid()
+            self._masses.append((solid.mass, Spot(found.number(body.name), np.array(solid.center))))
+        self.weight = GRAVITY * sum(mass for mass, _ in self._masses)
+        size = found.linkage.size
+        self._stiffness, self._rest, self._known = np.zeros(size), np.zeros(size), np.zeros(size)
+        for joint in mechanism.all_joints:
+            own = found.columns[joint.name]
+            self._stiffness[own.start : own.stop] = joint.figures("stiffness")
+            self._rest[own.start : own.stop] = [value or 0.0 for value in joint.spread("rest")]
+        self.sought, columns = list[int](), list[int]()
+        for number, actuator in enumerate(mechanism.actuators):
+            if isinstance(actuator, TorqueActuator | ForceActuator):
+                column = found.column(actuator.target)
+                if actuator.signal is None:
+                    self.sought.append(number)
+                    columns.append(column)
+                else:
+                    rng = np.random.default_rng(0)
+                    self._known[column] += float(actuator.signal.made(_no_file, rng).value(0.0))
+        self.columns = np.array(columns, dtype=int)
+
+    def forces(self, values: Array) -> Array:
+        """Return gravity, springs and known efforts, shape (values,) [N m, N]."""
+        linkage = self._found.linkage
+        placement, total = linkage.place(values), self._known - self._stiffness * (values - self._rest)
+        for mass, center in self._masses:
+            rise = linkage.point_jacobian(placement, center.body, center.place(placement))[2]
+            total = total - GRAVITY * mass * rise
+        return np.asarray(total)
+
+    def left(self, values: Array, efforts: Array, pulls: Array) -> Array:
+        """Return forces that are left over, and by how much rows are missed, shape (values + rows,)."""
+        found = self._found
+        total = self.forces(values) + jacobian(found.linkage, found.rows, values).T @ pulls
+        np.add.at(total, self.columns, efforts)
+        return np.concatenate([total, residual(found.linkage, found.rows, values)])
+
+    @property
+    def rows(self) -> int:
+        """How many rows hold the mechanism."""
+        return len(residual(self._found.linkage, self._found.rows, self._found.start))
+
+
+def _no_file(name: str) -> bytes:
+    raise ValueError(f"trimming reads no file, such as '{name}'")
+
+
+def _newton(balance: _Balance, values: Array, free: Array) -> tuple[Array, Array, float]:
+    """Return values, efforts sought, and what is left over; derivatives are central differences."""
+    count, rows = len(balance.sought), balance.rows
+    unknown = np.concatenate([values[free], np.zeros(count + rows)])
+
+    def left(unknown: Array) -> Array:
+        whole = values.copy()
+        whole[free] = unknown[: len(free)]
+        return balance.left(whole, unknown[len(free) : len(free) + count], unknown[len(free) + count :])
+
+    for _ in range(ROUNDS):
+        here = left(unknown)
+        slopes = []
+        for place in range(len(unknown)):
+            step = np.zeros(len(unknown))
+            step[place] = STEP
+            slopes.append((left(unknown + step) - left(unknown - step)) / (2.0 * STEP))
+        change = solved(np.column_stack(slopes), -here)
+        largest = float(np.abs(change[: len(free)]).max(initial=0.0))
+        unknown = unknown + change * min(1.0, LONGEST / max(largest, 1e-300))
+        if largest < 1e-13 and np.abs(here).max() < AT_REST * balance.weight:
+            break
+    whole = values.copy()
+    whole[free] = unknown[: len(free)]
+    return whole, unknown[len(free) : len(free) + count], float(np.abs(left(unknown)).max())
