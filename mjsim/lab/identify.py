@@ -178,4 +178,7 @@ def _add_base(values: dict[str, dict[str, Array]], time: Array, track: Track) ->
     way = (x - x[0]) * np.cos(heading[0]) + (y - y[0]) * np.sin(heading[0])
     turned = np.unwrap(heading) - heading[0]
     values["out"] |= {"way": way, "heading": turned}
-    values["out"] |= {f"{name}.rate": np.gradient(series, time) for name, series in (("way", way), ("heading", turned))}
+    for name, series in (("way", way), ("heading", turned)):
+        # The mean over the last tick: what a command did, none of what the next one will do.
+        rate = np.diff(series) / np.diff(time)
+        values["out"][f"{name}.rate"] = np.concatenate([[0.0], rate])

@@ -70,7 +70,9 @@ def settled(world: World, of: str) -> tuple[mujoco.MjModel, Setting, Array]:
         UsageError: There is no such part.
     """
     run = world.run.model_copy(update={"events": (), "drivers": {}})
-    bare = world.model_copy(update={"run": run})
+    # A robot is looked at upright; where its plant leans is found from there.
+    upright = tuple(robot.model_copy(update={"lean_deg": 0.0}) for robot in world.robots)
+    bare = world.model_copy(update={"run": run, "robots": upright})
     bare._source = world.source
     robot = next((robot for robot in world.robots if robot.name == of), None)
     with Simulation(bare) as sim:

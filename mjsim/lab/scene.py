@@ -89,7 +89,7 @@ class ScenePlant:
         size = 2 * model.nv + model.na
         A = np.zeros((size, size))
         mujoco.mjd_transitionFD(model, data, 1e-6, 1, A, None, None, None)
-        z = np.linalg.eigvals(A)
+        z = np.linalg.eigvals(A).astype(complex)
         return np.asarray(np.log(z[np.abs(z) > 1e-6]) / model.opt.timestep)
 
     def _depth(self, world: World, rest: Array) -> Array:

@@ -275,14 +275,25 @@ def world_event_message(time: float, event: WorldEvent) -> Message:
         "file": "",
         "line": 0,
         "time": float(time),
-        "event": event.model_dump(mode="json", exclude_none=True) | {"time": float(time)},
+        "event": _event_keys(event) | {"time": float(time)},
     }
 
 
 def world_event_of(message: Message) -> WorldEvent:
     """Return the event of a message."""
-    event: WorldEvent = _WORLD_EVENT.validate_python(message["event"])
+    keys = dict(message["event"])
+    if isinstance(signal := keys.get("signal"), str):
+        keys["signal"] = json.loads(signal)
+    event: WorldEvent = _WORLD_EVENT.validate_python(keys)
     return event
+
+
+def _event_keys(event: WorldEvent) -> dict[str, Any]:
+    """Return the keys of an event; a signal, whose keys depend on its kind, as a text of JSON."""
+    keys = event.model_dump(mode="json", exclude_none=True)
+    if "signal" in keys:
+        keys["signal"] = json.dumps(keys["signal"])
+    return keys
 
 
 def things_message(time: float, things: Mapping[str, Pose]) -> Message:

@@ -176,7 +176,7 @@ WORLD_EVENT = topic(
                 "seconds": number("How long the push takes [s]"),
                 "push": text("Robot or obstacle that a force pushes"),
                 "along": numbers("x, y, z, the direction of that force"),
-                "signal": keyed({}, "That force over time, as in the world file [N]"),
+                "signal": text("JSON: that force over time, as in the world file [N]"),
             },
             "With the keys of `run: events:` in a world file",
             optional=(

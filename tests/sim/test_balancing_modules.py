@@ -42,6 +42,7 @@ ELSEWHERE = {"Crab", "Teleop", "JointPath", "ToolPath"}
 KEYS = {
     "GoToGoal": "goals: [[5.8, 1.2], [5.8, 3.8]]",
     "ConstantCommand": "forward: 0.2, turn: 0.2",
+    "SpeedLoop": "num: [0.2, 1], den: [1, 0], reference: {constant: {value: 0.2}}",
     "Signal": "forward: {sine: {amplitude: 0.3, frequency_hz: 0.2}}",
 }
 

@@ -1,0 +1,177 @@
+"""Controllers that `mjsim lab` designs: state feedback, and transfer functions in a loop, as modules that run."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.random import Generator
+from scipy.signal import cont2discrete, tf2ss
+
+from mjsim import (
+    BalancingInfo,
+    Command,
+    Estimate,
+    JointState,
+    Observation,
+    RobotInfo,
+    WorldMap,
+    signal_of,
+)
+from mjsim.geometry import Array
+
+from .arm_control import PdGravity
+from .balance import Lqr
+
+
+class TransferLaw:
+    """A transfer function of s at work in samples: held by Tustin's rule.
+
+    References:
+        Franklin, Powell, Workman, Digital Control of Dynamic Systems (3rd ed., 1998), section 6.1.
+    """
+
+    def __init__(self, num: Sequence[float], den: Sequence[float]) -> None:
+        """Take the coefficients, the highest power of s first.
+
+        Raises:
+            ValueError: It is improper, or not finite.
+        """
+        top, bottom = np.trim_zeros(np.asarray(num, dtype=float), "f"), np.trim_zeros(np.asarray(den, dtype=float), "f")
+        if not len(bottom) or not len(top) or len(top) > len(bottom):
+            raise ValueError(f"num is {list(num)}, den {list(den)}; num's degree must not be higher, and none may be 0")
+        if not (np.isfinite(top).all() and np.isfinite(bottom).all()):
+            raise ValueError("num and den must be finite")
+        self._law = tf2ss(top, bottom)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin again at rest."""
+        self._sampled: tuple[Array, ...] | None = None
+
+    def output(self, value: float, dt: float) -> float:
+        """Return its output for the input of this sample, dt after the last one [s]."""
+        if self._sampled is None:
+            self._sampled = cont2discrete(self._law, dt, "bilinear")[:4]
+            self._state = np.zeros((len(self._sampled[0]), 1))
+        A, B, C, D = self._sampled
+        found = float((C @ self._state + D * value).item())
+        self._state = A @ self._state + B * value
+        return found
+
+
+class StateFeedback(Lqr):
+    """Holds a balancing base upright by feedback that is given: of the way of the axle, the pitch, and their rates."""
+
+    def __init__(self, gain: Sequence[float]) -> None:
+        """Keep the feedback.
+
+        Args:
+            gain: K of u = -K x, the torque of both motors for the way [m], the pitch [rad], and their rates.
+        """
+        if len(gain) != 4 or not np.isfinite(gain).all():
+            raise ValueError(f"gain is {list(gain)}; give four finite numbers, of way, lean, and their rates")
+        super().__init__()
+        self._gain = tuple(float(value) for value in gain)
+
+    def design(self, masses: BalancingInfo, *, wheel_radius: float, dt: float) -> tuple[float, ...]:
+        """Return the feedback that was given."""
+        return self._gain
+
+
+class JointLoop(PdGravity):
+    """Holds the joints of an arm by PD with gravity, but for one that a law of its own drives, with gravity too."""
+
+    def __init__(
+        self,
+        joint: str,
+        *,
+        num: Sequence[float] | None = None,
+        den: Sequence[float] | None = None,
+        gain: Sequence[float] | None = None,
+        frequency: float = 25.0,
+    ) -> None:
+        """Set the law.
+
+        Args:
+            joint: The joint that it is for, such as `joint3`.
+            num: Numerator of the torque's transfer function from the error, the highest power of s first.
+            den: Its denominator.
+            gain: In their place, state feedback of the value and the rate, two numbers.
+            frequency: Of the errors of the other joints [rad/s].
+        """
+        super().__init__(frequency=frequency)
+        if (gain is None) == (num is None or den is None):
+            raise ValueError("give num and den, or gain")
+        if gain is not None and len(gain) != 2:
+            raise ValueError(f"gain is {list(gain)}; give two numbers, of the value and the rate")
+        self._joint, self._gain = joint, gain
+        self._transfer = None if num is None or den is None else TransferLaw(num, den)
+
+    def start(self, robot: RobotInfo, part: str, rng: Generator) -> None:
+        """Look at the arm.
+
+        Raises:
+            ValueError: It has no such joint.
+        """
+        super().start(robot, part, rng)
+        names = self._info.joints
+        if self._joint not in names:
+            raise ValueError(f"arm '{part}' has no joint '{self._joint}'; its joints are {', '.join(names)}")
+        self._number = names.index(self._joint)
+        if self._transfer is not None:
+            self._transfer.reset()
+
+    def _law(self, state: JointState, q: Array, qd: Array, qdd: Array, dt: float) -> Array:
+        """Return the torques for a goal, shape (joints,)."""
+        torques, k = np.array(super()._law(state, q, qd, qdd, dt)), self._number
+        error, rate = float(q[k] - state.positions[k]), float(qd[k] - state.velocities[k])
+        held = float(self._arm.gravload(q)[k])
+        if self._gain is not None:
+            torques[k] = held + self._gain[0] * error + self._gain[1] * rate
+        else:
+            assert self._transfer is not None
+            torques[k] = held + self._transfer.output(error, dt)
+        return torques
+
+
+class SpeedLoop:
+    """Commands a base so that its measured speed follows a signal: the error goes through a transfer function."""
+
+    def __init__(
+        self,
+        *,
+        num: Sequence[float],
+        den: Sequence[float],
+        reference: Mapping[str, Any],
+        of: Literal["forward", "turn"] = "forward",
+    ) -> None:
+        """Set the law and what it shall follow.
+
+        Args:
+            num: Numerator of the law, the highest power of s first.
+            den: Its denominator.
+            reference: A signal of the speed [m/s], or of the turn rate, in keys that end in `_deg`.
+            of: Which of the two.
+
+        Raises:
+            ValueError: Something in them is wrong.
+        """
+        if of not in ("forward", "turn"):
+            raise ValueError(f"of is '{of}'; it must be forward or turn")
+        self._law, self._of, self._keys = TransferLaw(num, den), of, reference
+        signal_of(reference, angle=of == "turn")
+
+    def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
+        """Begin at rest."""
+        self._reference = signal_of(self._keys, angle=self._of == "turn", rng=rng)
+        self._law.reset()
+        self._began: float | None = None
+
+    def command(self, seen: Observation, belief: Estimate) -> Command:
+        """Return the command for the error of the speed that odometry measured over the last tick."""
+        if self._began is None:
+            self._began = seen.time
+        moved = seen.odometry.forward if self._of == "forward" else seen.odometry.turn
+        error = float(self._reference.value(seen.time - self._began)) - moved / seen.dt
+        value = self._law.output(error, seen.dt)
+        return Command(forward=value) if self._of == "forward" else Command(turn=value)
