@@ -115,8 +115,9 @@ class Lost:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a world that has a camera, and a recording of it."""
+    """A folder with a world that has a camera, a recording of it, and a world with a plant."""
     folder = tmp_path_factory.mktemp("made")
+    (folder / "motor.yaml").write_text("mjsim: 1\nplants: [{name: motor, tf: {num: [12], den: [1, 1.09]}}]\n")
     (folder / "room.yaml").write_text(ROOM.replace('"forward.py:Forward", speed', f'"{CONSTANT}", forward'))
     with mjsim.Simulation(mjsim.load_world(folder / "room.yaml")) as sim:
         mjsim.run(sim, seconds=0.4, record=folder / "run.mcap")
@@ -136,6 +137,7 @@ COMMANDS = {
     "arm": ("arm puma560 --plot puma.png", "puma.png"),
     "show": ("show room.yaml -o plan.png", "plan.png"),
     "view": ("show room.yaml --view scout/front -o view.jpg", "view.jpg"),
+    "lab": ("lab motor.yaml -o lab", "lab/motor.html"),
     "new": ("new --maze 3x3 -o maze.yaml", "maze.yaml"),
     "worlds": ("worlds --copy gallery -o mine.yaml", "mine.yaml"),
     "map": ("export-world room.yaml --map map", "map/map.yaml"),

@@ -157,7 +157,7 @@ def test_what_is_not_a_map_is_refused_in_one_line(tmp_path):
         ("image: map.pgm\nresolution: 0.05\n", b"P5\n3 2\n255\n", "is cut short; 3 x 2 pixels are 6 numbers"),
         ("image: map.pgm\nresolution: 0.05\n", b"P6\n100000 100000\n255\n", "is a picture of 10000 megapixels;"),
         ("image: map.pgm\nresolution: 0.05\n", HUGE_PNG, "is a picture of 10000 megapixels; it must have at most 40"),
-        ("image: map.pgm\nresolution: 0.05\n", b"P2\n2 1\n255\n0 black\n", "holds what is no number; write it anew"),
+        ("image: map.pgm\nresolution: 0.05\n", b"P2\n2 1\n255\n0 black\n", "holds a value that is not a number"),
         ("image: map.pgm\nresolution: 0.05\n", b"P5\n2 1\n99999\n0 0", "of 2 x 1 pixels up to 99999; write 8 or 16"),
         ("image: map.pgm\nresolution: .nan\n", None, "resolution is nan; it must be a number"),
         ("image: map.pgm\nresolution: 0.05\nfree_thresh: 0.9\n", None, "free_thresh below"),
