@@ -11,7 +11,7 @@ FUZZ = runpy.run_path(str(Path(__file__).parents[2] / "scripts" / "fuzz" / "worl
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["run_changed", "run_built"])
 def test_hundreds_of_hostile_worlds_are_read_or_refused_in_lines(engine, tmp_path):
-    trial = FUZZ["Trial"](tmp_path)
+    trial = FUZZ["WorldTrial"](tmp_path)
     FUZZ[engine](trial, 300, seed=7)
     assert trial.count >= 300
     assert trial.worlds > 5
@@ -19,7 +19,7 @@ def test_hundreds_of_hostile_worlds_are_read_or_refused_in_lines(engine, tmp_pat
 
 
 def test_the_texts_that_fuzzing_begins_with_are_worlds(tmp_path):
-    trial = FUZZ["Trial"](tmp_path)
+    trial = FUZZ["WorldTrial"](tmp_path)
     for text in FUZZ["REUSED"]:
         trial.read(text.encode())
     assert (trial.worlds, trial.laid) == (2, 2)
