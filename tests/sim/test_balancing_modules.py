@@ -37,7 +37,7 @@ OFFERS = {role: sorted(offer.use for offer in FOUND if offer.role == role) for r
 TOUR = (
     'navigator: {use: "mjsim.algorithms.waypoints:Waypoints", points: [[5.8, 1.2], [5.8, 3.8], [1.2, 3.8], [1.2, 1.2]]}'
 )
-ELSEWHERE = {"Crab", "Teleop", "JointPath", "ToolPath"}
+ELSEWHERE = {"Crab", "Teleop", "JointPath", "ToolPath", "PickUp"}
 """Of navigators: for robots that go sideways, for people at a keyboard, and for arms."""
 KEYS = {
     "GoToGoal": "goals: [[5.8, 1.2], [5.8, 3.8]]",

@@ -93,6 +93,8 @@ def command(*words, **environment):
         stderr=subprocess.PIPE,
         text=True,
         env=os.environ | {"PYTHONUNBUFFERED": "1", **environment},
+        # Who runs in the background of a shell ignores Ctrl-C, and so would its children.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     # A line that never comes would be waited for: the end of the process ends that.
     guard = threading.Timer(2 * PATIENCE, process.kill)
