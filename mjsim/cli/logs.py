@@ -7,11 +7,7 @@ from typing import Annotated
 import typer
 
 from mjsim.cli.arguments import Overwrite
-from mjsim.errors import UsageError
 from mjsim.progress import say, tracked
-
-READ_AS = ("scan", "odometry", "imu", "truth")
-"""What a topic of a log may be read as."""
 
 
 def import_log(
@@ -25,10 +21,6 @@ def import_log(
     begin: Annotated[float, typer.Option(help="Leave so much of the beginning out [s].", min=0.0)] = 0.0,
     seconds: Annotated[float | None, typer.Option(help="Take so much of it [s].", min=0.0)] = None,
     known_map: Annotated[bool, typer.Option("--known-map", help="Modules know where landmarks are.")] = False,
-    topic: Annotated[
-        list[str] | None,
-        typer.Option(metavar="WHAT=TOPIC", help="Which topic is the scan, odometry, imu or truth; may be repeated."),
-    ] = None,
     distance_noise: Annotated[float | None, typer.Option(help="Of odometry [m/sqrt(m)].", min=0.0)] = None,
     turn_noise: Annotated[float | None, typer.Option(help="Of odometry [rad/sqrt(rad)].", min=0.0)] = None,
     veer_noise: Annotated[float | None, typer.Option(help="Of odometry [rad/sqrt(m)].", min=0.0)] = None,
@@ -47,7 +39,6 @@ def import_log(
         seconds=seconds,
         robots=robot or (),
         known_map=known_map,
-        topics=_topics(topic or ()),
         motion={name: value for name, value in motion.items() if value is not None},
         range_noise=range_noise,
         bearing_noise=None if bearing_noise_deg is None else math.radians(bearing_noise_deg),
@@ -58,18 +49,3 @@ def import_log(
         if "left out" in fact and value != "0":
             say(f"{fact}: {value}")
     print(output)
-
-
-def _topics(given: list[str] | tuple[()]) -> dict[str, str]:
-    """Return what is read as what.
-
-    Raises:
-        UsageError: A text is not `scan=/topic`.
-    """
-    topics = {}
-    for text in given:
-        what, equals, topic = text.partition("=")
-        if what not in READ_AS or not equals or not topic:
-            raise UsageError(f"--topic is '{text}'; it must be WHAT=TOPIC with WHAT one of {', '.join(READ_AS)}")
-        topics[what] = topic
-    return topics

@@ -68,27 +68,13 @@ class CsvTable:
         return list(self.names).index(name)
 
     def _numbers(self, indices: Sequence[int], *, finite: bool = True) -> Array:
-        try:
-            table = np.array([[float(row[index]) for index in indices] for row in self.rows])
-        except ValueError:
-            table = np.full((1, 1), math.nan)
-        if not finite and table.shape == (len(self.rows), len(indices)):
-            return table
-        if not np.isfinite(table).all():
-            raise UsageError(self._fault(indices)[:LONGEST_MESSAGE])
-        return table
-
-    def _fault(self, indices: Sequence[int]) -> str:
-        """Return what is wrong with the first value that is no number."""
+        accepted, right = (_is_finite, "a finite number") if finite else (_is_number, "a number")
         for line, row in zip(self.lines, self.rows, strict=True):
             for index in indices:
-                try:
-                    value = float(row[index])
-                except ValueError:
-                    value = math.nan
-                if not math.isfinite(value):
-                    return f"{self.path}:{line}: {self.names[index]} is {row[index][:40]!r}; it must be a finite number"
-        raise AssertionError("all values are finite numbers")
+                if not accepted(row[index]):
+                    told = f"{self.names[index]} is {row[index][:40]!r}; it must be {right}"
+                    raise UsageError(f"{self.path}:{line}: {told}"[:LONGEST_MESSAGE])
+        return np.array([[float(row[index]) for index in indices] for row in self.rows])
 
 
 def read_csv(path: Path) -> CsvTable:
@@ -115,7 +101,10 @@ def read_csv(path: Path) -> CsvTable:
     if not kept:
         raise UsageError(f"'{path}' holds no rows")
     separator = next((mark for mark in SEPARATORS if mark in kept[0]), None)
-    rows = _words(kept, separator)
+    try:
+        rows = _words(kept, separator)
+    except csv.Error as error:
+        raise UsageError(f"'{path}' is no table of words between '{separator}': {error}") from None
     names = rows[0]
     if all(map(_is_number, names)):
         told = _words([comment], separator)[0] if comment else []
@@ -142,3 +131,7 @@ def _is_number(word: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def _is_finite(word: str) -> bool:
+    return _is_number(word) and math.isfinite(float(word))

@@ -19,8 +19,6 @@ class Kind:
     is_one: Callable[[Path], bool]
     """Whether a file or folder is of this kind."""
     read: Callable[[Path, Wishes], Log]
-    topics: bool = False
-    """Whether a user chooses among topics."""
     landmarks: bool = False
     """Whether it may hold a survey of landmarks."""
 
@@ -64,16 +62,16 @@ def import_log(
     if not path.exists():
         raise UsageError(f"no file or folder '{path}'")
     if path.is_dir() and (path / "Barcodes.dat").exists():
-        _refuse(wishes, "MRCLAM", topics=False, robots=True, landmarks=True)
+        _refuse(wishes, "MRCLAM", robots=True, landmarks=True)
         return _import_mrclam(path, wishes, record, progress, overwrite)
     if path.is_dir() and (path / "inputs.dat").exists():
-        _refuse(wishes, "Victoria Park", topics=False, robots=False, landmarks=False)
+        _refuse(wishes, "Victoria Park", robots=False, landmarks=False)
         return _import_victoria_park(path, wishes, record, progress, overwrite)
     packed = path.name.lower().endswith(PACKED)
     kind = None if packed else next((kind for kind in KINDS if kind.is_one(path)), None)
     if kind is None:
         raise UsageError(_unknown(path))
-    _refuse(wishes, kind.name, topics=kind.topics, robots=False, landmarks=kind.landmarks)
+    _refuse(wishes, kind.name, robots=False, landmarks=kind.landmarks)
     log = kind.read(path, wishes)
     require_motion(log, path)
     return record_log(log, path, wishes, record=record, progress=progress, overwrite=overwrite)
@@ -88,14 +86,12 @@ def _unknown(path: Path) -> str:
     return f"'{path}' is no log that is read here; give {READ}"[:LONGEST_MESSAGE]
 
 
-def _refuse(wishes: Wishes, kind: str, *, topics: bool, robots: bool, landmarks: bool) -> None:
+def _refuse(wishes: Wishes, kind: str, *, robots: bool, landmarks: bool) -> None:
     """Refuse what was asked for and a kind of log does not have."""
     if wishes.robots and not robots:
         raise UsageError(f"{kind} has one robot; leave out --robot")
     if wishes.known_map and not landmarks:
         raise UsageError(f"{kind} has no known map; leave out --known-map")
-    if wishes.topics and not topics:
-        raise UsageError(f"{kind} has no topics; leave out --topic")
 
 
 def _import_mrclam(

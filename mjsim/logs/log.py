@@ -12,7 +12,7 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Scan
 from mjsim.logs.merge import MotionNoise, places_at
-from mjsim.logs.robot_log import RobotLog, tick_count, told_at, write_robot_logs
+from mjsim.logs.robot_log import RobotLog, write_robot_logs
 from mjsim.logs.ticks import cut, name_from
 from mjsim.output import require_free
 from mjsim.record import Recording
@@ -42,8 +42,6 @@ class Wishes:
     """Of a log of several, by number; all unless given."""
     known_map: bool = False
     """Whether modules are told where landmarks are."""
-    topics: Mapping[str, str] = field(default_factory=dict)
-    """Of a log with topics: 'scan', 'odometry', 'imu' or 'truth' -> the topic that is read as that."""
     motion: Mapping[str, float] = field(default_factory=dict)
     """Fields of `MotionNoise` that replace those of the log's kind."""
     range_noise: float | None = None
@@ -129,17 +127,12 @@ def record_log(
     first, last = log.times()
     rate = wishes.rate_hz or _rate_of(log)
     span = cut(first, last, begin=wishes.begin, seconds=wishes.seconds, rate_hz=rate)
-    notes = {"log": log.kind, "log source": str(source), **log.notes}
-    for lidar, scans in log.robot.scans.items():
-        told = told_at(scans, span[0] + np.arange(tick_count(span, rate)) / rate)
-        inside = sum(span[0] - 1e-9 <= scan.stamp <= span[1] for scan in scans)
-        notes[f"{lidar} scans left out"] = str(inside - len(told))
     return write_robot_logs(
         world_of(log, name_from(source), span=span, rate_hz=rate, wishes=wishes),
         {log.name: log.robot},
         span=span,
         noise=wishes.motion_over(log.motion),
-        metadata=notes,
+        metadata={"log": log.kind, "log source": str(source), **log.notes},
         record=record,
         overwrite=overwrite,
         progress=progress,

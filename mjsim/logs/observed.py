@@ -69,13 +69,9 @@ def write_log(
         )
     first = observations[0].time
 
-    def accounts(dt: float) -> Mapping[str, _Observed]:
-        return {robot: _Observed(observations, poses, first, dt)}
-
     return write_ticks(
         room,
-        accounts,
-        count=len(observations),
+        {robot: _Observed(observations, poses, first, room.run.steps_per_tick * room.run.step)},
         metadata={"log": "observations", "log start": repr(first), **(metadata or {})},
         record=record,
         overwrite=overwrite,

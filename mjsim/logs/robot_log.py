@@ -1,6 +1,6 @@
 """What one robot logged, each sensor at times of its own -> what it observed, tick by tick."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
@@ -71,28 +71,23 @@ def write_robot_logs(
         UsageError: The file exists.
         RecordingError: The file cannot be written.
     """
-    count = tick_count(span, world.run.rate_hz)
-
-    def accounts(dt: float) -> Mapping[str, _Ticked]:
-        return {name: _Ticked(log, noise, start=span[0], dt=dt, count=count) for name, log in logs.items()}
-
+    dt = world.run.steps_per_tick * world.run.step
+    count = int((span[1] - span[0]) / dt + 1e-9) + 1
+    accounts = {name: _Ticked(log, noise, start=span[0], dt=dt, count=count) for name, log in logs.items()}
+    left_out = {
+        f"{lidar} scans left out": str(left) for account in accounts.values() for lidar, left in account.left_out()
+    }
     return write_ticks(
         world,
         accounts,
-        count=count,
-        metadata={"log start": repr(span[0]), **metadata},
+        metadata={"log start": repr(span[0]), **left_out, **metadata},
         record=record,
         overwrite=overwrite,
         progress=progress,
     )
 
 
-def tick_count(span: tuple[float, float], rate_hz: float) -> int:
-    """Return how many ticks there are from the first to the last time of a log [s]."""
-    return int((span[1] - span[0]) * rate_hz + 1e-9) + 1
-
-
-def told_at(scans: Sequence[Scan], edges: Array) -> dict[int, int]:
+def _told_at(scans: Sequence[Scan], edges: Array) -> dict[int, int]:
     """Return tick -> number of the scan that it tells: each waits for the first tick that has none yet.
 
     Args:
@@ -120,9 +115,9 @@ class _Ticked:
     """
 
     def __init__(self, log: RobotLog, noise: MotionNoise, *, start: float, dt: float, count: int) -> None:
-        self._log, self._dt = log, dt
+        self._log, self._dt, self._end = log, dt, start + dt * (count - 1)
         nominal = np.asarray(start + dt * np.arange(count), dtype=float)
-        self._scans = {name: told_at(scans, nominal) for name, scans in log.scans.items()}
+        self._scans = {name: _told_at(scans, nominal) for name, scans in log.scans.items()}
         edges = self._moments(nominal)
         rest = Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
         if log.track is None:
@@ -164,6 +159,12 @@ class _Ticked:
             return ()
         begin, end = self._sightings[row]
         return tuple(self._log.identities[begin:end])
+
+    def left_out(self) -> Iterator[tuple[str, int]]:
+        """Yield each lidar, and how many of its scans found no tick of their own."""
+        for name, rows in self._scans.items():
+            begin, end = self._start - SAME_TIME, self._end + SAME_TIME
+            yield name, sum(begin <= scan.stamp <= end for scan in self._log.scans[name]) - len(rows)
 
     def _moments(self, nominal: Array) -> Array:
         """Return the instant of the log that each tick stands for, ascending, shape (N,) [s]."""

@@ -43,9 +43,8 @@ class Account(Protocol):
 
 def write_ticks(
     world: World,
-    accounts: Callable[[float], Mapping[str, Account]],
+    accounts: Mapping[str, Account],
     *,
-    count: int,
     metadata: Mapping[str, str],
     record: str | Path | None,
     overwrite: bool = False,
@@ -55,8 +54,7 @@ def write_ticks(
 
     Args:
         world: With the robots at their starts; its rate is that of the ticks.
-        accounts: Given the time between two ticks [s], returns them by the name of the robot.
-        count: Number of ticks.
+        accounts: By the name of the robot, all of the same number of ticks.
         metadata: Where this is from.
         record: The MCAP file; a temporary one, gone with the recording, if None.
         overwrite: Whether that may replace a file.
@@ -68,14 +66,13 @@ def write_ticks(
     """
     if record is None:
         with temporary_file("log.mcap") as path:
-            recording = write_ticks(
-                world, accounts, count=count, metadata=metadata, record=path, overwrite=False, progress=progress
-            )
+            recording = write_ticks(world, accounts, metadata=metadata, record=path, overwrite=False, progress=progress)
         weakref.finalize(recording, rmtree, path.parent, ignore_errors=True)
         return recording
+    count = len(next(iter(accounts.values())).truth)
     with Simulation(world, seed=SEED) as sim:
         told = {"command": " ".join(sys.argv), "seconds": str(count * sim.dt), **metadata}
-        robots = {name: _Robot(account, sim, name) for name, account in accounts(sim.dt).items()}
+        robots = {name: _Robot(account, sim, name) for name, account in accounts.items()}
         with Recorder(
             record, world=world, seed=SEED, robots=sim.robots, metadata=told, overwrite=overwrite
         ) as recorder:

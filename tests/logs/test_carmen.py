@@ -144,7 +144,6 @@ def test_files_that_are_no_logs_are_refused_in_one_line(tmp_path):
     for wishes, said in (
         (Wishes(robots=(1,)), "has one robot; leave out --robot"),
         (Wishes(known_map=True), "has no known map; leave out --known-map"),
-        (Wishes(topics={"scan": "/scan"}), "has no topics; leave out --topic"),
         (Wishes(begin=9.0), "two ticks are 0.08 s apart"),
     ):
         with pytest.raises(UsageError, match=said):

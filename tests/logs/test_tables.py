@@ -50,6 +50,7 @@ def write_tables(folder: Path) -> None:
     (folder / "marks.csv").write_text("id,x,y\n" + "\n".join(f"{n},{x},{y}" for n, (x, y) in MARKS.items()) + "\n")
     scans = "\n".join(f"{1e3 * t + 20:.3f},1,2,3,9,nan" for t in times[::2])
     (folder / "scan.csv").write_text("t,r_0,r_1,r_2,r_3,r_4\n" + scans + "\n")
+    (folder / "odd.csv").write_text("t,r_0,r_1\n1,nan,x\n")
     imu = "\n".join(f"{1e3 * t:.3f},0,0,9.81,0,0,0.25" for t in times)
     (folder / "imu.csv").write_text("t,ax,ay,az,wx,wy,wz\n" + imu + "\n")
     (folder / "log.yaml").write_text(LOG)
@@ -89,6 +90,7 @@ def test_tables_are_read_by_their_description(tmp_path):
         ("file: marks.csv", "file: ../marks.csv", "leaves the folder of the description"),
         ("time: 1, x: 2", "time: 1, x: 9", "has 4 columns; there is no column 9"),
         ("range: r,", "range: what,", "what is 'a'; it must be a finite number"),
+        ("scan.csv, time: t, ranges: r_", "odd.csv, time: t, ranges: r_", "odd.csv:2: r_1 is 'x'; it must be a number"),
         ("ranges: r_", "ranges: q_", "0 columns whose names begin with 'q_'; a scan has many"),
         ("time_unit: ms", "time_unit: h", "log.yaml:2:12: "),
     ],
@@ -108,6 +110,7 @@ def test_a_fault_in_a_description_is_one_line(old, new, said, tmp_path, capsys):
         ("t;x;y;yaw\n1;2;nan;4\n", r"odometry\.csv:2: y is 'nan'; it must be a finite number"),
         ("t;x;y;yaw\n", "holds no rows, only names of columns"),
         ("", "holds no rows"),
+        ("t;x;y;yaw\n" + "9" * 200_000 + ";2;3;4\n", "is no table of words between ';': field larger"),
     ],
 )
 def test_a_fault_in_a_table_names_its_line(content, said, tmp_path):
