@@ -99,8 +99,8 @@ class Ramp(TimeSignal):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sine(TimeSignal):
-    """A sine about a mean."""
+class Periodic(TimeSignal):
+    """What comes again after each period."""
 
     amplitude: float
     frequency: float
@@ -108,6 +108,11 @@ class Sine(TimeSignal):
     phase: float = 0.0
     """At time 0 [rad]."""
     offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sine(Periodic):
+    """A sine about a mean."""
 
     def _at(self, time: Array, order: int) -> Array:
         speed = 2.0 * np.pi * self.frequency
@@ -116,15 +121,9 @@ class Sine(TimeSignal):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Square(TimeSignal):
+class Square(Periodic):
     """Up for a share of each period, then down by as much."""
 
-    amplitude: float
-    frequency: float
-    """[Hz]"""
-    phase: float = 0.0
-    """At time 0 [rad]."""
-    offset: float = 0.0
     duty: float = 0.5
     """The share of a period for which it is up."""
 
@@ -141,15 +140,9 @@ class Square(TimeSignal):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sawtooth(TimeSignal):
-    """Up along a straight line for a share of each period, then down along another."""
+class Sawtooth(Periodic):
+    """Up along a straight line for a share of each period, then down along another; at phase 0 it begins to rise."""
 
-    amplitude: float
-    frequency: float
-    """[Hz]"""
-    phase: float = 0.0
-    """At time 0 [rad]; at phase 0 it begins to rise from its lowest value."""
-    offset: float = 0.0
     rise: float = 1.0
     """The share of a period in which it rises; 0.5 is a triangle."""
 

@@ -1,0 +1,29 @@
+"""Robots brought in by the command, as tests do it."""
+
+import contextlib
+import io
+from pathlib import Path
+
+import pytest
+
+from mjsim.cli import main
+
+
+def typed(*line: str) -> tuple[int, str]:
+    """Return the exit code of a command, and what it says to people."""
+    said = io.StringIO()
+    with (
+        pytest.raises(SystemExit) as caught,
+        contextlib.redirect_stderr(said),
+        contextlib.redirect_stdout(io.StringIO()),
+    ):
+        main(line)
+    return int(caught.value.code or 0), said.getvalue()
+
+
+def brought(path: Path, folder: Path, *options: str) -> tuple[Path, str]:
+    """Return the preset that the command writes, and what it says."""
+    preset = folder / f"{path.stem}.yaml"
+    code, said = typed("new", "--robot-from", str(path), "-o", str(preset), *options)
+    assert code == 0, said
+    return preset, said

@@ -1,0 +1,149 @@
+"""Drives of robots from files: found by their wheels and joints, and driven."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mjsim.exchange import Wishes
+from mjsim.exchange.robots.gear import Gear, find_gear
+from mjsim.exchange.robots.preset import said_speed
+from mjsim.interface import Command
+from mjsim.models import anatomy_of, gather_robot
+from mjsim.sim import Simulation
+from mjsim.world import load_world
+from tests.exchange.bringing import brought
+from tests.exchange.odd_robots import (
+    STRETCHED,
+    box,
+    joint,
+    on_casters,
+    on_mecanum,
+    on_three,
+    robot,
+    rover,
+    tricycle,
+    tyre,
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "drive", "track", "radius"),
+    [
+        # Four wheels turn about the middles of a wider track: track + wheelbase^2 / track, or nearly so.
+        pytest.param(
+            *("four.urdf", rover([0.2, -0.2]), "skid_steer", (0.8, 0.06), 0.1),
+            marks=pytest.mark.slow,  # Its slip is measured over many drives.
+        ),
+        ("casters.urdf", on_casters(), "differential", (0.4, 0.005), 0.08),
+        # Its wheels lie 2 x (0.17035 - 0.0125) m apart.
+        ("tall.xml", STRETCHED, "differential", (0.3157, 0.002), 0.05),
+    ],
+)
+def test_odd_robots_are_found_whatever_their_axes_and_frames(tmp_path, name, text, drive, track, radius):
+    (tmp_path / name).write_text(text)
+    preset, _ = brought(tmp_path / name, tmp_path)
+    (robot,) = load_world(preset).robots
+    assert robot.drive.type == drive
+    assert robot.drive.turning_track == pytest.approx(track[0], abs=track[1])
+    assert robot.drive.wheel_radius == pytest.approx(radius, rel=0.005)
+
+
+def gear_of(text: str, folder: Path, **wishes: object) -> Gear:
+    """Return the running gear that is found in a robot's file."""
+    (folder / "r.urdf").write_text(text)
+    found = gather_robot("r.urdf", lambda name: (folder / name).read_bytes())
+    return find_gear(anatomy_of(found), Wishes(**wishes), file="r.urdf", urdf=True)
+
+
+@pytest.mark.parametrize(
+    ("text", "drive", "wheels"),
+    [
+        (on_mecanum(), "mecanum", 4),
+        (on_mecanum(rollers=8), "mecanum", 4),
+        (on_three(), "omni3", 3),
+        (on_three(first=1.0), "omni3", 3),
+        (tricycle(), "tricycle", 3),
+        (tricycle(ahead=-0.5), "tricycle", 3),
+        # A wheel behind an upright joint without limits and without a motor is a caster.
+        (tricycle(limit="").replace("revolute", "continuous"), "differential", 2),
+    ],
+)
+def test_each_kind_of_drive_is_known_by_how_its_wheels_stand(tmp_path, text, drive, wheels):
+    gear = gear_of(text, tmp_path)
+    assert (gear.drive, len(gear.wheels())) == (drive, wheels)
+
+
+def test_three_wheels_in_a_ring_come_in_the_order_of_the_drive(tmp_path):
+    gear = gear_of(on_three(first=math.pi), tmp_path)
+    np.testing.assert_allclose(gear.forward, [1.0, 0.0], atol=1e-4)
+    assert [wheel.name for wheel in gear.single] == ["j2", "j0", "j1"]
+
+
+def test_wheels_on_fixed_joints_turn_and_joints_that_move_the_whole_robot_do_not(tmp_path):
+    wheels = [joint(f"{s}_wheel", "base", s, f'xyz="0 {y} 0"', kind="fixed") for s, y in (("l", 0.2), ("r", -0.2))]
+    rail = joint("rail", "world", "base", 'xyz="0 0 0"', kind="prismatic", more='<limit lower="-9" upper="9"/>')
+    links = {"world": "", "base": box("0.3 0.3 0.1"), "l": tyre(0.08, 0.03), "r": tyre(0.08, 0.03)}
+    (tmp_path / "r.urdf").write_text(robot(links, [rail, *wheels]))
+    found = gather_robot("r.urdf", lambda name: (tmp_path / name).read_bytes())
+    assert [joint.name for joint in anatomy_of(found).joints] == ["l_wheel", "r_wheel"]
+    assert sum("is fixed; made to turn" in note or "moves the whole robot" in note for note in found.notes) == 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("text", "command", "moved"),
+    [
+        (on_mecanum(), Command(0.2, left=0.2), (0.8, 0.8)),
+        (on_three(first=math.pi), Command(0.1, left=-0.2), (0.4, -0.8)),
+        (tricycle(), Command(0.3), (1.2, 0.0)),
+    ],
+)
+def test_each_kind_of_drive_goes_where_it_is_told(tmp_path, text, command, moved):
+    (tmp_path / "kind.urdf").write_text(text)
+    preset, _ = brought(tmp_path / "kind.urdf", tmp_path)
+    world = load_world(preset)
+    (robot,) = world.robots
+    quiet = robot.model_copy(update={"drive": robot.drive.model_copy(update={"noise": type(robot.drive.noise)()})})
+    with Simulation(world.model_copy(update={"robots": (quiet,)})) as sim:
+        sim.apply("kind", command)
+        for _ in range(100):
+            sim.step()
+        sim.apply("kind", Command())
+        for _ in range(25):
+            sim.step()
+        # Four seconds at that speed; what is missing while it gathers speed comes back while it brakes.
+        np.testing.assert_allclose(sim.truth("kind").as_array()[:2], moved, atol=0.04)
+
+
+def test_the_largest_speed_is_that_of_the_wheels_in_the_file(tmp_path):
+    gear = gear_of(on_mecanum(), tmp_path)
+    assert {wheel.joint.speed for wheel in gear.wheels()} == {12.0}
+    assert said_speed(gear) == pytest.approx(12.0 * 0.06)
+    assert said_speed(gear_of(on_mecanum().replace('velocity="12"', 'velocity="100"'), tmp_path)) is None
+    servo = '<velocity joint="{}" kv="3" ctrlrange="-8 8" ctrllimited="true" gear="2"/>'
+    wheel = '<body pos="0 {} 0.1"><joint name="{}" axis="0 1 0"/><geom size="0.1"/></body>'
+    (tmp_path / "r.xml").write_text(
+        f'<mujoco><worldbody><body><geom size="0.1"/>{wheel.format(0.2, "l")}'
+        f"{wheel.format(-0.2, 'r')}</body></worldbody>"
+        f"<actuator>{servo.format('l')}{servo.format('r')}</actuator></mujoco>"
+    )
+    found = gather_robot("r.xml", lambda name: (tmp_path / name).read_bytes())
+    assert found.speeds == pytest.approx({"l": 4.0, "r": 4.0})
+
+
+@pytest.mark.slow
+def test_six_wheels_turn_by_chains(tmp_path):
+    (tmp_path / "six.urdf").write_text(rover([0.25, 0.0, -0.25]))
+    preset, _ = brought(tmp_path / "six.urdf", tmp_path)
+    world = load_world(preset)
+    with Simulation(world) as sim:
+        sim.apply("six", Command(0.3, turn=0.5))
+        for _ in range(100):
+            sim.step()
+        left = [
+            float(sim.data.joint(f"six/wheel_{name}").qvel[0]) for name in ("front_left", "front_left-2", "rear_left")
+        ]
+        assert left[1] == pytest.approx(left[0], rel=0.02)
+        assert left[2] == pytest.approx(left[0], rel=0.05)
