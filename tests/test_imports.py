@@ -38,13 +38,16 @@ MAY_IMPORT = {
     "record": RECORD,
     "sim": SIM,
     "safety": GROUND | {"interface"},
+    # Messages of ROS 2, which the bridge sends and bags hold.
+    "ros": VALUES,
+    "datasets": SIM | {"record", "ros", "exchange"},
     "run": RUN,
     "session": RUN,
     "env": RUN,
     "report": REPORT,
     # A log is told in ticks to a pilot, and stands in the world that the simulation would have.
     "logs": RUN,
-    "bridge": RUN | {"session"},
+    "bridge": RUN | {"exchange", "ros", "session"},
     "sweep": SWEEP,
     "video": VIDEO,
     "lab": RUN | REPORT | {"algorithms"},

@@ -62,7 +62,7 @@ def test_the_readme_lists_commands_that_there_are():
     options = {name: {opt for parameter in command.params for opt in parameter.opts} for name, command in known.items()}
     for line in re.findall(r"^\| `\w+.*$", README, re.MULTILINE):
         name = line.split("`")[1].split()[0]
-        assert set(re.findall(r"(?<![\w-])--?[a-z]+", line)) <= options[name]
+        assert set(re.findall(r"(?<![\w-])--?[a-z][a-z0-9-]*", line)) <= options[name]
 
 
 def test_what_the_readme_links_to_is_there():

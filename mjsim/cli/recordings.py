@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -44,15 +44,29 @@ def export(
     npz: Annotated[Path | None, typer.Option(metavar="FILE", help="Arrays for NumPy.")] = None,
     mat: Annotated[Path | None, typer.Option(metavar="FILE", help="Arrays for Matlab and Octave.")] = None,
     images: Annotated[Path | None, typer.Option(metavar="DIR", help="The onboard pictures.")] = None,
+    rosbag2: Annotated[Path | None, typer.Option(metavar="DIR", help="A bag of ROS 2.")] = None,
+    storage: Annotated[Literal["mcap", "sqlite3"], typer.Option(help="Of the bag.")] = "mcap",
+    tum_rgbd: Annotated[Path | None, typer.Option(metavar="DIR", help="TUM RGB-D, a data set a camera.")] = None,
+    euroc: Annotated[Path | None, typer.Option(metavar="DIR", help="EuRoC, a data set a robot.")] = None,
+    carmen: Annotated[Path | None, typer.Option(metavar="FILE", help="A log of CARMEN, one a robot.")] = None,
+    redraw: Annotated[
+        bool, typer.Option("--redraw", help="Draw pictures again without loss, for a bag, TUM RGB-D and EuRoC.")
+    ] = False,
     overwrite: Overwrite = False,
 ) -> None:
     """Write a recording in other formats."""
     from mjsim.record import export_csv, export_images, export_mat, export_npz, export_tum, read_recording
 
-    wanted = ((export_tum, tum), (export_csv, csv), (export_npz, npz), (export_mat, mat), (export_images, images))
+    wanted: tuple[tuple[Callable[..., object], Path | None], ...] = (
+        *((export_tum, tum), (export_csv, csv), (export_npz, npz), (export_mat, mat), (export_images, images)),
+        *_data_sets(rosbag2, storage, tum_rgbd, euroc, carmen, redraw=redraw),
+    )
     if all(place is None for _, place in wanted):
-        raise UsageError("nothing to export; name at least one of --tum, --csv, --npz, --mat, --images")
-    for file in (npz, mat):
+        raise UsageError(
+            "nothing to export; name at least one of --tum, --csv, --npz, --mat, --images, --rosbag2, --tum-rgbd,"
+            " --euroc, --carmen"
+        )
+    for file in (npz, mat, carmen):
         if file is not None:
             require_free(file, overwrite=overwrite, source=recording)
     read = read_recording(recording)
@@ -60,6 +74,28 @@ def export(
         if place is not None:
             write(read, place, overwrite=overwrite)
             print(place)
+
+
+def _data_sets(
+    rosbag2: Path | None,
+    storage: Literal["mcap", "sqlite3"],
+    tum_rgbd: Path | None,
+    euroc: Path | None,
+    carmen: Path | None,
+    *,
+    redraw: bool,
+) -> tuple[tuple[Callable[..., object], Path | None], ...]:
+    """Return what writes each data set, and where to; nothing is loaded for those that are not wanted."""
+    if (rosbag2, tum_rgbd, euroc, carmen) == (None,) * 4:
+        return ()
+    from mjsim.datasets import export_carmen, export_euroc, export_rosbag2, export_tum_rgbd
+
+    return (
+        (partial(export_rosbag2, storage=storage, redraw=redraw), rosbag2),
+        (partial(export_tum_rgbd, redraw=redraw), tum_rgbd),
+        (partial(export_euroc, redraw=redraw), euroc),
+        (export_carmen, carmen),
+    )
 
 
 def film(

@@ -20,6 +20,7 @@ from .original import read_original as read_original
 from .place import ESTIMATORS as ESTIMATORS
 from .place import Newcomer as Newcomer
 from .place import with_robot as with_robot
+from .raster import grid_of as grid_of
 from .raster import write_map as write_map
 from .robots import BroughtRobot as BroughtRobot
 from .robots import Wishes as Wishes

@@ -224,8 +224,17 @@ class Recording:
         Raises:
             RecordingError: One is not as mjsim writes it.
         """
+        for seen, _ in self.observed(robot):
+            yield seen
+
+    def observed(self, robot: str) -> Iterator[tuple[Observation, dict[str, float]]]:
+        """Yield each observation of a robot, and camera -> stamp of each picture that came with it [s].
+
+        Raises:
+            RecordingError: One is not as mjsim writes it.
+        """
         for message in raw_messages(self.path, topics={f"/{robot}/observation"}):
-            yield self.observation_in(message)[0]
+            yield self.observation_in(message)
 
     def observation_in(self, message: RawMessage) -> tuple[Observation, dict[str, float]]:
         """Return the observation in a message, and camera -> stamp of each picture that came with it [s].

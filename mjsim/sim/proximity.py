@@ -5,11 +5,9 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.sim.rays import Fan
-from mjsim.world import Robot, rims
+from mjsim.world import PROXIMITY_HEIGHT, Robot, rims
 
 RAYS = 16
-HEIGHT = 0.6
-"""Of the ring on the body, of the body's height."""
 
 
 class ProximityRing:
@@ -23,7 +21,7 @@ class ProximityRing:
         self._rims, self._reach = rims(robot.body, angles), robot.proximity_range
         self._rays = np.stack([np.cos(angles), np.sin(angles), np.zeros(RAYS)], axis=-1)
         self._farthest = float(np.max(self._rims)) + self._reach
-        self._start = np.array([0.0, 0.0, HEIGHT * robot.body.height])
+        self._start = np.array([0.0, 0.0, PROXIMITY_HEIGHT * robot.body.height])
         self._directions = np.empty((RAYS, 3))
 
     def ranges(self) -> Array:

@@ -30,6 +30,7 @@ from .items import EVENT_KINDS as EVENT_KINDS
 from .items import GROUND as GROUND
 from .items import MOTIONS as MOTIONS
 from .items import OMNI3_BEARINGS as OMNI3_BEARINGS
+from .items import PROXIMITY_HEIGHT as PROXIMITY_HEIGHT
 from .items import QUIET as QUIET
 from .items import AckermannDrive as AckermannDrive
 from .items import Actuator as Actuator

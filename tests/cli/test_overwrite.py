@@ -133,6 +133,8 @@ COMMANDS = {
     "npz": ("export run.mcap --npz run.npz", "run.npz"),
     "mat": ("export run.mcap --mat run.mat", "run.mat"),
     "images": ("export run.mcap --images images", "images/scout/front/00000000.000000.jpg"),
+    "rosbag2": ("export run.mcap --rosbag2 bag", "bag/metadata.yaml"),
+    "carmen": ("export run.mcap --carmen run.log", "run.log"),
     "compile": ("compile room.yaml -o scene", "scene/scene.xml"),
     "arm": ("arm puma560 --plot puma.png", "puma.png"),
     "show": ("show room.yaml -o plan.png", "plan.png"),

@@ -5,6 +5,7 @@ from .arms import RobotArm as RobotArm
 from .arms import Tool as Tool
 from .arms import arm_names as arm_names
 from .arms import over_arm as over_arm
+from .bodies import PROXIMITY_HEIGHT as PROXIMITY_HEIGHT
 from .bodies import Body as Body
 from .bodies import BoxBody as BoxBody
 from .bodies import CylinderBody as CylinderBody

@@ -304,6 +304,10 @@ def shape_of(keys: Any) -> str:
     return next((shape for shape in ("box", "polygon", "model") if shape in keys), "cylinder")
 
 
+PROXIMITY_HEIGHT = 0.6
+"""Of the ring of proximity rays on a body, of the body's height."""
+
+
 def rims(body: "Body", bearings: Array) -> Array:
     """Return how far the outermost rim of a body is from its origin along bearings [rad], same shape [m]."""
     if isinstance(body, CylinderBody | ModelBody | NoBody):

@@ -1,0 +1,114 @@
+"""Odometry, scans and truth of a recording as a log of CARMEN, a file for each robot.
+
+    PARAM robot_frontlaser_offset METRES                          and so on
+    ODOM x y theta tv rv accel                                    ipc_timestamp host logger_timestamp
+    ROBOTLASERn type start fov step max accuracy remission n [ranges] k [remissions] laser x y theta, robot x y theta,
+                tv rv forward_safety side_safety turn_axis        ...
+    TRUEPOS true_x true_y true_theta odom_x odom_y odom_theta     ...
+
+Laser n is the n-th lidar of the robot, at most five. Poses are dead reckoning's, the laser's by where it is mounted.
+A beam that got no return reads the laser's range, one that met something too near 0.
+
+References:
+    The formats as the heads of the logs of CARMEN's recorder state them.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from mjsim.datasets.playback import Moment, Playback, planar_pose
+from mjsim.errors import UsageError
+from mjsim.geometry import Pose, Pose3
+from mjsim.interface import Observation, Scan
+from mjsim.output import require_free, write_file
+from mjsim.record import Recording
+
+MOST_LASERS = 5
+HOST = "mjsim"
+
+
+def export_carmen(recording: Recording, file: str | Path, *, overwrite: bool = False) -> list[Path]:
+    """Write a log of CARMEN for each robot that was driven: FILE, or `FILE` with `_R` before its ending for several.
+
+    Returns:
+        The files written.
+
+    Raises:
+        UsageError: Nothing was driven, a robot has more than five lidars, or a file exists or cannot be written.
+    """
+    robots = [robot for robot in recording.robots if recording.is_observed(robot)]
+    if not robots:
+        raise UsageError(f"'{recording.path}' holds no observations; nothing drove a robot in that run")
+    file = Path(file)
+    names = {robot: file if len(robots) == 1 else file.with_stem(f"{file.stem}_{robot}") for robot in robots}
+    require_free(*names.values(), overwrite=overwrite, source=recording.path)
+    with Playback(recording, redraw=False) as playback:
+        for robot, path in names.items():
+            text = "".join(f"{line}\n" for line in _lines(playback, robot))
+            write_file(path, text.encode(), overwrite=overwrite)
+    return list(names.values())
+
+
+def _lines(playback: Playback, robot: str) -> Iterator[str]:
+    lidars = [name for name, sensor in playback.infos[robot].sensors.items() if sensor.kind == "lidar"]
+    if len(lidars) > MOST_LASERS:
+        raise UsageError(f"robot '{robot}' has {len(lidars)} lidars; CARMEN knows {MOST_LASERS}")
+    if moving := playback.on_arms(robot) & {*lidars}:
+        raise UsageError(f"lidar '{min(moving)}' of robot '{robot}' moves with an arm; CARMEN has only fixed ones")
+    yield f"# a run of mjsim, seed {playback.recording.seed}; robot {robot}"
+    mounts = {
+        name: Pose3.from_matrix(playback.infos[robot].sensors[name].robot_from_sensor).planar() for name in lidars
+    }
+    for name, word in zip(lidars, ("frontlaser", "rearlaser"), strict=False):
+        yield f"PARAM robot_{word}_offset {mounts[name].x!r}"
+    track = playback.recording.robots[robot]
+    for moment in playback.moments(robot):
+        odometry, seen = planar_pose(track.odometry[moment.row]), moment.seen
+        if seen is None or odometry is None:
+            continue
+        yield _line("ODOM", _numbers(odometry, *_speeds(seen), 0.0), seen.time)
+        if moment.truth is not None:
+            yield _line("TRUEPOS", f"{_numbers(moment.truth.planar())} {_numbers(odometry)}", seen.time)
+        for name, scan in seen.scans.items():
+            taken = _odometry_at(playback, robot, moment, scan.stamp)
+            laser = f"ROBOTLASER{lidars.index(name) + 1}"
+            yield _line(laser, _laser(scan, taken, mounts[name], _speeds(seen)), scan.stamp)
+
+
+def _speeds(seen: Observation) -> tuple[float, float]:
+    """Return how fast the robot went and turned since the last tick, by its odometry [m/s, rad/s]."""
+    return seen.odometry.forward / seen.dt, seen.odometry.turn / seen.dt
+
+
+def _odometry_at(playback: Playback, robot: str, moment: Moment, stamp: float) -> Pose:
+    """Return dead reckoning at the tick at which something was taken."""
+    row = int(np.argmin(np.abs(playback.recording.time[: moment.row + 1] - stamp)))
+    pose = planar_pose(playback.recording.robots[robot].odometry[row])
+    return Pose(0.0, 0.0, 0.0) if pose is None else pose
+
+
+def _laser(scan: Scan, odometry: Pose, robot_from_laser: Pose, speeds: tuple[float, float]) -> str:
+    """Return what ROBOTLASER tells after its word: of no known type, the accuracy not told, remission if it is told."""
+    step, farthest = float(scan.angle_increment), float(scan.range_max)
+    ranges = np.where(scan.ranges == np.inf, farthest, np.where(scan.ranges == -np.inf, 0.0, scan.ranges)).tolist()
+    strengths = [] if scan.intensities is None else scan.intensities.tolist()
+    return " ".join(
+        [
+            "0",
+            *map(repr, (float(scan.angle_min), step * (len(ranges) - 1), step, farthest, 0.0)),
+            str(int(bool(strengths))),
+            *(str(len(ranges)), *map(repr, ranges), str(len(strengths)), *map(repr, strengths)),
+            _numbers(odometry @ robot_from_laser),
+            _numbers(odometry, *speeds, 0.0, 0.0, 0.0),
+        ]
+    )
+
+
+def _numbers(pose: Pose, *more: float) -> str:
+    return " ".join(repr(float(each)) for each in (pose.x, pose.y, pose.heading, *more))
+
+
+def _line(word: str, values: str, time: float) -> str:
+    return f"{word} {values} {time!r} {HOST} {time!r}"

@@ -1,0 +1,190 @@
+"""Pictures and inertial readings of a recording as EuRoC (ASL) data sets, one for each robot.
+
+    DIR/R/mav0/cam0/data/NANOSECONDS.png, data.csv, sensor.yaml     a camera each; camN in the order of the world
+    DIR/R/mav0/imu0/data.csv, sensor.yaml                           an inertial sensor each
+    DIR/R/mav0/state_groundtruth_estimate0/data.csv, sensor.yaml    the truth at every tick
+    DIR/R/mav0/body.yaml
+
+The body frame is that of imu0, as VIO programs expect, or the robot's without one; `T_BS` of a sensor is
+body_from_sensor, that of a camera its optical frame. The world frame R of the truth is the world's, z up. Velocities
+of the truth are central differences of its positions; biases are 0: the recording does not hold those of the sensors.
+
+References:
+    Burri et al., The EuRoC micro aerial vehicle datasets, IJRR 35(10), 2016, section 4.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from mjsim.datasets.place import new_folders
+from mjsim.datasets.playback import Playback
+from mjsim.errors import UsageError
+from mjsim.geometry import Array, Pose3
+from mjsim.interface import SensorInfo
+from mjsim.record import Recording
+from mjsim.ros import nanoseconds
+
+FILES = r"mav0/(body\.yaml|[^/]+/(data\.csv|sensor\.yaml|data/\d+\.(png|jpg)))"
+IMU_HEAD = (
+    "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+    "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]"
+)
+TRUTH_HEAD = (
+    "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [],"
+    " v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1],"
+    " b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad s^-1], b_w_RS_S_z [rad s^-1],"
+    " b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], b_a_RS_S_z [m s^-2]"
+)
+
+
+def export_euroc(
+    recording: Recording, folder: str | Path, *, redraw: bool = False, overwrite: bool = False
+) -> list[Path]:
+    """Write an EuRoC data set for each robot with a camera or an inertial sensor.
+
+    Args:
+        recording: A run.
+        folder: Of all of them.
+        redraw: Whether pictures are drawn again from the recorded states, as PNG; else as recorded.
+        overwrite: Whether a folder that exists may be replaced.
+
+    Returns:
+        The folder of each data set.
+
+    Raises:
+        UsageError: No robot has such a sensor, one of them is on an arm, pictures were not recorded, or a data set
+            exists or cannot be written.
+    """
+    with Playback(recording, redraw=redraw) as playback:
+        robots = [robot for robot in recording.robots if _sensors(playback, robot, "camera", "imu")]
+        if not robots:
+            raise UsageError(f"'{recording.path}' has neither a camera nor an inertial sensor; EuRoC is made of these")
+        places = [Path(folder) / robot for robot in robots]
+        with new_folders(places, files=FILES, overwrite=overwrite) as parts:
+            for robot, part in zip(robots, parts, strict=True):
+                _write(playback, robot, part / "mav0")
+    return places
+
+
+def _sensors(playback: Playback, robot: str, *kinds: str) -> dict[str, SensorInfo]:
+    return {name: sheet for name, sheet in playback.infos[robot].sensors.items() if sheet.kind in kinds}
+
+
+def _write(playback: Playback, robot: str, folder: Path) -> None:
+    """Write the data set of one robot."""
+    imus, cameras = _sensors(playback, robot, "imu"), _sensors(playback, robot, "camera")
+    carried = playback.on_arms(robot)
+    if moving := carried & {*imus, *cameras}:
+        raise UsageError(f"'{min(moving)}' of robot '{robot}' moves with an arm; EuRoC has only sensors that are fixed")
+    base_from_body = next((sheet.robot_from_sensor for sheet in imus.values()), np.eye(4))
+    body_from_base = np.linalg.inv(base_from_body)
+    for number, (name, sheet) in enumerate(cameras.items()):
+        mounted = body_from_base @ sheet.robot_from_sensor
+        _begin(folder / f"cam{number}", _camera_yaml(f"{robot}/{name}", sheet, mounted))
+        _list(folder / f"cam{number}", "#timestamp [ns],filename", _pictures(playback, robot, name, folder, number))
+    for number, (name, sheet) in enumerate(imus.items()):
+        _begin(folder / f"imu{number}", _imu_yaml(f"{robot}/{name}", sheet, body_from_base @ sheet.robot_from_sensor))
+        _list(folder / f"imu{number}", IMU_HEAD, _readings(playback, robot, name))
+    truth = folder / "state_groundtruth_estimate0"
+    _begin(truth, _yaml("truth", "visual-inertial", "the simulated truth", np.eye(4)))
+    _list(truth, TRUTH_HEAD, _states(playback, robot, base_from_body))
+    (folder / "body.yaml").write_text(f"%YAML:1.0\ncomment: robot {robot} of mjsim\n")
+
+
+def _pictures(playback: Playback, robot: str, camera: str, folder: Path, number: int) -> Iterator[str]:
+    """Write the pictures of a camera, and yield their rows."""
+    place = folder / f"cam{number}" / "data"
+    place.mkdir()
+    for moment in playback.moments(robot):
+        if (stamp := moment.stamps.get(camera)) is not None:
+            data, suffix = playback.picture(robot, camera, stamp)
+            file = f"{nanoseconds(stamp):019d}.{suffix}"
+            (place / file).write_bytes(data)
+            yield f"{nanoseconds(stamp)},{file}"
+
+
+def _readings(playback: Playback, robot: str, imu: str) -> Iterator[str]:
+    """Yield the rows of an inertial sensor."""
+    for moment in playback.moments(robot):
+        for each in moment.seen.imu if moment.seen is not None else ():
+            if each.name == imu:
+                values = [*each.turn.tolist(), *each.acceleration.tolist()]
+                yield ",".join([str(nanoseconds(each.stamp)), *map(repr, values)])
+
+
+def _begin(folder: Path, about: str) -> None:
+    folder.mkdir(parents=True)
+    (folder / "sensor.yaml").write_text(about)
+
+
+def _list(folder: Path, head: str, rows: Iterable[str]) -> None:
+    (folder / "data.csv").write_text("".join(f"{line}\n" for line in (head, *rows)))
+
+
+def _states(playback: Playback, robot: str, base_from_body: Array) -> list[str]:
+    """Return the rows of the truth: position, quaternion (w first), velocity, biases."""
+    known = [(moment.row, moment.truth) for moment in playback.moments(robot) if moment.truth is not None]
+    times = playback.recording.time[[row for row, _ in known]]
+    poses = [Pose3.from_matrix(truth.matrix() @ base_from_body) for _, truth in known]
+    places = np.array([(pose.x, pose.y, pose.z) for pose in poses]).reshape(-1, 3)
+    speeds = np.gradient(places, times, axis=0) if len(times) > 1 else np.zeros_like(places)
+    return [
+        ",".join(
+            [
+                str(nanoseconds(time)),
+                *map(repr, (pose.x, pose.y, pose.z, pose.qw, pose.qx, pose.qy, pose.qz, *speed)),
+                *["0.0"] * 6,
+            ]
+        )
+        for time, pose, speed in zip(times.tolist(), poses, speeds.tolist(), strict=True)
+    ]
+
+
+def _yaml(name: str, kind: str, comment: str, T_BS: Array, more: Mapping[str, object] | None = None) -> str:
+    """Return a sensor.yaml; T_BS is body_from_sensor, shape (4, 4) [m]."""
+    return "\n".join(
+        [
+            "%YAML:1.0",
+            f"sensor_type: {kind}",
+            f"comment: {name}, {comment}",
+            "T_BS:",
+            "  cols: 4",
+            "  rows: 4",
+            f"  data: {T_BS.ravel().tolist()}",
+            *(f"{key}: {value}" for key, value in (more or {}).items()),
+            "",
+        ]
+    )
+
+
+def _camera_yaml(name: str, sheet: SensorInfo, T_BS: Array) -> str:
+    camera = sheet.intrinsics
+    assert camera is not None, "it is a camera"
+    fisheye = camera.lens == "fisheye"
+    count = 4 if fisheye or not any(camera.distortion[4:]) else 5
+    more = {
+        "rate_hz": f"{sheet.rate_hz:g}",
+        "resolution": [camera.width, camera.height],
+        "camera_model": "pinhole",
+        "intrinsics": [float(each) for each in (camera.fx, camera.fy, camera.cx, camera.cy)],
+        "distortion_model": "equidistant" if fisheye else "radial-tangential",
+        "distortion_coefficients": [float(each) for each in [*camera.distortion, *([0.0] * count)][:count]],
+    }
+    return _yaml(
+        name, "camera", "fu fv cu cv; k1 k2 p1 p2 and k3 where it is not 0, or k1 to k4 of a fisheye", T_BS, more
+    )
+
+
+def _imu_yaml(name: str, sheet: SensorInfo, T_BS: Array) -> str:
+    """Return what the data sheet tells; densities are those of white noise at the rate of the readings."""
+    root = np.sqrt(sheet.rate_hz)
+    densities = {
+        "gyroscope_noise_density": sheet.noise.get("turn", 0.0) / root,
+        "gyroscope_random_walk": sheet.noise.get("turn_walk", 0.0),
+        "accelerometer_noise_density": sheet.noise.get("acceleration", 0.0) / root,
+        "accelerometer_random_walk": sheet.noise.get("acceleration_walk", 0.0),
+    }
+    more = {"rate_hz": f"{sheet.rate_hz:g}", **{key: float(value) for key, value in densities.items()}}
+    return _yaml(name, "imu", "rad/s/sqrt(Hz), rad/s^2/sqrt(Hz), m/s^2/sqrt(Hz), m/s^3/sqrt(Hz)", T_BS, more)

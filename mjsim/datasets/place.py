@@ -1,0 +1,79 @@
+"""The folders of data sets: they appear when all of them are whole, and replace only files of their kind."""
+
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from mjsim.errors import UsageError
+
+
+@contextmanager
+def new_folders(places: Sequence[Path], *, files: str, overwrite: bool) -> Iterator[list[Path]]:
+    """Yield where to write the files of each folder; they are moved to their places when the block ends.
+
+    Args:
+        places: The folders, all beside each other.
+        files: What paths of their files look like, a regular expression. Such files of an older data set are removed
+            when it is replaced; all others stay.
+        overwrite: Whether such files may be replaced.
+
+    Raises:
+        UsageError: There are such files and they may not be replaced, or a folder cannot be written.
+    """
+    _require_free(places, files=files, overwrite=overwrite)
+    home = places[0].parent
+    made = [each for each in (home, *home.parents) if not each.exists()]
+    try:
+        home.mkdir(parents=True, exist_ok=True)
+        beside = Path(tempfile.mkdtemp(prefix=".mjsim-export-", dir=home))
+        try:
+            parts = [beside / place.name for place in places]
+            yield parts
+            _require_free(places, files=files, overwrite=overwrite)  # others may have come meanwhile
+            for part, place in zip(parts, places, strict=True):
+                _move(part, place, files=files)
+        finally:
+            shutil.rmtree(beside, ignore_errors=True)
+            for folder in made:
+                with suppress(OSError):  # there is something in it now
+                    folder.rmdir()
+    except OSError as error:
+        raise UsageError(f"cannot write '{home}': {error.strerror or error}") from error
+
+
+def _move(part: Path, place: Path, *, files: str) -> None:
+    """Move a folder to its place, or its files there in place of the older ones of their kind."""
+    if not place.exists():
+        os.rename(part, place)
+        return
+    for old in _of_kind(place, files):
+        old.unlink()
+    for new in part.rglob("*"):
+        if new.is_file():
+            to = place / new.relative_to(part)
+            to.parent.mkdir(parents=True, exist_ok=True)
+            os.rename(new, to)
+
+
+def _require_free(places: Sequence[Path], *, files: str, overwrite: bool) -> None:
+    """Raise UsageError when there is something that may not be replaced."""
+    for place in places:
+        if os.path.lexists(place) and not place.is_dir():
+            raise UsageError(f"'{place}' exists and is no folder; name another one")
+        if not overwrite and _of_kind(place, files):
+            raise UsageError(f"'{place}' exists; name another folder, or add --overwrite (in Python: overwrite=True)")
+
+
+def _of_kind(place: Path, files: str) -> list[Path]:
+    """Return the files in a folder whose paths look so."""
+    if not place.is_dir():
+        return []
+    return [
+        path
+        for path in place.rglob("*")
+        if not path.is_dir() and re.fullmatch(files, path.relative_to(place).as_posix())
+    ]

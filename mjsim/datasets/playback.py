@@ -1,0 +1,149 @@
+"""A recording tick by tick: what each robot sensed and believed, with its pictures as recorded or drawn again."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from mjsim.closing import Closes
+from mjsim.errors import UsageError
+from mjsim.geometry import Array, Pose, Pose3
+from mjsim.interface import CameraFrame, Observation, RobotInfo
+from mjsim.record import Recording, Track
+from mjsim.ros import robot_from_sensor
+from mjsim.sim import Retake, Simulation
+from mjsim.world import Camera, Depth, name_of
+
+SAME_TIME = 1e-6
+"""Times that differ less are the same [s]."""
+
+
+class PictureFile(NamedTuple):
+    """A picture as it stands in a file."""
+
+    data: bytes
+    suffix: str
+    """'jpg' or 'png'."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Moment:
+    """One robot at one tick."""
+
+    row: int
+    """Of the recording."""
+    truth: Pose3 | None
+    """world_from_base; None when nobody knows."""
+    seen: Observation | None
+    """Without pictures; None for a robot that nothing drove."""
+    stamps: Mapping[str, float]
+    """Camera -> when the picture that came at this tick was taken [s]."""
+
+
+class Playback(Closes):
+    """What there is to tell of a recording's robots; pictures must be asked for in the order of the ticks."""
+
+    def __init__(self, recording: Recording, *, redraw: bool) -> None:
+        """Get ready.
+
+        Args:
+            recording: What is told.
+            redraw: Whether pictures are drawn again from the recorded states, without loss; else as recorded.
+        """
+        self.recording, self._redraw = recording, redraw
+        with Simulation(recording.world, seed=recording.seed) as sim:
+            self.infos: Mapping[str, RobotInfo] = dict(sim.robots)
+        self._retakes: dict[str, Retake] = {}
+        self._recorded: dict[tuple[str, str], Iterator[tuple[float, bytes, str]]] = {}
+        self._depths = {
+            (robot.name, sensor.camera): sensor.depth if isinstance(sensor.depth, Depth) else Depth()
+            for robot in recording.world.robots
+            for sensor in robot.sensors
+            if isinstance(sensor, Camera) and sensor.depth
+        }
+        self._undo = ExitStack()
+
+    def close(self) -> None:
+        """Give back what pictures are drawn with; a second call does nothing."""
+        self._undo.close()
+
+    def on_arms(self, robot: str) -> set[str]:
+        """Return the sensors of a robot that its arms carry."""
+        owner = next(each for each in self.recording.world.robots if each.name == robot)
+        return {name_of(sensor) for sensor in owner.sensors if getattr(sensor, "on", None) is not None}
+
+    def has_depth(self, robot: str, camera: str) -> bool:
+        """Return whether a camera gives depth."""
+        return (robot, camera) in self._depths
+
+    def world_from_sensor(self, robot: str, sensor: str, moment: Moment) -> Pose3 | None:
+        """Return where a sensor is, a camera by its optical frame; None when nobody knows."""
+        if moment.truth is None:
+            return None
+        joints = {} if moment.seen is None else moment.seen.joints
+        owner = next(each for each in self.recording.world.robots if each.name == robot)
+        model = next(each for each in owner.sensors if name_of(each) == sensor)
+        mounted = robot_from_sensor(owner, self.infos[robot].sensors[sensor], model, joints)
+        return Pose3.from_matrix(moment.truth.matrix() @ mounted)
+
+    def moments(self, robot: str) -> Iterator[Moment]:
+        """Yield the ticks of a robot."""
+        track = self.recording.robots[robot]
+        observed = self.recording.observed(robot)
+        upcoming = next(observed, None)
+        for row, time in enumerate(track.time.tolist()):
+            seen, stamps = None, dict[str, float]()
+            while upcoming is not None and upcoming[0].time < time + SAME_TIME:
+                seen, stamps = upcoming
+                upcoming = next(observed, None)
+            yield Moment(row=row, truth=true_pose(track, row), seen=seen, stamps=stamps)
+
+    def picture(self, robot: str, camera: str, stamp: float) -> PictureFile:
+        """Return a picture as it was recorded, or drawn again as PNG.
+
+        Raises:
+            UsageError: It was not recorded.
+        """
+        if self._redraw:
+            return PictureFile(png_of(self.frame(robot, camera, stamp).image[..., ::-1]), "png")
+        recorded = self._recorded.setdefault((robot, camera), self.recording.pictures(robot, camera))
+        for taken, data, form in recorded:
+            if taken > stamp - SAME_TIME:
+                return PictureFile(data, "jpg" if form == "jpeg" else form)
+        raise UsageError(
+            f"'{self.recording.path}' holds no picture of '{robot}/{camera}' at {stamp:g} s; draw them again: --redraw"
+            " (in Python: redraw=True)"
+        )
+
+    def frame(self, robot: str, camera: str, stamp: float) -> CameraFrame:
+        """Return what a camera gave, drawn again from the recorded states."""
+        if robot not in self._retakes:
+            run = self.recording
+            again = Retake(
+                run.world, robot, seed=run.seed, times=run.time, qpos=run.qpos, qvel=run.qvel, looks=run.looks
+            )
+            self._retakes[robot] = self._undo.enter_context(again)
+        return self._retakes[robot].frame(camera, stamp)
+
+
+def true_pose(track: Track, row: int) -> Pose3 | None:
+    """Return world_from_base of a robot at a row of its track; None where nobody knows."""
+    return pose_in_space(track.truth_pose[row])
+
+
+def pose_in_space(row: Array) -> Pose3 | None:
+    """Return a pose of (x, y, z, qx, qy, qz, qw), shape (7,); None for NaN."""
+    return Pose3(*row.tolist()) if np.isfinite(row).all() else None
+
+
+def planar_pose(row: Array) -> Pose | None:
+    """Return a pose of (x, y, heading), shape (3,); None for NaN."""
+    return Pose(*row.tolist()) if np.isfinite(row).all() else None
+
+
+def png_of(picture: "np.ndarray[tuple[int, ...], np.dtype[np.generic]]") -> bytes:
+    """Return a picture as PNG: BGR uint8, shape (height, width, 3), or one channel of uint8 or uint16."""
+    return cv2.imencode(".png", np.ascontiguousarray(picture))[1].tobytes()

@@ -1,0 +1,153 @@
+"""A recording as a bag of ROS 2, with the topics and frames that `mjsim bridge` publishes, and the map of the world."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Literal
+
+from mjsim.datasets.place import new_folders
+from mjsim.datasets.playback import Moment, Playback, planar_pose
+from mjsim.errors import UsageError
+from mjsim.exchange import grid_of
+from mjsim.record import Recording
+from mjsim.ros import MAP, Outgoing, Qos, RobotTick, RosTopic, RosWorld, bytes_of, grid_map, nanoseconds, typestore
+
+Storage = Literal["mcap", "sqlite3"]
+FILES = r"metadata\.yaml|[^/]+\.(mcap|db3)"
+"""Of a bag."""
+VERSION: Literal[8] = 8
+"""Of the bag's metadata: readers of ROS 2 Humble and later read it."""
+
+
+def export_rosbag2(
+    recording: Recording,
+    folder: str | Path,
+    *,
+    storage: Storage = "mcap",
+    redraw: bool = False,
+    overwrite: bool = False,
+) -> Path:
+    """Write a bag of ROS 2: odometry, estimate, readings that have a standard message, frames, clock, map, the truth.
+
+    A message's time in the bag is when modules were given it, that in its header when it was taken.
+
+    Args:
+        recording: A run.
+        folder: The bag.
+        storage: 'mcap' or 'sqlite3'.
+        redraw: Whether pictures, and depth, are drawn again from the recorded states and stored raw; else pictures are
+            as recorded, compressed.
+        overwrite: Whether a bag that exists may be replaced.
+
+    Returns:
+        The folder.
+
+    Raises:
+        UsageError: There is a bag already, or it cannot be written; names collide in ROS; or rosbags is missing.
+    """
+    if storage not in ("mcap", "sqlite3"):
+        raise UsageError(f"storage is '{storage}'; it is mcap or sqlite3")
+    typestore()  # before the world is compiled, so that a missing package is told at once
+    with (
+        new_folders([Path(folder)], files=FILES, overwrite=overwrite) as (part,),
+        Playback(recording, redraw=redraw) as playback,
+    ):
+        _write(playback, part, storage, redraw=redraw)
+    return Path(folder)
+
+
+def _write(playback: Playback, folder: Path, storage: Storage, *, redraw: bool) -> None:
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    world = playback.recording.world
+    ros = RosWorld(world, playback.infos)
+    with Writer(folder, version=VERSION, storage_plugin=StoragePlugin[storage.upper()]) as writer:
+        for key, value in {**playback.recording.metadata, "seed": str(playback.recording.seed)}.items():
+            writer.set_custom_data(f"mjsim {key}", value)
+        bag = _Bag(writer)
+        bag.put(ros.fixed(), 0.0)
+        if (known := _map(playback)) is not None:
+            bag.put(known, 0.0)
+        for time, ticks, pictures in _ticks(playback):
+            for each in ros.messages(time, ticks):
+                bag.put(each, time)
+            for robot, camera, stamp in pictures:
+                named = ros.robots[robot]
+                if redraw:
+                    found = named.pictures(camera, playback.frame(robot, camera, stamp))
+                else:
+                    data, suffix = playback.picture(robot, camera, stamp)
+                    found = named.compressed(camera, stamp, data, "jpeg" if suffix == "jpg" else suffix)
+                for each in found:
+                    bag.put(each, time)
+
+
+def _map(playback: Playback) -> Outgoing | None:
+    """Return the map of the world; None where nothing is solid."""
+    try:
+        grid = grid_of(playback.recording.world)
+    except UsageError:
+        return None
+    message = grid_map(grid.occupied, grid.free, resolution=grid.resolution, map_from_grid=grid.world_from_grid)
+    return Outgoing(MAP, message)
+
+
+def _ticks(playback: Playback) -> Iterator[tuple[float, dict[str, RobotTick], list[tuple[str, str, float]]]]:
+    """Yield of each tick its time [s], the robots, and (robot, camera, stamp) of each picture that came."""
+    tracks = playback.recording.robots
+    rows = zip(*(playback.moments(robot) for robot in tracks), strict=True)
+    for time, moments in zip(playback.recording.time.tolist(), rows, strict=True):
+        named = dict(zip(tracks, moments, strict=True))
+        ticks = {robot: _robot_tick(playback, robot, time, moment) for robot, moment in named.items()}
+        pictures = [
+            (robot, camera, stamp) for robot, moment in named.items() for camera, stamp in moment.stamps.items()
+        ]
+        yield time, ticks, pictures
+
+
+def _robot_tick(playback: Playback, robot: str, time: float, moment: Moment) -> RobotTick:
+    track, row = playback.recording.robots[robot], moment.row
+    return RobotTick(
+        time=time,
+        truth=moment.truth,
+        seen=moment.seen,
+        odometry=planar_pose(track.odometry[row]),
+        odometry_covariance=track.odometry_covariance[row],
+        estimate=planar_pose(track.estimate[row]),
+        estimate_covariance=track.covariance[row],
+    )
+
+
+class _Bag:
+    """A bag being written; a topic is added with its first message."""
+
+    def __init__(self, writer: Any) -> None:
+        self._writer, self._connections = writer, dict[RosTopic, Any]()
+
+    def put(self, each: Outgoing, time: float) -> None:
+        """Add a message that came at a time [s]."""
+        topic, message = each
+        if topic not in self._connections:
+            self._connections[topic] = self._writer.add_connection(
+                topic.name, topic.type, typestore=typestore(), offered_qos_profiles=[_profile(topic.qos)]
+            )
+        self._writer.write(self._connections[topic], nanoseconds(time), bytes_of(message))
+
+
+def _profile(qos: Qos) -> Any:
+    """Return a quality of service as bags hold it."""
+    from rosbags import interfaces
+
+    without_end = interfaces.QosTime(0, 0)
+    return interfaces.Qos(
+        history=interfaces.QosHistory.KEEP_LAST,
+        depth=qos.depth,
+        reliability=interfaces.QosReliability.RELIABLE if qos.reliable else interfaces.QosReliability.BEST_EFFORT,
+        durability=interfaces.QosDurability.TRANSIENT_LOCAL
+        if qos.transient_local
+        else interfaces.QosDurability.VOLATILE,
+        deadline=without_end,
+        lifespan=without_end,
+        liveliness=interfaces.QosLiveliness.AUTOMATIC,
+        liveliness_lease_duration=without_end,
+        avoid_ros_namespace_conventions=False,
+    )

@@ -1,0 +1,142 @@
+"""Pictures of a recording as data sets of TUM RGB-D, one for each camera.
+
+    DIR/R_CAMERA/rgb/STAMP.png        pictures, and rgb.txt with `stamp file`
+    DIR/R_CAMERA/depth/STAMP.png      depth along the optical axis, 16 bits, 5000 a metre, 0 for none; and depth.txt
+    DIR/R_CAMERA/groundtruth.txt      `stamp tx ty tz qx qy qz qw` of the optical frame in the world, at every tick
+    DIR/R_CAMERA/accelerometer.txt    `stamp ax ay az` of the robot's first inertial sensor, if it has one
+    DIR/R_CAMERA/camera.yaml          calibration, as ORB-SLAM reads it
+
+Times in seconds with nine digits, lengths in metres.
+
+References:
+    Sturm et al., A benchmark for the evaluation of RGB-D SLAM systems, IROS 2012; "File formats" of its web page.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from mjsim.datasets.place import new_folders
+from mjsim.datasets.playback import Moment, Playback, png_of
+from mjsim.errors import UsageError
+from mjsim.geometry import Array
+from mjsim.interface import ImuReading, Intrinsics
+from mjsim.record import Recording
+
+DEPTH_SCALE = 5000.0
+"""Of the numbers in a picture of depth, one metre."""
+FILES = r"(rgb|depth)/[\d.]+\.(png|jpg)|(rgb|depth|groundtruth|accelerometer)\.txt|camera\.yaml"
+
+
+def export_tum_rgbd(
+    recording: Recording, folder: str | Path, *, redraw: bool = False, overwrite: bool = False
+) -> list[Path]:
+    """Write a data set of TUM RGB-D for each camera, in `R_CAMERA`; depth is drawn again, where a camera has it.
+
+    Args:
+        recording: A run.
+        folder: Of all of them.
+        redraw: Whether pictures are drawn again from the recorded states, as PNG; else as recorded.
+        overwrite: Whether a folder that exists may be replaced.
+
+    Returns:
+        The folder of each data set.
+
+    Raises:
+        UsageError: No robot has a camera, pictures were not recorded, or a data set exists or cannot be written.
+    """
+    cameras = recording.cameras()
+    if not cameras:
+        raise UsageError(f"'{recording.path}' has no camera; TUM RGB-D is made of pictures")
+    places = [Path(folder) / f"{robot}_{camera}" for robot, camera in cameras]
+    with (
+        new_folders(places, files=FILES, overwrite=overwrite) as parts,
+        Playback(recording, redraw=redraw) as playback,
+    ):
+        for (robot, camera), part in zip(cameras, parts, strict=True):
+            _write(playback, robot, camera, part)
+    return places
+
+
+def _write(playback: Playback, robot: str, camera: str, folder: Path) -> None:
+    """Write the data set of one camera."""
+    depth = playback.has_depth(robot, camera)
+    for name in ("rgb", "depth") if depth else ("rgb",):
+        (folder / name).mkdir(parents=True)
+    pictures, depths, truth, felt = [], [], [], []
+    imu = next((name for name, sensor in playback.infos[robot].sensors.items() if sensor.kind == "imu"), None)
+    for moment in playback.moments(robot):
+        if (pose := playback.world_from_sensor(robot, camera, moment)) is not None:
+            truth.append(_row(playback.recording.time[moment.row], pose.as_array()))
+        felt += [_row(each.stamp, each.acceleration) for each in _felt(moment, imu)]
+        if (stamp := moment.stamps.get(camera)) is not None:
+            data, suffix = playback.picture(robot, camera, stamp)
+            pictures.append(_file(folder, "rgb", stamp, data, suffix))
+            if depth:
+                metres = playback.frame(robot, camera, stamp).depth
+                assert metres is not None, "the camera has it"
+                depths.append(_file(folder, "depth", stamp, png_of(_in_steps(metres)), "png"))
+    _list(folder / "rgb.txt", "color images\n# timestamp filename", pictures)
+    if depth:
+        _list(folder / "depth.txt", f"depth maps, {DEPTH_SCALE:g} a metre\n# timestamp filename", depths)
+    _list(folder / "groundtruth.txt", "ground truth trajectory\n# timestamp tx ty tz qx qy qz qw", truth)
+    if imu is not None:
+        _list(folder / "accelerometer.txt", "accelerometer data\n# timestamp ax ay az", felt)
+    intrinsics = playback.infos[robot].sensors[camera].intrinsics
+    assert intrinsics is not None, "it is a camera"
+    rate = playback.infos[robot].sensors[camera].rate_hz
+    (folder / "camera.yaml").write_text(_calibration(intrinsics, rate_hz=rate))
+
+
+def _felt(moment: Moment, imu: str | None) -> list[ImuReading]:
+    return [] if moment.seen is None else [each for each in moment.seen.imu if each.name == imu]
+
+
+def _in_steps(metres: Array) -> "np.ndarray[tuple[int, ...], np.dtype[np.uint16]]":
+    """Return depth [m] as TUM has it, 0 for none or beyond what 16 bits hold."""
+    steps = np.rint(np.where(np.isfinite(metres), metres, 0.0) * DEPTH_SCALE)
+    return np.where(steps <= np.iinfo(np.uint16).max, steps, 0.0).astype(np.uint16)
+
+
+def _row(time: float, values: Array) -> str:
+    return f"{time:.9f} {' '.join(map(repr, values.tolist()))}"
+
+
+def _file(folder: Path, kind: str, stamp: float, data: bytes, suffix: str) -> str:
+    """Write a picture, and return its line in the list."""
+    # Padded, so that files sort by time.
+    name = f"{kind}/{stamp:020.9f}.{suffix}"
+    (folder / name).write_bytes(data)
+    return f"{stamp:.9f} {name}"
+
+
+def _list(path: Path, head: str, rows: Sequence[str]) -> None:
+    path.write_text("".join(f"{line}\n" for line in (f"# {head}", *rows)))
+
+
+def _calibration(camera: Intrinsics, *, rate_hz: float) -> str:
+    """Return a calibration as ORB-SLAM2 and ORB-SLAM3 read it."""
+    fisheye = camera.lens == "fisheye"
+    keys = ("k1", "k2", "k3", "k4") if fisheye else ("k1", "k2", "p1", "p2", "k3")
+    values = [*camera.distortion, *([0.0] * len(keys))][: len(keys)]
+    numbers = {
+        "fx": camera.fx,
+        "fy": camera.fy,
+        "cx": camera.cx,
+        "cy": camera.cy,
+        **dict(zip(keys, values, strict=True)),
+    }
+    return "\n".join(
+        [
+            "%YAML:1.0",
+            f'Camera.type: "{"KannalaBrandt8" if fisheye else "PinHole"}"',
+            *(f"Camera.{key}: {float(value)!r}" for key, value in numbers.items()),
+            f"Camera.width: {camera.width}",
+            f"Camera.height: {camera.height}",
+            f"Camera.fps: {rate_hz:g}",
+            "Camera.RGB: 1",
+            f"DepthMapFactor: {DEPTH_SCALE:.1f}",
+            "",
+        ]
+    )

@@ -1,0 +1,255 @@
+"""Values of mjsim as messages of ROS 2; their classes and their bytes (CDR) are those of rosbags.
+
+Metres, seconds, radians, right-handed frames with x ahead, y to the left and z up (REP 103); optical frames of cameras
+with x right, y down and z ahead. Infinite ranges are as REP 117 has them, infinite depths as REP 118.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.errors import UsageError, how_to_install
+from mjsim.geometry import Array, Pose, Pose3
+from mjsim.interface import ImuReading, Intrinsics, JointState, Picture, Scan
+
+PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
+"""Rows and columns of x, y and yaw in a covariance of a pose in space."""
+SERVICE_TYPES = {
+    "std_srvs/srv/Trigger_Request": "uint64 guid\nint64 number\nuint8 structure_needs_at_least_one_member",
+    "std_srvs/srv/Trigger_Response": "uint64 guid\nint64 number\nbool success\nstring message",
+    "std_srvs/srv/SetBool_Request": "uint64 guid\nint64 number\nbool data",
+    "std_srvs/srv/SetBool_Response": "uint64 guid\nint64 number\nbool success\nstring message",
+}
+"""Requests and responses as rmw_cyclonedds sends them: after the client's id and the number of its request."""
+OCCUPIED, FREE, UNKNOWN = 100, 0, -1
+"""Cells of an occupancy grid."""
+
+
+@cache
+def typestore() -> Any:
+    """Return the types of ROS 2 Jazzy, as rosbags has them, and those of our services.
+
+    Raises:
+        UsageError: rosbags is not installed.
+    """
+    try:
+        from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+    except ModuleNotFoundError:
+        raise UsageError(f"messages of ROS need rosbags, an extra; type: {how_to_install('rosbags')}") from None
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for name, text in SERVICE_TYPES.items():
+        store.register(get_types_from_msg(text, name))
+    return store
+
+
+def bytes_of(message: Any) -> bytes:
+    """Return the CDR of a message, with its header of 4 bytes."""
+    return bytes(typestore().serialize_cdr(message, message.__msgtype__))
+
+
+def message_of(data: bytes, kind: str) -> Any:
+    """Return the message of a type in CDR, with its header of 4 bytes."""
+    return typestore().deserialize_cdr(data, kind)
+
+
+def nanoseconds(time: float) -> int:
+    """Return a time as ROS carries it, rounded [ns]."""
+    return round(time * 1e9)
+
+
+def _of(kind: str) -> Any:
+    return typestore().types[kind]
+
+
+def _time(time: float) -> Any:
+    return _of("builtin_interfaces/msg/Time")(*divmod(nanoseconds(time), 1_000_000_000))
+
+
+def _header(time: float, frame: str) -> Any:
+    return _of("std_msgs/msg/Header")(_time(time), frame)
+
+
+def _vector(values: Iterable[float]) -> Any:
+    return _of("geometry_msgs/msg/Vector3")(*map(float, values))
+
+
+def _pose(pose: Pose3) -> Any:
+    return _of("geometry_msgs/msg/Pose")(
+        _of("geometry_msgs/msg/Point")(pose.x, pose.y, pose.z),
+        _of("geometry_msgs/msg/Quaternion")(pose.qx, pose.qy, pose.qz, pose.qw),
+    )
+
+
+def in_space(covariance: Array) -> Array:
+    """Return a covariance of (x, y, heading), shape (3, 3), as one of (x, y, z, roll, pitch, yaw), shape (36,)."""
+    whole = np.zeros((6, 6))
+    whole[PLANAR] = covariance
+    return whole.ravel()
+
+
+def clock(time: float) -> Any:
+    """Return the simulated time [s]."""
+    return _of("rosgraph_msgs/msg/Clock")(_time(time))
+
+
+def transforms(time: float, poses: Mapping[tuple[str, str], Pose3]) -> Any:
+    """Return where frames are in others, outer_from_inner by (outer, inner)."""
+    stamped = [
+        _of("geometry_msgs/msg/TransformStamped")(
+            _header(time, outer),
+            inner,
+            _of("geometry_msgs/msg/Transform")(
+                _vector((pose.x, pose.y, pose.z)),
+                _of("geometry_msgs/msg/Quaternion")(pose.qx, pose.qy, pose.qz, pose.qw),
+            ),
+        )
+        for (outer, inner), pose in poses.items()
+    ]
+    return _of("tf2_msgs/msg/TFMessage")(stamped)
+
+
+def stamped_pose(time: float, frame: str, pose: Pose3) -> Any:
+    """Return a pose in a frame."""
+    return _of("geometry_msgs/msg/PoseStamped")(_header(time, frame), _pose(pose))
+
+
+def uncertain_pose(time: float, frame: str, pose: Pose, covariance: Array) -> Any:
+    """Return a pose in the plane with its covariance, shape (3, 3)."""
+    with_covariance = _of("geometry_msgs/msg/PoseWithCovariance")(_pose(Pose3.from_planar(pose)), in_space(covariance))
+    return _of("geometry_msgs/msg/PoseWithCovarianceStamped")(_header(time, frame), with_covariance)
+
+
+def odometry(
+    time: float, frames: tuple[str, str], pose: Pose, covariance: Array, twist: Array, twist_covariance: Array
+) -> Any:
+    """Return dead reckoning.
+
+    Args:
+        time: [s]
+        frames: Of the pose, and of the robot, in which the twist is given.
+        pose: Of the robot.
+        covariance: Of it, shape (3, 3).
+        twist: (forward, left, turn), shape (3,) [m/s, m/s, rad/s].
+        twist_covariance: Of it, shape (3, 3).
+    """
+    forward, left, turn = twist.tolist()
+    moving = _of("geometry_msgs/msg/Twist")(_vector((forward, left, 0.0)), _vector((0.0, 0.0, turn)))
+    return _of("nav_msgs/msg/Odometry")(
+        _header(time, frames[0]),
+        frames[1],
+        _of("geometry_msgs/msg/PoseWithCovariance")(_pose(Pose3.from_planar(pose)), in_space(covariance)),
+        _of("geometry_msgs/msg/TwistWithCovariance")(moving, in_space(twist_covariance)),
+    )
+
+
+def laser_scan(scan: Scan, frame: str, *, rate_hz: float) -> Any:
+    """Return a scan; all beams are of one moment."""
+    strengths = () if scan.intensities is None else scan.intensities
+    return _of("sensor_msgs/msg/LaserScan")(
+        _header(scan.stamp, frame),
+        float(scan.angle_min),
+        float(scan.angle_min + scan.angle_increment * (len(scan.ranges) - 1)),
+        float(scan.angle_increment),
+        0.0,
+        1.0 / rate_hz,
+        float(scan.range_min),
+        float(scan.range_max),
+        np.asarray(scan.ranges, dtype=np.float32),
+        np.asarray(strengths, dtype=np.float32),
+    )
+
+
+def imu(reading: ImuReading, frame: str, noise: Mapping[str, float]) -> Any:
+    """Return an inertial reading; a first covariance of -1 says that there is no orientation."""
+    unknown = np.zeros(9)
+    unknown[0] = -1.0
+
+    def covariance(key: str) -> Array:
+        return (np.eye(3) * noise.get(key, 0.0) ** 2).ravel()
+
+    return _of("sensor_msgs/msg/Imu")(
+        _header(reading.stamp, frame),
+        _of("geometry_msgs/msg/Quaternion")(0.0, 0.0, 0.0, 1.0),
+        unknown,
+        _vector(reading.turn),
+        covariance("turn"),
+        _vector(reading.acceleration),
+        covariance("acceleration"),
+    )
+
+
+def picture(stamp: float, frame: str, image: Picture) -> Any:
+    """Return a picture as it is, RGB."""
+    height, width, _ = image.shape
+    return _image(stamp, frame, (height, width), "rgb8", image)
+
+
+def depth_picture(stamp: float, frame: str, depth: Array) -> Any:
+    """Return the depth of each pixel along the optical axis, shape (height, width) [m], as single floats."""
+    return _image(stamp, frame, (depth.shape[0], depth.shape[1]), "32FC1", depth.astype("<f4"))
+
+
+def _image(stamp: float, frame: str, size: tuple[int, int], encoding: str, pixels: NDArray[Any]) -> Any:
+    data = np.frombuffer(np.ascontiguousarray(pixels).tobytes(), dtype=np.uint8)
+    height, width = size
+    return _of("sensor_msgs/msg/Image")(_header(stamp, frame), height, width, encoding, 0, len(data) // height, data)
+
+
+def compressed_picture(stamp: float, frame: str, data: bytes, form: str) -> Any:
+    """Return the contents of a picture's file, of format 'jpeg' or 'png'."""
+    return _of("sensor_msgs/msg/CompressedImage")(_header(stamp, frame), form, np.frombuffer(data, dtype=np.uint8))
+
+
+def camera_info(stamp: float, frame: str, intrinsics: Intrinsics) -> Any:
+    """Return a camera's calibration: 'plumb_bob' with 5 coefficients, or 'equidistant' with 4 for a fisheye."""
+    fisheye = intrinsics.lens == "fisheye"
+    count = 4 if fisheye else 5
+    K = intrinsics.matrix()
+    return _of("sensor_msgs/msg/CameraInfo")(
+        _header(stamp, frame),
+        intrinsics.height,
+        intrinsics.width,
+        "equidistant" if fisheye else "plumb_bob",
+        np.array([*intrinsics.distortion, *([0.0] * count)][:count], dtype=float),
+        K.ravel(),
+        np.eye(3).ravel(),
+        np.hstack([K, np.zeros((3, 1))]).ravel(),
+        0,
+        0,
+        _of("sensor_msgs/msg/RegionOfInterest")(0, 0, 0, 0, False),
+    )
+
+
+def joint_state(names: Sequence[str], state: JointState) -> Any:
+    """Return what encoders of joints tell; effort is the torque of the motors [N m], or force [N]."""
+    values = (np.asarray(each, dtype=float) for each in (state.positions, state.velocities, state.torques))
+    return _of("sensor_msgs/msg/JointState")(_header(state.stamp, ""), list(names), *values)
+
+
+def distance(time: float, frame: str, reading: float, *, farthest: float) -> Any:
+    """Return what a ray along the x axis of a frame meets [m]; infinite for nothing."""
+    infrared = _of("sensor_msgs/msg/Range").INFRARED
+    return _of("sensor_msgs/msg/Range")(_header(time, frame), infrared, 0.0, 0.0, farthest, float(reading), 0.0)
+
+
+def grid_map(
+    occupied: NDArray[np.bool_], free: NDArray[np.bool_], *, resolution: float, map_from_grid: Pose, frame: str = "map"
+) -> Any:
+    """Return a map.
+
+    Args:
+        occupied: Cells, shape (rows, columns); row 0 is the lowest in y.
+        free: The same; what is neither is unknown.
+        resolution: Side of a cell [m].
+        map_from_grid: Corner of the first cell.
+        frame: Of the map.
+    """
+    cells = np.where(occupied, OCCUPIED, np.where(free, FREE, UNKNOWN)).astype(np.int8)
+    rows, columns = cells.shape
+    about = _of("nav_msgs/msg/MapMetaData")(
+        _time(0.0), float(resolution), columns, rows, _pose(Pose3.from_planar(map_from_grid))
+    )
+    return _of("nav_msgs/msg/OccupancyGrid")(_header(0.0, frame), about, cells.ravel())

@@ -1,0 +1,153 @@
+"""One robot as ROS 2 sees it: its topics, and the messages of each tick.
+
+Topics of robot R are `/R/odom`, `/R/truth`, `/R/estimate`, `/R/proximity`, `/R/joint_states`, and those of its sensors:
+`/R/scan`, `/R/imu`, `/R/CAMERA/image_raw`, `/R/CAMERA/camera_info`, `/R/CAMERA/depth/image_raw`. The first lidar has
+`/R/scan`, a further one `/R/LIDAR/scan`; so it is with inertial sensors.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mjsim.geometry import Array, Pose, Pose3
+from mjsim.interface import CameraFrame, Observation, RobotInfo
+from mjsim.ros import messages
+from mjsim.ros.frames import MAP_FRAME, Poses, RobotFrames
+from mjsim.ros.qos import RELIABLE, SENSOR_DATA
+from mjsim.ros.topics import Outgoing, RosTopic
+from mjsim.world import Robot
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RobotTick:
+    """What there is to tell of a robot at one tick."""
+
+    time: float
+    """[s]"""
+    truth: Pose3 | None
+    """world_from_base; None when nobody knows."""
+    seen: Observation | None = None
+    """None for a robot that nothing drives."""
+    odometry: Pose | None = None
+    """Dead reckoning, summed from the prior; None as `seen`."""
+    odometry_covariance: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    """Shape (3, 3) [m, m, rad]."""
+    estimate: Pose | None = None
+    """World frame; None when nobody estimates."""
+    estimate_covariance: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    """Shape (3, 3) [m, m, rad]."""
+
+
+class RosRobot:
+    """The topics of one robot."""
+
+    def __init__(self, robot: Robot, info: RobotInfo, *, name: str, prefix: str) -> None:
+        """Name everything.
+
+        Args:
+            robot: As the world has it.
+            info: As its modules are told.
+            name: In topics.
+            prefix: Of its frames: '' or 'NAME/'.
+
+        Raises:
+            UsageError: Two of its frames would have the same name.
+        """
+        self.name = name
+        """In topics."""
+        self._info, self._farthest = info, robot.proximity_range
+        self._frames = RobotFrames(robot, info, prefix=prefix)
+        kinds: dict[str, str] = {}
+        for sensor, about in info.sensors.items():
+            kinds.setdefault(about.kind, sensor)
+        self._firsts = set(kinds.values())
+
+    def fixed(self) -> Poses:
+        """Return the frames that are fixed to its body."""
+        return self._frames.fixed()
+
+    def moving(self, tick: RobotTick) -> Poses:
+        """Return the frames that move, at a tick."""
+        if tick.seen is None or tick.odometry is None:
+            return {}
+        return self._frames.moving(tick.odometry, tick.estimate, tick.seen.joints)
+
+    def messages(self, tick: RobotTick) -> Iterator[Outgoing]:
+        """Yield all messages of a tick but frames and the clock; pictures of cameras as they are."""
+        if tick.truth is not None:
+            topic = self._topic("truth", "geometry_msgs/msg/PoseStamped")
+            yield Outgoing(topic, messages.stamped_pose(tick.time, MAP_FRAME, tick.truth))
+        if tick.seen is None or tick.odometry is None:
+            return
+        yield self._odometry(tick, tick.seen, tick.odometry)
+        if tick.estimate is not None:
+            topic = self._topic("estimate", "geometry_msgs/msg/PoseWithCovarianceStamped")
+            pose = messages.uncertain_pose(tick.time, MAP_FRAME, tick.estimate, tick.estimate_covariance)
+            yield Outgoing(topic, pose)
+        yield from self._readings(tick.seen)
+        for camera, frame in tick.seen.cameras.items():
+            yield from self.pictures(camera, frame)
+
+    def pictures(self, camera: str, frame: CameraFrame) -> Iterator[Outgoing]:
+        """Yield a picture as it is, its depth if there is one, and the calibration."""
+        where = self._frames.sensors[camera]
+        image = messages.picture(frame.stamp, where, frame.image)
+        yield Outgoing(self._camera_topic(camera, "image_raw", "sensor_msgs/msg/Image"), image)
+        if frame.depth is not None:
+            depth = messages.depth_picture(frame.stamp, where, frame.depth)
+            yield Outgoing(self._camera_topic(camera, "depth/image_raw", "sensor_msgs/msg/Image"), depth)
+        yield from self._calibration(camera, frame.stamp)
+
+    def compressed(self, camera: str, stamp: float, data: bytes, form: str) -> Iterator[Outgoing]:
+        """Yield the contents of a picture's file, of format 'jpeg' or 'png', and the calibration."""
+        picture = messages.compressed_picture(stamp, self._frames.sensors[camera], data, form)
+        yield Outgoing(self._camera_topic(camera, "image_raw/compressed", "sensor_msgs/msg/CompressedImage"), picture)
+        yield from self._calibration(camera, stamp)
+
+    def _calibration(self, camera: str, stamp: float) -> Iterator[Outgoing]:
+        intrinsics = self._info.sensors[camera].intrinsics
+        if intrinsics is not None:
+            about = messages.camera_info(stamp, self._frames.sensors[camera], intrinsics)
+            yield Outgoing(self._camera_topic(camera, "camera_info", "sensor_msgs/msg/CameraInfo"), about)
+
+    def _odometry(self, tick: RobotTick, seen: Observation, pose: Pose) -> Outgoing:
+        moved, dt = seen.odometry, seen.dt
+        message = messages.odometry(
+            tick.time,
+            (self._frames.odom, self._frames.base),
+            pose,
+            tick.odometry_covariance,
+            np.array([moved.forward, moved.left, moved.turn]) / dt,
+            np.asarray(moved.covariance) / dt**2,
+        )
+        return Outgoing(self._topic("odom", "nav_msgs/msg/Odometry"), message)
+
+    def _readings(self, seen: Observation) -> Iterator[Outgoing]:
+        """Yield what sensors other than cameras tell."""
+        sheets, frames = self._info.sensors, self._frames.sensors
+        for name, scan in seen.scans.items():
+            message = messages.laser_scan(scan, frames[name], rate_hz=sheets[name].rate_hz)
+            yield Outgoing(self._sensor_topic(name, "scan", "sensor_msgs/msg/LaserScan"), message)
+        for reading in seen.imu:
+            message = messages.imu(reading, frames[reading.name], sheets[reading.name].noise)
+            yield Outgoing(self._sensor_topic(reading.name, "imu", "sensor_msgs/msg/Imu"), message)
+        ring = self._topic("proximity", "sensor_msgs/msg/Range", sensor=True)
+        for frame, distance in zip(self._frames.rays, seen.proximity.tolist(), strict=True):
+            yield Outgoing(ring, messages.distance(seen.time, frame, distance, farthest=self._farthest))
+        for arm, state in seen.joints.items():
+            names = [f"{arm}/{joint}" for joint in self._info.arms[arm].joints]
+            joints = self._topic("joint_states", "sensor_msgs/msg/JointState")
+            yield Outgoing(joints, messages.joint_state(names, state))
+
+    def _topic(self, word: str, kind: str, *, sensor: bool = False) -> RosTopic:
+        return RosTopic(f"/{self.name}/{word}", kind, SENSOR_DATA if sensor else RELIABLE)
+
+    def _sensor_topic(self, sensor: str, word: str, kind: str) -> RosTopic:
+        """Return '/R/scan' for the first sensor of its kind, '/R/SENSOR/scan' for a further one."""
+        return self._topic(
+            word if sensor in self._firsts else f"{self._frames.plain[sensor]}/{word}", kind, sensor=True
+        )
+
+    def _camera_topic(self, camera: str, word: str, kind: str) -> RosTopic:
+        return self._topic(f"{self._frames.plain[camera]}/{word}", kind, sensor=True)

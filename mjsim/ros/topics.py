@@ -1,0 +1,31 @@
+"""Topics of ROS 2, and the ones of a whole world."""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from mjsim.ros.qos import LATCHED, RELIABLE, Qos
+
+
+@dataclass(frozen=True, slots=True)
+class RosTopic:
+    """A topic that is published."""
+
+    name: str
+    """'/scout/scan' and so on."""
+    type: str
+    """Of its messages: 'sensor_msgs/msg/LaserScan' and so on."""
+    qos: Qos = RELIABLE
+
+
+class Outgoing(NamedTuple):
+    """A message on its way."""
+
+    topic: RosTopic
+    message: Any
+    """Of the class that `typestore().types` has for the topic's type."""
+
+
+CLOCK = RosTopic("/clock", "rosgraph_msgs/msg/Clock")
+TF = RosTopic("/tf", "tf2_msgs/msg/TFMessage")
+TF_STATIC = RosTopic("/tf_static", "tf2_msgs/msg/TFMessage", LATCHED)
+MAP = RosTopic("/map", "nav_msgs/msg/OccupancyGrid", LATCHED)

@@ -1,0 +1,54 @@
+"""A world as ROS 2 sees it: the messages of its start, and those of each tick."""
+
+from collections.abc import Iterator, Mapping
+
+from mjsim.interface import RobotInfo
+from mjsim.ros import messages
+from mjsim.ros.names import plain_names
+from mjsim.ros.robot import RobotTick, RosRobot
+from mjsim.ros.topics import CLOCK, TF, TF_STATIC, Outgoing
+from mjsim.world import World
+
+
+class RosWorld:
+    """All robots of a world, and what they share."""
+
+    def __init__(self, world: World, infos: Mapping[str, RobotInfo]) -> None:
+        """Name everything.
+
+        Args:
+            world: With its robots.
+            infos: What modules are told of each robot.
+
+        Raises:
+            UsageError: Two robots, or two sensors of one, would have the same name in ROS; or rosbags is missing.
+        """
+        messages.typestore()
+        plain = plain_names((robot.name for robot in world.robots), of="robots")
+        several = len(world.robots) > 1
+        self.robots = {
+            robot.name: RosRobot(
+                robot,
+                infos[robot.name],
+                name=plain[robot.name],
+                prefix=f"{plain[robot.name]}/" if several else "",
+            )
+            for robot in world.robots
+        }
+        """By their names in the world."""
+
+    def fixed(self) -> Outgoing:
+        """Return the frames that never move."""
+        poses = {frames: pose for robot in self.robots.values() for frames, pose in robot.fixed().items()}
+        return Outgoing(TF_STATIC, messages.transforms(0.0, poses))
+
+    def messages(self, time: float, ticks: Mapping[str, RobotTick]) -> Iterator[Outgoing]:
+        """Yield all messages of a tick [s], of each robot by its name in the world; the clock comes first."""
+        yield Outgoing(CLOCK, messages.clock(time))
+        poses = {
+            frames: pose for name, tick in ticks.items() for frames, pose in self.robots[name].moving(tick).items()
+        }
+        if poses:
+            yield Outgoing(TF, messages.transforms(time, poses))
+        for name, tick in ticks.items():
+            yield from self.robots[name].messages(tick)

@@ -1,0 +1,242 @@
+"""Data sets, read back by evo, by csv, PyYAML and OpenCV, and by the importer of CARMEN logs; times, frames, units."""
+
+import csv
+import math
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+from evo.tools import file_interface
+
+from mjsim.datasets import export_carmen, export_euroc, export_rosbag2, export_tum_rgbd
+from mjsim.errors import UsageError
+from mjsim.geometry import Pose, Pose3
+from mjsim.logs import import_log
+from mjsim.record import Recording
+
+ROBOT = "7.tip-top"
+EYE = np.array([[0, 0, 1, 0.1], [-1, 0, 0, 0], [0, -1, 0, 0.5], [0, 0, 0, 1.0]])
+"""robot_from_camera of 'eye', but level: it looks along x, its x axis is to the right and its y axis down."""
+TILT = math.radians(10)
+
+
+def robot_from_eye() -> np.ndarray:
+    c, s = math.cos(TILT), math.sin(TILT)
+    down = np.eye(4)
+    down[:3, :3] = [[c, 0, s], [0, 1, 0], [-s, 0, c]]
+    turned = EYE.copy()
+    turned[:3, :3] = down[:3, :3] @ EYE[:3, :3]
+    return turned
+
+
+@pytest.fixture(scope="module")
+def tum(run: Recording, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folders = export_tum_rgbd(run, tmp_path_factory.mktemp("tum") / "sets", redraw=True)
+    assert [folder.name for folder in folders] == [f"{ROBOT}_eye", f"{ROBOT}_wide"]
+    return folders[0]
+
+
+@pytest.fixture(scope="module")
+def euroc(run: Recording, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    (folder,) = export_euroc(run, tmp_path_factory.mktemp("euroc") / "sets")
+    return folder / "mav0"
+
+
+def listed(path: Path) -> list[list[str]]:
+    return [line.split() for line in path.read_text().splitlines() if not line.startswith("#")]
+
+
+def test_evo_reads_where_the_camera_truly_was(tum: Path, run: Recording):
+    read = file_interface.read_tum_trajectory_file(tum / "groundtruth.txt")
+    np.testing.assert_allclose(read.timestamps, run.time, atol=1e-9)
+    for pose, row in zip(read.poses_se3, run.robots[ROBOT].truth_pose.tolist(), strict=True):
+        np.testing.assert_allclose(pose, Pose3(*row).matrix() @ robot_from_eye(), atol=1e-9)
+
+
+def test_pictures_of_tum_are_those_of_the_run_without_loss(tum: Path, run: Recording):
+    rows = listed(tum / "rgb.txt")
+    recorded = list(run.images(ROBOT, "eye"))
+    assert [float(stamp) for stamp, _ in rows] == pytest.approx([stamp for stamp, _ in recorded], abs=1e-9)
+    for (_, name), (_, picture) in zip(rows, recorded, strict=True):
+        drawn = cv2.imread(str(tum / name), cv2.IMREAD_COLOR_RGB)
+        assert name.endswith(".png")
+        assert np.abs(drawn.astype(int) - picture).mean() < 3.0  # what was recorded went through JPEG
+
+
+def test_depth_of_tum_is_five_thousand_a_metre(tum: Path):
+    rows = listed(tum / "depth.txt")
+    assert [stamp for stamp, _ in rows] == [stamp for stamp, _ in listed(tum / "rgb.txt")]
+    depth = cv2.imread(str(tum / rows[0][1]), cv2.IMREAD_UNCHANGED)
+    assert (depth.dtype, depth.shape) == (np.uint16, (48, 64))
+    # The floor in the lowest row: the camera is 0.5 m high, and looks 10 degrees down.
+    below = 23.5 / (32 / math.tan(math.radians(30)))
+    assert depth[47, 32] / 5000 == pytest.approx(0.5 / (math.sin(TILT) + below * math.cos(TILT)), rel=1e-3)
+
+
+def test_the_calibration_and_the_accelerometer_of_tum(tum: Path, run: Recording):
+    numbers = dict(line.split(": ") for line in (tum / "camera.yaml").read_text().splitlines()[1:])
+    assert float(numbers["Camera.fx"]) == pytest.approx(32 / math.tan(math.radians(30)))
+    assert (numbers["Camera.cx"], numbers["Camera.cy"], numbers["DepthMapFactor"]) == ("31.5", "23.5", "5000.0")
+    felt = np.array([row for row in listed(tum / "accelerometer.txt")], dtype=float)
+    given = [each for seen in run.observations(ROBOT) for each in seen.imu]
+    np.testing.assert_allclose(felt[:, 0], [each.stamp for each in given], atol=1e-9)
+    np.testing.assert_array_equal(felt[:, 1:], [each.acceleration for each in given])
+
+
+def test_a_camera_without_depth_has_none(tum: Path):
+    wide = tum.with_name(f"{ROBOT}_wide")
+    assert {each.name for each in wide.iterdir()} == {
+        "rgb",
+        "rgb.txt",
+        "groundtruth.txt",
+        "accelerometer.txt",
+        "camera.yaml",
+    }
+    assert "Camera.k4: 0.0\n" in (wide / "camera.yaml").read_text()
+    assert 'Camera.type: "KannalaBrandt8"\n' in (wide / "camera.yaml").read_text()
+
+
+def table(folder: Path) -> list[list[str]]:
+    with (folder / "data.csv").open(newline="") as stream:
+        return [row for row in csv.reader(stream) if not row[0].startswith("#")]
+
+
+def about(folder: Path) -> dict:
+    return yaml.safe_load((folder / "sensor.yaml").read_text().removeprefix("%YAML:1.0\n"))
+
+
+def transform(keys: dict) -> np.ndarray:
+    return np.array(keys["T_BS"]["data"]).reshape(4, 4)
+
+
+def robot_from_imu() -> np.ndarray:
+    pose = Pose(0.02, 0.0, math.pi / 2)
+    matrix = Pose3.from_planar(pose).matrix()
+    matrix[2, 3] = 0.1
+    return matrix
+
+
+def test_evo_reads_where_the_body_of_euroc_truly_was(euroc: Path, run: Recording):
+    truth = euroc / "state_groundtruth_estimate0"
+    read = file_interface.read_euroc_csv_trajectory(truth / "data.csv")
+    np.testing.assert_allclose(read.timestamps, run.time, atol=1e-9)
+    for pose, row in zip(read.poses_se3, run.robots[ROBOT].truth_pose.tolist(), strict=True):
+        np.testing.assert_allclose(pose, Pose3(*row).matrix() @ robot_from_imu(), atol=1e-9)
+    rows = np.array(table(truth), dtype=float)
+    assert rows.shape == (len(run.time), 17)
+    middle = (rows[2:, 1:4] - rows[:-2, 1:4]) / 0.08
+    np.testing.assert_allclose(rows[1:-1, 8:11], middle, atol=1e-12)
+    np.testing.assert_array_equal(transform(about(truth)), np.eye(4))
+
+
+def test_inertial_readings_of_euroc_are_exact_to_the_nanosecond(euroc: Path, run: Recording):
+    given = [each for seen in run.observations(ROBOT) for each in seen.imu]
+    rows = table(euroc / "imu0")
+    assert [int(row[0]) for row in rows] == [round(each.stamp * 1e9) for each in given]
+    expected = [[*each.turn.tolist(), *each.acceleration.tolist()] for each in given]
+    assert [[float(each) for each in row[1:]] for row in rows] == expected
+    keys = about(euroc / "imu0")
+    assert (keys["sensor_type"], keys["rate_hz"]) == ("imu", 125)
+    assert keys["gyroscope_noise_density"] == pytest.approx(0.002 / math.sqrt(125))
+    np.testing.assert_allclose(transform(keys), np.eye(4), atol=1e-15)
+
+
+def test_pictures_of_euroc_are_the_recorded_files_with_their_calibration(euroc: Path, run: Recording):
+    for number, camera in enumerate(("eye", "wide")):
+        recorded = list(run.pictures(ROBOT, camera))
+        rows = table(euroc / f"cam{number}")
+        assert [int(stamp) for stamp, _ in rows] == [round(stamp * 1e9) for stamp, _, _ in recorded]
+        for (stamp, name), (_, data, _) in zip(rows, recorded, strict=True):
+            assert name == f"{int(stamp):019d}.jpg"
+            assert (euroc / f"cam{number}" / "data" / name).read_bytes() == data
+    eye, wide = about(euroc / "cam0"), about(euroc / "cam1")
+    np.testing.assert_allclose(transform(eye), np.linalg.inv(robot_from_imu()) @ robot_from_eye(), atol=1e-12)
+    focal = 32 / math.tan(math.radians(30))
+    assert eye["intrinsics"] == pytest.approx([focal, focal, 31.5, 23.5])
+    assert (eye["resolution"], eye["rate_hz"], eye["distortion_model"]) == ([64, 48], 12.5, "radial-tangential")
+    assert (wide["distortion_model"], wide["distortion_coefficients"]) == ("equidistant", [0.01, 0.0, 0.0, 0.0])
+
+
+@pytest.fixture(scope="module")
+def carmen(run: Recording, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    files = export_carmen(run, tmp_path_factory.mktemp("carmen") / "run.log")
+    assert [file.name for file in files] == [f"run_{ROBOT}.log", "run_bare.log"]
+    return files[0]
+
+
+def test_a_log_of_carmen_reads_as_its_format_says(carmen: Path, run: Recording):
+    lines = [line.split() for line in carmen.read_text().splitlines() if not line.startswith("#")]
+    assert {line[0] for line in lines} == {"PARAM", "ODOM", "TRUEPOS", "ROBOTLASER1", "ROBOTLASER2"}
+    track, seen = run.robots[ROBOT], list(run.observations(ROBOT))
+    odometry = [[float(each) for each in line[1:7]] for line in lines if line[0] == "ODOM"]
+    np.testing.assert_array_equal([row[:3] for row in odometry], track.odometry)
+    assert [row[3] for row in odometry] == [each.odometry.forward / each.dt for each in seen]
+    truth = np.array([line[1:7] for line in lines if line[0] == "TRUEPOS"], dtype=float)
+    np.testing.assert_allclose(truth[:, :3], track.truth, atol=1e-12)
+    np.testing.assert_array_equal(truth[:, 3:], track.odometry)
+    assert [float(line[-1]) for line in lines if line[0] == "ODOM"] == run.time.tolist()
+    lasers = [line for line in lines if line[0] == "ROBOTLASER1"]
+    scans = [each.scans["scan"] for each in seen if "scan" in each.scans]
+    for line, scan in zip(lasers, scans, strict=True):
+        first, fov, step, farthest = (float(each) for each in line[2:6])
+        assert (first, step, farthest) == (scan.angle_min, scan.angle_increment, scan.range_max)
+        assert fov == pytest.approx(math.radians(240))
+        assert line[8] == "61"
+        ranges = [float(each) for each in line[9:70]]
+        assert ranges == np.where(np.isinf(scan.ranges), np.where(scan.ranges > 0, 3.0, 0.0), scan.ranges).tolist()
+        assert [float(each) for each in line[71:132]] == scan.intensities.tolist()
+        laser, robot = Pose(*map(float, line[132:135])), Pose(*map(float, line[135:138]))
+        mounted = robot.inverse() @ laser
+        assert mounted.as_array() == pytest.approx([0.15, 0.02, math.radians(30)], abs=1e-9)
+        assert float(line[-1]) == scan.stamp
+
+
+def test_a_log_of_carmen_comes_in_again(carmen: Path, run: Recording, tmp_path: Path):
+    again = import_log(carmen, record=tmp_path / "again.mcap")
+    (robot,) = again.robots
+    track = again.robots[robot]
+    np.testing.assert_allclose(track.truth, run.robots[ROBOT].truth, atol=1e-9)
+    scans = [seen.scans["front"] for seen in again.observations(robot) if "front" in seen.scans]
+    given = [seen.scans["scan"] for seen in run.observations(ROBOT) if "scan" in seen.scans]
+    assert len(scans) == len(given)
+    for scan, original in zip(scans, given, strict=True):
+        np.testing.assert_allclose(scan.ranges, original.ranges, atol=1e-12)
+        assert scan.angle_min == original.angle_min
+
+
+def test_data_sets_that_exist_are_kept_unless_asked(tum: Path, euroc: Path, carmen: Path, run: Recording):
+    with pytest.raises(UsageError, match="exists; name another folder, or add --overwrite"):
+        export_tum_rgbd(run, tum.parent)
+    with pytest.raises(UsageError, match="exists; name another folder, or add --overwrite"):
+        export_euroc(run, euroc.parent.parent)
+    with pytest.raises(UsageError, match="exists; name another file, or add --overwrite"):
+        export_carmen(run, carmen.with_name("run.log"))
+    (euroc / "notes.txt").write_text("mine")
+    export_euroc(run, euroc.parent.parent, overwrite=True)
+    assert (euroc / "notes.txt").read_text() == "mine"
+
+
+def test_a_run_without_pictures_says_that_they_can_be_drawn_again(run: Recording, tmp_path: Path):
+    import mjsim
+
+    with mjsim.Simulation(run.world) as sim:
+        bare = mjsim.run(sim, seconds=0.2, record=tmp_path / "bare.mcap", pictures=False)
+    for export in (export_tum_rgbd, export_euroc, export_rosbag2):
+        with pytest.raises(UsageError, match=r"holds no picture of .* at 0 s; draw them again: --redraw"):
+            export(bare, tmp_path / "set")
+    assert [each.name for each in tmp_path.iterdir()] == ["bare.mcap"]
+
+
+def test_what_no_robot_has_is_one_line(tmp_path: Path):
+    import mjsim
+
+    with mjsim.Simulation(mjsim.parse_world("mjsim: 1\nrobots: [{name: a, at: [0, 0]}]\nrun: {seconds: 0.2}\n")) as sim:
+        plain = mjsim.run(sim, record=tmp_path / "plain.mcap")
+    with pytest.raises(UsageError, match="has no camera; TUM RGB-D is made of pictures"):
+        export_tum_rgbd(plain, tmp_path / "tum")
+    with pytest.raises(UsageError, match="neither a camera nor an inertial sensor"):
+        export_euroc(plain, tmp_path / "euroc")
+    export_rosbag2(plain, tmp_path / "bag")
+    assert {each.name for each in tmp_path.iterdir()} == {"plain.mcap", "bag"}
