@@ -1,5 +1,6 @@
 """The recording as a file being written: its head, its channels and its chunks."""
 
+import functools
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -31,6 +32,7 @@ from mjsim.world import (
     World,
     escaped,
     is_preset_file,
+    needs_expansion,
     parse_world,
     table_files,
 )
@@ -100,8 +102,7 @@ class Writer:
         # Chunks end where `flush` ends them, so that each holds whole ticks.
         options = MCAPWriteOptions(chunk_size=None, compression_threads=0)
         self._mcap = open_mcap(self._file, context=self._context, writer_options=options)
-        versions = {f"{name} version": version(name) for name in VERSIONED}
-        self._mcap.write_metadata(METADATA_NAME, versions | dict(metadata) | {"seed": str(seed)})
+        self._mcap.write_metadata(METADATA_NAME, _versions() | dict(metadata) | {"seed": str(seed)})
         self._attach(WORLD_NAME, "application/yaml", text_of(self._world, self._files).encode())
         for name, data in self._files.items():
             self._attach(FILES + name, "application/octet-stream", data)
@@ -248,12 +249,19 @@ def named_pictures(world: World) -> list[str]:
     return list(dict.fromkeys(name for name in named if name is not None))
 
 
+@functools.cache  # A fact of the process; each is looked up in the metadata of its package, which takes milliseconds.
+def _versions() -> dict[str, str]:
+    return {f"{name} version": version(name) for name in VERSIONED}
+
+
 def text_of(world: World, files: Mapping[str, bytes]) -> str:
     """Return a text that gives the world again: as it was written when that does, comments and all."""
-    text = world.source.text
+    text, written = world.source.text, world.source.written
     if text is not None:
+        # What was written without variables and includes was read already; only its values are checked anew.
+        read = (written, []) if written is not None and not needs_expansion(text) else None
         try:
-            if parse_world(text, source=Source(text=text, attached=files)) == world:
+            if parse_world(text, source=Source(text=text, attached=files), read=read) == world:
                 return text
         except WorldError:
             pass
