@@ -57,6 +57,7 @@ def test_an_unknown_figure_is_named_with_what_it_may_be():
         list(measure(["lop"], runs=1))
 
 
+@pytest.mark.slow
 def test_the_office_has_two_thousand_walls_and_the_hall_a_hundred():
     assert sum(len(wall.segments()) for wall in office(2000, 64, 48).walls) == 2000
     assert sum(len(wall.segments()) for wall in hall().walls) == 100

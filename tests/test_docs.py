@@ -80,6 +80,7 @@ def test_every_module_that_the_page_of_algorithms_names_is_there():
         assert hasattr(importlib.import_module(use[0]), use[1])
 
 
+@pytest.mark.slow
 def test_the_page_of_arms_runs():
     page = (ROOT / "docs" / "arms.md").read_text(encoding="utf-8")
     for code in re.findall("```python\n(.*?)```", page, re.DOTALL):
@@ -91,6 +92,7 @@ def test_the_page_of_arms_runs():
     assert world.robots[0].arms[0].arm.n == 6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "robot",
     [

@@ -117,6 +117,7 @@ def test_each_face_offers_what_its_stub_says(package):
         assert set(importlib.import_module(name).__all__) == set(offered), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("code", "heavy"),
     [

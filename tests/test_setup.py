@@ -123,6 +123,7 @@ def test_a_python_that_does_not_suit_is_refused_with_one_line_and_nothing_is_mad
     assert not (checkout / ".venv").exists()
 
 
+@pytest.mark.slow
 def test_a_python_that_is_on_the_path_but_does_not_start_is_passed_over(checkout, tmp_path):
     python_that(tmp_path / "bin", "python3.12", "exit 127")
     python_that(tmp_path / "bin", "python3.11", "")
@@ -132,6 +133,7 @@ def test_a_python_that_is_on_the_path_but_does_not_start_is_passed_over(checkout
     assert done.returncode != 0
 
 
+@pytest.mark.slow
 def test_without_the_module_venv_set_up_makes_an_environment_of_its_own(checkout, tmp_path):
     python = python_that(tmp_path / "bin", "python3", '[ "$1" = -m ] && exit 1')
     set_up(checkout, MJSIM_PYTHON=python)

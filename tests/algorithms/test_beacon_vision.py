@@ -55,6 +55,7 @@ def test_the_pose_of_exact_corners_is_found_again():
         np.testing.assert_allclose(fit.rotation, rotation, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_the_covariance_of_a_pose_is_the_spread_of_many_noisy_ones():
     rng, size, sigma = np.random.default_rng(1), (0.6, 0.8), 0.05
     distances = []
@@ -83,6 +84,7 @@ def test_matching_is_that_of_brute_force_among_pairs_that_begin_alike():
     assert dict(zip(found_rows.tolist(), found_entries.tolist(), strict=True)) == expected
 
 
+@pytest.mark.slow
 def test_a_picture_is_found_where_it_hangs(studio: Studio, beacons: PictureBeacons):
     shot = studio.before("owl", 3.0, 20.0, aside_deg=8.0)
     found = {each.name: each for each in beacons.detect(shot.image, INTRINSICS)}
@@ -130,6 +132,7 @@ def test_a_partly_hidden_picture_is_right_or_withheld(studio: Studio, beacons: P
                 np.testing.assert_allclose(each.position, shot.positions[each.name], atol=0.02)
 
 
+@pytest.mark.slow
 def test_a_picture_cut_by_the_edge_of_the_image_is_right_or_withheld(studio: Studio, beacons: PictureBeacons):
     seen = 0
     for aside in np.arange(20.0, 36.0, 2.0):

@@ -63,6 +63,7 @@ def test_small_corrections_are_those_of_the_standard_filter():
     assert apart(0.1) < 0.02 * apart(1.0)
 
 
+@pytest.mark.slow
 def test_the_covariance_stays_symmetric_and_positive():
     slam = InvariantEkfSlamFilter(pose=(2.0, -1.0, 0.4), covariance=PRIOR)
     look_around(slam, 50)

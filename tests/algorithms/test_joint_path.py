@@ -113,6 +113,7 @@ def test_a_path_waits_and_goes_back_and_forth():
     np.testing.assert_allclose(qd[22, 0], -qd[48, 0], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_tool_goes_straight_to_its_pose():
     start = np.radians([10, 40, -100, 20, 50, 30])
     first = PUMA.fkine(start)

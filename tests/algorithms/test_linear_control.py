@@ -19,6 +19,7 @@ def test_a_transfer_function_answers_a_step_as_its_formula_says():
     np.testing.assert_allclose(found, 0.5 * (1 - np.exp(-4 * times)), atol=1e-4)
 
 
+@pytest.mark.slow
 def test_a_placed_feedback_holds_the_balancing_robot_under_a_swinging_push():
     lean = _lean(run("lab-7-place", 8.0))
     assert np.abs(lean).max() < np.radians(15)
@@ -31,6 +32,7 @@ def test_the_speed_loop_follows_its_reference():
     assert speed[-15:-2].mean() == pytest.approx(0.3, abs=0.02)
 
 
+@pytest.mark.slow
 def test_the_joint_loop_brings_a_joint_to_its_goal():
     track = run("lab-5-joint", 3.0).joints["puma/arm"]
     assert np.degrees(track.positions[20, 2]) == pytest.approx(20.0, abs=0.5)

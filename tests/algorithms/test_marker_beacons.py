@@ -33,6 +33,7 @@ def test_a_marker_is_found_where_it_hangs_and_strangers_are_not_reported(studio)
         np.testing.assert_allclose(found[name].position, shot.positions[name], atol=0.004 * distance)
 
 
+@pytest.mark.slow
 def test_without_names_it_is_called_by_its_number_and_its_corners_are_those_of_the_black_square(studio):
     shot = studio.before("tag-3", 2.0, 10.0)
     found = {each.name: each for each in MarkerBeacons("4x4_50", WIDTH).detect(shot.image, INTRINSICS)}

@@ -97,6 +97,7 @@ def test_rrt_star_comes_near_the_shortest_way(clear):
     np.testing.assert_array_equal(ways[1][[0, -1]], [START, GOAL])
 
 
+@pytest.mark.slow
 def test_the_roadmap_comes_near_the_shortest_way_and_answers_again(clear):
     roadmap = Roadmap(clear, lower=np.zeros(2), upper=np.array([8.0, 6.0]), rng=np.random.default_rng(0), places=400)
     way = roadmap.path(START, GOAL)

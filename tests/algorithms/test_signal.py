@@ -48,6 +48,7 @@ def test_commands_are_the_values_of_the_signals():
     np.testing.assert_allclose([order.turn for order in orders], np.radians(10 + 90 * times))
 
 
+@pytest.mark.slow
 def test_chance_is_the_seed_s():
     text = WORLD.replace("KEYS", "{random: {deviation_deg: 10, hold: 0.08}}")
     one, again, other = ([order.turn for order in wanted(text, seed)] for seed in (1, 1, 2))

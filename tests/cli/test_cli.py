@@ -54,6 +54,7 @@ def test_a_run_is_recorded_reported_and_exported(room, capsys):
     assert len(np.loadtxt("tum/scout_truth.tum")) == 25
 
 
+@pytest.mark.slow
 def test_options_of_a_run_go_before_the_world_file(room, capsys):
     words = ("run", "room.yaml", "-o", "a.mcap", "--seconds", "0.4", "--seed", "7", "--set", "run.rate_hz=12.5")
     assert typed(*words, capsys=capsys)[0] == 0
@@ -93,6 +94,7 @@ def test_show_draws_the_plan_and_what_a_camera_sees(room, capsys):
     assert (code, err) == (2, "no camera 'scout/frnt' in this world; did you mean 'scout/front'?\n")
 
 
+@pytest.mark.slow
 def test_a_module_that_fails_ends_the_run_with_one_line_and_a_readable_file(room, capsys):
     Path("forward.py").write_text(FORWARD.replace("return mjsim", "assert seen.time < 0.5\n        return mjsim"))
     code, _, err = typed("run", "room.yaml", "-o", "run.mcap", capsys=capsys)

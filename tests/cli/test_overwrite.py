@@ -199,6 +199,7 @@ def test_new_still_takes_force(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, 
     assert Path("maze.yaml").read_text() != "precious"
 
 
+@pytest.mark.slow
 def test_an_export_over_the_recording_itself_is_refused_even_to_overwrite(made: Path, tmp_path: Path, capsys):
     file = tmp_path / "run.mcap"
     shutil.copy(made / "run.mcap", file)

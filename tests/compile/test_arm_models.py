@@ -83,6 +83,7 @@ def test_plain_mujoco_loads_the_exported_scene(folder):
     assert mujoco.MjModel.from_xml_path(str(place)).joint("r/arm/joint5").type[0] == mujoco.mjtJoint.mjJNT_SLIDE
 
 
+@pytest.mark.slow
 def test_the_default_controller_holds_arm_and_fingers_and_goals_move_them(folder):
     with mjsim.Simulation(world(folder)) as sim:
         for _ in range(50):

@@ -86,6 +86,7 @@ def test_only_beacons_that_stay_are_on_the_map_and_have_a_place_in_the_catalogue
         assert len(simulation.map.segments) == 4
 
 
+@pytest.mark.slow
 def test_a_camera_reads_the_marker_on_a_box_after_the_box_was_pushed_away():
     text = """
     mjsim: 1

@@ -36,6 +36,7 @@ def test_a_ceiling_is_as_high_as_it_says_or_as_the_highest_wall(keys, height):
     assert (picture[..., 1:] < 5).all()
 
 
+@pytest.mark.slow
 def test_its_tiles_are_as_large_as_they_say():
     model = compiled("ceiling: {texture: floors/oak.jpg, tile: 0.5}")
     with Renderer(model, width=400, height=400) as renderer:

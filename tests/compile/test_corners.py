@@ -151,6 +151,7 @@ def test_the_boxes_of_the_scene_are_the_solid_of_the_plan(many):
     assert scene.symmetric_difference(solid(World(walls=tuple(walls)))).area < 1e-4 * scene.area
 
 
+@pytest.mark.slow
 def test_no_beam_leaves_a_random_room(many):
     walls, rooms = many
     model = compile_world(World(walls=tuple(walls))).compile()
@@ -221,6 +222,7 @@ def drives(rng: np.random.Generator, *, rounds: int, rooms: int) -> int:
     return rounds * rooms
 
 
+@pytest.mark.slow
 def test_a_robot_at_top_speed_does_not_pass_a_joint():
     assert drives(np.random.default_rng(11), rounds=2, rooms=6) == 12
 

@@ -40,6 +40,7 @@ def floor_at(model: mujoco.MjModel, places: list[tuple[float, float]]):
     return np.array(found)
 
 
+@pytest.mark.slow
 def test_a_room_without_light_is_dark_in_the_camera():
     assert onboard("light: 0").mean() < 0.01
     assert onboard("light: 0.03").mean() < 0.05
@@ -56,6 +57,7 @@ def test_less_light_darkens_everything_in_proportion_pictures_too(level):
     assert np.ptp(poster) > 0.3 * level
 
 
+@pytest.mark.slow
 def test_a_lamp_lights_what_is_near_and_falls_off_with_the_square_of_the_distance():
     model = compiled("light: 0\nlamps: [{at: [2, 3], height: 2.0, color: '#ffffff', brightness: 0.5}]")
     x = np.array([2.7, 3.5, 5.0, 6.5, 8.0])
@@ -74,6 +76,7 @@ def test_a_lamp_shows_pictures_in_a_dark_room():
     assert dark.mean() < 0.01
 
 
+@pytest.mark.slow
 def test_of_many_lamps_those_count_that_are_near():
     lamps = ", ".join(f"{{at: [{x}, {y}], range: 3}}" for x in range(1, 9, 2) for y in (1, 3, 5))
     model = compiled(f"lamps: [{lamps}]\nlight: 0")

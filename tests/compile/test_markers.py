@@ -54,6 +54,7 @@ def detected(picture, dictionary):
     return [corner.reshape(4, 2) for corner in corners], [] if ids is None else np.ravel(ids).tolist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("dictionary", "number"), [("4x4_50", 7), ("apriltag_36h11", 586), ("original", 1023), ("7x7_250", 0)]
 )

@@ -144,6 +144,7 @@ def test_a_touched_sector_of_the_ring_reads_one():
     assert episodes.step.command["scout"].forward == 0.0
 
 
+@pytest.mark.slow
 def test_random_starts_are_free_within_reach_and_known_to_the_robot_itself():
     episodes = Episodes(task(random_starts=True, observations=["estimate", "bump"]))
     starts = []

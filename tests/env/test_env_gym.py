@@ -26,6 +26,7 @@ def made_by_name(seed: int):
     return gymnasium.wrappers.RecordEpisodeStatistics(env), env.reset(seed=seed)[0]
 
 
+@pytest.mark.slow
 def test_environments_made_by_name_are_those_of_the_task_and_independent():
     (one, first), (two, second) = made_by_name(1), made_by_name(2)
     alone = GymEnvironment(task())

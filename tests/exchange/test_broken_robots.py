@@ -184,6 +184,7 @@ def report_of(tmp_path: Path, text: str) -> str:
     return "\n".join(brought.report)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("has", "what"),
     [

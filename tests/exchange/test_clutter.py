@@ -31,6 +31,7 @@ def test_some_things_are_convex_and_some_have_a_hollow():
     assert (~hollow).sum() >= 5
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_text_and_another_another():
     one, again, other = (bring_clutter("12x10", preset=None, seed=seed, name=None).text for seed in (3, 3, 4))
     assert one == again

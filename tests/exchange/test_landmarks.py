@@ -89,6 +89,7 @@ def test_another_file_is_told_how_to_save_one(tmp_path, capsys):
     assert "is no MAT-file of version 5 to 7; write it with: save('-v7', " in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @needs_octave
 def test_octave_opens_an_export_under_names_that_are_expected(tmp_path):
     text = "robots: [{name: 2-nd, at: [1, 2]}]\nbeacons: [{name: lion, at: [3, 2]}]\n"

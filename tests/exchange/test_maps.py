@@ -54,6 +54,7 @@ def test_the_walls_of_a_shipped_world_come_back_within_half_a_cell(name, tmp_pat
     assert apart(world, world_from_map(write_map(world, tmp_path, resolution=0.05))) <= 0.025
 
 
+@pytest.mark.slow
 def test_the_outside_of_a_hall_with_gates_is_unknown():
     grid = grid_of(load_world("warehouse"), resolution=0.1)
     x, y = np.meshgrid(*(np.arange(0.0, size) + 0.5 for size in grid.occupied.shape[::-1]))

@@ -46,6 +46,7 @@ def test_shares_of_a_slip_add_up_to_what_odometry_tells():
     np.testing.assert_allclose(added, told, rtol=1e-9, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_the_slip_of_drives_whose_slip_is_known_is_found_again():
     true = Slip(forward=0.03, left=0.02, turn=0.05, outward=0.0001, surge=0.0001, swing=0.0001)
     told = some_drives(120, 125)

@@ -33,6 +33,7 @@ def presets(tmp_path_factory):
     return {path.stem: brought(path, folder) for path in (BURGER, WAFFLE, CAR, RACECAR)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     # Sizes as they stand in the files: joints, cylinders.
     ("name", "drive", "radius", "track", "mass"),
@@ -85,6 +86,7 @@ def test_sensors_stand_where_the_file_has_them(presets):
     assert sensors["imu"].at == pytest.approx((0.0, 0.0, 0.078), abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_lidar_does_not_see_the_robot_that_carries_it(presets, tmp_path):
     for name in ("turtlebot3_burger", "turtlebot3_waffle"):
         world = load_world(presets[name][0])

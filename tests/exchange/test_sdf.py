@@ -80,6 +80,7 @@ def written(world: World, folder: Path) -> Path:
 SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("gallery", "museum")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["ramps", "corridor", *SLOW])
 def test_what_bumps_in_gazebo_is_what_bumps_here(name, tmp_path):
     world = load_world(WORLDS / f"{name}.yaml")

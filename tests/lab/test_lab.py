@@ -32,6 +32,7 @@ def column(folder, name: str) -> np.ndarray:
     return np.array(rows, dtype=float).T
 
 
+@pytest.mark.slow
 def test_the_files_of_a_plant_hold_the_numbers_of_python_control(tmp_path):
     figures = write_lab(mjsim.parse_world(WORLD), tmp_path, plant="third")["third"]
     system = control.tf([6], [1, 6, 11, 6])
@@ -87,6 +88,7 @@ def test_ziegler_and_nichols_go_by_the_gain_that_just_oscillates():
     assert design.step[0, -1] == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", ["tyreus-luyben", "cohen-coon", "simc"])
 def test_other_rules_make_a_loop_that_settles_without_an_error(rule):
     design = pid_design(linear(), rule)
@@ -150,6 +152,7 @@ def test_fit_is_100_for_the_same_and_0_for_the_mean():
     assert fit(y, np.full((1, 3), y.mean())).tolist() == [pytest.approx(0.0)]
 
 
+@pytest.mark.slow
 def test_the_command_writes_pages_and_prints_poles(tmp_path, capsys):
     (tmp_path / "lab.yaml").write_text(WORLD)
     with pytest.raises(SystemExit) as end:

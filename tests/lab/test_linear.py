@@ -45,6 +45,7 @@ def joe() -> BalancingInfo:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [1, 4])
 def test_a_balancing_base_in_contact_is_that_of_pathak(step):
     found = plant("of: joe, input: torque, outputs: [way, lean]", step).linear
@@ -56,6 +57,7 @@ def test_a_balancing_base_in_contact_is_that_of_pathak(step):
     assert found.units == ("N m", "m", "rad")
 
 
+@pytest.mark.slow
 def test_a_balancing_base_turns_as_its_inertia_says():
     found = plant("of: joe, input: twist, outputs: heading").linear
     A, B = turning_plant(joe(), wheel_radius=0.105, track=0.43)
@@ -63,6 +65,7 @@ def test_a_balancing_base_turns_as_its_inertia_says():
     np.testing.assert_allclose(found.B, B, rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_the_pioneer_follows_its_motors_with_the_pole_of_its_mass():
     lab = plant("of: scout, input: forward, outputs: way.rate")
     model, radius = lab.model, 0.0975
@@ -94,6 +97,7 @@ def test_a_joint_of_an_arm_is_held_against_gravity_and_moves_as_its_inertia_says
     np.testing.assert_allclose(lab.linear.B, [[0], [1 / inertia]], rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("keys", "message"),
     [

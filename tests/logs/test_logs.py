@@ -132,6 +132,7 @@ def park(tmp_path_factory):
     return mjsim.import_victoria_park(folder, rate_hz=12.5, record=folder.parent / "log.mcap"), start
 
 
+@pytest.mark.slow
 def test_the_car_of_victoria_park_follows_its_wheel_and_its_steering(park):
     recording, start = park
     track = recording.robots["car"]

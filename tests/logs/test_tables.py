@@ -56,6 +56,7 @@ def write_tables(folder: Path) -> None:
     (folder / "log.yaml").write_text(LOG)
 
 
+@pytest.mark.slow
 def test_tables_are_read_by_their_description(tmp_path):
     write_tables(tmp_path)
     run = mjsim.import_log(tmp_path / "log.yaml", wishes=Wishes(rate_hz=10.0, known_map=True))
@@ -134,6 +135,7 @@ def observations(count: int = 40, first: float = 100.0) -> list[Observation]:
     return seen
 
 
+@pytest.mark.slow
 def test_observations_of_ones_own_become_a_recording_that_replay_report_and_export_take(tmp_path):
     seen = observations()
     truth = [[0.02 * k, 0.0, 0.0] for k in range(len(seen))]
@@ -156,6 +158,7 @@ def test_observations_of_ones_own_become_a_recording_that_replay_report_and_expo
         write_log(tmp_path / "own.mcap", seen)
 
 
+@pytest.mark.slow
 def test_sightings_of_marks_that_nobody_surveyed_are_replayed_too(tmp_path):
     run = write_log(tmp_path / "own.mcap", observations())
     again = mjsim.replay(run, robot="robot", estimator=EkfSlam())

@@ -50,6 +50,7 @@ def test_the_flange_is_where_mujoco_has_that_part_of_the_file(end, kind, name):
         np.testing.assert_allclose(arm.fkine(q), plain.pose(q, kind, name), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_torques_are_mujocos_with_rotors_and_fingers():
     arm, plain = mjsim.arm(GRIPPER), gripper()
     for q, qd, qdd in np.random.default_rng(2).uniform(-1.0, 1.0, (50, 3, 5)):

@@ -312,6 +312,7 @@ def test_a_model_beside_the_world_is_still_there_when_values_are_set(folder):
         with_settings(world, ["obstacles.cup.model=none.xml"])
 
 
+@pytest.mark.slow
 def test_a_camera_sees_the_texture_of_a_mesh_the_right_way_round(tmp_path):
     picture = np.zeros((64, 64, 3), dtype=np.uint8)
     picture[:32, :32], picture[:32, 32:], picture[32:, :32] = (255, 0, 0), (0, 255, 0), (0, 0, 255)

@@ -94,6 +94,7 @@ def test_in_the_workers_of_a_sweep(tmp_path):
     assert re.match(LINE + says, swept.failed["000-seed0000"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("body", "says"), MISTAKES)
 def test_in_an_environment(tmp_path, body, says):
     (tmp_path / "bad.py").write_text(written("estimator", body))

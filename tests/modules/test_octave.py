@@ -296,6 +296,7 @@ def test_the_studio_lists_functions_by_their_heads_and_asks_before_they_run(tmp_
     assert sorted(foreign_code(world).files) == ["mine.m", "other.m", "private/inner.m"]
 
 
+@pytest.mark.slow
 @needs_octave
 def test_where_code_must_be_allowed_a_copy_of_what_was_allowed_runs(tmp_path):
     source = _source(tmp_path, written("navigator", "").replace("0.1", "0.3"))
@@ -315,6 +316,7 @@ def test_where_code_must_be_allowed_a_copy_of_what_was_allowed_runs(tmp_path):
         make_module(use, source, role="navigator", robot="scout")
 
 
+@pytest.mark.slow
 @needs_octave
 def test_what_a_function_prints_is_shown_with_its_robot_within_bounds(tmp_path, capfd):
     text = written("estimator", "disp([1 22; 3 4]); for k = 1:500, fprintf('%d\\n', k); end").replace("> 0.18", "== 0")

@@ -132,6 +132,7 @@ MISTAKES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("bad", "says"), MISTAKES)
 def test_a_mistake_is_one_line_and_what_was_recorded_is_readable(tmp_path, bad, says):
     script(tmp_path, "bad", REPLY.replace("GOOD", repr(GOOD)).replace("BAD", bad.replace("GOOD", repr(GOOD))))
@@ -285,6 +286,7 @@ run: {seconds: 0.2, drivers: {r: {navigator: {use: 'exec:./echo'}, controllers: 
 """
 
 
+@pytest.mark.slow
 def test_programs_move_arms_as_the_schema_says(tmp_path):
     script(
         tmp_path,

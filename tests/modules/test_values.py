@@ -31,6 +31,7 @@ def robot():
         yield sim.robots["scout"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [2, 3])
 def test_the_closed_form_agrees_with_eigenvalues(size):
     rng = np.random.default_rng(size)

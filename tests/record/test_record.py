@@ -169,6 +169,7 @@ def test_a_world_built_in_python_comes_with_its_recording(tmp_path: Path, ticks:
     assert read_recording(tmp_path / "run.mcap").world == world
 
 
+@pytest.mark.slow
 def test_two_equal_runs_have_the_same_bytes_in_every_numeric_topic(tmp_path: Path, recording: Recording):
     again = record(tmp_path / "again.mcap", hand_made_ticks(TICKS), command="another one")
     topics = numeric_topics(again)

@@ -47,6 +47,7 @@ def made(tmp_path_factory):
     return run, moved
 
 
+@pytest.mark.slow
 def test_joints_and_tools_are_read_back_exactly(made):
     run, moved = made
     assert set(run.joints) == {"r/big", "r/small"}
@@ -116,6 +117,7 @@ def test_plots_hold_the_recorded_numbers(made):
     np.testing.assert_allclose(plots["tool"].axes[2].lines[0].get_ydata(), track.tool[:, 2])
 
 
+@pytest.mark.slow
 def test_two_runs_of_one_seed_have_the_same_bytes_of_joints(made, tmp_path):
     run, _ = made
     world = parse_world(WORLD)

@@ -122,6 +122,7 @@ def test_lengths_that_say_more_than_the_file_has_end_it_and_ask_for_no_memory(go
             assert time.process_time() - before < 1.0
 
 
+@pytest.mark.slow
 def test_many_ticks_times_many_names_are_refused_before_the_arrays_are_made(
     parts: Parts, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

@@ -63,6 +63,7 @@ def test_a_file_cut_anywhere_gives_what_precedes_the_cut(recording: Recording, t
     assert counts[-1] == TICKS
 
 
+@pytest.mark.slow
 def test_a_broken_byte_costs_what_follows_it_and_no_more(recording: Recording, tmp_path: Path):
     contents = bytearray(recording.path.read_bytes())
     chooser = random.Random(1)

@@ -166,6 +166,7 @@ def _varint(number: int) -> bytes:
     return bytes([number & 0x7F | 0x80, number >> 7 & 0x7F | 0x80, number >> 14])
 
 
+@pytest.mark.slow
 def test_a_joint_covariance_of_more_rows_than_it_has_numbers_is_refused(parts: Parts, tmp_path: Path):
     names = ["a"] * 50_000
     parts.change("/scout/covariance", lambda c: c.update(names=names, numbered=[False] * len(names), size=100_003))

@@ -61,6 +61,7 @@ def messages(path: Path) -> Iterator[tuple[str, dict[str, Any], dict[str, Any]]]
                 yield channel.topic, json.loads(schema.data), json.loads(message.data)
 
 
+@pytest.mark.slow
 def test_every_recorded_message_fits_the_schema_that_it_is_recorded_with(recordings: tuple[Path, ...]):
     seen, nulls = set(), 0
     validators: dict[str, jsonschema.protocols.Validator] = {}

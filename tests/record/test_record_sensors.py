@@ -95,6 +95,7 @@ def test_foxglove_gets_its_own_scans_with_a_frame_for_each_lidar(kept):
     assert b"r/rear" in frames
 
 
+@pytest.mark.slow
 def test_two_equal_runs_have_equal_readings_and_a_run_without_sensors_no_topic_of_them(kept, tmp_path: Path):
     recording, _, _ = kept
     with Simulation(parse_world(WORLD)) as sim:

@@ -47,6 +47,7 @@ def test_a_planar_pose_goes_into_space_and_back():
         assert back.heading == pytest.approx(heading, abs=1e-14)
 
 
+@pytest.mark.slow
 def test_on_a_ramp_the_simulation_tells_height_and_pitch(climb):
     _, world_from_base, rotation = climb
     np.testing.assert_allclose(world_from_base[:3, :3], rotation, atol=1e-12)

@@ -68,6 +68,7 @@ def test_the_ate_is_that_of_evo(run, key, kind):
     assert figures[key]["max"] > 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("key", "kind"), [("rpe_m", "estimate"), ("odometry_rpe_m", "odometry")])
 def test_the_rpe_over_a_metre_is_that_of_evo(run, key, kind):
     from evo.core.metrics import RPE, PoseRelation, Unit

@@ -51,6 +51,7 @@ def ringed(tmp_path_factory):
     return recorded(RINGED, tmp_path_factory.mktemp("ringed") / "run.mcap")
 
 
+@pytest.mark.slow
 def test_an_estimator_that_was_in_the_loop_gives_its_own_recording_again(ringed, tmp_path):
     again = replay(ringed.path, robot="scout", estimator=EkfSlam(), record=tmp_path / "again.mcap")
     assert same_run(ringed.path, again.path)
@@ -87,6 +88,7 @@ def test_another_estimator_changes_the_estimates_and_nothing_else(ringed):
     assert again.metadata["replayed estimator"] == "Still"
 
 
+@pytest.mark.slow
 def test_a_replay_is_what_a_run_with_the_other_estimator_would_have_been(ringed):
     still, live = Still(), Still()
     # This navigator goes its way whatever is believed.
@@ -103,6 +105,7 @@ def test_a_replay_is_what_a_run_with_the_other_estimator_would_have_been(ringed)
         ]
 
 
+@pytest.mark.slow
 def test_a_recording_cut_short_is_replayed_up_to_its_last_whole_tick(ringed, tmp_path):
     data, cut = ringed.path.read_bytes(), tmp_path / "cut.mcap"
     for share in np.arange(0.95, 0.0, -0.05):
@@ -265,6 +268,7 @@ def test_estimators_on_lidar_and_those_that_draw_lots_give_their_own_recording_a
     assert same_run(run.path, again.path)
 
 
+@pytest.mark.slow
 def test_the_command_takes_modules_with_their_arguments_in_braces(ringed, tmp_path, capsys):
     (tmp_path / "mine.py").write_text(
         "import numpy as np\nfrom mjsim import Estimate, Pose\n\n\nclass Mine:\n"

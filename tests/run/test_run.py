@@ -96,6 +96,7 @@ def test_told_to_go_on_a_robot_bumps_and_stays_and_wriggles():
     assert np.ptp(stuck[:, 2]) > 0.01
 
 
+@pytest.mark.slow
 def test_a_robot_that_bumped_can_turn_and_back_off():
     script = Script([(5.0, mjsim.Command(0.7)), (8.0, mjsim.Command(-0.3)), (10.0, mjsim.Command(0.0, 0.0, 1.0))])
     track = run(navigator=script, seconds=9.9, text=ROOM.replace("heading_deg: 20", "heading_deg: 0")).robots["scout"]
@@ -104,6 +105,7 @@ def test_a_robot_that_bumped_can_turn_and_back_off():
     assert abs(track.truth[-1, 2] - track.truth[199, 2]) > 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heading", [0, 37, 90, 200])
 def test_no_speed_brings_a_robot_through_a_wall(heading):
     text = ROOM.replace("heading_deg: 20", f"heading_deg: {heading}").replace("drive: {", "drive: {max_speed: 3, ")

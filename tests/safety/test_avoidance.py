@@ -47,6 +47,7 @@ def test_told_only_to_go_ahead_it_bumps_into_nothing_and_comes_about():
     assert moved.min() > 0.05
 
 
+@pytest.mark.slow
 def test_with_the_avoidance_off_it_bumps_and_stays_within_the_walls():
     world = clutter_world((12.0, 10.0), seed=3)
     (poses,), bumps = drive(world, 15.0, avoidance=False)
@@ -140,6 +141,7 @@ def test_the_shipped_world_is_the_one_that_new_makes_with_a_camera_for_people():
     assert shipped.run.drivers == made.run.drivers
 
 
+@pytest.mark.slow
 def test_the_class_on_the_page_keeps_its_distance(tmp_path):
     page = (ROOT / "docs" / "avoidance.md").read_text(encoding="utf-8")
     code = page.split("```python\n")[1].split("```")[0]

@@ -118,6 +118,7 @@ def test_a_tick_that_is_asked_for_while_the_world_is_loading_comes_after_the_fir
     session.close()
 
 
+@pytest.mark.slow
 def test_a_restart_begins_at_the_start_with_the_same_noise_and_ends_where_it_ended_before(session):
     session.result()
     first = session.newest
@@ -252,6 +253,7 @@ def test_the_avoidance_has_its_say_when_somebody_drives_by_hand():
     assert order.command.forward < 0.2
 
 
+@pytest.mark.slow
 def test_noise_changes_while_the_run_goes_on_and_is_noted(tmp_path):
     session = paused(record=tmp_path / "run.mcap")
     session.set_noise("robots.scout.odometry.noise.turn", 0.5)
@@ -307,6 +309,7 @@ def test_the_page_of_sessions_runs(tmp_path, monkeypatch, capsys):
     assert address.startswith("watch it at http://127.0.0.1:")
 
 
+@pytest.mark.slow
 def test_a_restart_keeps_what_was_recorded_and_writes_the_next_free_file(tmp_path: Path):
     path = tmp_path / "run.mcap"
     (tmp_path / "run-2.mcap").write_bytes(b"precious")

@@ -47,6 +47,7 @@ def errors(controller, seconds=2.0, **keys):
     return np.array(found)
 
 
+@pytest.mark.slow
 def test_pd_with_gravity_keeps_the_pumas_path_within_a_twentieth():
     assert np.abs(errors(controlled("PdGravity"))).max() < 0.05
 
@@ -100,6 +101,7 @@ def test_adaptive_control_bears_noise():
     assert worst[Adaptive] * 3.0 < worst[ComputedTorque]
 
 
+@pytest.mark.slow
 def test_without_a_controller_an_arm_holds_its_start_and_then_its_goal():
     here = world(arm="preset: puma560, start_deg: [10, 20, -30, 40, 50, 60]")
     with mjsim.Simulation(here) as sim:
@@ -178,6 +180,7 @@ def test_an_arm_that_nobody_holds_falls_along_the_motion_of_its_equations():
     assert np.abs(force[1]) < 0.02 * np.abs(arm.gravload(q)[1])
 
 
+@pytest.mark.slow
 def test_a_path_of_jtraj_set_by_hand_step_by_step_is_followed():
     here = world(controlled("ComputedTorque"))
     q, qd, qdd = jtraj(np.zeros(6), MOVE, np.arange(51) * 0.04)
@@ -248,6 +251,7 @@ def test_a_controller_with_a_gain_that_cannot_be_is_refused(key):
         drivers_of(world(controlled("ComputedTorque", **{key: -1})))
 
 
+@pytest.mark.slow
 def test_an_arm_on_a_rolling_base_drives_along_and_reaches():
     here = parse_world(
         "mjsim: 1\nrobots: [{name: r, preset: husky, at: [0, 0], arms: [{preset: puma560, at: [0.2, 0, 0.4],"

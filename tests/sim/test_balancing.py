@@ -138,6 +138,7 @@ def test_its_tyres_roll_at_the_radius_that_odometry_goes_by():
         assert told / 4.0 == pytest.approx(0.3, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_the_height_of_its_inertial_sensor_does_not_matter():
     states = driven(joe(f"lean_deg: {math.degrees(0.1)!r}", height=0.6), 2.0)
     np.testing.assert_allclose(states[:, 1], linear(2.0, lean=0.1)[:, 1], atol=1e-3)
@@ -154,6 +155,7 @@ def test_it_stands_after_a_shove_of_12_newton_seconds(aside):
     assert abs(pose.x) < 0.05
 
 
+@pytest.mark.slow
 def test_without_a_controller_that_acts_it_falls_and_its_motors_stop():
     class Slack:
         def start(self, robot, part, rng):

@@ -73,6 +73,7 @@ def test_walls_and_things_hide_a_beacon_up_to_their_edge_and_their_height():
     assert seen("obstacles: [{box: [0.2, 0.2, 0.2], at: [2, 0], elevation: 1.3}]")
 
 
+@pytest.mark.slow
 def test_a_beacon_that_hangs_on_a_wall_is_seen_from_its_front_and_a_reflector_from_all_sides():
     wall = "mjsim: 1\nwalls: [{points: [[3, -2], [3, 2]], thickness: 0.2}]\n"
     for beacon, front, back in (
@@ -121,6 +122,7 @@ def test_heavy_tails_keep_the_standard_deviation_and_throw_farther():
     assert (np.abs(normal) > 0.2).mean() < 2e-3 < (np.abs(heavy) > 0.2).mean() < 1.2e-2
 
 
+@pytest.mark.slow
 def test_missed_sightings_are_as_many_as_asked_for():
     seen = looks("rate_hz: 250, missed: 0.3", count=500)
     share = 1 - sum(len(sightings) for sightings in seen) / 1500
@@ -140,6 +142,7 @@ def test_false_sightings_come_as_often_as_asked_for_and_fill_the_field_of_view_e
     assert np.histogram(polar[:, 1], 4, (-math.pi / 2, math.pi / 2))[0] == pytest.approx(len(polar) / 4, rel=0.3)
 
 
+@pytest.mark.slow
 def test_outliers_are_anywhere_in_the_field_of_view_under_the_beacons_own_name():
     off = errors(looks("rate_hz: 250, outliers: 0.2, range: [0.1, 8]", count=500), "ahead")
     astray = np.abs(off).max(axis=1) > 1e-3

@@ -29,6 +29,7 @@ def step(sim: Simulation, command: Command, seconds: float) -> None:
         sim.step()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [0.7, 2.1])
 def test_a_robot_that_drives_into_a_wall_stays_before_it_feels_it_and_can_turn_and_back_off(speed):
     sim = towards_a_wall(speed=speed)

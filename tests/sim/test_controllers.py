@@ -128,6 +128,7 @@ def test_its_time_counts_in_the_timing(tmp_path):
         assert (recording.module_seconds["joe/controller/drive"][1:] > 0.002).all()
 
 
+@pytest.mark.slow
 def test_the_world_file_names_it_with_rate_latency_and_arguments(tmp_path):
     driver = (
         'controllers: {drive: {use: "mjsim.algorithms.balance:Lqr", rate_hz: 125, latency: 2, effort: 0.3}},'

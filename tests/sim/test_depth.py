@@ -38,6 +38,7 @@ def spin(sim: Simulation, turn: float, *, speed: float = 0.0) -> None:
     sim.data.qvel[start : start + 6] = [speed, 0, 0, 0, 0, turn]
 
 
+@pytest.mark.slow
 def test_depth_is_along_the_optical_axis_in_metres_and_instances_have_names():
     seen = frame("depth: true, segmentation: true")
     assert seen.depth is not None
@@ -81,6 +82,7 @@ def test_depth_errs_with_the_square_of_the_distance_and_ends_where_its_range_doe
     np.testing.assert_array_equal(ended[between], exact[between])
 
 
+@pytest.mark.slow
 def test_two_cameras_side_by_side_see_one_instant_and_the_disparity_of_a_base():
     base = 0.12
     eyes = [
@@ -149,6 +151,7 @@ def edge_columns(seen: CameraFrame, name: str) -> Array:
     return np.where(mask.any(axis=1), mask.argmax(axis=1), np.nan)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [1.5, -1.0])
 def test_a_rolling_shutter_leans_what_is_upright_by_the_turn_from_row_to_row(turn):
     readout = 0.1

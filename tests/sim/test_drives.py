@@ -66,6 +66,7 @@ def circle(path: list[Pose]) -> tuple[float, float]:
     return radius, float(np.abs(np.hypot(*(points - [a, b]).T) - radius).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [0.5, -0.3])
 def test_straight_on_the_way_is_speed_times_time(speed):
     for name, path in driven(tuple(ROBOTS), Command(speed), 2.0).items():
@@ -81,6 +82,7 @@ def test_on_the_spot_those_that_can_turn_by_rate_times_time():
         assert math.hypot(*(path[0].inverse() @ path[-1]).as_array()[:2]) < 0.005, name
 
 
+@pytest.mark.slow
 def test_arcs_are_circles_of_speed_over_turn_rate():
     for name, path in driven(ALL_BUT_SKID, Command(0.5, turn=0.5), 4.0).items():
         radius, off = circle(path)
@@ -89,6 +91,7 @@ def test_arcs_are_circles_of_speed_over_turn_rate():
         assert turned(path) == pytest.approx(2.0, rel=0.02), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", [Command(left=0.4), Command(0.3, left=-0.3), Command(0.2, left=0.2, turn=0.4)])
 def test_holonomic_robots_go_sideways_at_the_speed_they_are_told(command):
     for name, path in driven(HOLONOMIC, command, 2.0).items():

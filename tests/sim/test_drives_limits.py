@@ -45,6 +45,7 @@ def radius(path: list[Pose]) -> float:
     return math.sqrt(c + a**2 + b**2)
 
 
+@pytest.mark.slow
 def test_none_goes_faster_or_gathers_speed_faster_than_its_limits_and_each_comes_up_to_them():
     # One that balances leans to gather speed, and goes faster for a while to come upright again.
     rolling = [name for name in ROBOTS if name != "balancer"]

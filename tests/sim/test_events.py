@@ -51,6 +51,7 @@ def step(sim: Simulation, count: int, command: Command | None = None) -> None:
         sim.step()
 
 
+@pytest.mark.slow
 def test_a_kidnapped_robot_stands_elsewhere_at_the_first_tick_not_before_and_its_odometry_does_not_notice():
     sim = hall("{time: 1.01, move: r, to: [5.5, 2.25], heading_deg: 90}")
     told = Pose(1.0, 3.0, 0.0)
@@ -92,6 +93,7 @@ def test_a_movable_obstacle_is_put_down_upright():
     assert sim.data.xpos[sim.model.body("obstacle/bin").id, 2] == pytest.approx(0.0, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_doors_open_and_close_when_the_time_has_come():
     sim = hall("{time: 0.2, open: gate, angle_deg: -70}, {time: 6, close: gate}")
     found = {}
@@ -176,6 +178,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list]:
     return path, pictures
 
 
+@pytest.mark.slow
 def test_events_and_things_stand_in_the_recording_at_their_ticks(recorded):
     recording = read_recording(recorded[0])
     found = [(event.time, type(event).__name__) for event in recording.events]
@@ -194,6 +197,7 @@ def test_events_and_things_stand_in_the_recording_at_their_ticks(recorded):
     assert recording.robots["r"].truth[8, 0] == 3.0
 
 
+@pytest.mark.slow
 def test_pictures_drawn_again_from_the_recording_are_the_ones_that_were_taken(recorded):
     recording, pictures = read_recording(recorded[0]), recorded[1]
     with Playback(recording.world, width=96, height=72, events=recording.events) as playback:
@@ -251,6 +255,7 @@ class Ahead:
         return Command(0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("push", [False, True])
 def test_a_driver_that_may_push_goes_on_where_a_bump_stops_others(push, tmp_path: Path):
     text = """

@@ -62,6 +62,7 @@ def test_stamps_are_whole_steps_and_a_batch_comes_with_each_tick():
     np.testing.assert_allclose(stamps["b"], 0.016 * np.arange(1, 26), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_turns_add_up_to_the_heading_and_accelerations_to_the_speed():
     readings, sim = drive("rate_hz: 250, at: [0, 0, 0], yaw_deg: 35", Command(0.5, turn=0.6), 4.0)
     acceleration, turn = columns(readings)
@@ -75,6 +76,7 @@ def test_turns_add_up_to_the_heading_and_accelerations_to_the_speed():
     np.testing.assert_allclose(velocity, sim.data.qvel[:3], atol=2e-3)
 
 
+@pytest.mark.slow
 def test_on_a_circle_it_feels_the_centripetal_acceleration_of_where_it_is():
     speed, turn = 0.5, 1.0
     for at in ([0, 0, 0.1], [0.2, 0.1, 0.1]):

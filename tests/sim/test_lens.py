@@ -77,6 +77,7 @@ def test_things_are_seen_where_the_lens_puts_them(lens):
         assert (colors[:, 0] > colors[:, 1] + 60).all()
 
 
+@pytest.mark.slow
 def test_half_the_field_of_view_is_still_at_the_edge():
     for lens in LENSES:
         text = lens.model_dump_json(exclude_none=True)

@@ -186,6 +186,7 @@ def test_the_data_sheet_tells_where_the_lidar_is_and_how_far_it_errs():
     np.testing.assert_allclose(info.robot_from_sensor, expected, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_no_robot_that_can_be_bought_is_met_by_its_own_beams_or_its_own_ring():
     sensors = "{lidar: low, at: [0, 0, 0.04], fov_deg: 360}, {lidar: high, at: [0.05, 0, 0.5], fov_deg: 360}"
     robots = "".join(

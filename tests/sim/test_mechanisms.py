@@ -67,15 +67,18 @@ def fourbar_error(step):
     return np.abs(np.angle(np.exp(1j * (q - expected)))).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("step", "most"), [(1, 5e-6), (4, 7e-5)])
 def test_a_driven_fourbar_moves_as_two_circles_say(step, most):
     assert fourbar_error(step) < most
 
 
+@pytest.mark.slow
 def test_errors_of_a_fourbar_fall_with_the_square_of_the_step():
     assert math.log2(fourbar_error(4) / fourbar_error(2)) > 1.8
 
 
+@pytest.mark.slow
 def test_a_pendulum_swings_with_the_period_of_the_elliptic_integral():
     times, q = moved(PENDULUM % 0, "pendulum", 520)
     angle = q[:, 0] - math.pi / 2  # from straight down
@@ -121,6 +124,7 @@ SLIDER = """
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("step", "most"), [(1, 1e-5), (4, 2e-4)])
 def test_a_slider_crank_slides_as_its_triangle_says(step, most):
     _, times, motions = values(SLIDER, step=step)
@@ -152,6 +156,7 @@ def test_a_gear_turns_by_its_ratio(step, most):
     assert np.abs(column(motions, 1) + np.pi / 6 * np.sin(np.pi * times)).max() < most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("step", "most"), [(1, 6e-6), (4, 1e-4)])
 def test_a_universal_joint_turns_as_hooke_says(step, most):
     text = """
@@ -199,6 +204,7 @@ def test_inverse_dynamics_of_a_slow_fourbar_is_the_slope_of_its_energy():
     assert motion.torques[0] == pytest.approx(slope, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_kinematics_closes_loops_to_rounding():
     text = FOURBAR.replace("at: [3, 2]", "mode: kinematics") % 4
     times, q = moved(text, "fourbar", 10)
@@ -208,6 +214,7 @@ def test_kinematics_closes_loops_to_rounding():
     assert np.abs(np.angle(np.exp(1j * (q - expected)))).max() < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("step", "most"), [(1, 2e-4), (4, 5e-4)])
 def test_the_torque_of_a_driven_fourbar_is_that_of_inverse_dynamics(step, most):
     torques = []

@@ -102,6 +102,7 @@ def test_noise_of_a_way_does_not_depend_on_the_ticks_that_it_takes():
         assert chi2.ppf(0.001, runs) < np.sum((sums - way) ** 2) / (0.01**2 * way) < chi2.ppf(0.999, runs)
 
 
+@pytest.mark.slow
 def test_the_covariance_told_is_that_of_the_increments():
     n, wheels = 20000, WHEELS.wheels_from_twist(0.3, 0.0, 0.9)
     meter = noisy(distance=0.05, turn=0.05, seed=2)

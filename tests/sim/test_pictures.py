@@ -170,6 +170,7 @@ def test_a_picture_in_the_face_of_its_wall_is_seen_whole():
     assert len(contours) == 1
 
 
+@pytest.mark.slow
 def test_a_tile_of_the_floor_has_its_size_in_metres_and_lies_at_the_origin():
     tile = np.zeros((64, 64, 3), dtype=np.uint8)
     tile[:32, :32], tile[:32, 32:], tile[32:, :32], tile[32:, 32:] = (

@@ -69,6 +69,7 @@ def spun(sensor):
         return sim.robots["r"].sensors["feel"], resting, sim.sense("r").imu
 
 
+@pytest.mark.slow
 def test_an_inertial_sensor_on_a_tool_feels_gravity_and_the_circle_it_goes():
     info, _, moving = spun("{imu: feel, on: arm/tool, at: [0.1, 0, 0]}")
     # The tool's y axis is up. 0.8 m from the axis at 2 rad/s: 3.2 m/s^2 inwards.

@@ -133,6 +133,7 @@ def bytes_of_a_run(seed: int) -> bytes:
     return b"".join(part.tobytes() for part in parts)
 
 
+@pytest.mark.slow
 def test_one_seed_gives_the_same_bytes_and_another_gives_others():
     assert bytes_of_a_run(4) == bytes_of_a_run(4)
     assert bytes_of_a_run(4) != bytes_of_a_run(5)

@@ -27,6 +27,7 @@ def team(count: int) -> Simulation:
     return Simulation(parse_world(f"mjsim: 1\nrobots:\n{robots}"), seed=5)
 
 
+@pytest.mark.slow
 def test_thirty_two_robots_sense_bump_and_hear_each_other():
     with team(32) as sim:
         for name in sim.robots:
@@ -63,6 +64,7 @@ def chances(sim: Simulation, ticks: int) -> list[bytes]:
     return rows
 
 
+@pytest.mark.slow
 def test_thirty_one_others_leave_the_chance_of_the_first_byte_for_byte():
     with team(2) as two, team(32) as many:
         for sim in (two, many):

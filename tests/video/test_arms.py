@@ -62,6 +62,7 @@ def test_a_film_shows_an_arm_where_its_joints_are_now():
     assert tuple(image[row, column]) == PAPER
 
 
+@pytest.mark.slow
 def test_the_sheet_shows_an_arm_as_it_begins():
     with_arm = draw_world(parse_world(ROOM.replace("{ARM}", ARM)), names=False)
     without = draw_world(parse_world(ROOM.replace("    arms: [{ARM}]\n", "")), names=False)

@@ -48,6 +48,7 @@ def metres_per_pixel(world):
     return scale_for(np.stack([low, high])) / 1000 * 25.4 / DPI
 
 
+@pytest.mark.slow
 def test_the_sheet_is_drawn_at_the_scale_that_it_names():
     page = draw_world(room(), names=False)
     walls = pixels_of(page, WALL)
@@ -70,6 +71,7 @@ def test_scales_are_round():
         assert f"{ratio:g}".rstrip("0").replace(".", "") in {"1", "125", "15", "2", "25", "3", "4", "5", "6", "75"}
 
 
+@pytest.mark.slow
 def test_a_png_says_how_large_it_is_on_paper(tmp_path):
     page = draw_world(room(), tmp_path / "new" / "room.png")
     data = (tmp_path / "new" / "room.png").read_bytes()
@@ -96,6 +98,7 @@ def test_names_are_written_near_what_they_name():
     assert np.hypot(*(changed - lion).T).min() < px(3)
 
 
+@pytest.mark.slow
 def test_names_in_a_crowd_never_cover_each_other_and_what_finds_no_place_is_left_out():
     drawing = blank(PlanView.around(5, 5, 100, 1000, 1000))
     rng = np.random.default_rng(0)
@@ -161,6 +164,7 @@ def test_the_overview_shows_the_robot_from_outside_and_the_chase_view_shows_it_l
     assert 100 < red[0] < red[1] / 2
 
 
+@pytest.mark.slow
 def test_a_camera_with_a_latency_has_a_first_picture_too():
     camera = "{camera: front, at: [0.1, 0, 0.4], width: 160, height: 120, rate_hz: 12.5, latency: 2}"
     prompt, late = (

@@ -55,6 +55,7 @@ def test_the_film_is_h264_of_25_frames_a_second_and_plays_to_its_end(recording, 
     assert data.index(b"moov") < data.index(b"mdat")
 
 
+@pytest.mark.slow
 def test_the_plan_alone_shows_the_robot_where_it_is(recording, tmp_path):
     make_video(recording, tmp_path / "plan.mp4", view="plan", ellipses=False, trails=False)
     _, frames = decoded(tmp_path / "plan.mp4")
@@ -64,6 +65,7 @@ def test_the_plan_alone_shows_the_robot_where_it_is(recording, tmp_path):
     np.testing.assert_allclose(middle, recording.robots["scout"].truth[-1, :2], atol=0.05)
 
 
+@pytest.mark.slow
 def test_views_of_the_scene_are_drawn_from_the_recorded_states(recording, tmp_path):
     make_video(recording, tmp_path / "front.mp4", view="scout/front")
     _, frames = decoded(tmp_path / "front.mp4")

@@ -41,6 +41,7 @@ def at_rest(session, arm="r/arm", *, near):
     raise AssertionError(f"the joints are at {motion.positions}, not at {near}")
 
 
+@pytest.mark.slow
 def test_joints_go_where_a_hand_wants_them_and_back_to_the_navigator():
     with moving(mjsim.parse_world(DRIVEN)) as (session, _):
         at_rest(session, near=[math.radians(20), 0, 0, 0, 0, 0])
@@ -50,6 +51,7 @@ def test_joints_go_where_a_hand_wants_them_and_back_to_the_navigator():
         at_rest(session, near=[math.radians(20), 0, 0, 0, 0, 0])
 
 
+@pytest.mark.slow
 def test_a_hand_moves_joints_no_faster_than_a_radian_a_second():
     with moving(mjsim.parse_world(DRIVEN.replace(PATH, "avoidance: true"))) as (session, _):
         session.pause()
@@ -65,6 +67,7 @@ def test_a_hand_moves_joints_no_faster_than_a_radian_a_second():
         assert 0.8 < fastest < 1.2
 
 
+@pytest.mark.slow
 def test_the_tool_goes_to_a_pose_in_the_frame_of_the_robot():
     with moving(mjsim.parse_world(DRIVEN)) as (session, _):
         at_rest(session, near=[math.radians(20), 0, 0, 0, 0, 0])
@@ -84,6 +87,7 @@ WRONG = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("said", "asked"), WRONG.items())
 def test_what_an_arm_cannot_do_is_refused_in_one_line(said, asked):
     session = Session(mjsim.parse_world(DRIVEN))
@@ -94,6 +98,7 @@ def test_what_an_arm_cannot_do_is_refused_in_one_line(said, asked):
         session.move_tool("r", "arm", at=[5, 0, 0], rpy=[0, 0, 0])
 
 
+@pytest.mark.slow
 def test_a_browser_is_told_of_arms_and_moves_them():
     with moving(mjsim.parse_world(DRIVEN)) as (_, page), listener(page.url) as browser:
         run = browser.until("run", state="running")

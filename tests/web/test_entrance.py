@@ -72,6 +72,7 @@ PLACES = (
 )
 
 
+@pytest.mark.slow
 def test_nobody_comes_in_without_a_session_on_loopback_and_live_too(studio, stranger):
     for method, place in PLACES:
         answer = stranger.request(method, place, content=b"{}")
@@ -158,6 +159,7 @@ def test_a_browser_that_is_in_lets_in_another(studio):
         assert first.post("/api/invite", headers={"Origin": "http://evil.example"}).status_code == 403
 
 
+@pytest.mark.slow
 def test_the_token_is_asked_for_and_lets_in_any_number(studio):
     for _ in range(2):
         with httpx.Client(base_url=studio.address, timeout=PATIENCE, trust_env=False) as browser:
@@ -198,6 +200,7 @@ def test_no_cookie_but_a_sessions_own_lets_in(studio, stranger):
         assert stranger.get("/api/folder", headers={"Cookie": cookie}).status_code == 200
 
 
+@pytest.mark.slow
 def test_a_session_is_of_no_use_to_another_user(studio):
     with client_of(studio.url) as browser:
         cookie, address = cookie_of(browser), f"{studio.address}api/folder"

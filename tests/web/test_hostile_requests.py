@@ -99,6 +99,7 @@ def test_deep_json_over_the_websocket_is_refused_in_a_line_and_the_page_stays(cl
         assert seen.until("refused", do="pause")["error"] == "no run has begun; start one"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "said"), BOMBS.values(), ids=BOMBS)
 def test_a_text_that_grows_when_it_is_read_is_refused_at_once(client, tmp_path, capsys, text, said):
     before = time.process_time()

@@ -174,6 +174,7 @@ def test_the_past_is_bounded_and_thinned_evenly():
     np.testing.assert_allclose(told["time"], every[:: len(every) // len(told["time"])][: len(told["time"])], atol=1e-4)
 
 
+@pytest.mark.slow
 def test_who_asks_in_the_name_of_another_page_is_refused(live):
     port = httpx.URL(live.url).port
     for headers in ({"Host": f"evil.example:{port}"}, {"Host": "127.0.0.1"}, {"Origin": "http://evil.example"}):

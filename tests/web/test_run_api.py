@@ -78,6 +78,7 @@ def test_a_run_is_started_paused_ticked_restarted_and_stopped(page):
         assert seen.until("run", state="ended")["error"] is None
 
 
+@pytest.mark.slow
 def test_a_tick_tells_what_the_loop_had(running):
     with browser(running.url) as seen:
         told = seen.until("tick")
@@ -153,6 +154,7 @@ def test_ticks_are_the_newest_and_at_most_thirty_a_second(running):
     assert numbers[-1] - numbers[0] >= 15
 
 
+@pytest.mark.slow
 def test_who_comes_late_gets_what_was(running):
     with browser(running.url) as first:
         now = first.until("tick")["time"]

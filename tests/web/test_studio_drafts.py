@@ -72,6 +72,7 @@ def test_a_folder_for_state_that_is_not_absolute_is_no_folder(monkeypatch, tmp_p
     assert drafts_folder() == tmp_path / ".local" / "state" / "mjsim" / "drafts"
 
 
+@pytest.mark.slow
 def test_a_server_that_is_started_anew_at_another_port_has_them(folder):
     kept = {"room.yaml": ROOM + "# mine\n", "room-2.yaml": "mjsim: 1\n# new\n", "shipped:gallery": "# from afar\n"}
     for number, (path, text) in enumerate(kept.items()):
@@ -85,6 +86,7 @@ def test_a_server_that_is_started_anew_at_another_port_has_them(folder):
         assert abs(drafts(client)[0]["when"] - time.time()) < PATIENCE
 
 
+@pytest.mark.slow
 def test_a_file_has_its_drafts_by_whatever_name_and_from_whatever_folder(folder, client):
     (folder / "link.yaml").symlink_to(folder / "room.yaml")
     keep(client, "# by a link\n", path="link.yaml")
@@ -101,6 +103,7 @@ def test_a_file_has_its_drafts_by_whatever_name_and_from_whatever_folder(folder,
     assert len(drafts(client)) == 1
 
 
+@pytest.mark.slow
 def test_each_tab_has_its_own_and_who_has_it_open_keeps_it(studio, client):
     keep(client, "# one\n", tab=ONE)
     keep(client, "# other\n", tab=OTHER)
@@ -132,6 +135,7 @@ def test_a_draft_that_is_restored_gives_its_place_to_that_of_the_tab_that_goes_o
     keep(client, ROOM, number=3, restored="../" + now["id"], status=400)
 
 
+@pytest.mark.slow
 def test_a_tab_is_told_of_the_drafts_of_others_and_when_they_are_left(studio, client):
     with browser(studio.url, f"/api/tab?tab={ONE}") as one:
         assert one.until("drafts")["drafts"] == []
@@ -146,6 +150,7 @@ def test_a_tab_is_told_of_the_drafts_of_others_and_when_they_are_left(studio, cl
         assert one.until("drafts")["drafts"] == []
 
 
+@pytest.mark.slow
 def test_two_studios_of_a_folder_know_each_others_tabs(folder, studio, client):
     with Studio(folder) as second, browser(second.url, f"/api/tab?tab={OTHER}") as page:
         keep(client, "# open at the first\n")
@@ -158,6 +163,7 @@ def test_two_studios_of_a_folder_know_each_others_tabs(folder, studio, client):
             page.until("drafts")
 
 
+@pytest.mark.slow
 def test_a_server_that_ends_leaves_the_drafts_of_the_pages_that_were_open(folder):
     with Studio(folder) as page, client_of(page.url) as client:
         opened = browser(page.url, f"/api/tab?tab={ONE}")

@@ -116,6 +116,7 @@ def test_the_folder_tells_what_there_is(client, folder):
     assert "office" in shipped["templates"]
 
 
+@pytest.mark.slow
 def test_the_schema_tells_units_and_meanings(client):
     schema = client.get("/api/schema").json()
     wall, camera = schema["$defs"]["Wall"]["properties"], schema["$defs"]["Camera"]["properties"]
@@ -125,6 +126,7 @@ def test_the_schema_tells_units_and_meanings(client):
     assert wall["points"]["description"].startswith("Corners of the centreline")
 
 
+@pytest.mark.slow
 def test_modules_are_found_with_their_keys_and_none_is_run(client):
     found = client.get("/api/modules").json()
     by_use = {module["use"]: module for kind in found.values() for module in kind}
@@ -298,6 +300,7 @@ def test_ends_of_lines_and_the_byte_order_mark_of_a_file_are_kept(client, folder
     path.unlink()
 
 
+@pytest.mark.slow
 def test_new_worlds_begin_empty_or_as_a_template_and_are_not_written_before_they_are_saved(client, folder):
     before = sorted(folder.rglob("*"))
     new = told(client, "new")

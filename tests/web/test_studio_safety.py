@@ -76,6 +76,7 @@ def asks(client, address, **keys):
     return client.post(address, json=keys)
 
 
+@pytest.mark.slow
 def test_who_asks_in_the_name_of_another_page_or_host_is_refused(studio, client):
     port = client.base_url.port
     for headers in (
@@ -162,6 +163,7 @@ def test_only_worlds_are_written_and_none_that_are_hidden(client, folder):
     assert files(folder) == before
 
 
+@pytest.mark.slow
 def test_what_is_brought_is_bounded_and_a_picture(client, folder):
     before = files(folder)
     for data, status in (

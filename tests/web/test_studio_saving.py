@@ -173,6 +173,7 @@ def test_on_a_full_disk_a_save_is_refused_in_a_line_and_the_old_text_stays(tmp_p
     ]
 
 
+@pytest.mark.slow
 def test_of_pages_that_save_at_once_one_is_first_and_all_others_are_told(client, folder):
     stamp = told(client, "open", path="room.yaml")["stamp"]
     for path, before in (("room.yaml", stamp), ("new.yaml", None)):

@@ -175,6 +175,7 @@ def test_a_file_that_is_swapped_between_the_check_and_the_import_does_not_run(fo
         trust.check(world)
 
 
+@pytest.mark.slow
 def test_what_a_text_imports_by_a_name_that_it_computes_is_asked_for_at_the_next_start(studio):
     (studio.folder / "go.py").write_text(
         CODE.replace("import helper", "import mjsim\nhelper = __import__('hel' + 'per') #")
@@ -188,6 +189,7 @@ def test_what_a_text_imports_by_a_name_that_it_computes_is_asked_for_at_the_next
     assert ran(studio.folder) == "one"
 
 
+@pytest.mark.slow
 def test_modules_that_are_chosen_for_a_run_are_asked_for_like_those_of_its_world(studio):
     chosen = {"scout": {"navigator": {"use": "go.py:Go"}}}
     assert needs(studio, PLAIN) == {}

@@ -108,6 +108,7 @@ def test_plain_texts_are_not_left_to_it():
     )
 
 
+@pytest.mark.slow
 def test_a_text_is_read_many_times_as_fast():
     walls = "\n".join(f"- {{points: [[{k}, 0], [{k}, 5.25]], thickness: 0.12}}" for k in range(300))
 
@@ -121,6 +122,7 @@ def test_a_text_is_read_many_times_as_fast():
     assert max(exact / fast for exact, fast in pairs) > 6
 
 
+@pytest.mark.slow
 def test_a_fault_in_a_large_world_has_its_place():
     lines = [f"- points: [[{k}, 0], [{k}, 5]]\n" for k in range(2000)]
     lines[1500] = "- points: [[0, 0], [0, x]]\n"

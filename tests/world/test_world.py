@@ -207,6 +207,7 @@ def test_a_setting_that_does_not_fit_is_the_users_mistake(room, setting, reason)
     assert str(caught.value) == f"--set {setting}: {reason}"
 
 
+@pytest.mark.slow
 def test_the_schema_knows_every_key_with_its_meaning_and_bounds_lists_by_length():
     schema = world_schema()
     text = json.dumps(schema)

@@ -40,6 +40,7 @@ def test_the_examples_come_to_what_the_page_says(worlds):
     assert (main.floor.texture, main.floor.friction, main.robots[0].at) == ("floors/oak.jpg", 0.8, (5, 2.5))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "text"), EXAMPLES)
 def test_the_examples_are_laid_out_as_fmt_does_and_hold_to_the_schema(name, text):
     jsonschema = pytest.importorskip("jsonschema")

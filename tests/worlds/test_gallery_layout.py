@@ -75,6 +75,7 @@ def test_two_pictures_are_in_view_within_5_m_on_90_percent_of_the_tour(world, to
     assert np.mean(in_view(world, tour, within=5.0).sum(axis=1) >= 2) > 0.9
 
 
+@pytest.mark.slow
 def test_every_picture_is_well_seen_from_within_4_m(world, tour):
     """Over 1.5 m of the two laps or 20 degrees of a turn, which is at least some 15 images."""
     turns = [np.column_stack([np.tile(xy, (90, 1)), np.radians(np.arange(90) + begin)]) for *xy, begin in CORNERS]

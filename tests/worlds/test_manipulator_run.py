@@ -41,6 +41,7 @@ def test_the_parcel_is_more_than_5_cm_above_the_table_at_the_end(seed):
     assert min(heights) > TABLE - 0.01
 
 
+@pytest.mark.slow
 def test_what_cannot_be_picked_up_is_told():
     from mjsim.algorithms.pick import PickUp
 

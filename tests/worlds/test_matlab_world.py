@@ -96,6 +96,7 @@ def test_its_ekf_slam_agrees_with_the_standard_filter_over_120_s():
     assert figures["nis"]["mean"] == pytest.approx(2.0, abs=0.1)  # two degrees of freedom
 
 
+@pytest.mark.slow
 @needs_octave
 def test_the_function_of_the_page_runs_in_the_world_of_the_page(tmp_path):
     page = (ROOT / "docs" / "matlab.md").read_text(encoding="utf-8")
