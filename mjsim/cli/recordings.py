@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 def video(
     recording: RunFile,
     output: Annotated[Path, typer.Option("-o", metavar="MP4", help="The film to write.")],
-    view: Annotated[str | None, typer.Option(help="One view alone: plan, chase, overview or ROBOT/CAMERA.")] = None,
+    view: Annotated[
+        str | None, typer.Option(help="One view alone: plan, chase, overview, diagrams, ROBOT/CAMERA.")
+    ] = None,
     follow: Annotated[str | None, typer.Option(help="What the close-up follows: truth, estimate, nothing.")] = None,
     sightings: Annotated[bool | None, typer.Option(help="Lines to what is seen.")] = None,
     ellipses: Annotated[bool | None, typer.Option(help="95 % ellipses.")] = None,

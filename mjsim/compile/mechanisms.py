@@ -13,7 +13,7 @@ import numpy as np
 from mjsim.compile.parts import DARK, MATERIAL, SEEN, make_decor
 from mjsim.compile.pictures import color_of
 from mjsim.geometry import Array
-from mjsim.mechanics import Placement, Solid, inverted, is_valid, nearest_valid, placed
+from mjsim.mechanics import Placement, Solid, inverted, is_valid, nearest_valid
 from mjsim.world import GROUND, Mechanism, MechanismBody, MechanismJoint, World
 
 STIFFEST = 2.0
@@ -43,11 +43,6 @@ def add_mechanisms(spec: mujoco.MjSpec, world: World) -> None:
         _Builder(spec, mechanism, world.run.step).build()
 
 
-def ground_of(mechanism: Mechanism) -> Array:
-    """Return world_from_ground of a mechanism, shape (4, 4) [m]."""
-    return placed((*mechanism.at, mechanism.elevation), (0.0, 0.0, mechanism.heading))
-
-
 def stiff(equality: mujoco.MjsEquality, step: float) -> None:
     """Make a constraint as stiff as a period of the physics allows [s]."""
     equality.solref = [STIFFEST * step, 1.0]
@@ -61,7 +56,7 @@ class _Builder:
         self._spec, self._mechanism, self._step = spec, mechanism, step
         self._assembly = mechanism.assembly
         self._placed: Placement = self._assembly.linkage.place(self._assembly.start)
-        self._ground = ground_of(mechanism)
+        self._ground = mechanism.world_from_ground
         self._bodies: dict[str, mujoco.MjsBody] = {GROUND: spec.worldbody}
 
     def build(self) -> None:
@@ -358,14 +353,3 @@ def solids_of(world: World) -> Iterator[tuple[str, Solid]]:
     for mechanism in world.mechanisms:
         for body in mechanism.bodies:
             yield f"{mechanism.name}/{body.name}", body.solid()
-
-
-def spanned(mechanism: Mechanism) -> Array:
-    """Return the corners of a box around a mechanism as it starts, world frame, shape (2, 3) [m]."""
-    poses = mechanism.assembly.linkage.place(mechanism.assembly.start).poses
-    points = [ground_of(mechanism)[:3, 3]]
-    for body in mechanism.bodies:
-        pose = ground_of(mechanism) @ poses[mechanism.assembly.number(body.name)]
-        ends = [(0.0, 0.0, 0.0), *body.points().values()]
-        points += [pose[:3, :3] @ end + pose[:3, 3] for end in ends]
-    return np.array([np.min(points, axis=0), np.max(points, axis=0)])

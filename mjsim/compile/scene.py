@@ -5,30 +5,26 @@ import math
 import mujoco
 import numpy as np
 
-from mjsim.compile.arms import reached
 from mjsim.compile.beacons import add_carried_beacons, add_hung_beacons, beacon_looks
 from mjsim.compile.ceiling import add_ceiling
 from mjsim.compile.contacts import sort_contacts
 from mjsim.compile.doors import add_doors
 from mjsim.compile.floor import add_floor, add_patches
 from mjsim.compile.light import add_general_light, add_lamps, divide_faces, light_pictures
-from mjsim.compile.mechanisms import add_mechanisms, spanned
+from mjsim.compile.mechanisms import add_mechanisms
 from mjsim.compile.obstacles import add_obstacles
+from mjsim.compile.overview import OVERVIEW_FOV, overview_place, scene_bounds
 from mjsim.compile.physics import set_physics
 from mjsim.compile.pictures import add_matte
 from mjsim.compile.robots import add_robots
-from mjsim.compile.walls import WallBox, add_walls, wall_boxes
+from mjsim.compile.walls import add_walls, wall_boxes
 from mjsim.geometry import Array
-from mjsim.world import Camera, Robot, World, extent, gc_paused, hung, top
+from mjsim.world import Camera, Robot, World, gc_paused
 
 NEAR = 0.02
 """Nearest distance that a camera sees, whatever the size of the world [m]."""
 WIDEST, TALLEST = 1920, 1080
 """Pictures of at least this size can be drawn [px]."""
-OVERVIEW_TILT, OVERVIEW_FOV = math.radians(60.0), 40.0
-"""Downwards [rad]; vertical field of view [deg]."""
-OVERVIEW_ASPECT, OVERVIEW_FILL = 16 / 9, 0.96
-"""Shape of a picture that shows the whole world, as films have it, and how much of its height or width that fills."""
 CHASE_AT, CHASE_TILT, CHASE_FOV = (-1.6, 0.0, 2.7), math.radians(46.0), 55.0
 """In the robot's frame [m], above most walls, so that none hides it; downwards [rad]; vertical field of view [deg]."""
 
@@ -48,7 +44,7 @@ def compile_world(world: World) -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     spec.modelname = world.name
     boxes = wall_boxes(world.walls)
-    lower, upper = _bounds(world, boxes)
+    lower, upper = scene_bounds(world, boxes)
     set_physics(spec, world.run.step)
     _set_visual(spec, world, lower, upper)
     add_general_light(spec, world.light, lower, upper)
@@ -76,26 +72,6 @@ def compile_world(world: World) -> mujoco.MjSpec:
     return spec
 
 
-def _bounds(world: World, boxes: list[WallBox]) -> tuple[Array, Array]:
-    """Return the lowest and the highest corner of all that stands on the floor, shape (3,) each [m]."""
-    points = [np.array([[*robot.at, 0.0], [*robot.at, robot.body.height]]) for robot in world.robots]
-    points += [reached(robot) for robot in world.robots if robot.arms]
-    points += [spanned(mechanism) for mechanism in world.mechanisms]
-    points += [np.array([[item.place.x, item.place.y, item.center + item.beacon.width / 2]]) for item in hung(world)]
-    if boxes:
-        outlines, tops = np.array([box.outline for box in boxes]), [box.center[2] + box.half[2] for box in boxes]
-        points.append(np.column_stack([outlines.reshape(-1, 2), np.repeat(tops, 4)]))
-    for item in world.obstacles:
-        outline = extent(item)
-        points.append(np.column_stack([outline, np.full(len(outline), top(item))]))
-    points += [np.column_stack([patch.outline(), np.zeros(4)]) for patch in world.floor.patches]
-    found = np.concatenate([*points, np.zeros((0 if points else 1, 3))])
-    lower, upper = found.min(axis=0), found.max(axis=0)
-    lower[2] = 0.0
-    # Even a bare floor has a size to look at.
-    return np.minimum(lower, upper - [1.0, 1.0, 0.0]), np.maximum(upper, lower + 1.0)
-
-
 def _set_visual(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> None:
     """Set sizes, clipping planes and the quality of pictures: flat faces need no finer cutting to be lit evenly."""
     diagonal = float(np.linalg.norm(upper - lower))
@@ -113,23 +89,9 @@ def _set_visual(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -
 
 
 def _add_overview(spec: mujoco.MjSpec, lower: Array, upper: Array) -> None:
-    """Add a camera from above at an angle, as near as it can be and still see every corner of the world."""
-    s, c = math.sin(OVERVIEW_TILT), math.cos(OVERVIEW_TILT)
-    right, up, ahead = np.array([1.0, 0, 0]), np.array([0, s, c]), np.array([0, c, -s])
-    corners = np.array([[x, y, z] for x in (lower[0], upper[0]) for y in (lower[1], upper[1]) for z in (0, upper[2])])
-    offsets = corners - (lower + upper) / 2
-    rise = math.tan(math.radians(OVERVIEW_FOV / 2)) * OVERVIEW_FILL
-    depth, height = offsets @ ahead, offsets @ up
-    # Each corner asks for a distance; those at the upper and at the lower edge alike when the view is raised so far.
-    above, below = np.max(height / rise - depth), np.max(-height / rise - depth)
-    beside = np.max(np.abs(offsets @ right) / (rise * OVERVIEW_ASPECT) - depth)
-    distance, raised = max((above + below) / 2, beside), rise * (above - below) / 2
-    spec.worldbody.add_camera(
-        name="overview",
-        pos=(lower + upper) / 2 - distance * ahead + raised * up,
-        quat=_camera_quaternion(right, up),
-        fovy=OVERVIEW_FOV,
-    )
+    """Add a camera from above at an angle that sees every corner of the world."""
+    place, right, up = overview_place(lower, upper)
+    spec.worldbody.add_camera(name="overview", pos=place, quat=_camera_quaternion(right, up), fovy=OVERVIEW_FOV)
 
 
 def _add_chase(spec: mujoco.MjSpec, robot: Robot) -> None:

@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 
 from mjsim.closing import Closes
+from mjsim.compile import overview_of
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.sim.canvas import Quality
@@ -68,6 +69,14 @@ class Playback(Closes):
         if camera.endswith("/chase"):
             bring_near(self._scene.model, self._scene.data, camera)
         return self._renderer.render(self._scene.data, camera, out)
+
+    def widen(self, reach: Array) -> None:
+        """Let the overview show what moves beyond the world as it starts.
+
+        Args:
+            reach: Corners of a box around it, world frame, shape (2, 3) [m].
+        """
+        self._scene.model.camera("overview").pos = overview_of(self._world, reach)
 
     def close(self) -> None:
         """Give back what was made for drawing; a second call does nothing."""

@@ -50,9 +50,8 @@ class Push:
         place = place_of(actuator.target, points)
         self._model, self._signal, self._at = model, signal, np.array(place.at)
         self._body = model.body(f"{mechanism.name}/{place.body}").id
-        c, s = np.cos(mechanism.heading), np.sin(mechanism.heading)
         axis = np.array(actuator.axis, dtype=float) / np.linalg.norm(actuator.axis or (0.0, 0.0, 1.0))
-        self._axis = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ axis
+        self._axis = mechanism.world_from_ground[:3, :3] @ axis
         self._is_force = isinstance(actuator, ForceActuator)
 
     def apply(self, data: mujoco.MjData, time: float) -> None:

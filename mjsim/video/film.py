@@ -17,7 +17,7 @@ from mjsim.errors import UsageError
 from mjsim.interface import Picture
 from mjsim.output import new_file, require_free
 from mjsim.record import Recording
-from mjsim.video.views import composed_pictures, plan_pictures, scene_pictures
+from mjsim.video.views import DIAGRAMS, composed_pictures, diagram_pictures, plan_pictures, scene_pictures
 from mjsim.world import View
 
 RATE = 25
@@ -47,7 +47,8 @@ def make_video(
     Args:
         recording: What is shown.
         path: The file; it is there only once the film is whole.
-        view: 'plan', 'chase', 'overview' or 'ROBOT/CAMERA' alone; all in one unless given.
+        view: 'plan', 'chase', 'overview', 'diagrams' of mechanisms, or 'ROBOT/CAMERA' alone; unless given all in one,
+            or diagrams in a world without robots.
         follow: What the close-up follows, 'truth', 'estimate' or 'nothing'; as the world says unless given.
         sightings: Whether lines lead to what is seen; as the world says unless given, and so on.
         ellipses: Whether 95 % ellipses are shown.
@@ -64,7 +65,11 @@ def make_video(
     require_film_name(path)
     require_free(path, overwrite=overwrite)
     rows = frames_between(recording, begin, end)
-    if view is None or view == "plan":
+    if view is None and not recording.robots and recording.world.mechanisms:
+        view = DIAGRAMS
+    if view == DIAGRAMS and recording.world.mechanisms:
+        pictures = diagram_pictures(recording, rows)
+    elif view is None or view == "plan":
         look = look_of(recording.world.run.view, follow, sightings, ellipses, trails)
         pictures = (composed_pictures if view is None else plan_pictures)(recording, rows, look)
     else:

@@ -26,8 +26,10 @@ from mjsim.video.ink import (
     draw_polyline,
 )
 from mjsim.video.layout import HEIGHT, MARGIN, WIDTH, Pane, arrange
+from mjsim.video.mechanisms import draw_mechanism, posed
 from mjsim.video.moment import Moment
 from mjsim.video.overlay import LIFTED, Trails, draw_moment, draw_others
+from mjsim.video.paper import Paper
 from mjsim.video.plan import bounds_with, draw_background, draw_scale_bar
 from mjsim.video.scans import mounts_of
 from mjsim.video.things import Things
@@ -97,10 +99,18 @@ class Panel:
         image[: window.shape[0], : window.shape[1]] = window
         view = self.view.part(column, row, width, height)
         self._things.draw(image, view, moment, robot=self._robot)
+        self._draw_mechanisms(image, view, moment)
         draw_others(image, view, moment, self._radii)
         draw_moment(image, view, moment, look=self._look, radius=self._radii[self._robot])
         self._arms.draw(image, view, moment, robot=self._robot)
         return view
+
+    def _draw_mechanisms(self, image: Picture, view: PlanView, moment: Moment) -> None:
+        drawing = Paper(image, view, self._letters or Letters())
+        for item in self._world.mechanisms:
+            values = moment.arms.get(item.name, item.assembly.start)
+            if np.isfinite(values).all():
+                draw_mechanism(drawing, posed(item, values))
 
 
 class Frame:

@@ -45,7 +45,8 @@ class Moment:
     looks: Looks | None = None
     """Light, and what is no longer there; as at the start unless told."""
     arms: Mapping[str, Array] = field(default_factory=dict)
-    """Values of the joints of arms by `ROBOT/ARM`, shape (joints,) [rad, m]; at their starts unless told."""
+    """Values of the joints of arms by `ROBOT/ARM`, of mechanisms by their names, shape (joints,) [rad, m]; at their
+    starts unless told."""
     scans: Mapping[str, Array] = field(default_factory=dict)
     """Where the newest scan of each lidar met something, from where the robot believed to be, shape (n, 2) [m]."""
 

@@ -35,6 +35,7 @@ def world_bounds(world: World) -> Array:
     """Return (x, y) min and (x, y) max of all that the plan shows, shape (2, 2) [m]; 10 x 10 m for an empty world."""
     outlines = [*wall_polygons(world), *(extent(obstacle) for obstacle in world.obstacles)]
     marks = [item.at for item in hung(world)] + [item.at for item in world.robots]
+    outlines += [mechanism.spanned()[:, :2] for mechanism in world.mechanisms]
     points = np.concatenate([*outlines, np.reshape(np.array(marks, dtype=float), (-1, 2))])
     if not len(points):
         return np.array([[-5.0, -5.0], [5.0, 5.0]])

@@ -10,8 +10,10 @@ from mjsim.geometry import Array, Pose
 from mjsim.interface import Picture
 from mjsim.output import require_free
 from mjsim.video.arms import draw_arm
+from mjsim.video.diagrams import diagrams_page
 from mjsim.video.ink import BEACON, INK, MUTED, PAPER, SEEN, SEMIBOLD, TRUTH, blend
 from mjsim.video.legend import draw_legend
+from mjsim.video.mechanisms import draw_mechanism, posed
 from mjsim.video.names import Tag, write_tags
 from mjsim.video.paper import Paper, blank, px, write_sheet
 from mjsim.video.plan import MOST_NAMES, world_bounds
@@ -59,6 +61,8 @@ def draw_world(
 ) -> Picture:
     """Draw the plan of a world for print: A4 at most, at a round scale, with coordinates and names.
 
+    Kinematic diagrams of mechanisms follow below it, each to its own scale.
+
     Args:
         world: What to draw.
         path: PNG or JPEG file to write as well.
@@ -76,6 +80,8 @@ def draw_world(
     if path is not None:
         require_free(Path(path), overwrite=overwrite)
     page = plan_page(world, bounds_of(world), labels=labels if names else "none")
+    if world.mechanisms:
+        page = np.concatenate([page, diagrams_page(world, page.shape[1], names=names and labels != "none")])
     if path is not None:
         write_sheet(path, page, overwrite=overwrite)
     return page
@@ -157,6 +163,8 @@ def _draw_things(plan: Paper, world: World) -> None:
         draw_path(plan, obstacle)
     for lamp in world.lamps:
         draw_lamp(plan, lamp)
+    for mechanism in world.mechanisms:
+        draw_mechanism(plan, posed(mechanism, mechanism.assembly.start))
     for robot in world.robots:
         draw_robot(plan, robot)
         for arm in robot.arms:
@@ -184,6 +192,10 @@ def _tags(plan: Paper, world: World) -> list[Tag]:
             middle = leaf_way(leaf, 0.0)[0] / 2 + np.array(leaf.hinge) / 2
             left = leaf.turn * np.array([-math.sin(leaf.closed), math.cos(leaf.closed)])
             tags.append(Tag(text=leaf.name, at=middle, side=left, reach=(0.06, 0.06), color=MUTED))
+    for mechanism in world.mechanisms:
+        low, high = mechanism.spanned()[:, :2]
+        reach = ((high[0] - low[0]) / 2, (high[1] - low[1]) / 2 + plan.metres(3.0))
+        tags.append(Tag(text=mechanism.name, at=(low + high) / 2, side=below, reach=reach, color=INK))
     for lamp in world.lamps:
         if lamp.name is not None:
             tags.append(

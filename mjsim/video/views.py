@@ -10,15 +10,27 @@ from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.record import Recording
 from mjsim.sim import SEEN_FROM_OUTSIDE, Playback
+from mjsim.video.diagrams import DiagramFrame, some_of
 from mjsim.video.frame import Frame, PlanFrame
 from mjsim.video.layout import HEIGHT, WIDTH
 from mjsim.video.moment import moments
 from mjsim.world import Camera, View
 
+DIAGRAMS = "diagrams"
+"""The view of all mechanisms as kinematic diagrams."""
+
+POSTURES = 100
+"""Of each mechanism that a view is made to show."""
+
 
 def known_views(recording: Recording) -> list[str]:
     """Return the names of the views that there are of a recording."""
-    return ["plan", "chase", "overview", *("/".join(camera) for camera in recording.cameras())]
+    return [
+        *(["plan", "chase"] if recording.robots else []),
+        "overview",
+        *([DIAGRAMS] if recording.world.mechanisms else []),
+        *("/".join(camera) for camera in recording.cameras()),
+    ]
 
 
 def composed_pictures(recording: Recording, rows: Sequence[int], look: View) -> Iterator[Picture]:
@@ -69,10 +81,20 @@ def scene_pictures(recording: Recording, rows: Sequence[int], view: str) -> Iter
             events=recording.events,
         )
     with playback:
+        if view == "overview" and len(reach := _mechanisms_reach(recording)):
+            playback.widen(np.array([reach.min(axis=0), reach.max(axis=0)]))
         picture: Picture | None = None
         for row in rows:
             picture = playback.picture(recording.qpos[row], camera, picture, time=recording.time[row])
             yield picture
+
+
+def diagram_pictures(recording: Recording, rows: Sequence[int]) -> Iterator[Picture]:
+    """Yield kinematic diagrams of all mechanisms at rows of a recording."""
+    motions = {item.name: recording.joints[item.name].positions for item in recording.world.mechanisms}
+    frame = DiagramFrame(recording.world, motions)
+    for row in rows:
+        yield frame.draw(float(recording.time[row]), {name: values[row] for name, values in motions.items()})
 
 
 def _drawn(frame: Frame | PlanFrame, recording: Recording, rows: Sequence[int]) -> Iterator[Picture]:
@@ -98,7 +120,15 @@ def _reach(recording: Recording) -> Array:
     for track in recording.robots.values():
         known = [places[np.isfinite(places).all(axis=1), :2] for places in (track.truth, track.odometry)]
         ways.append(known[0] if len(known[0]) else known[1])
-    return np.concatenate(ways)
+    return np.concatenate([*ways, _mechanisms_reach(recording)[:, :2]])
+
+
+def _mechanisms_reach(recording: Recording) -> Array:
+    """Return corners of boxes around mechanisms as they move, world frame, shape (n, 3) [m]."""
+    corners = [np.zeros((0, 3))]
+    for item in recording.world.mechanisms:
+        corners += [item.spanned(values) for values in some_of(recording.joints[item.name].positions, POSTURES)]
+    return np.concatenate(corners)
 
 
 def _sensor(recording: Recording, view: str) -> Camera | None:

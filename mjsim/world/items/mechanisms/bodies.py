@@ -16,6 +16,9 @@ if TYPE_CHECKING:  # worlds without mechanisms start without it
 DENSITY = 1000.0
 """Of a body whose mass is not given [kg/m^3]."""
 
+RIM = 24
+"""Points of the rim of a cylinder."""
+
 RollPitchYaw = Annotated[tuple[Degrees, ...], Field(strict=False, min_length=3, max_length=3)]
 
 
@@ -64,6 +67,18 @@ class _Body(Model):
     @abstractmethod
     def ends(self) -> dict[str, tuple[float, float, float]]:
         """Return its named points, frame of the shape [m]."""
+
+    @abstractmethod
+    def spans(self) -> tuple[list[tuple[float, float, float]], float]:
+        """Return points and a radius [m]: its shape is the convex hull of balls about them, frame of the shape."""
+
+    def hull(self) -> "tuple[Array, float]":
+        """Return the points of `spans` in the frame of the body, shape (n, 3) [m], and the radius of the balls [m]."""
+        import numpy as np
+
+        points, radius = self.spans()
+        frame = self.frame()
+        return np.array(points) @ frame[:3, :3].T + frame[:3, 3], radius
 
     def frame(self) -> "Array":
         """Return body_from_shape, shape (4, 4) [m]."""
@@ -134,6 +149,10 @@ class MechanismRod(_Body):
         """Return its far end [m]."""
         return {"end": (self.rod[0], 0.0, 0.0)}
 
+    def spans(self) -> tuple[list[tuple[float, float, float]], float]:
+        """Return its ends and its radius [m]."""
+        return [(0.0, 0.0, 0.0), (self.rod[0], 0.0, 0.0)], self.rod[1]
+
 
 class MechanismBox(_Body):
     """A box about the origin of its frame."""
@@ -154,6 +173,11 @@ class MechanismBox(_Body):
         """Return the middles of four faces [m]."""
         x, _, z = (size / 2 for size in self.box)
         return {"end": (x, 0.0, 0.0), "start": (-x, 0.0, 0.0), "top": (0.0, 0.0, z), "bottom": (0.0, 0.0, -z)}
+
+    def spans(self) -> tuple[list[tuple[float, float, float]], float]:
+        """Return its corners [m]."""
+        x, y, z = (size / 2 for size in self.box)
+        return [(a, b, c) for a in (-x, x) for b in (-y, y) for c in (-z, z)], 0.0
 
 
 class MechanismCylinder(_Body):
@@ -176,6 +200,13 @@ class MechanismCylinder(_Body):
         """Return the middles of its faces [m]."""
         return {"top": (0.0, 0.0, self.cylinder[1] / 2), "bottom": (0.0, 0.0, -self.cylinder[1] / 2)}
 
+    def spans(self) -> tuple[list[tuple[float, float, float]], float]:
+        """Return points of both rims [m]."""
+        radius, height = self.cylinder
+        turns = [2.0 * math.pi * number / RIM for number in range(RIM)]
+        ring = [(radius * math.cos(turn), radius * math.sin(turn)) for turn in turns]
+        return [(x, y, z) for x, y in ring for z in (-height / 2, height / 2)], 0.0
+
 
 class MechanismBall(_Body):
     """A ball about the origin of its frame."""
@@ -194,6 +225,10 @@ class MechanismBall(_Body):
     def ends(self) -> dict[str, tuple[float, float, float]]:
         """Return nothing but its centre, which all bodies have."""
         return {}
+
+    def spans(self) -> tuple[list[tuple[float, float, float]], float]:
+        """Return its centre and its radius [m]."""
+        return [(0.0, 0.0, 0.0)], self.sphere
 
 
 BODIES: dict[str, type[_Body]] = {

@@ -16,6 +16,7 @@ from mjsim.world.items.mechanisms.parts import MechanismParts
 from mjsim.world.items.mechanisms.points import GROUND
 
 if TYPE_CHECKING:  # worlds without mechanisms start without it
+    from mjsim.geometry import Array
     from mjsim.world.items.mechanisms.assembly import Assembly
 
 RESERVED = ("beacon", "ceiling", "door", "floor", "obstacle", "wall", "world")
@@ -66,10 +67,34 @@ class Mechanism(MechanismParts):
 
         return assemble(self, lambda name: read_asset(name, self._source))
 
-    @property
-    def heading(self) -> float:
-        """Where the x axis of its frame points [rad]."""
-        return math.radians(self.heading_deg)
+    @cached_property
+    def world_from_ground(self) -> "Array":
+        """Where its frame is, shape (4, 4) [m]."""
+        from mjsim.mechanics import placed
+
+        return placed((*self.at, self.elevation), (0.0, 0.0, math.radians(self.heading_deg)))
+
+    def poses(self, values: "Array | None" = None) -> dict[str, "Array"]:
+        """Return world_from_body of each body by its name, shape (4, 4) [m].
+
+        Args:
+            values: Of its joints, shape (values,) [rad, m]; those of the start unless given.
+        """
+        found = self.assembly
+        placed = found.linkage.place(found.start if values is None else values).poses
+        return {body.name: self.world_from_ground @ placed[found.number(body.name)] for body in self.bodies}
+
+    def spanned(self, values: "Array | None" = None) -> "Array":
+        """Return the corners of a box around all its bodies for some values of its joints, shape (2, 3) [m]."""
+        import numpy as np
+
+        lows, highs = [], []
+        for name, pose in self.poses(values).items():
+            points, radius = self.body(name).hull()
+            there = points @ pose[:3, :3].T + pose[:3, 3]
+            lows.append(there.min(axis=0) - radius)
+            highs.append(there.max(axis=0) + radius)
+        return np.array([np.min(lows, axis=0), np.max(highs, axis=0)])
 
     def body(self, name: str) -> MechanismBody:
         """Return a body by its name."""
