@@ -7,7 +7,7 @@ import numpy as np
 from pydantic_core import PydanticCustomError
 
 from mjsim.geometry import Array
-from mjsim.mechanics import Apart, Coincide, Linear, Rows, close, jacobian, rates
+from mjsim.mechanics import Apart, Coincide, Linear, Rows, close, jacobian, rates, tracked
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.assembly import Assembly, Motion, rank_of
 from mjsim.world.items.mechanisms.motions import Read, motions_of
@@ -62,6 +62,8 @@ def _started(mechanism: MechanismParts, found: Assembly) -> Assembly:
     """Return the assembly with its values and speeds at the start."""
     begin, held = _given(mechanism, found)
     rows = [*found.rows, *tied_rows(found, None), *driver_rows(found, 0.0)]
+    # Where a loop is cut, the joint follows what is said of the others.
+    begin = tracked(found.linkage, rows, begin, columns=_unsaid_at_cuts(mechanism, found, held))
     closed = close(found.linkage, rows, begin, held=sorted(held))
     if not closed.good:
         raise _open(mechanism, found, closed.values, closed.miss)
@@ -72,6 +74,15 @@ def _started(mechanism: MechanismParts, found: Assembly) -> Assembly:
     _check_drives(mechanism, found, closed.values)
     speeds = _speeds(mechanism, found, closed.values)
     return dataclasses.replace(found, start=closed.values, speeds=speeds)
+
+
+def _unsaid_at_cuts(mechanism: MechanismParts, found: Assembly, held: set[int]) -> list[int]:
+    """Return the columns of joints at which loops are cut that are neither given nor said to be near something."""
+    columns = list[int]()
+    for joint in mechanism.all_joints:
+        if joint.name in found.cuts and not any(joint.spread("near")):
+            columns += [column for column in found.columns[joint.name] if column not in held]
+    return columns
 
 
 def driver_rows(found: Assembly, time: float) -> list[Rows]:
