@@ -7,6 +7,7 @@ References:
     Featherstone, Rigid Body Dynamics Algorithms (2008), sections 4.1 to 4.4 and 8.2.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -78,6 +79,32 @@ class Placement:
     """A point of each column's axis, shape (values, 3)."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Passed:
+    """A primitive on the way to a body, with all that does not change with its value."""
+
+    kind: Literal["slide", "turn", "ball"]
+    part: slice
+    """Its columns."""
+    sign: float
+    axis: Array
+    """As it is passed, shape (3,)."""
+    skew: Array
+    """Of the axis, shape (3, 3)."""
+    square: Array
+    """Of that, shape (3, 3)."""
+
+
+def _passed(joint: TreeJoint) -> list[_Passed]:
+    found = []
+    for primitive, column in zip(joint.primitives, joint.columns(), strict=True):
+        x, y, z = axis = joint.sign * np.array(primitive.axis)
+        skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        part = slice(column, column + primitive.width)
+        found.append(_Passed(kind=primitive.kind, part=part, sign=joint.sign, axis=axis, skew=skew, square=skew @ skew))
+    return found
+
+
 class Linkage:
     """A tree of bodies; body 0 is the ground, body k + 1 is placed by joint k, and parents come first."""
 
@@ -96,6 +123,10 @@ class Linkage:
             width = sum(primitive.width for primitive in joint.primitives)
             self.moves[number] = self.moves[joint.parent]
             self.moves[number, joint.first : joint.first + width] = True
+        self._ways = [_passed(joint) for joint in joints]
+        self._slides = np.zeros(self.size, dtype=bool)
+        for each in (each for way in self._ways for each in way):
+            self._slides[each.part] = each.kind == "slide"
 
     def place(self, values: Array) -> Placement:
         """Return where all bodies are.
@@ -104,17 +135,27 @@ class Linkage:
             values: Of the joints, shape (values,) [rad, m].
         """
         poses = np.tile(np.eye(4), (len(self.joints) + 1, 1, 1))
-        slides, axes, anchors = np.zeros(self.size, dtype=bool), np.zeros((self.size, 3)), np.zeros((self.size, 3))
-        for number, joint in enumerate(self.joints, start=1):
+        axes, anchors = np.zeros((self.size, 3)), np.zeros((self.size, 3))
+        for number, (joint, way) in enumerate(zip(self.joints, self._ways, strict=True), start=1):
             pose = poses[joint.parent] @ joint.before
-            for primitive, column in zip(joint.primitives, joint.columns(), strict=True):
-                part = slice(column, column + primitive.width)
-                slides[part], anchors[part] = primitive.kind == "slide", pose[:3, 3]
-                motion, local = moved(primitive, joint.sign, values[part])
-                axes[part] = local @ pose[:3, :3].T
-                pose = pose @ motion
+            turned, at = pose[:3, :3], pose[:3, 3]
+            for each in way:
+                anchors[each.part] = at
+                if each.kind == "ball":
+                    vector = each.sign * values[each.part]
+                    axes[each.part] = each.sign * left_jacobian(vector).T @ turned.T
+                    turned = turned @ rotation_of(vector)
+                    continue
+                value = float(values[each.part.start])
+                axes[each.part] = turned @ each.axis
+                if each.kind == "slide":
+                    at = at + axes[each.part.start] * value
+                else:
+                    # Rodrigues' formula.
+                    turned = turned + turned @ (math.sin(value) * each.skew + (1.0 - math.cos(value)) * each.square)
+            pose[:3, :3], pose[:3, 3] = turned, at
             poses[number] = pose @ joint.after
-        return Placement(poses=poses, slides=slides, axes=axes, anchors=anchors)
+        return Placement(poses=poses, slides=self._slides, axes=axes, anchors=anchors)
 
     def point_jacobian(self, placed: Placement, body: int, point: Array) -> Array:
         """Return how a point of a body moves with the values, shape (3, values).
@@ -132,27 +173,6 @@ class Linkage:
         """Return how a body turns with the values, in the frame of the ground, shape (3, values)."""
         turning = self.moves[body] & np.logical_not(placed.slides)
         return np.asarray((placed.axes * turning[:, None]).T)
-
-
-def moved(primitive: Primitive, sign: float, value: Array) -> tuple[Array, Array]:
-    """Return the motion of a primitive, shape (4, 4), and its axes before it, shape (width, 3).
-
-    Args:
-        primitive: Which.
-        sign: -1 for its inverse.
-        value: Shape (width,) [rad, m].
-    """
-    motion = np.eye(4)
-    if primitive.kind == "ball":
-        vector = sign * np.asarray(value)
-        motion[:3, :3] = rotation_of(vector)
-        return motion, sign * left_jacobian(vector).T
-    axis = sign * np.array(primitive.axis)
-    if primitive.kind == "slide":
-        motion[:3, 3] = axis * value[0]
-    else:
-        motion[:3, :3] = rotation_of(axis * value[0])
-    return motion, axis[None]
 
 
 def left_jacobian(vector: Array) -> Array:

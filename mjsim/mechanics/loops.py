@@ -18,6 +18,10 @@ CLOSE_ENOUGH = 1e-10
 """Residuals below this are none [rad, m]."""
 ROUNDS, STARTS = 60, 6
 """Steps of Newton's method from one start, and starts that are tried."""
+EFFORT, LEAST_EFFORT = 8000, 40
+"""How often joints may be placed in one search, and residuals worked out at least: it must end within a second."""
+SLOW, PATIENCE = 0.995, 4
+"""A start is given up after so many steps in a row that leave more than this share of the residuals."""
 LONGEST_STEP = 0.6
 """Of Newton's method in one value [rad, m]."""
 NO_RANK = 1e-9
@@ -143,7 +147,7 @@ def jacobian(linkage: Linkage, rows: Sequence[Rows], values: Array) -> Array:
 
 
 def close(linkage: Linkage, rows: Sequence[Rows], values: Array, *, held: Sequence[int] = ()) -> Closed:
-    """Return values for which all rows hold, near those given.
+    """Return values for which all rows hold, near those given; as near to holding as can be where none are found.
 
     Args:
         linkage: The bodies.
@@ -152,22 +156,41 @@ def close(linkage: Linkage, rows: Sequence[Rows], values: Array, *, held: Sequen
         held: Columns that stay as they are.
     """
     free = np.setdiff1d(np.arange(linkage.size), np.array(held, dtype=int))
-    rng = np.random.default_rng(0)
-    best = _newton(linkage, rows, values, free)
+    rng, left = np.random.default_rng(0), max(EFFORT // max(len(linkage.joints), 1), LEAST_EFFORT)
+    best, used = _newton(linkage, rows, values, free, effort=left)
     for _ in range(STARTS):
-        if best.good or not len(free):
+        left -= used
+        if best.good or not len(free) or left <= 0:
             break
         begin = values.copy()
         begin[free] += rng.uniform(-1.5, 1.5, len(free))
-        found = _newton(linkage, rows, begin, free)
+        found, used = _newton(linkage, rows, begin, free, effort=left)
         best = min(best, found, key=lambda each: each.miss)
-    return best
+    return best if best.good or not len(free) else _nearest(linkage, rows, best.values, free)
+
+
+def _nearest(linkage: Linkage, rows: Sequence[Rows], values: Array, free: Array) -> Closed:
+    """Return values for which the sum of the squares of all residuals is least, near those given."""
+    from scipy.optimize import least_squares
+
+    def whole(part: Array) -> Array:
+        found = values.copy()
+        found[free] = part
+        return found
+
+    found = least_squares(
+        lambda part: residual(linkage, rows, whole(part)),
+        values[free],
+        jac=lambda part: jacobian(linkage, rows, whole(part))[:, free],
+        max_nfev=max(EFFORT // (8 * max(len(linkage.joints), 1)), LEAST_EFFORT),
+    )
+    return Closed(values=whole(found.x), miss=float(np.abs(found.fun).max(initial=0.0)))
 
 
 def followed(linkage: Linkage, rows: Sequence[Rows], values: Array, *, held: Sequence[int] = ()) -> Closed:
     """Return values at which rows hold as nearly as they can, close to those given: as `close`, from one start."""
     free = np.setdiff1d(np.arange(linkage.size), np.array(held, dtype=int))
-    return _newton(linkage, rows, values, free)
+    return _newton(linkage, rows, values, free, effort=EFFORT)[0]
 
 
 def tracked(linkage: Linkage, rows: Sequence[Rows], values: Array, *, columns: Sequence[int]) -> Array:
@@ -188,12 +211,19 @@ def tracked(linkage: Linkage, rows: Sequence[Rows], values: Array, *, columns: S
     return values
 
 
-def _newton(linkage: Linkage, rows: Sequence[Rows], values: Array, free: Array) -> Closed:
-    """Return where Newton's method comes to from one start; each step is halved until it helps."""
-    values = values.copy()
+def _newton(linkage: Linkage, rows: Sequence[Rows], values: Array, free: Array, *, effort: int) -> tuple[Closed, int]:
+    """Return where Newton's method comes to from one start; each step is halved until it helps.
+
+    Returns:
+        closed: The values.
+        used: How often the residuals were worked out; no more often than `effort`, or little more.
+    """
+    values, used, slow = values.copy(), 1, 0
     missed = residual(linkage, rows, values)
     for _ in range(ROUNDS):
         if not len(missed) or np.abs(missed).max() < CLOSE_ENOUGH * 1e-3 or not len(free):
+            break
+        if used > effort or slow == PATIENCE:
             break
         step = solved(jacobian(linkage, rows, values)[:, free], -missed)
         step *= min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), 1e-300))
@@ -202,14 +232,16 @@ def _newton(linkage: Linkage, rows: Sequence[Rows], values: Array, free: Array) 
             tried = values.copy()
             tried[free] += size * step
             missed = residual(linkage, rows, tried)
+            used += 1
             if np.linalg.norm(missed) < before:
                 break
             size *= 0.5
         if size <= 1e-3:
             missed = residual(linkage, rows, values)
             break
+        slow = slow + 1 if np.linalg.norm(missed) > SLOW * before else 0
         values = tried
-    return Closed(values=values, miss=float(np.abs(missed).max(initial=0.0)))
+    return Closed(values=values, miss=float(np.abs(missed).max(initial=0.0))), used
 
 
 def solved(matrix: Array, right: Array) -> Array:

@@ -18,6 +18,8 @@ from mjsim.world.items.mechanisms.sensed import check_sensors
 from mjsim.world.items.mechanisms.ties import couplings_of, rods_of, tied_rows
 from mjsim.world.items.mechanisms.tree import Points, linkage_of, places_of, tree_of, values_of
 
+TURNED = 0.05
+"""Angles below this are not told of a loop that does not close [deg]."""
 SAME = 1e-6
 """Values at the start that differ less are the same [rad, m]."""
 
@@ -133,7 +135,7 @@ def _open(mechanism: MechanismParts, found: Assembly, values: Array, miss: float
         if np.abs(missed).max() >= far:
             worst, far = name, float(np.abs(missed).max())
             turned = math.degrees(float(np.linalg.norm(missed[3:])))
-            how = f"{np.linalg.norm(missed[:3]):.4g} m" + (f" and {turned:.4g} degrees" if turned > 1e-6 else "")
+            how = f"{np.linalg.norm(missed[:3]):.4g} m" + (f" and {turned:.4g} degrees" if turned > TURNED else "")
     if not worst:
         return fault(
             f"the start values miss what the constraints ask for by {miss:.4g}; leave some of them out", "joints"
