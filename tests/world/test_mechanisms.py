@@ -84,7 +84,8 @@ MISTAKES = [
     (
         "rod: [3.5, 0.05]",
         "rod: [8.5, 0.05]",
-        "10:9: the loop at joint 'q5' does not close with these lengths and start values: it misses by 2.341 m; change them, or leave out the start of a joint in it",
+        "10:9: the loop at joint 'q5' does not close with these lengths and start values: it misses by 2.341 m; change "
+        "them, or leave out the start of a joint in it",
     ),
     (
         "of: [crank.end, coupler]",
