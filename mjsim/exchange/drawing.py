@@ -52,6 +52,8 @@ class Line:
     """Number of the drawn shape, of which this may be one of several outlines."""
     dark: float | None = None
     """How dark its inside is filled, 0 to 1; None when it is not."""
+    blank: bool = False
+    """Whether it is painted in the colour of the paper, and hides what is drawn before it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -29,6 +29,8 @@ COVERED = 0.3
 """A pair of which longer parallel walls cover more is none."""
 COMMON, ALIKE = 0.08, 0.015
 """A usual thickness is that of this share of the length of all pairs; others count when they differ by less [m]."""
+ROOM, ENCLOSED = 1.5, 0.25
+"""A closed line is that of a room when it is as wide [m], and so much of it is faces of walls [share of its length]."""
 WIDEST_GAP = 0.7
 """Over which a wall goes on when one of its faces does [m]."""
 
@@ -198,6 +200,30 @@ def continued(bars: Sequence[Bar], pieces: Pieces) -> list[Bar]:
         joints = [joined(bars[one], bars[other]) for one, other in pairs]
         bars = [bar for index, bar in enumerate(bars) if index not in taken] + joints
     return bars
+
+
+def sides_of_rooms(rings: Sequence[Array], bars: Sequence[Bar], pieces: Pieces) -> Cells:
+    """Return which pieces are sides of rooms: outlines of which other sides are faces of walls, shape (n,).
+
+    Args:
+        rings: Corners of closed lines, shape (n, 2) each [m].
+        bars: Walls between two faces.
+        pieces: Straight lines.
+    """
+    import shapely
+
+    large = [shapely.Polygon(ring) for ring in rings if len(ring) > 3 and np.ptp(ring, axis=0).min() >= ROOM]
+    if not large or not bars:
+        return np.zeros(len(pieces.ends), dtype=bool)
+    walls = shapely.union_all([shapely.Polygon(bar.outline(grown=TOUCHING)) for bar in bars])
+    shares = [room.exterior.intersection(walls).length / room.exterior.length for room in large]
+    rooms = [room.exterior for room, share in zip(large, shares, strict=True) if share >= ENCLOSED]
+    if not rooms:
+        return np.zeros(len(pieces.ends), dtype=bool)
+    places = np.concatenate([pieces.ends, pieces.ends.mean(axis=1, keepdims=True)], axis=1).reshape(-1, 2)
+    on = np.zeros(len(places), dtype=bool)
+    on[shapely.STRtree(rooms).query(shapely.points(places), predicate="dwithin", distance=TOUCHING)[0]] = True
+    return np.asarray(on.reshape(-1, 3).all(axis=1))
 
 
 def joined(one: Bar, other: Bar) -> Bar:

@@ -1,6 +1,8 @@
 """Walls drawn as filled shapes: each side that faces another through the fill is the face of a wall; in metres."""
 
-from collections.abc import Sequence
+import itertools
+import math
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +11,8 @@ from mjsim.exchange.drawing import Line
 from mjsim.exchange.faces import continued, merged, paired
 from mjsim.exchange.shapes import Bar, fitted_rectangle
 from mjsim.exchange.strokes import split
+from mjsim.geometry import Array
+from mjsim.world import Wall, World, solid
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -19,12 +23,18 @@ NARROW = 0.6
 """Twice the area of a wall's shape by its circumference at most: it is about as thick [m]."""
 SLENDER = 2.0
 """A filled rectangle that is so many times as long as wide is a wall."""
+SLACK = 0.015
+"""What a wall covers is a little more than its outline [m]."""
+NARROWEST = 0.03
+"""Slabs are wider [m]."""
+JAGGED, SLANTED = 0.03, 0.15
+"""A rectangle stands for a part when its sides are so near to the part's on average; else the part is cut [m]."""
 COLUMN = 1.2
 """A filled shape that is no larger, and not slender, is a column [m]."""
 
 
-def bars_of_filled(lines: Sequence[Line]) -> tuple[list[Bar], list[Line]]:
-    """Return the walls that filled shapes are, and the lines of those that are columns."""
+def bars_of_filled(lines: Sequence[Line]) -> tuple[list[Bar], list[Line], "BaseGeometry"]:
+    """Return the walls that filled shapes are, the lines of those that are columns, and what all others cover."""
     bars: list[Bar] = []
     columns: list[Line] = []
     rest: list[Line] = []
@@ -41,14 +51,58 @@ def bars_of_filled(lines: Sequence[Line]) -> tuple[list[Bar], list[Line]]:
             rest.append(line)
     shape = _narrow(rest)
     if shape.is_empty:
-        return bars, columns
+        return bars, columns, shape
     import shapely
 
     rings = [ring for part in shapely.get_parts(shape) for ring in (part.exterior, *part.interiors)]
     pieces, _ = split([shapely.get_coordinates(ring)[:-1] for ring in rings], [True] * len(rings))
     pieces = merged(pieces)
-    found = paired(pieces, solid=shape.buffer(0.005))
-    return [*bars, *continued(found.bars, pieces)], columns
+    walls = continued(paired(pieces, solid=shape.buffer(0.005)).bars, pieces)
+    return [*bars, *walls], columns, shape
+
+
+def rest_of_filled(shape: "BaseGeometry", walls: Sequence[Wall]) -> list[Line]:
+    """Return rectangles that cover what is filled and no part of a wall: piers, shafts, what is thick at corners."""
+    import shapely
+
+    if shape.is_empty:
+        return []
+    longest = max((segment for wall in walls for segment in wall.segments()), key=lambda ends: math.dist(*ends))
+    heading = math.atan2(longest[1][1] - longest[0][1], longest[1][0] - longest[0][0])
+    whole = World(walls=tuple(wall.model_copy(update={"openings": ()}) for wall in walls))
+    covered = solid(whole).buffer(SLACK, join_style="mitre")
+    # Slivers are taken away, and sharp corners stay.
+    left = shape.difference(covered).buffer(-SLACK, join_style="mitre").buffer(SLACK, join_style="mitre")
+    c, s = np.cos(heading), np.sin(heading)
+    turned = shapely.transform(left, lambda points: points @ [[c, -s], [s, c]])
+    corners = [box for part in shapely.get_parts(turned) for box in _slabs(part)]
+    # Each is a thing of its own, however near they are.
+    return [Line(box @ [[c, s], [-s, c]], closed=True, part=-number) for number, box in enumerate(corners, start=1)]
+
+
+def _slabs(polygon: "BaseGeometry") -> Iterator[Array]:
+    """Yield rectangles along the axes, corners in shape (4, 2), that cover a polygon; narrow ones where it slants."""
+    import shapely
+
+    places = np.unique(shapely.get_coordinates(polygon)[:, 0])
+    places = places[np.diff(places, prepend=-np.inf) > NARROWEST]
+    low, high = polygon.bounds[1], polygon.bounds[3]
+    for left, right in itertools.pairwise(places.tolist()):
+        for first, last in itertools.pairwise(np.linspace(left, right, _steps(polygon, left, right) + 1).tolist()):
+            for part in shapely.get_parts(polygon.intersection(shapely.box(first, low, last, high))):
+                if min(part.bounds[2] - part.bounds[0], part.bounds[3] - part.bounds[1]) > NARROWEST:
+                    yield shapely.get_coordinates(shapely.box(*part.bounds))[:4]
+
+
+def _steps(polygon: "BaseGeometry", left: float, right: float) -> int:
+    """Return into how many slabs a polygon is cut between two places, so that their ends keep to its outline."""
+    import shapely
+
+    part = polygon.intersection(shapely.box(left, polygon.bounds[1], right, polygon.bounds[3]))
+    boxes = [shapely.box(*each.bounds) for each in shapely.get_parts(part)]
+    level = sum(box.area - each.area for box, each in zip(boxes, shapely.get_parts(part), strict=True))
+    jagged = level > JAGGED * sum(box.length for box in boxes)
+    return max(1, math.ceil((right - left) / SLANTED)) if jagged else 1
 
 
 def _alone(lines: Sequence[Line]) -> set[int]:

@@ -1,4 +1,4 @@
-"""How dark a colour of a drawing is."""
+"""How dark a colour of a drawing is, and how much it hides."""
 
 import re
 
@@ -32,6 +32,21 @@ def darkness_of(color: str | None) -> float:
         values = re.findall(r"([\d.]+)(%?)", text)[:3]
         return _darkness(*(min(1.0, float(value) / (100 if percent else 255)) for value, percent in values))
     return 0.5
+
+
+def opacity_of(color: str | None) -> float:
+    """Return how little a colour lets through, 0 to 1: `rgba(...)`, `#rrggbbaa`, and 1 for all others."""
+    text = (color or "").strip().lower()
+    if found := re.fullmatch(r"#(?:[0-9a-f]{3}([0-9a-f])|[0-9a-f]{6}([0-9a-f]{2}))", text):
+        return int(found[1] * 2 if found[1] else found[2], 16) / 255
+    numbers = re.findall(r"[\d.]+%?", text) if text.startswith(("rgba", "hsla", "rgb(")) else []
+    return share_of(numbers[3]) if len(numbers) == 4 else 1.0
+
+
+def share_of(text: str | None) -> float:
+    """Return a share, 0 to 1, as a number or in percent; 1 when there is none."""
+    found = re.fullmatch(r"\s*(\d*\.?\d+)(%?)\s*", text or "")
+    return min(1.0, float(found[1]) / (100.0 if found[2] else 1.0)) if found else 1.0
 
 
 def _darkness(red: float, green: float, blue: float) -> float:

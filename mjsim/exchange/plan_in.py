@@ -12,7 +12,6 @@ from mjsim.exchange.corners import runs_of
 from mjsim.exchange.curves import curves_of, walls_of, without_curves
 from mjsim.exchange.drawing import (
     MOST_CORNERS,
-    THINNEST,
     Drawing,
     Line,
     corner_and_scale,
@@ -20,16 +19,25 @@ from mjsim.exchange.drawing import (
     joined,
     wall_along,
 )
-from mjsim.exchange.faces import Paired, continued, merged, paired
-from mjsim.exchange.filled import DARK, bars_of_filled
+from mjsim.exchange.faces import Paired, continued, merged, paired, sides_of_rooms
+from mjsim.exchange.filled import DARK, bars_of_filled, rest_of_filled
 from mjsim.exchange.furnishing import HEIGHT, Outline, Thing, column_of, distinct_outlines, outlines_of, thing_of
 from mjsim.exchange.maps import DIGITS, WALL_HEIGHT, distinct
 from mjsim.exchange.openings import WIDEST, Hole, doors_and_windows, lines_through, with_openings
-from mjsim.exchange.outside import without_frames, without_outliers
+from mjsim.exchange.patches import painted_over
 from mjsim.exchange.roles import Role
 from mjsim.exchange.shapes import Bar
+from mjsim.exchange.sorting import (
+    SortedLines,
+    by_pen,
+    cleared,
+    length_of_lines,
+    sorted_lines,
+    with_large_rooms,
+    with_rooms,
+)
 from mjsim.exchange.strokes import Arc, Pieces, patterned, split
-from mjsim.exchange.symbols import PANES, with_symbols, without_leaves
+from mjsim.exchange.symbols import LEAF, PANES, with_symbols, without_leaves
 from mjsim.geometry import Array
 from mjsim.world import Wall, World, solid
 
@@ -47,6 +55,8 @@ DOUBLED = 0.03
 """Lines that lie on each other are made one when they are so much of all [share of the length]."""
 BROAD = 0.5
 """Where no names say what walls are, hair lines are none when broad lines are so many times as long as they are."""
+MOSTLY = 2.0
+"""Where filled walls are so many times as long as others that no name says, these are none."""
 TWICE = 0.8
 """A wall of which filled shapes cover so much is one of them [share of its area]."""
 _LEFT: dict[Role | None, str] = {"note": "lines of notes", "stairs": "lines of stairs"}
@@ -64,21 +74,6 @@ class FloorPlan:
     """The place of the drawing that is [0, 0] in the world [units of the drawing]."""
     notes: Sequence[str]
     """What was made of what, and what was left out."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Sorted:
-    """The lines of a drawing in metres, by what they are."""
-
-    walls: list[Line]
-    doors: list[Line]
-    windows: list[Line]
-    furniture: list[Line]
-    columns: list[Line]
-    others: list[Line]
-    """Of which no name says what they are."""
-    named: bool
-    """Whether names say which lines are walls."""
 
 
 def read_plan(
@@ -101,7 +96,7 @@ def read_plan(
     Raises:
         UsageError: It has no lines, too many, or no size of a building.
     """
-    lines = [line for line in drawing.lines if len(line.points) > 1]
+    lines = with_rooms([line for line in drawing.lines if len(line.points) > 1])
     walls = [line for line in lines if line.role == "wall"] or [line for line in lines if line.role is None]
     if not walls:
         raise UsageError(f"'{drawing.name}' has no lines to make walls of; draw each wall as a line")
@@ -110,11 +105,13 @@ def read_plan(
     _, metres = corner_and_scale(drawing, walls, scale)
     counts = Counter(_LEFT[line.role] for line in lines if line.role in _LEFT)
     lines = [replace(line, points=line.points * metres, width=line.width * metres) for line in lines]
-    sorted_lines = _sorted(with_symbols(lines))
-    if not sorted_lines.named:
-        sorted_lines = _cleared(sorted_lines, counts)
-    corner = np.concatenate([line.points for line in sorted_lines.walls]).min(axis=0)
-    moved = _moved(sorted_lines, corner)
+    found = sorted_lines(with_symbols(with_large_rooms(lines)))
+    if not found.walls:
+        raise UsageError(f"'{drawing.name}' has no lines to make walls of but white ones; draw walls in another colour")
+    if not found.named:
+        found = cleared(found, counts)
+    corner = np.concatenate([line.points for line in found.walls]).min(axis=0)
+    moved = found.moved(corner)
     made, holes = _walls(moved, thickness, counts)
     if not made:
         raise UsageError(f"'{drawing.name}' has no line that is longer than a centimetre at {metres:g} m to the unit")
@@ -127,71 +124,33 @@ def read_plan(
     return FloorPlan(world, metres, (place[0], place[1]), [*_said(counts), *drawing.notes])
 
 
-def _sorted(lines: Sequence[Line]) -> _Sorted:
-    """Return lines by their roles; those without one are walls when no line is."""
-    by_role: dict[str | None, list[Line]] = {}
-    for line in lines:
-        by_role.setdefault(line.role, []).append(line)
-    known = "wall" in by_role
-    nothing = by_role.get(None, [])
-    return _Sorted(
-        walls=by_role["wall"] if known else nothing,
-        doors=by_role.get("door", []),
-        windows=by_role.get("window", []),
-        furniture=by_role.get("furniture", []),
-        columns=by_role.get("column", []),
-        others=nothing if known else [],
-        named=known,
-    )
-
-
-def _cleared(lines: _Sorted, counts: Counter[str]) -> _Sorted:
-    """Return lines whose walls no name tells, without frames of the sheet and what lies outside of the building."""
-    walls = without_frames(lines.walls)
-    counts["lines of a frame"] += len(lines.walls) - len(walls)
-    inner = without_outliers(walls)
-    counts["lines outside of the building"] += len(walls) - len(inner)
-    return replace(lines, walls=inner)
-
-
-def _moved(lines: _Sorted, corner: Array) -> _Sorted:
-    """Return lines with a place of the drawing at [0, 0]."""
-
-    def move(group: list[Line]) -> list[Line]:
-        return [replace(line, points=line.points - corner) for line in group]
-
-    return _Sorted(
-        walls=move(lines.walls),
-        doors=move(lines.doors),
-        windows=move(lines.windows),
-        furniture=move(lines.furniture),
-        columns=move(lines.columns),
-        others=move(lines.others),
-        named=lines.named,
-    )
-
-
-def _walls(lines: _Sorted, thickness: float | None, counts: Counter[str]) -> tuple[list[Wall], list[Hole]]:
+def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) -> tuple[list[Wall], list[Hole]]:
     """Return walls and the holes in them."""
-    hair, broad, filled = _by_pen(lines.walls)
-    solid_bars, columns = bars_of_filled(filled)
+    pens = by_pen(lines.walls)
+    solid_bars, columns, inside = bars_of_filled(pens.filled)
     lines.columns.extend(columns)
-    strokes, rings = [line.points for line in hair], [line.closed for line in hair]
+    strokes, rings = [line.points for line in pens.hair], [line.closed for line in pens.hair]
     curves = curves_of(strokes, rings)
     pieces, arcs = without_curves(*split(strokes, rings), curves)
-    all_arcs = [*arcs, *_arcs(lines)]
+    all_arcs = [*arcs, *_arcs([*lines.doors, *lines.others, *pens.light])]
     pieces = without_leaves(pieces, all_arcs)
+    solid_bars = [
+        bar for bar in solid_bars if bar.width > LEAF or len(without_leaves(_as_pieces([bar]), all_arcs).ends)
+    ]
     pattern, patterns = patterned(pieces)
     counts["hatches and stairs"] += patterns
     pieces = merged(pieces.where(~pattern))
     found = paired(pieces, usual_only=not lines.named)
     faced = float(pieces.lengths[found.faces].sum()) >= BY_FACES * max(1e-9, float(pieces.lengths.sum())) or curves
     bars = [*solid_bars]
-    straight = list(broad)
-    if faced or (filled and not lines.named):
-        bars += _outside_of(_continued_walls(found, pieces, lines, counts), solid_bars, pieces)
-    elif lines.named or _length(broad) < BROAD * _length(hair):
-        straight += _without(hair, arcs)
+    straight = list(pens.broad)
+    if faced or (solid_bars and not lines.named):
+        seen = _outside_of(_continued_walls(found, pieces, lines, counts), solid_bars, pieces)
+        inked = not lines.named and _total(solid_bars) > MOSTLY * _total(seen)
+        counts["pairs of lines beside filled walls"] += len(seen) if inked else 0
+        bars += [] if inked else seen
+    elif lines.named or length_of_lines(pens.broad) < BROAD * length_of_lines(pens.hair):
+        straight += _without(pens.hair, arcs)
     singles = _by_lines(straight, thickness)
     doors = [outline.points for outline in outlines_of(lines.doors, "door")]
     windows = [outline.points for outline in outlines_of(lines.windows, "window")]
@@ -199,7 +158,16 @@ def _walls(lines: _Sorted, thickness: float | None, counts: Counter[str]) -> tup
     panes = _joined_pieces(pieces, lines)
     bars, holes = doors_and_windows(bars, panes, all_arcs, doors, windows)
     _, more = doors_and_windows(seen, panes, all_arcs, doors, windows) if seen else ([], [])
-    return [*_by_bars(bars, thickness), *walls_of(curves, bars, thickness), *singles], [*holes, *more]
+    more += painted_over(solid_bars, lines.patches, pens.filled, filled=True)
+    more += painted_over([bar for bar in [*bars, *seen] if bar not in solid_bars], lines.patches, lines.walls)
+    walls = [*_by_bars(bars, thickness), *walls_of(curves, bars, thickness), *singles]
+    if walls and thickness is None:
+        lines.columns.extend(rest_of_filled(inside, walls))
+    return walls, [*holes, *more]
+
+
+def _total(bars: Sequence[Bar]) -> float:
+    return sum(bar.length for bar in bars)
 
 
 def _outside_of(bars: Sequence[Bar], filled: Sequence[Bar], pieces: Pieces) -> list[Bar]:
@@ -218,44 +186,18 @@ def _outside_of(bars: Sequence[Bar], filled: Sequence[Bar], pieces: Pieces) -> l
     return found
 
 
-def _by_pen(lines: Sequence[Line]) -> tuple[list[Line], list[Line], list[Line]]:
-    """Return hair lines, lines drawn as broad as a wall is thick, and shapes that are filled."""
-    inked = any(_is_filled(line) and (line.dark or 0.0) >= DARK for line in lines)
-    filled = [line for line in lines if _is_filled(line) and (inked or line.width == 0.0)]
-    chosen = {id(line) for line in filled}
-    drawn = [line for line in lines if id(line) not in chosen]
-    broad = [line for line in drawn if line.width >= THINNEST]
-    hair = [line for line in drawn if line.width < THINNEST]
-    if broad and _are_faces(broad):
-        return [*hair, *broad], [], filled
-    return hair, broad, filled
-
-
-def _is_filled(line: Line) -> bool:
-    return len(line.points) > 2 and line.dark is not None
-
-
-def _length(lines: Sequence[Line]) -> float:
-    """Return how long lines are together."""
-    closed = [np.concatenate([line.points, line.points[:1]]) if line.closed else line.points for line in lines]
-    return sum(float(np.hypot(*np.diff(points, axis=0).T).sum()) for points in closed)
-
-
-def _are_faces(lines: Sequence[Line]) -> bool:
-    """Say whether broad lines lie in pairs that are clearly farther apart than they are broad."""
-    pieces, _ = split([line.points for line in lines], [line.closed for line in lines])
-    pieces = merged(pieces)
-    found = paired(pieces)
-    width = float(np.median([line.width for line in lines]))
-    share = float(pieces.lengths[found.faces].sum()) / max(1e-9, float(pieces.lengths.sum()))
-    return share > 0.6 and bool(found.bars) and float(np.median([bar.width for bar in found.bars])) >= 2.5 * width
-
-
-def _continued_walls(found: Paired, pieces: Pieces, lines: _Sorted, counts: Counter[str]) -> list[Bar]:
+def _continued_walls(found: Paired, pieces: Pieces, lines: SortedLines, counts: Counter[str]) -> list[Bar]:
     """Return the walls of pairs of faces, and those of single lines where names say that these are walls."""
     bars = continued(found.bars, pieces)
     left = pieces.where(~found.faces)
     long = left.where(left.lengths >= ALONE)
+    if not lines.named:
+        rings = [line.points for line in lines.walls if line.closed]
+        of_room = sides_of_rooms(rings, found.bars, long)
+        if of_room.any():
+            bars = continued([*bars, *(Bar(*_bar_values(ends)) for ends in long.ends[of_room])], pieces)
+        counts["walls drawn by one line"] += int(of_room.sum())
+        long = long.where(~of_room)
     if lines.named and len(long.ends):
         single = [Bar(*_bar_values(ends)) for ends in long.ends]
         counts["walls drawn by one line"] += len(single)
@@ -263,6 +205,11 @@ def _continued_walls(found: Paired, pieces: Pieces, lines: _Sorted, counts: Coun
     else:
         counts["lines without a second face"] += len(long.ends)
     return bars
+
+
+def _as_pieces(bars: Sequence[Bar]) -> Pieces:
+    """Return the middle lines of walls."""
+    return Pieces(np.array([bar.ends for bar in bars]).reshape(-1, 2, 2), np.arange(len(bars)))
 
 
 def _bar_values(ends: Array) -> tuple[float, float, float, float, float]:
@@ -277,13 +224,12 @@ def _without(lines: Sequence[Line], arcs: Sequence[Arc]) -> list[Line]:
     return [line for index, line in enumerate(lines) if index not in swings]
 
 
-def _arcs(lines: _Sorted) -> list[Arc]:
+def _arcs(lines: Sequence[Line]) -> list[Arc]:
     """Return the ways of leaves among lines that are no walls."""
-    others = [*lines.doors, *lines.others]
-    return split([line.points for line in others], [line.closed for line in others])[1]
+    return split([line.points for line in lines], [line.closed for line in lines])[1]
 
 
-def _joined_pieces(pieces: Pieces, lines: _Sorted) -> Pieces:
+def _joined_pieces(pieces: Pieces, lines: SortedLines) -> Pieces:
     """Return all straight lines that may be panes of windows."""
     others, _ = split([line.points for line in lines.windows], [line.closed for line in lines.windows])
     return Pieces(np.concatenate([pieces.ends, others.ends]), np.concatenate([pieces.owner, others.owner]))
@@ -339,7 +285,7 @@ def _bars_of_walls(walls: Sequence[Wall]) -> list[Bar]:
     return found
 
 
-def _things(lines: _Sorted, walls: Sequence[Wall], furniture: bool, counts: Counter[str]) -> list[Thing]:
+def _things(lines: SortedLines, walls: Sequence[Wall], furniture: bool, counts: Counter[str]) -> list[Thing]:
     """Return columns, and furniture if it is wanted."""
     columns = outlines_of(lines.columns, "column")
     things = [thing for n, outline in enumerate(columns, start=1) if (thing := column_of(outline, n)) is not None]
@@ -358,13 +304,14 @@ def _things(lines: _Sorted, walls: Sequence[Wall], furniture: bool, counts: Coun
     return things
 
 
-def _furniture(lines: _Sorted, walls: Sequence[Wall]) -> list[Outline]:
+def _furniture(lines: SortedLines, walls: Sequence[Wall]) -> list[Outline]:
     """Return what names say is furniture, and closed shapes and blocks of its size that are no part of walls."""
     import shapely
 
     unnamed = [*lines.others, *([] if lines.named else lines.walls)]
     small = [line for line in unnamed if float(np.ptp(line.points, axis=0).max()) <= BY_SIZE[1]]
     closed = [line for line in small if (line.closed or line.part) and (line.dark or 0.0) < DARK]
+    closed = [line for line in closed if line.part or not _arcs([line])]
     shape = solid(World(walls=tuple(walls)))
     # What an opening leaves of a wall is still the wall's.
     whole = solid(World(walls=tuple(wall.model_copy(update={"openings": ()}) for wall in walls)))

@@ -5,7 +5,7 @@ import unicodedata
 from collections.abc import Iterable
 from typing import Literal
 
-Role = Literal["wall", "door", "window", "opening", "furniture", "column", "stairs", "note"]
+Role = Literal["wall", "door", "window", "opening", "furniture", "column", "stairs", "room", "note"]
 """An opening is a door or a window. Notes are what tells about the building and is no part of it."""
 
 _TEXT: dict[Role, str] = {
@@ -13,11 +13,11 @@ _TEXT: dict[Role, str] = {
         text txt dim dims dimension dimensions anno annot annotation bemassung mass masse cote cotes cotation cota
         cotas quote hatch hatching pattern schraffur hachure hachures grid axis axes achse achsen raster titel title
         titleblock border frame rahmen cadre viewport vport vports defpoints legend legende symbol symb north nord
-        scale scalebar massstab label labels room rooms raum raeume space spaces zone
-        area areas note notes notiz ceiling clng
+        scale scalebar massstab label labels note notes notiz ceiling clng
         ceil light lights lighting elec electrical electric lamp hvac mech pipe piping revision rev logo sheet image
         xref construction hilfslinie hilfslinien guide guides roof dach slab beschriftung background robot
         robots beacon beacons lamps""",
+    "room": "room rooms raum raeume space spaces zone area areas sala salas stanza stanze rum",
     "stairs": "stair stairs strs treppe treppen escalier escaliers escalera scala step steps ramp",
     "window": """
         window windows glaz glazing glass fenster fenetre fenetres ventana ventanas finestra finestre janela janelas

@@ -17,11 +17,10 @@ from mjsim.errors import UsageError
 from mjsim.exchange.drawing import BOW, MOST_BYTES, MOST_CORNERS, Drawing, Line
 from mjsim.exchange.grid import read_bounded
 from mjsim.exchange.maps import name_of
-from mjsim.exchange.paint import darkness_of
+from mjsim.exchange.paint import darkness_of, opacity_of, share_of
 from mjsim.exchange.plan_in import read_plan
 from mjsim.exchange.roles import Role, role_of
-from mjsim.exchange.shapes import fitted_rectangle
-from mjsim.exchange.svg_tree import METRES, length_of, made_plain, tag_of
+from mjsim.exchange.svg_tree import METRES, SHAPES, length_of, made_plain, tag_of
 from mjsim.geometry import Array
 from mjsim.world import World
 
@@ -36,6 +35,10 @@ BUILDING = (2.0, 500.0)
 """Sizes at which a drawing that says its size on paper is believed to be at 1 : 1 [m]."""
 _BROKEN = (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, ValueError)
 """What svgpathtools raises on paths that are none."""
+WHOLE = 0.98
+"""Of the drawing that a rectangle covers which is its paper."""
+PALE, OPAQUE = 0.06, 0.9
+"""What is so near to the colour of the paper, and no more sheer, hides what is beneath [0 to 1]."""
 _RATIO = re.compile(r"\b1\s*:\s*(\d{1,4})\b")
 
 
@@ -50,6 +53,8 @@ class _Tree:
     """The groups that hold walls; None when the user names none."""
     numbers: dict[Element, int]
     """Of elements, in their order."""
+    paper: float
+    """How dark the paper is, 0 to 1."""
 
 
 def world_from_svg(
@@ -86,7 +91,7 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
     root = document.root
     parents = {child: parent for parent in root.iter() for child in parent}
     numbers = {element: number for number, element in enumerate(root.iter())}
-    tree = _Tree(path, root, parents, _layers(root, layers, path), numbers)
+    tree = _Tree(path, root, parents, _layers(root, layers, path), numbers, _paper(root))
     lines: list[Line] = []
     try:
         for drawn in document.paths():
@@ -194,6 +199,21 @@ def _own(element: Element, key: str) -> str | None:
     return element.get(key)
 
 
+def _paper(root: Element) -> float:
+    """Return how dark the paper is: as its style says, or a first rectangle as large as the drawing."""
+    for key in ("background-color", "background"):
+        if (color := _own(root, key)) is not None:
+            return darkness_of(color) * opacity_of(color)
+    first = next((element for element in root.iter() if tag_of(element) in (*SHAPES, "path")), None)
+    if first is None or tag_of(first) != "rect":
+        return 0.0
+    box = _box(root)
+    size = [length_of(first.get(key)) or 0.0 for key in ("width", "height")]
+    whole = len(box) == 4 and all(side >= WHOLE * page for side, page in zip(size, box[2:], strict=True))
+    fill = _own(first, "fill")
+    return darkness_of(fill) * opacity_of(fill) if whole and fill not in ("none", "transparent") else 0.0
+
+
 def _inherited(element: Element, key: str, parents: dict[Element, Element]) -> str | None:
     return next((value for above in _upward(element, parents) if (value := _own(above, key)) is not None), None)
 
@@ -206,28 +226,56 @@ def _hidden(element: Element, parents: dict[Element, Element]) -> bool:
 def _lines(drawn: Any, tree: _Tree) -> list[Line]:
     """Return the lines of one shape."""
     element: Element = drawn.element
-    stroke = _inherited(element, "stroke", tree.parents)
-    bare = stroke in (None, "none", "transparent")
-    pen = length_of(_inherited(element, "stroke-width", tree.parents) or "1") or 0.0
+    ink = _ink(element, tree)
     spread = math.sqrt(abs(float(np.linalg.det(np.asarray(drawn.transform, dtype=float)[:2, :2]))))
-    width = 0.0 if bare else pen * spread
-    fill = _inherited(element, "fill", tree.parents)
-    dark = None if fill == "none" or tag_of(element) == "line" else darkness_of(fill)
     role, block, part = _role(element, tree)
     lines = []
     for outline in drawn.continuous_subpaths():
         points, closed = _points(outline)
         if len(points) < 2:
             continue
-        ring = len(points) > 2 and (closed or (bare and fill not in (None, "none")))
-        shaded = dark if ring and (bare or fill is not None) else None
-        if shaded is not None and bare and role in (None, "wall"):
-            bar = fitted_rectangle(points)
-            # A rectangle without a stroke is there for its fill, whatever its colour.
-            shaded = max(shaded, 0.5) if bar is not None and bar.length >= 2.0 * bar.width else shaded
-        line = Line(points, ring, width, role=role, block=block, part=part, path=tree.numbers[element], dark=shaded)
-        lines.append(line)
+        ring = len(points) > 2 and (closed or (ink.bare and ink.filled))
+        shaded = ink.dark if ring and (ink.bare or ink.filled) else None
+        blank = ink.blank and (ring or not ink.bare)
+        lines.append(Line(points, ring, ink.pen * spread, role, block, part, tree.numbers[element], shaded, blank))
     return lines
+
+
+@dataclass(frozen=True, slots=True)
+class _Ink:
+    """How a shape is painted."""
+
+    pen: float
+    """Width of its stroke [user units]; 0 for none."""
+    filled: bool
+    """Whether it says how it is filled."""
+    dark: float | None
+    """How far its fill is from the colour of the paper, 0 to 1; None for no fill."""
+    blank: bool
+    """Whether it has the colour of the paper, and hides what is beneath."""
+
+    @property
+    def bare(self) -> bool:
+        """Whether it has no stroke."""
+        return self.pen == 0.0
+
+
+def _ink(element: Element, tree: _Tree) -> _Ink:
+    """Return how a shape is painted; lines have no inside."""
+
+    def said(key: str) -> str | None:
+        return _inherited(element, key, tree.parents)
+
+    stroke, fill = said("stroke"), said("fill")
+    bare = stroke in (None, "none", "transparent")
+    pen = 0.0 if bare else length_of(said("stroke-width") or "1") or 0.0
+    sheer = math.prod(share_of(_own(above, "opacity")) for above in _upward(element, tree.parents))
+    solid = sheer * share_of(said("fill-opacity")) * opacity_of(fill)
+    none = fill in ("none", "transparent") or tag_of(element) == "line"
+    dark = None if none else abs(darkness_of(fill) - tree.paper) * solid
+    covers = dark is not None and dark <= PALE and solid >= OPAQUE
+    painted = not bare and abs(darkness_of(stroke) - tree.paper) <= PALE and sheer * opacity_of(stroke) >= OPAQUE
+    return _Ink(pen, not none and fill is not None, dark, covers if bare else painted and (dark is None or covers))
 
 
 def _points(part: Any) -> tuple[Array, bool]:
@@ -262,7 +310,7 @@ def _unit(root: Element) -> float | None:
         return None
     if 0.0 < unit < math.inf:
         return unit
-    box = [float(word) for word in re.findall(r"[-+0-9.eE]+", root.get("viewBox", "")) if _is_number(word)]
+    box = _box(root)
     wide = root.get("width", "")
     size = length_of(wide)
     if size is None or re.fullmatch(r"[\d.\s]*(px)?", wide) or len(box) != 4 or box[2] <= 0.0:
@@ -277,6 +325,11 @@ def _unit(root: Element) -> float | None:
     ratio = _RATIO.search(texts)
     unit = paper * (float(ratio[1]) if ratio else 1.0)
     return unit if BUILDING[0] <= unit * box[2] <= BUILDING[1] else None
+
+
+def _box(root: Element) -> list[float]:
+    """Return the numbers of the view box: left, top, width, height [user units]."""
+    return [float(word) for word in re.findall(r"[-+0-9.eE]+", root.get("viewBox", "")) if _is_number(word)]
 
 
 def _is_number(word: str) -> bool:

@@ -122,4 +122,8 @@ def _without_percent(root: Element) -> int:
                 continue
             for key, value in lengths.items():
                 shape.set(key, repr(value))
+            # Corners of no radius are plain corners.
+            if tag_of(shape) == "rect" and not (lengths.get("rx") and lengths.get("ry", lengths.get("rx"))):
+                for key in ("rx", "ry"):
+                    shape.attrib.pop(key, None)
     return count

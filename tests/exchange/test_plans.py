@@ -212,9 +212,9 @@ def test_a_plan_of_four_hundred_rooms_comes_in_within_half_a_minute(tmp_path):
                 close=True,
             )
     document.saveas(tmp_path / "rooms.dxf")
-    began = time.perf_counter()
+    began = time.process_time()
     world = world_from_dxf(tmp_path / "rooms.dxf")
-    assert time.perf_counter() - began < 30.0  # 9 s on two cores of 2026; quadratic code took minutes
+    assert time.process_time() - began < 30.0  # 9 s on a core of 2026; quadratic code took minutes
     assert_same(
         walls_alone(world),
         box(0, 0, 100, 80)

@@ -1,0 +1,194 @@
+"""Lines of a drawing in metres, sorted by what they are: by names, by pens, by what is painted over."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mjsim.exchange.drawing import THINNEST, Line
+from mjsim.exchange.faces import TOUCHING, merged, paired, sides_of_rooms
+from mjsim.exchange.filled import DARK, NARROW, SLENDER
+from mjsim.exchange.outside import without_frames, without_outliers
+from mjsim.exchange.shapes import Bar, fitted_rectangle
+from mjsim.exchange.strokes import split
+from mjsim.geometry import Array
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+ROOM = 2.3
+"""Furniture is narrower; an outline by the name of a kitchen or a bath that is wider is that of the room [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SortedLines:
+    """The lines of a drawing in metres, by what they are."""
+
+    walls: list[Line]
+    doors: list[Line]
+    windows: list[Line]
+    furniture: list[Line]
+    columns: list[Line]
+    others: list[Line]
+    """Of which no name says what they are."""
+    patches: list[Line]
+    """What is painted over others in the colour of the paper."""
+    named: bool
+    """Whether names say which lines are walls."""
+
+    def moved(self, corner: Array) -> "SortedLines":
+        """Return lines with a place of the drawing, shape (2,) [m], at [0, 0]."""
+
+        def move(group: list[Line]) -> list[Line]:
+            return [replace(line, points=line.points - corner) for line in group]
+
+        return replace(
+            self,
+            walls=move(self.walls),
+            doors=move(self.doors),
+            windows=move(self.windows),
+            furniture=move(self.furniture),
+            columns=move(self.columns),
+            others=move(self.others),
+            patches=move(self.patches),
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pens:
+    """Lines of walls by how they are drawn."""
+
+    hair: list[Line]
+    broad: list[Line]
+    """As broad as a wall is thick."""
+    filled: list[Line]
+    """Outlines of what is dark inside."""
+    light: list[Line] = field(default_factory=list)
+    """Outlines of what is light inside, and no wall: floors, things, the ways of leaves."""
+
+
+def with_rooms(lines: Sequence[Line]) -> list[Line]:
+    """Return lines with outlines of rooms as walls where no name says what walls are; else these are notes."""
+    if any(line.role == "wall" for line in lines):
+        return [replace(line, role="note") if line.role == "room" else line for line in lines]
+    return [replace(line, role=None if line.closed else "note") if line.role == "room" else line for line in lines]
+
+
+def with_large_rooms(lines: Sequence[Line]) -> list[Line]:
+    """Return lines in metres with outlines too large for furniture as walls where no name says what walls are."""
+    if any(line.role == "wall" for line in lines):
+        return list(lines)
+
+    def is_room(line: Line) -> bool:
+        return line.role == "furniture" and line.closed and float(np.ptp(line.points, axis=0).min()) >= ROOM
+
+    return [replace(line, role=None) if is_room(line) else line for line in lines]
+
+
+def sorted_lines(lines: Sequence[Line]) -> SortedLines:
+    """Return lines by their roles; those without one are walls when no line is."""
+    patches = [line for line in lines if line.blank and line.role in (None, "wall")]
+    painted = {id(line) for line in patches}
+    by_role: dict[str | None, list[Line]] = {}
+    for line in lines:
+        if id(line) not in painted:
+            by_role.setdefault(line.role, []).append(line)
+    known = "wall" in by_role
+    nothing = by_role.get(None, [])
+    return SortedLines(
+        walls=by_role["wall"] if known else nothing,
+        doors=by_role.get("door", []),
+        windows=by_role.get("window", []),
+        furniture=by_role.get("furniture", []),
+        columns=by_role.get("column", []),
+        others=nothing if known else [],
+        patches=patches,
+        named=known,
+    )
+
+
+def cleared(lines: SortedLines, counts: Counter[str]) -> SortedLines:
+    """Return lines whose walls no name tells, without frames of the sheet and what lies outside of the building."""
+    walls = without_frames(lines.walls)
+    counts["lines of a frame"] += len(lines.walls) - len(walls)
+    inner = without_outliers(walls)
+    counts["lines outside of the building"] += len(walls) - len(inner)
+    return replace(lines, walls=inner)
+
+
+def by_pen(lines: Sequence[Line]) -> Pens:
+    """Return lines of walls by how they are drawn: fine, broad, or as the outlines of what is filled."""
+    inked = any(_is_filled(line) for line in lines)
+    lines = [_darkened(line, inked) for line in lines]
+    filled = [line for line in lines if _is_filled(line)]
+    light = [
+        line
+        for line in lines
+        if line.dark is not None and (inked or line.width == 0.0) and line.closed and not _is_filled(line)
+    ]
+    filling = {id(line) for line in _between(light, filled)}
+    filled += [replace(line, dark=max(DARK, line.dark or 0.0)) for line in light if id(line) in filling]
+    light = [line for line in light if id(line) not in filling]
+    chosen = {id(line) for line in (*filled, *light)} | filling
+    drawn = [line for line in lines if id(line) not in chosen]
+    broad = [line for line in drawn if line.width >= THINNEST]
+    hair = [line for line in drawn if line.width < THINNEST]
+    if broad and _are_faces(broad):
+        hair, broad = [*hair, *broad], []
+    # Floors that are painted side by side show walls by what is left between them.
+    return Pens(hair, broad, filled, light) if hair or broad or filled else Pens(light, [], [])
+
+
+def _darkened(line: Line, inked: bool) -> Line:
+    """Return a slender rectangle without a pen as dark: it is there for its fill, unless other walls are darker."""
+    if line.dark is None or line.width > 0.0 or (inked and line.role != "wall"):
+        return line
+    bar = fitted_rectangle(line.points)
+    return replace(line, dark=max(line.dark, 0.5)) if bar is not None and bar.length >= SLENDER * bar.width else line
+
+
+def _between(light: Sequence[Line], filled: Sequence[Line]) -> list[Line]:
+    """Return light slender rectangles that lead from one filled shape to another: walls of another kind, windows."""
+    import shapely
+
+    if not light or not filled:
+        return []
+    dark = shapely.union_all([shapely.make_valid(shapely.Polygon(line.points)) for line in filled])
+    found = []
+    for line in light:
+        bar = fitted_rectangle(line.points)
+        if bar is not None and bar.length >= SLENDER * bar.width and bar.width <= NARROW:
+            found += [line] if _abuts(bar, dark) else []
+    return found
+
+
+def _abuts(bar: Bar, shape: "BaseGeometry") -> bool:
+    """Say whether a shape lies behind both ends of a bar."""
+    import shapely
+
+    corners = bar.outline()
+    sides = [shapely.LineString(corners[[1, 2]]), shapely.LineString(corners[[3, 0]])]
+    return all(side.distance(shape) <= TOUCHING for side in sides)
+
+
+def _is_filled(line: Line) -> bool:
+    return len(line.points) > 2 and line.dark is not None and line.dark >= DARK
+
+
+def length_of_lines(lines: Sequence[Line]) -> float:
+    """Return how long lines are together [m]."""
+    closed = [np.concatenate([line.points, line.points[:1]]) if line.closed else line.points for line in lines]
+    return sum(float(np.hypot(*np.diff(points, axis=0).T).sum()) for points in closed)
+
+
+def _are_faces(lines: Sequence[Line]) -> bool:
+    """Say whether broad lines lie in pairs that are clearly farther apart than they are broad."""
+    pieces, _ = split([line.points for line in lines], [line.closed for line in lines])
+    pieces = merged(pieces)
+    found = paired(pieces)
+    width = float(np.median([line.width for line in lines]))
+    rooms = sides_of_rooms([line.points for line in lines if line.closed], found.bars, pieces)
+    share = float(pieces.lengths[found.faces | rooms].sum()) / max(1e-9, float(pieces.lengths.sum()))
+    return share > 0.6 and bool(found.bars) and float(np.median([bar.width for bar in found.bars])) >= 2.5 * width
