@@ -13,7 +13,7 @@ from foxglove.channels import FrameTransformsChannel, SceneUpdateChannel
 from foxglove.mcap import MCAPWriteOptions
 
 from mjsim.closing import Closes
-from mjsim.errors import RecordingError, WorldError
+from mjsim.errors import Problem, RecordingError, WorldError
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import Estimate, RobotInfo
 from mjsim.output import NewFile
@@ -259,7 +259,9 @@ def text_of(world: World, files: Mapping[str, bytes]) -> str:
     text, written = world.source.text, world.source.written
     if text is not None:
         # What was written without variables and includes was read already; only its values are checked anew.
-        read = (written, []) if written is not None and not needs_expansion(text) else None
+        read: tuple[Any, list[Problem]] | None = None
+        if written is not None and not needs_expansion(text):
+            read = written, []
         try:
             if parse_world(text, source=Source(text=text, attached=files), read=read) == world:
                 return text
