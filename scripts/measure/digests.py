@@ -61,7 +61,7 @@ class Sums:
 
 
 def canonical(value: object) -> object:
-    """Return a value as JSON has it; numbers keep all their digits."""
+    """Return a value as JSON has it; numbers keep all their digits, and zero has no sign: both zeros are equal."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {each.name: canonical(getattr(value, each.name)) for each in dataclasses.fields(value)}
     if isinstance(value, np.ndarray | np.generic):
@@ -70,7 +70,7 @@ def canonical(value: object) -> object:
         return {str(key): canonical(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [canonical(item) for item in value]
-    return value
+    return 0.0 if isinstance(value, float) and value == 0.0 else value
 
 
 def of_recording(path: Path) -> Digests:
