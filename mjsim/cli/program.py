@@ -26,6 +26,7 @@ COMMANDS = {
     "studio": "studio",
     "run": "runs",
     "replay": "runs",
+    "bridge": "bridge",
     "sweep": "sweeps",
     "report": "reports",
     "compare": "reports",

@@ -18,12 +18,13 @@ from mjsim.interface import ImuReading, Intrinsics, JointState, Picture, Scan
 PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
 """Rows and columns of x, y and yaw in a covariance of a pose in space."""
 SERVICE_TYPES = {
-    "std_srvs/srv/Trigger_Request": "uint64 guid\nint64 number\nuint8 structure_needs_at_least_one_member",
-    "std_srvs/srv/Trigger_Response": "uint64 guid\nint64 number\nbool success\nstring message",
-    "std_srvs/srv/SetBool_Request": "uint64 guid\nint64 number\nbool data",
-    "std_srvs/srv/SetBool_Response": "uint64 guid\nint64 number\nbool success\nstring message",
+    "std_srvs/srv/msg/Trigger_Request": "uint64 guid\nint64 number\nuint8 structure_needs_at_least_one_member",
+    "std_srvs/srv/msg/Trigger_Response": "uint64 guid\nint64 number\nbool success\nstring message",
+    "std_srvs/srv/msg/SetBool_Request": "uint64 guid\nint64 number\nbool data",
+    "std_srvs/srv/msg/SetBool_Response": "uint64 guid\nint64 number\nbool success\nstring message",
 }
-"""Requests and responses as rmw_cyclonedds sends them: after the client's id and the number of its request."""
+"""Requests and responses as rmw_cyclonedds sends them: after the client's id and the number of its request. rosbags
+puts `msg` into the names of all types."""
 OCCUPIED, FREE, UNKNOWN = 100, 0, -1
 """Cells of an occupancy grid."""
 
@@ -38,7 +39,9 @@ def typestore() -> Any:
     try:
         from rosbags.typesys import Stores, get_types_from_msg, get_typestore
     except ModuleNotFoundError:
-        raise UsageError(f"messages of ROS need rosbags, an extra; type: {how_to_install('rosbags')}") from None
+        raise UsageError(
+            f"rosbags, which knows messages of ROS, is not installed; type: {how_to_install('rosbags')}"
+        ) from None
     store = get_typestore(Stores.ROS2_JAZZY)
     for name, text in SERVICE_TYPES.items():
         store.register(get_types_from_msg(text, name))

@@ -69,12 +69,15 @@ def test_a_sweep_without_pyarrow_leaves_its_table_as_csv(without, tmp_path, caps
     assert len((tmp_path / "sweep" / "table.csv").read_text().splitlines()) == 3
 
 
-@pytest.mark.parametrize(("module", "package"), [("pxr", "usd-core"), ("distributed", "distributed")])
+@pytest.mark.parametrize(
+    ("module", "package"), [("pxr", "usd-core"), ("distributed", "distributed"), ("cyclonedds", "cyclonedds")]
+)
 def test_other_extras(without, module, package, tmp_path, capsys):
     without(module)
     words = {
         "pxr": ("export-world", "empty", "--usd", str(tmp_path / "a.usda")),
         "distributed": ("sweep", "empty", "--seeds", "1", "-o", str(tmp_path / "s"), "--dask", "tcp://127.0.0.1:1"),
+        "cyclonedds": ("bridge", "empty"),
     }
     with pytest.raises(SystemExit) as ended:
         main(words[module])

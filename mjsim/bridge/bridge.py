@@ -1,0 +1,187 @@
+"""A world at work, told to a bus of ROS 2 tick by tick, and driven by what comes from there."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from mjsim.bridge.bus import Bus, domain_id
+from mjsim.bridge.services import offer
+from mjsim.closing import Closes
+from mjsim.errors import UsageError
+from mjsim.exchange import grid_of
+from mjsim.interface import Command, RobotInfo
+from mjsim.output import NewFile
+from mjsim.record import Order, Tick
+from mjsim.ros import COMMANDS, MAP, Outgoing, RobotTick, RosTopic, RosWorld, grid_map
+from mjsim.session import Session
+from mjsim.sim import Simulation
+from mjsim.world import Modules, World
+
+FOREVER = 1e8
+"""Length of a run that ends when somebody ends it [s]."""
+WATCHDOG = 0.5
+"""How long a command is obeyed unless another one comes, simulated [s]."""
+PATIENCE = 30.0
+"""How long a service waits for what it has begun [s]."""
+TWIST = "geometry_msgs/msg/Twist"
+
+
+class Bridge(Closes):
+    """A world at work in a thread of its own, which other programs see as robots of ROS 2.
+
+    It publishes what `mjsim.ros` tells of each tick, obeys `/R/cmd_vel`, and offers the services `/mjsim/pause`
+    (std_srvs/SetBool), `/mjsim/step` and `/mjsim/reset` (std_srvs/Trigger).
+    """
+
+    def __init__(
+        self,
+        world: World,
+        *,
+        seed: int | None = None,
+        seconds: float | None = None,
+        speed: float | None = 1.0,
+        modules: bool = False,
+        watchdog: float = WATCHDOG,
+        record: str | Path | NewFile | None = None,
+        overwrite: bool = False,
+        domain: int | None = None,
+        interface: str | None = None,
+    ) -> None:
+        """Join the bus; `start` begins the run.
+
+        Args:
+            world: What is simulated.
+            seed: Of all chance; that of the world unless given.
+            seconds: How long, simulated [s]; without end unless given.
+            speed: Simulated seconds a second; None for as fast as it goes.
+            modules: Whether the world's own modules are at work, and drive while no commands come; else robots stand
+                and wait for commands, and nobody estimates.
+            watchdog: How long a command is obeyed unless another one comes, simulated [s].
+            record: The MCAP file to write, or its name from `reserve`; none unless given.
+            overwrite: Whether `record` may replace a file.
+            domain: Of DDS; as `ROS_DOMAIN_ID` says unless given.
+            interface: Name or address of the network interface; loopback unless given.
+
+        Raises:
+            UsageError: Something of it cannot be; cyclonedds or rosbags is not installed.
+        """
+        if not 0.0 < watchdog < FOREVER:
+            raise UsageError(f"watchdog is {watchdog:g} s; it must be above 0")
+        self.domain = domain_id() if domain is None else domain
+        """Of DDS."""
+        world = world if modules else _without_modules(world)
+        with Simulation(world, seed=seed) as sim:
+            infos: Mapping[str, RobotInfo] = dict(sim.robots)
+        self._ros = RosWorld(world, infos)
+        self._map = _map(world)
+        self._estimates = {name for name, driver in world.run.drivers.items() if driver.estimator is not None}
+        self.session = Session(
+            world,
+            seed=seed,
+            seconds=FOREVER if seconds is None else seconds,
+            speed=speed,
+            record=record,
+            overwrite=overwrite,
+            on_tick=self._tell,
+        )
+        """The run."""
+        self._bus = Bus(domain=self.domain, interface=interface)
+        for name, robot in self._ros.robots.items():
+            self._obey(name, robot.name, watchdog)
+        offer(self._bus, "/mjsim/pause", "std_srvs/srv/SetBool", self._pause)
+        offer(self._bus, "/mjsim/step", "std_srvs/srv/Trigger", self._step)
+        offer(self._bus, "/mjsim/reset", "std_srvs/srv/Trigger", self._reset)
+
+    @property
+    def robots(self) -> list[str]:
+        """The robots, as their topics name them: '/scout' and so on."""
+        return [f"/{robot.name}" for robot in self._ros.robots.values()]
+
+    def start(self, *, paused: bool = False) -> None:
+        """Begin; when paused, stop after the first tick."""
+        self._bus.start()
+        self.session.start(paused=paused)
+
+    def close(self) -> None:
+        """End the run and leave the bus; a second call does nothing."""
+        self.session.close()
+        self._bus.close()
+
+    def _obey(self, robot: str, name: str, watchdog: float) -> None:
+        """Drive a robot by what comes on its `cmd_vel`."""
+
+        def take(twist: Any) -> None:
+            command = Command(twist.linear.x, twist.linear.y, twist.angular.z)
+            self.session.drive(robot, command, hold=watchdog)
+
+        self._bus.receive(RosTopic(f"/{name}/cmd_vel", TWIST, COMMANDS), take)
+
+    def _tell(self, tick: Tick) -> None:
+        """Publish a tick, in the session's thread."""
+        if tick.time == 0.0:
+            for each in (self._ros.fixed(), self._map):
+                if each is not None:
+                    self._bus.send(each)
+        ticks = {
+            name: _robot_tick(tick, name, tick.orders.get(name), estimated=name in self._estimates)
+            for name in self._ros.robots
+        }
+        for each in self._ros.messages(tick.time, ticks):
+            self._bus.send(each)
+
+    # Services, in the bus's thread.
+
+    def _pause(self, request: Any) -> tuple[bool, str]:
+        if request.data:
+            self.session.pause()
+        else:
+            self.session.go()
+        return self._now("paused" if request.data else "running")
+
+    def _step(self, request: Any) -> tuple[bool, str]:
+        self.session.tick()
+        return self._now("paused")
+
+    def _reset(self, request: Any) -> tuple[bool, str]:
+        self.session.restart()
+        return self._now("paused", "running")
+
+    def _now(self, *states: Any) -> tuple[bool, str]:
+        """Wait for one of these states; return whether it came, and what the run does at which time."""
+        found = self.session.wait(*states, "ended", "failed", timeout=PATIENCE)
+        newest = self.session.newest
+        return found in states, f"{found} at {0.0 if newest is None else newest.time:g} s"
+
+
+def _without_modules(world: World) -> World:
+    """Return a world whose robots wait for commands: of its modules only controllers are left."""
+    drivers = {
+        name: Modules(avoidance=False, controllers=driver.controllers, push=driver.push)
+        for name, driver in world.run.drivers.items()
+    }
+    return world.model_copy(update={"run": world.run.model_copy(update={"drivers": drivers})})
+
+
+def _map(world: World) -> Outgoing | None:
+    """Return the map of a world; None where nothing is solid."""
+    try:
+        grid = grid_of(world)
+    except UsageError:
+        return None
+    message = grid_map(grid.occupied, grid.free, resolution=grid.resolution, map_from_grid=grid.world_from_grid)
+    return Outgoing(MAP, message)
+
+
+def _robot_tick(tick: Tick, robot: str, order: Order | None, *, estimated: bool) -> RobotTick:
+    truth = tick.poses.get(robot)
+    if order is None:
+        return RobotTick(time=tick.time, truth=truth)
+    return RobotTick(
+        time=tick.time,
+        truth=truth,
+        seen=tick.seen[robot],
+        odometry=order.dead_reckoning,
+        odometry_covariance=order.dead_reckoning_covariance,
+        estimate=order.estimate.pose if estimated else None,
+        estimate_covariance=order.estimate.covariance,
+    )

@@ -1,0 +1,172 @@
+"""The bus that ROS 2 speaks: topics of DDS by the names and qualities of service of ROS 2."""
+
+import ipaddress
+import os
+import socket
+import threading
+from collections.abc import Callable
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+from mjsim.bridge.idl import sample_type
+from mjsim.closing import Closes
+from mjsim.errors import UsageError, did_you_mean, how_to_install
+from mjsim.progress import say
+from mjsim.ros import Outgoing, Qos, RosTopic, bytes_of, message_of
+
+LOOPBACK = "127.0.0.1"
+MOST_DOMAINS = 232
+"""Ports for higher ones end beyond 65535."""
+LOOK = 0.2
+"""How often the thread that receives looks whether it is to end [s]."""
+
+
+def domain_id() -> int:
+    """Return the domain that `ROS_DOMAIN_ID` names, 0 unless it does.
+
+    Raises:
+        UsageError: It is no number from 0 to 232.
+    """
+    told = os.environ.get("ROS_DOMAIN_ID", "").strip() or "0"
+    if not told.isdecimal() or int(told) > MOST_DOMAINS:
+        raise UsageError(f"ROS_DOMAIN_ID is {told[:40]!r}; it must be a whole number from 0 to {MOST_DOMAINS}")
+    return int(told)
+
+
+class Bus(Closes):
+    """One participant of a DDS domain."""
+
+    def __init__(self, *, domain: int, interface: str | None = None) -> None:
+        """Join.
+
+        Args:
+            domain: Its number.
+            interface: Name or address of the network interface; loopback unless given.
+
+        Raises:
+            UsageError: There is no such interface, or cyclonedds is not installed.
+        """
+        place = _place(interface)
+        try:
+            from cyclonedds.core import WaitSet
+            from cyclonedds.domain import Domain, DomainParticipant
+        except ModuleNotFoundError:
+            raise UsageError(
+                f"cyclonedds, the bus of ROS 2, is not installed; type: {how_to_install('cyclonedds')}"
+            ) from None
+        self._domain = Domain(domain, _settings(place, local=interface is None))
+        self._participant = DomainParticipant(domain)
+        self._writers: dict[RosTopic, Any] = {}
+        self._sample_types: dict[RosTopic, Any] = {}
+        self._taken: list[tuple[Any, str, Callable[[Any], None]]] = []
+        self._waiting, self._closing = WaitSet(self._participant), threading.Event()
+        self._thread = threading.Thread(target=self._receive, name="mjsim-bridge", daemon=True)
+
+    def send(self, each: Outgoing, *, space: str = "rt") -> None:
+        """Send a message; its topic is announced with the first.
+
+        Args:
+            each: The message.
+            space: 'rt' for topics, 'rq' and 'rr' for requests and responses of services.
+        """
+        topic = each.topic
+        if topic not in self._writers:
+            self.announce(topic, space=space)
+        self._writers[topic].write(self._sample_types[topic](bytes_of(each.message)))
+
+    def announce(self, topic: RosTopic, *, space: str = "rt") -> None:
+        """Announce a topic that will be sent."""
+        from cyclonedds.pub import DataWriter
+
+        self._sample_types[topic] = sample_type(topic.type)
+        found = self._topic(topic.name, topic.type, space)
+        self._writers[topic] = DataWriter(self._participant, found, qos=_profile(topic.qos))
+
+    def receive(self, topic: RosTopic, take: Callable[[Any], None], *, space: str = "rt") -> None:
+        """Have a function called with each message of a topic, in the bus's thread; before `start`."""
+        from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
+        from cyclonedds.sub import DataReader
+
+        reader = DataReader(self._participant, self._topic(topic.name, topic.type, space), qos=_profile(topic.qos))
+        condition = ReadCondition(reader, SampleState.NotRead | ViewState.Any | InstanceState.Alive)
+        self._waiting.attach(condition)
+        self._taken.append((reader, topic.type, take))
+
+    def start(self) -> None:
+        """Begin to receive."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Leave; a second call does nothing."""
+        self._closing.set()
+        if self._thread.is_alive() and threading.current_thread() is not self._thread:
+            self._thread.join()
+        # Entities of DDS are deleted with their objects.
+        self._writers, self._taken = {}, []
+
+    def _topic(self, name: str, kind: str, space: str) -> Any:
+        from cyclonedds.topic import Topic
+
+        return Topic(self._participant, f"{space}{name}", sample_type(kind))
+
+    def _receive(self) -> None:
+        from cyclonedds.util import duration
+
+        while not self._closing.is_set():
+            self._waiting.wait(duration(seconds=LOOK))
+            for reader, kind, take in self._taken:
+                for sample in reader.take(N=100):
+                    if hasattr(sample, "cdr"):
+                        self._take(kind, take, sample.cdr)
+
+    @staticmethod
+    def _take(kind: str, take: Callable[[Any], None], cdr: bytes) -> None:
+        """Hand a message over; what is wrong with it is the sender's fault, and ends nothing."""
+        try:
+            take(message_of(cdr, kind))
+        except Exception as error:
+            say(f"a message of type {kind} was ignored: {error}")
+
+
+def _place(interface: str | None) -> str:
+    """Return how cyclonedds is told of an interface; raises UsageError when it is not there."""
+    if interface is None:
+        return f"address={quoteattr(LOOPBACK)}"
+    names = [name for _, name in socket.if_nameindex()]
+    if interface in names:
+        return f"name={quoteattr(interface)}"
+    try:
+        return f"address={quoteattr(str(ipaddress.ip_address(interface)))}"
+    except ValueError:
+        raise UsageError(f"no network interface '{interface}'{did_you_mean(interface, names)}") from None
+
+
+def _settings(place: str, *, local: bool) -> str:
+    """Return the settings of cyclonedds as XML.
+
+    Loopback has no multicast on most machines, so that peers there are also looked for one by one.
+    """
+    peers = (
+        "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+        f"<Peers><Peer address={quoteattr(LOOPBACK)}/></Peers></Discovery>"
+    )
+    forced = 'multicast="true"' if local else ""
+    return (
+        f'<CycloneDDS><Domain Id="any"><General><Interfaces><NetworkInterface {place} {forced}/></Interfaces></General>'
+        f"{peers if local else ''}</Domain></CycloneDDS>"
+    )
+
+
+def _profile(qos: Qos) -> Any:
+    """Return a quality of service as cyclonedds has it; messages are CDR of version 1, as those of ROS 2."""
+    from cyclonedds.core import Policy
+    from cyclonedds.core import Qos as DdsQos
+    from cyclonedds.util import duration
+
+    reliable = Policy.Reliability.Reliable(duration(milliseconds=100))
+    return DdsQos(
+        reliable if qos.reliable else Policy.Reliability.BestEffort,
+        Policy.Durability.TransientLocal if qos.transient_local else Policy.Durability.Volatile,
+        Policy.History.KeepLast(qos.depth),
+        Policy.DataRepresentation(use_cdrv0_representation=True),
+    )

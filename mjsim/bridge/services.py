@@ -1,0 +1,48 @@
+"""Services of ROS 2 over DDS, as rmw_cyclonedds sends them: requests on `rq/`, responses on `rr/`."""
+
+from collections.abc import Callable
+from typing import Any
+
+from mjsim.bridge.bus import Bus
+from mjsim.ros import SERVICES, Outgoing, RosTopic, typestore
+
+Answer = Callable[[Any], tuple[bool, str]]
+"""Request -> whether it was done, and a sentence."""
+
+
+def call_name(service: str, kind: str) -> tuple[RosTopic, RosTopic]:
+    """Return the topics of a service, of requests and of responses.
+
+    Args:
+        service: '/mjsim/pause' and so on.
+        kind: 'std_srvs/srv/Trigger' and so on.
+
+    References:
+        ROS 2 design, Topic and Service name mapping to DDS; rmw_cyclonedds, `cdds_request_header_t`.
+    """
+    stem = "/srv/msg/".join(kind.split("/srv/"))
+    return (
+        RosTopic(f"{service}Request", f"{stem}_Request", SERVICES),
+        RosTopic(f"{service}Reply", f"{stem}_Response", SERVICES),
+    )
+
+
+def offer(bus: Bus, service: str, kind: str, answer: Answer) -> None:
+    """Offer a service; before the bus is started.
+
+    Args:
+        bus: Where.
+        service: Its name.
+        kind: Its type, whose response says whether it was done, and a sentence.
+        answer: Called in the bus's thread.
+    """
+    request_topic, response_topic = call_name(service, kind)
+    bus.announce(response_topic, space="rr")
+    make = typestore().types[response_topic.type]
+
+    def take(request: Any) -> None:
+        done, sentence = answer(request)
+        # The client knows its own by its id and the number of its request.
+        bus.send(Outgoing(response_topic, make(request.guid, request.number, done, sentence)), space="rr")
+
+    bus.receive(request_topic, take, space="rq")

@@ -1,0 +1,60 @@
+"""The command `bridge`: a running world as robots of ROS 2."""
+
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mjsim.cli.arguments import Overwrite, Settings, WorldFile
+from mjsim.output import require_free
+from mjsim.progress import say
+
+
+def bridge(
+    world: WorldFile,
+    output: Annotated[Path | None, typer.Option("-o", metavar="RUN.mcap", help="Also record it.")] = None,
+    seconds: Annotated[float | None, typer.Option(help="How long, simulated.", min=0.0)] = None,
+    seed: Annotated[int | None, typer.Option(help="Of all chance in the run.", min=0)] = None,
+    speed: Annotated[float, typer.Option(help="Simulated seconds a second.", min=0.01)] = 1.0,
+    interface: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Network interface, or its address; loopback unless given.")
+    ] = None,
+    modules: Annotated[
+        bool, typer.Option("--modules", help="The world's own modules drive while no commands come.")
+    ] = False,
+    watchdog: Annotated[float, typer.Option(metavar="S", help="How long a command is obeyed [s].")] = 0.5,
+    paused: Annotated[bool, typer.Option("--paused", help="Stop after the first tick; services go on.")] = False,
+    overwrite: Overwrite = False,
+    settings: Settings = None,
+) -> None:
+    """Run a world as robots of ROS 2, without ROS."""
+    from mjsim.bridge import Bridge
+    from mjsim.modules import load_runnable, thread_faults
+    from mjsim.record import reserve
+    from mjsim.world import with_settings
+
+    if output is not None:
+        require_free(output, overwrite=overwrite)
+    checked = with_settings(load_runnable(world), settings or ())
+    place = nullcontext() if output is None else reserve(output, overwrite=overwrite)
+    with (
+        thread_faults(),
+        place as record,
+        Bridge(
+            checked,
+            seed=seed,
+            seconds=seconds,
+            speed=speed,
+            modules=modules,
+            watchdog=watchdog,
+            record=record,
+            overwrite=overwrite,
+            interface=interface,
+        ) as live,
+    ):
+        say(f"ROS 2, domain {live.domain}, {interface or 'loopback'}: {', '.join(live.robots)}; Ctrl-C ends it")
+        live.start(paused=paused)
+        live.session.result()
+    if output is not None:
+        print(output)

@@ -1,0 +1,191 @@
+"""A ROS 2 robot seen from outside: rosless, which is RustDDS, listens to `mjsim bridge` and drives the robot.
+
+    python -m tests.bridge.peer FOLDER [DOMAIN]
+
+In a network namespace of its own (`unshare -Urn`), loopback is brought up first; elsewhere a domain is given. All that
+was received is written into FOLDER/heard.json, what was noticed into FOLDER/noticed.json.
+"""
+
+import fcntl
+import json
+import os
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import rosless
+
+from mjsim.bridge import Bus, call_name
+from mjsim.ros import Outgoing, typestore
+
+UP, MULTICAST = 0x1, 0x1000
+GET_FLAGS, SET_FLAGS = 0x8913, 0x8914
+PATIENCE = 60.0
+TOPICS = {
+    "/clock": "rosgraph_msgs/msg/Clock",
+    "/tf": "tf2_msgs/msg/TFMessage",
+    "/tf_static": "tf2_msgs/msg/TFMessage",
+    "/map": "nav_msgs/msg/OccupancyGrid",
+    "/scout/scan": "sensor_msgs/msg/LaserScan",
+    "/scout/imu": "sensor_msgs/msg/Imu",
+    "/scout/odom": "nav_msgs/msg/Odometry",
+    "/scout/truth": "geometry_msgs/msg/PoseStamped",
+    "/scout/estimate": "geometry_msgs/msg/PoseWithCovarianceStamped",
+    "/scout/front/image_raw": "sensor_msgs/msg/Image",
+    "/scout/front/depth/image_raw": "sensor_msgs/msg/Image",
+    "/scout/front/camera_info": "sensor_msgs/msg/CameraInfo",
+}
+LATCHED = {"/tf_static", "/map"}
+
+
+def bring_loopback_up() -> None:
+    """Switch the loopback of a new network namespace on, with multicast."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
+        flags = struct.unpack("16sH14s", fcntl.ioctl(any_socket, GET_FLAGS, struct.pack("16sH14s", b"lo", 0, b"")))[1]
+        fcntl.ioctl(any_socket, SET_FLAGS, struct.pack("16sH14s", b"lo", flags | UP | MULTICAST, b""))
+
+
+class Services:
+    """A client of services, as rmw_cyclonedds has it."""
+
+    def __init__(self, domain: int) -> None:
+        self._bus, self._number, self._answers = Bus(domain=domain), 0, {}
+        self._topics = {}
+        for name, kind in (("pause", "SetBool"), ("step", "Trigger"), ("reset", "Trigger")):
+            request, response = call_name(f"/mjsim/{name}", f"std_srvs/srv/{kind}")
+            self._topics[name] = request
+            self._bus.announce(request, space="rq")
+            self._bus.receive(response, self._take, space="rr")
+        self._bus.start()
+
+    def _take(self, response) -> None:
+        self._answers[response.guid, response.number] = response
+
+    def call(self, name: str, value: object) -> str:
+        """Call a service until it answers: a request before discovery is lost; return its sentence."""
+        request = self._topics[name]
+        until = time.monotonic() + PATIENCE
+        while time.monotonic() < until:
+            self._number += 1
+            message = typestore().types[request.type](4711, self._number, value)
+            self._bus.send(Outgoing(request, message), space="rq")
+            later = time.monotonic() + 1.0
+            while time.monotonic() < later:
+                if (answer := self._answers.get((4711, self._number))) is not None:
+                    assert answer.success, answer.message
+                    return answer.message
+                time.sleep(0.001)
+        raise AssertionError(f"service {name} never answered")
+
+
+class Heard:
+    """All that rosless heard, by topic."""
+
+    def __init__(self, node: rosless.Node) -> None:
+        self._subscriptions = {
+            topic: node.subscribe(
+                topic,
+                kind,
+                reliability="reliable" if topic in LATCHED else "best_effort",
+                durability="transient_local" if topic in LATCHED else "volatile",
+                depth=1000,
+            )
+            for topic, kind in TOPICS.items()
+        }
+        self.messages = {topic: [] for topic in TOPICS}
+
+    def take(self) -> None:
+        for topic, subscription in self._subscriptions.items():
+            while (message := subscription.read(timeout=0.0)) is not None:
+                self.messages[topic].append(message)
+
+    def wait_for(self, what: str, condition) -> float:
+        """Take messages until a condition holds; return how long that took [s]."""
+        began = time.monotonic()
+        while not condition():
+            assert time.monotonic() < began + PATIENCE, f"never came: {what}"
+            self.take()
+            time.sleep(0.0005)
+        return time.monotonic() - began
+
+
+def clock_of(message) -> float:
+    return message.clock.sec + message.clock.nanosec * 1e-9
+
+
+def place_of(message) -> tuple[float, float]:
+    return message.pose.position.x, message.pose.position.y
+
+
+def listen(domain: int) -> tuple[dict, dict]:
+    """Pause, step, drive, let go and reset a robot; return what was heard and noticed."""
+    services, node = Services(domain), rosless.Node(domain=domain)
+    heard, noticed = Heard(node), {}
+    wheel = node.advertise("/scout/cmd_vel", "geometry_msgs/msg/Twist")
+    noticed["paused"] = services.call("pause", True)
+    # Nothing flows while it is paused; each step sends a tick, until all topics have been discovered.
+    heard.wait_for("subscribers of cmd_vel", lambda: wheel.subscriber_count > 0)
+    while not all(heard.messages.values()):
+        noticed["stepped"] = services.call("step", 0)
+        heard.take()
+    delays = []
+    for _ in range(10):
+        count = len(heard.messages["/clock"])
+        began = time.monotonic()
+        services.call("step", 0)
+        heard.wait_for("the tick of a step", lambda count=count: len(heard.messages["/clock"]) > count)
+        delays.append(time.monotonic() - began)
+    noticed["step_to_clock_s"] = sorted(delays)[len(delays) // 2]
+    still = place_of(heard.messages["/scout/truth"][-1])
+    services.call("pause", False)
+    began = clock_of(heard.messages["/clock"][-1])
+
+    def driven() -> bool:
+        wheel.send({"linear": {"x": 0.3, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": 0.0}})
+        time.sleep(0.02)
+        return clock_of(heard.messages["/clock"][-1]) > began + 2.0
+
+    heard.wait_for("two driven seconds", driven)
+    moved = place_of(heard.messages["/scout/truth"][-1])
+    heard.wait_for("the watchdog", lambda: clock_of(heard.messages["/clock"][-1]) > began + 3.5)
+    halted = place_of(heard.messages["/scout/truth"][-1])
+    heard.wait_for("a second at rest", lambda: clock_of(heard.messages["/clock"][-1]) > began + 4.0)
+    noticed["places"] = [still, moved, halted, place_of(heard.messages["/scout/truth"][-1])]
+    services.call("pause", True)
+    for _ in range(50):  # what is on its way
+        heard.take()
+        time.sleep(0.002)
+    noticed["graph"] = sorted(topic.name for topic in node.graph().topics)
+    told = {topic: [message.to_dict() for message in messages] for topic, messages in heard.messages.items()}
+    count = len(heard.messages["/clock"])
+    noticed["reset"] = services.call("reset", 0)
+    heard.wait_for(
+        "the first tick again", lambda: any(clock_of(each) == 0.0 for each in heard.messages["/clock"][count:])
+    )
+    return told, noticed
+
+
+def main(folder: Path, domain: int | None) -> None:
+    if domain is None:
+        bring_loopback_up()
+    domain = domain or 0
+    words = [sys.executable, "-m", "mjsim.cli", "bridge", str(folder / "world.yaml"), "-o", str(folder / "run.mcap")]
+    bridge = subprocess.Popen([*words, "--modules", "--speed", "4"], env={**os.environ, "ROS_DOMAIN_ID": str(domain)})
+    told, noticed = {}, {}
+    try:
+        told, noticed = listen(domain)
+        assert bridge.poll() is None
+    finally:
+        bridge.send_signal(signal.SIGINT)
+        noticed["code"] = bridge.wait(timeout=PATIENCE)
+    plain = {"default": lambda value: value.tolist() if hasattr(value, "tolist") else list(value)}
+    (folder / "heard.json").write_text(json.dumps(told, **plain))
+    (folder / "noticed.json").write_text(json.dumps(noticed))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else None)
