@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.interface import Detection, Intrinsics, Picture
 
-from .picture_features import Candidate, find_candidates, image_features, make_bank
+from .picture_features import PictureCandidate, find_candidates, image_features, make_bank
 from .picture_gauge import FoundPicture, PictureGauge, PreparedImage, gray_of
 
 __all__ = ["FoundPicture", "PictureBeacons", "PreparedImage"]
@@ -61,7 +61,7 @@ class PictureBeacons:
         """
         return self._gauges[name].near(rotation, position, view)
 
-    def _confirm(self, candidate: Candidate, view: PreparedImage) -> FoundPicture | None:
+    def _confirm(self, candidate: PictureCandidate, view: PreparedImage) -> FoundPicture | None:
         homography, _ = cv2.findHomography(candidate.plane, candidate.image, cv2.RANSAC, 3.0, maxIters=500)
         if homography is None:
             return None

@@ -71,7 +71,7 @@ class Bank:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Candidate:
+class PictureCandidate:
     """A picture that may be in the image."""
 
     picture: int
@@ -109,7 +109,7 @@ def image_features(gray: Gray) -> Features:
     return Features(found.descriptors, points, found.angles, found.sizes / ENLARGE)
 
 
-def find_candidates(bank: Bank, image: Features) -> list[Candidate]:
+def find_candidates(bank: Bank, image: Features) -> list[PictureCandidate]:
     """Return the pictures for which enough matches agree on place, size and direction; at most one place each."""
     rows, entries = match(image.descriptors, bank.features.descriptors)
     scales = image.sizes[rows] / bank.features.sizes[entries]
@@ -123,7 +123,7 @@ def find_candidates(bank: Bank, image: Features) -> list[Candidate]:
         agreeing = mine[_largest_agreement(middles[mine], scales[mine], turns[mine])]
         if len(agreeing) >= VOTES:
             plane, places = bank.features.points[entries[agreeing]], image.points[rows[agreeing]]
-            candidates.append(Candidate(int(picture), plane, places))
+            candidates.append(PictureCandidate(int(picture), plane, places))
     return candidates
 
 

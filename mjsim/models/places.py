@@ -13,7 +13,7 @@ _LINE = re.compile(r"(?:Element '(?P<tag>[\w.:-]+)',? )?line (?P<line>\d+)")
 _NAMED = re.compile(r"(?:Element name|name) '(?P<name>[^']+)'")
 
 
-class Start(NamedTuple):
+class ElementStart(NamedTuple):
     """Where an element begins."""
 
     tag: str
@@ -24,7 +24,7 @@ class Start(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Origin:
+class ElementOrigin:
     """Where an element comes from."""
 
     path: str
@@ -36,7 +36,7 @@ class Origin:
 class PlacedError(ValueError):
     """What is wrong in a file, with its place."""
 
-    def __init__(self, path: str, start: Start, what: str) -> None:
+    def __init__(self, path: str, start: ElementStart, what: str) -> None:
         """Note a place.
 
         Args:
@@ -48,13 +48,13 @@ class PlacedError(ValueError):
         self.path, self.start, self.what = path, start, what
 
 
-def starts(data: bytes) -> list[Start]:
+def starts(data: bytes) -> list[ElementStart]:
     """Return where the elements of an XML file begin, in their order; as many as can be read."""
-    found: list[Start] = []
+    found: list[ElementStart] = []
     parser = expat.ParserCreate()
 
     def begin(tag: str, _: dict[str, str]) -> None:
-        found.append(Start(tag, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1))
+        found.append(ElementStart(tag, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1))
 
     parser.StartElementHandler = begin
     try:
@@ -91,19 +91,19 @@ def plainly(error: str, element: Element) -> str:
     return f"<{element.tag}>{f' {name!r}' if name else ''}: {what}"
 
 
-def numbered(root: Element, path: str) -> dict[Element, Origin]:
+def numbered(root: Element, path: str) -> dict[Element, ElementOrigin]:
     """Return where the elements of a file that was just read come from."""
-    return {element: Origin(path, number) for number, element in enumerate(root.iter())}
+    return {element: ElementOrigin(path, number) for number, element in enumerate(root.iter())}
 
 
-def line_of(name: str, data: bytes) -> Start | None:
+def line_of(name: str, data: bytes) -> ElementStart | None:
     """Return where an element of a name begins in a file; None where there is none, or more than one kind of thing."""
     match = re.search(rb"""<([\w.:-]+)(?=[^<>]*\sname\s*=\s*["']%s["'])""" % re.escape(name.encode()), data)
     if match is None:
         return None
     line = data.count(b"\n", 0, match.start()) + 1
     column = match.start() - (data.rfind(b"\n", 0, match.start()) + 1) + 1
-    return Start(match[1].decode(), line, column)
+    return ElementStart(match[1].decode(), line, column)
 
 
 def names_in(text: str) -> Sequence[str]:

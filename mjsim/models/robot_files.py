@@ -16,7 +16,7 @@ import numpy as np
 
 from mjsim.models.files import ROBOT, Builder, Element, Gatherer, ModelFiles, Read
 from mjsim.models.inertias import mend_inertias, number_of
-from mjsim.models.places import Origin, PlacedError, element_of, numbered, plainly, starts
+from mjsim.models.places import ElementOrigin, PlacedError, element_of, numbered, plainly, starts
 from mjsim.models.reader import compiled
 from mjsim.models.stl import tidy_stl
 from mjsim.models.urdf_joints import freed_wheels, said_speeds, without_rails
@@ -107,7 +107,7 @@ class _RobotGatherer(Gatherer):
 
     def __init__(self, path: str, read: Read) -> None:
         super().__init__(path, read)
-        self._origins: dict[Element, Origin] = {}
+        self._origins: dict[Element, ElementOrigin] = {}
         self._amiss: Counter[str] = Counter()
         self._coarser: set[str] = set()
         self.gone: set[str] = set()

@@ -13,7 +13,7 @@ from mjsim.world import Source, Use
 if TYPE_CHECKING:  # Slow to load for those who only look at files.
     from mjsim.interface import BeaconInfo, WorldMap
 
-Origin = Literal["shipped", "installed", "beside"]
+Provenance = Literal["shipped", "installed", "beside"]
 """With mjsim, in some other package, or in files beside the world."""
 
 
@@ -58,7 +58,7 @@ class Host(ABC):
         """Return whether the text of `use:` names a module of this language."""
 
     @abstractmethod
-    def origin(self, use: str) -> Origin:
+    def origin(self, use: str) -> Provenance:
         """Return where a module comes from."""
 
     @abstractmethod

@@ -17,7 +17,7 @@ Twist = tuple[float, float, float]
 Steering = tuple[float, float]
 """The angle of what is steered when a tick began and when it ended [rad]."""
 STRAIGHT: Steering = (0.0, 0.0)
-Motion = Callable[[Sequence[float], Steering], Twist]
+WheelMotion = Callable[[Sequence[float], Steering], Twist]
 """Rotations of the wheels [rad], steering -> way ahead [m], way to the left [m], turn [rad]."""
 
 
@@ -90,7 +90,7 @@ class WheelOdometer:
         self,
         errors: WheelOdometry,
         *,
-        motion: Motion,
+        motion: WheelMotion,
         wheels: int,
         slip: Slip,
         sideways: bool,

@@ -15,7 +15,7 @@ from mjsim.modules.foreign import (
     read_files,
     require_sound,
 )
-from mjsim.modules.hosts import Doubt, Host, Key, Offer, Origin
+from mjsim.modules.hosts import Doubt, Host, Key, Offer, Provenance
 from mjsim.modules.octave.installed import find_octave
 from mjsim.modules.octave.text import MOST_BYTES, FunctionFile, is_name, read_function
 from mjsim.world import Source, Use
@@ -40,7 +40,7 @@ class OctaveHost(Host):
         """Return whether it names a file of MATLAB's kind."""
         return use.endswith(".m") and ":" not in use
 
-    def origin(self, use: str) -> Origin:
+    def origin(self, use: str) -> Provenance:
         """Return that it lies beside the world."""
         return "beside"
 

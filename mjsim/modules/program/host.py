@@ -18,7 +18,7 @@ from mjsim.modules.foreign import (
     read_files,
     require_sound,
 )
-from mjsim.modules.hosts import Doubt, Host, Offer, Origin
+from mjsim.modules.hosts import Doubt, Host, Offer, Provenance
 from mjsim.world import Source, Use
 
 _MARK = "exec:"
@@ -31,7 +31,7 @@ class ProgramHost(Host):
         """Return whether it names a program."""
         return use.startswith(_MARK)
 
-    def origin(self, use: str) -> Origin:
+    def origin(self, use: str) -> Provenance:
         """Return where the program comes from: a bare word is installed, a path leads beside the world file."""
         return "beside" if "/" in next(iter(_words(use)), "") else "installed"
 

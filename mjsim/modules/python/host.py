@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mjsim.modules.hosts import Doubt, Host, Offer, Origin
+from mjsim.modules.hosts import Doubt, Host, Offer, Provenance
 from mjsim.modules.python.files import python_files
 from mjsim.modules.python.find import class_doubts
 from mjsim.modules.python.offers import offers_in
@@ -19,7 +19,7 @@ class PythonHost(Host):
         place, colon, name = use.rpartition(":")
         return bool(place and colon) and name.isidentifier()
 
-    def origin(self, use: str) -> Origin:
+    def origin(self, use: str) -> Provenance:
         """Return where the class comes from."""
         if self.place(use).endswith(".py"):
             return "beside"

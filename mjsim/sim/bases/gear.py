@@ -9,7 +9,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.interface import Command
 from mjsim.sim.bases.profile import VelocityProfile
-from mjsim.sim.odometry import STRAIGHT, Motion, Steering, Twist, WheelOdometer
+from mjsim.sim.odometry import STRAIGHT, Steering, Twist, WheelMotion, WheelOdometer
 from mjsim.sim.streams import stream
 from mjsim.world import Robot
 
@@ -34,7 +34,7 @@ class RunningGear:
     """What is steered, in the order of its angles, which follow those speeds."""
     profile: VelocityProfile
     odometer: WheelOdometer
-    motion: Motion
+    motion: WheelMotion
     wanted: Callable[[float], Command] | None = None
     """Gives the set-points of its controller for a time [s]; None where servos turn the wheels."""
     goal: Callable[[], Sequence[float]] | None = None
@@ -51,7 +51,7 @@ def running_gear(
     robot: Robot,
     *,
     profile: VelocityProfile,
-    motion: Motion,
+    motion: WheelMotion,
     dt: float,
     seed: int,
     wheels: Sequence[str] = (),
@@ -91,7 +91,7 @@ def running_gear(
     )
 
 
-def motion_of(kinematics: Kinematics) -> Motion:
+def motion_of(kinematics: Kinematics) -> WheelMotion:
     """Return what rotations stand for on a base without steering."""
 
     def motion(rotations: Sequence[float], steering: Steering) -> Twist:
