@@ -1,22 +1,25 @@
 """The command `import-log`: the log of a real robot -> a recording."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from mjsim.cli.arguments import Overwrite
+from mjsim.errors import UsageError
 from mjsim.progress import say, tracked
 
 
 def import_log(
     source: Annotated[
         Path,
-        typer.Argument(metavar="LOG", help="Of MRCLAM, Victoria Park, CARMEN; tables described in YAML."),
+        typer.Argument(metavar="LOG", help="Of MRCLAM, Victoria Park, TUM RGB-D, CARMEN; a ROS bag; tables in YAML."),
     ],
     output: Annotated[Path, typer.Option("-o", metavar="RUN.mcap", help="The recording to write.")],
-    robot: Annotated[list[int] | None, typer.Option(metavar="N", help="Of MRCLAM; may be repeated; all.")] = None,
+    robot: Annotated[list[str] | None, typer.Option(metavar="R", help="Of MRCLAM or a bag; may be repeated.")] = None,
+    topic: Annotated[list[str] | None, typer.Option(metavar="KIND=TOPIC", help="Of a bag; may be repeated.")] = None,
     rate: Annotated[float | None, typer.Option(help="Ticks a second.", min=0.1, max=250)] = None,
     begin: Annotated[float, typer.Option(help="Leave so much of the beginning out [s].", min=0.0)] = 0.0,
     seconds: Annotated[float | None, typer.Option(help="Take so much of it [s].", min=0.0)] = None,
@@ -38,6 +41,7 @@ def import_log(
         begin=begin,
         seconds=seconds,
         robots=robot or (),
+        topics=_topics(topic or ()),
         known_map=known_map,
         motion={name: value for name, value in motion.items() if value is not None},
         range_noise=range_noise,
@@ -49,3 +53,14 @@ def import_log(
         if "left out" in fact and value != "0":
             say(f"{fact}: {value}")
     print(output)
+
+
+def _topics(words: Sequence[str]) -> dict[str, list[str]]:
+    """Return what is read -> the topics that it is read from."""
+    topics: dict[str, list[str]] = {}
+    for word in words:
+        kind, equals, topic = word.partition("=")
+        if not equals or not topic:
+            raise UsageError(f"--topic is '{word}'; it must be KIND=TOPIC, such as odometry=/odom")
+        topics.setdefault(kind, []).append(topic)
+    return topics

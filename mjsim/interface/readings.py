@@ -105,7 +105,7 @@ class ImuReading:
     acceleration: Array
     """Specific force: what it is pushed by, (0, 0, 9.81) at rest, shape (3,) [m/s^2]."""
     turn: Array
-    """Angular velocity about x, y and z, shape (3,) [rad/s]."""
+    """Angular velocity about x, y and z, shape (3,) [rad/s]; NaN from a sensor of a log that has no gyroscopes."""
     name: str = "imu"
     """Of the sensor."""
 

@@ -28,6 +28,7 @@ from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Scan
 from mjsim.logs.log import Log, Mount
+from mjsim.logs.readings import kept
 from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.text import lines_of
 
@@ -104,7 +105,7 @@ def read_carmen(path: Path) -> Log:
     robot = RobotLog(
         track=_rows(found.odometry, 4) if found.odometry else None,
         twists=_rows(found.twists, 3),
-        scans={name: _without_returns(scans) for name, scans in lasers.items()},
+        scans={name: kept(_without_returns(scans)) for name, scans in lasers.items()},
         truth=_rows(found.truth, 4) if found.truth else None,
         gap=1.0,
     )

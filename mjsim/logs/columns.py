@@ -21,6 +21,7 @@ from mjsim.geometry import Array
 from mjsim.interface import ImuReading, Scan, Sighting
 from mjsim.logs.csv_table import CsvTable, read_csv
 from mjsim.logs.log import BEARING, MOTION, RANGE, Log, Mount, Wishes
+from mjsim.logs.readings import kept
 from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.text import lines_of
 from mjsim.world import Model, read_described
@@ -204,7 +205,7 @@ def read_columns(path: Path, wishes: Wishes) -> Log:
         track=tables.poses(told.odometry),
         sightings=sightings,
         identities=names,
-        scans={scan.name: tables.scans(scan) for scan in scans},
+        scans={scan.name: kept(tables.scans(scan)) for scan in scans},
         imu=tables.imu(told.imu),
         truth=tables.poses(told.truth),
         gap=told.gap,

@@ -1,14 +1,17 @@
 """Which kind of log a file or a folder is, and its import."""
 
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.logs import columns, mrclam, victoria_park
+from mjsim.logs.bags import is_bag, read_bag
 from mjsim.logs.carmen import is_carmen, read_carmen
-from mjsim.logs.log import Log, Wishes, record_log, require_motion
-from mjsim.record import Recording
+from mjsim.logs.log import Log, Wishes, record_logs, require_motion
+from mjsim.logs.rgbd import is_rgbd, read_rgbd
+from mjsim.record import Recording, is_mcap
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -18,19 +21,31 @@ class Kind:
     name: str
     is_one: Callable[[Path], bool]
     """Whether a file or folder is of this kind."""
-    read: Callable[[Path, Wishes], Log]
+    read: Callable[[Path, Wishes, ExitStack], Sequence[Log]]
+    """One log for each robot; files that stay open are closed with the stack."""
     landmarks: bool = False
     """Whether it may hold a survey of landmarks."""
+    robots: bool = False
+    """Whether it may be of several robots."""
+    topics: bool = False
+    """Whether it has topics."""
 
 
 KINDS: Sequence[Kind] = (
-    Kind(name="a description of tables", is_one=columns.is_description, read=columns.read_columns, landmarks=True),
-    Kind(name="a CARMEN log", is_one=is_carmen, read=lambda path, _: read_carmen(path)),
+    Kind(
+        name="a description of tables",
+        is_one=columns.is_description,
+        read=lambda path, wishes, _: [columns.read_columns(path, wishes)],
+        landmarks=True,
+    ),
+    Kind(name="a bag of ROS", is_one=is_bag, read=read_bag, robots=True, topics=True),
+    Kind(name="an RGB-D folder of TUM", is_one=is_rgbd, read=lambda path, *_: [read_rgbd(path)]),
+    Kind(name="a CARMEN log", is_one=is_carmen, read=lambda path, *_: [read_carmen(path)]),
 )
 """In the order in which they are tried; MRCLAM and Victoria Park are folders of their own."""
 READ = (
-    "a folder of MRCLAM (Barcodes.dat) or of Victoria Park (inputs.dat), a CARMEN log,"
-    " a YAML file that describes tables (log: tables)"
+    "a folder of MRCLAM (Barcodes.dat), Victoria Park (inputs.dat) or TUM RGB-D (rgb.txt), a bag of ROS 1 or ROS 2,"
+    " a CARMEN log, a YAML file that describes tables (log: tables)"
 )
 TABLES = (".csv", ".tsv", ".dat")
 PACKED = (".tar", ".tgz", ".txz", ".zip", ".tar.gz", ".tar.xz", ".tar.bz2", ".7z")
@@ -71,27 +86,40 @@ def import_log(
     kind = None if packed else next((kind for kind in KINDS if kind.is_one(path)), None)
     if kind is None:
         raise UsageError(_unknown(path))
-    _refuse(wishes, kind.name, robots=False, landmarks=kind.landmarks)
-    log = kind.read(path, wishes)
-    require_motion(log, path)
-    return record_log(log, path, wishes, record=record, progress=progress, overwrite=overwrite)
+    _refuse(wishes, kind.name, robots=kind.robots, landmarks=kind.landmarks, topics=kind.topics)
+    with ExitStack() as stack:
+        logs = kind.read(path, wishes, stack)
+        for log in logs:
+            require_motion(log, path)
+        return record_logs(logs, path, wishes, record=record, progress=progress, overwrite=overwrite)
 
 
 def _unknown(path: Path) -> str:
     """Return why a path is no log that is read here."""
     if path.name.lower().endswith(PACKED):
         return f"'{path}' is an archive; unpack it and name the folder"
+    if path.is_file() and is_mcap(path):
+        return f"'{path}' is an MCAP file but not of ROS 2; a recording of mjsim is replayed as it is"
     if path.is_file() and path.suffix.lower() in TABLES:
         return f"'{path}' is a table of numbers; describe its columns in a YAML file (log: tables) and name that"
     return f"'{path}' is no log that is read here; give {READ}"[:LONGEST_MESSAGE]
 
 
-def _refuse(wishes: Wishes, kind: str, *, robots: bool, landmarks: bool) -> None:
+def _refuse(wishes: Wishes, kind: str, *, robots: bool, landmarks: bool, topics: bool = False) -> None:
     """Refuse what was asked for and a kind of log does not have."""
+    if wishes.topics and not topics:
+        raise UsageError(f"{kind} has no topics; leave out --topic")
     if wishes.robots and not robots:
         raise UsageError(f"{kind} has one robot; leave out --robot")
     if wishes.known_map and not landmarks:
         raise UsageError(f"{kind} has no known map; leave out --known-map")
+
+
+def _number(robot: str) -> int:
+    """Return the number of a robot of MRCLAM."""
+    if not robot.isdecimal():
+        raise UsageError(f"no robot '{robot}'; MRCLAM numbers its robots 1 to 5")
+    return int(robot)
 
 
 def _import_mrclam(
@@ -99,7 +127,7 @@ def _import_mrclam(
 ) -> Recording:
     return mrclam.import_mrclam(
         path,
-        robots=wishes.robots or None,
+        robots=[_number(robot) for robot in wishes.robots] or None,
         rate_hz=wishes.rate_hz or mrclam.RATE,
         begin=wishes.begin,
         seconds=wishes.seconds,

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.geometry import Array, Pose
+from mjsim.geometry import Pose, Pose3
 from mjsim.interface import Scan
-from mjsim.logs.merge import MotionNoise, places_at
+from mjsim.logs.merge import MotionNoise, places_at, poses_at
 from mjsim.logs.robot_log import RobotLog, write_robot_logs
 from mjsim.logs.ticks import cut, name_from
 from mjsim.output import require_free
-from mjsim.record import Recording
+from mjsim.record import LoggedCamera, Recording
 from mjsim.world import World, parse_world
 
 MOTION = MotionNoise(distance=0.05, turn=0.1, veer=0.02)
@@ -28,6 +28,11 @@ SPARE = 1.5
 """Ticks for each scan, at least, at the rate that is chosen."""
 
 
+AHEAD = np.array([[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.3], [0.0, 0.0, 0.0, 1.0]])
+"""Optical frame of a camera that looks ahead, 0.3 m above the floor, in the robot's frame; where a log tells no place
+[m]."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wishes:
     """What a user may ask of an import; what a log does not have is refused."""
@@ -38,8 +43,10 @@ class Wishes:
     """How much of the beginning is left out [s]."""
     seconds: float | None = None
     """How much is taken [s]; all unless given."""
-    robots: Sequence[int] = ()
-    """Of a log of several, by number; all unless given."""
+    robots: Sequence[str] = ()
+    """Of a log of several, by number or name; all unless given."""
+    topics: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    """Of a bag: what is read, such as 'odometry' or 'scan' -> the topics that it is read from."""
     known_map: bool = False
     """Whether modules are told where landmarks are."""
     motion: Mapping[str, float] = field(default_factory=dict)
@@ -82,6 +89,8 @@ class Log:
     """Of the robot."""
     mounts: Mapping[str, Mount] = field(default_factory=dict)
     """By the name of the lidar, or of the inertial sensor."""
+    cameras: Mapping[str, LoggedCamera] = field(default_factory=dict)
+    """Data sheets, by the name of the camera."""
     landmarks: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Where those of a survey are [m]."""
     motion: MotionNoise = MOTION
@@ -92,15 +101,16 @@ class Log:
 
     def times(self) -> tuple[float, float]:
         """Return when the first and the last of its readings were taken that a robot moves by [s]."""
-        moves = self.robot.track if self.robot.track is not None else self.robot.twists
-        scans = [np.array([scan.stamp for scan in part]) for part in self.robot.scans.values() if part]
-        seen = [np.array([sighting.stamp for sighting in self.robot.sightings])] if self.robot.sightings else []
-        all_times = [column for column in (moves[:, 0], *scans, *seen) if len(column)]
-        return min(float(column[0]) for column in all_times), max(float(column[-1]) for column in all_times)
+        robot = self.robot
+        moves = robot.track if robot.track is not None else robot.twists
+        seen = np.array([sighting.stamp for sighting in robot.sightings])
+        scans, pictures = ([each.stamps for each in part.values()] for part in (robot.scans, robot.cameras))
+        columns = [column for column in (moves[:, 0], seen, *scans, *pictures) if len(column)]
+        return min(float(column[0]) for column in columns), max(float(column[-1]) for column in columns)
 
 
-def record_log(
-    log: Log,
+def record_logs(
+    logs: Sequence[Log],
     source: Path,
     wishes: Wishes,
     *,
@@ -108,11 +118,11 @@ def record_log(
     progress: Callable[[float], None] | None = None,
     overwrite: bool = False,
 ) -> Recording:
-    """Write a log as a recording and return it.
+    """Write the logs of some robots, on one clock, as a recording and return it.
 
     Args:
-        log: Of one robot.
-        source: The file or folder that it was read from.
+        logs: One for each robot, their names differ.
+        source: The file or folder that they were read from.
         wishes: Of the user.
         record: The MCAP file; a temporary one, gone with the recording, if None.
         progress: Called with how much of it is done [%].
@@ -124,56 +134,84 @@ def record_log(
     """
     if record is not None:
         require_free(Path(record), overwrite=overwrite)
-    first, last = log.times()
-    rate = wishes.rate_hz or _rate_of(log)
-    span = cut(first, last, begin=wishes.begin, seconds=wishes.seconds, rate_hz=rate)
+    firsts, lasts = zip(*(log.times() for log in logs), strict=True)
+    rate = wishes.rate_hz or max(_rate_of(log) for log in logs)
+    span = cut(min(firsts), max(lasts), begin=wishes.begin, seconds=wishes.seconds, rate_hz=rate)
+    notes = {key: value for log in logs for key, value in log.notes.items()}
     return write_robot_logs(
-        world_of(log, name_from(source), span=span, rate_hz=rate, wishes=wishes),
-        {log.name: log.robot},
+        world_of(logs, name_from(source), span=span, rate_hz=rate, wishes=wishes),
+        {log.name: log.robot for log in logs},
         span=span,
-        noise=wishes.motion_over(log.motion),
-        metadata={"log": log.kind, "log source": str(source), **log.notes},
+        noise=wishes.motion_over(logs[0].motion),
+        metadata={"log": logs[0].kind, "log source": str(source), **notes},
+        cameras={(log.name, name): camera for log in logs for name, camera in log.cameras.items()},
         record=record,
         overwrite=overwrite,
         progress=progress,
     )
 
 
-def world_of(log: Log, name: str, *, span: tuple[float, float], rate_hz: float, wishes: Wishes) -> World:
-    """Return the room of a log: no walls, its landmarks as reflectors, its robot where it begins."""
-    deviations = wishes.sighting_over(*log.sighting)
-    start = _start(log.robot.truth, span[0])
-    sensors = [
-        _lidar_text(lidar, scans[0], log.mounts.get(lidar, Mount()), rate_hz)
-        for lidar, scans in log.robot.scans.items()
-    ]
-    if log.robot.sightings:
-        noise = f"noise: {{range: {deviations[0]!r}, bearing_deg: {math.degrees(deviations[1])!r}}}"
-        nameless = all(sighting.name is None for sighting in log.robot.sightings)
-        sensors.append(
-            f"{{beacons: eyes, range: [0.01, {_farthest(log)!r}], fov_deg: 360, rate_hz: {rate_hz!r},"
-            f" anonymous: {str(nameless).lower()}, {noise}}}"
-        )
-    sensors += [_imu_text(imu, log.mounts.get(imu, Mount())) for imu in sorted({item.name for item in log.robot.imu})]
-    beacons = [
-        f"  - {{name: {json.dumps(mark)}, at: [{x!r}, {y!r}], width: 0.1}}" for mark, (x, y) in log.landmarks.items()
-    ]
+def world_of(logs: Sequence[Log], name: str, *, span: tuple[float, float], rate_hz: float, wishes: Wishes) -> World:
+    """Return the room of logs: no walls, their landmarks as reflectors, their robots where they begin."""
+    marks = {mark: place for log in logs for mark, place in log.landmarks.items()}
+    beacons = [f"  - {{name: {json.dumps(mark)}, at: [{x!r}, {y!r}], width: 0.1}}" for mark, (x, y) in marks.items()]
+    robots = [line for log in logs for line in _robot_lines(log, span[0], rate_hz, wishes)]
     lines = [
-        f"# From a log: {log.kind}. It tells of no walls, and the robot's body is a guess.",
+        f"# From a log: {logs[0].kind}. It tells of no walls, and the robot's body is a guess.",
         "mjsim: 1",
         f"name: {name}",
         *(["beacons:", *beacons] if beacons else []),
         "robots:",
+        *robots,
+        f"run: {{seconds: {span[1] - span[0]!r}, rate_hz: {rate_hz!r},",
+        f"      map: {'known' if wishes.known_map else 'unknown'}}}",
+    ]
+    return parse_world("\n".join(lines) + "\n")
+
+
+def _robot_lines(log: Log, time: float, rate_hz: float, wishes: Wishes) -> list[str]:
+    """Return what the world file says of a robot that begins at a time [s]."""
+    start, sensors = _start(log.robot, time), _sensor_texts(log, rate_hz, wishes)
+    return [
         f"  - name: {json.dumps(log.name)}",
         f"    at: [{start.x!r}, {start.y!r}]",
         f"    heading_deg: {math.degrees(start.heading)!r}",
         "    drive: {type: differential, wheel_radius: 0.1, track: 0.4, max_speed: 3}",
         "    body: {radius: 0.25, height: 0.3, mass: 15}",
         *(["    sensors:", *(f"      - {text}" for text in sensors)] if sensors else []),
-        f"run: {{seconds: {span[1] - span[0]!r}, rate_hz: {rate_hz!r},",
-        f"      map: {'known' if wishes.known_map else 'unknown'}}}",
     ]
-    return parse_world("\n".join(lines) + "\n")
+
+
+def _sensor_texts(log: Log, rate_hz: float, wishes: Wishes) -> list[str]:
+    """Return what the world file says of each sensor of a robot."""
+    robot, deviations = log.robot, wishes.sighting_over(*log.sighting)
+    texts = [
+        _lidar_text(lidar, scans.take(0), log.mounts.get(lidar, Mount()), rate_hz)
+        for lidar, scans in robot.scans.items()
+    ]
+    texts += [_camera_text(name, log.cameras[name], rate_hz) for name in robot.cameras]
+    if robot.sightings:
+        noise = f"noise: {{range: {deviations[0]!r}, bearing_deg: {math.degrees(deviations[1])!r}}}"
+        nameless = all(sighting.name is None for sighting in robot.sightings)
+        texts.append(
+            f"{{beacons: eyes, range: [0.01, {_farthest(log)!r}], fov_deg: 360, rate_hz: {rate_hz!r},"
+            f" anonymous: {str(nameless).lower()}, {noise}}}"
+        )
+    return texts + [_imu_text(imu, log.mounts.get(imu, Mount())) for imu in sorted({item.name for item in robot.imu})]
+
+
+def _camera_text(name: str, camera: LoggedCamera, rate_hz: float) -> str:
+    """Return the nearest that a world file can say; the data sheet in the metadata is exact."""
+    intrinsics, place = camera.intrinsics, camera.robot_from_camera
+    place = AHEAD if place is None else place
+    ahead = place[:3, 2]
+    yaw, pitch = math.atan2(ahead[1], ahead[0]), math.asin(min(max(float(ahead[2]), -1.0), 1.0))
+    fov = math.degrees(2.0 * math.atan(intrinsics.width / 2.0 / intrinsics.fx))
+    return (
+        f"{{camera: {name}, at: {place[:3, 3].tolist()}, yaw_deg: {math.degrees(yaw)!r},"
+        f" pitch_deg: {math.degrees(pitch)!r}, width: {intrinsics.width}, height: {intrinsics.height},"
+        f" fov_deg: {min(max(fov, 5.0), 150.0)!r}, rate_hz: {rate_hz!r}}}"
+    )
 
 
 def _lidar_text(name: str, scan: Scan, mount: Mount, rate_hz: float) -> str:
@@ -195,17 +233,22 @@ def _farthest(log: Log) -> float:
     return max(1.0, 1.1 * max(float(sighting.range) for sighting in log.robot.sightings))
 
 
-def _start(truth: Array | None, time: float) -> Pose:
-    """Return where the robot begins: at the truth, else at the origin."""
-    if truth is None or not len(truth):
+def _start(robot: RobotLog, time: float) -> Pose:
+    """Return where a robot begins: at the truth, else at the origin."""
+    if robot.poses is not None:
+        begin = np.array([time]).clip(robot.poses[0, 0], robot.poses[-1, 0])
+        return Pose3(*poses_at(begin, robot.poses, gap=math.inf)[0].tolist()).planar()
+    if robot.truth is None or not len(robot.truth):
         return Pose(0.0, 0.0, 0.0)
-    return Pose.from_array(places_at(np.array([time]).clip(truth[0, 0], truth[-1, 0]), truth, gap=math.inf)[0])
+    begin = np.array([time]).clip(robot.truth[0, 0], robot.truth[-1, 0])
+    return Pose.from_array(places_at(begin, robot.truth, gap=math.inf)[0])
 
 
 def _rate_of(log: Log) -> float:
-    """Return the lowest rate of `RATES`, from 10 Hz on, that leaves ticks to spare for the scans of each lidar."""
+    """Return the lowest rate of `RATES`, from 10 Hz on, that leaves ticks to spare for each lidar and camera."""
     first, last = log.times()
-    most = max((len(scans) for scans in log.robot.scans.values()), default=0) / max(last - first, 1e-3)
+    counts = [*map(len, log.robot.scans.values()), *map(len, log.robot.cameras.values())]
+    most = max(counts, default=0) / max(last - first, 1e-3)
     return next((rate for rate in RATES if rate >= SPARE * most), RATES[-1])
 
 
@@ -216,5 +259,5 @@ def require_motion(log: Log, source: Path) -> None:
         UsageError: It does not.
     """
     robot = log.robot
-    if robot.track is None and not len(robot.twists) and not robot.scans and not robot.sightings:
-        raise UsageError(f"'{source}' holds neither odometry nor scans nor sightings; there is nothing to record")
+    if robot.track is None and not len(robot.twists) and not robot.scans and not robot.cameras and not robot.sightings:
+        raise UsageError(f"'{source}' holds no odometry, scans, pictures or sightings; there is nothing to record")

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose, wrap_angles
 from mjsim.interface import Odometry
@@ -114,15 +115,46 @@ def places_at(times: Array, track: Array, *, gap: float) -> Array:
     Returns:
         (x, y, heading), shape (K, 3): on the straight line between the rows before and after.
     """
-    since = track[:, 0]
+    before, share, known = _between(times, track[:, 0], gap)
+    steps = track[before + 1, 1:] - track[before, 1:]
+    steps[:, 2] = wrap_angles(steps[:, 2])
+    places = track[before, 1:] + share[:, None] * steps
+    places[:, 2] = wrap_angles(places[:, 2])
+    return np.where(known[:, None], places, np.nan)
+
+
+def poses_at(times: Array, track: Array, *, gap: float) -> Array:
+    """Return where a body was in space at some times, NaN where the log does not tell.
+
+    Args:
+        times: Shape (K,) [s].
+        track: Rows of time [s], x, y, z [m] and unit quaternion x, y, z, w, in the order of time, shape (N, 8).
+        gap: Between two rows that are farther apart than this nothing is known [s].
+
+    Returns:
+        (x, y, z, qx, qy, qz, qw), shape (K, 7): between the rows before and after, on the shorter way.
+    """
+    before, share, known = _between(times, track[:, 0], gap)
+    first, second = track[before, 1:], track[before + 1, 1:].copy()
+    # A quaternion and its negative are one rotation.
+    second[(first[:, 3:] * second[:, 3:]).sum(axis=1) < 0.0, 3:] *= -1.0
+    poses = first + share[:, None] * (second - first)
+    poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
+    return np.where(known[:, None], poses, np.nan)
+
+
+def _between(times: Array, since: Array, gap: float) -> tuple[NDArray[np.intp], Array, NDArray[np.bool_]]:
+    """Return the row before each time, the share of the way to the next, and whether anything is known then.
+
+    Args:
+        times: Shape (K,) [s].
+        since: Times of the rows, shape (N,), N at least 2 [s].
+        gap: Between two rows that are farther apart than this nothing is known [s].
+    """
     # Of rows with one time the last counts.
     after = np.searchsorted(since, times, side="right").clip(1, len(since) - 1)
     before = after - 1
     length = since[after] - since[before]
     inside = (times >= since[before]) & (times <= since[after])
     share = np.where(length > 0.0, (times - since[before]) / np.where(length > 0.0, length, 1.0), 0.0)
-    steps = track[after, 1:] - track[before, 1:]
-    steps[:, 2] = wrap_angles(steps[:, 2])
-    places = track[before, 1:] + share[:, None] * steps
-    places[:, 2] = wrap_angles(places[:, 2])
-    return np.where((inside & (length <= gap))[:, None], places, np.nan)
+    return before, share, inside & (length <= gap)

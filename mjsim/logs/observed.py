@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Command, Observation
-from mjsim.logs.log import Log, Wishes, world_of
+from mjsim.logs.log import AHEAD, Log, Wishes, world_of
+from mjsim.logs.readings import kept
 from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.ticks import write_ticks
 from mjsim.output import require_free
-from mjsim.record import Recording
-from mjsim.world import World
+from mjsim.record import LoggedCamera, Recording, logged_frame
+from mjsim.world import Camera, World
 
 JITTER = 1e-3
 """Share of a tick by which times may be off an even rate."""
@@ -37,8 +38,8 @@ def write_log(
 ) -> Recording:
     """Write what a robot observed, one observation a tick, as a recording and return it.
 
-    Times and stamps are counted from the first observation. Pictures are left out. The recording's estimate is dead
-    reckoning until an estimator is replayed.
+    Times and stamps are counted from the first observation. Pictures and depth are kept without loss, and are what
+    replayed modules see. The recording's estimate is dead reckoning until an estimator is replayed.
 
     Args:
         record: The MCAP file to write.
@@ -47,22 +48,22 @@ def write_log(
         truth: Where the robot was at each, (x, y, heading), shape (N, 3) [m, m, rad]; NaN rows where nobody knows.
         landmarks: Where those stand that sightings name [m]; modules are not told.
         world: The room, with this robot, its sensors and its start; a bare floor with the sensors that the observations
-            have unless given.
+            have unless given. It tells where on the robot they are.
         metadata: Kept with the recording.
         overwrite: Whether `record` may replace a file.
         progress: Called with how much of it is done [%].
 
     Raises:
-        UsageError: The file exists, times are not even, the truth has another shape, or the world lacks the robot.
+        UsageError: The file exists, times are not even, the truth has another shape, the pictures of a camera have
+            several sizes, or the world lacks the robot or a camera.
         WorldError: A name is none that a world may have.
         RecordingError: The file cannot be written.
     """
     require_free(Path(record), overwrite=overwrite)
     rate = _rate_of(observations)
-    poses = _poses(truth, len(observations))
-    room = world if world is not None else _room(observations, robot, poses, landmarks or {}, rate)
-    if robot not in {item.name for item in room.robots}:
-        raise UsageError(f"no robot '{robot}' in the world; give the world that it drove in, or none")
+    poses, cameras = _poses(truth, len(observations)), _cameras(observations, placed=world is None)
+    room = world if world is not None else _room(observations, robot, poses, landmarks or {}, cameras, rate)
+    _require_robot(room, robot, cameras)
     if abs(room.run.rate_hz - rate) > JITTER * rate:
         raise UsageError(
             f"observations come at {rate:g} Hz and the world's ticks at {room.run.rate_hz:g}; make them equal"
@@ -73,6 +74,7 @@ def write_log(
         room,
         {robot: _Observed(observations, poses, first, room.run.steps_per_tick * room.run.step)},
         metadata={"log": "observations", "log start": repr(first), **(metadata or {})},
+        cameras={(robot, name): camera for name, camera in cameras.items()},
         record=record,
         overwrite=overwrite,
         progress=progress,
@@ -87,6 +89,8 @@ class _Observed:
     truth: Array
     first: float
     dt: float
+    poses: None = None
+    """They are planar."""
 
     def observation(self, row: int) -> Observation:
         """Return an observation at its tick."""
@@ -98,7 +102,9 @@ class _Observed:
             sightings=tuple(replace(item, stamp=item.stamp - first) for item in seen.sightings),
             scans={name: replace(scan, stamp=scan.stamp - first) for name, scan in seen.scans.items()},
             imu=tuple(replace(item, stamp=item.stamp - first) for item in seen.imu),
-            cameras={},
+            cameras={
+                name: replace(logged_frame(frame), stamp=frame.stamp - first) for name, frame in seen.cameras.items()
+            },
         )
 
     def command(self, row: int) -> Command:
@@ -109,6 +115,49 @@ class _Observed:
     def identities(self, row: int) -> tuple[str | None, ...]:
         """Return what the sightings were said to be of."""
         return tuple(sighting.name for sighting in self.observations[row].sightings)
+
+
+def _cameras(observations: Sequence[Observation], *, placed: bool) -> dict[str, LoggedCamera]:
+    """Return the data sheet of each camera that gave a picture.
+
+    Args:
+        observations: With the pictures.
+        placed: Whether a place on the robot is made up: ahead, 0.3 m above the floor.
+
+    Raises:
+        UsageError: A camera gave pictures of several sizes, or of another size than it says.
+    """
+    found: dict[str, LoggedCamera] = {}
+    for row, seen in enumerate(observations):
+        for name, frame in seen.cameras.items():
+            intrinsics = found.setdefault(name, LoggedCamera(frame.intrinsics, AHEAD if placed else None)).intrinsics
+            size = (intrinsics.height, intrinsics.width)
+            for shape in (frame.image.shape[:2], size if frame.depth is None else np.shape(frame.depth)):
+                if shape != size:
+                    raise UsageError(
+                        f"observation {row}: camera '{name}' gave {shape[1]} x {shape[0]} pixels; its intrinsics say"
+                        f" {size[1]} x {size[0]}"
+                    )
+    return found
+
+
+def _require_robot(world: World, robot: str, cameras: Mapping[str, LoggedCamera]) -> None:
+    """Return when the robot is in the world, with its cameras.
+
+    Raises:
+        UsageError: It is not.
+    """
+    found = next((item for item in world.robots if item.name == robot), None)
+    if found is None:
+        raise UsageError(f"no robot '{robot}' in the world; give the world that it drove in, or none")
+    sizes = {each.camera: (each.width, each.height) for each in found.sensors if isinstance(each, Camera)}
+    for name, camera in cameras.items():
+        size = camera.intrinsics.width, camera.intrinsics.height
+        if sizes.get(name) != size:
+            raise UsageError(
+                f"no camera '{name}' of {size[0]} x {size[1]} pixels on robot '{robot}' in the world; its pictures are"
+                " such"
+            )
 
 
 def _rate_of(observations: Sequence[Observation]) -> float:
@@ -148,20 +197,23 @@ def _room(
     robot: str,
     poses: Array,
     landmarks: Mapping[str, tuple[float, float]],
+    cameras: Mapping[str, LoggedCamera],
     rate: float,
 ) -> World:
     """Return a bare floor with a robot that has the sensors of its observations."""
     known = poses[np.isfinite(poses).all(axis=1)]
-    scans = {name: [scan] for seen in observations for name, scan in seen.scans.items()}
+    scans = {name: kept([scan]) for seen in observations for name, scan in seen.scans.items()}
+    frames = {name: kept([logged_frame(frame)]) for seen in observations for name, frame in seen.cameras.items()}
     log = RobotLog(
         sightings=[sighting for seen in observations for sighting in seen.sightings],
         scans=scans,
+        cameras=frames,
         imu=[reading for seen in observations for reading in seen.imu],
         truth=np.concatenate([[0.0], known[0]])[None] if len(known) else None,
     )
     span = (0.0, (len(observations) - 1) / rate)
     return world_of(
-        Log(kind="observations", robot=log, name=robot, landmarks=landmarks),
+        [Log(kind="observations", robot=log, name=robot, landmarks=landmarks, cameras=cameras)],
         "log",
         span=span,
         rate_hz=rate,

@@ -4,16 +4,18 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
+from types import MappingProxyType
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.geometry import Array
-from mjsim.interface import Command, ImuReading, Observation, Odometry, Scan, Sighting
-from mjsim.logs.merge import MotionNoise, motions, places_at, track_motions
+from mjsim.geometry import Array, Pose3
+from mjsim.interface import CameraFrame, Command, ImuReading, Observation, Odometry, Scan, Sighting
+from mjsim.logs.merge import MotionNoise, motions, places_at, poses_at, track_motions
+from mjsim.logs.readings import Readings
 from mjsim.logs.ticks import write_ticks
-from mjsim.record import Recording
+from mjsim.record import LoggedCamera, LoggedFrame, Recording
 from mjsim.world import World
 
 SAME_TIME = 2e-6
@@ -35,11 +37,16 @@ class RobotLog:
     sightings: Sequence[Sighting] = ()
     identities: Sequence[str] | None = None
     """What each sighting is of; None where nobody knows."""
-    scans: Mapping[str, Sequence[Scan]] = field(default_factory=dict)
+    scans: Mapping[str, Readings[Scan]] = field(default_factory=dict)
     """By the name of the lidar. Ticks are moved to the scans of the first."""
+    cameras: Mapping[str, Readings[LoggedFrame]] = field(default_factory=dict)
+    """By the name of the camera. Ticks are moved to the pictures of the first where there are no scans."""
     imu: Sequence[ImuReading] = ()
     truth: Array | None = None
     """Rows of time [s], x, y [m] and heading [rad], shape (M, 4); None when the log has none."""
+    poses: Array | None = None
+    """The truth in space, where the log has that: rows of time [s], x, y, z [m] and unit quaternion x, y, z, w, shape
+    (M, 8); in place of `truth`."""
     gap: float = 0.1
     """Between two rows of truth that are farther apart nothing is known [s]."""
 
@@ -51,6 +58,7 @@ def write_robot_logs(
     span: tuple[float, float],
     noise: MotionNoise,
     metadata: Mapping[str, str],
+    cameras: Mapping[tuple[str, str], LoggedCamera] = MappingProxyType({}),
     record: str | Path | None,
     overwrite: bool,
     progress: Callable[[float], None] | None,
@@ -63,6 +71,7 @@ def write_robot_logs(
         span: First and last time of the log's clock; the first is 0 in the recording [s].
         noise: Of the motion.
         metadata: Where the log is from.
+        cameras: Data sheets of cameras whose pictures are kept, by robot and camera.
         record: The MCAP file; a temporary one, gone with the recording, if None.
         overwrite: Whether that may replace a file.
         progress: Called with how much of it is done [%].
@@ -75,26 +84,28 @@ def write_robot_logs(
     count = int((span[1] - span[0]) / dt + 1e-9) + 1
     accounts = {name: _Ticked(log, noise, start=span[0], dt=dt, count=count) for name, log in logs.items()}
     left_out = {
-        f"{lidar} scans left out": str(left) for account in accounts.values() for lidar, left in account.left_out()
+        f"{sensor} {kind} left out": str(left)
+        for account in accounts.values()
+        for sensor, kind, left in account.left_out()
     }
     return write_ticks(
         world,
         accounts,
         metadata={"log start": repr(span[0]), **left_out, **metadata},
+        cameras=cameras,
         record=record,
         overwrite=overwrite,
         progress=progress,
     )
 
 
-def _told_at(scans: Sequence[Scan], edges: Array) -> dict[int, int]:
-    """Return tick -> number of the scan that it tells: each waits for the first tick that has none yet.
+def _told_at(stamps: Array, edges: Array) -> dict[int, int]:
+    """Return tick -> number of the reading that it tells: each waits for the first tick that has none yet.
 
     Args:
-        scans: Of one lidar, in the order of their times.
+        stamps: Of the readings of one sensor, shape (N,), ascending [s].
         edges: Times of the ticks, shape (K,), ascending [s].
     """
-    stamps = np.array([scan.stamp for scan in scans])
     arrived = np.searchsorted(stamps, edges + SAME_TIME, side="right").tolist()
     told, following = {}, int(np.searchsorted(stamps, edges[0] - SAME_TIME))
     for row, count in enumerate(arrived):
@@ -110,14 +121,15 @@ class _Ticked:
     """The log of one robot, told tick by tick.
 
     A tick stands for the moment of its scan, if it has one: odometry, truth and scan are of the same instant, however
-    unevenly scans were logged. Its time in the recording is later by less than a tick, or by as long as scans that came
-    all at once have to wait.
+    unevenly scans were logged. Pictures take that part where there are no scans. Its time in the recording is later by
+    less than a tick, or by as long as readings that came all at once have to wait.
     """
 
     def __init__(self, log: RobotLog, noise: MotionNoise, *, start: float, dt: float, count: int) -> None:
         self._log, self._dt, self._end = log, dt, start + dt * (count - 1)
         nominal = np.asarray(start + dt * np.arange(count), dtype=float)
-        self._scans = {name: _told_at(scans, nominal) for name, scans in log.scans.items()}
+        self._scans = {name: _told_at(scans.stamps, nominal) for name, scans in log.scans.items()}
+        self._pictures = {name: _told_at(frames.stamps, nominal) for name, frames in log.cameras.items()}
         edges = self._moments(nominal)
         rest = Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
         if log.track is None:
@@ -128,9 +140,8 @@ class _Ticked:
         self._imu = _rows_since(np.array([reading.stamp for reading in log.imu]), edges)
         self._start = start
         self._twists = _held(log.twists, edges) if log.track is None or len(log.twists) else self._mean_twists()
-        self.truth: Array = (
-            places_at(edges, log.truth, gap=log.gap) if log.truth is not None else np.full((count, 3), np.nan)
-        )
+        self.poses = poses_at(edges, log.poses, gap=log.gap) if log.poses is not None else None
+        self.truth = self._truth(edges)
 
     def observation(self, row: int) -> Observation:
         """Return what the robot sensed since the tick before."""
@@ -139,12 +150,18 @@ class _Ticked:
             dt=self._dt,
             odometry=self._motions[row],
             sightings=tuple(self._shifted(self._log.sightings[k]) for k in range(*self._sightings[row])),
+            cameras={name: self._picture(name, row) for name, rows in self._pictures.items() if row in rows},
             scans={
-                name: replace(self._log.scans[name][rows[row]], stamp=row * self._dt)
+                name: replace(self._log.scans[name].take(rows[row]), stamp=row * self._dt)
                 for name, rows in self._scans.items()
                 if row in rows
             },
-            imu=tuple(self._shifted(self._log.imu[k]) for k in range(*self._imu[row])),
+            imu=tuple(
+                self._shifted(reading)
+                for reading in sorted(
+                    (self._log.imu[k] for k in range(*self._imu[row])), key=lambda reading: reading.name
+                )
+            ),
             proximity=np.full(16, np.inf),
         )
 
@@ -160,19 +177,34 @@ class _Ticked:
         begin, end = self._sightings[row]
         return tuple(self._log.identities[begin:end])
 
-    def left_out(self) -> Iterator[tuple[str, int]]:
-        """Yield each lidar, and how many of its scans found no tick of their own."""
-        for name, rows in self._scans.items():
-            begin, end = self._start - SAME_TIME, self._end + SAME_TIME
-            yield name, sum(begin <= scan.stamp <= end for scan in self._log.scans[name]) - len(rows)
+    def left_out(self) -> Iterator[tuple[str, str, int]]:
+        """Yield each lidar and camera, what it gives, and how many of those found no tick of their own."""
+        scans = [(name, "scans", self._log.scans[name].stamps, rows) for name, rows in self._scans.items()]
+        pictures = [(name, "pictures", self._log.cameras[name].stamps, rows) for name, rows in self._pictures.items()]
+        for name, kind, stamps, rows in scans + pictures:
+            within = (stamps >= self._start - SAME_TIME) & (stamps <= self._end + SAME_TIME)
+            yield name, kind, int(within.sum()) - len(rows)
 
     def _moments(self, nominal: Array) -> Array:
         """Return the instant of the log that each tick stands for, ascending, shape (N,) [s]."""
         edges = nominal.copy()
-        for name, rows in list(self._scans.items())[:1]:
-            edges[list(rows)] = [self._log.scans[name][index].stamp for index in rows.values()]
+        leading = [(self._log.scans[name].stamps, rows) for name, rows in self._scans.items()]
+        leading += [(self._log.cameras[name].stamps, rows) for name, rows in self._pictures.items()]
+        for stamps, rows in leading[:1]:
+            edges[list(rows)] = stamps[list(rows.values())]
         # What comes after a scan that had to wait is not before it: a tick without a scan keeps to those that follow.
         return np.minimum.accumulate(edges[::-1])[::-1]
+
+    def _truth(self, edges: Array) -> Array:
+        """Return where the robot was at each tick, NaN where the log does not tell, shape (N, 3)."""
+        if self.poses is not None:
+            return np.array([Pose3(*row).planar().as_array() for row in self.poses.tolist()])
+        if self._log.truth is not None:
+            return places_at(edges, self._log.truth, gap=self._log.gap)
+        return np.full((len(edges), 3), np.nan)
+
+    def _picture(self, name: str, row: int) -> CameraFrame:
+        return replace(self._log.cameras[name].take(self._pictures[name][row]), stamp=row * self._dt)
 
     def _shifted(self, reading: Timed) -> Timed:
         return replace(reading, stamp=reading.stamp - self._start)
@@ -185,8 +217,8 @@ class _Ticked:
 def _rows_since(stamps: Array, edges: Array) -> list[tuple[int, int]]:
     """Return the first and the last row, not included, of what is told at each tick: all since the tick before."""
     # A stamp that is the tick's own is told at once.
-    ends = np.searchsorted(stamps, edges + 1e-9, side="right").tolist()
-    return list(pairwise([int(np.searchsorted(stamps, edges[0] - 1e-9)), *ends]))
+    ends = np.searchsorted(stamps, edges + SAME_TIME, side="right").tolist()
+    return list(pairwise([int(np.searchsorted(stamps, edges[0] - SAME_TIME)), *ends]))
 
 
 def _held(twists: Array, edges: Array) -> Array:

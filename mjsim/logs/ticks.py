@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from shutil import rmtree
+from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
@@ -15,7 +16,17 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import Command, Observation
 from mjsim.output import temporary_file
-from mjsim.record import Order, Recorder, Recording, Tick, read_recording
+from mjsim.record import (
+    LOGGED_CAMERAS,
+    LoggedCamera,
+    Order,
+    Recorder,
+    Recording,
+    Tick,
+    cameras_text,
+    read_recording,
+    with_logged_cameras,
+)
 from mjsim.run import Driver, Pilot
 from mjsim.sim import Simulation
 from mjsim.world import World
@@ -30,6 +41,10 @@ class Account(Protocol):
     @property
     def truth(self) -> Array:
         """Pose of each tick, shape (N, 3) [m, m, rad]; NaN rows where nobody knows."""
+
+    @property
+    def poses(self) -> Array | None:
+        """The same in space, rows as of `Pose3`, shape (N, 7); None when the robot stays upright on the floor."""
 
     def observation(self, row: int) -> Observation:
         """Return what the robot sensed since the tick before."""
@@ -46,6 +61,7 @@ def write_ticks(
     accounts: Mapping[str, Account],
     *,
     metadata: Mapping[str, str],
+    cameras: Mapping[tuple[str, str], LoggedCamera] = MappingProxyType({}),
     record: str | Path | None,
     overwrite: bool = False,
     progress: Callable[[float], None] | None = None,
@@ -56,6 +72,7 @@ def write_ticks(
         world: With the robots at their starts; its rate is that of the ticks.
         accounts: By the name of the robot, all of the same number of ticks.
         metadata: Where this is from.
+        cameras: Data sheets of cameras whose pictures are kept, by robot and camera.
         record: The MCAP file; a temporary one, gone with the recording, if None.
         overwrite: Whether that may replace a file.
         progress: Called with how much of it is done [%].
@@ -66,16 +83,18 @@ def write_ticks(
     """
     if record is None:
         with temporary_file("log.mcap") as path:
-            recording = write_ticks(world, accounts, metadata=metadata, record=path, overwrite=False, progress=progress)
+            recording = write_ticks(
+                world, accounts, metadata=metadata, cameras=cameras, record=path, overwrite=False, progress=progress
+            )
         weakref.finalize(recording, rmtree, path.parent, ignore_errors=True)
         return recording
     count = len(next(iter(accounts.values())).truth)
     with Simulation(world, seed=SEED) as sim:
         told = {"command": " ".join(sys.argv), "seconds": str(count * sim.dt), **metadata}
+        told |= {LOGGED_CAMERAS: cameras_text(cameras)} if cameras else {}
+        infos = with_logged_cameras(sim.robots, cameras)
         robots = {name: _Robot(account, sim, name) for name, account in accounts.items()}
-        with Recorder(
-            record, world=world, seed=SEED, robots=sim.robots, metadata=told, overwrite=overwrite
-        ) as recorder:
+        with Recorder(record, world=world, seed=SEED, robots=infos, metadata=told, overwrite=overwrite) as recorder:
             for row, tick in enumerate(_ticks(sim, robots, count), start=1):
                 recorder.write(tick)
                 if progress is not None:
@@ -121,7 +140,7 @@ def _ticks(sim: Simulation, robots: Mapping[str, "_Robot"], count: int) -> Itera
         yield Tick(
             time=row * sim.dt,
             truth=truth,
-            poses={name: Pose3.from_planar(pose) for name, pose in truth.items()},
+            poses={name: robots[name].pose(row, planar) for name, planar in truth.items()},
             seen=seen,
             orders=orders,
             qpos=qpos.copy(),
@@ -152,6 +171,11 @@ class _Robot:
         """Return where the robot was, None where the log does not tell."""
         pose = self.account.truth[row]
         return Pose.from_array(pose) if np.isfinite(pose).all() else None
+
+    def pose(self, row: int, planar: Pose) -> Pose3:
+        """Return where the robot was in space, given where it was seen from above."""
+        poses = self.account.poses
+        return Pose3.from_planar(planar) if poses is None else Pose3(*poses[row].tolist())
 
     def place(self, qpos: Array, row: int, believed: Pose) -> None:
         """Put the robot where it was, or was last known to be, or, before it was ever known, where odometry has it."""

@@ -12,6 +12,14 @@ from .file import RawMessage as RawMessage
 from .file import numeric_topics as numeric_topics
 from .file import same_run as same_run
 from .joints import JointTrack as JointTrack
+from .logged import LOGGED_CAMERAS as LOGGED_CAMERAS
+from .logged import LoggedCamera as LoggedCamera
+from .logged import LoggedPictures as LoggedPictures
+from .logged import cameras_text as cameras_text
+from .logged import logged_cameras as logged_cameras
+from .logged import with_logged_cameras as with_logged_cameras
+from .logged_frame import LoggedFrame as LoggedFrame
+from .logged_frame import logged_frame as logged_frame
 from .mechanisms import SensorTrack as SensorTrack
 from .messages import covariance_message as covariance_message
 from .messages import encode as encode

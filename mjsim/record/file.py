@@ -114,7 +114,9 @@ def picture_of(data: bytes) -> tuple[bytes, str]:
 
 
 def parts_of(data: bytes) -> Iterator[tuple[int, bytes, bytes]]:
-    """Yield number, value and whole bytes of each field of a message of Foxglove's that has texts and messages only.
+    """Yield number, value and whole bytes of each field of a message of Foxglove's.
+
+    Fields are texts, bytes, messages and numbers of 32 bits.
 
     Raises:
         ValueError: It is not as Foxglove defines it.
@@ -126,16 +128,19 @@ def parts_of(data: bytes) -> Iterator[tuple[int, bytes, bytes]]:
     while place < len(data):
         began = place
         key, place = _varint(data, place)
-        if key & 7 != _LENGTH_DELIMITED:
+        if key & 7 == _FIXED32:
+            size = 4
+        elif key & 7 == _LENGTH_DELIMITED:
+            size, place = _varint(data, place)
+        else:
             raise ValueError("a picture or a frame that is not as Foxglove defines it")
-        size, place = _varint(data, place)
         if place + size > len(data):
             raise ValueError("a picture or a frame that ends too early")
         yield key >> 3, data[place : place + size], data[began : place + size]
         place += size
 
 
-_LENGTH_DELIMITED = 2
+_LENGTH_DELIMITED, _FIXED32 = 2, 5
 _VARINT = 70
 """Bits of the longest."""
 

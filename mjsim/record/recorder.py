@@ -82,9 +82,10 @@ class Recorder:
             if codec.topic is not None
         ]
         self._drawings = [
-            (codec.drawing, robot, codec.field)
+            (drawing, robot, codec.field)
             for robot, codec in codecs
-            if codec.drawing is not None and (pictures or not codec.drawing.is_picture)
+            for drawing in codec.drawings
+            if pictures or not drawing.is_picture
         ]
         place = reserve(path, overwrite=overwrite)
         self._writer = Writer(place, world=world, seed=seed, robots=robots, metadata=metadata)

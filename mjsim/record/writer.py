@@ -125,7 +125,7 @@ class Writer:
         }
         self._mounts = [
             mount(f"{robot}/base", f"{robot}/{name}", robots[robot].sensors[name].robot_from_sensor)
-            for _, robot, name in drawn_sensors(robots)
+            for robot, name in dict.fromkeys((robot, name) for _, robot, name in drawn_sensors(robots))
         ]
         self._drawings: dict[str, Any] = {}
         self._frames = FrameTransformsChannel("/tf", context=context)
@@ -149,7 +149,8 @@ class Writer:
             self._log(topic, covariance_message(batch.time, estimate, joint), log_time)
         for drawing, robot, name, reading in batch.drawn:
             message = drawing.message(reading, f"{robot}/{name}")
-            self._drawings[drawing.topic(robot, name)].log(message, log_time=log_time)
+            if message is not None:
+                self._drawings[drawing.topic(robot, name)].log(message, log_time=log_time)
         if batch.looks is not None:
             self._map.log(looks_update(self._world, self._files, batch.looks, time=batch.time), log_time=log_time)
         if batch.frames:
@@ -223,10 +224,10 @@ class _File(Closes):
 def drawn_sensors(robots: Mapping[str, RobotInfo]) -> Iterator[tuple[DrawnTopic, str, str]]:
     """Yield how it is drawn, robot and name of each sensor whose readings Foxglove draws."""
     for codec in CODECS:
-        if codec.drawing is not None:
+        for drawing in codec.drawings:
             for robot, info in robots.items():
                 found = (name for name, sensor in info.sensors.items() if sensor.kind == codec.sensor)
-                yield from ((codec.drawing, robot, name) for name in found)
+                yield from ((drawing, robot, name) for name in found)
 
 
 def named_files(world: World) -> list[str]:

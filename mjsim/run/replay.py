@@ -22,6 +22,7 @@ from mjsim.record import (
     BELIEF_TOPICS,
     BeliefMessages,
     Copy,
+    LoggedPictures,
     Order,
     RawMessage,
     Recording,
@@ -29,8 +30,10 @@ from mjsim.record import (
     covariance_message,
     encode,
     event_message,
+    logged_cameras,
     read_recording,
     with_frame,
+    with_logged_cameras,
 )
 from mjsim.run.pilot import Driver, Pilot
 from mjsim.world import Use
@@ -53,7 +56,8 @@ def replay(
     """Let other modules look at what a robot observed, and return the recording with their estimates.
 
     All numbers are those that the modules of the run were given, exactly; pictures are drawn again from the recorded
-    states when a module looks at them. What the robot did and all other robots stay as they were.
+    states when a module looks at them, those of a log are the recorded ones. What the robot did and all other robots
+    stay as they were.
 
     Args:
         recording: A run, or its file.
@@ -134,7 +138,8 @@ def _pilot(run: Recording, robot: str, driver: Driver) -> Pilot:
     from mjsim.sim import Simulation
 
     with Simulation(run.world, seed=run.seed) as sim:
-        return Pilot(driver, sim.robots[robot], dict(sim.catalogue), sim.map, seed=run.seed)
+        info = with_logged_cameras(sim.robots, logged_cameras(run))[robot]
+        return Pilot(driver, info, dict(sim.catalogue), sim.map, seed=run.seed)
 
 
 def _metadata(run: Recording, robot: str, driver: Driver, uses: Mapping[str, Use]) -> dict[str, str]:
@@ -154,6 +159,7 @@ class _Again:
 
     def __init__(self, run: Recording, robot: str, driver: Driver, pilot: Pilot, retake: "Retake", copy: Copy) -> None:
         self._run, self._robot, self._pilot, self._retake, self._copy = run, robot, pilot, retake, copy
+        self._logged = LoggedPictures(run, robot)
         self._looks_anew = driver.observer is not None
         self._last = round(float(run.time[-1]) * 1e9)
         self._made_anew = {f"/{robot}/{kind}" for kind in BELIEF_TOPICS}
@@ -215,7 +221,8 @@ class _Again:
     def _observation(self, message: RawMessage) -> Observation:
         """Return what the modules of the run were given."""
         seen, stamps = self._run.observation_in(message)
-        seen = replace(seen, cameras=Frames(stamps, self._retake.frame))
+        take = self._logged.at(message.time) if self._logged.cameras else self._retake.frame
+        seen = replace(seen, cameras=Frames(stamps, take))
         if self._looks_anew:
             return seen
         return replace(seen, sightings=self._run.robots[self._robot].sightings[self._row])
@@ -228,10 +235,10 @@ class _Again:
 
 
 class Frames(Mapping[str, CameraFrame]):
-    """The pictures of an observation by camera, each drawn when it is first looked at."""
+    """The pictures of an observation by camera, each drawn or decoded when it is first looked at."""
 
     def __init__(self, stamps: Mapping[str, float], take: Callable[[str, float], CameraFrame]) -> None:
-        """Keep when each picture was taken [s], and what draws it again, given a camera and a stamp."""
+        """Keep when each picture was taken [s], and what gives it again, of a camera and a stamp."""
         self._stamps, self._take = stamps, take
         self._taken: dict[str, CameraFrame] = {}
 

@@ -8,7 +8,7 @@ import numpy as np
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import Picture
-from mjsim.record import Recording
+from mjsim.record import Recording, logged_cameras
 from mjsim.sim import SEEN_FROM_OUTSIDE, Playback
 from mjsim.video.diagrams import DiagramFrame, some_of
 from mjsim.video.frame import Frame, PlanFrame
@@ -50,6 +50,8 @@ def plan_pictures(recording: Recording, rows: Sequence[int], look: View) -> Iter
 def scene_pictures(recording: Recording, rows: Sequence[int], view: str) -> Iterator[Picture]:
     """Yield what a camera of the scene sees at rows of a recording, drawn again from the recorded states.
 
+    A camera of a log shows its recorded pictures.
+
     Args:
         recording: Whose states are drawn.
         rows: Which of them.
@@ -61,6 +63,10 @@ def scene_pictures(recording: Recording, rows: Sequence[int], view: str) -> Iter
     known = known_views(recording)
     if view not in known:
         raise UsageError(f"no view '{view}' of this recording{did_you_mean(view, known)}")
+    robot, _, name = view.partition("/")
+    if (robot, name) in logged_cameras(recording):
+        yield from _logged_pictures(recording, rows, robot, name)
+        return
     camera = f"{_first_robot(recording)}/chase" if view == "chase" else view
     sensor = _sensor(recording, view)
     if sensor is None:
@@ -95,6 +101,19 @@ def diagram_pictures(recording: Recording, rows: Sequence[int]) -> Iterator[Pict
     frame = DiagramFrame(recording.world, motions)
     for row in rows:
         yield frame.draw(float(recording.time[row]), {name: values[row] for name, values in motions.items()})
+
+
+def _logged_pictures(recording: Recording, rows: Sequence[int], robot: str, camera: str) -> Iterator[Picture]:
+    """Yield the newest picture of a camera of a log at rows of a recording, which ascend; black before the first."""
+    intrinsics = logged_cameras(recording)[robot, camera].intrinsics
+    shown: Picture = np.zeros((intrinsics.height, intrinsics.width, 3), dtype=np.uint8)
+    pictures = recording.images(robot, camera)
+    stamp, following = next(pictures, (np.inf, shown))
+    for row in rows:
+        while stamp <= recording.time[row] + 1e-9:
+            shown = following
+            stamp, following = next(pictures, (np.inf, shown))
+        yield shown
 
 
 def _drawn(frame: Frame | PlanFrame, recording: Recording, rows: Sequence[int]) -> Iterator[Picture]:

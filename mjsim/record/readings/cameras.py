@@ -4,14 +4,15 @@ from collections.abc import Mapping
 
 import numpy as np
 from foxglove import Context
-from foxglove.channels import CameraCalibrationChannel, CompressedImageChannel
+from foxglove.channels import CameraCalibrationChannel, CompressedImageChannel, RawImageChannel
 from numpy.typing import ArrayLike
 
 from mjsim.interface import CameraFrame, Observation, RobotInfo, SensorInfo
 from mjsim.record import json_schema as schema
+from mjsim.record.logged_frame import depth_message, kept_picture_message
 from mjsim.record.numbers import Message
 from mjsim.record.readings.codec import Box, Codec, DrawnTopic
-from mjsim.record.scene import calibration_message, picture_message
+from mjsim.record.scene import calibration_message
 from mjsim.world import Camera, Depth, World
 
 
@@ -48,12 +49,20 @@ CAMERAS = Codec(
     schema=schema.readings("Pictures given", {}),
     encode=_messages,
     sensor="camera",
-    drawing=DrawnTopic(
-        topic=lambda robot, camera: f"/{robot}/{camera}/image",
-        channel=CompressedImageChannel,
-        message=picture_message,
-        begin=_calibrate,
-        is_picture=True,
+    drawings=(
+        DrawnTopic(
+            topic=lambda robot, camera: f"/{robot}/{camera}/image",
+            channel=CompressedImageChannel,
+            message=kept_picture_message,
+            begin=_calibrate,
+            is_picture=True,
+        ),
+        DrawnTopic(
+            topic=lambda robot, camera: f"/{robot}/{camera}/depth",
+            channel=RawImageChannel,
+            message=depth_message,
+            is_picture=True,
+        ),
     ),
     boxes=_boxes,
 )

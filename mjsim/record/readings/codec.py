@@ -36,7 +36,8 @@ class DrawnTopic:
     channel: Callable[..., Any]
     """A channel of `foxglove.channels`."""
     message: Callable[[Any, str], Any]
-    """Reading and name of the sensor's frame -> message of `foxglove.messages`; called in the writer's thread."""
+    """Reading and name of the sensor's frame -> message of `foxglove.messages`, or None for none; called in the
+    writer's thread."""
     begin: Callable[[Context, str, SensorInfo], None] = lambda context, frame, info: None
     """Writes what stands once at the start: context, name of the sensor's frame, data sheet."""
     is_picture: bool = False
@@ -93,7 +94,7 @@ class Codec:
     sensor: str | None = None
     """The kind of sensor whose readings these are."""
     topic: Topic | None = None
-    drawing: DrawnTopic | None = None
+    drawings: tuple[DrawnTopic, ...] = ()
     tables: Callable[[Sequence[tuple[float, Any]]], Iterable[SensorTable]] | None = None
     """When modules were given a value [s], and the value, of all ticks that have one -> a table for each sensor."""
     boxes: Callable[[Any, RobotInfo, World], Mapping[str, Box]] | None = None

@@ -41,7 +41,7 @@ def _topic_message(tick: Tick, robot: str) -> Message | None:
             "name": each.name,
             "stamp": each.stamp,
             "acceleration": dict(zip("xyz", each.acceleration.tolist(), strict=True)),
-            "turn": dict(zip("xyz", each.turn.tolist(), strict=True)),
+            **({"turn": dict(zip("xyz", each.turn.tolist(), strict=True))} if np.isfinite(each.turn).all() else {}),
         }
         for each in seen.imu
     ]
@@ -108,8 +108,9 @@ IMU = Codec(
                             "name": schema.text("Of the sensor"),
                             "stamp": schema.number("[s]"),
                             "acceleration": schema.xyz("Specific force in the sensor's frame [m/s^2]"),
-                            "turn": schema.xyz("Angular velocity in the sensor's frame [rad/s]"),
-                        }
+                            "turn": schema.xyz("Angular velocity in the sensor's frame [rad/s]; left out without"),
+                        },
+                        optional=("turn",),
                     ),
                     "In time, one sensor after the other",
                 )

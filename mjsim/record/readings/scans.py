@@ -100,10 +100,12 @@ SCANS = Codec(
     decode=_scans,
     optional=True,
     sensor="lidar",
-    drawing=DrawnTopic(
-        topic=lambda robot, lidar: f"/{robot}/scan",
-        channel=LaserScanChannel,
-        message=laser_message,
+    drawings=(
+        DrawnTopic(
+            topic=lambda robot, lidar: f"/{robot}/scan",
+            channel=LaserScanChannel,
+            message=laser_message,
+        ),
     ),
     tables=_tables,
     boxes=_boxes,

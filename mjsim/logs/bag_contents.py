@@ -1,0 +1,187 @@
+"""The first reading of a bag: motion and inertial readings are kept, of scans and pictures only when they were."""
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array, Pose3
+from mjsim.interface import ImuReading
+from mjsim.logs.bag_file import Bag, RosMessage
+from mjsim.logs.bag_frames import BASES, Frames, frame_name, matrix_of
+from mjsim.logs.bag_messages import imu_of, pose_of, scan_of, twist_of
+from mjsim.logs.bag_pictures import is_depth, size_of
+from mjsim.logs.bag_topics import INFO, TRANSFORMS, RobotTopics
+from mjsim.logs.readings import rising
+
+MOST_TRANSFORMS = 5000
+"""Of each topic, from which the places of sensors are taken."""
+LATEST, SLACK = 10.0, 3600.0
+"""Times that are farther from the middle than so many lengths of the bag, and so many seconds, are wrong [1, s]."""
+
+
+@dataclass(slots=True)
+class Stream:
+    """A topic of scans or pictures, which is read again later."""
+
+    times: list[int] = field(default_factory=list)
+    """When its messages were recorded [ns]."""
+    stamps: list[float] = field(default_factory=list)
+    """When they were taken; NaN for one that cannot be used [s]."""
+    kinds: list[tuple[int, ...] | None] = field(default_factory=list)
+    """What messages of one sensor have in common: their number of beams, or their size."""
+    first: Any = None
+    """The first message that is as it must be."""
+
+    def usual(self) -> tuple[int, ...] | None:
+        """Return what most of its messages have in common; None without any."""
+        known = [kind for kind in self.kinds if kind is not None]
+        return Counter(known).most_common(1)[0][0] if known else None
+
+    def numbers(self) -> NDArray[np.intp]:
+        """Return the numbers of the messages that are used, in the order of time."""
+        stamps, usual = np.array(self.stamps), self.usual()
+        fit = np.array([kind == usual for kind in self.kinds], dtype=bool) & np.isfinite(stamps)
+        chosen = np.flatnonzero(fit)
+        return np.asarray(chosen[rising(stamps[chosen])], dtype=np.intp)
+
+
+@dataclass(slots=True)
+class Moves:
+    """A topic of poses."""
+
+    rows: list[tuple[float, ...]] = field(default_factory=list)
+    """Time [s], then x, y, z [m] and quaternion x, y, z, w."""
+    twists: list[tuple[float, float, float]] = field(default_factory=list)
+    """Time [s], forward [m/s] and turn [rad/s]; of odometry."""
+    child: str = ""
+    """Name of the frame whose poses they are."""
+
+    def table(self, rows: Sequence[tuple[float, ...]]) -> Array:
+        """Return rows in the order of time, shape (N, columns)."""
+        table = np.array(rows, dtype=float)
+        return table[np.argsort(table[:, 0], kind="stable")]
+
+
+class Contents:
+    """What a bag holds."""
+
+    def __init__(self, bag: Bag, robots: Sequence[RobotTopics]) -> None:
+        """Read the bag once."""
+        self.frames = Frames()
+        self.streams: dict[str, Stream] = {}
+        self.moves: dict[str, Moves] = {}
+        self.imus: dict[str, list[ImuReading]] = {}
+        self.imu_frames: dict[str, str] = {}
+        self.infos: dict[str, Any] = {}
+        self.left_out: Counter[str] = Counter()
+        self._transforms: Counter[str] = Counter()
+        self._bag = bag
+        self._takes = self._roles(robots)
+        self._wants_odometry = any(robot.odometry is None for robot in robots)
+        first, last = 0, 0
+        for message in bag.messages(self._takes):
+            first, last = first or message.time, max(last, message.time)
+            try:
+                self._takes[message.topic](message)
+            except ValueError:
+                self.left_out[message.topic] += 1
+        self._drop_wrong_times((last - first) * 1e-9)
+
+    def _roles(self, robots: Sequence[RobotTopics]) -> dict[str, Callable[[RosMessage], None]]:
+        """Return what is done with the messages of each topic."""
+        roles: dict[str, Callable[[RosMessage], None]] = {}
+        for topic, kind in self._bag.types.items():
+            if kind in TRANSFORMS:
+                roles[topic] = self._take_transforms
+            elif kind == INFO:
+                roles[topic] = self._take_info
+        for robot in robots:
+            for topic in filter(None, (robot.odometry, robot.truth)):
+                roles[topic] = self._take_pose
+            roles |= dict.fromkeys(robot.scan.values(), self._take_scan)
+            roles |= dict.fromkeys(robot.camera.values(), self._take_picture)
+            roles |= dict.fromkeys(robot.imu.values(), self._take_imu)
+        return roles
+
+    def _stamp(self, message: RosMessage) -> float:
+        return self._bag.stamp(message) or message.time * 1e-9
+
+    def _take_transforms(self, message: RosMessage) -> None:
+        self._transforms[message.topic] += 1
+        if not self._wants_odometry and self._transforms[message.topic] > MOST_TRANSFORMS:
+            return
+        transforms = self._bag.decode(message).transforms
+        self.frames.add(transforms)
+        if not self._wants_odometry:
+            return
+        for each in transforms:
+            outer, inner = frame_name(each.header.frame_id), frame_name(each.child_frame_id)
+            if outer.rpartition("/")[2] == "odom" and inner.rpartition("/")[2] in BASES:
+                stamp = each.header.stamp
+                time = (stamp.sec + 1e-9 * stamp.nanosec) or message.time * 1e-9
+                moves = self.moves.setdefault(message.topic, Moves(child=inner))
+                pose = matrix_of(each.transform.translation, each.transform.rotation)
+                moves.rows.append((time, *Pose3.from_matrix(pose).as_array().tolist()))
+
+    def _take_info(self, message: RosMessage) -> None:
+        if message.topic not in self.infos:
+            self.infos[message.topic] = self._bag.decode(message)
+
+    def _take_pose(self, message: RosMessage) -> None:
+        told, time = self._bag.decode(message), self._stamp(message)
+        moves = self.moves.setdefault(message.topic, Moves(child=frame_name(getattr(told, "child_frame_id", ""))))
+        moves.rows.append((time, *Pose3.from_matrix(pose_of(told)).as_array().tolist()))
+        if hasattr(told, "twist"):
+            moves.twists.append((time, *twist_of(told)))
+
+    def _take_imu(self, message: RosMessage) -> None:
+        told = self._bag.decode(message)
+        self.imu_frames.setdefault(message.topic, frame_name(told.header.frame_id))
+        reading = imu_of(told, self._stamp(message))
+        self.imus.setdefault(message.topic, []).append(reading)
+
+    def _take_scan(self, message: RosMessage) -> None:
+        self._take_streamed(message, lambda told: (len(scan_of(told, 0.0, upside_down=False).ranges),))
+
+    def _take_picture(self, message: RosMessage) -> None:
+        self._take_streamed(message, lambda told: (*size_of(told), int(is_depth(told, message.topic))))
+
+    def _take_streamed(self, message: RosMessage, kind_of: Callable[[Any], tuple[int, ...]]) -> None:
+        """Note when a scan or a picture is, and what it has in common with others of its sensor."""
+        stream = self.streams.setdefault(message.topic, Stream())
+        stream.times.append(message.time)
+        stream.stamps.append(self._stamp(message))
+        stream.kinds.append(None)
+        told = self._bag.decode(message)
+        stream.kinds[-1] = kind_of(told)
+        stream.first = told if stream.first is None else stream.first
+
+    def _drop_wrong_times(self, length: float) -> None:
+        """Leave out what has a time that is far from all others, such as one from before a clock was set."""
+        columns = [np.array(stream.stamps) for stream in self.streams.values()]
+        columns += [np.array([row[0] for row in moves.rows]) for moves in self.moves.values()]
+        columns += [np.array([reading.stamp for reading in readings]) for readings in self.imus.values()]
+        if not columns:
+            return
+        middle, most = float(np.median(np.concatenate(columns))), LATEST * length + SLACK
+        for topic, stream in self.streams.items():
+            near = [abs(stamp - middle) <= most for stamp in stream.stamps]
+            stream.stamps = [stamp if fits else float("nan") for stamp, fits in zip(stream.stamps, near, strict=True)]
+            self.left_out[topic] += near.count(False)
+        for topic, moves in self.moves.items():
+            before = len(moves.rows)
+            moves.rows = [row for row in moves.rows if abs(row[0] - middle) <= most]
+            moves.twists = [row for row in moves.twists if abs(row[0] - middle) <= most]
+            self.left_out[topic] += before - len(moves.rows)
+        for topic, readings in self.imus.items():
+            self.imus[topic] = [each for each in readings if abs(each.stamp - middle) <= most]
+            self.left_out[topic] += len(readings) - len(self.imus[topic])
+
+
+def times_of(streams: Mapping[str, Stream]) -> dict[str, NDArray[np.int64]]:
+    """Return when the messages of each stream were recorded [ns]."""
+    return {topic: np.array(stream.times, dtype=np.int64) for topic, stream in streams.items()}

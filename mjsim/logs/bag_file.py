@@ -1,0 +1,213 @@
+"""Bags of ROS 1 and ROS 2 as files: their topics, and the bytes of their messages, without ROS.
+
+    x.bag                      ROS 1, version 2.0; chunks plain, bz2 or lz4
+    folder with metadata.yaml  ROS 2; files below
+    x.db3, x.mcap              ROS 2: SQLite, or MCAP with chunks plain, lz4 or zstd
+
+A file that was cut, or not closed, is read up to where it ends. Messages are decoded as ROS defines the usual types.
+"""
+
+import struct
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.closing import Closes
+from mjsim.errors import LONGEST_MESSAGE, UsageError
+
+MAGICS = {".bag": b"#ROSBAG V", ".db3": b"SQLite format 3\x00", ".mcap": b"\x89MCAP"}
+"""How the files begin, by the ends of their names."""
+PROFILE = slice(17, 25)
+"""Where an MCAP file says what it holds: behind its magic and the head of its first record."""
+ROS2 = b"\x04\x00\x00\x00ros2"
+METADATA = "metadata.yaml"
+"""In the folder of a bag of ROS 2."""
+FAR = 10_000_000_000
+"""What comes so much later in a bag is not read on the way there [ns]."""
+MOST_WAITING = 64 << 20
+"""Messages that were read on the way to another one, at most [bytes]."""
+
+
+@dataclass(frozen=True, slots=True)
+class RosMessage:
+    """A message as it stands in a bag."""
+
+    topic: str
+    time: int
+    """When it was recorded [ns]."""
+    data: bytes
+
+
+def is_bag(path: Path) -> bool:
+    """Say whether a file begins as bags do, or a folder holds one."""
+    if path.is_dir():
+        return (path / METADATA).is_file() or bool(_files_in(path))
+    magic = MAGICS.get(path.suffix.lower())
+    if magic is None or not path.is_file():
+        return False
+    with path.open("rb") as file:
+        head = file.read(PROFILE.stop)
+    return head.startswith(magic) and (path.suffix.lower() != ".mcap" or head[PROFILE] == ROS2)
+
+
+class Bag(Closes):
+    """A bag that is read; one thread may use it.
+
+    Raises:
+        UsageError: The package that reads bags is not installed, or this is no bag; every method raises the latter.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Open it."""
+        self.path = path
+        try:
+            from mjsim.logs.bag_reader import decoder_of, open_reader
+        except ImportError as error:
+            raise UsageError(
+                f"bags of ROS are read by a package that is not installed ({error.name}): pip install 'mjsim[ros]'"
+            ) from None
+        with self._reporting():
+            self._reader, self.cut = open_reader(_one_file(path))
+            self.is_ros2, self._decode = decoder_of(self._reader)
+        self.types: Mapping[str, str] = {each.topic: each.msgtype for each in self._reader.connections}
+        """Topic -> name of its type, such as 'sensor_msgs/msg/LaserScan'."""
+
+    def messages(self, topics: Collection[str], *, start: int | None = None) -> Iterator[RosMessage]:
+        """Yield the messages of some topics in the order in which they were recorded.
+
+        A bag that breaks off ends there: `cut` tells why.
+
+        Args:
+            topics: Some of those there are.
+            start: Leave out what was recorded before [ns].
+        """
+        chosen = [each for each in self._reader.connections if each.topic in topics]
+        if not chosen:
+            return
+        found = self._reader.messages(chosen, start=start)
+        while True:
+            # Parsers of broken files raise whatever their parts raise.
+            try:
+                connection, time, data = next(found)
+            except StopIteration:
+                return
+            except Exception as error:
+                self.cut = self.cut or f"{error}"[:LONGEST_MESSAGE]
+                return
+            yield RosMessage(connection.topic, time, bytes(data))
+
+    def decode(self, message: RosMessage) -> Any:
+        """Return the fields of a message, named as ROS names them.
+
+        Raises:
+            ValueError: It is not of its type.
+        """
+        try:
+            return self._decode(message.data, self.types[message.topic])
+        # As above.
+        except Exception as error:
+            raise ValueError(f"a message on '{message.topic}' is not of its type: {error}") from error
+
+    def stamp(self, message: RosMessage) -> float:
+        """Return the time in the header that a message begins with, 0 where it is too short to have one [s].
+
+        Both wire forms have it at one place: behind the sequence number of ROS 1, or the encapsulation of CDR, which
+        tells the order of bytes.
+        """
+        if len(message.data) < 12:
+            return 0.0
+        order = ">" if self.is_ros2 and message.data[1] == 0 else "<"
+        seconds, nanoseconds = struct.unpack_from(f"{order}II", message.data, 4)
+        return float(seconds) + 1e-9 * float(nanoseconds)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._reader.close()
+
+    @contextmanager
+    def _reporting(self) -> Iterator[None]:
+        """Turn what parsers raise into one line."""
+        try:
+            yield
+        except UsageError:
+            raise
+        # As in `messages`.
+        except Exception as error:
+            line = " ".join(f"'{self.path}' is no bag that can be read: {error}".split())
+            raise UsageError(line[:LONGEST_MESSAGE]) from None
+
+
+class Playback:
+    """Messages of a bag by topic and number, numbers of each topic mostly ascending: the bag is read along."""
+
+    def __init__(self, bag: Bag, times: Mapping[str, NDArray[np.int64]]) -> None:
+        """Keep when the messages of each topic were recorded, in the order of the bag [ns]."""
+        self._bag, self._times = bag, times
+        self._sorted = all((np.diff(column) >= 0).all() for column in times.values())
+        self._waiting: dict[tuple[str, int], RosMessage] = {}
+        self._held = 0
+        self._begin(None)
+
+    def take(self, topic: str, number: int) -> RosMessage:
+        """Return a message of a topic.
+
+        Raises:
+            UsageError: It cannot be read again.
+        """
+        key = topic, number
+        if key not in self._waiting and (number < self._next[topic] or self._is_far(topic, number)):
+            self._begin(int(self._times[topic][number]))
+        while key not in self._waiting:
+            message = next(self._messages, None)
+            if message is None:
+                raise UsageError(f"'{self._bag.path}': message {number} on '{topic}' cannot be read again")
+            self._keep(message, key)
+        found = self._waiting.pop(key)
+        self._held -= len(found.data)
+        self._drop(lambda other: other[0] == topic and other[1] < number)
+        return found
+
+    def _keep(self, message: RosMessage, wanted: tuple[str, int]) -> None:
+        key = message.topic, self._next[message.topic]
+        self._next[message.topic] += 1
+        if key != wanted and self._held + len(message.data) > MOST_WAITING:
+            # Whoever wants it reads it again.
+            return
+        self._waiting[key] = message
+        self._held += len(message.data)
+
+    def _drop(self, is_over: Any) -> None:
+        for key in [key for key in self._waiting if is_over(key)]:
+            self._held -= len(self._waiting.pop(key).data)
+
+    def _is_far(self, topic: str, number: int) -> bool:
+        times, following = self._times[topic], self._next[topic]
+        return self._sorted and following < len(times) and int(times[number] - times[following]) > FAR
+
+    def _begin(self, time: int | None) -> None:
+        """Read from a time on, from the beginning where the order of the bag is not that of time [ns]."""
+        self._waiting, self._held = {}, 0
+        start = time if self._sorted else None
+        self._messages = self._bag.messages(self._times.keys(), start=start)
+        self._next = {
+            topic: 0 if start is None else int(np.searchsorted(times, start)) for topic, times in self._times.items()
+        }
+
+
+def _one_file(path: Path) -> Path:
+    """Return what a reader opens: a file, or a folder with metadata."""
+    if not path.is_dir() or (path / METADATA).is_file():
+        return path
+    files = _files_in(path)
+    if len(files) > 1:
+        raise UsageError(f"'{path}' has no {METADATA} and {len(files)} files of bags; name one of them")
+    return files[0]
+
+
+def _files_in(folder: Path) -> list[Path]:
+    return sorted(file for file in folder.iterdir() if is_bag(file)) if folder.is_dir() else []

@@ -1,0 +1,133 @@
+"""Messages of ROS -> readings: scans, motion, inertial readings, calibrations."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.interface import ImuReading, Intrinsics, Scan
+from mjsim.logs.bag_frames import matrix_of
+
+NEAREST, FARTHEST = 0.01, 100.0
+"""What a lidar measures whose messages do not tell [m]."""
+ASSUMED_FOV = math.radians(60.0)
+"""Of a camera without calibration, to the side."""
+UPSIDE_DOWN = -0.5
+"""Of a lidar whose axis points down: what of its z axis is along the robot's is less than this."""
+
+
+def scan_of(message: Any, stamp: float, *, upside_down: bool) -> Scan:
+    """Return the scan of a `sensor_msgs/LaserScan`, its beams from the right to the left.
+
+    What is not a number, or nearer than the lidar measures, is -inf; what is farther, +inf.
+
+    Args:
+        message: As ROS defines it.
+        stamp: When it was taken [s].
+        upside_down: Whether the lidar hangs, so that its left is the robot's right.
+
+    Raises:
+        ValueError: It has less than two beams, or angles that are no numbers.
+    """
+    ranges = np.asarray(message.ranges, dtype=float).copy()
+    first, step = float(message.angle_min), float(message.angle_increment)
+    if len(ranges) > 1 and not step:
+        step = (float(message.angle_max) - first) / (len(ranges) - 1)
+    if len(ranges) < 2 or not math.isfinite(first) or not 0.0 < abs(step) < math.pi:
+        raise ValueError(f"a scan of {len(ranges)} beams from {first:g} rad on, {step:g} rad apart")
+    nearest, farthest = limits_of(message)
+    ranges[~(ranges >= nearest)] = -np.inf
+    ranges[ranges >= farthest] = np.inf
+    strengths = np.asarray(message.intensities, dtype=float)
+    intensities = strengths.copy() if len(strengths) == len(ranges) and np.isfinite(strengths).all() else None
+    if upside_down:
+        first, step = -first, -step
+    if step < 0.0:
+        ranges, first, step = ranges[::-1].copy(), first + step * (len(ranges) - 1), -step
+        intensities = None if intensities is None else intensities[::-1].copy()
+    return Scan(stamp, ranges, first, step, nearest, farthest, intensities)
+
+
+def limits_of(message: Any) -> tuple[float, float]:
+    """Return the nearest and the farthest distance that a lidar says it measures [m]."""
+    nearest, farthest = float(message.range_min), float(message.range_max)
+    nearest = nearest if nearest > 0.0 and math.isfinite(nearest) else NEAREST
+    return nearest, farthest if nearest < farthest <= 1e4 else max(FARTHEST, 2.0 * nearest)
+
+
+def imu_of(message: Any, stamp: float) -> ImuReading:
+    """Return the reading of a `sensor_msgs/Imu` in its own frame.
+
+    Raises:
+        ValueError: A number is not finite.
+    """
+    force, turn = message.linear_acceleration, message.angular_velocity
+    acceleration, rate = np.array([[force.x, force.y, force.z], [turn.x, turn.y, turn.z]], dtype=float)
+    if not np.isfinite(acceleration).all() or not np.isfinite(rate).all():
+        raise ValueError("an inertial reading that is no number")
+    return ImuReading(stamp, acceleration, rate)
+
+
+def pose_of(message: Any) -> Array:
+    """Return the pose of a message that tells one, outer_from_inner, shape (4, 4) [m].
+
+    `nav_msgs/Odometry`, and Pose, PoseStamped, PoseWithCovarianceStamped, TransformStamped of `geometry_msgs`.
+
+    Raises:
+        ValueError: Its numbers are no pose.
+    """
+    if hasattr(message, "transform"):
+        return matrix_of(message.transform.translation, message.transform.rotation)
+    pose = message.pose
+    pose = getattr(pose, "pose", pose)
+    return matrix_of(pose.position, pose.orientation)
+
+
+def twist_of(message: Any) -> tuple[float, float]:
+    """Return the forward velocity [m/s] and the turn [rad/s] of a `nav_msgs/Odometry`."""
+    twist = message.twist.twist
+    return float(twist.linear.x), float(twist.angular.z)
+
+
+def intrinsics_of(message: Any, *, width: int, height: int, rectified: bool) -> Intrinsics | None:
+    """Return the calibration in a `sensor_msgs/CameraInfo`; None when it holds none.
+
+    Args:
+        message: As ROS defines it.
+        width: Of the pictures, which may be smaller than what was calibrated [px].
+        height: [px]
+        rectified: Whether the pictures were straightened.
+    """
+    K, P, D = (
+        np.asarray(getattr(message, name.lower(), getattr(message, name, ())), dtype=float).ravel() for name in "KPD"
+    )
+    straight = rectified and P.size == 12 and P[0] > 0.0
+    fx, fy, cx, cy = (P[0], P[5], P[2], P[6]) if straight else (K[0], K[4], K[2], K[5])
+    if not fx > 0.0 or not fy > 0.0:
+        return None
+    across, down = (
+        (size / told if told else 1.0) for size, told in ((width, int(message.width)), (height, int(message.height)))
+    )
+    fisheye = message.distortion_model in ("equidistant", "fisheye", "kannala_brandt")
+    distortion = () if rectified or not D.any() else tuple(D[: 4 if fisheye else 8].tolist())
+    if not fisheye and len(distortion) == 8 and not any(distortion[5:]):
+        distortion = distortion[:5]
+    lens = "pinhole" if not distortion else "fisheye" if fisheye else "brown"
+    # Pixel centres are whole numbers: a picture of half the size begins a quarter of its pixel earlier.
+    return Intrinsics(
+        width,
+        height,
+        float(fx * across),
+        float(fy * down),
+        float((cx + 0.5) * across - 0.5),
+        float((cy + 0.5) * down - 0.5),
+        lens,
+        distortion,
+    )
+
+
+def assumed_intrinsics(width: int, height: int) -> Intrinsics:
+    """Return the calibration of a camera of which nothing is known but the size of its pictures [px]."""
+    focal = width / 2.0 / math.tan(ASSUMED_FOV / 2.0)
+    return Intrinsics(width, height, focal, focal, (width - 1) / 2.0, (height - 1) / 2.0)

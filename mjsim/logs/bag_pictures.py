@@ -1,0 +1,176 @@
+"""Pictures of ROS -> what a camera gave: JPEG and PNG as they came, everything else as PNG without loss.
+
+rgb8 bgr8 rgba8 bgra8 8UC3 8UC4 mono8 8UC1   as they are; transparency is left out
+mono16 rgb16 bgr16                           the upper 8 bits
+bayer_rggb8 and so on, 8 and 16 bits         made colours of
+yuv422 (UYVY), uyvy, yuv422_yuy2, yuyv       the same
+16UC1                                        depth [mm], 0 for none (ROS REP 118)
+32FC1                                        depth [m], NaN for none
+"""
+
+import struct
+from typing import Any
+
+import cv2
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.interface import CameraFrame, Intrinsics, Picture
+from mjsim.models import picture_size
+from mjsim.record import LoggedFrame, logged_frame
+
+PLAIN = {
+    "rgb8": ("RGB", 1),
+    "8uc3": ("BGR", 1),
+    "bgr8": ("BGR", 1),
+    "rgba8": ("RGBA", 1),
+    "bgra8": ("BGRA", 1),
+    "8uc4": ("BGRA", 1),
+    "mono8": ("GRAY", 1),
+    "8uc1": ("GRAY", 1),
+    "mono16": ("GRAY", 2),
+    "rgb16": ("RGB", 2),
+    "bgr16": ("BGR", 2),
+}
+"""Encoding -> order of channels, and bytes of each."""
+YUV = {"yuv422": "UYVY", "uyvy": "UYVY", "yuv422_yuy2": "YUY2", "yuyv": "YUY2"}
+DEPTH = ("16UC1", "32FC1")
+FILES = {b"\xff\xd8": "jpeg", b"\x89P": "png"}
+"""How files begin, and what they are called."""
+COMPRESSED_DEPTH = struct.Struct("<iff")
+"""Before the file of a compressed depth picture: its kind, and how its values are scaled."""
+SHOWN = 10.0
+"""Distance that is black in the picture of a camera that gives depth alone [m]."""
+
+
+def is_depth(message: Any, topic: str) -> bool:
+    """Say whether a picture holds distances."""
+    if hasattr(message, "encoding"):
+        return message.encoding in DEPTH or (message.encoding == "mono16" and "depth" in topic)
+    return "compressedDepth" in message.format or any(message.format.startswith(kind) for kind in DEPTH)
+
+
+def size_of(message: Any) -> tuple[int, int]:
+    """Return width and height of a picture [px].
+
+    Raises:
+        ValueError: It is broken.
+    """
+    if hasattr(message, "encoding"):
+        return int(message.width), int(message.height)
+    _, data = _unpacked(message)
+    if data[:2] in FILES:
+        return picture_size(data)
+    height, width = _decoded(data, cv2.IMREAD_UNCHANGED).shape[:2]
+    return width, height
+
+
+def frame_of(message: Any, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
+    """Return the picture of a `sensor_msgs/Image` or `CompressedImage`.
+
+    Args:
+        message: As ROS defines it.
+        stamp: When it was taken [s].
+        intrinsics: Of the camera; pictures have its size.
+
+    Raises:
+        ValueError: It is broken, of an unknown encoding or of another size.
+    """
+    if hasattr(message, "encoding"):
+        frame = logged_frame(CameraFrame(stamp, _picture(message), intrinsics))
+    else:
+        data = bytes(message.data)
+        picture = np.asarray(_decoded(data, cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION), dtype=np.uint8)
+        form = FILES.get(data[:2])
+        frame = (
+            LoggedFrame(stamp, picture, intrinsics, encoded=data, form=form)
+            if form is not None
+            else logged_frame(CameraFrame(stamp, picture, intrinsics))
+        )
+    _require_size(frame.image, intrinsics)
+    return frame
+
+
+def depth_of(message: Any, intrinsics: Intrinsics) -> Array:
+    """Return the depth in a `sensor_msgs/Image` or `CompressedImage`, shape (height, width) [m]; +inf for none.
+
+    Raises:
+        ValueError: It is broken, of an unknown encoding or of another size.
+    """
+    if hasattr(message, "encoding"):
+        values = _channels(message, 1, "f4" if message.encoding == "32FC1" else "u2")[:, :, 0]
+        scaled = values.astype(np.float32) / np.float32(1.0 if message.encoding == "32FC1" else 1000.0)
+    else:
+        (near, offset), data = _unpacked(message)
+        values = _decoded(data, cv2.IMREAD_UNCHANGED)
+        if "32FC1" in message.format and near:
+            # Inverse depth, as the plug-in compressed_depth_image_transport scales it.
+            with np.errstate(divide="ignore"):
+                scaled = np.where(values > 0, near / (values.astype(np.float32) - offset), 0.0)
+        else:
+            scaled = values.astype(np.float32) / np.float32(1000.0)
+    _require_size(scaled, intrinsics)
+    return np.where(scaled > 0.0, scaled, np.inf).astype(float)
+
+
+def shown_depth(depth: Array) -> Picture:
+    """Return depth as a grey picture, near things bright; black where there is none."""
+    grey = np.where(np.isfinite(depth), 255.0 * (1.0 - np.minimum(depth, SHOWN) / SHOWN), 0.0)
+    return np.repeat(grey.astype(np.uint8)[:, :, None], 3, axis=2)
+
+
+def _picture(message: Any) -> Picture:
+    """Return the RGB picture of a `sensor_msgs/Image`."""
+    encoding = message.encoding.lower()
+    if encoding in PLAIN:
+        order, size = PLAIN[encoding]
+        channels = _channels(message, {"GRAY": 1, "RGBA": 4, "BGRA": 4}.get(order, 3), f"u{size}")
+        picture = _upper(channels)
+        return np.asarray(picture if order == "RGB" else cv2.cvtColor(picture, getattr(cv2, f"COLOR_{order}2RGB")))
+    if encoding.startswith("bayer_") and encoding[6:10] in ("rggb", "bggr", "gbrg", "grbg"):
+        size = 2 if encoding.endswith("16") else 1
+        mosaic = _upper(_channels(message, 1, f"u{size}"))[:, :, 0]
+        return np.asarray(cv2.cvtColor(mosaic, getattr(cv2, f"COLOR_Bayer{encoding[6:10].upper()}2RGB")))
+    if encoding in YUV:
+        pairs = _channels(message, 2, "u1")
+        return np.asarray(cv2.cvtColor(pairs, getattr(cv2, f"COLOR_YUV2RGB_{YUV[encoding]}")))
+    raise ValueError(f"pictures of encoding '{message.encoding}' are not read")
+
+
+def _channels(message: Any, count: int, kind: str) -> Any:
+    """Return the numbers of a picture, shape (height, width, count)."""
+    number = np.dtype(kind).newbyteorder(">" if message.is_bigendian else "<")
+    height, width, step = int(message.height), int(message.width), int(message.step)
+    row = width * count * number.itemsize
+    data = np.asarray(message.data, dtype=np.uint8)
+    if not 0 < row <= step or len(data) < step * height:
+        raise ValueError(f"a picture of {width} x {height} pixels in {len(data)} bytes, {step} a row")
+    rows = np.ascontiguousarray(data[: step * height].reshape(height, step)[:, :row])
+    return rows.view(number).reshape(height, width, count)
+
+
+def _upper(channels: Any) -> Any:
+    """Return the upper 8 bits of numbers."""
+    return np.ascontiguousarray(channels if channels.dtype.itemsize == 1 else (channels >> 8).astype(np.uint8))
+
+
+def _unpacked(message: Any) -> tuple[tuple[float, float], bytes]:
+    """Return how depth is scaled and the file of a `sensor_msgs/CompressedImage`."""
+    data = bytes(message.data)
+    if "compressedDepth" in message.format and len(data) > COMPRESSED_DEPTH.size:
+        _, near, offset = COMPRESSED_DEPTH.unpack_from(data)
+        return (near, offset), data[COMPRESSED_DEPTH.size :]
+    return (0.0, 0.0), data
+
+
+def _decoded(data: bytes, how: int) -> Any:
+    # OpenCV raises its own error for no bytes at all.
+    picture = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), how) if data else None
+    if picture is None:
+        raise ValueError("a broken picture")
+    return picture
+
+
+def _require_size(picture: Any, intrinsics: Intrinsics) -> None:
+    if picture.shape[:2] != (intrinsics.height, intrinsics.width):
+        raise ValueError(f"a picture of {picture.shape[1]} x {picture.shape[0]} pixels among others")

@@ -1,0 +1,163 @@
+"""Which topics of a bag are read, for which robot, as what."""
+
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from mjsim.errors import UsageError, did_you_mean
+
+ODOMETRY = "nav_msgs/msg/Odometry"
+PICTURES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
+POSES = tuple(f"geometry_msgs/msg/{name}" for name in ("PoseStamped", "PoseWithCovarianceStamped", "TransformStamped"))
+TYPES = {
+    "odometry": (ODOMETRY,),
+    "truth": (ODOMETRY, *POSES),
+    "scan": ("sensor_msgs/msg/LaserScan",),
+    "camera": PICTURES,
+    "imu": ("sensor_msgs/msg/Imu",),
+}
+"""What may be asked for by topic -> types of ROS that it is read from."""
+INFO = "sensor_msgs/msg/CameraInfo"
+TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+TRANSPORTS = ("compressed", "compressedDepth")
+"""Last words of topics that carry pictures of the topic before."""
+PLAIN_WORDS = ("data", "data_raw", "image", "image_raw", "image_color", "image_rect", "image_rect_color", "image_mono")
+"""Last words of topics that tell nothing of a sensor's name."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotTopics:
+    """The topics of one robot."""
+
+    name: str
+    odometry: str | None = None
+    truth: str | None = None
+    scan: Mapping[str, str] = field(default_factory=dict)
+    """Name of the sensor -> topic, as are those that follow."""
+    camera: Mapping[str, str] = field(default_factory=dict)
+    """Of pictures and of depth."""
+    imu: Mapping[str, str] = field(default_factory=dict)
+
+    def all(self) -> list[str]:
+        """Return every topic that is read."""
+        single = [topic for topic in (self.odometry, self.truth) if topic is not None]
+        return [*single, *self.scan.values(), *self.camera.values(), *self.imu.values()]
+
+
+def robots_of(
+    types: Mapping[str, str], *, asked: Mapping[str, Sequence[str]], names: Sequence[str]
+) -> list[RobotTopics]:
+    """Return the robots of a bag and their topics.
+
+    There are several where odometry comes in several namespaces that have other sensors too.
+
+    Args:
+        types: Topic -> type.
+        asked: What is read -> the topics that the user named.
+        names: Robots that the user named; all unless given.
+
+    Raises:
+        UsageError: A topic or robot that was named is not there, or several topics are possible where one is read.
+    """
+    _check(types, asked)
+    spaces = _namespaces(types, asked)
+    for name in names:
+        if name not in spaces:
+            raise UsageError(f"no robot '{name}' in this bag{did_you_mean(name, spaces)}")
+    several = len(spaces) > 1
+    return [
+        _robot(name, [topic for topic in types if not several or _first(topic) == name], types, asked)
+        for name in spaces
+        if not names or name in names
+    ]
+
+
+def plain_topic(topic: str) -> str:
+    """Return the topic of a picture without the word that tells how it was packed."""
+    before, _, last = topic.rpartition("/")
+    return before if last in TRANSPORTS else topic
+
+
+def _check(types: Mapping[str, str], asked: Mapping[str, Sequence[str]]) -> None:
+    for kind, topics in asked.items():
+        if kind not in TYPES:
+            raise UsageError(f"no kind of topic '{kind}'{did_you_mean(kind, TYPES)}")
+        for topic in topics:
+            if topic not in types:
+                raise UsageError(f"no topic '{topic}' in this bag{did_you_mean(topic, types)}")
+            if types[topic] not in TYPES[kind]:
+                kinds = " or ".join(TYPES[kind])
+                raise UsageError(f"topic '{topic}' is of {types[topic]}; {kind} is read from {kinds}")
+        if kind in ("odometry", "truth") and len({_first(topic) for topic in topics}) < len(topics):
+            raise UsageError(f"{kind} is read from one topic of a robot; name one with --topic {kind}=...")
+
+
+def _namespaces(types: Mapping[str, str], asked: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return the names of the robots: of their namespaces, or 'robot'."""
+    moved = [topic for topic, kind in types.items() if kind == ODOMETRY and not _is_truth(topic)]
+    spaces = list(dict.fromkeys(_first(topic) for topic in asked.get("odometry") or moved))
+    sensing = {_first(topic) for topic, kind in types.items() if kind in (*TYPES["scan"], *PICTURES, *TYPES["imu"])}
+    if len(spaces) > 1 and all(space in sensing for space in spaces):
+        return spaces
+    everything = {_first(topic) for topic, kind in types.items() if kind not in TRANSFORMS and topic.count("/") > 1}
+    flat = [topic for topic, kind in types.items() if kind in (ODOMETRY, *TYPES["scan"]) and topic.count("/") < 2]
+    if len(spaces) == 1 and spaces[0] and not flat and everything <= {spaces[0]}:
+        return spaces
+    return ["robot"]
+
+
+def _robot(
+    name: str, topics: Collection[str], types: Mapping[str, str], asked: Mapping[str, Sequence[str]]
+) -> RobotTopics:
+    def of(kind: str) -> list[str]:
+        wanted = [topic for topic in asked.get(kind, ()) if topic in topics]
+        return wanted or [topic for topic in topics if types[topic] in TYPES[kind]]
+
+    truths = [topic for topic in asked.get("truth", ()) if topic in topics] or list(filter(_is_truth, of("truth")))
+    moved = [topic for topic in of("odometry") if topic not in truths and not _is_truth(topic)]
+    space = "" if name == "robot" and not any(_first(topic) == name for topic in topics) else f"/{name}"
+    # A topic of pictures and one that carries the same packed are one camera.
+    pictures = [topic for topic in of("camera") if plain_topic(topic) == topic or plain_topic(topic) not in types]
+    taken: set[str] = set()
+    named = {
+        kind: {_sensor_name(topic, space, kind, taken): topic for topic in sorted(found)}
+        for kind, found in (("scan", of("scan")), ("camera", pictures), ("imu", of("imu")))
+    }
+    return RobotTopics(name=_plain(name), odometry=_one("odometry", moved), truth=_one("truth", truths), **named)
+
+
+def _one(kind: str, topics: Sequence[str]) -> str | None:
+    """Return the topic that is read of those that are possible."""
+    usual = [topic for topic in topics if topic.rpartition("/")[2] == "odom"]
+    chosen = topics if len(topics) < 2 else usual
+    if len(topics) > 1 and len(usual) != 1:
+        raise UsageError(f"several topics hold {kind}: {', '.join(topics)}; name one with --topic {kind}={topics[0]}")
+    return chosen[0] if chosen else None
+
+
+def _sensor_name(topic: str, space: str, kind: str, taken: set[str]) -> str:
+    """Return a name for a sensor that no other has."""
+    words = plain_topic(topic).removeprefix(space).strip("/").split("/")
+    while words and words[-1] in PLAIN_WORDS:
+        words.pop()
+    name = first = _plain("_".join(words)) or kind
+    number = 1
+    while name in taken:
+        number += 1
+        name = f"{first}_{number}"
+    taken.add(name)
+    return name
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^A-Za-z0-9_.-]", "_", name)[:60].lstrip(".-")
+
+
+def _first(topic: str) -> str:
+    """Return the namespace that a topic begins with, empty without one."""
+    words = topic.strip("/").split("/")
+    return words[0] if len(words) > 1 else ""
+
+
+def _is_truth(topic: str) -> bool:
+    return "truth" in topic.lower()

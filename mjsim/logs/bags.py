@@ -1,0 +1,282 @@
+"""Bags of ROS 1 and ROS 2 -> what robots logged.
+
+A bag is read twice: first everything but pictures and scans is kept, of those only their times; then scans and pictures
+are read as their ticks are written. So memory is bounded by the motion that was logged, not by the pictures.
+
+Times are those in the headers of messages; where a header has none, when the message was recorded.
+"""
+
+import math
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.geometry import Array, Pose3
+from mjsim.interface import CameraFrame, ImuReading, Intrinsics, Scan
+from mjsim.logs.bag_contents import Contents, Moves, Stream, times_of
+from mjsim.logs.bag_file import Bag, Playback, is_bag
+from mjsim.logs.bag_frames import frame_name
+from mjsim.logs.bag_messages import UPSIDE_DOWN, assumed_intrinsics, intrinsics_of, scan_of
+from mjsim.logs.bag_pictures import depth_of, frame_of, shown_depth
+from mjsim.logs.bag_topics import RobotTopics, plain_topic, robots_of
+from mjsim.logs.log import AHEAD, Log, Mount, Wishes
+from mjsim.logs.readings import TOGETHER, Readings, partners
+from mjsim.logs.robot_log import RobotLog
+from mjsim.record import LoggedCamera, LoggedFrame, logged_frame
+
+__all__ = ["is_bag", "read_bag"]
+GAP = 0.5
+"""Between two poses of the truth that are farther apart nothing is known [s]."""
+SMALLEST, LARGEST = 16, 4096
+"""Pictures that a recording holds, to the side and down [px]."""
+
+
+def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
+    """Return what each robot of a bag logged.
+
+    Args:
+        path: A file, or the folder of a bag of ROS 2.
+        wishes: Of the user: topics and robots.
+        stack: Keeps the bag open while scans and pictures are read.
+
+    Raises:
+        UsageError: It is no bag, nothing in it is read, or it is not clear which topic is.
+    """
+    bag = stack.enter_context(Bag(path))
+    robots = robots_of(bag.types, asked=wishes.topics, names=wishes.robots)
+    if not any(robot.all() for robot in robots):
+        types = ", ".join(sorted(set(bag.types.values()))) or "nothing"
+        raise UsageError(f"'{path}' holds no odometry, scans, pictures or IMU of ROS; it has {types}"[:LONGEST_MESSAGE])
+    contents = Contents(bag, robots)
+    playback = Playback(bag, times_of(contents.streams))
+    return [_Robot(bag, contents, playback, robot).log() for robot in robots]
+
+
+class _Robot:
+    """One robot of a bag."""
+
+    def __init__(self, bag: Bag, contents: Contents, playback: Playback, topics: RobotTopics) -> None:
+        self._bag, self._contents, self._playback, self._topics = bag, contents, playback, topics
+        self._notes: dict[str, str] = {}
+        self._odometry = self._moves(topics.odometry) or self._transformed()
+        child = self._odometry.child if self._odometry is not None else ""
+        self._base = child or contents.frames.base("" if topics.name == "robot" else topics.name)
+
+    def log(self) -> Log:
+        """Return what it logged."""
+        topics, odometry = self._topics, self._odometry
+        mounts, scans = self._scans()
+        cameras, frames = self._cameras()
+        readings, places = self._imu()
+        rows = None if odometry is None else odometry.table(odometry.rows)
+        robot = RobotLog(
+            twists=odometry.table(odometry.twists) if odometry is not None and odometry.twists else np.zeros((0, 3)),
+            track=None if rows is None else _planar(rows),
+            scans=scans,
+            cameras=frames,
+            imu=readings,
+            poses=self._truth(),
+            gap=GAP,
+        )
+        for topic in topics.all():
+            self._notes[f"{topic} messages left out"] = str(self._contents.left_out[topic])
+        if self._bag.cut:
+            self._notes["bag breaks off"] = self._bag.cut
+        return Log(
+            kind="bag of ROS 2" if self._bag.is_ros2 else "bag of ROS 1",
+            robot=robot,
+            name=topics.name,
+            mounts={**mounts, **places},
+            cameras=cameras,
+            notes=self._notes,
+        )
+
+    def _moves(self, topic: str | None) -> Moves | None:
+        moves = self._contents.moves.get(topic or "")
+        if moves is None or not moves.rows:
+            return None
+        return moves
+
+    def _transformed(self) -> Moves | None:
+        """Return odometry that only /tf tells."""
+        found = [moves for topic, moves in self._contents.moves.items() if topic not in self._topics.all()]
+        if self._topics.odometry is not None or len(found) != 1:
+            return None
+        self._notes["odometry"] = f"frame {found[0].child} in /tf"
+        return found[0]
+
+    def _truth(self) -> Array | None:
+        """Return the pose of the robot's frame as the truth has it, rows of time and pose in space, shape (N, 8)."""
+        moves = self._moves(self._topics.truth)
+        if moves is None:
+            return None
+        self._notes["truth"] = f"topic {self._topics.truth}"
+        table = moves.table(moves.rows)
+        if not moves.child or self._base is None or moves.child == self._base:
+            return table
+        child_from_base = self._contents.frames.between(moves.child, self._base)
+        if child_from_base is None:
+            return table
+        for row in table:
+            row[1:] = Pose3.from_matrix(Pose3(*row[1:].tolist()).matrix() @ child_from_base).as_array()
+        return table
+
+    def _place(self, name: str, frame: str) -> Array | None:
+        """Return robot_from_sensor by the frames of the bag, shape (4, 4) [m]; None where they do not tell."""
+        place = None if self._base is None else self._contents.frames.between(self._base, frame)
+        if place is None:
+            self._notes[f"place of {name}"] = "not in the bag; a guess"
+        return place
+
+    def _stream(self, topic: str) -> Stream | None:
+        stream = self._contents.streams.get(topic)
+        return None if stream is None or not len(stream.numbers()) else stream
+
+    def _scans(self) -> tuple[dict[str, Mount], dict[str, Readings[Scan]]]:
+        mounts: dict[str, Mount] = {}
+        scans: dict[str, Readings[Scan]] = {}
+        for name, topic in self._topics.scan.items():
+            stream = self._stream(topic)
+            if stream is None:
+                continue
+            place = self._place(name, frame_name(stream.first.header.frame_id))
+            mounts[name] = Mount() if place is None else _mount(place)
+            hangs = place is not None and float(place[2, 2]) < UPSIDE_DOWN
+            if place is not None and abs(float(place[2, 2])) < -UPSIDE_DOWN:
+                self._notes[f"place of {name}"] = "not level; scans are told as if it were"
+            scans[name] = self._readings(topic, stream, partial(scan_of, upside_down=hangs))
+            self._count_odd(topic, stream)
+        return mounts, scans
+
+    def _readings(self, topic: str, stream: Stream, make: Callable[..., Any]) -> Readings[Any]:
+        """Return the readings of a stream, each made of its message and its stamp when it is asked for."""
+        numbers = stream.numbers()
+        stamps = np.array(stream.stamps)[numbers]
+
+        def take(number: int) -> Any:
+            message = self._playback.take(topic, int(numbers[number]))
+            try:
+                return make(self._bag.decode(message), float(stamps[number]))
+            except ValueError as error:
+                line = f"'{self._bag.path}': {topic} at {stamps[number]:.3f} s: {error}"
+                raise UsageError(line[:LONGEST_MESSAGE]) from None
+
+        return Readings(stamps, take)
+
+    def _count_odd(self, topic: str, stream: Stream) -> None:
+        self._contents.left_out[topic] = len(stream.stamps) - len(stream.numbers())
+
+    def _cameras(self) -> tuple[dict[str, LoggedCamera], dict[str, Readings[LoggedFrame]]]:
+        """Return data sheets and pictures; depth of the same frame and size belongs to a picture."""
+        found = {name: (topic, self._stream(topic)) for name, topic in self._topics.camera.items()}
+        streams = {name: (topic, stream) for name, (topic, stream) in found.items() if stream is not None}
+        depths = {name: each for name, each in streams.items() if _is_of_depth(each[1])}
+        cameras: dict[str, LoggedCamera] = {}
+        frames: dict[str, Readings[LoggedFrame]] = {}
+        for name, (topic, stream) in streams.items():
+            if name not in depths:
+                camera, pictures = self._camera(name, topic, stream, frame_of)
+                partner = next((other for other in depths if _belong(stream, depths[other][1])), None)
+                if partner is not None:
+                    pictures = self._with_depth(name, pictures, camera.intrinsics, *depths.pop(partner))
+                cameras[name], frames[name] = camera, pictures
+        for name, (topic, stream) in depths.items():
+            cameras[name], frames[name] = self._camera(name, topic, stream, _depth_frame)
+        return cameras, frames
+
+    def _camera(
+        self, name: str, topic: str, stream: Stream, make: Callable[[Any, float, Intrinsics], LoggedFrame]
+    ) -> tuple[LoggedCamera, Readings[LoggedFrame]]:
+        """Return the data sheet and the pictures of a topic."""
+        self._count_odd(topic, stream)
+        width, height = _size(stream)
+        if not all(SMALLEST <= size <= LARGEST for size in (width, height)):
+            raise UsageError(
+                f"'{self._bag.path}': pictures on '{topic}' have {width} x {height} pixels; a camera has {SMALLEST} to"
+                f" {LARGEST} to each side"
+            )
+        place = self._place(name, frame_name(stream.first.header.frame_id))
+        intrinsics = self._intrinsics(name, topic, width, height)
+        camera = LoggedCamera(intrinsics, AHEAD if place is None else place)
+        return camera, self._readings(topic, stream, lambda told, stamp: make(told, stamp, intrinsics))
+
+    def _intrinsics(self, name: str, topic: str, width: int, height: int) -> Intrinsics:
+        """Return the calibration beside a topic of pictures [px]."""
+        plain = plain_topic(topic)
+        info = self._contents.infos.get(f"{plain.rpartition('/')[0]}/camera_info")
+        rectified = "rect" in plain.rpartition("/")[2]
+        told = None if info is None else intrinsics_of(info, width=width, height=height, rectified=rectified)
+        if told is None:
+            self._notes[f"calibration of {name}"] = "not in the bag; 60 degrees are assumed"
+        return told or assumed_intrinsics(width, height)
+
+    def _with_depth(
+        self, name: str, pictures: Readings[LoggedFrame], intrinsics: Intrinsics, topic: str, stream: Stream
+    ) -> Readings[LoggedFrame]:
+        """Return pictures with the depth of another topic, where that has some of the same time."""
+        self._count_odd(topic, stream)
+        self._notes[f"depth of {name}"] = f"topic {topic}"
+        depths: Readings[Any] = self._readings(topic, stream, lambda told, _: depth_of(told, intrinsics))
+        partner = partners(pictures.stamps, depths.stamps, tolerance=TOGETHER).tolist()
+
+        def take(number: int) -> LoggedFrame:
+            frame = pictures.take(number)
+            return frame if partner[number] < 0 else replace(frame, depth=depths.take(partner[number]))
+
+        return Readings(pictures.stamps, take)
+
+    def _imu(self) -> tuple[list[ImuReading], dict[str, Mount]]:
+        """Return inertial readings along the axes of the robot, in the order of time, and where the sensors are."""
+        readings: list[ImuReading] = []
+        mounts: dict[str, Mount] = {}
+        for name, topic in self._topics.imu.items():
+            told = self._contents.imus.get(topic, [])
+            if not told:
+                continue
+            place = self._place(name, self._contents.imu_frames[topic])
+            place = np.eye(4) if place is None else place
+            x, y, z = place[:3, 3].tolist()
+            mounts[name] = Mount(at=(x, y, z))
+            turned = place[:3, :3]
+            readings += [ImuReading(each.stamp, turned @ each.acceleration, turned @ each.turn, name) for each in told]
+        return sorted(readings, key=lambda each: each.stamp), mounts
+
+
+def _planar(rows: Array) -> Array:
+    """Return rows of time and pose in space, shape (N, 8), as time, x, y [m] and heading [rad], shape (N, 4)."""
+    planar = [Pose3(*row).planar() for row in rows[:, 1:].tolist()]
+    return np.array([[time, *pose.as_array()] for time, pose in zip(rows[:, 0].tolist(), planar, strict=True)])
+
+
+def _mount(place: Array) -> Mount:
+    """Return the place of a sensor, and where its x axis points."""
+    x, y, z = place[:3, 3].tolist()
+    return Mount(at=(x, y, z), yaw=math.atan2(place[1, 0], place[0, 0]))
+
+
+def _size(stream: Stream) -> tuple[int, int]:
+    """Return width and height of the pictures of a stream [px]."""
+    width, height, *_ = stream.usual() or (0, 0)
+    return width, height
+
+
+def _is_of_depth(stream: Stream) -> bool:
+    return (stream.usual() or (0,))[-1] == 1
+
+
+def _belong(pictures: Stream, depths: Stream) -> bool:
+    """Say whether depth was made for the pixels of a camera."""
+    frames = [frame_name(stream.first.header.frame_id) for stream in (pictures, depths)]
+    return frames[0] == frames[1] and _size(pictures) == _size(depths)
+
+
+def _depth_frame(message: Any, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
+    """Return the depth of a camera that gives nothing else, with a grey picture of it."""
+    depth = depth_of(message, intrinsics)
+    return logged_frame(CameraFrame(stamp, shown_depth(depth), intrinsics, depth))

@@ -1,0 +1,198 @@
+"""RGB-D folders as the computer vision group of TU Munich publishes them: a hand-held or mounted camera with depth.
+
+    rgb.txt            time [s], path of a picture
+    depth.txt          time [s], path of a PNG of 16 bits, 5000 to a metre, 0 for none
+    groundtruth.txt    time [s], x, y, z [m], quaternion x, y, z, w: the camera's optical frame in the world
+    accelerometer.txt  time [s], x, y, z [m/s^2]
+    calibration.txt    fx fy cx cy and, where there is a lens, k1 k2 p1 p2 k3; not in the published folders
+
+A picture and the depth closest to it, less than 0.02 s apart, belong together. The robot's frame is at the camera, x
+ahead. There is no odometry. Intrinsics of published folders are told by the number of their camera in the name.
+
+References:
+    Sturm, Engelhard, Endres, Burgard, Cremers, A benchmark for the evaluation of RGB-D SLAM systems, IROS 2012; the
+    file formats and the calibrations of freiburg1 to freiburg3 as its pages give them.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.geometry import Array, Pose3
+from mjsim.interface import ImuReading, Intrinsics
+from mjsim.logs.log import AHEAD, Log
+from mjsim.logs.readings import TOGETHER, Readings, partners, rising
+from mjsim.logs.robot_log import RobotLog
+from mjsim.logs.table import TIME, read_table
+from mjsim.logs.text import lines_of
+from mjsim.models import picture_size
+from mjsim.record import LoggedCamera, LoggedFrame
+
+CAMERA = "camera"
+PER_METRE = np.float32(5000.0)
+"""Of the numbers of depth."""
+GAP = 0.1
+"""Between two poses of the truth that are farther apart nothing is known [s]."""
+UNIT = 0.01
+"""How far the length of a quaternion in a file may be off 1."""
+FORMS = {b"\xff\xd8": "jpeg", b"\x89P": "png"}
+CALIBRATIONS = {
+    1: (517.3, 516.5, 318.6, 255.3, 0.2624, -0.9531, -0.0054, 0.0026, 1.1633),
+    2: (520.9, 521.0, 325.1, 249.7, 0.2312, -0.7849, -0.0033, -0.0001, 0.9172),
+    3: (535.4, 539.2, 320.1, 247.6),
+}
+"""Camera -> fx, fy, cx, cy [px] and Brown's model, of 640 x 480 pixels."""
+USUAL = (525.0, 525.0, 319.5, 239.5)
+"""What the data set's tools take where nothing is known, of 640 x 480 pixels."""
+
+
+def is_rgbd(path: Path) -> bool:
+    """Say whether a folder holds a list of pictures."""
+    return path.is_dir() and (path / "rgb.txt").is_file()
+
+
+def read_rgbd(path: Path) -> Log:
+    """Return what the camera of a folder gave.
+
+    Raises:
+        UsageError: A file is not there or not as it must be; names file and line.
+    """
+    stamps, pictures = _list(path / "rgb.txt")
+    notes: dict[str, str] = {}
+    width, height = _size(pictures[0])
+    intrinsics = _intrinsics(path, width, height, notes)
+    depth_stamps, depths = _list(path / "depth.txt") if (path / "depth.txt").is_file() else (np.zeros(0), [])
+    partner = partners(stamps, depth_stamps, tolerance=TOGETHER).tolist()
+    if depths:
+        notes["pictures without depth"] = str(sum(other < 0 for other in partner))
+
+    def take(number: int) -> LoggedFrame:
+        frame = _frame(pictures[number], float(stamps[number]), intrinsics)
+        other = partner[number]
+        return frame if other < 0 else replace(frame, depth=_depth(depths[other], intrinsics))
+
+    robot = RobotLog(
+        cameras={CAMERA: Readings(stamps, take)}, imu=_accelerations(path), poses=_truth(path, notes), gap=GAP
+    )
+    place = AHEAD.copy()
+    place[:3, 3] = 0.0
+    camera = LoggedCamera(intrinsics, place)
+    return Log(kind="TUM RGB-D", robot=robot, name="camera_body", cameras={CAMERA: camera}, notes=notes)
+
+
+def _list(path: Path) -> tuple[Array, list[Path]]:
+    """Return when pictures were taken, ascending [s], and their files."""
+    stamps, files = [], []
+    for number, line in enumerate(lines_of(path), start=1):
+        words = line.partition("#")[0].split(maxsplit=1)
+        if not words:
+            continue
+        try:
+            stamp, name = float(words[0]), words[1].strip()
+        except (ValueError, IndexError):
+            raise UsageError(f"{path}:{number}: {line.strip()[:60]!r}; a line has a time and a path") from None
+        file = path.parent / name
+        if not np.isfinite(stamp) or not file.resolve().is_relative_to(path.parent.resolve()):
+            raise UsageError(f"{path}:{number}: {line.strip()[:60]!r}; the time is finite, the path in the folder")
+        if not file.is_file():
+            raise UsageError(f"{path}:{number}: no file '{name}'"[:LONGEST_MESSAGE])
+        stamps.append(stamp)
+        files.append(file)
+    if not files:
+        raise UsageError(f"'{path}' lists no pictures")
+    order = rising(np.array(stamps))
+    return np.array(stamps)[order], [files[k] for k in order.tolist()]
+
+
+def _frame(file: Path, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
+    data = file.read_bytes()
+    picture = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_COLOR_RGB) if data else None
+    if picture is None or picture.shape[:2] != (intrinsics.height, intrinsics.width):
+        raise UsageError(f"'{file}' is no picture of {intrinsics.width} x {intrinsics.height} pixels")
+    image = np.asarray(picture, dtype=np.uint8)
+    return LoggedFrame(stamp, image, intrinsics, encoded=data, form=FORMS[data[:2]])
+
+
+def _depth(file: Path, intrinsics: Intrinsics) -> Array:
+    """Return the depth in a file, shape (height, width) [m]; +inf for none."""
+    values = cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
+    if values is None or values.dtype != np.uint16 or values.shape != (intrinsics.height, intrinsics.width):
+        raise UsageError(f"'{file}' is no depth of {intrinsics.width} x {intrinsics.height} pixels of 16 bits")
+    return np.where(values > 0, values.astype(np.float32) / PER_METRE, np.inf).astype(float)
+
+
+def _size(file: Path) -> tuple[int, int]:
+    """Return width and height of a picture [px]."""
+    try:
+        return picture_size(file.read_bytes())
+    except ValueError as error:
+        raise UsageError(f"'{file}' {error}") from None
+
+
+def _intrinsics(path: Path, width: int, height: int, notes: dict[str, str]) -> Intrinsics:
+    """Return the calibration of a folder: its own, that of a published one by its name, or a usual one."""
+    file = path / "calibration.txt"
+    known = re.search(r"freiburg([123])", path.resolve().name)
+    if file.is_file():
+        return _calibrated(_numbers(file), width, height)
+    if known is not None and (width, height) == (640, 480):
+        notes["calibration"] = f"of freiburg{known[1]}, as published"
+        return _calibrated(CALIBRATIONS[int(known[1])], width, height)
+    notes["calibration"] = "not in the folder; a usual one is assumed"
+    fx, fy, cx, cy = USUAL
+    return _calibrated(
+        (fx * width / 640, fy * height / 480, (cx + 0.5) * width / 640 - 0.5, (cy + 0.5) * height / 480 - 0.5),
+        width,
+        height,
+    )
+
+
+def _calibrated(numbers: Sequence[float], width: int, height: int) -> Intrinsics:
+    fx, fy, cx, cy, *lens = numbers
+    if not any(lens):
+        return Intrinsics(width, height, fx, fy, cx, cy)
+    return Intrinsics(width, height, fx, fy, cx, cy, "brown", tuple(lens))
+
+
+def _numbers(file: Path) -> list[float]:
+    """Return the numbers of a calibration."""
+    words = [word for line in lines_of(file) for word in line.partition("#")[0].split()]
+    try:
+        numbers = [float(word) for word in words]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (4, 8, 9) or not np.isfinite(numbers).all() or min(numbers[:2]) <= 0.0:
+        raise UsageError(f"'{file}' holds {len(words)} words; it must have fx fy cx cy, and k1 k2 p1 p2 k3 of a lens")
+    return numbers
+
+
+def _truth(path: Path, notes: dict[str, str]) -> Array | None:
+    """Return where the robot's frame was in space, rows of time and pose, shape (N, 8)."""
+    file = path / "groundtruth.txt"
+    if not file.is_file():
+        return None
+    rows = read_table(file, (TIME, "x", "y", "z", "qx", "qy", "qz", "qw"))
+    lengths = np.linalg.norm(rows[:, 4:], axis=1)
+    odd = np.flatnonzero(np.abs(lengths - 1.0) > UNIT)
+    if len(odd):
+        raise UsageError(f"'{file}': the quaternion at {rows[odd[0], 0]:.3f} s has length {lengths[odd[0]]:.3g}, not 1")
+    rows[:, 4:] /= lengths[:, None]
+    optical_from_body = np.linalg.inv(np.vstack([np.column_stack([AHEAD[:3, :3], np.zeros(3)]), [0.0, 0.0, 0.0, 1.0]]))
+    for row in rows:
+        row[1:] = Pose3.from_matrix(Pose3(*row[1:].tolist()).matrix() @ optical_from_body).as_array()
+    notes["truth"] = "groundtruth.txt, of the camera"
+    return rows
+
+
+def _accelerations(path: Path) -> list[ImuReading]:
+    """Return what the accelerometer told; it has no gyroscopes, so that turns are not a number."""
+    file = path / "accelerometer.txt"
+    if not file.is_file():
+        return []
+    rows = read_table(file, (TIME, "x", "y", "z"))
+    return [ImuReading(float(row[0]), row[1:].copy(), np.full(3, np.nan), "accelerometer") for row in rows]

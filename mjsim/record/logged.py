@@ -1,0 +1,125 @@
+"""Cameras of a log: a recording keeps their pictures, for they cannot be drawn again."""
+
+import json
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from mjsim.errors import RecordingError
+from mjsim.geometry import Array
+from mjsim.interface import CameraFrame, Intrinsics, Picture, RobotInfo
+from mjsim.record.file import RawMessage, picture_of, raw_messages
+from mjsim.record.logged_frame import LoggedFrame, depth_of
+from mjsim.record.parse import FAULTS, reading, unfit
+from mjsim.record.recording import Recording, decode_picture
+
+LOGGED_CAMERAS = "logged cameras"
+"""Key of the metadata that holds the data sheets of the cameras whose pictures are kept."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoggedCamera:
+    """The data sheet of a camera whose pictures are kept."""
+
+    intrinsics: Intrinsics
+    robot_from_camera: Array | None = None
+    """Of its optical frame (x right, y down, z ahead), shape (4, 4) [m]; as the world has it unless given."""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as JSON holds it."""
+        place = self.robot_from_camera
+        return {"intrinsics": asdict(self.intrinsics), "robot_from_camera": None if place is None else place.tolist()}
+
+    @classmethod
+    def from_json(cls, told: Mapping[str, Any]) -> "LoggedCamera":
+        """Return what `to_json` told; raises one of FAULTS for anything else."""
+        values = dict(told["intrinsics"])
+        numbers = [float(value) for value in values.pop("distortion")]
+        intrinsics = Intrinsics(**values, distortion=tuple(numbers))
+        if told["robot_from_camera"] is None:
+            return cls(intrinsics)
+        place = np.array(told["robot_from_camera"], dtype=float)
+        if place.shape != (4, 4) or not np.isfinite(place).all():
+            raise ValueError("a camera's place has other than 4 x 4 numbers")
+        return cls(intrinsics, place)
+
+
+def cameras_text(cameras: Mapping[tuple[str, str], LoggedCamera]) -> str:
+    """Return the text of data sheets by robot and camera, for the metadata."""
+    return json.dumps({f"{robot}/{name}": camera.to_json() for (robot, name), camera in cameras.items()})
+
+
+def logged_cameras(recording: Recording) -> dict[tuple[str, str], LoggedCamera]:
+    """Return the data sheets of the cameras of a log by robot and camera; none for a run that was simulated.
+
+    Raises:
+        RecordingError: They are not as mjsim writes them.
+    """
+    text = recording.metadata.get(LOGGED_CAMERAS)
+    if text is None:
+        return {}
+    try:
+        told = {tuple(name.split("/")): LoggedCamera.from_json(camera) for name, camera in json.loads(text).items()}
+    except (*FAULTS, AttributeError) as error:
+        raise unfit(f"'{recording.path}': the metadata '{LOGGED_CAMERAS}'", error) from error
+    return {(robot, name): camera for (robot, name), camera in told.items() if (robot, name) in recording.cameras()}
+
+
+def with_logged_cameras(
+    robots: Mapping[str, RobotInfo], cameras: Mapping[tuple[str, str], LoggedCamera]
+) -> dict[str, RobotInfo]:
+    """Return what modules are told of each robot, with the data sheets of the cameras of a log."""
+    told = {}
+    for robot, info in robots.items():
+        sensors = dict(info.sensors)
+        for (of, name), camera in cameras.items():
+            if of == robot:
+                place = camera.robot_from_camera
+                place = sensors[name].robot_from_sensor if place is None else place
+                sensors[name] = replace(sensors[name], robot_from_sensor=place, intrinsics=camera.intrinsics)
+        told[robot] = replace(info, sensors=sensors)
+    return told
+
+
+class LoggedPictures:
+    """The pictures of one robot of a log, as its ticks come: each is decoded when a module looks at it."""
+
+    def __init__(self, recording: Recording, robot: str) -> None:
+        """Keep which cameras there are."""
+        self.cameras = {name: camera for (of, name), camera in logged_cameras(recording).items() if of == robot}
+        self._path, self._robot = recording.path, robot
+        kinds = ("image", "depth")
+        self._names = {f"/{robot}/{name}/{kind}": (name, kind) for name in self.cameras for kind in kinds}
+        self._messages = raw_messages(recording.path, topics=self._names)
+        self._next = next(self._messages, None)
+
+    def at(self, time: int) -> Callable[[str, float], CameraFrame]:
+        """Return what gives the pictures of a tick by camera and stamp; ticks ascend.
+
+        Args:
+            time: Of the tick's messages [ns].
+        """
+        found: dict[str, dict[str, RawMessage]] = defaultdict(dict)
+        while self._next is not None and self._next.time <= time:
+            name, kind = self._names[self._next.topic]
+            if self._next.time == time:
+                found[name][kind] = self._next
+            self._next = next(self._messages, None)
+
+        return lambda camera, stamp: self._frame(found.get(camera, {}), camera, stamp)
+
+    def _frame(self, found: Mapping[str, RawMessage], camera: str, stamp: float) -> CameraFrame:
+        intrinsics = self.cameras[camera].intrinsics
+        if "image" not in found:
+            raise RecordingError(f"'{self._path}': the picture of camera '{camera}' at {stamp:g} s is not there")
+        with reading(found["image"], path=self._path):
+            data, form = picture_of(found["image"].data)
+            image: Picture = decode_picture(data)
+        depth = None
+        if "depth" in found:
+            with reading(found["depth"], path=self._path):
+                depth = depth_of(found["depth"].data, shape=(intrinsics.height, intrinsics.width))
+        return LoggedFrame(stamp, image, intrinsics, depth, encoded=data, form=form)

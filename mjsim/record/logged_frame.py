@@ -1,0 +1,82 @@
+"""Pictures of a log and their depth, as messages that Foxglove draws: nothing is lost."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from foxglove.messages import CompressedImage, RawImage
+
+from mjsim.geometry import Array
+from mjsim.interface import CameraFrame
+from mjsim.record.file import parts_of
+from mjsim.record.scene import picture_message, stamp
+
+QUICK_PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1]
+"""The sizes of pictures with noise hardly differ."""
+MILLIMETRES = 1000.0
+"""In a metre; depth of 16 bits counts them, as ROS REP 118 has it, 0 where there is none."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoggedFrame(CameraFrame):
+    """A picture of a log; its file is recorded as it came."""
+
+    encoded: bytes = b""
+    """Contents of the file."""
+    form: str = "png"
+    """'jpeg' or 'png'."""
+
+
+def logged_frame(frame: CameraFrame) -> LoggedFrame:
+    """Return a picture with its file, a PNG without loss."""
+    if isinstance(frame, LoggedFrame):
+        return frame
+    _, data = cv2.imencode(".png", cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR), QUICK_PNG)
+    return LoggedFrame(frame.stamp, frame.image, frame.intrinsics, frame.depth, encoded=data.tobytes())
+
+
+def kept_picture_message(frame: CameraFrame, frame_id: str) -> CompressedImage:
+    """Return the picture of a log as its file, that of a simulated camera as JPEG."""
+    if isinstance(frame, LoggedFrame):
+        return CompressedImage(timestamp=stamp(frame.stamp), frame_id=frame_id, data=frame.encoded, format=frame.form)
+    return picture_message(frame, frame_id)
+
+
+def depth_message(frame: CameraFrame, frame_id: str) -> RawImage | None:
+    """Return the depth of a logged picture without loss: in whole millimetres where it has them, else in metres.
+
+    Depth of a simulated camera is drawn again, as its pictures are.
+    """
+    if not isinstance(frame, LoggedFrame) or frame.depth is None:
+        return None
+    metres = np.asarray(frame.depth, dtype=np.float32)
+    counts = np.where(metres == np.inf, 0.0, np.rint(metres * MILLIMETRES))
+    whole = np.where(counts == 0.0, np.float32(np.inf), (counts / MILLIMETRES).astype(np.float32))
+    exact = bool((whole == metres).all() and counts.max(initial=0.0) < 1 << 16)
+    pixels = counts.astype("<u2") if exact else metres.astype("<f4")
+    height, width = metres.shape
+    return RawImage(
+        timestamp=stamp(frame.stamp),
+        frame_id=frame_id,
+        width=width,
+        height=height,
+        encoding="16UC1" if exact else "32FC1",
+        step=width * pixels.itemsize,
+        data=pixels.tobytes(),
+    )
+
+
+def depth_of(data: bytes, *, shape: tuple[int, int]) -> Array:
+    """Return the depth in a `foxglove.RawImage` of a known height and width [m].
+
+    Raises:
+        ValueError: It is not as `depth_message` writes it.
+    """
+    fields = {number: value for number, value, _ in parts_of(data)}
+    kind = {b"16UC1": "<u2", b"32FC1": "<f4"}.get(fields.get(4, b""))
+    if kind is None:
+        raise ValueError("depth of an unknown encoding")
+    pixels = np.frombuffer(fields.get(6, b""), dtype=kind).reshape(shape)
+    if kind == "<f4":
+        return pixels.astype(float)
+    return np.where(pixels == 0, np.inf, (pixels / np.float32(MILLIMETRES)).astype(np.float32)).astype(float)
