@@ -4,7 +4,7 @@ gtsam's iSAM2 solves the graph a little further at each new pose. It is not amon
 `pip install gtsam`.
 """
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -62,6 +62,7 @@ class GraphSlam:
         self._motion = odometry_motion()
         self._names: dict[str, int] = {}
         self._number = 0
+        self._steps: list[tuple[float, int, Array]] = []
         self._pose = robot.prior.as_array()
         # A pose known exactly has no square root of its information.
         spread = np.asarray(robot.prior_covariance, dtype=float) + 1e-10 * np.eye(3)
@@ -84,7 +85,19 @@ class GraphSlam:
         named = [sighting for sighting in seen.sightings if sighting.name is not None]
         if named and (far or not self._names):
             self._extend(named)
+        self._steps.append((seen.time, self._number, self._step))
         return self._belief()
+
+    def path(self) -> Sequence[tuple[float, Pose]]:
+        """Return the final trajectory: time [s] and pose of each tick, by the whole graph."""
+        values, gtsam = self._solver.calculateEstimate(), self._gtsam
+        poses = [values.atPose2(gtsam.symbol("x", number)) for number in range(self._number + 1)]
+        found = []
+        for time, number, step in self._steps:
+            base = poses[number]
+            pose, _, _ = self._motion(np.array([base.x(), base.y(), base.theta()]), step)
+            found.append((time, Pose.from_array(pose)))
+        return found
 
     def _extend(self, sightings: list[Sighting]) -> None:
         """Add a pose and what is seen from it, and solve."""

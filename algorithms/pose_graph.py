@@ -1,12 +1,13 @@
 """A graph of poses in the plane: measured steps between them, and the poses that agree with all best."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
-from mjsim.geometry import Array, wrap_angles
+from mjsim.geometry import Array, wrap_angle, wrap_angles
 
 HUBER = 2.0
 """Beyond so many standard deviations a step between far poses counts less than its square."""
@@ -46,44 +47,72 @@ class PoseGraph:
         squared = np.zeros(0)
         for _ in range(rounds):
             H, b, squared = self._system()
-            change = splu(H).solve(-b).reshape(-1, 3)
+            change = _factors(H).solve(-b).reshape(-1, 3)
             self.poses = self.poses + change
             self.poses[:, 2] = wrap_angles(self.poses[:, 2])
             if np.abs(change).max() < 1e-6:
                 break
         return float(np.mean(squared)) if len(squared) else 0.0
 
+    def drop_misfits(self, limit: float) -> int:
+        """Forget steps between far poses whose squared error is above a limit, in units; return how many."""
+        _, _, squared = self._system()
+        kept = [k for k, (one, other) in enumerate(self.ends) if abs(one - other) == 1 or squared[k] <= limit]
+        dropped = len(self.ends) - len(kept)
+        self.ends, self.steps = [self.ends[k] for k in kept], [self.steps[k] for k in kept]
+        self.informations = [self.informations[k] for k in kept]
+        return dropped
+
     def covariance(self, number: int) -> Array:
         """Return the covariance of one pose, given the first, shape (3, 3)."""
+        return self.covariances([number])
+
+    def covariances(self, numbers: Sequence[int]) -> Array:
+        """Return the joint covariance of k poses, given the first of the graph, shape (3 k, 3 k)."""
         H, _, _ = self._system()
-        columns = np.zeros((H.shape[0], 3))
-        columns[3 * number : 3 * number + 3] = np.eye(3)
-        return np.asarray(splu(H).solve(columns)[3 * number : 3 * number + 3], dtype=float)
+        rows = (3 * np.asarray(numbers)[:, None] + np.arange(3)).ravel()
+        columns = np.zeros((H.shape[0], len(rows)))
+        columns[rows, np.arange(len(rows))] = 1.0
+        return np.asarray(_factors(H).solve(columns)[rows], dtype=float)
+
+    def step_covariances(self, ones: Sequence[int], other: int) -> list[Array]:
+        """Return the covariances of the steps from some poses to another, shape (3, 3) each."""
+        joint = self.covariances([*ones, other])
+        last = 3 * len(ones) + np.arange(3)
+        found = []
+        for k, one in enumerate(ones):
+            _, A, B = step_errors(self.poses[one][None], self.poses[other][None], np.zeros((1, 3)))
+            both = np.concatenate([3 * k + np.arange(3), last])
+            J = np.concatenate([A[0], B[0]], axis=1)
+            found.append(np.asarray(J @ joint[np.ix_(both, both)] @ J.T, dtype=float))
+        return found
 
     def _system(self) -> tuple[csc_array, Array, Array]:
         """Return H (3 n, 3 n) and b (3 n,) of the normal equations, and each step's squared error."""
         number = len(self.poses)
-        first, second = np.array(self.ends).reshape(-1, 2).T
+        first, second = np.array(self.ends, dtype=np.intp).reshape(-1, 2).T
         error, A, B = step_errors(self.poses[first], self.poses[second], np.array(self.steps).reshape(-1, 3))
         information = np.array(self.informations).reshape(-1, 3, 3)
         squared = np.einsum("ki,kij,kj->k", error, information, error)
         # Steps along the way are trusted; those that close a loop might be wrong.
         far = np.abs(first - second) > 1
         weight = np.where(far, np.minimum(1.0, HUBER / np.sqrt(np.maximum(squared, 1e-12))), 1.0)
-        information = information * weight[:, None, None]
-        b = np.zeros((number, 3))
-        blocks, rows, columns = [], [], []
-        for one, J in ((first, A), (second, B)):
-            np.add.at(b, one, np.einsum("kji,kjl,kl->ki", J, information, error))
-            for other, K in ((first, A), (second, B)):
-                blocks.append(J.transpose(0, 2, 1) @ information @ K)
-                rows.append(np.broadcast_to((3 * one)[:, None, None] + np.arange(3)[:, None], (len(one), 3, 3)))
-                columns.append(np.broadcast_to((3 * other)[:, None, None] + np.arange(3), (len(one), 3, 3)))
+        J = np.concatenate([A, B], axis=2)
+        weighted = J.transpose(0, 2, 1) @ (information * weight[:, None, None])
+        # Rows of both poses of each step, shape (k, 6).
+        at = np.concatenate([3 * first[:, None] + np.arange(3), 3 * second[:, None] + np.arange(3)], axis=1)
+        b = np.asarray(np.bincount(at.ravel(), (weighted @ error[:, :, None]).ravel(), 3 * number), dtype=float)
+        rows, columns = np.broadcast_arrays(at[:, :, None], at[:, None, :])
         # The first pose is held by a very stiff spring.
         fixed = np.arange(3)
-        values = np.concatenate([np.ravel(blocks), np.full(3, 1e12)])
-        place = (np.concatenate([np.ravel(rows), fixed]), np.concatenate([np.ravel(columns), fixed]))
-        return coo_array((values, place), shape=(3 * number, 3 * number)).tocsc(), b.ravel(), squared
+        values = np.concatenate([(weighted @ J).ravel(), np.full(3, 1e12)])
+        place = (np.concatenate([rows.ravel(), fixed]), np.concatenate([columns.ravel(), fixed]))
+        return coo_array((values, place), shape=(3 * number, 3 * number)).tocsc(), b, squared
+
+
+def _factors(H: csc_array) -> SuperLU:
+    """Return the factors of a symmetric positive definite matrix: without pivots, in an order that keeps symmetry."""
+    return splu(H, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
 
 def step_between(one: Array, other: Array) -> Array:
@@ -91,6 +120,15 @@ def step_between(one: Array, other: Array) -> Array:
     c, s = np.cos(one[..., 2]), np.sin(one[..., 2])
     dx, dy = other[..., 0] - one[..., 0], other[..., 1] - one[..., 1]
     return np.stack([c * dx + s * dy, c * dy - s * dx, wrap_angles(other[..., 2] - one[..., 2])], axis=-1)
+
+
+def compose(outer: Array, inner: Array) -> Array:
+    """Return the pose (3,) in the world of one that is given in the frame of another."""
+    c, s = np.cos(outer[2]), np.sin(outer[2])
+    x, y, heading = inner
+    return np.array(
+        [outer[0] + c * x - s * y, outer[1] + s * x + c * y, wrap_angle(float(outer[2] + heading))], dtype=float
+    )
 
 
 def step_errors(ones: Array, others: Array, steps: Array) -> tuple[Array, Array, Array]:

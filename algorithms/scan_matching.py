@@ -1,52 +1,113 @@
-"""How must a scan be moved to lie on another? From nearby exactly, from afar by trying."""
+"""How must a scan be moved to lie on walls that were seen before? Walls, a field around them, and the alignment."""
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
-from scipy.spatial import cKDTree
+from numpy.typing import NDArray
 
 from mjsim.geometry import Array, wrap_angle
 
-from .distance_grid import DistanceGrid
-
+SPACING = 0.1
+"""Between neighbouring elements of a wall [m]."""
+FARTHEST = 25.0
+"""Walls farther from the sensor are not used [m]."""
 NEIGHBOUR = 0.3
-"""Two points next to each other in a scan that are nearer than this lie on one wall [m]."""
-SIGMA = 0.03
-"""Standard deviation of a point's distance from its wall: noise, and walls that are not quite lines [m]."""
+"""Two consecutive points of a scan that are nearer than this lie on one wall [m]."""
+STRAIGHT = 0.25
+"""Farther ones lie on one wall if it goes on in their direction: largest change of direction [rad]."""
+FLAT = 0.03
+"""Largest standard deviation of points across the line that is laid through them [m]."""
+SIGMA, FINEST = 0.03, 0.01
+"""Standard deviation of an element's distance from its wall, noise and walls that are not quite lines, and the least
+that it may turn out to be [m]."""
+EFFECTIVE = 0.1
+"""Share of the elements of a scan that count as independent; neighbours err alike."""
+ALONG = 0.01
+"""Mean square of the component of walls' normals along a direction that is put down to their noise."""
+CUT = 3.0
+"""Beyond so many standard deviations an element does not lie on the wall."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
-    """Points of walls and the directions that the walls face, in one frame."""
+    """Elements of walls, evenly spaced, in one frame."""
 
     points: Array
     """Shape (n, 2) [m]."""
     normals: Array
-    """Unit vectors across the walls, shape (n, 2)."""
+    """Unit vectors across the walls, towards the side from which they were seen, shape (n, 2)."""
 
     def moved(self, pose: Array) -> "Surface":
         """Return it in the frame in which `pose` (x, y, heading) is its frame's pose."""
-        R = _rotation(float(pose[2]))
+        R = rotation(float(pose[2]))
         return Surface(self.points @ R.T + pose[:2], self.normals @ R.T)
 
+    def thinned(self, most: int) -> "Surface":
+        """Return at most so many of its elements, chosen evenly."""
+        if len(self.points) <= most:
+            return self
+        chosen = np.linspace(0, len(self.points) - 1, most).astype(np.intp)
+        return Surface(self.points[chosen], self.normals[chosen])
 
-def surface_of(points: Array) -> Surface:
-    """Return those points of a scan that lie on walls, and the walls' normals.
+
+def surface_of(points: Array, *, origin: tuple[float, float] = (0.0, 0.0)) -> Surface:
+    """Return the straight walls that a scan shows.
 
     Args:
         points: In the order of the beams, shape (n, 2) [m].
+        origin: Where the sensor is, in the frame of the points [m].
     """
+    points = points[np.hypot(*(points - origin).T) < FARTHEST]
     if len(points) < 3:
         return Surface(np.zeros((0, 2)), np.zeros((0, 2)))
-    before, after = points[1:-1] - points[:-2], points[2:] - points[1:-1]
-    along = points[2:] - points[:-2]
-    lengths = np.hypot(*along.T)
-    near = (np.hypot(*before.T) < NEIGHBOUR) & (np.hypot(*after.T) < NEIGHBOUR) & (lengths > 1e-6)
-    # Not across a corner: there the middle point lies off the line between its neighbours.
-    bend = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0])
-    straight = near & (bend < 0.35 * np.hypot(*before.T) * np.hypot(*after.T))
-    along = along[straight] / lengths[straight, None]
-    return Surface(points[1:-1][straight], np.stack([-along[:, 1], along[:, 0]], axis=-1))
+    even, run = _evenly(points, np.hypot(*(points - origin).T))
+    if len(even) < 3:
+        return Surface(np.zeros((0, 2)), np.zeros((0, 2)))
+    centres, normals, flat = _lines(even, run)
+    towards = np.sum((np.asarray(origin) - centres) * normals, axis=1)
+    normals = np.where(towards[:, None] < 0.0, -normals, normals)
+    return Surface(centres[flat], normals[flat])
+
+
+def _evenly(points: Array, ranges: Array) -> tuple[Array, NDArray[np.intp]]:
+    """Return points every `SPACING` along connected points, shape (m, 2), and the number of each one's wall, (m,)."""
+    step = np.diff(points, axis=0)
+    gap = np.hypot(*step.T)
+    turn = np.abs(np.diff(np.arctan2(step[:, 1], step[:, 0])))
+    straight = np.minimum(turn, 2.0 * np.pi - turn) < STRAIGHT
+    goes_on = np.concatenate([[False], straight]) | np.concatenate([straight, [False]])
+    near = (gap < NEIGHBOUR) | (goes_on & (gap < 0.1 * ranges[1:]))
+    # Consecutive walls are laid on one line, with a step of no length between them.
+    along = np.concatenate([[0.0], np.cumsum(np.where(near, gap, 0.0))])
+    wall = np.concatenate([[0], np.cumsum(~near)])
+    at = np.arange(0.5 * SPACING, along[-1], SPACING)
+    after = np.clip(np.searchsorted(along, at, side="right"), 1, len(points) - 1)
+    share = (at - along[after - 1]) / np.maximum(along[after] - along[after - 1], 1e-9)
+    return points[after - 1] + share[:, None] * step[after - 1], wall[after - 1]
+
+
+def _lines(points: Array, run: NDArray[np.intp], *, half: int = 2) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return the line through each point and its neighbours on the same wall.
+
+    Returns:
+        A point of the line, shape (n, 2); its normal, shape (n, 2); whether the neighbours lie on it, shape (n,).
+    """
+    number = np.arange(len(points))
+    first = np.maximum(number - half, np.searchsorted(run, run, side="left"))
+    last = np.minimum(number + half + 1, np.searchsorted(run, run, side="right"))
+    x, y = points.T
+    sums = np.zeros((len(points) + 1, 5))
+    np.cumsum(np.column_stack([x, y, x * x, x * y, y * y]), axis=0, out=sums[1:])
+    count = (last - first).astype(float)
+    mx, my, xx, xy, yy = ((sums[last] - sums[first]) / count[:, None]).T
+    xx, xy, yy = xx - mx * mx, xy - mx * my, yy - my * my
+    angle = 0.5 * np.arctan2(2.0 * xy, xx - yy)
+    normals = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
+    across = np.maximum(0.5 * (xx + yy) - np.hypot(0.5 * (xx - yy), xy), 0.0)
+    means = np.stack([mx, my], axis=-1)
+    centres = points - np.sum((points - means) * normals, axis=1)[:, None] * normals
+    return centres, normals, (count >= 3) & (across < FLAT**2)
 
 
 def joined(surfaces: list[Surface]) -> Surface:
@@ -55,6 +116,49 @@ def joined(surfaces: list[Surface]) -> Surface:
         np.concatenate([surface.points for surface in surfaces]),
         np.concatenate([surface.normals for surface in surfaces]),
     )
+
+
+class WallField:
+    """The nearest element of a surface for each cell of a grid, and how far it is.
+
+    References:
+        Felzenszwalb, Huttenlocher, Distance Transforms of Sampled Functions, Theory of Computing 8, 2012.
+    """
+
+    def __init__(self, surface: Surface, *, cell: float = 0.1, margin: float = 1.0) -> None:
+        """Measure the distances.
+
+        Args:
+            surface: At least one element.
+            cell: Side of a cell [m].
+            margin: How far the grid reaches beyond the walls [m].
+        """
+        self.surface, self.cell = surface, cell
+        self.lower: Array = surface.points.min(axis=0) - margin
+        columns, rows = np.ceil((surface.points.max(axis=0) + margin - self.lower) / cell).astype(int)
+        self._most = np.array([columns - 1, rows - 1])
+        free = np.ones((rows, columns), dtype=np.uint8)
+        at = self.cells(surface.points)
+        free.ravel()[at] = 0
+        distance, labels = cv2.distanceTransformWithLabels(
+            free, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+        )
+        self.distance: NDArray[np.float32] = np.asarray(distance, dtype=np.float32) * np.float32(cell)
+        """Shape (rows, columns) [m]; the first row lies at the smallest y."""
+        self._labels = labels.ravel()
+        self._element: NDArray[np.intp] = np.zeros(int(labels.max()) + 1, dtype=np.intp)
+        self._element[self._labels[at]] = np.arange(len(at))
+
+    def cells(self, points: Array) -> NDArray[np.intp]:
+        """Return the places in the flattened grid of the cells of points (..., 2) [m]; beyond it those of its edge."""
+        column = np.minimum(np.maximum((points[..., 0] - self.lower[0]) / self.cell, 0.0), self._most[0])
+        row = np.minimum(np.maximum((points[..., 1] - self.lower[1]) / self.cell, 0.0), self._most[1])
+        return np.asarray(row.astype(np.intp) * (self._most[0] + 1) + column.astype(np.intp))
+
+    def nearest(self, points: Array) -> tuple[NDArray[np.float32], NDArray[np.intp]]:
+        """Return the distance [m] to the nearest element of each point (n, 2), to a cell, and its number, (n,)."""
+        at = self.cells(points)
+        return self.distance.ravel()[at], self._element[self._labels[at]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,45 +170,79 @@ class Match:
     information: Array
     """Inverse of the pose's covariance as the points and the guess give it, shape (3, 3)."""
     share: float
-    """Of the scan's points that lie on the surface."""
+    """Of the scan's elements that lie on the surface."""
+    seen: Array
+    """Part of the information that is from the points alone, shape (3, 3)."""
+    cost: float
+    """Minus twice the log-likelihood of scan and guess, up to a constant."""
+    conflict: float
+    """Share of the elements that lie near the surface, but not on it."""
 
 
-def align(surface: Surface, points: Array, guess: Array, information: Array, *, rounds: int = 15) -> Match:
-    """Return the pose at which points lie best on a surface, near a guess.
+def align(field: WallField, scan: Surface, guess: Array, information: Array, *, start: Array | None = None) -> Match:
+    """Return the pose at which a scan lies best on a surface, near where it starts.
 
-    Each point is led to the line through the nearest point of the surface; the guess counts as a measurement, so
-    that along a bare corridor, where walls tell nothing, the guess decides.
+    Each element is led to the line through the nearest element of the surface that faces the same side; the guess
+    counts as a measurement, so that along a bare corridor, where walls tell nothing, the guess decides.
 
     Args:
-        surface: Walls seen before.
-        points: Of the new scan, in its own frame, shape (n, 2) [m].
+        field: Of the walls seen before.
+        scan: In its own frame.
         guess: Of the pose, shape (3,).
         information: Inverse of the guess's covariance, shape (3, 3).
-        rounds: The most steps of Gauss-Newton.
+        start: Where to begin; at the guess unless given.
 
     References:
         Censi, An ICP Variant Using a Point-to-Line Metric, ICRA 2008.
     """
-    pose, tree = np.array(guess, dtype=float), cKDTree(surface.points)
-    H, share, reach = np.asarray(information, dtype=float), 0.0, 0.5
-    for _ in range(rounds):
-        distance, nearest = tree.query(points @ _rotation(pose[2]).T + pose[:2])
-        miss, J = misses(pose, points, surface.points[nearest], surface.normals[nearest])
-        used = distance < reach
+    pose = np.array(guess if start is None else start, dtype=float)
+    seen, reach, sigma = np.zeros((3, 3)), 0.5, SIGMA
+    for _ in range(12):
+        distance, miss, J = _compared(field, scan, pose)
         # Huber: beyond two standard deviations a miss counts less than its square.
-        weight = np.where(used, np.minimum(1.0, 2.0 * SIGMA / np.maximum(np.abs(miss), 1e-9)), 0.0) / SIGMA**2
+        size, near = np.abs(miss), distance < reach
+        weight = np.minimum(1.0, 2.0 * sigma / np.maximum(size, 1e-9)) * near
+        J = J @ _trusted(J, weight)
+        weighted = (EFFECTIVE / sigma**2) * weight[:, None] * J
+        seen = weighted.T @ J
         off = pose - guess
         off[2] = wrap_angle(off[2])
-        # Neighbouring beams err alike, for walls are not quite lines: a scan counts for a tenth of its points.
-        H = 0.1 * (J.T * weight) @ J + information
-        step = np.linalg.solve(H, 0.1 * J.T @ (weight * miss) + information @ off)
-        pose -= step
-        reach = max(0.15, 0.7 * reach)
-        share = float(np.mean(used & (np.abs(miss) < 3.0 * SIGMA)))
-        if np.abs(step).max() < 1e-5:
+        step = np.linalg.solve(seen + information, weighted.T @ miss + information @ off)
+        pose = pose - step
+        reach = max(0.2, 0.7 * reach)
+        # The median of the sizes of normal deviates is 0.674 of their standard deviation.
+        sigma = min(max(float(np.median(size[near])) / 0.674, FINEST), SIGMA) if near.any() else SIGMA
+        if np.abs(step).max() < 1e-3:
             break
-    pose[2] = wrap_angle(pose[2])
-    return Match(pose, np.asarray(H, dtype=float), share)
+    return _judged(field, scan, pose, guess, information, seen)
+
+
+def _trusted(J: Array, weight: Array) -> Array:
+    """Return the matrix that takes from a step what only the noise of normals seems to tell, shape (3, 3).
+
+    Along a bare corridor normals are not quite square to the way; a match would hold on to how they err.
+
+    References:
+        Zhang, Kaess, Singh, On Degeneracy of Optimization-based State Estimation Problems, ICRA 2016.
+    """
+    values, vectors = np.linalg.eigh((J[:, :2] * weight[:, None]).T @ J[:, :2])
+    kept = np.maximum(0.0, 1.0 - ALONG * weight.sum() / np.maximum(values, 1e-9))
+    trusted = np.eye(3)
+    trusted[:2, :2] = (vectors * np.sqrt(kept)) @ vectors.T
+    return trusted
+
+
+def _judged(field: WallField, scan: Surface, pose: Array, guess: Array, information: Array, seen: Array) -> Match:
+    """Return how well a scan lies on a surface at a pose."""
+    pose = np.array([pose[0], pose[1], wrap_angle(float(pose[2]))])
+    distance, miss, _ = _compared(field, scan, pose)
+    on = (distance < 0.2) & (np.abs(miss) < CUT * SIGMA)
+    squares = np.where(on, (miss / SIGMA) ** 2, CUT**2)
+    off = pose - guess
+    off[2] = wrap_angle(off[2])
+    cost = EFFECTIVE * float(squares.sum()) + float(off @ information @ off)
+    conflict = float(np.mean(~on & (distance < 0.5)))
+    return Match(pose, seen + information, float(np.mean(on)), seen, cost, conflict)
 
 
 def misses(pose: Array, points: Array, places: Array, normals: Array) -> tuple[Array, Array]:
@@ -119,45 +257,29 @@ def misses(pose: Array, points: Array, places: Array, normals: Array) -> tuple[A
     Returns:
         Distances, shape (n,) [m], and their derivative by (x, y, heading), shape (n, 3).
     """
-    arm = points @ _rotation(float(pose[2])).T
-    miss = np.sum(normals * (arm + pose[:2] - places), axis=1)
-    return miss, np.column_stack([normals, normals[:, 1] * arm[:, 0] - normals[:, 0] * arm[:, 1]])
+    arm = points @ rotation(float(pose[2])).T
+    J = np.empty((len(arm), 3))
+    J[:, :2] = normals
+    J[:, 2] = normals[:, 1] * arm[:, 0] - normals[:, 0] * arm[:, 1]
+    return np.einsum("ni,ni->n", normals, arm + pose[:2] - places), J
 
 
-def search(surface: Surface, points: Array, guess: Array, *, reach: float = 1.0, turn: float = 0.5) -> Array:
-    """Return the pose among many around a guess at which points lie best on a surface, shape (3,).
+def _compared(field: WallField, scan: Surface, pose: Array) -> tuple[Array, Array, Array]:
+    """Return how far elements of a scan are from those of a surface, and how that changes with the pose.
 
-    Args:
-        surface: Walls seen before.
-        points: Of the new scan, in its own frame, shape (n, 2) [m].
-        guess: Of the pose, shape (3,).
-        reach: How far from the guess to try [m].
-        turn: How far to turn from it [rad].
-
-    References:
-        Olson, Real-Time Correlative Scan Matching, ICRA 2009.
+    Returns:
+        Distance to the nearest element, infinite if that faces another side, (n,) [m]; distance in front of its line,
+        (n,) [m]; derivative of the latter by (x, y, heading), (n, 3).
     """
-    cell = 0.1
-    tiny = np.stack([surface.points, surface.points + 1e-6], axis=1)
-    grid = DistanceGrid.from_segments(tiny, cell=cell, margin=reach + 0.5)
-    likely = np.exp(-0.5 * (grid.distance / cell) ** 2)
-    steps = np.arange(-reach, reach + 1e-9, cell)
-    some = points[:: max(1, len(points) // 60)]
-    best, chosen = -1.0, np.array(guess, dtype=float)
-    shifts = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-    for extra in np.arange(-turn, turn + 1e-9, 0.035):
-        placed = some @ _rotation(guess[2] + extra).T + guess[:2]
-        cells = grid.cells(placed + shifts[:, None])
-        score = likely[cells[..., 0], cells[..., 1]].mean(axis=1)
-        # Of alike places the one nearest to the guess.
-        score -= 0.02 * np.hypot(*shifts.T) / reach
-        top = int(np.argmax(score))
-        if score[top] > best:
-            best = float(score[top])
-            chosen = np.array([*(guess[:2] + shifts[top]), guess[2] + extra])
-    return chosen
+    R = rotation(float(pose[2])).T
+    distance, number = field.nearest(scan.points @ R + pose[:2])
+    normals = field.surface.normals[number]
+    faces = np.einsum("ni,ni->n", scan.normals @ R, normals) > 0.7
+    miss, J = misses(pose, scan.points, field.surface.points[number], normals)
+    return np.where(faces, distance, np.inf), miss, J
 
 
-def _rotation(angle: float) -> Array:
+def rotation(angle: float) -> Array:
+    """Return the matrix that turns by an angle [rad, left positive], shape (2, 2)."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s], [s, c]])

@@ -32,6 +32,7 @@ from .interface import DriveModel as DriveModel
 from .interface import Estimate as Estimate
 from .interface import Estimator as Estimator
 from .interface import FastReading as FastReading
+from .interface import HasPath as HasPath
 from .interface import ImuReading as ImuReading
 from .interface import Intrinsics as Intrinsics
 from .interface import JointGoal as JointGoal

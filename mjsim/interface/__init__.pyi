@@ -10,6 +10,7 @@ from .protocols import Controller as Controller
 from .protocols import ControlLoop as ControlLoop
 from .protocols import DriveModel as DriveModel
 from .protocols import Estimator as Estimator
+from .protocols import HasPath as HasPath
 from .protocols import Navigator as Navigator
 from .protocols import Observer as Observer
 from .protocols import TakesMap as TakesMap

@@ -6,6 +6,7 @@ from typing import Protocol, runtime_checkable
 
 from numpy.random import Generator
 
+from mjsim.geometry import Pose
 from mjsim.interface.readings import FastReading, Observation, Sighting
 from mjsim.interface.values import BeaconInfo, Command, Estimate, RobotInfo, WheelCommand, WorldMap
 
@@ -16,6 +17,14 @@ class TakesMap(Protocol):
 
     def take_map(self, map: WorldMap | None) -> None:
         """Get the map before `start`; None unless the world says `map: known`."""
+
+
+@runtime_checkable
+class HasPath(Protocol):
+    """An estimator that also tells its final trajectory: where the robot was, by all that it saw until the end."""
+
+    def path(self) -> Sequence[tuple[float, Pose]]:
+        """Return times, strictly ascending [s], and poses in the frame of the estimates; asked once, at the end."""
 
 
 @runtime_checkable

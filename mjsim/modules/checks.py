@@ -70,6 +70,21 @@ def checked_sightings(sightings: object) -> Sequence[Sighting]:
     return [_checked_sighting(seen) for seen in sightings]
 
 
+def checked_path(path: object) -> Array:
+    """Return a trajectory as rows of time [s], x, y [m] and heading [rad], shape (M, 4), times strictly ascending."""
+    if not isinstance(path, Sequence) or isinstance(path, (str, bytes)):
+        raise Unfit(f"returned {kind_of(path)}; it must be a list of (time, Pose)")
+    rows = []
+    for item in path:
+        time, pose = _parts("a point of the path", item, ("time", "pose"))
+        where = checked_pose(pose)
+        rows.append((*_finite("a time", (time,)), where.x, where.y, where.heading))
+    found = np.array(rows, dtype=float).reshape(-1, 4)
+    if (np.diff(found[:, 0]) <= 0.0).any():
+        raise Unfit("returned a path whose times do not ascend; each must be later than the one before")
+    return found
+
+
 def checked_pose(pose: object) -> Pose:
     """Return a pose that is finite, its numbers as floats."""
     if not isinstance(pose, Pose):

@@ -25,6 +25,7 @@ from .messages import covariance_message as covariance_message
 from .messages import encode as encode
 from .messages import event_message as event_message
 from .messages import observation_of as observation_of
+from .messages import path_message as path_message
 from .place import reserve as reserve
 from .place import reserve_next as reserve_next
 from .reader import read_recording as read_recording

@@ -6,7 +6,7 @@ from mjsim.record.messages import innovations_message, landmarks_message, map_ar
 from mjsim.record.numbers import Message
 from mjsim.record.tick import Order
 
-BELIEF_TOPICS = frozenset({"estimate", "landmarks", "sightings", "innovations", "covariance"})
+BELIEF_TOPICS = frozenset({"estimate", "landmarks", "sightings", "innovations", "covariance", "path"})
 """Topics of a robot that its observer and its estimator make."""
 _EMPTY_MAP = ((), b"", b"")
 

@@ -29,10 +29,11 @@ _LONGEST_FIELD = 63
 
 
 def export_tum(recording: Recording, folder: str | Path, *, overwrite: bool = False) -> list[Path]:
-    """Write `R_truth.tum`, `R_estimate.tum` and `R_odometry.tum` for each robot R, as evo reads them.
+    """Write `R_truth.tum`, `R_estimate.tum`, `R_odometry.tum`, `R_path.tum` for each robot R, as evo reads them.
 
     Rows are `t x y z qx qy qz qw` [s, m]. The truth is the pose of the base in space; estimate and odometry lie in the
-    plane, where qz = sin(heading / 2) and qw = cos(heading / 2). A robot without a driver has its truth only.
+    plane, where qz = sin(heading / 2) and qw = cos(heading / 2), and so does the path, the final trajectory of an
+    estimator that offers one. A robot without a driver has its truth only.
 
     Returns:
         The files written.
@@ -43,8 +44,12 @@ def export_tum(recording: Recording, folder: str | Path, *, overwrite: bool = Fa
     files = {}
     for name, track in recording.robots.items():
         planar = (("estimate", _in_space(track.estimate)), ("odometry", _in_space(track.odometry)))
-        for kind, poses in (("truth", track.truth_pose), *planar):
-            rows = np.column_stack([track.time, poses])[np.isfinite(poses).all(axis=1)]
+        online = (
+            (kind, np.column_stack([track.time, poses])) for kind, poses in (("truth", track.truth_pose), *planar)
+        )
+        path = np.column_stack([track.path[:, 0], _in_space(track.path[:, 1:])])
+        for kind, timed in (*online, ("path", path)):
+            rows = timed[np.isfinite(timed).all(axis=1)]
             if len(rows):
                 text = "".join(f"{' '.join(map(repr, row))}\n" for row in rows.tolist())
                 files[f"{name}_{kind}.tum"] = text.encode()
@@ -92,6 +97,7 @@ def _tables(recording: Recording) -> Iterator[tuple[str, Sequence[str], Iterable
             ("sightings", _SIGHTINGS_HEADER, _sighting_rows(track)),
             ("innovations", _INNOVATIONS_HEADER, _innovation_rows(track)),
             ("events", _EVENTS_HEADER, ((e.time, e.kind, e.text, e.bearing) for e in track.events)),
+            *([("path", ["time", *_POSE], track.path.tolist())] if len(track.path) else []),
             *((table.name, list(table.columns), zip(*table.columns.values(), strict=True)) for table in sensors),
         ):
             yield f"{name}_{kind}", header, rows
@@ -275,6 +281,7 @@ def _arrays_of_track(track: Track) -> dict[str, Any]:
         "estimate": track.estimate,
         "covariance": track.covariance,
         "command": track.command,
+        "path": track.path,
         "landmarks/names": _texts(map(str, track.landmarks.names)),
         "landmarks/mean": track.landmarks.mean,
         "landmarks/covariance": track.landmarks.covariance,

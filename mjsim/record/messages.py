@@ -104,6 +104,20 @@ def pose3_row(message: Message) -> tuple[float, ...]:
     return (*(position[axis] for axis in "xyz"), *quaternion)
 
 
+def path_message(time: float, path: Array) -> Message:
+    """Return a final trajectory; rows of time [s], x, y [m] and heading [rad], shape (M, 4)."""
+    columns = zip(("times", "x", "y", "heading"), path.T.tolist(), strict=True)
+    return {"time": time, **dict(columns)}
+
+
+def path_rows(message: Message) -> Array:
+    """Return the rows of a final trajectory, shape (M, 4); ValueError when its times do not ascend."""
+    rows = np.column_stack([np.array(message[key], dtype=float) for key in ("times", "x", "y", "heading")])
+    if not np.isfinite(rows).all() or (np.diff(rows[:, 0]) <= 0.0).any():
+        raise ValueError("a path with numbers that are not finite, or with times that do not ascend")
+    return rows.reshape(-1, 4)
+
+
 def sightings_message(time: float, sightings: Sequence[Sighting]) -> Message:
     """Return all sightings of a tick."""
     return {"time": time, "sightings": sighting_messages(sightings)}

@@ -20,6 +20,7 @@ from mjsim.record.messages import (
     event_of,
     innovations_of,
     landmarks_of,
+    path_rows,
     pose3_row,
     pose_row,
     things_rows,
@@ -264,6 +265,7 @@ _READ: dict[str, Callable[[Message], Any]] = {
     "identities": identities_of,
     "innovations": innovations_of,
     "events": event_of,
+    "path": path_rows,
 }
 """Topics of a robot that make its track, and what is made of their messages."""
 
@@ -283,12 +285,15 @@ class _Robot:
         self._identities: list[tuple[str | None, ...]] = []
         self._innovations: list[tuple[tuple[Hashable, Array, Array], ...]] = []
         self._events: list[RobotEvent] = []
+        self._path: Array = np.zeros((0, 4))
 
     def take(self, kind: str, message: Message) -> None:
         """Take a message of the tick at hand."""
         value = _READ[kind](message)
         if kind == "events":
             self._events.append(value)
+        elif kind == "path":
+            self._path = value
         else:
             self._tick[kind] = value
 
@@ -325,6 +330,7 @@ class _Robot:
             identities=tuple(self._identities),
             innovations=tuple(self._innovations),
             events=tuple(self._events),
+            path=self._path,
         )
 
     def map_bytes(self) -> int:

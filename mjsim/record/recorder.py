@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 
 from mjsim.errors import RecordingError
-from mjsim.geometry import Pose, Pose3
+from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import RobotInfo
 from mjsim.output import NewFile
 from mjsim.record.belief import BeliefMessages
@@ -21,6 +21,7 @@ from mjsim.record.messages import (
     command_message,
     event_message,
     observation_message,
+    path_message,
     pose_message,
     state_message,
     things_message,
@@ -148,6 +149,16 @@ class Recorder:
     def event(self, robot: str, event: RobotEvent) -> None:
         """Record what happened to a robot outside of ticks."""
         self._put(Batch(time=event.time, messages=[(f"/{robot}/events", event_message(robot, event))]))
+
+    def path(self, robot: str, time: float, path: Array) -> None:
+        """Record the final trajectory of a robot's estimator after the last tick.
+
+        Args:
+            robot: Its name.
+            time: Of the last tick [s].
+            path: Rows of time [s], x, y [m] and heading [rad], shape (M, 4).
+        """
+        self._put(Batch(time=time, messages=[(f"/{robot}/path", path_message(time, path))]))
 
     def close(self) -> None:
         """Write what waits and end the file; more calls do nothing."""

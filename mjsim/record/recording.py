@@ -74,9 +74,11 @@ class Track:
     innovations: tuple[tuple[tuple[Hashable, Array, Array], ...], ...]
     """One tuple a tick: name, nu (2,), S (2, 2)."""
     events: tuple[RobotEvent, ...]
+    path: Array = field(default_factory=lambda: np.zeros((0, 4)))
+    """Final trajectory of the estimator, where it offers one: rows of time, x, y and heading, shape (M, 4)."""
 
     def at(self, rows: NDArray[np.intp]) -> "Track":
-        """Return some rows of it; events stay."""
+        """Return some rows of it; events and the final trajectory stay."""
         marks, chosen = self.landmarks, rows.tolist()
         return replace(
             self,
@@ -163,7 +165,11 @@ class Recording:
             qpos=self.qpos[rows],
             qvel=self.qvel[rows],
             robots={
-                name: replace(track.at(rows), events=tuple(e for e in track.events if since <= e.time <= until))
+                name: replace(
+                    track.at(rows),
+                    events=tuple(e for e in track.events if since <= e.time <= until),
+                    path=track.path[(track.path[:, 0] >= since) & (track.path[:, 0] <= until)],
+                )
                 for name, track in self.robots.items()
             },
             events=tuple(event for event in self.events if event.time <= until),

@@ -62,6 +62,16 @@ POSE = topic(
     },
     optional=("covariance",),
 )
+PATH = topic(
+    "mjsim.Path",
+    "The final trajectory, by all that was seen until the end; one message, after the last tick.",
+    {
+        "times": numbers("[s]"),
+        "x": numbers("World frame [m]"),
+        "y": numbers("World frame [m]"),
+        "heading": numbers("Counter-clockwise from x [rad]"),
+    },
+)
 LANDMARKS = topic(
     "foxglove.PosesInFrame",
     "The estimated map, whole, whenever it has changed.",
@@ -228,6 +238,7 @@ ROBOT_TOPICS = {
     "covariance": COVARIANCE,
     "sightings": SIGHTINGS,
     "innovations": INNOVATIONS,
+    "path": PATH,
     "command": COMMAND,
     "events": EVENT,
 }

@@ -9,6 +9,9 @@ import numpy as np
 
 from mjsim.geometry import Array, align_rigid, wrap_angles
 
+SAME_TIME = 1e-6
+"""Times that differ less are the same [s]."""
+
 
 def position_errors(truth: Array, estimate: Array) -> Array:
     """Return the distance between both positions at each time, not aligned, shape (N,) [m]."""
@@ -18,6 +21,25 @@ def position_errors(truth: Array, estimate: Array) -> Array:
 def heading_errors(truth: Array, estimate: Array) -> Array:
     """Return estimate minus truth in [-pi, pi), shape (N,) [rad], left positive."""
     return wrap_angles(estimate[:, 2] - truth[:, 2])
+
+
+def poses_at(times: Array, known: Array, poses: Array) -> Array:
+    """Return a trajectory at other times, straight from one pose to the next; NaN where it has no pose nearby.
+
+    Args:
+        times: Shape (M,) [s].
+        known: Times of the trajectory, ascending, shape (N,) [s].
+        poses: Shape (N, 3).
+
+    Returns:
+        Shape (M, 3).
+    """
+    turns = np.unwrap(poses[:, 2])
+    columns = [np.interp(times, known, values) for values in (poses[:, 0], poses[:, 1], turns)]
+    after = np.clip(np.searchsorted(known, times), 1, max(len(known) - 1, 1))
+    period = float(np.median(np.diff(known))) if len(known) > 1 else 0.0
+    nearest = np.minimum(np.abs(times - known[after - 1]), np.abs(times - known[np.minimum(after, len(known) - 1)]))
+    return np.where((nearest > period + SAME_TIME)[:, None], np.nan, np.column_stack(columns))
 
 
 def absolute_trajectory_errors(truth: Array, estimate: Array) -> Array:

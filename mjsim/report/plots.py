@@ -17,6 +17,8 @@ from mjsim.world import World
 
 TRUTH, ESTIMATE, ODOMETRY, MAP, BUMP = "#333333", "#0072b2", "#e69f00", "#009e73", "#d55e00"
 """Colours that people with colour blindness tell apart (Okabe and Ito, 2008)."""
+FINAL = "#cc79a7"
+"""Colour of the final trajectory of an estimator, of the same palette."""
 GROUPS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#8c6d1f", "#332288", "#882255")
 """Such colours for groups that are drawn together, none of them that of truth or odometry; more begin again."""
 MOST_BARS = 30
@@ -30,6 +32,8 @@ def path_plot(world: World, track: Track) -> Figure:
     axes.plot(*track.odometry[:, :2].T, color=ODOMETRY, lw=1.0, label="odometry")
     axes.plot(*track.truth[:, :2].T, color=TRUTH, lw=1.6, label="truth")
     axes.plot(*track.estimate[:, :2].T, color=ESTIMATE, lw=1.2, label="estimate")
+    if len(track.path):
+        axes.plot(*track.path[:, 1:3].T, color=FINAL, lw=1.2, label="final path")
     every = max(1, len(track.time) // 40)
     outlines = [
         ellipse_points(mean[:2], covariance[:2, :2])

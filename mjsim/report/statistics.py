@@ -17,8 +17,10 @@ from mjsim.world import MoveEvent, World, hung
 
 PATH_FIGURES = ("position_error_m", "heading_error_deg", "ate_m", "rpe_m")
 ODOMETRY_FIGURES = ("odometry_error_m", "odometry_heading_error_deg", "odometry_ate_m", "odometry_rpe_m")
+FINAL_FIGURES = ("path_error_m", "path_heading_error_deg", "path_ate_m", "path_rpe_m")
 ESTIMATE_FIGURES = (
     *(key for pair in zip(PATH_FIGURES, ODOMETRY_FIGURES, strict=True) for key in pair),
+    *FINAL_FIGURES,
     *("rpe_deg", "nees", "nis", "landmark_error_m", "transient", "recovery"),
 )
 """Keys of the figures that need an estimate."""
@@ -150,6 +152,7 @@ def _estimate_figures(world: World, track: Track, part: Track, *, lifted: Sequen
         **dict.fromkeys(ESTIMATE_FIGURES),
         **_path_figures(part.truth, part.estimate, PATH_FIGURES),
         **({} if wheels is None else _path_figures(part.truth, wheels, ODOMETRY_FIGURES)),
+        **_final_figures(part),
         "rpe_deg": metrics.spread(np.degrees(metrics.relative_turn_errors(part.truth, part.estimate))),
         "nees": nees_figures(metrics.normalised_errors(part.truth, part.estimate, part.covariance)),
         "nis": nis_figures(normalised_innovations(track)[1]),
@@ -168,6 +171,13 @@ def _path_figures(truth: Array, poses: Array, keys: tuple[str, str, str, str]) -
         metrics.spread(metrics.relative_pose_errors(truth, poses)),
     )
     return dict(zip(keys, figures, strict=True))
+
+
+def _final_figures(part: Track) -> dict[str, Any]:
+    """Return the errors of the final trajectory, at its own times; none without one, or without truth at its times."""
+    truth = metrics.poses_at(part.path[:, 0], part.time, part.truth)
+    known = np.isfinite(truth).all(axis=1)
+    return _path_figures(truth[known], part.path[known, 1:], FINAL_FIGURES) if known.any() else {}
 
 
 def landmark_figures(world: World, track: Track) -> dict[str, Any]:

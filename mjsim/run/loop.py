@@ -20,7 +20,7 @@ from mjsim.modules import ROLES, make_module, name_of
 from mjsim.output import NewFile, temporary_file
 from mjsim.record import Order, RobotEvent, Tick
 from mjsim.run.falls import Falls
-from mjsim.run.pilot import Driver, Pilot, Reaching, Steer, controller_of
+from mjsim.run.pilot import Driver, Pilot, Reaching, Steer, controller_of, final_path
 from mjsim.world import Modules, Source, Use, World
 
 if TYPE_CHECKING:
@@ -173,7 +173,7 @@ def run(
     with reserve(record, overwrite=overwrite) as place:
         drivers = drivers_of(sim.world) if drivers is None else drivers
         with one_blas_thread(), recorder_of(sim, drivers, count, place, pictures=pictures) as recorder:
-            _consume(sim, drivers, count, recorder.write, recorder.event, watch, realtime)
+            _consume(sim, drivers, count, recorder, watch, realtime)
     return read_recording(place.path)
 
 
@@ -209,6 +209,18 @@ def recorder_of(
     return Recorder(place, world=sim.world, seed=sim.seed, robots=sim.robots, metadata=metadata, pictures=pictures)
 
 
+def record_paths(drivers: Mapping[str, Driver], recorder: "Recorder", now: float) -> None:
+    """Record the final trajectories that estimators offer, after the last tick, which was now [s].
+
+    Raises:
+        ModuleFault: An estimator raised, or returned what it must not.
+    """
+    for robot, driver in drivers.items():
+        path = final_path(robot, driver, now)
+        if path is not None:
+            recorder.path(robot, now, path)
+
+
 def _modules_text(drivers: Mapping[str, Driver]) -> str:
     """Return the classes of all modules as JSON: robot -> part -> name."""
     parts = ("observer", "estimator", "navigator")
@@ -225,8 +237,7 @@ def _consume(
     sim: "Simulation",
     drivers: Mapping[str, Driver],
     count: int,
-    write: Callable[[Tick], None],
-    note: Callable[[str, RobotEvent], None],
+    recorder: "Recorder",
     watch: Callable[[Tick], None] | None,
     realtime: bool,
 ) -> None:
@@ -234,12 +245,13 @@ def _consume(
     try:
         with closing(ticks(sim, drivers)) as loop:
             for tick in islice(loop, count):
-                write(tick)
+                recorder.write(tick)
                 if watch is not None:
                     watch(tick)
                 if realtime:
                     time.sleep(max(0.0, began + tick.time - time.perf_counter()))
+        record_paths(drivers, recorder, tick.time)
     except ModuleFault as fault:
         if fault.robot is not None:
-            note(fault.robot, RobotEvent(sim.time, "fault", str(fault)))
+            recorder.event(fault.robot, RobotEvent(sim.time, "fault", str(fault)))
         raise

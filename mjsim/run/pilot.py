@@ -31,6 +31,7 @@ from mjsim.modules import (
     Hosted,
     checked_command,
     checked_estimate,
+    checked_path,
     checked_sightings,
     sealed_catalogue,
     sealed_map,
@@ -84,6 +85,27 @@ class Noticed:
 def controller_of(control: Controller | ControlLoop) -> Controller:
     """Return a controller, alone or in its loop."""
     return control.controller if isinstance(control, ControlLoop) else control
+
+
+def final_path(robot: str, driver: Driver, now: float) -> Array | None:
+    """Return the final trajectory that an estimator offers; None without one.
+
+    Args:
+        robot: Its name.
+        driver: With the estimator, after its last tick.
+        now: Simulated time [s].
+
+    Returns:
+        Rows of time [s], x, y [m] and heading [rad], shape (M, 4).
+
+    Raises:
+        ModuleFault: It raised, or returned what it must not.
+    """
+    estimator, boundary = driver.estimator, Boundary(robot)
+    if estimator is None or isinstance(estimator, Hosted) or not boundary.offers("estimator", estimator, "path"):
+        return None
+    answer = boundary.ask("estimator", estimator, now, "path")
+    return boundary.check("estimator", estimator, now, "path", checked_path, answer)
 
 
 def _avoidance_of(driver: Driver) -> Avoidance | None:

@@ -31,11 +31,12 @@ from mjsim.record import (
     encode,
     event_message,
     logged_cameras,
+    path_message,
     read_recording,
     with_frame,
     with_logged_cameras,
 )
-from mjsim.run.pilot import Driver, Pilot
+from mjsim.run.pilot import Driver, Pilot, final_path
 from mjsim.world import Use
 
 if TYPE_CHECKING:
@@ -131,6 +132,7 @@ def _write(
                 copy.end_tick()
                 if progress is not None:
                     progress(message.time * 1e-9)
+        again.end()
 
 
 def _pilot(run: Recording, robot: str, driver: Driver) -> Pilot:
@@ -160,7 +162,7 @@ class _Again:
     def __init__(self, run: Recording, robot: str, driver: Driver, pilot: Pilot, retake: "Retake", copy: Copy) -> None:
         self._run, self._robot, self._pilot, self._retake, self._copy = run, robot, pilot, retake, copy
         self._logged = LoggedPictures(run, robot)
-        self._looks_anew = driver.observer is not None
+        self._driver, self._looks_anew = driver, driver.observer is not None
         self._last = round(float(run.time[-1]) * 1e9)
         self._made_anew = {f"/{robot}/{kind}" for kind in BELIEF_TOPICS}
         self._beliefs = BeliefMessages()
@@ -195,7 +197,7 @@ class _Again:
     def _is_of_no_whole_tick(self, message: RawMessage) -> bool:
         """Say whether a message is of the last tick of a file that was cut in it; events need no tick."""
         over = message.time > self._last or self._row == len(self._run.time)
-        return over and not message.topic.endswith("/events")
+        return over and message.topic.rpartition("/")[2] not in ("events", "path")
 
     def _is_fault(self, message: RawMessage) -> bool:
         """Say whether a message tells of a module that failed in the run."""
@@ -207,9 +209,7 @@ class _Again:
         try:
             order = self._order = self._pilot.decide(seen)
         except ModuleFault as fault:
-            self._copy.put(
-                f"/{robot}/events", self._now, event_message(robot, RobotEvent(self._now, "fault", str(fault)))
-            )
+            self._note(self._now, fault)
             raise
         for kind, belief in self._beliefs.of(self._now, order):
             self._copy.put(f"/{robot}/{kind}", self._now, belief)
@@ -217,6 +217,20 @@ class _Again:
         if joint is not None:
             values = covariance_message(self._now, order.estimate, np.asarray(joint, dtype=float))
             self._copy.put(f"/{robot}/covariance", self._now, values)
+
+    def end(self) -> None:
+        """Write the final trajectory, if the estimator offers one."""
+        now = float(self._run.time[-1])
+        try:
+            path = final_path(self._robot, self._driver, now)
+        except ModuleFault as fault:
+            self._note(now, fault)
+            raise
+        if path is not None:
+            self._copy.put(f"/{self._robot}/path", now, path_message(now, path))
+
+    def _note(self, now: float, fault: ModuleFault) -> None:
+        self._copy.put(f"/{self._robot}/events", now, event_message(self._robot, RobotEvent(now, "fault", str(fault))))
 
     def _observation(self, message: RawMessage) -> Observation:
         """Return what the modules of the run were given."""

@@ -11,7 +11,7 @@ from mjsim.errors import ModuleFault, UsageError
 from mjsim.interface import Command
 from mjsim.output import NewFile
 from mjsim.record import RobotEvent, reserve, reserve_next
-from mjsim.run import Driver, drivers_of, one_blas_thread, recorder_of, tick_count, ticks
+from mjsim.run import Driver, drivers_of, one_blas_thread, record_paths, recorder_of, tick_count, ticks
 from mjsim.session.gate import Gate, State
 from mjsim.session.helm import Helm
 from mjsim.session.reach import Reach
@@ -287,6 +287,8 @@ class Session(Closes):
                         if not self._gate.may_go_on(sim, number):
                             return
                         self._show(next(loop), recorder)
+                if recorder is not None:
+                    record_paths(drivers, recorder, sim.time)
             except ModuleFault as fault:
                 if recorder is not None and fault.robot is not None:
                     recorder.event(fault.robot, RobotEvent(sim.time, "fault", str(fault)))

@@ -10,7 +10,8 @@ import shapely
 import mjsim
 from mjsim.algorithms.lidar_slam import LidarSlam
 from mjsim.algorithms.pose_graph import PoseGraph, step_between
-from mjsim.algorithms.scan_matching import align, search, surface_of
+from mjsim.algorithms.scan_matching import Surface, WallField, align, surface_of
+from mjsim.algorithms.scan_search import hypotheses, lay
 from mjsim.algorithms.waypoints import Waypoints
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.world import with_settings
@@ -29,20 +30,31 @@ def scan_points(pose, beams=240, noise=0.0, seed=0):
     return reach[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
 
 
-def test_normals_stand_across_the_walls():
+def surface_at(pose, **keys):
+    return surface_of(scan_points(pose, **keys))
+
+
+def test_walls_are_evenly_spaced_and_face_the_robot():
     pose = Pose(2, 2, 0.4)
-    surface = surface_of(scan_points(pose)).moved(pose.as_array())
-    assert len(surface.points) > 200
-    # Every wall runs along x or y; a few triples of beams go around a corner.
-    assert np.mean(np.abs(surface.normals).max(axis=1) > 0.999) > 0.96
-    assert shapely.distance(shapely.points(surface.points), ROOM).max() < 1e-6
+    surface = surface_at(pose)
+    # The room has 22 m of wall; near corners no line goes through the neighbours.
+    assert 180 < len(surface.points) <= 220
+    assert (np.sum(surface.points * surface.normals, axis=1) < 0.0).all()
+    seen = surface.moved(pose.as_array())
+    assert np.mean(np.abs(seen.normals).max(axis=1) > 0.999) > 0.96
+    assert shapely.distance(shapely.points(seen.points), ROOM).max() < 0.03
+
+
+def test_noise_of_a_centimetre_turns_no_normal_by_much():
+    surface = surface_at(Pose(2, 2, 0.4), noise=0.01).moved(np.array([2, 2, 0.4]))
+    assert np.quantile(np.degrees(np.arccos(np.abs(surface.normals).max(axis=1))), 0.9) < 5.0
 
 
 def test_two_scans_are_laid_on_each_other_to_millimetres():
     one, other = Pose(2, 2, 0.3), Pose(2.4, 2.3, 0.5)
     step = step_between(one.as_array(), other.as_array())
     guess = step + np.array([0.12, -0.1, 0.08])
-    match = align(surface_of(scan_points(one)), scan_points(other), guess, np.diag([1.0, 1.0, 1.0]))
+    match = align(WallField(surface_at(one)), surface_at(other), guess, np.diag([1.0, 1.0, 1.0]))
     np.testing.assert_allclose(match.pose, step, atol=0.004)
     assert match.share > 0.9
 
@@ -50,22 +62,57 @@ def test_two_scans_are_laid_on_each_other_to_millimetres():
 def test_from_afar_the_search_finds_the_place_that_the_alignment_alone_does_not():
     one, other = Pose(2, 2, 0.3), Pose(2.3, 2.2, 0.4)
     step = step_between(one.as_array(), other.as_array())
-    guess = step + np.array([0.8, -0.7, 0.45])
-    surface, points = surface_of(scan_points(one)), scan_points(other)
-    found = search(surface, points, guess)
-    match = align(surface, points, found, np.diag([1.0, 1.0, 1.0]))
-    np.testing.assert_allclose(match.pose, step, atol=0.01)
+    guess, weak = step + np.array([1.5, -1.3, 0.9]), np.diag([0.1, 0.1, 1.0])
+    field, scan = WallField(surface_at(one)), surface_at(other)
+    assert np.abs(align(field, scan, guess, weak).pose - step).max() > 0.2
+    best = hypotheses(field, scan, guess, weak, np.array([2.0, 2.0, 1.2]))[0]
+    np.testing.assert_allclose(best.pose, step, atol=0.01)
+
+
+def test_what_odometry_does_not_allow_is_believed_only_where_nothing_else_fits():
+    one, other = Pose(2, 2, 0.3), Pose(2.3, 2.2, 0.4)
+    step = step_between(one.as_array(), other.as_array())
+    sure = np.diag([0.02, 0.02, 0.01]) ** 2
+    slipped = step + np.array([0.5, 0.3, 0.25])
+    pose, covariance = lay(surface_at(other), surface_at(one), slipped, sure)
+    np.testing.assert_allclose(pose, step, atol=0.01)
+    # Scans of other rooms tell nothing: odometry stands, and is less sure.
+    elsewhere = Surface(surface_at(one).points + 30.0, surface_at(one).normals)
+    pose, covariance = lay(surface_at(other), elsewhere, slipped, sure)
+    np.testing.assert_array_equal(pose, slipped)
+    assert (np.diag(covariance) > np.diag(sure)).all()
+
+
+def comb(beams=181):
+    """Return a scan of a corridor with niches every 0.8 m: moved by that, it looks the same."""
+    niches = [
+        (x, y)
+        for k in range(-12, 13)
+        for x, y in ((0.8 * k, 1), (0.8 * k + 0.4, 1), (0.8 * k + 0.4, 1.4), (0.8 * k + 0.8, 1.4))
+    ]
+    upper = np.array([(x, y) for x, y in niches])
+    dense = [np.linspace(a, b, 9)[:-1] for a, b in itertools.pairwise(upper)]
+    return np.concatenate(dense)
+
+
+def test_a_corridor_that_repeats_itself_makes_the_answer_unsure_not_wrong():
+    wall = surface_of(comb())
+    scan = Surface(wall.points[60:-60], wall.normals[60:-60])
+    pose, covariance = lay(scan, wall, np.array([0.37, 0.0, 0.0]), np.diag([0.3, 0.05, 0.05]) ** 2)
+    assert abs(pose[0]) < 0.05 or abs(pose[0] - 0.8) < 0.05
+    assert np.sqrt(covariance[0, 0]) > 0.2
+    assert np.sqrt(covariance[1, 1]) < 0.05
 
 
 def test_along_a_bare_corridor_the_guess_decides():
     angles = np.linspace(-np.pi, np.pi, 360, endpoint=False)
     reach = np.minimum(1.0 / np.maximum(np.abs(np.sin(angles)), 1e-9), 6.0)
-    wall = np.stack([reach * np.cos(angles), reach * np.sin(angles)], axis=-1)[reach < 5.9]
-    guess = np.array([0.25, 0.05, 0.02])
-    match = align(surface_of(wall), wall, guess, np.diag([100.0, 100.0, 100.0]))
-    assert match.pose[0] == pytest.approx(0.25, abs=0.02)
-    np.testing.assert_allclose(match.pose[1:], 0.0, atol=0.005)
-    assert np.linalg.inv(match.information)[0, 0] > 50 * np.linalg.inv(match.information)[1, 1]
+    points = np.stack([reach * np.cos(angles), reach * np.sin(angles)], axis=-1)[reach < 5.9]
+    wall = surface_of(points)
+    pose, covariance = lay(wall, wall, np.array([0.25, 0.05, 0.02]), np.diag([0.1, 0.1, 0.1]) ** 2)
+    assert pose[0] == pytest.approx(0.25, abs=0.05)
+    np.testing.assert_allclose(pose[1:], 0.0, atol=0.005)
+    assert covariance[0, 0] > 50 * covariance[1, 1]
 
 
 def test_a_ring_of_noisy_steps_is_bent_until_it_closes():
@@ -90,6 +137,29 @@ def test_a_ring_of_noisy_steps_is_bent_until_it_closes():
     # Half-way around it is least sure, and about as wrong as it says.
     assert errors[number // 2] @ np.linalg.solve(open_covariance, errors[number // 2]) < 12.0
     assert np.trace(graph.covariance(number // 2)) > np.trace(graph.covariance(number - 1))
+
+
+def test_a_loop_that_contradicts_all_others_is_given_up():
+    poses = np.column_stack([np.arange(10.0), np.zeros(10), np.zeros(10)])
+    graph = PoseGraph(poses.copy())
+    for k in range(9):
+        graph.add_step(k, k + 1, step_between(poses[k], poses[k + 1]), 1e4 * np.eye(3))
+    graph.add_step(0, 9, step_between(poses[0], poses[9]), 1e4 * np.eye(3))
+    graph.add_step(1, 8, np.array([2.0, 3.0, 1.0]), 1e4 * np.eye(3))
+    graph.solve(rounds=20)
+    assert graph.drop_misfits(100.0) == 1
+    graph.solve()
+    np.testing.assert_allclose(graph.poses, poses, atol=1e-6)
+
+
+def test_the_covariance_of_a_step_is_that_of_the_way_between():
+    poses = np.column_stack([np.arange(5.0), np.zeros(5), np.zeros(5)])
+    graph, sigma = PoseGraph(poses), np.array([0.1, 0.2, 1e-4])
+    for k in range(4):
+        graph.add_step(k, k + 1, np.array([1.0, 0.0, 0.0]), np.diag(1 / sigma**2))
+    one, other = graph.step_covariances([1, 3], 4)
+    np.testing.assert_allclose(np.diag(one)[:2], 3 * sigma[:2] ** 2, rtol=1e-3)
+    np.testing.assert_allclose(np.diag(other)[:2], sigma[:2] ** 2, rtol=1e-3)
 
 
 def test_the_first_pose_stays_and_steps_that_agree_move_nothing():
@@ -125,16 +195,20 @@ def test_two_laps_of_a_ring_are_driven_with_loops_closed_and_centimetres_of_erro
     corners = [(8, 1), (8, 6), (1.2, 6), (1.2, 1)]
     with mjsim.Simulation(mjsim.parse_world(RING), seed=2) as sim:
         driver = mjsim.Driver(estimator=estimator, navigator=Waypoints(corners, laps=2, speed=0.6))
-        errors, drift = [], 0.0
+        errors, truths, drift = [], [], 0.0
         for tick in mjsim.ticks(sim, {"scout": driver}):
             truth, belief = tick.truth["scout"], tick.orders["scout"].estimate.pose
             errors.append(np.hypot(truth.x - belief.x, truth.y - belief.y))
+            truths.append(truth.as_array())
             reckoned = tick.orders["scout"].dead_reckoning
             drift = max(drift, np.hypot(truth.x - reckoned.x, truth.y - reckoned.y))
             if tick.time > 115:
                 break
     assert estimator.loops > 0
     assert np.mean(errors) < 0.06
+    final = np.array([pose.as_array() for _, pose in estimator.path()])
+    assert len(final) == len(truths)
+    assert np.hypot(*(final - truths)[:, :2].T).mean() < 0.06
     assert drift > 4 * np.mean(errors)
     assert (estimator.grid(cell=0.1).log_odds > 0).sum() > 300
 

@@ -1,0 +1,92 @@
+"""Has the robot been here before? Parts of the map are searched for in older ones; only what is certain counts."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.geometry import Array, wrap_angle
+
+from .pose_graph import compose, step_between
+from .scan_matching import Match, Surface, WallField
+from .scan_search import GATE, hypotheses, is_ambiguous
+
+LEAST = 40
+"""Elements that must lie on old walls for a loop: 4 m of wall."""
+WIDEST = np.array([8.0, 8.0, 0.8])
+"""Largest window in which an old place is searched for [m, m, rad]."""
+NARROWEST = np.array([0.3, 0.3, 0.06])
+"""Smallest one."""
+FLOOR = np.diag([0.015, 0.015, 0.004]) ** 2
+"""Covariance of a loop beyond what the points tell: walls that are not quite where they were [m^2, rad^2]."""
+SURE = np.array([0.6, 0.6, 0.15])
+"""A place that is known as well as this, three standard deviations, needs no second witness [m, m, rad]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Loop:
+    """A step from an old part of the map to a new one, as a match of their walls gives it."""
+
+    old: int
+    new: int
+    step: Array
+    """Pose of the new part in the frame of the old one, shape (3,)."""
+    information: Array
+    """Inverse of the step's covariance, shape (3, 3)."""
+    certain: bool
+    """Whether it needs no witness."""
+
+
+def find_loop(
+    old: int, new: int, walls: Surface, scan: Surface, guess: Array, covariance: Array, *, share: float
+) -> Loop | None:
+    """Return how a new part of the map lies on an old one; None if it does not, or in more than one way.
+
+    Args:
+        old: Number of the old part.
+        new: Number of the new one.
+        walls: Of the old part and its neighbours, in the frame of the old part.
+        scan: Walls of the new part, in its own frame.
+        guess: Of the step between them, shape (3,).
+        covariance: Of the guess, shape (3, 3).
+        share: Of the elements near old walls, how many must lie on them.
+    """
+    thin = scan.thinned(250)
+    if min(len(walls.points), len(thin.points)) < LEAST:
+        return None
+    reach = 3.0 * np.sqrt(np.diag(covariance))
+    window = np.clip(reach, NARROWEST, WIDEST)
+    information = np.asarray(np.linalg.inv(covariance + FLOOR), dtype=float)
+    found = hypotheses(WallField(walls), thin, guess, information, window, most=4)
+    best = found[0]
+    if not _fits(best, len(thin.points), share) or is_ambiguous(found):
+        return None
+    off = step_between(guess, best.pose)
+    if off @ information @ off > GATE:
+        return None
+    seen = best.seen + 1e-3 * np.eye(3)
+    spread = np.asarray(np.linalg.inv(seen), dtype=float) + FLOOR
+    return Loop(old, new, best.pose, np.asarray(np.linalg.inv(spread), dtype=float), bool((reach < SURE).all()))
+
+
+def _fits(match: Match, elements: int, share: float) -> bool:
+    """Return whether enough of a scan lies on walls, and little beside them."""
+    on = match.share * elements
+    return on >= LEAST and match.share > 0.3 and match.share / (match.share + match.conflict + 1e-9) > share
+
+
+def agree(one: Loop, other: Loop, poses: Array) -> bool:
+    """Return whether two loops from one stretch of the way to another tell the same.
+
+    Args:
+        one: A loop.
+        other: Another one.
+        poses: Of all parts of the map, shape (n, 3); right for neighbours.
+    """
+    if abs(one.old - other.old) > 12 or abs(one.new - other.new) > 12 or one.new == other.new:
+        return False
+    by_one = compose(poses[one.old], one.step)
+    by_other = compose(poses[other.old], other.step)
+    # Where the second new part lies, by each of the two loops.
+    there = compose(by_one, step_between(poses[one.new], poses[other.new]))
+    off = there - by_other
+    return bool(np.hypot(*off[:2]) < 0.5 and abs(wrap_angle(float(off[2]))) < 0.08)

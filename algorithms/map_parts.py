@@ -1,0 +1,192 @@
+"""A map of scans in parts: within a part scans stay as they lie, and a graph of the parts closes loops."""
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.interface import Scan
+
+from .ekf_models import odometry_motion
+from .loop_closing import Loop, agree, find_loop
+from .pose_graph import PoseGraph, carried, compose, step_between
+from .scan_matching import Surface, joined
+
+LOCAL = 6
+"""Scans back that make up the walls on which a new one is laid."""
+PART = 8
+"""Scans that make up a part of the map."""
+RECENT = 4
+"""Parts back from which on a place counts as an old one."""
+TRIED = 3
+"""Old parts that a new one is compared with; twice as many where the robot may have drifted by more than 1 m."""
+MISFIT = 100.0
+"""Squared error, in units, of a loop that is given up."""
+SETTLED = 0.005
+"""The graph is solved on while poses move by more than this [m, rad]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Keyframe:
+    """A scan that stays in the map."""
+
+    scan: Scan
+    surface: Surface
+    """The walls that it shows, in the robot's frame."""
+    part: int
+    """Of the map."""
+    place: Array
+    """Its pose in the frame of the part, shape (3,)."""
+
+
+class PartsMap:
+    """Scans of one robot, in parts of a few each; a part's frame is that of its first scan.
+
+    References:
+        Hess, Kohler, Rapp, Andor, Real-Time Loop Closure in 2D LIDAR SLAM, ICRA 2016, section IV and V.
+    """
+
+    def __init__(self, prior: Array, prior_covariance: Array, *, loop_distance: float, loop_share: float) -> None:
+        """Begin without scans.
+
+        Args:
+            prior: Where the robot starts, world frame, shape (3,) [m, m, rad].
+            prior_covariance: Of it, shape (3, 3).
+            loop_distance: How near an old part must be to be tried for a loop [m].
+            loop_share: Of the walls seen near old ones, the share that must lie on them for a loop to count.
+        """
+        self._loop_distance, self._loop_share = loop_distance, loop_share
+        self._prior_covariance = prior_covariance
+        self._motion = odometry_motion()
+        self.keyframes: list[Keyframe] = []
+        self.graph = PoseGraph(prior[None])
+        """Its poses are those of the parts."""
+        self.loops = 0
+        """How many are closed."""
+        self._covariance = prior_covariance
+        self._begins = [0]
+        self._walls: list[Surface] = []
+        self._untried: deque[tuple[int, int, Array]] = deque()
+        self._unconfirmed: list[Loop] = []
+        self._moving = False
+        self._place: Array = np.zeros(3)
+        self._place_covariance: Array = np.zeros((3, 3))
+
+    def add(self, scan: Scan, surface: Surface, step: Array, covariance: Array) -> None:
+        """Add a scan.
+
+        Args:
+            scan: As it came.
+            surface: The walls that it shows, in the robot's frame.
+            step: Pose of the robot in the frame of the scan before, or of the prior, shape (3,).
+            covariance: Of the step, shape (3, 3).
+        """
+        self._place, self._place_covariance = self._after(self._place, self._place_covariance, step, covariance)
+        if len(self.keyframes) - self._begins[-1] >= PART:
+            self._begin_part()
+        self.keyframes.append(Keyframe(scan, surface, len(self._begins) - 1, self._place))
+
+    def belief(self) -> tuple[Array, Array]:
+        """Return the pose of the newest scan in the world, shape (3,), and its covariance, shape (3, 3)."""
+        return self._after(self.graph.poses[-1], self._covariance, self._place, self._place_covariance)
+
+    def poses(self) -> Array:
+        """Return the poses of all scans in the world, shape (n, 3)."""
+        return np.array([self._pose(each) for each in self.keyframes]).reshape(-1, 3)
+
+    def recent_walls(self) -> Surface:
+        """Return the walls of the last few scans in the frame of the newest one; at least one scan is there."""
+        last = self.keyframes[-LOCAL:]
+        poses = np.array([self._pose(each) for each in last])
+        steps = step_between(poses[-1], poses)
+        return joined([each.surface.moved(step) for each, step in zip(last, steps, strict=True)])
+
+    def work(self) -> None:
+        """Do one piece of what waits: compare a new part with an old one, or solve the graph further."""
+        if self._untried:
+            self._try_loop(*self._untried.popleft())
+        elif self._moving:
+            self._solve(rounds=2)
+
+    def finish(self) -> None:
+        """Do all that waits."""
+        while self._untried or self._moving:
+            self.work()
+
+    def _pose(self, keyframe: Keyframe) -> Array:
+        return compose(self.graph.poses[keyframe.part], keyframe.place)
+
+    def _after(self, pose: Array, covariance: Array, step: Array, spread: Array) -> tuple[Array, Array]:
+        """Return a pose and its covariance after a step with a covariance of its own."""
+        moved, F, G = self._motion(pose, step)
+        return moved, F @ covariance @ F.T + G @ spread @ G.T
+
+    def _begin_part(self) -> None:
+        """Finish the part at hand, and begin another at the newest place."""
+        part, members = len(self._begins) - 1, self.keyframes[self._begins[-1] :]
+        self._walls.append(joined([each.surface.moved(each.place) for each in members]))
+        information = np.asarray(np.linalg.inv(self._place_covariance + 1e-10 * np.eye(3)), dtype=float)
+        pose, self._covariance = self.belief()
+        self.graph.add_pose(pose)
+        self.graph.add_step(part, part + 1, self._place, information)
+        self._place, self._place_covariance = np.zeros(3), np.zeros((3, 3))
+        self._begins.append(len(self.keyframes))
+        old = self._near(part)
+        if old:
+            self._untried.extend(zip(old, [part] * len(old), self.graph.step_covariances(old, part), strict=True))
+
+    def _near(self, part: int) -> list[int]:
+        """Return the old parts of the map where a finished one might be, the nearest first."""
+        old = part - RECENT
+        if old < 1:
+            return []
+        middles = [compose(self.graph.poses[k], self._middle(k)) for k in (*range(old), part)]
+        apart = np.hypot(*(np.array(middles)[:-1, :2] - middles[-1][:2]).T)
+        drift = 2.0 * float(np.sqrt(np.trace(self._covariance[:2, :2])))
+        chosen: list[int] = []
+        for k in np.argsort(apart).tolist():
+            if apart[k] > self._loop_distance + drift or len(chosen) == TRIED * (1 + (drift > 2.0)):
+                break
+            if all(abs(k - other) > 1 for other in chosen):
+                chosen.append(k)
+        return chosen
+
+    def _middle(self, part: int) -> Array:
+        """Return the pose of the middle scan of a finished part in its frame, shape (3,)."""
+        return self.keyframes[self._begins[part] + PART // 2].place
+
+    def _try_loop(self, old: int, new: int, covariance: Array) -> None:
+        """Compare a new part with an old one and its neighbours."""
+        around = range(max(0, old - 1), min(new - RECENT, old + 2))
+        steps = step_between(self.graph.poses[old], self.graph.poses[around.start : around.stop])
+        walls = joined([self._walls[k].moved(step) for k, step in zip(around, steps, strict=True)])
+        guess = step_between(self.graph.poses[old], self.graph.poses[new])
+        loop = find_loop(old, new, walls, self._walls[new], guess, covariance, share=self._loop_share)
+        if loop is not None:
+            self._consider(loop)
+
+    def _consider(self, loop: Loop) -> None:
+        """Close a loop if it is certain, or agrees with another; else remember it."""
+        witnesses = [other for other in self._unconfirmed if agree(loop, other, self.graph.poses)]
+        if not loop.certain and not witnesses:
+            self._unconfirmed.append(loop)
+            return
+        for each in (loop, *witnesses):
+            self.graph.add_step(each.old, each.new, each.step, each.information)
+            self.loops += 1
+        self._unconfirmed = [other for other in self._unconfirmed if other not in witnesses]
+        self._moving = True
+
+    def _solve(self, *, rounds: int) -> None:
+        """Solve the graph further; when it is settled, give up the loops that do not fit."""
+        before = self.graph.poses
+        self.graph.solve(rounds=rounds)
+        self._moving = bool(np.abs(step_between(before, self.graph.poses)).max() > SETTLED)
+        if not self._moving:
+            dropped = self.graph.drop_misfits(MISFIT)
+            self.loops, self._moving = self.loops - dropped, dropped > 0
+        newest = len(self.graph.poses) - 1
+        # The graph holds its first pose; how unsure that one is turns and shifts all.
+        by_first = carried(self.graph.poses[newest], self.graph.poses[0])
+        self._covariance = self.graph.covariance(newest) + by_first @ self._prior_covariance @ by_first.T

@@ -1,0 +1,166 @@
+"""Where does a scan lie on walls that were seen before? All hypotheses within a window are tried, coarse to fine."""
+
+import numpy as np
+
+from mjsim.geometry import Array, wrap_angle, wrap_angles
+
+from .scan_matching import Match, Surface, WallField, align
+
+RADIUS = 0.3
+"""How far from a wall an element still scores, at the finest level [m]."""
+SCORED = 48
+"""Elements of a scan by which hypotheses are ranked."""
+KEPT = 24
+"""Hypotheses that the next level looks at."""
+MOST = 4000
+"""Hypotheses of the coarsest level."""
+SAME = (0.2, 0.05)
+"""Two hypotheses that differ less are one [m], [rad]."""
+CLEAR = 8.0
+"""An alternative whose cost is less than this above the best one's is not ruled out: a likelihood ratio of 55."""
+NARROWEST, WIDEST = np.array([0.1, 0.1, 0.05]), np.array([0.6, 0.6, 0.4])
+"""Smallest and largest window around odometry in which a scan is looked for first [m, m, rad]."""
+LOST = np.array([1.2, 1.2, 0.6])
+"""Window in which it is looked for when it is not found there [m, m, rad]."""
+GATE = 16.3
+"""Chi-square of three degrees of freedom that one of a thousand exceeds."""
+FEWEST = 20
+"""Elements that a scan and the walls must have to be compared."""
+
+
+def lay(scan: Surface, walls: Surface, step: Array, covariance: Array) -> tuple[Array, Array]:
+    """Return where a new scan lies in the frame of older walls, by the walls and by odometry, and how sure that is.
+
+    A match must hold much of the scan and be one that odometry allows. If none does, the scan is looked for farther
+    away, and believed against odometry only if most of it fits, and nowhere else. What other hypotheses are nearly as
+    likely makes the answer less sure. Without any match the answer is odometry's.
+
+    Args:
+        scan: In its own frame.
+        walls: Seen before.
+        step: What odometry tells, shape (3,) [m, m, rad].
+        covariance: Of it, shape (3, 3).
+
+    Returns:
+        Pose of the scan's frame in that of the walls, (3,), and its covariance, (3, 3).
+    """
+    if len(walls.points) < FEWEST or len(scan.points) < FEWEST:
+        return step, covariance
+    field, information = WallField(walls), np.asarray(np.linalg.inv(covariance), dtype=float)
+    window = np.clip(3.0 * np.sqrt(np.diag(covariance)), NARROWEST, WIDEST)
+    found = hypotheses(field, scan, step, information, window)
+    if found[0].share > 0.4 and _surprise(found[0], step, covariance) < GATE:
+        return found[0].pose, _spread(found)
+    # Odometry may have slipped: it counts for a tenth of its standard deviation's inverse.
+    found = hypotheses(field, scan, step, 0.01 * information, LOST, most=5)
+    if found[0].share > 0.6 and found[0].conflict < 0.2 and not is_ambiguous(found):
+        return found[0].pose, _spread(found)
+    return step, 4.0 * covariance
+
+
+def hypotheses(
+    field: WallField, scan: Surface, guess: Array, information: Array, window: Array, *, most: int = 3
+) -> list[Match]:
+    """Return the best alignments of a scan within a window around a guess, distinct ones, the best first.
+
+    Args:
+        field: Of the walls seen before.
+        scan: In its own frame; at least one element.
+        guess: Of its pose, shape (3,).
+        information: Inverse of the guess's covariance, shape (3, 3).
+        window: How far from the guess to look in x, y and heading, shape (3,) [m, m, rad].
+        most: How many alignments to try.
+    """
+    found: list[Match] = []
+    for start in distinct(search(field, scan.thinned(SCORED), guess, window), most):
+        match = align(field, scan, guess, information, start=start)
+        if not any(alike(match.pose, other.pose) for other in found):
+            found.append(match)
+    return sorted(found, key=lambda match: match.cost)
+
+
+def is_ambiguous(found: list[Match]) -> bool:
+    """Return whether another hypothesis is nearly as likely as the first, which is the best."""
+    return any(match.cost - found[0].cost < CLEAR for match in found[1:])
+
+
+def search(field: WallField, scan: Surface, guess: Array, window: Array) -> Array:
+    """Return the poses within a window at which most of a scan lies near walls, the best first, shape (k, 3).
+
+    Args:
+        field: Of the walls seen before.
+        scan: In its own frame.
+        guess: Middle of the window, shape (3,).
+        window: Its half extents, shape (3,) [m, m, rad].
+
+    References:
+        Olson, Real-Time Correlative Scan Matching, ICRA 2009: a coarse level bounds what the fine one can find.
+    """
+    step = 0.1 * 2.0 ** np.clip(np.ceil(np.log2(max(window[0], window[1]) / 0.3)), 0, 3)
+    turn = min(0.12, step / max(1.5, float(np.median(np.hypot(*scan.points.T)))))
+    poses = _lattice(guess, window, step, turn)
+    while True:
+        score = _scores(field, scan, poses, RADIUS + 0.5 * step)
+        # Of alike places the one nearest to the guess.
+        score -= 0.02 * np.abs((poses - guess) / np.maximum(window, 1e-9)).max(axis=1)
+        poses = poses[np.argsort(score)[::-1][:KEPT]]
+        if step <= 0.11:
+            return poses
+        step, turn = 0.5 * step, 0.5 * turn
+        corners = np.stack(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5]), axis=-1).reshape(-1, 3)
+        poses = (poses[:, None] + corners * (step, step, turn)).reshape(-1, 3)
+
+
+def distinct(poses: Array, most: int) -> list[Array]:
+    """Return at most so many of the poses (k, 3), none like an earlier one."""
+    chosen: list[Array] = []
+    while len(poses) and len(chosen) < most:
+        chosen.append(poses[0])
+        off = np.abs(poses - poses[0])
+        poses = poses[(np.hypot(off[:, 0], off[:, 1]) >= SAME[0]) | (np.abs(wrap_angles(off[:, 2])) >= SAME[1])]
+    return chosen
+
+
+def alike(one: Array, other: Array) -> bool:
+    """Return whether two poses (3,) are one hypothesis."""
+    x, y, heading = (one - other).tolist()
+    return bool(x * x + y * y < SAME[0] ** 2 and abs(wrap_angle(heading)) < SAME[1])
+
+
+def _surprise(match: Match, step: Array, covariance: Array) -> float:
+    """Return the squared distance of a match from odometry, in units of what both may err by."""
+    off = match.pose - step
+    off[2] = wrap_angle(float(off[2]))
+    seen = np.linalg.inv(match.seen + 1e-6 * np.eye(3))
+    return float(off @ np.linalg.solve(covariance + np.minimum(seen, 1.0), off))
+
+
+def _spread(found: list[Match]) -> Array:
+    """Return the covariance of the best of some hypotheses, the others weighed by their likelihood, shape (3, 3)."""
+    best = found[0]
+    total = np.asarray(np.linalg.inv(best.information), dtype=float)
+    for other in found[1:]:
+        off = other.pose - best.pose
+        off[2] = wrap_angle(float(off[2]))
+        total = total + np.exp(-0.5 * (other.cost - best.cost)) * np.outer(off, off)
+    return total
+
+
+def _lattice(guess: Array, window: Array, step: float, turn: float) -> Array:
+    """Return poses at regular steps within a window, at most `MOST`, shape (k, 3)."""
+    counts = np.ceil(window / (step, step, turn)).astype(int)
+    while np.prod(2 * counts + 1) > MOST:
+        counts = np.maximum(counts - 1, 0)
+    x, y, heading = (np.arange(-count, count + 1) * by for count, by in zip(counts, (step, step, turn), strict=True))
+    return np.asarray(guess + np.stack(np.meshgrid(x, y, heading), axis=-1).reshape(-1, 3))
+
+
+def _scores(field: WallField, scan: Surface, poses: Array, radius: float) -> Array:
+    """Return for each pose (k, 3) how near to walls a scan lies on average: 1 for on them, 0 beyond a radius [m]."""
+    likely = np.maximum(1.0 - field.distance / np.float32(radius), np.float32(0.0)).ravel()
+    c, s = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
+    x, y = scan.points.T
+    placed = np.empty((len(poses), len(x), 2))
+    placed[..., 0] = c * x - s * y + poses[:, :1]
+    placed[..., 1] = s * x + c * y + poses[:, 1:2]
+    return np.asarray(likely[field.cells(placed)].mean(axis=1, dtype=float))

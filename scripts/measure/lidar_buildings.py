@@ -1,0 +1,205 @@
+#!/usr/bin/env python3
+"""Drive robots with poor odometry and a plain lidar through buildings, and print how well `LidarSlam` does in each.
+
+    .venv/bin/python scripts/measure/lidar_buildings.py [BUILDING ...] [--seeds 1] [--odometry exact biased]
+
+The lidar is that of old logs: 181 beams over 180 degrees, 5 scans a second, ranges in whole centimetres. Odometry is
+
+- `honest`: as its data sheet says,
+- `biased`: 10 % too long, and turned by -0.3 degrees a second while the robot moves,
+- `slips`: honest but for a slip every 40 s, in which the wheels turn by 0.3 m and 10 degrees and the robot does not,
+
+and nobody tells the estimator. Each row has the mean and the largest position error of the final path and of the
+estimate online, the ATE of the final path, that of odometry, NEES, loops, and the processor's time of a scan that
+enters the map. Buildings: a tour of an office; a ring of corridors without doors; a corridor bare for 30 m;
+a maze; a hall of pillars; a warehouse.
+"""
+
+import argparse
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+import mjsim
+from mjsim.algorithms.lidar_slam import LidarSlam
+from mjsim.algorithms.waypoints import Waypoints
+from mjsim.geometry import Array, Pose, wrap_angle
+from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo
+from mjsim.report.metrics import absolute_trajectory_errors
+from mjsim.world import World, with_settings
+
+WORLDS = Path(__file__).resolve().parents[2] / "worlds"
+LIDAR = (
+    "{lidar: scan, at: [0.1, 0, 0.3], beams: 181, fov_deg: 180, range: [0.05, 30], rate_hz: 5, noise: {range: 0.01}}"
+)
+ROBOT = (
+    "{name: scout, preset: pioneer3dx, at: AT, drive: {noise: {speed: 0.02, turn: 0.02}}, "
+    "odometry: {noise: {distance: 0.01, turn: 0.02}}, sensors: [" + LIDAR + "]}"
+)
+RING = """
+mjsim: 1
+name: ring
+walls:
+  - {points: [[0, 0], [40, 0], [40, 25], [0, 25]], closed: true}
+  - {points: [[2, 2], [38, 2], [38, 23], [2, 23]], closed: true}
+"""
+CORRIDOR = """
+mjsim: 1
+name: corridor
+walls:
+  - {points: [[0, 0], [44, 0], [44, 6], [38, 6], [38, 2.4], [6, 2.4], [6, 5], [0, 5]], closed: true}
+obstacles: [{box: [0.8, 0.5, 1.0], at: [1, 4.2], heading_deg: 20}, {box: [1, 0.5, 1.0], at: [42.5, 4.5]}]
+"""
+PILLARS = """
+mjsim: 1
+name: pillars
+walls: [{points: [[0, 0], [30, 0], [30, 20], [0, 20]], closed: true}]
+obstacles: [{cylinder: [0.25, 2.0], at: [4, 4], repeat: [{times: 6, offset: [4.4, 0]}, {times: 4, offset: [0, 4]}]}]
+"""
+LONGEST = 420.0
+"""When a drive that does not come to its end is given up [s]."""
+GAIN, BIAS = 1.1, np.radians(-0.3)
+"""Of biased odometry: factor on lengths, and turn [rad/s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Building:
+    """A world, and where a robot goes in it."""
+
+    world: World
+    start: tuple[float, float]
+    points: Sequence[tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drive:
+    """What a robot sensed, and where it was."""
+
+    robot: RobotInfo
+    seen: list[Observation]
+    truth: Array
+    """Shape (N, 3)."""
+
+
+class Told:
+    """An estimator that is told the truth from outside, so that the robot gets where it should."""
+
+    def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: np.random.Generator) -> None:
+        """Keep what the module is told of the robot."""
+        self.robot, self.pose = robot, robot.prior
+
+    def update(self, seen: Observation) -> Estimate:
+        """Return what it was told last."""
+        return Estimate(self.pose, 1e-4 * np.eye(3))
+
+
+def buildings() -> dict[str, Building]:
+    """Return all buildings by their names."""
+    rooms = [(4.6, 6.2), (4.6, 3.0), (4.6, 6.2), (11.8, 6.2), (11.8, 9.4), (11.8, 6.2), (22.6, 6.2), (22.6, 3.0)]
+    rooms += [(22.6, 6.2), (33.5, 6.2), (1.2, 6.2)]
+    lap = [(39.0, 1.0), (39.0, 24.0), (1.0, 24.0), (1.0, 1.0)]
+    hall = [(28.0, 2.0), (28.0, 10.0), (15.0, 10.0), (15.0, 18.0), (2.0, 18.0), (2.0, 2.0), (28.0, 2.0), (28.0, 18.0)]
+    aisles = [(29.0, 2.2), (29.0, 6.6), (5.0, 6.6), (5.0, 10.8), (56.0, 10.8), (56.0, 2.2), (3.0, 2.2)]
+    maze = mjsim.maze_world((11, 9), seed=3)
+    ways = [tuple(point) for point in maze.run.drivers["theseus"].navigator.model_extra["points"]]
+    return {
+        "office": Building(mjsim.load_world(WORLDS / "office.yaml"), (1.2, 6.2), rooms),
+        "ring": Building(mjsim.parse_world(RING), (3.0, 1.0), lap + lap[:1]),
+        "corridor": Building(mjsim.parse_world(CORRIDOR), (2.0, 1.2), [(42.0, 1.2), (2.0, 1.2)] * 2),
+        "maze": Building(maze, (0.75, 0.75), [*ways, *ways[-2::-1]]),
+        "pillars": Building(mjsim.parse_world(PILLARS), (2.0, 2.0), hall),
+        "warehouse": Building(mjsim.load_world(WORLDS / "warehouse.yaml"), (3.0, 2.2), aisles),
+    }
+
+
+def prepared(building: Building) -> World:
+    """Return a world with the robot of all rows in it."""
+    robot = ROBOT.replace("AT", str(list(building.start)))
+    return with_settings(building.world, [f"robots=[{robot}]", "run.drivers={}", "run.rate_hz=25"])
+
+
+def driven(world: World, points: Sequence[tuple[float, float]], *, seed: int) -> Drive:
+    """Return what a robot senses on its way through a building."""
+    told, seen, truth, still = Told(), [], [], 0
+    driver = mjsim.Driver(estimator=told, navigator=Waypoints(points, speed=0.7), avoidance=True)
+    with mjsim.Simulation(world, seed=seed) as sim:
+        for tick in mjsim.ticks(sim, {"scout": driver}):
+            told.pose = tick.truth["scout"]
+            seen.append(tick.seen["scout"])
+            truth.append(tick.truth["scout"].as_array())
+            still = still + 1 if tick.orders["scout"].command == mjsim.Command() else 0
+            if tick.time > LONGEST or still > 50:
+                break
+    return Drive(told.robot, seen, np.array(truth))
+
+
+def spoilt(seen: Observation, kind: str) -> Observation:
+    """Return an observation with ranges of whole centimetres and the odometry of a kind."""
+    scans = {name: replace(scan, ranges=np.round(scan.ranges, 2)) for name, scan in seen.scans.items()}
+    odometry = seen.odometry
+    moves = abs(odometry.forward) + 0.1 * abs(odometry.turn) > 1e-4
+    if kind == "biased" and moves:
+        odometry = replace(odometry, forward=GAIN * odometry.forward, turn=odometry.turn + BIAS * seen.dt)
+    if kind == "slips" and seen.time % 40.0 > 39.0:
+        odometry = replace(
+            odometry, forward=odometry.forward + 0.3 * seen.dt, turn=odometry.turn + np.radians(10.0) * seen.dt
+        )
+    return replace(seen, scans=scans, odometry=odometry)
+
+
+def row(drive: Drive, kind: str) -> str:
+    """Return what `LidarSlam` makes of a drive, as a line."""
+    slam = LidarSlam()
+    slam.start(drive.robot, {}, np.random.default_rng(0))
+    online, nees, costs, reckoned = [], [], [], [drive.robot.prior]
+    for seen, truth in zip(drive.seen, drive.truth, strict=True):
+        seen, kept = spoilt(seen, kind), len(slam.keyframes)
+        began = time.process_time()
+        belief = slam.update(seen)
+        if len(slam.keyframes) > kept:
+            costs.append(time.process_time() - began)
+        moved = seen.odometry
+        reckoned.append(reckoned[-1] @ Pose(moved.forward, moved.left, moved.turn))
+        off = belief.pose.as_array() - truth
+        off[2] = wrap_angle(float(off[2]))
+        online.append(np.hypot(*off[:2]))
+        nees.append(off @ np.linalg.pinv(belief.covariance, hermitian=True) @ off)
+    final = np.array([pose.as_array() for _, pose in slam.path()])
+    errors = np.hypot(*(final - drive.truth)[:, :2].T)
+    ate = [
+        np.sqrt(np.mean(absolute_trajectory_errors(drive.truth, poses) ** 2))
+        for poses in (final, np.array([pose.as_array() for pose in reckoned[1:]]))
+    ]
+    cost = 1e3 * np.array(costs)
+    return (
+        f"{errors.mean():6.3f} {errors.max():6.3f} {np.mean(online):7.3f} {np.max(online):6.3f} {ate[0]:6.3f} "
+        f"{ate[1]:8.2f} {np.mean(nees):7.1f} {np.median(nees):7.2f} {slam.loops:6d} {len(cost):5d} "
+        f"{cost.mean():6.1f} {cost.max():6.1f}"
+    )
+
+
+def main() -> None:
+    """Print a row for each building, kind of odometry and seed."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("buildings", nargs="*", choices=[[], *buildings()], help="all unless given")
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--odometry", nargs="+", default=["honest", "biased", "slips"])
+    given = parser.parse_args()
+    print("building  odometry seed   final: mean, max, online: mean, max, ATE [m], of odometry, NEES mean, median,")
+    print("                          loops, scans kept, a scan: mean, worst [ms]")
+    for name in given.buildings or buildings():
+        building = buildings()[name]
+        world = prepared(building)
+        for seed in range(1, given.seeds + 1):
+            drive = driven(world, building.points, seed=seed)
+            for kind in given.odometry:
+                with threadpool_limits(1, user_api="blas"):
+                    print(f"{name:<10}{kind:<9}{seed:4d}  {row(drive, kind)}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
