@@ -16,7 +16,8 @@ KEY = "[key]"
 class Model(BaseModel):
     """A part of a world file: values are checked once, unknown keys are refused."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+    # Most models are validated within that of the world alone: a validator of their own is built when one is asked for.
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, defer_build=True)
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
