@@ -18,13 +18,16 @@ from mjsim.compile.physics import set_physics
 from mjsim.compile.pictures import add_matte
 from mjsim.compile.running_gear import add_running_gear, clearance
 from mjsim.compile.sensors import add_sensor
-from mjsim.compile.stability import likely_cause, stands
+from mjsim.compile.stability import drives, likely_cause
 from mjsim.compile.user_robots import add_user_robot
 from mjsim.compile.wheels import SAGS, WHEEL_SHARE
 from mjsim.errors import WorldError
 from mjsim.geometry import Array
 from mjsim.models import no_warnings
 from mjsim.world import BalancingDrive, Fault, ModelBody, NoBody, Robot, World, problems_at
+
+WHEEL = 0.1
+"""Radius of the wheels of a drive that does not tell it [m]."""
 
 
 def add_robot(spec: mujoco.MjSpec, robot: Robot, originals: dict[str, LoadedFile]) -> None:
@@ -88,7 +91,7 @@ def check_robots(world: World) -> None:
 
 
 def _try_robot(robot: Robot, *, step: float) -> None:
-    """Raise ValueError when a robot from a file does not stand on a bare floor, told nothing."""
+    """Raise ValueError when the physics of a robot from a file fails, at rest or as it drives on a bare floor."""
     assert isinstance(robot.body, ModelBody)
     spec = mujoco.MjSpec()
     set_physics(spec, step)
@@ -97,7 +100,8 @@ def _try_robot(robot: Robot, *, step: float) -> None:
     add_robot(spec, robot, {})
     with no_warnings(robot.body.model):
         model = spec.compile()
-    if not stands(model):
+    radius = robot.drive.driven_radius or WHEEL
+    if not drives(model, speed=robot.drive.max_speed / radius):
         cause = likely_cause(model) or "its parts push each other apart"
         raise ValueError(f"the physics of '{robot.body.model}' fails; likely cause: {cause}")
 

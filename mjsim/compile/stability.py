@@ -5,6 +5,8 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
+from mjsim.geometry import Array
+
 MOST_DAMPED = 2.0
 """Share of a speed that a servo may take away in one step; beyond, it swings ever farther."""
 MOST_PULLED = 4.0
@@ -12,7 +14,9 @@ MOST_PULLED = 4.0
 LIGHT = 1e-5
 """Inertia of a joint that is as good as none [kg m^2] or [kg]."""
 STEPS = 125
-"""Of a robot that is tried alone."""
+"""Of a robot that is tried alone, at rest and each way."""
+WAYS = ((0.0, 0.0), (1.0, 1.0), (-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0))
+"""Shares of the speed of the wheels to the left and to the right: at rest, ahead, back, turning left and right."""
 
 
 def likely_cause(model: mujoco.MjModel) -> str:
@@ -20,20 +24,47 @@ def likely_cause(model: mujoco.MjModel) -> str:
     return next((text for _, text in sorted(_suspicions(model), key=lambda found: -found[0])), "")
 
 
-def stands(model: mujoco.MjModel) -> bool:
-    """Return whether a model can be simulated for half a second, told nothing."""
+def drives(model: mujoco.MjModel, *, speed: float) -> bool:
+    """Return whether a robot can be simulated for half a second each at rest, ahead, back, and turning either way.
+
+    Args:
+        model: With nothing but a robot and a floor.
+        speed: Of its wheels [rad/s], where their servos are not limited to less.
+    """
     data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    orders = [_orders(model, data, left * speed, right * speed) for left, right in WAYS]
     before = mujoco.get_mju_user_warning()
     # MuJoCo prints warnings otherwise; their numbers tell all that matters.
     mujoco.set_mju_user_warning(lambda _: None)
     try:
-        for _ in range(STEPS):
-            mujoco.mj_step(model, data)
-            if data.warning.number.any() or not np.isfinite(data.qpos).all():
-                return False
+        for order in orders:
+            data.ctrl = order
+            for _ in range(STEPS):
+                mujoco.mj_step(model, data)
+                if data.warning.number.any() or not np.isfinite(data.qpos).all():
+                    return False
     finally:
         mujoco.set_mju_user_warning(before)
     return True
+
+
+def _orders(model: mujoco.MjModel, data: mujoco.MjData, left: float, right: float) -> Array:
+    """Return what servos are told so that the wheels on each side turn at a speed [rad/s], shape (nu,).
+
+    Servos of positions keep to the middle; so do motors, whose torque says nothing of a speed.
+    """
+    order = np.zeros(model.nu)
+    for number in range(model.nu):
+        joint = int(model.actuator_trnid[number][0])
+        kp, kv = -float(model.actuator_biasprm[number][1]), -float(model.actuator_biasprm[number][2])
+        if int(model.actuator_trntype[number]) == int(mujoco.mjtTrn.mjTRN_JOINT) and kv > 0.0 and kp == 0.0:
+            root = int(model.body_rootid[model.jnt_bodyid[joint]])
+            _, aside, _ = data.xmat[root].reshape(3, 3).T @ (data.xanchor[joint] - data.xpos[root])
+            order[number] = left if aside > 0.0 else right
+            if model.actuator_ctrllimited[number]:
+                order[number] = np.clip(order[number], *model.actuator_ctrlrange[number])
+    return order
 
 
 def _suspicions(model: mujoco.MjModel) -> Iterator[tuple[float, str]]:

@@ -83,6 +83,19 @@ def test_check_says_of_a_robots_file_what_run_says(tmp_path, name, text, drive, 
     assert "Traceback" not in run
 
 
+@pytest.mark.parametrize(("armature", "kv"), [(0.0, 8.0), (0.001, 4.0), (0.002, 10.0)])
+def test_check_tries_a_robot_as_it_drives_too(tmp_path, armature, kv):
+    world = world_with(tmp_path, rover(armature=armature, kv=kv))
+    code, said = typed("check", str(world))
+    assert (code, len(said.splitlines())) == (2, 1)
+    assert f"with kv={kv:g} is too stiff for joint 'r/" in said
+    with Simulation(load_world(world)) as sim:
+        stepped(sim, 10)
+        sim.apply("r", WheelCommand((5.0, 5.0)))
+        with pytest.raises(PhysicsFault, match="too stiff"):
+            stepped(sim, 100)
+
+
 def test_a_robot_of_the_users_own_drive_has_meshes(tmp_path):
     (tmp_path / "tyre.obj").write_text("v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
     text = rover(looks='<geom type="mesh" mesh="m" mass="0.1"/>', assets='<mesh name="m" file="tyre.obj"/>')

@@ -1,4 +1,4 @@
-"""The likeliest slip of a robot's tyres: the covariance of dead reckoning under which its errors are most probable."""
+"""The likeliest slip of a robot's tyres: the one that makes the errors of its dead reckoning most probable."""
 
 import numpy as np
 from scipy.optimize import minimize
@@ -13,6 +13,8 @@ FLOOR = 1e-10
 """Variance that is always there [m^2], [rad^2]."""
 START = {"forward": 0.019, "left": 0.015, "turn": 0.028, "outward": 0.03, "surge": 0.029, "swing": 0.02}
 LEAST, MOST = 1e-4, 2.0
+EVEN = 10.0
+"""What it costs when the mean normalised error of all drives is off by a factor of e at each time."""
 DIGITS = 3
 
 
@@ -21,7 +23,9 @@ def likely_slip(told: Array, poses: Array, *, dt: float) -> Slip:
 
     The covariance of a pose is a sum of shares, one for each part of the slip, each as its square. The likelihood is
     that of a normal distribution of the error at each of the times judged; times are taken as independent, which
-    leaves the estimate consistent (a composite likelihood).
+    leaves the estimate consistent (a composite likelihood). As no such slip fits drives exactly, errors shortly after
+    the start would be told too small for the sake of the many later ones; so the mean normalised error at each time
+    is kept near its expectation, too.
 
     Args:
         told: Ways along the arc and to the left [m], and turns [rad] of all ticks, shape (robots, ticks, 3).
@@ -35,26 +39,34 @@ def likely_slip(told: Array, poses: Array, *, dt: float) -> Slip:
     errors, shares = _reckoned(told, poses, dt=dt)
     start = np.log([START[name] for name in names])
     bounds = [(np.log(LEAST), np.log(MOST))] * len(names)
-    found = minimize(_unlikely, start, args=(errors, shares), jac=True, method="L-BFGS-B", bounds=bounds)
+    given = errors, shares, len(told)
+    found = minimize(_unlikely, start, args=given, jac=True, method="L-BFGS-B", bounds=bounds)
     values = np.exp(found.x)
     return Slip(**{name: float(f"{value:.{DIGITS}g}") for name, value in zip(names, values, strict=True)})
 
 
-def _unlikely(logs: Array, errors: Array, shares: Array) -> tuple[float, Array]:
-    """Return the mean of minus twice the log-likelihood, and its derivative by the logarithms of the slip.
+def _unlikely(logs: Array, errors: Array, shares: Array, drives: int) -> tuple[float, Array]:
+    """Return minus twice the mean log-likelihood and how uneven errors are, and the derivative by the logs of the slip.
 
     Args:
         logs: Of each part of the slip, shape (parts,).
-        errors: Shape (n, 3).
+        errors: Of all drives at one time, then at the next, shape (n, 3).
         shares: Of the covariance for a slip of one, shape (n, parts, 3, 3).
+        drives: How many there are.
     """
     squares = np.exp(2.0 * logs)
     covariances = np.einsum("k,nkij->nij", squares, shares) + np.eye(3) * FLOOR
     inverses = np.linalg.inv(covariances)
     solved = np.einsum("nij,nj->ni", inverses, errors)
-    value = np.linalg.slogdet(covariances)[1] + np.einsum("ni,ni->n", errors, solved)
-    slopes = np.einsum("nij,nkij->nk", inverses - solved[:, :, None] * solved[:, None, :], shares)
-    return float(value.mean()), 2.0 * squares * slopes.mean(axis=0)
+    nees = np.einsum("ni,ni->n", errors, solved)
+    value = float(np.mean(np.linalg.slogdet(covariances)[1] + nees))
+    told = np.einsum("nij,nkij->nk", inverses, shares)
+    erred = np.einsum("ni,nkij,nj->nk", solved, shares, solved)
+    at_times = nees.reshape(-1, drives).mean(axis=1)
+    off = np.log(at_times / errors.shape[1])
+    falls = erred.reshape(len(off), drives, -1).mean(axis=1) / at_times[:, None]
+    slopes = (told - erred).mean(axis=0) - 2.0 * EVEN * (off[:, None] * falls).mean(axis=0)
+    return value + EVEN * float(np.mean(off**2)), 2.0 * squares * slopes
 
 
 def _reckoned(told: Array, poses: Array, *, dt: float) -> tuple[Array, Array]:
