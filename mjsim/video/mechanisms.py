@@ -40,9 +40,9 @@ class Drawn:
         return np.asarray(np.asarray(points) @ pose[:, :3].T + pose[:, 3])
 
     def joint(self, joint: MechanismJoint) -> Array:
-        """Return where a joint is in the drawing, shape (3,) [m]."""
-        first = self.mechanism.assembly.places[joint.name][0]
-        return self.points(first.body, np.array(first.at))
+        """Return where a joint is in the drawing, on the body that it carries, shape (3,) [m]."""
+        second = self.mechanism.assembly.places[joint.name][1]
+        return self.points(second.body, np.array(second.at))
 
     def axis(self, joint: MechanismJoint) -> Array:
         """Return the axis of a joint in the drawing, shape (3,): that of its plane's normal where it has a plane."""
