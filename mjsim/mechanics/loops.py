@@ -16,6 +16,8 @@ from mjsim.mechanics.transforms import rotation_vector
 
 CLOSE_ENOUGH = 1e-10
 """Residuals below this are none [rad, m]."""
+WRITTEN = 1e-6
+"""Loops with more constraints than they need close to this where their lengths have six digits [rad, m]."""
 ROUNDS, STARTS = 60, 6
 """Steps of Newton's method from one start, and starts that are tried."""
 EFFORT, LEAST_EFFORT = 8000, 40
@@ -130,8 +132,8 @@ class Closed:
 
     @property
     def good(self) -> bool:
-        """Whether all rows hold."""
-        return self.miss < CLOSE_ENOUGH * 10
+        """Whether all rows hold, as nearly as lengths are written."""
+        return self.miss < WRITTEN
 
 
 def residual(linkage: Linkage, rows: Sequence[Rows], values: Array) -> Array:

@@ -14,6 +14,7 @@ from mjsim.mechanics import (
     tracked,
     turning,
 )
+from mjsim.sim.closures import Closures
 from mjsim.sim.followers import Follower, yielded
 from mjsim.sim.mechanism_sensors import Moment, Probe, probes_of
 from mjsim.sim.mechanism_state import Places, copy_state, equality_forces
@@ -63,6 +64,7 @@ class MechanismAtWork:
         self._pushes: list[Push] = []
         self._couplings = [model.equality(self._full(each.name)).id for each in self._assembly.couplings]
         self._efforts = self._make_efforts(seed, read)
+        self._closures = Closures(model, self._places.equalities)
         self._cut_values = self._assembly.start.copy()
         self._probes: tuple[Probe, ...] = probes_of(model, mechanism)
         self._step, self._work, self._lost = 0, 0.0, 0.0
@@ -106,6 +108,7 @@ class MechanismAtWork:
         self._step = step
         for follower in self._followers:
             follower.aim(step, self._data)
+        self._closures.aim(self._data)
         for equality in self._couplings:
             self._model.eq_data[equality, 0] = yielded(self._model, self._data, equality)
         for motor, signal in self._efforts:
