@@ -31,7 +31,7 @@ def new_folders(places: Sequence[Path], *, files: str, overwrite: bool) -> Itera
         home.mkdir(parents=True, exist_ok=True)
         beside = Path(tempfile.mkdtemp(prefix=".mjsim-export-", dir=home))
         try:
-            parts = [beside / place.name for place in places]
+            parts = [beside / Path(os.path.abspath(place)).name for place in places]  # '.' has no name of its own
             yield parts
             _require_free(places, files=files, overwrite=overwrite)  # others may have come meanwhile
             for part, place in zip(parts, places, strict=True):

@@ -93,14 +93,11 @@ def _map(playback: Playback) -> Outgoing | None:
 
 def _ticks(playback: Playback) -> Iterator[tuple[float, dict[str, RobotTick], list[tuple[str, str, float]]]]:
     """Yield of each tick its time [s], the robots, and (robot, camera, stamp) of each picture that came."""
-    tracks = playback.recording.robots
-    rows = zip(*(playback.moments(robot) for robot in tracks), strict=True)
-    for time, moments in zip(playback.recording.time.tolist(), rows, strict=True):
-        named = dict(zip(tracks, moments, strict=True))
-        ticks = {robot: _robot_tick(playback, robot, time, moment) for robot, moment in named.items()}
-        pictures = [
-            (robot, camera, stamp) for robot, moment in named.items() for camera, stamp in moment.stamps.items()
-        ]
+    moments = {robot: playback.moments(robot) for robot in playback.recording.robots}
+    for time in playback.recording.time.tolist():
+        now = {robot: next(each) for robot, each in moments.items()}
+        ticks = {robot: _robot_tick(playback, robot, time, moment) for robot, moment in now.items()}
+        pictures = [(robot, camera, stamp) for robot, moment in now.items() for camera, stamp in moment.stamps.items()]
         yield time, ticks, pictures
 
 
