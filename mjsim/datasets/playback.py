@@ -1,6 +1,6 @@
 """A recording tick by tick: what each robot sensed and believed, with its pictures as recorded or drawn again."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -12,10 +12,10 @@ from mjsim.closing import Closes
 from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import CameraFrame, Observation, RobotInfo
-from mjsim.record import Recording, Track
-from mjsim.ros import robot_from_sensor
+from mjsim.record import LoggedPictures, Recording, Track, logged_cameras, with_logged_cameras
+from mjsim.ros import nanoseconds, robot_from_sensor
 from mjsim.sim import Retake, Simulation
-from mjsim.world import Camera, Depth, name_of
+from mjsim.world import Camera, name_of
 
 SAME_TIME = 1e-6
 """Times that differ less are the same [s]."""
@@ -51,15 +51,18 @@ class Playback(Closes):
 
         Args:
             recording: What is told.
-            redraw: Whether pictures are drawn again from the recorded states, without loss; else as recorded.
+            redraw: Whether pictures are drawn again from the recorded states, without loss; else as recorded. Those
+                of a log are always as recorded.
         """
         self.recording, self._redraw = recording, redraw
         with Simulation(recording.world, seed=recording.seed) as sim:
-            self.infos: Mapping[str, RobotInfo] = dict(sim.robots)
+            self._logged = logged_cameras(recording)
+            self.infos: Mapping[str, RobotInfo] = with_logged_cameras(sim.robots, self._logged)
+        self._takes: dict[str, Callable[[str, float], CameraFrame]] = {}
         self._retakes: dict[str, Retake] = {}
         self._recorded: dict[tuple[str, str], Iterator[tuple[float, bytes, str]]] = {}
         self._depths = {
-            (robot.name, sensor.camera): sensor.depth if isinstance(sensor.depth, Depth) else Depth()
+            (robot.name, sensor.camera)
             for robot in recording.world.robots
             for sensor in robot.sensors
             if isinstance(sensor, Camera) and sensor.depth
@@ -77,6 +80,8 @@ class Playback(Closes):
 
     def has_depth(self, robot: str, camera: str) -> bool:
         """Return whether a camera gives depth."""
+        if (robot, camera) in self._logged:
+            return next(self.recording.messages(f"/{robot}/{camera}/depth"), None) is not None
         return (robot, camera) in self._depths
 
     def world_from_sensor(self, robot: str, sensor: str, moment: Moment) -> Pose3 | None:
@@ -94,8 +99,10 @@ class Playback(Closes):
         track = self.recording.robots[robot]
         observed = self.recording.observed(robot)
         upcoming = next(observed, None)
+        logged = LoggedPictures(self.recording, robot)
         for row, time in enumerate(track.time.tolist()):
             seen, stamps = None, dict[str, float]()
+            self._takes[robot] = logged.at(nanoseconds(time))
             while upcoming is not None and upcoming[0].time < time + SAME_TIME:
                 seen, stamps = upcoming
                 upcoming = next(observed, None)
@@ -107,7 +114,7 @@ class Playback(Closes):
         Raises:
             UsageError: It was not recorded.
         """
-        if self._redraw:
+        if self._redraw and (robot, camera) not in self._logged:
             return PictureFile(png_of(self.frame(robot, camera, stamp).image[..., ::-1]), "png")
         recorded = self._recorded.setdefault((robot, camera), self.recording.pictures(robot, camera))
         for taken, data, form in recorded:
@@ -119,7 +126,9 @@ class Playback(Closes):
         )
 
     def frame(self, robot: str, camera: str, stamp: float) -> CameraFrame:
-        """Return what a camera gave, drawn again from the recorded states."""
+        """Return what a camera gave at the tick at hand: drawn again from the recorded states, or what a log tells."""
+        if (robot, camera) in self._logged:
+            return self._takes[robot](camera, stamp)
         if robot not in self._retakes:
             run = self.recording
             again = Retake(

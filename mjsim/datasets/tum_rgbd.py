@@ -75,8 +75,8 @@ def _write(playback: Playback, robot: str, camera: str, folder: Path) -> None:
             pictures.append(_file(folder, "rgb", stamp, data, suffix))
             if depth:
                 metres = playback.frame(robot, camera, stamp).depth
-                assert metres is not None, "the camera has it"
-                depths.append(_file(folder, "depth", stamp, png_of(_in_steps(metres)), "png"))
+                if metres is not None:  # a log may lack some
+                    depths.append(_file(folder, "depth", stamp, png_of(_in_steps(metres)), "png"))
     _list(folder / "rgb.txt", "color images\n# timestamp filename", pictures)
     if depth:
         _list(folder / "depth.txt", f"depth maps, {DEPTH_SCALE:g} a metre\n# timestamp filename", depths)

@@ -10,11 +10,13 @@ import pytest
 import yaml
 from evo.tools import file_interface
 
+import mjsim
 from mjsim.datasets import export_carmen, export_euroc, export_rosbag2, export_tum_rgbd
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
 from mjsim.logs import import_log
 from mjsim.record import Recording
+from tests.datasets.conftest import WORLD
 
 ROBOT = "7.tip-top"
 EYE = np.array([[0, 0, 1, 0.1], [-1, 0, 0, 0], [0, -1, 0, 0.5], [0, 0, 0, 1.0]])
@@ -206,6 +208,45 @@ def test_a_log_of_carmen_comes_in_again(carmen: Path, run: Recording, tmp_path: 
         assert scan.angle_min == original.angle_min
 
 
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    """Return a run of the first robot alone."""
+    world = mjsim.parse_world(WORLD.replace("  - {name: bare, at: [4, 4]}\n", ""))
+    with mjsim.Simulation(world) as sim:
+        return mjsim.run(sim, seconds=0.4, record=tmp_path_factory.mktemp("alone") / "run.mcap")
+
+
+def test_a_bag_comes_in_again_and_goes_out_the_same(alone: Recording, tmp_path: Path):
+    again = import_log(export_rosbag2(alone, tmp_path / "bag"), record=tmp_path / "again.mcap")
+    (robot,) = again.robots
+    track, given = again.robots[robot], alone.robots[ROBOT]
+    np.testing.assert_allclose(track.time, given.time, atol=1e-9)
+    np.testing.assert_allclose(track.truth, given.truth, atol=1e-9)
+    np.testing.assert_allclose(track.odometry, given.odometry, atol=1e-9)
+    before, after = list(alone.observations(ROBOT)), list(again.observations(robot))
+    for old, new in zip(before, after, strict=True):
+        # A log's inertial readings are told in the robot's frame; the sensor was turned by a right angle.
+        felt = [[-each.acceleration[1], each.acceleration[0], each.acceleration[2]] for each in old.imu]
+        np.testing.assert_allclose([each.acceleration for each in new.imu], felt or np.zeros((0,)), atol=1e-12)
+        if "scan" in old.scans:
+            np.testing.assert_array_equal(np.float32(new.scans["scan"].ranges), np.float32(old.scans["scan"].ranges))
+    assert [data for _, data, _ in again.pictures(robot, "eye")] == [
+        data for _, data, _ in alone.pictures(ROBOT, "eye")
+    ]
+    folder, _ = export_tum_rgbd(again, tmp_path / "tum")
+    read = file_interface.read_tum_trajectory_file(folder / "groundtruth.txt")
+    for pose, row in zip(read.poses_se3, given.truth_pose.tolist(), strict=True):
+        np.testing.assert_allclose(pose, Pose3(*row).matrix() @ robot_from_eye(), atol=1e-8)
+
+
+def test_depth_of_tum_comes_in_again_and_goes_out_the_same(alone: Recording, tmp_path: Path):
+    first, _ = export_tum_rgbd(alone, tmp_path / "first", redraw=True)
+    (second,) = export_tum_rgbd(import_log(first, record=tmp_path / "again.mcap"), tmp_path / "second")
+    for (_, old), (_, new) in zip(listed(first / "depth.txt"), listed(second / "depth.txt"), strict=True):
+        before, after = (cv2.imread(str(path), cv2.IMREAD_UNCHANGED) for path in (first / old, second / new))
+        np.testing.assert_array_equal(before, after)
+
+
 def test_data_sets_that_exist_are_kept_unless_asked(tum: Path, euroc: Path, carmen: Path, run: Recording):
     with pytest.raises(UsageError, match="exists; name another folder, or add --overwrite"):
         export_tum_rgbd(run, tum.parent)
@@ -219,8 +260,6 @@ def test_data_sets_that_exist_are_kept_unless_asked(tum: Path, euroc: Path, carm
 
 
 def test_a_run_without_pictures_says_that_they_can_be_drawn_again(run: Recording, tmp_path: Path):
-    import mjsim
-
     with mjsim.Simulation(run.world) as sim:
         bare = mjsim.run(sim, seconds=0.2, record=tmp_path / "bare.mcap", pictures=False)
     for export in (export_tum_rgbd, export_euroc, export_rosbag2):
@@ -230,8 +269,6 @@ def test_a_run_without_pictures_says_that_they_can_be_drawn_again(run: Recording
 
 
 def test_what_no_robot_has_is_one_line(tmp_path: Path):
-    import mjsim
-
     with mjsim.Simulation(mjsim.parse_world("mjsim: 1\nrobots: [{name: a, at: [0, 0]}]\nrun: {seconds: 0.2}\n")) as sim:
         plain = mjsim.run(sim, record=tmp_path / "plain.mcap")
     with pytest.raises(UsageError, match="has no camera; TUM RGB-D is made of pictures"):
@@ -239,4 +276,10 @@ def test_what_no_robot_has_is_one_line(tmp_path: Path):
     with pytest.raises(UsageError, match="neither a camera nor an inertial sensor"):
         export_euroc(plain, tmp_path / "euroc")
     export_rosbag2(plain, tmp_path / "bag")
+    with mjsim.Simulation(mjsim.load_world("fourbar")) as sim:
+        export_rosbag2(
+            mjsim.run(sim, seconds=0.2, record=tmp_path / "plain.mcap", overwrite=True),
+            tmp_path / "bag",
+            overwrite=True,
+        )
     assert {each.name for each in tmp_path.iterdir()} == {"plain.mcap", "bag"}
