@@ -105,6 +105,7 @@ def test_pictures_that_do_not_hang_here_are_never_reported(studio: Studio):
             assert absent.detect(studio.before(name, distance, yaw).image, INTRINSICS) == []
 
 
+@pytest.mark.slow
 def test_a_plain_image_or_an_empty_catalogue_gives_nothing(studio: Studio, beacons: PictureBeacons):
     assert beacons.detect(np.full((480, 640, 3), 180, dtype=np.uint8), INTRINSICS) == []
     assert PictureBeacons({}).detect(studio.before("lion", 2.0, 0.0).image, INTRINSICS) == []

@@ -45,6 +45,7 @@ def test_without_names_it_is_called_by_its_number_and_its_corners_are_those_of_t
     np.testing.assert_allclose(corners, expected, atol=1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dictionary", ["5x5_100", "apriltag_36h11", "apriltag_16h5"])
 def test_markers_of_another_dictionary_are_never_reported(studio, dictionary):
     others, rng = MarkerBeacons(dictionary, WIDTH), np.random.default_rng(2)

@@ -56,6 +56,7 @@ def test_wheels_and_sizes_are_those_of_the_file(presets, name, drive, radius, tr
             assert sim.model.body_subtreemass[sim.model.body(f"{robot.name}/base").id] == pytest.approx(mass, rel=1e-2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["turtlebot3_burger", "turtlebot3_waffle", "car", "racecar"])
 def test_it_drives_as_far_as_odometry_tells_and_stays_level(presets, name):
     world = load_world(presets[name][0])

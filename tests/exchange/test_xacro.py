@@ -67,6 +67,7 @@ def test_plain_xacro_is_what_the_library_makes_of_it(tmp_path, arguments):
     assert shape_of(ours) == shape_of(theirs)
 
 
+@pytest.mark.slow
 def test_macros_are_expanded_by_the_library_and_packages_found(tmp_path):
     place = tmp_path / "r.urdf.xacro"
     place.write_text(MACRO)

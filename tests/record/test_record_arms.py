@@ -58,6 +58,7 @@ def test_joints_and_tools_are_read_back_exactly(made):
         np.testing.assert_array_equal(track.tool, poses)
 
 
+@pytest.mark.slow
 def test_positions_are_those_of_the_state_and_tools_those_of_the_chain(made):
     run, _ = made
     track = run.joints["r/big"]

@@ -80,6 +80,7 @@ def test_the_rpe_over_a_metre_is_that_of_evo(run, key, kind):
         assert value == pytest.approx(theirs[name], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_rpe_in_heading_is_that_of_evo(run):
     from evo.core.metrics import RPE, PoseRelation, Unit
 

@@ -214,6 +214,7 @@ def test_a_run_with_events_is_the_same_again(recorded, tmp_path: Path):
     assert same_run(recorded[0], tmp_path / "run.mcap")
 
 
+@pytest.mark.slow
 def test_the_error_of_a_kidnapped_robot_goes_on_being_counted(recorded):
     found = statistics(read_recording(recorded[0]))["r"]
     # Dead reckoning believes that it still stands where it was, 2 m away; and it drove none of them.
