@@ -40,7 +40,7 @@ from .signals import Random as Random
 from .signals import Sawtooth as Sawtooth
 from .signals import Sine as Sine
 from .signals import Square as Square
-from .signals import Step as Step
+from .signals import StepChange as StepChange
 from .signals import Table as Table
 from .signals import TimeSignal as TimeSignal
 from .transforms import inverted as inverted

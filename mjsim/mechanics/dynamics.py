@@ -38,7 +38,7 @@ class Masses:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class LinkMotion:
     """Accelerations and spins of links, world frame, each of shape (..., n, 3)."""
 
     spin: Array
@@ -64,7 +64,7 @@ def masses_of(links: tuple[Link, ...]) -> Masses:
     )
 
 
-def motion_of(chain: Chain, posture: Posture, qd: Array, qdd: Array, gravity: Array) -> Motion:
+def motion_of(chain: Chain, posture: Posture, qd: Array, qdd: Array, gravity: Array) -> LinkMotion:
     """Return how all links move; rates have shape (..., n), gravity (3,) [m/s^2].
 
     The acceleration of a joint's point is the sum over the stretches of arm before it, each rigid with the link that
@@ -83,7 +83,7 @@ def motion_of(chain: Chain, posture: Posture, qd: Array, qdd: Array, gravity: Ar
     here, before_here = chain.jointed, chain.carriers
     stretch, swing = points.take(here, -2) - points.take(before_here, -2), _swing(spin, spin_rate)
     steps[..., here, :] += (swing.take(before_here, -3) @ stretch[..., None])[..., 0]
-    return Motion(spin, spin_rate, swing, chain.outwards(steps) - gravity)
+    return LinkMotion(spin, spin_rate, swing, chain.outwards(steps) - gravity)
 
 
 def _swing(spin: Array, spin_rate: Array) -> Array:

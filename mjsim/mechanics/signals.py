@@ -60,7 +60,7 @@ class Constant(TimeSignal):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Step(TimeSignal):
+class StepChange(TimeSignal):
     """One value before a time, another from it on."""
 
     before: float = 0.0

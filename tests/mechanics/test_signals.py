@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import signal as scipy_signal
 
-from mjsim.mechanics import Chirp, Constant, Pulse, Ramp, Random, Sawtooth, Sine, Square, Step, Table
+from mjsim.mechanics import Chirp, Constant, Pulse, Ramp, Random, Sawtooth, Sine, Square, StepChange, Table
 
 T = np.linspace(0.0, 7.0, 2001) + 0.00037
 SMOOTH = {
@@ -55,7 +55,7 @@ def test_a_chirp_goes_on_at_its_last_frequency_without_a_jump():
 
 
 def test_steps_ramps_and_pulses_change_when_they_say():
-    assert Step(before=1.0, after=3.0, when=2.0).value([1.999, 2.0, 5.0]).tolist() == [1.0, 3.0, 3.0]
+    assert StepChange(before=1.0, after=3.0, when=2.0).value([1.999, 2.0, 5.0]).tolist() == [1.0, 3.0, 3.0]
     ramp = Ramp(before=1.0, slope=2.0, start=1.0, seconds=3.0)
     assert ramp.value([0.0, 1.0, 2.0, 9.0]).tolist() == [1.0, 1.0, 3.0, 7.0]
     assert ramp.rate([0.5, 1.0, 3.9, 4.0]).tolist() == [0.0, 2.0, 2.0, 0.0]
@@ -65,7 +65,7 @@ def test_steps_ramps_and_pulses_change_when_they_say():
 
 def test_a_step_at_a_sum_of_physics_steps_is_not_one_step_late():
     time = sum([0.001] * 300)  # 0.3 and a rounding error
-    assert Step(after=1.0, when=0.3).value(time - 1e-15) == 1.0
+    assert StepChange(after=1.0, when=0.3).value(time - 1e-15) == 1.0
     assert Square(amplitude=1.0, frequency=1 / 0.3).value(time) == 1.0
 
 

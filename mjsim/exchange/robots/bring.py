@@ -9,7 +9,7 @@ from mjsim.exchange.robots.ahead import Wishes
 from mjsim.exchange.robots.frame import Stand, find_stand
 from mjsim.exchange.robots.gear import Gear, find_gear
 from mjsim.exchange.robots.measure import Measured, measure
-from mjsim.exchange.robots.mounts import Mount, find_mounts
+from mjsim.exchange.robots.mounts import SensorMount, find_mounts
 from mjsim.exchange.robots.omni import without_rollers
 from mjsim.exchange.robots.preset import (
     ACCELERATION,
@@ -191,7 +191,7 @@ def _counted(assets: Mapping[str, bytes]) -> str:
     return f"{meshes} mesh{'es' * (meshes != 1)}" + (f", {pictures} picture{'s' * (pictures != 1)}" if pictures else "")
 
 
-def _sensor(mount: Mount) -> str:
+def _sensor(mount: SensorMount) -> str:
     x, y, z = mount.at
     return f"{mount.kind} '{mount.name}' at [{x:.3f}, {y:.3f}, {z:.3f}], from {mount.said}"
 

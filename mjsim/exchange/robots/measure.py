@@ -23,7 +23,7 @@ MOST_TIME = 120.0
 
 
 @dataclass(frozen=True, slots=True)
-class Drive:
+class MeasuredDrive:
     """One drive: what odometry told, and what was driven."""
 
     told: float
@@ -39,10 +39,10 @@ class Drive:
 class Measured:
     """Four drives of one robot."""
 
-    ahead: Drive
-    back: Drive
-    left: Drive
-    right: Drive
+    ahead: MeasuredDrive
+    back: MeasuredDrive
+    left: MeasuredDrive
+    right: MeasuredDrive
     on_spot: bool
     """Whether it turned on the spot; else on circles."""
 
@@ -115,7 +115,7 @@ class _Pilot:
         if math.dist((start.x, start.y), (end.x, end.y)) > 0.05:
             raise UsageError(f"{self._file}: the robot does not stand still; something of it pushes against the floor")
 
-    def straight(self, speed: float) -> Drive:
+    def straight(self, speed: float) -> MeasuredDrive:
         """Drive a metre, and stop."""
         start, told = self._sim.truth(self._robot), self._told
         self._go(Command(speed), WAY / abs(speed))
@@ -123,15 +123,15 @@ class _Pilot:
         moved = (start.inverse() @ self._sim.truth(self._robot)).x
         said = (told.inverse() @ self._told).x
         self._check("drives", moved, said, "m")
-        return Drive(said, moved)
+        return MeasuredDrive(said, moved)
 
-    def turning(self, speed: float, rate: float) -> Drive:
+    def turning(self, speed: float, rate: float) -> MeasuredDrive:
         """Turn once around, and stop."""
         turned, told = self._turned, self._told_turn
         self._go(Command(speed, turn=rate), 2.0 * math.pi / abs(rate))
         self._go(Command(), SETTLE)
         self._check("turns", self._turned - turned, self._told_turn - told, "rad")
-        return Drive(self._told_turn - told, self._turned - turned)
+        return MeasuredDrive(self._told_turn - told, self._turned - turned)
 
     def _check(self, verb: str, moved: float, told: float, unit: str) -> None:
         if abs(told) < 0.05 or not 0.4 < moved / told < 2.0:

@@ -32,7 +32,7 @@ RATES = (25.0, 12.5, 5.0, 2.5, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Mount:
+class SensorMount:
     """A sensor of the preset."""
 
     kind: str
@@ -46,9 +46,9 @@ class Mount:
     """Where it comes from."""
 
 
-def find_mounts(anatomy: Anatomy, stand: Stand, said: tuple[SaidSensor, ...]) -> list[Mount]:
+def find_mounts(anatomy: Anatomy, stand: Stand, said: tuple[SaidSensor, ...]) -> list[SensorMount]:
     """Return the sensors of a robot, those that its file describes first."""
-    kept: list[Mount] = []
+    kept: list[SensorMount] = []
     for mount in (*_described(anatomy, stand, said), *_cameras(anatomy, stand), *_named(anatomy, stand)):
         same = [other for other in kept if other.kind == mount.kind]
         near = any(math.dist(other.at, mount.at) < SAME for other in same)
@@ -63,14 +63,14 @@ def find_mounts(anatomy: Anatomy, stand: Stand, said: tuple[SaidSensor, ...]) ->
     return kept
 
 
-def _renamed(mount: Mount, taken: set[str]) -> Mount:
+def _renamed(mount: SensorMount, taken: set[str]) -> SensorMount:
     name, number = mount.name, 2
     while name in taken or name in ("drive", "chase") or name.startswith("wheel_"):
         name, number = f"{mount.name}{number}", number + 1
-    return Mount(mount.kind, name, mount.at, mount.yaw_deg, mount.pitch_deg, mount.keys, mount.said)
+    return SensorMount(mount.kind, name, mount.at, mount.yaw_deg, mount.pitch_deg, mount.keys, mount.said)
 
 
-def _described(anatomy: Anatomy, stand: Stand, said: tuple[SaidSensor, ...]) -> Iterator[Mount]:
+def _described(anatomy: Anatomy, stand: Stand, said: tuple[SaidSensor, ...]) -> Iterator[SensorMount]:
     """Yield the sensors that a file describes, each on its link or its site."""
     for sensor in said:
         place = next((place for place in anatomy.places if place.name == sensor.link), None)
@@ -83,7 +83,7 @@ def _described(anatomy: Anatomy, stand: Stand, said: tuple[SaidSensor, ...]) -> 
         yield _mount(stand, sensor.kind, _plain(sensor.name), at, ahead, _keys(sensor), f"described on '{sensor.link}'")
 
 
-def _cameras(anatomy: Anatomy, stand: Stand) -> Iterator[Mount]:
+def _cameras(anatomy: Anatomy, stand: Stand) -> Iterator[SensorMount]:
     """Yield the cameras of MJCF, which look against their z axis."""
     for place in anatomy.places:
         if place.kind == "camera" and place.fov > 0.0:
@@ -94,7 +94,7 @@ def _cameras(anatomy: Anatomy, stand: Stand) -> Iterator[Mount]:
             yield _mount(stand, "camera", name, place.at, -place.axes[:, 2], keys, f"camera '{place.name}'")
 
 
-def _named(anatomy: Anatomy, stand: Stand) -> Iterator[Mount]:
+def _named(anatomy: Anatomy, stand: Stand) -> Iterator[SensorMount]:
     """Yield places that are named like a sensor: links and sites, then shapes and meshes."""
     for kind, word in WORDS.items():
         places = [place for place in anatomy.places if place.kind != "camera"]
@@ -120,14 +120,16 @@ def _ahead(place: FileFrame, stand: Stand, kind: str) -> Array:
     return np.asarray(ahead)
 
 
-def _mount(stand: Stand, kind: str, name: str, at: Array, ahead: Array, keys: Mapping[str, object], said: str) -> Mount:
+def _mount(
+    stand: Stand, kind: str, name: str, at: Array, ahead: Array, keys: Mapping[str, object], said: str
+) -> SensorMount:
     x, y, z = (round(float(value), 4) + 0.0 for value in stand.point(at))
     look = stand.direction(ahead)
     yaw = math.degrees(math.atan2(look[1], look[0]))
     pitch = math.degrees(math.asin(float(np.clip(look[2], -1.0, 1.0))))
     if kind == "lidar":
         pitch = 0.0 if abs(pitch) < 3.0 else pitch
-    return Mount(kind, name, (x, y, z), round(yaw, 2) + 0.0, round(pitch, 2) + 0.0, keys, said)
+    return SensorMount(kind, name, (x, y, z), round(yaw, 2) + 0.0, round(pitch, 2) + 0.0, keys, said)
 
 
 def _keys(sensor: SaidSensor) -> dict[str, object]:

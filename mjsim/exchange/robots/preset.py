@@ -9,7 +9,7 @@ import numpy as np
 
 from mjsim.exchange.robots.frame import Stand
 from mjsim.exchange.robots.gear import Gear, steering_limit
-from mjsim.exchange.robots.mounts import Mount
+from mjsim.exchange.robots.mounts import SensorMount
 from mjsim.exchange.robots.rounds import Round
 from mjsim.world import CORNERS, OMNI3_BEARINGS, Slip
 
@@ -43,7 +43,7 @@ class Plan:
     """Path of its file beside the preset."""
     gear: Gear
     stand: Stand
-    mounts: Sequence[Mount]
+    mounts: Sequence[SensorMount]
     wheel_radius: float
     """With which its odometry computes [m]."""
     track: float
@@ -62,7 +62,7 @@ class Plan:
         return replace(self, wheel_radius=self.wheel_radius * way, track=self.track * way / turn)
 
 
-def first_plan(name: str, model: str, gear: Gear, stand: Stand, mounts: Sequence[Mount]) -> Plan:
+def first_plan(name: str, model: str, gear: Gear, stand: Stand, mounts: Sequence[SensorMount]) -> Plan:
     """Return a plan from sizes alone."""
     radius = gear.single[0].radius if gear.single else gear.rows[-1][0][0].radius
     return Plan(
@@ -236,7 +236,7 @@ def wheels_by_name(gear: Gear) -> dict[str, list[Round]]:
     return found
 
 
-def _sensor(mount: Mount) -> dict[str, object]:
+def _sensor(mount: SensorMount) -> dict[str, object]:
     keys: dict[str, object] = {mount.kind: mount.name, "at": list(mount.at)}
     if mount.yaw_deg:
         keys["yaw_deg"] = mount.yaw_deg

@@ -121,9 +121,9 @@ class StepSignal(AnySignal):
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
         """Return the signal itself."""
-        from mjsim.mechanics import Step
+        from mjsim.mechanics import StepChange
 
-        return Step(before=self.quantity("from"), after=self.quantity("to"), when=self.at)
+        return StepChange(before=self.quantity("from"), after=self.quantity("to"), when=self.at)
 
 
 @_with_from
