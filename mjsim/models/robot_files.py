@@ -18,6 +18,7 @@ from mjsim.models.files import ROBOT, Builder, Element, Gatherer, ModelFiles, Re
 from mjsim.models.inertias import mend_inertias, number_of
 from mjsim.models.places import ElementOrigin, PlacedError, element_of, numbered, plainly, starts
 from mjsim.models.reader import compiled
+from mjsim.models.scales import mend_scales
 from mjsim.models.stl import tidy_stl
 from mjsim.models.urdf_joints import freed_wheels, said_speeds, without_rails
 
@@ -79,7 +80,7 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
     said = tuple(_said_urdf(root) if root.tag == "robot" else _said_mjcf(root))
     driven = frozenset(_driven(root))
     speeds = dict(said_speeds(root))
-    mended = [*mend_inertias(root, path), *without_rails(root, path), *freed_wheels(root, path)]
+    mended = [*mend_scales(root), *mend_inertias(root, path), *without_rails(root, path), *freed_wheels(root, path)]
     gatherer.keep(root, ROBOT)
     _allow_light_links(root)
     gatherer.leave_out(root)
