@@ -37,8 +37,9 @@ def open_reader(path: Path) -> tuple[Any, str]:
         # The first error tells more of what is no bag at all.
         with suppress(Exception):
             reader.open()
-            if reader.connections:
-                return reader, f"{error}"
+        if reader.connections:
+            return reader, f"{error}"
+        if reader.bio is not None:
             reader.close()
         raise
     return reader, ""

@@ -136,7 +136,9 @@ def record_logs(
         require_free(Path(record), overwrite=overwrite)
     firsts, lasts = zip(*(log.times() for log in logs), strict=True)
     rate = wishes.rate_hz or max(_rate_of(log) for log in logs)
-    span = cut(min(firsts), max(lasts), begin=wishes.begin, seconds=wishes.seconds, rate_hz=rate)
+    # What came last is told at the tick after it.
+    last = max(lasts) if wishes.seconds is not None else max(lasts) + 1.0 / rate - 1e-6
+    span = cut(min(firsts), last, begin=wishes.begin, seconds=wishes.seconds, rate_hz=rate)
     notes = {key: value for log in logs for key, value in log.notes.items()}
     return write_robot_logs(
         world_of(logs, name_from(source), span=span, rate_hz=rate, wishes=wishes),

@@ -8,7 +8,9 @@ Five robots drive among fifteen tubes with barcodes; a motion capture system wat
     Robot1_Odometry.dat          time [s], forward velocity [m/s], turn [rad/s], as commanded; at about 67 Hz
     Robot1_Measurement.dat       time [s], barcode, range [m], bearing [rad], left positive
 
-Subjects 1 to 5 are the robots, 6 to 20 the landmarks. The camera's frame is that of the robot.
+Subjects 1 to 5 are the robots, 6 to 20 the landmarks. The camera's frame is that of the robot. Both kinds of ground
+truth may be missing: then there is no truth, robots begin at the origin, side by side, and landmarks are known by name
+alone.
 
 References:
     Leung, Halpern, Barfoot, Liu, The UTIAS multi-robot cooperative localization and mapping dataset, IJRR 30(8), 2011.
@@ -41,6 +43,10 @@ RATE = 10.0
 """Ticks a second, unless asked for."""
 GAP = 0.1
 """The motion capture lost the robot where its poses are farther apart [s]."""
+ROBOTS = 5
+"""Subjects up to this number are robots."""
+ASIDE = 1.0
+"""Between robots of which nobody knows where they begin [m]."""
 FARTHEST = 12.0
 """No barcode is read from farther away; the data sheet of the sensor says so, nothing depends on it [m]."""
 
@@ -49,7 +55,7 @@ FARTHEST = 12.0
 class _Files:
     """The text files of one robot."""
 
-    truth: Array
+    truth: Array | None
     twists: Array
     sightings: tuple[Sighting, ...]
     unknown: int
@@ -97,7 +103,9 @@ def import_mrclam(
     subjects = _subjects(folder)
     landmarks = _landmarks(folder)
     files = {f"robot{n}": _read_robot(folder, n, subjects, landmarks, sighting) for n in _numbers(folder, robots)}
-    tables = [table for each in files.values() for table in (each.truth, each.twists)]
+    if known_map and landmarks is None:
+        raise UsageError(f"no 'Landmark_Groundtruth.dat' in '{folder}'; nobody knows the map, leave out --known-map")
+    tables = [table for each in files.values() for table in (each.truth, each.twists) if table is not None]
     first, last = max(float(table[0, 0]) for table in tables), min(float(table[-1, 0]) for table in tables)
     span = cut(first, last, begin=begin, seconds=seconds, rate_hz=rate_hz)
     logs = {
@@ -110,9 +118,10 @@ def import_mrclam(
         )
         for name, each in files.items()
     }
-    world = _world(folder, files, landmarks, span, rate_hz=rate_hz, known_map=known_map, sighting=sighting)
+    world = _world(folder, files, landmarks or {}, span, rate_hz=rate_hz, known_map=known_map, sighting=sighting)
     left_out = {f"{name} measurements of no landmark": str(each.unknown) for name, each in files.items()}
-    metadata = {"log": "mrclam", "log folder": str(folder), **left_out}
+    unknown = {f"{name} truth": "not in the log" for name, each in files.items() if each.truth is None}
+    metadata = {"log": "mrclam", "log folder": str(folder), **left_out, **unknown}
     return write_robot_logs(
         world, logs, span=span, noise=motion, metadata=metadata, record=record, overwrite=overwrite, progress=progress
     )
@@ -141,9 +150,11 @@ def _subjects(folder: Path) -> dict[int, int]:
     return dict(zip(barcodes, subjects, strict=True))
 
 
-def _landmarks(folder: Path) -> dict[int, tuple[float, float]]:
-    """Return subject -> where it stands [m]."""
+def _landmarks(folder: Path) -> dict[int, tuple[float, float]] | None:
+    """Return subject -> where it stands [m]; None where that was not surveyed."""
     path = folder / "Landmark_Groundtruth.dat"
+    if not path.exists():
+        return None
     table = read_table(path, ("subject", "x", "y", "x deviation", "y deviation"))
     numbers = whole_numbers(path, table[:, 0], "subject")
     if len(set(numbers)) < len(numbers):
@@ -155,20 +166,22 @@ def _read_robot(
     folder: Path,
     number: int,
     subjects: Mapping[int, int],
-    landmarks: Mapping[int, tuple[float, float]],
+    landmarks: Mapping[int, tuple[float, float]] | None,
     deviations: tuple[float, float],
 ) -> _Files:
     path = folder / f"Robot{number}_Measurement.dat"
     seen = read_table(path, (TIME, "barcode", "range", "bearing"), positive={"range"})
     codes = whole_numbers(path, seen[:, 1], "barcode")
     covariance = np.diag(np.square(deviations))
+    named = [subject for subject in subjects.values() if subject > ROBOTS] if landmarks is None else landmarks
     sightings = [
         Sighting(stamp, f"landmark{subjects[code]}", distance, bearing, covariance)
         for code, (stamp, _, distance, bearing) in zip(codes, seen.tolist(), strict=True)
-        if subjects.get(code) in landmarks
+        if subjects.get(code) in named
     ]
+    truth = folder / f"Robot{number}_Groundtruth.dat"
     return _Files(
-        truth=read_table(folder / f"Robot{number}_Groundtruth.dat", (TIME, "x", "y", "heading")),
+        truth=read_table(truth, (TIME, "x", "y", "heading")) if truth.exists() else None,
         twists=read_table(folder / f"Robot{number}_Odometry.dat", (TIME, "forward velocity", "turn")),
         sightings=tuple(sightings),
         unknown=len(codes) - len(sightings),
@@ -195,16 +208,17 @@ def _world(
         f"                noise: {{range: {sighting[0]!r}, bearing_deg: {math.degrees(sighting[1])!r}}}}}]}}"
     )
     robots = []
-    for name, each in files.items():
-        x, y, heading = places_at(np.array([span[0]]), each.truth, gap=math.inf)[0].tolist()
+    for row, (name, each) in enumerate(files.items()):
+        x, y, heading = 0.0, ASIDE * row, 0.0
+        if each.truth is not None:
+            x, y, heading = places_at(np.array([span[0]]), each.truth, gap=math.inf)[0].tolist()
         at = f"at: [{x!r}, {y!r}], heading_deg: {math.degrees(heading)!r}"
         robots += [f"  - {{name: {name}, preset: create3, {at},", camera]
     lines = [
         "# From a data set of MRCLAM. It tells of no walls, and noise of the sensor is a guess.",
         "mjsim: 1",
         f"name: {name_from(folder)}",
-        "beacons:",
-        *beacons,
+        *(["beacons:", *beacons] if beacons else []),
         "robots:",
         *robots,
         f"run: {{seconds: {span[1] - span[0]!r}, rate_hz: {rate_hz!r}, map: {'known' if known_map else 'unknown'}}}",

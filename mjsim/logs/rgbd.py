@@ -4,7 +4,7 @@
     depth.txt          time [s], path of a PNG of 16 bits, 5000 to a metre, 0 for none
     groundtruth.txt    time [s], x, y, z [m], quaternion x, y, z, w: the camera's optical frame in the world
     accelerometer.txt  time [s], x, y, z [m/s^2]
-    calibration.txt    fx fy cx cy and, where there is a lens, k1 k2 p1 p2 k3; not in the published folders
+    camera.yaml        calibration as ORB-SLAM reads it; not in the published folders
 
 A picture and the depth closest to it, less than 0.02 s apart, belong together. The robot's frame is at the camera, x
 ahead. There is no odometry. Intrinsics of published folders are told by the number of their camera in the name.
@@ -82,7 +82,7 @@ def read_rgbd(path: Path) -> Log:
     place = AHEAD.copy()
     place[:3, 3] = 0.0
     camera = LoggedCamera(intrinsics, place)
-    return Log(kind="TUM RGB-D", robot=robot, name="camera_body", cameras={CAMERA: camera}, notes=notes)
+    return Log(kind="TUM RGB-D", robot=robot, name="robot", cameras={CAMERA: camera}, notes=notes)
 
 
 def _list(path: Path) -> tuple[Array, list[Path]]:
@@ -136,10 +136,9 @@ def _size(file: Path) -> tuple[int, int]:
 
 def _intrinsics(path: Path, width: int, height: int, notes: dict[str, str]) -> Intrinsics:
     """Return the calibration of a folder: its own, that of a published one by its name, or a usual one."""
-    file = path / "calibration.txt"
     known = re.search(r"freiburg([123])", path.resolve().name)
-    if file.is_file():
-        return _calibrated(_numbers(file), width, height)
+    if (path / "camera.yaml").is_file():
+        return _settings(path / "camera.yaml", width, height)
     if known is not None and (width, height) == (640, 480):
         notes["calibration"] = f"of freiburg{known[1]}, as published"
         return _calibrated(CALIBRATIONS[int(known[1])], width, height)
@@ -159,16 +158,22 @@ def _calibrated(numbers: Sequence[float], width: int, height: int) -> Intrinsics
     return Intrinsics(width, height, fx, fy, cx, cy, "brown", tuple(lens))
 
 
-def _numbers(file: Path) -> list[float]:
-    """Return the numbers of a calibration."""
-    words = [word for line in lines_of(file) for word in line.partition("#")[0].split()]
+def _settings(file: Path, width: int, height: int) -> Intrinsics:
+    """Return the calibration in a file of ORB-SLAM2 or ORB-SLAM3."""
+    told: dict[str, str] = {}
+    for line in lines_of(file):
+        if found := re.match(r"Camera1?\.(\w+):\s*(\S+)", line):
+            told[found[1]] = found[2].strip('"')
+    fisheye = told.get("type") == "KannalaBrandt8"
+    lens = ("k1", "k2", "k3", "k4") if fisheye else ("k1", "k2", "p1", "p2", "k3")
     try:
-        numbers = [float(word) for word in words]
-    except ValueError:
-        numbers = []
-    if len(numbers) not in (4, 8, 9) or not np.isfinite(numbers).all() or min(numbers[:2]) <= 0.0:
-        raise UsageError(f"'{file}' holds {len(words)} words; it must have fx fy cx cy, and k1 k2 p1 p2 k3 of a lens")
-    return numbers
+        numbers = [float(told[key]) for key in ("fx", "fy", "cx", "cy")] + [float(told.get(key, "0")) for key in lens]
+    except (KeyError, ValueError) as error:
+        raise UsageError(f"'{file}' has no number Camera.fx, fy, cx or cy: {error}"[:LONGEST_MESSAGE]) from None
+    if not np.isfinite(numbers).all() or min(numbers[:2]) <= 0.0:
+        raise UsageError(f"'{file}': focal lengths are {numbers[0]:g} and {numbers[1]:g}; they must be above 0")
+    intrinsics = _calibrated(numbers, width, height)
+    return replace(intrinsics, lens="fisheye", distortion=tuple(numbers[4:])) if fisheye else intrinsics
 
 
 def _truth(path: Path, notes: dict[str, str]) -> Array | None:

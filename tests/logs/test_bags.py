@@ -1,6 +1,8 @@
 """Bags of ROS: a run of mjsim is written by another program, and comes back field by field."""
 
 import itertools
+import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -8,10 +10,13 @@ import pytest
 
 import mjsim
 from mjsim.algorithms.ekf_slam import EkfSlam
+from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
+from mjsim.interface import Intrinsics
 from mjsim.logs import Wishes
 from mjsim.logs.bag_file import Bag as RosBag
 from mjsim.logs.bag_file import Playback
+from mjsim.logs.bag_pictures import depth_of, frame_of
 from mjsim.run import drivers_of
 from mjsim.video.views import scene_pictures
 from tests.bags import FORMS, Bag, new_bag
@@ -178,15 +183,13 @@ def test_statistics_and_pictures_of_a_bag_that_was_replayed(logged, tmp_path):
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_every_form_of_a_bag_holds_its_messages_and_one_that_was_cut_those_before(form, tmp_path):
+def test_every_form_of_a_bag_gives_its_messages_in_order_and_by_number(form, tmp_path):
     path = tmp_path / ("run.bag" if form.startswith("bag") else "run")
     with new_bag(path, form) as bag:
         for k in range(40):
             header = bag.header(START + 0.1 * k, "laser")
             ranges = np.random.default_rng(k).uniform(1.0, 2.0, 500)
             bag.put("/scan", START + 0.1 * k + 0.01, bag.scan(header, ranges, 0.0, 0.01, (0.1, 9.0)))
-            if form == "mcap-storage" and k % 10 == 9:
-                bag._writer.storage.flush_chunk() if hasattr(bag._writer.storage, "flush_chunk") else None
     with RosBag(path) as bag:
         assert bag.types == {"/scan": "sensor_msgs/msg/LaserScan"}
         found = list(bag.messages(["/scan"]))
@@ -201,3 +204,172 @@ def test_every_form_of_a_bag_holds_its_messages_and_one_that_was_cut_those_befor
         for number in (3, 4, 20, 2, 39):
             assert playback.take("/scan", number).data == found[number].data
         assert not bag.cut
+
+
+def write_scans(path: Path, *, first: float = -0.3, step: float = 0.1) -> None:
+    """Write a second of scans, and odometry that stands still."""
+    with new_bag(path) as bag:
+        for k in range(10):
+            at = START + 0.1 * k
+            ranges = np.array([np.nan, 0.0, 0.05, 1.0, 3.0, 9.0, np.inf])
+            told = bag.scan(bag.header(at, "laser"), ranges, first, step, (0.1, 5.0))
+            bag.put("/scan", at, told)
+            bag.put("/odom", at, bag.odometry(bag.header(at, "odom"), "base_link", Pose3(0, 0, 0, 0, 0, 0, 1)))
+
+
+def test_ranges_that_are_no_numbers_and_scans_from_left_to_right_are_told_as_ours(tmp_path):
+    write_scans(tmp_path / "plain")
+    write_scans(tmp_path / "reversed", first=0.3, step=-0.1)
+    inf = math.inf
+    for name, ranges in (("plain", [-inf, -inf, -inf, 1.0, 3.0, inf, inf]), ("reversed", None)):
+        run = mjsim.import_log(tmp_path / name, wishes=Wishes(seconds=0.3))
+        scan = next(seen.scans["scan"] for seen in run.observations("robot") if seen.scans)
+        np.testing.assert_array_equal(scan.ranges, ranges or [inf, inf, 3.0, 1.0, -inf, -inf, -inf])
+        assert scan.angle_increment > 0.0
+        np.testing.assert_allclose(scan.angles(), np.linspace(-0.3, 0.3, 7), atol=1e-6)
+
+
+def test_a_lidar_that_hangs_sees_its_left_on_the_robots_right(tmp_path):
+    with new_bag(tmp_path / "run.bag", "bag") as bag:
+        hung = np.diag([1.0, -1.0, -1.0, 1.0])
+        fixed = bag.transform(bag.header(START, "/base_link"), "/laser", hung)
+        bag.put("/tf", START, bag.make("tf2_msgs/TFMessage", transforms=[fixed]))
+        for k in range(12):
+            header = bag.header(START + 0.1 * k, "/laser")
+            bag.put("/scan", START + 0.1 * k, bag.scan(header, np.array([1.0, 2.0, 3.0]), 0.0, 0.5, (0.1, 5.0)))
+    run = mjsim.import_log(tmp_path / "run.bag")
+    scan = next(seen.scans["scan"] for seen in run.observations("robot") if seen.scans)
+    np.testing.assert_allclose(scan.angles(), [-1.0, -0.5, 0.0], atol=1e-6)
+    np.testing.assert_array_equal(scan.ranges, [3.0, 2.0, 1.0])
+
+
+@pytest.mark.parametrize("form", ["bag", "bag-lz4", "mcap", "mcap-storage"])
+def test_a_bag_that_was_cut_is_read_up_to_where_it_ends(form, tmp_path):
+    path = tmp_path / ("run.bag" if form.startswith("bag") else "run")
+    with new_bag(path, form) as bag:
+        for k in range(300):
+            header = bag.header(START + 0.1 * k, "laser")
+            ranges = np.random.default_rng(k).uniform(1.0, 2.0, 3000)
+            bag.put("/scan", START + 0.1 * k, bag.scan(header, ranges, 0.0, 0.002, (0.1, 9.0)))
+    whole = path if path.is_file() else next(path.glob("*.mcap"))
+    cut = tmp_path / f"cut{whole.suffix}"
+    cut.write_bytes(whole.read_bytes()[: int(0.7 * whole.stat().st_size)])
+    with RosBag(cut) as bag:
+        found = list(bag.messages(["/scan"]))
+        assert 60 < len(found) < 300
+        assert bag.cut
+        assert bag.decode(found[-1]).ranges[0] == np.float32(np.random.default_rng(len(found) - 1).uniform(1.0, 2.0))
+
+
+def test_messages_out_of_order_and_those_of_a_wrong_clock_do_no_harm(tmp_path):
+    order = [0, 2, 1, 3, 4, 6, 5, 7, 8, 9]
+    with new_bag(tmp_path / "run") as bag:
+        for place, k in enumerate(order):
+            header = bag.header(START + 0.1 * k, "laser")
+            bag.put("/scan", START + 0.1 * place, bag.scan(header, np.full(3, 1.0 + k), 0.0, 0.5, (0.1, 50.0)))
+        early = bag.scan(bag.header(17.0, "laser"), np.ones(3), 0.0, 0.5, (0.1, 50.0))
+        bag.put("/scan", START + 1.0, early)
+        bag.put("/scan", START + 1.1, bag.scan(bag.header(START + 1.0, "laser"), np.ones(4), 0.0, 0.5, (0.1, 50.0)))
+    run = mjsim.import_log(tmp_path / "run")
+    told = [seen.scans["scan"].ranges[0] for seen in run.observations("robot") if seen.scans]
+    assert told == [1.0 + k for k in range(10)]
+    assert run.metadata["/scan messages left out"] == "2"
+
+
+def test_robots_with_namespaces_of_their_own_are_told_apart(tmp_path):
+    with new_bag(tmp_path / "run") as bag:
+        for k in range(10):
+            at = START + 0.1 * k
+            for row, name in enumerate(("anna", "bert")):
+                pose = Pose3.from_planar(Pose(0.1 * k, float(row), 0.0))
+                bag.put(f"/{name}/odom", at, bag.odometry(bag.header(at, "odom"), f"{name}/base_link", pose))
+                bag.put(f"/{name}/scan", at, bag.scan(bag.header(at, "l"), np.full(5, row + 1.0), 0.0, 0.5, (0.1, 9.0)))
+    run = mjsim.import_log(tmp_path / "run")
+    assert set(run.robots) == {"anna", "bert"}
+    for row, name in enumerate(("anna", "bert")):
+        assert run.robots[name].odometry[-1, 0] == pytest.approx(0.9, abs=1e-6)
+        seen = next(seen for seen in run.observations(name) if seen.scans)
+        assert set(seen.scans) == {"scan"}
+        assert seen.scans["scan"].ranges[0] == row + 1.0
+    only = mjsim.import_log(tmp_path / "run", wishes=Wishes(robots=["bert"]))
+    assert set(only.robots) == {"bert"}
+
+
+def test_what_cannot_be_read_or_is_not_clear_is_one_line(tmp_path):
+    write_scans(tmp_path / "run")
+    with new_bag(tmp_path / "two") as bag:
+        for topic in ("/wheels", "/fused"):
+            pose = Pose3(0, 0, 0, 0, 0, 0, 1)
+            bag.put(topic, START, bag.odometry(bag.header(START, "odom"), "base_link", pose))
+    with new_bag(tmp_path / "words") as bag:
+        bag.put("/chatter", START, bag.make("std_msgs/String", data="hello"))
+    (tmp_path / "empty.bag").write_bytes(b"#ROSBAG V2.0\n")
+    (tmp_path / "broken.db3").write_bytes(b"SQLite format 3\x00" + b"\x07" * 5000)
+    (tmp_path / "text.bag").write_text("hello")
+    for name, topics, said in (
+        ("two", {}, "several topics hold odometry: /wheels, /fused; name one with --topic odometry=/wheels"),
+        ("words", {}, "holds no odometry, scans, pictures or IMU of ROS; it has std_msgs/msg/String"),
+        ("run", {"scan": ["/skan"]}, "no topic '/skan' in this bag; did you mean '/scan'"),
+        ("run", {"lidar": ["/scan"]}, "no kind of topic 'lidar'"),
+        (
+            "run",
+            {"odometry": ["/scan"]},
+            "topic '/scan' is of sensor_msgs/msg/LaserScan; odometry is read from nav_msgs",
+        ),
+        ("empty.bag", {}, "is no bag that can be read"),
+        ("broken.db3", {}, "is no bag that can be read"),
+        ("text.bag", {}, "is no log that is read here"),
+    ):
+        with pytest.raises(UsageError, match=re.escape(said)) as caught:
+            mjsim.import_log(tmp_path / name, wishes=Wishes(topics=topics))
+        assert "\n" not in str(caught.value)
+    assert run_command("import-log", tmp_path / "run", "-o", tmp_path / "x.mcap", "--topic", "scan") == 2
+
+
+class _Image:
+    """A `sensor_msgs/Image` of an array."""
+
+    def __init__(self, encoding: str, pixels: np.ndarray, *, big: bool = False) -> None:
+        pixels = pixels.astype(pixels.dtype.newbyteorder(">")) if big else pixels
+        self.height, self.width = pixels.shape[:2]
+        self.encoding, self.is_bigendian = encoding, int(big)
+        self.step = pixels.nbytes // self.height + 3
+        rows = np.frombuffer(pixels.tobytes(), dtype=np.uint8).reshape(self.height, -1)
+        self.data = np.hstack([rows, np.full((self.height, 3), 9, dtype=np.uint8)]).ravel()
+
+
+def test_pictures_of_every_encoding_show_the_same():
+    size = Intrinsics(16, 16, 10.0, 10.0, 7.5, 7.5)
+    rgb = np.zeros((16, 16, 3), dtype=np.uint8)
+    rgb[:] = 200, 120, 40
+    clear = np.full((16, 16, 1), 255, dtype=np.uint8)
+    grey = np.full((16, 16), 77, dtype=np.uint8)
+    mosaic = np.empty((16, 16), dtype=np.uint8)
+    mosaic[::2, ::2], mosaic[1::2, 1::2] = 200, 40
+    mosaic[::2, 1::2] = mosaic[1::2, ::2] = 120
+    for encoding, pixels in (
+        ("rgb8", rgb),
+        ("bgr8", rgb[..., ::-1]),
+        ("rgba8", np.concatenate([rgb, clear], axis=2)),
+        ("bgra8", np.concatenate([rgb[..., ::-1], clear], axis=2)),
+        ("bgr16", rgb[..., ::-1].astype(np.uint16) << 8),
+        ("bayer_rggb8", mosaic),
+        ("bayer_bggr8", np.roll(mosaic, (1, 1), axis=(0, 1))),
+    ):
+        frame = frame_of(_Image(encoding, np.ascontiguousarray(pixels)), 1.0, size)
+        np.testing.assert_array_equal(frame.image[4:12, 4:12], rgb[4:12, 4:12], err_msg=encoding)
+        assert frame.form == "png"
+    for encoding, pixels in (("mono8", grey), ("8UC1", grey), ("mono16", grey.astype(np.uint16) << 8)):
+        for big in (False, True):
+            frame = frame_of(_Image(encoding, pixels, big=big), 1.0, size)
+            assert (frame.image == 77).all()
+    with pytest.raises(ValueError, match="encoding 'yuv999' are not read"):
+        frame_of(_Image("yuv999", grey), 1.0, size)
+    metres = np.full((16, 16), 1.25, dtype=np.float32)
+    metres[0, :2] = np.nan, 0.0
+    assert np.isinf(depth_of(_Image("32FC1", metres), size)[0, :2]).all()
+    counts = np.full((16, 16), 1250, dtype=np.uint16)
+    counts[0, 0] = 0
+    far = depth_of(_Image("16UC1", counts, big=True), size)
+    assert far[1, 1] == np.float32(1.25)
+    assert far[0, 0] == np.inf

@@ -111,6 +111,31 @@ def test_the_class_that_runs_in_simulation_maps_the_landmarks_of_a_log(mrclam):
     assert statistics(again)["robot2"]["position_error_m"]["max"] < 0.01
 
 
+def test_a_log_of_mrclam_without_ground_truth_is_replayed_and_its_errors_are_not_told(tmp_path):
+    folder = tmp_path / "MRCLAM"
+    write_mrclam(folder, numbers=(1, 2), seconds=3.0)
+    for path in folder.glob("*Groundtruth.dat"):
+        path.unlink()
+    with pytest.raises(UsageError, match="nobody knows the map, leave out --known-map"):
+        mjsim.import_mrclam(folder, known_map=True)
+    run = mjsim.import_log(folder)
+    assert run.world.beacons == ()
+    assert run.metadata["robot1 truth"] == "not in the log"
+    again = mjsim.replay(run, robot="robot1", estimator=EkfSlam())
+    track = again.robots["robot1"]
+    assert np.isnan(track.truth).all()
+    names = [f"landmark{number}" for number in LANDMARKS]
+    assert set(track.landmarks.names) == set(names)
+    # Distances between landmarks are those between the tubes; sightings come up to 0.1 s late.
+    found = np.array([track.landmarks.mean[-1, track.landmarks.names.index(name)] for name in names])
+    places = np.array(list(LANDMARKS.values()))
+    apart = [np.linalg.norm(each[:, None] - each[None], axis=-1) for each in (found, places)]
+    np.testing.assert_allclose(apart[0], apart[1], atol=0.15)
+    figures = statistics(again)["robot1"]
+    assert figures["position_error_m"] is None
+    assert figures["ate_m"] is None
+
+
 def test_only_the_robots_and_the_seconds_that_were_asked_for_are_read(mrclam):
     part = mjsim.import_mrclam(
         mrclam.metadata["log folder"], robots=[2], rate_hz=50, begin=2.0, seconds=1.0, known_map=True

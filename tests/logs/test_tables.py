@@ -2,6 +2,7 @@
 
 import gzip
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -159,6 +160,29 @@ def test_observations_of_ones_own_become_a_recording_that_replay_report_and_expo
 
 
 @pytest.mark.slow
+def test_the_example_of_the_page_runs_and_keeps_its_pictures(tmp_path, monkeypatch, capsys):
+    page = (Path(mjsim.__file__).parent.parent / "docs" / "replay.md").read_text(encoding="utf-8")
+    (code,) = (code for code in re.findall("```python\n(.*?)```", page, re.DOTALL) if "write_log(" in code)
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(code, names)
+    assert "'count': 1" in capsys.readouterr().out
+    kept = list(names["log"].images("robot", "front"))
+    assert [int(picture[0, 0, 0]) for _, picture in kept] == [10 * k for k in range(20)]
+    seen = []
+
+    class Looker:
+        def start(self, robot, catalogue, rng):
+            assert (robot.sensors["front"].intrinsics.matrix() == names["lens"].matrix()).all()
+
+        def observe(self, observation):
+            seen.extend(frame.image[0, 0, 0] for frame in observation.cameras.values())
+            return ()
+
+    mjsim.replay(names["log"], robot="robot", estimator=EkfSlam(), observer=Looker())
+    assert seen == [10 * k for k in range(20)]
+
+
 def test_sightings_of_marks_that_nobody_surveyed_are_replayed_too(tmp_path):
     run = write_log(tmp_path / "own.mcap", observations())
     again = mjsim.replay(run, robot="robot", estimator=EkfSlam())

@@ -1,0 +1,96 @@
+"""RGB-D folders: a run is exported as one, and comes back."""
+
+import shutil
+
+import cv2
+import numpy as np
+import pytest
+
+import mjsim
+from mjsim.datasets import export_tum_rgbd
+from mjsim.errors import UsageError
+from mjsim.geometry import Pose3
+from mjsim.logs.readings import partners
+from mjsim.record import LoggedPictures
+
+WORLD = """mjsim: 1
+name: room
+walls: [{points: [[0, 0], [5, 0], [5, 4], [0, 4]], closed: true}]
+robots:
+  - name: scout
+    preset: pioneer3dx
+    at: [1, 1]
+    sensors:
+      - {camera: front, at: [0.15, 0, 0.35], pitch_deg: -10, width: 64, height: 48, rate_hz: 12.5, depth: true}
+      - {imu: gyro, rate_hz: 50}
+run:
+  rate_hz: 25
+  drivers: {scout: {navigator: {use: "mjsim.algorithms.constant:ConstantCommand", forward: 0.4}}}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Return the folder that a run was exported to, and the run."""
+    path = tmp_path_factory.mktemp("rgbd")
+    world = mjsim.parse_world(WORLD)
+    with mjsim.Simulation(world, seed=1) as sim:
+        run = mjsim.run(sim, seconds=0.5, record=path / "run.mcap")
+    export_tum_rgbd(run, path / "tum")
+    return path / "tum" / "scout_front", run
+
+
+def test_a_folder_comes_in_with_its_pictures_depth_calibration_and_truth_in_space(folder):
+    path, run = folder
+    log = mjsim.import_log(path)
+    assert log.metadata["log"] == "TUM RGB-D"
+    track = log.robots["robot"]
+    with mjsim.Simulation(run.world) as sim:
+        sensor = sim.robots["scout"].sensors["front"]
+    pictures, kept = LoggedPictures(log, "robot"), list(log.pictures("robot", "camera"))
+    assert [data for _, data, _ in kept] == [data for _, data, _ in run.pictures("scout", "front")]
+    camera = pictures.cameras["camera"]
+    np.testing.assert_allclose(camera.intrinsics.matrix(), sensor.intrinsics.matrix())
+    depths = sorted((path / "depth").iterdir())
+    rows = np.searchsorted(run.time, np.array([stamp for stamp, _, _ in kept]) - 1e-6)
+    for number, (stamp, _, _) in enumerate(kept):
+        frame = pictures.at(round(stamp * 1e9))("camera", stamp)
+        counts = cv2.imread(str(depths[number]), cv2.IMREAD_UNCHANGED).astype(np.float32)
+        np.testing.assert_array_equal(frame.depth, np.where(counts > 0, counts / np.float32(5000), np.inf))
+        # The camera's optical frame is where the run had it.
+        here = int(np.searchsorted(log.time, stamp - 1e-6))
+        world_from_camera = Pose3(*track.truth_pose[here].tolist()).matrix() @ camera.robot_from_camera
+        expected = Pose3(*run.robots["scout"].truth_pose[rows[number]].tolist()).matrix() @ sensor.robot_from_sensor
+        np.testing.assert_allclose(world_from_camera, expected, atol=1e-5)
+    # It has no gyroscopes.
+    readings = [reading for seen in log.observations("robot") for reading in seen.imu]
+    assert len(readings) == 20
+    assert all(np.isfinite(each.acceleration).all() and np.isnan(each.turn).all() for each in readings)
+
+
+@pytest.mark.parametrize(
+    ("file", "content", "said"),
+    [
+        ("rgb.txt", "# nothing\n", "lists no pictures"),
+        ("rgb.txt", "0.1 rgb/none.png\n", r"rgb\.txt:1: no file 'rgb/none.png'"),
+        ("rgb.txt", "0.1 ../../secret.png\n", "the path in the folder"),
+        ("rgb.txt", "soon rgb/1.png\n", "a line has a time and a path"),
+        ("groundtruth.txt", "0.0 0 0 0 0 0 0 3\n", "has length 3, not 1"),
+        ("groundtruth.txt", "0.0 0 0 0\n", "a line has 8"),
+        ("camera.yaml", "Camera.fx: wide\n", "has no number Camera.fx"),
+    ],
+)
+def test_a_folder_that_is_not_as_it_must_be_is_refused_in_one_line(file, content, said, folder, tmp_path):
+    shutil.copytree(folder[0], tmp_path / "tum")
+    (tmp_path / "tum" / file).write_text(content)
+    with pytest.raises(UsageError, match=said) as caught:
+        mjsim.import_log(tmp_path / "tum")
+    assert "\n" not in str(caught.value)
+
+
+def test_depth_goes_to_the_closest_picture_within_the_tolerance():
+    pictures, depths = np.array([0.0, 0.03, 0.06, 0.09]), np.array([0.013, 0.035, 0.072, 0.2])
+    assert partners(pictures, depths, tolerance=0.02).tolist() == [0, 1, 2, -1]
+    # One depth between two pictures belongs to the nearer.
+    assert partners(np.array([0.0, 0.02]), np.array([0.012]), tolerance=0.02).tolist() == [-1, 0]
+    assert partners(np.array([1.0]), np.zeros(0), tolerance=0.02).tolist() == [-1]
