@@ -24,7 +24,7 @@ from mjsim.logs.bag_file import Bag, Playback, is_bag
 from mjsim.logs.bag_frames import frame_name
 from mjsim.logs.bag_messages import UPSIDE_DOWN, assumed_intrinsics, intrinsics_of, scan_of
 from mjsim.logs.bag_pictures import depth_of, frame_of, shown_depth
-from mjsim.logs.bag_topics import RobotTopics, plain_topic, robots_of
+from mjsim.logs.bag_topics import TRANSFORMS, RobotTopics, plain_topic, robots_of
 from mjsim.logs.log import AHEAD, Log, Mount, Wishes
 from mjsim.logs.readings import TOGETHER, Readings, partners
 from mjsim.logs.robot_log import RobotLog
@@ -50,7 +50,7 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
     """
     bag = stack.enter_context(Bag(path))
     robots = robots_of(bag.types, asked=wishes.topics, names=wishes.robots)
-    if not any(robot.all() for robot in robots):
+    if not any(robot.all() for robot in robots) and not any(kind in TRANSFORMS for kind in bag.types.values()):
         types = ", ".join(sorted(set(bag.types.values()))) or "nothing"
         raise UsageError(f"'{path}' holds no odometry, scans, pictures or IMU of ROS; it has {types}"[:LONGEST_MESSAGE])
     contents = Contents(bag, robots)
