@@ -21,10 +21,12 @@ FLAT = 0.03
 SIGMA, FINEST = 0.03, 0.01
 """Standard deviation of an element's distance from its wall, noise and walls that are not quite lines, and the least
 that it may turn out to be [m]."""
-EFFECTIVE = 0.1
+EFFECTIVE = 0.3
 """Share of the elements of a scan that count as independent; neighbours err alike."""
 ALONG = 0.01
 """Mean square of the component of walls' normals along a direction that is put down to their noise."""
+WEIGHED = 0.1
+"""The same share where hypotheses are weighed: what has changed since, doors and people, hides or adds whole pieces."""
 CUT = 3.0
 """Beyond so many standard deviations an element does not lie on the wall."""
 
@@ -240,7 +242,7 @@ def _judged(field: WallField, scan: Surface, pose: Array, guess: Array, informat
     squares = np.where(on, (miss / SIGMA) ** 2, CUT**2)
     off = pose - guess
     off[2] = wrap_angle(off[2])
-    cost = EFFECTIVE * float(squares.sum()) + float(off @ information @ off)
+    cost = WEIGHED * float(squares.sum()) + float(off @ information @ off)
     conflict = float(np.mean(~on & (distance < 0.5)))
     return Match(pose, seen + information, float(np.mean(on)), seen, cost, conflict)
 

@@ -5,10 +5,11 @@
     scripts/measure/relations.py judge RELATIONS.csv RUN.mcap ...                            # a row for each recording
 
 `make` takes pairs of scans from a final path that are a minute or more apart in time and near in place; the path only
-says which. Where the second lies in the frame of the first is found by trying every shift of 2 cm within 1 m and every
-half degree within 15 degrees, on a drawing of the first scan alone, and then every millimetre; no code of the
-estimators takes part. A pair stays if nothing else within the window fits nearly as well, and both scans see much of
-each other. `judge` prints how far relations of online estimate, final path and odometry are from these.
+says which, and the lidar must be at the robot's origin. Where the second lies in the frame of the first is found by
+trying every shift of 2 cm within 1 m and every half degree within 15 degrees, on a drawing of the first scan alone, and
+then every millimetre; no code of the estimators takes part. A pair stays if nothing else within the window fits nearly
+as well, and both scans see much of each other. `judge` prints how far relations of online estimate, final path and
+odometry are from these.
 
 References:
     Kuemmerle et al., On Measuring the Accuracy of SLAM Algorithms, Autonomous Robots 27, 2009.
@@ -81,15 +82,18 @@ def make_relations(run: Path, file: Path, *, robot: str, count: int, pictures: P
     """Write relations, and a picture of each."""
     recording = mjsim.read_recording(run)
     path = recording.robots[robot].path
-    scans = {seen.time: scan for seen in recording.observations(robot) for scan in list(seen.scans.values())[:1]}
+    seen_scans = ((seen.time, seen.scans) for seen in recording.observations(robot))
+    scans = {at: next(iter(each.values())) for at, each in seen_scans if each}
     rows = [row for row in path.tolist() if row[0] in scans]
     found: list[Relation] = []
-    for first, second in pairs(np.array(rows), count=4 * count):
+    for first, second in pairs(np.array(rows)):
         relation = matched(first, second, scans)
-        if relation is not None and len(found) < count:
+        if relation is not None:
             found.append(relation)
             if pictures is not None:
                 draw(relation, scans, pictures / f"{len(found):02d}.png")
+        if len(found) == count:
+            break
     with file.open("w", newline="") as text:
         table = csv.writer(text, lineterminator="\n")
         table.writerow(HEAD)
@@ -99,10 +103,10 @@ def make_relations(run: Path, file: Path, *, robot: str, count: int, pictures: P
     print(f"{len(found)} relations in {file}")
 
 
-def pairs(path: Array, *, count: int) -> Iterator[tuple[Array, Array]]:
+def pairs(path: Array) -> Iterator[tuple[Array, Array]]:
     """Yield pairs of poses (time, x, y, heading) that are far apart in time, spread over the path."""
     rng = np.random.default_rng(1)
-    for number in rng.permutation(len(path))[: 20 * count]:
+    for number in rng.permutation(len(path)):
         first = path[number]
         later = path[path[:, 0] > first[0] + 60.0]
         turned = np.abs(wrap_angles(later[:, 3] - first[3]))
@@ -153,16 +157,14 @@ def drawing(points: Array, cell: float = CELL) -> tuple[Array, Array]:
 
 def shares(distance: Array, lower: Array, points: Array, shifts: Array) -> Array:
     """Return how well points lie on a drawing for each shift, rows by y, columns by x: 1 for exactly."""
-    fit = np.maximum(1.0 - distance / NEAR, 0.0).astype(np.float32)
-    column, row = np.floor((points - lower) / CELL).astype(int).T
-    steps = np.round(shifts / CELL).astype(int)
-    total = np.zeros((len(steps), len(steps)), dtype=np.float32)
-    for x, y in zip(column, row, strict=True):
-        xs, ys = x + steps, y + steps
-        inside = np.ix_((ys >= 0) & (ys < fit.shape[0]), (xs >= 0) & (xs < fit.shape[1]))
-        part = fit[np.ix_(ys[(ys >= 0) & (ys < fit.shape[0])], xs[(xs >= 0) & (xs < fit.shape[1])])]
-        total[inside] += part
-    return total / len(points)
+    count = len(shifts)
+    fit = np.pad(np.maximum(1.0 - distance / NEAR, 0.0).astype(np.float32), count)
+    first = np.floor((points - lower) / CELL).astype(int) + count + int(np.round(shifts[0] / CELL))
+    column, row = np.clip(first, 0, np.array(fit.shape[::-1]) - count).T
+    total = np.zeros((count, count), dtype=np.float32)
+    for x, y in zip(column.tolist(), row.tolist(), strict=True):
+        total += fit[y : y + count, x : x + count]
+    return np.asarray(total / len(points), dtype=float)
 
 
 def refined(one: Array, other: Array, pose: Pose) -> Pose:

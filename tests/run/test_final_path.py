@@ -101,3 +101,18 @@ def test_a_path_that_is_none_is_a_fault_of_one_line_and_the_run_stays_readable(t
     run = mjsim.read_recording(tmp_path / "run.mcap")
     assert run.robots["scout"].events[-1].kind == "fault"
     assert len(run.time) > 3
+
+
+def test_the_whole_graph_tells_where_the_robot_was():
+    pytest.importorskip("gtsam")
+    from mjsim.algorithms.graph_slam import GraphSlam
+
+    beacons = "beacons: [{name: a, at: [3, 3.9]}, {name: b, at: [5.9, 2]}]\nrobots:\n"
+    sensor = "- {name: scout, at: [1, 1], sensors: [{beacons: ring, rate_hz: 5, noise: {range: 0.02, bearing_deg: 1}}]}"
+    world = mjsim.parse_world(ROOM.partition("robots:")[0] + beacons + f"  {sensor}\n")
+    with mjsim.Simulation(world, seed=1) as sim:
+        run = mjsim.run(sim, drivers={"scout": mjsim.Driver(estimator=GraphSlam(), navigator=Constant())}, seconds=2)
+    track = run.robots["scout"]
+    np.testing.assert_array_equal(track.path[:, 0], run.time)
+    np.testing.assert_allclose(track.path[-1, 1:], track.estimate[-1], atol=1e-9)
+    assert np.hypot(*(track.path[:, 1:3] - track.truth[:, :2]).T).mean() < 0.1
