@@ -254,7 +254,9 @@ def test_what_stands_on_a_weld_presses_with_its_weight():
     np.testing.assert_allclose(force, [0, 0, 19.62, 0, -9.81, 0], atol=1e-9)
 
 
-@pytest.mark.parametrize("name", ["joints", "linkages", "modes", "turnstile", "fourbar"])
+@pytest.mark.parametrize(
+    "name", ["joints", "linkages", "modes", "turnstile", "fourbar", "seesaw", "scissor_lift", "press"]
+)
 def test_worlds_of_mechanisms_run(name):
     path = Path(mjsim.__file__).parent.parent / "worlds" / "mechanisms" / f"{name}.yaml"
     with mjsim.Simulation(mjsim.load_world(path)) as sim:

@@ -22,6 +22,25 @@ mechanisms:
 MISTAKES = [
     ("crank, rod", "crank, rud", "5:28: unknown key 'rud'; did you mean 'rod'?"),
     ("rod: [1.0, 0.05]", "rod: [1.0]", "5:33: rod is [1.0]; it must be [length, radius]"),
+    (
+        "rod: [1.0, 0.05]",
+        "rod: [1e-9, 0.05]",
+        "5:34: the rod is 1e-09 m long; make it 1e-05 m at least, or a sphere",
+    ),
+    ("rod: [1.0, 0.05]", "rod: [.nan, 0.05]", "5:34: rod[0] is nan; it must be a finite number"),
+    ("rod: [1.0, 0.05]", "rod: [1e300, 0.05]", "5:34: rod[0] is 1e+300 m; it must be at most 10000"),
+    ("slope_deg: 114.6", "slope_deg: .inf", "11:72: slope_deg is inf; it must be a finite number"),
+    (
+        "    sensors",
+        "    constraints: [{parallel: [crank, crank]}]\n    sensors",
+        "12:30: joint 'parallel1' holds 'crank' to itself; name two bodies",
+    ),
+    (
+        "    sensors",
+        "    constraints: [{gear: [q2, q4], ratio: 1}]\n    sensors",
+        "11:17: 'q2' cannot be moved by itself: the mechanism has 0 freedoms, which other motions take already; give "
+        "a torque or a force, or leave it out",
+    ),
     ("rod: [1.0, 0.05]", "rod: [-1.0, 0.05]", "5:34: rod[0] is -1.0 m; it must be above 0"),
     (
         "{name: crank, rod: [1.0, 0.05]}",

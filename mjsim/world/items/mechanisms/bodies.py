@@ -16,6 +16,8 @@ if TYPE_CHECKING:  # worlds without mechanisms start without it
 DENSITY = 1000.0
 """Of a body whose mass is not given [kg/m^3]."""
 
+SHORTEST = 1e-5
+"""Length of a rod that has a direction for the physics [m]."""
 RIM = 24
 """Points of the rim of a cylinder."""
 
@@ -130,6 +132,12 @@ class MechanismRod(_Body):
 
     rod: Annotated[tuple[Length, ...], Field(strict=False, min_length=2, max_length=2)]
     """[length, radius] [m]."""
+
+    @model_validator(mode="after")
+    def _has_a_direction(self) -> Self:
+        if self.rod[0] < SHORTEST:
+            raise fault(f"the rod is {self.rod[0]:g} m long; make it {SHORTEST:g} m at least, or a sphere", "rod", 0)
+        return self
 
     def volume(self) -> float:
         """Return that of a cylinder [m^3]."""

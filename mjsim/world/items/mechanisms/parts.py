@@ -1,9 +1,9 @@
 """What a mechanism consists of."""
 
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from mjsim.world.ground import Model
 from mjsim.world.items.mechanisms.actuators import Actuator
@@ -12,6 +12,7 @@ from mjsim.world.items.mechanisms.constraints import Constraint, ParallelConstra
 from mjsim.world.items.mechanisms.joint_kinds import Jointed
 from mjsim.world.items.mechanisms.joints import MechanismJoint
 from mjsim.world.items.mechanisms.many_joints import CustomJoint
+from mjsim.world.items.mechanisms.refused import refuse
 from mjsim.world.items.mechanisms.sensors import MechanismSensor
 
 
@@ -31,6 +32,19 @@ class MechanismParts(Model):
     """What moves it."""
     sensors: Annotated[tuple[MechanismSensor, ...], Field(strict=False, max_length=200)] = ()
     """What is recorded beside its joints."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _can_be_simulated(cls, keys: Any) -> Any:
+        refuse(keys)
+        return keys
+
+    def written(self, number: int) -> tuple[str | int, ...]:
+        """Return where the bodies of one of all joints are written: as a joint's, or as a constraint's."""
+        if number < len(self.joints):
+            return ("joints", number, "of")
+        parallel = [place for place, item in enumerate(self.constraints) if isinstance(item, ParallelConstraint)]
+        return ("constraints", parallel[number - len(self.joints)], "parallel")
 
     @cached_property
     def all_joints(self) -> tuple[MechanismJoint, ...]:

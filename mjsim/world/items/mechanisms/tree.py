@@ -24,10 +24,10 @@ def places_of(mechanism: MechanismParts, points: Points) -> dict[str, tuple[Plac
             try:
                 ends.append(place_of(end, points))
             except ValueError as error:
-                raise fault(str(error), "joints", number, "of", which) from None
+                raise fault(str(error), *mechanism.written(number), which) from None
         if ends[0].body == ends[1].body:
             raise fault(
-                f"joint '{joint.name}' holds '{ends[0].body}' to itself; name two bodies", "joints", number, "of"
+                f"joint '{joint.name}' holds '{ends[0].body}' to itself; name two bodies", *mechanism.written(number)
             )
         found[joint.name] = (ends[0], ends[1])
     return found

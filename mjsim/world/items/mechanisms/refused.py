@@ -1,0 +1,36 @@
+"""What SimMechanics has and mechanisms here do not: what to use in its place."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from mjsim.world.ground import fault
+
+INSTEAD = {
+    ("bodies", "model"): "a file is not read as the body of a mechanism; write rod, box, cylinder or sphere, with mass,"
+    " center and inertia for those of the file",
+    ("bodies", "variable_mass"): "a mass that changes is not simulated; give the change of weight as"
+    " {force: BODY.center, axis: [0, 0, -1], signal: ...}",
+    ("bodies", "variable_inertia"): "an inertia that changes is not simulated; move a mass on a prismatic joint with"
+    " position: JOINT",
+    (
+        "actuators",
+        "use",
+    ): "a controller drives robots and their arms; give this actuator signal: {table: {file: ...}} or"
+    " another signal, or make the mechanism an arm of a robot with base: fixed",
+    ("constraints", "spring"): "a spring between two points needs a joint; join the points by bodies on revolute joints"
+    " with a prismatic joint that has stiffness and damping between them",
+}
+"""By the list and the key."""
+
+
+def refuse(keys: Any) -> None:
+    """Raise a fault for what stands in a mechanism and cannot be simulated.
+
+    Args:
+        keys: Of the mechanism, as they are written.
+    """
+    for (part, key), line in INSTEAD.items():
+        items = keys.get(part) if isinstance(keys, Mapping) else None
+        for number, item in enumerate(items if isinstance(items, (list, tuple)) else ()):
+            if isinstance(item, Mapping) and key in item:
+                raise fault(line, part, number, key)
