@@ -106,8 +106,14 @@ def _lines(name: str, figures: dict[str, Any]) -> list[str]:
     if "nonlinear_fit_percent" in figures:
         shares = ", ".join(f"{value:.2f} %" for value in figures["nonlinear_fit_percent"])
         lines.append(f"  the linear step response fits the nonlinear one by {shares}")
+    if "dry_friction" in figures:
+        lines.append(
+            f"  dry friction of up to {figures['dry_friction']:.4g} is left out of both; the page shows it too"
+        )
     if (found := figures.get("identification")) is not None:
         shares = ", ".join(f"{value:.2f} %" for value in found["identified_fit_percent"])
         lines.append(f"  identified from {found['source']}: poles {shown(found['poles'])}; fit {shares}")
-    lines += [f"  {design['name']}: closed-loop poles {shown(design['poles'])}" for design in figures["designs"]]
+    for design in figures["designs"]:
+        unstable = "" if all(real < 0.0 for real, _ in design["poles"]) else "; not stable"
+        lines.append(f"  {design['name']}: closed-loop poles {shown(design['poles'])}{unstable}")
     return lines

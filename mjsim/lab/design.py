@@ -10,10 +10,11 @@ import numpy as np
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.lab.linear import LinearPlant
-from mjsim.lab.study import POINTS, margins_of, shown_seconds, theory
+from mjsim.lab.study import INTEGRATOR, margins_of, shown_seconds, shown_times, theory
 
 FILTER = 10.0
 """A PID's derivative is filtered with this fraction of its time."""
+OTHERWISE = "take another rule of --pid, or --place, --lqr or --lead"
 Parameters = tuple[float, float, float]
 """Of a PID: gain, integral time and derivative time [s]; an integral time that is infinite leaves it out."""
 
@@ -69,6 +70,7 @@ def placed_design(plant: LinearPlant, poles: Sequence[complex]) -> Design:
     Raises:
         UsageError: They are not as many as states, or come without their conjugates, or it cannot be done.
     """
+    _check_states(plant)
     if len(poles) != len(plant.A):
         raise UsageError(f"{len(poles)} poles are given; plant has {len(plant.A)} states: {', '.join(plant.states)}")
     if not np.allclose(np.sort_complex(np.conj(poles)), np.sort_complex(np.array(poles))):
@@ -93,6 +95,7 @@ def lqr_design(plant: LinearPlant, weights: Sequence[float], effort: float) -> D
     Raises:
         UsageError: They do not fit the plant, or no feedback makes it stable.
     """
+    _check_states(plant)
     if len(weights) != len(plant.A) or min(weights) < 0.0 or effort <= 0.0:
         wanted = f"{len(plant.A)} weights of 0 or more, of {', '.join(plant.states)}"
         raise UsageError(f"LQR needs {wanted}, and an effort above 0, such as --lqr {','.join('1' * len(plant.A))}:1")
@@ -122,6 +125,8 @@ def lead_design(plant: LinearPlant, *, margin_deg: float, crossover: float, lag:
     if not (crossover > 0.0 and lag >= 1.0):
         raise UsageError("a lead needs a crossover above 0 rad/s and a lag of 1 or more")
     behind = control.tf([1.0, crossover / 10], [1.0, crossover / 10 / lag]) if lag > 1.0 else control.tf([1.0], [1.0])
+    if float(np.abs(loop.poles() - 1j * crossover).min(initial=math.inf)) < 1e-9 * crossover:
+        raise UsageError(f"the plant has a pole at {crossover:g} rad/s; take another crossover")
     value = complex(loop(1j * crossover) * behind(1j * crossover))
     turn = (math.radians(margin_deg) - math.pi - np.angle(value) + math.pi) % (2 * math.pi) - math.pi
     if abs(turn) > math.radians(75.0):
@@ -134,6 +139,11 @@ def lead_design(plant: LinearPlant, *, margin_deg: float, crossover: float, lag:
     law = control.tf([1 / zero, 1.0], [1 / pole, 1.0]) * behind
     law = law / abs(complex(law(1j * crossover)) * complex(loop(1j * crossover)))
     return _in_series(plant, law, f"lead-lag, {margin_deg:g} deg at {crossover:g} rad/s, lag {lag:g}")
+
+
+def _check_states(plant: LinearPlant) -> None:
+    if not len(plant.A):
+        raise UsageError("the plant has no states to feed back; take --pid simc")
 
 
 def _first(plant: LinearPlant) -> Any:
@@ -164,7 +174,7 @@ def _fed_back(plant: LinearPlant, K: Array, name: str) -> Design:
 def _design(closed: Any, open_loop: Any, name: str, **law: tuple[float, ...]) -> Design:
     control = theory()
     poles = np.sort_complex(closed.poles())
-    time = np.linspace(0.0, shown_seconds(poles), POINTS)
+    time = shown_times(poles, shown_seconds(poles))
     _, step = control.step_response(closed, time, squeeze=False)
     return Design(name=name, poles=poles, margins=margins_of(open_loop), time=time, step=step[:, 0, :], **law)
 
@@ -173,15 +183,17 @@ def _ultimate(loop: Any) -> tuple[float, float]:
     """Return the ultimate gain and period [s]."""
     gain, _, at, _ = theory().margin(loop)
     if not (math.isfinite(gain) and math.isfinite(at) and at > 0.0 and (loop.poles().real < 1e-9).all()):
-        raise UsageError("no gain lets this plant just oscillate; take the rule simc, or place poles")
+        raise UsageError(f"no gain lets this plant just oscillate; {OTHERWISE}")
     return float(gain), 2.0 * math.pi / float(at)
 
 
 def _reaction(loop: Any) -> tuple[float, float, float]:
     """Return gain, dead time and time constant of the plant's step response, by its steepest tangent [s]."""
     if not (loop.poles().real < 0.0).all():
-        raise UsageError("the plant does not settle by itself; take another rule, or place poles")
+        raise UsageError(f"the plant does not settle by itself; {OTHERWISE}")
     control, gain = theory(), float(np.real(loop.dcgain()))
+    if abs(gain) < 1e-9 * float(np.abs(loop.D).max() + np.abs(loop.C @ loop.B).max(initial=0.0)) or gain == 0.0:
+        raise UsageError(f"the plant comes back to 0 after a step, so that no PID can hold it elsewhere; {OTHERWISE}")
     time = np.linspace(0.0, 1.5 * shown_seconds(loop.poles()), 20_000)
     _, response = control.step_response(loop, time)
     rate = np.gradient(response, time) * np.sign(gain)
@@ -214,9 +226,28 @@ def _cohen_coon(loop: Any) -> Parameters:
 
 def _simc(loop: Any) -> Parameters:
     """Skogestad, Simple Analytic Rules for Model Reduction and PID Controller Tuning, J. Process Control 13 (2003)."""
+    poles = loop.poles()
+    if (np.abs(poles) < INTEGRATOR).sum() == 1 and (poles.real < INTEGRATOR).all():
+        slope, dead = _ramp(loop)
+        return 1.0 / (slope * 2.0 * dead), 8.0 * dead, 0.0
     gain, dead, constant = _reaction(loop)
     wanted = max(dead, constant / 5.0)
     return constant / (gain * (wanted + dead)), min(constant, 4.0 * (wanted + dead)), 0.0
+
+
+def _ramp(loop: Any) -> tuple[float, float]:
+    """Return the final slope of an integrating plant's step response, and how late that begins [s].
+
+    They are the first terms of its expansion about 0: G(s) = slope / s - slope dead + ...
+    """
+    moving = np.abs(loop.poles())[np.abs(loop.poles()) > INTEGRATOR]
+    s = 1e-4 * float(moving.min(initial=1.0))
+    near, far = (float(np.real(at * loop(at))) for at in (s, 2 * s))
+    slope = 2.0 * near - far
+    dead = (near - far) / s / slope if slope else 0.0
+    if not dead > 1e-6 * s:
+        raise UsageError(f"the plant integrates without a lag, so that any gain settles it; {OTHERWISE}")
+    return slope, dead
 
 
 RULES = {

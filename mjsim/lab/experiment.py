@@ -9,8 +9,9 @@ import numpy as np
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.lab.design import Design
-from mjsim.lab.identify import Identified, Samples, fit, identified, recorded
+from mjsim.lab.identify import Identified, Samples, fit, identified
 from mjsim.lab.linear import LinearPlant
+from mjsim.lab.recorded import recorded
 from mjsim.lab.scene import ScenePlant
 from mjsim.lab.study import Study, formula_plant, frequencies, study
 from mjsim.mechanics import Chirp, TimeSignal
@@ -41,6 +42,10 @@ class Experiment:
     """The same for an impulse, all of it in one step of MuJoCo."""
     nonlinear_fit: list[float] | None = None
     """How well the linear step response fits that, for each output [%]."""
+    dry_friction: float = 0.0
+    """The largest of the plant's joints, which the linear plant and these responses leave out [N m, N]."""
+    rough: tuple[Array, Array] | None = None
+    """Times and outputs for the step with dry friction, if there is any."""
     step_poles: Array | None = None
     """Those of MuJoCo's step that are nearest to the plant's, complex [rad/s]."""
     identified: Identified | None = None
@@ -104,32 +109,46 @@ def experiment(
 def _of_scene(world: World, plant: Plant, recording: Recording | None) -> Experiment:
     scene = ScenePlant(world, plant)
     seen = study(scene.linear, seconds=plant.seconds)
-    time, step = _simulated(scene, seen, plant.amplitude)
-    linear = np.array([np.interp(time, seen.time, row * plant.amplitude) for row in seen.step])
-    samples = recorded(recording, plant) if recording is not None else _swept(world, scene, seen, plant)
-    about = f"{plant.of}, from {plant.input} to {', '.join(plant.outputs or ())}"
-    about += f"; {scene.held:.6g} {scene.unit} keeps it at its working point"
-    return Experiment(
+    samples = recorded(recording, scene) if recording is not None else _swept(world, scene, seen, plant)
+    found = Experiment(
         plant=plant,
         study=seen,
-        about=about,
-        held=scene.held,
-        nonlinear=(time, step),
-        nonlinear_impulse=_simulated(scene, seen, plant.amplitude, impulse=True),
-        nonlinear_fit=fit(step, linear).tolist(),
+        about=f"{plant.of}, from {plant.input} to {', '.join(plant.outputs or ())}; {scene.held} keeps it at its"
+        " working point",
+        held=scene.setting.value,
+        dry_friction=scene.dry_friction,
         step_poles=_nearest(scene.step_poles(), seen.poles),
         identified=None if samples is None else identified(scene.linear, samples),
     )
+    # Nothing with a mass follows a joint that jumps.
+    return found if scene.leads_value else _with_responses(found, scene)
 
 
-def _simulated(scene: ScenePlant, seen: Study, amplitude: float, *, impulse: bool = False) -> tuple[Array, Array]:
+def _with_responses(found: Experiment, scene: ScenePlant) -> Experiment:
+    """Add the responses of the nonlinear plant, and how well the linear one fits."""
+    seen, amplitude = found.study, found.amplitude
+    time, step = _simulated(scene, seen, amplitude)
+    linear = np.array([np.interp(time, seen.time, row * amplitude) for row in seen.step])
+    rough = _simulated(scene, seen, amplitude, dry_friction=True) if found.dry_friction else None
+    return replace(
+        found,
+        nonlinear=(time, step),
+        nonlinear_impulse=_simulated(scene, seen, amplitude, impulse=True),
+        nonlinear_fit=fit(step, linear).tolist(),
+        rough=rough,
+    )
+
+
+def _simulated(
+    scene: ScenePlant, seen: Study, amplitude: float, *, impulse: bool = False, dry_friction: bool = False
+) -> tuple[Array, Array]:
     dt = float(scene.model.opt.timestep)
     count = min(math.ceil(float(seen.time[-1]) / dt) + 1, MOST_STEPS)
     inputs = np.full(count, amplitude)
     if impulse:
         inputs[:] = 0.0
         inputs[0] = amplitude / dt
-    return np.asarray(np.arange(count) * dt, dtype=float), scene.simulated(inputs)
+    return np.asarray(np.arange(count) * dt, dtype=float), scene.simulated(inputs, dry_friction=dry_friction)
 
 
 def _nearest(many: Array, poles: Array) -> Array:
@@ -141,16 +160,18 @@ def _swept(world: World, scene: ScenePlant, seen: Study, plant: Plant) -> Sample
     """Return samples of the nonlinear plant under its signal, or a chirp; None for one that would run away."""
     if not (seen.poles.real < -1e-9).all():
         return None
-    slowest = float(np.abs(seen.poles.real).min())
-    seconds = min(plant.seconds or SWEEP / slowest, 100.0)
+    slowest = float(np.abs(seen.poles.real).min(initial=np.inf))
+    seconds = min(plant.seconds or (SWEEP / slowest if len(seen.poles) else SWEEP), 100.0)
     signal = _signal(world, seen, plant, seconds)
     dt = float(scene.model.opt.timestep)
     stride = max(round(seconds / dt / MOST_SAMPLES), 1)
     count = min(round(seconds / dt) // stride, MOST_STEPS // stride) * stride
     times = np.asarray(np.arange(count) * dt, dtype=float)
-    held = np.repeat(signal.value(times[::stride]), stride)
-    outputs = scene.simulated(held)[:, ::stride]
-    return Samples(time=times[::stride], inputs=held[::stride], outputs=outputs, source="a simulated sweep")
+    held = not scene.leads_value
+    inputs = np.repeat(signal.value(times[::stride]), stride) if held else np.asarray(signal.value(times))
+    outputs = scene.simulated(inputs)[:, ::stride]
+    source = "a simulated sweep"
+    return Samples(time=times[::stride], inputs=inputs[::stride], outputs=outputs, source=source, held=held)
 
 
 def _signal(world: World, seen: Study, plant: Plant, seconds: float) -> TimeSignal:

@@ -12,8 +12,6 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.lab.linear import LinearPlant
 from mjsim.lab.study import theory
-from mjsim.record import Recording, Track
-from mjsim.world import Plant
 
 Complexes = NDArray[np.complex128]
 
@@ -32,10 +30,12 @@ class Samples:
     time: Array
     """Evenly spaced, shape (k,) [s]."""
     inputs: Array
-    """Held until the next, shape (k,)."""
+    """Shape (k,)."""
     outputs: Array
     """Shape (outputs, k)."""
     source: str
+    held: bool = True
+    """Whether each input is held until the next; else the input changes evenly between them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -85,7 +85,8 @@ def identified(plant: LinearPlant, samples: Samples) -> Identified:
     if (np.linalg.eigvals(plant.A).real > UNSTABLE).any():
         raise UsageError("the plant is not stable, so that no model without its controller can follow a recording")
     y = samples.outputs - samples.outputs[:, :1]
-    models = [_output_error(samples.inputs, row, len(plant.A)) for row in y]
+    direct = (plant.D != 0.0).any(axis=1) | (not samples.held)
+    models = [_output_error(samples.inputs, row, len(plant.A), int(now)) for row, now in zip(y, direct, strict=True)]
     control = theory()
     linear = _driven(control.ss(plant.A, plant.B, plant.C, plant.D), samples)
     model = np.array([_follow(law, samples.inputs) for law in models])
@@ -106,14 +107,15 @@ def _follow(law: tuple[Array, Array], inputs: Array) -> Array:
     return np.asarray(lfilter(*law, inputs))
 
 
-def _output_error(u: Array, y: Array, order: int) -> tuple[Array, Array]:
-    """Return numerator and denominator in powers of 1/z; an input acts on the next sample at the earliest."""
+def _output_error(u: Array, y: Array, order: int, direct: int) -> tuple[Array, Array]:
+    """Return numerator and denominator in powers of 1/z; an input acts a sample later, or at once if direct is 1."""
     rows = np.arange(order, len(u))
-    past = [*(-y[rows - k] for k in range(1, order + 1)), *(u[rows - k] for k in range(1, order + 1))]
+    past = [*(-y[rows - k] for k in range(1, order + 1)), *(u[rows - k] for k in range(1 - direct, order + 1))]
     guess = np.linalg.lstsq(np.array(past).T, y[rows], rcond=None)[0]
 
     def law(values: Array) -> tuple[Array, Array]:
-        return np.concatenate([[0.0], values[order:]]), np.concatenate([[1.0], values[:order]])
+        ahead = np.zeros(1 - direct)
+        return np.concatenate([ahead, values[order:]]), np.concatenate([[1.0], values[:order]])
 
     def missed(values: Array) -> Array:
         with np.errstate(over="ignore", invalid="ignore"):
@@ -124,61 +126,10 @@ def _output_error(u: Array, y: Array, order: int) -> tuple[Array, Array]:
 
 
 def _driven(system: Any, samples: Samples) -> Array:
-    """Return what a system does from rest under inputs that are held between samples, shape (outputs, k)."""
+    """Return what a system does from rest under the inputs, shape (outputs, k)."""
     control = theory()
     dt = float(samples.time[1] - samples.time[0])
-    sampled = system if system.isdtime(strict=True) else control.sample_system(system, dt, "zoh")
+    # python-control lets the input of a continuous system change evenly between samples.
+    sampled = control.sample_system(system, dt, "zoh") if samples.held else system
     _, response = control.forced_response(sampled, np.arange(len(samples.time)) * dt, samples.inputs, squeeze=False)
     return np.asarray(response)
-
-
-def recorded(recording: Recording, plant: Plant) -> Samples:
-    """Return what a recording says of a plant's input and outputs.
-
-    Raises:
-        UsageError: It does not have them.
-    """
-    assert plant.of is not None
-    assert plant.outputs is not None
-    robot = plant.of.partition("/")[0]
-    if robot not in recording.robots and plant.of not in recording.joints:
-        raise UsageError(f"the recording has no '{plant.of}'")
-    values = _values(recording, plant.of)
-    for name in (plant.input, *plant.outputs):
-        if name not in values["in" if name == plant.input else "out"]:
-            kind = "input" if name == plant.input else "output"
-            raise UsageError(f"the recording does not have {kind} '{name}' of {plant.of}, so it tells nothing of it")
-    inputs = values["in"][str(plant.input)]
-    outputs = np.array([values["out"][name] for name in plant.outputs])
-    known = np.isfinite(inputs) & np.isfinite(outputs).all(axis=0)
-    time = recording.time[known]
-    return Samples(time=time, inputs=inputs[known], outputs=outputs[:, known], source="the recording")
-
-
-def _values(recording: Recording, of: str) -> dict[str, dict[str, Array]]:
-    """Return inputs and outputs by their names, each of shape (ticks,)."""
-    values: dict[str, dict[str, Array]] = {"in": {}, "out": {}}
-    if of in recording.robots:
-        _add_base(values, recording.time, recording.robots[of])
-    for name, track in recording.joints.items():
-        if name in (of, f"{of}/drive"):
-            for column, joint in enumerate(track.names):
-                values["in"][joint] = track.torques[:, column]
-                values["out"][joint] = track.positions[:, column]
-                values["out"][f"{joint}.rate"] = track.velocities[:, column]
-        if name == f"{of}/drive":
-            values["in"]["torque"] = track.torques.sum(axis=1)
-    return values
-
-
-def _add_base(values: dict[str, dict[str, Array]], time: Array, track: Track) -> None:
-    """Add what is commanded and where a base is; `way` is along its heading at the start."""
-    values["in"] |= {"forward": track.command[:, 0], "turn": track.command[:, 2]}
-    x, y, heading = track.truth.T
-    way = (x - x[0]) * np.cos(heading[0]) + (y - y[0]) * np.sin(heading[0])
-    turned = np.unwrap(heading) - heading[0]
-    values["out"] |= {"way": way, "heading": turned}
-    for name, series in (("way", way), ("heading", turned)):
-        # The mean over the last tick: what a command did, none of what the next one will do.
-        rate = np.diff(series) / np.diff(time)
-        values["out"][f"{name}.rate"] = np.concatenate([[0.0], rate])

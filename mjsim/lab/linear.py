@@ -13,7 +13,7 @@ Truths = NDArray[np.bool_]
 STEP = 2e-4
 """Of the differences [rad, m, and so on]; the error is of its fourth power."""
 COUPLED = 1e-8
-"""What is smaller, of the largest in its matrix, couples nothing."""
+"""What differences leave of a zero, of the largest in its matrix."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -50,7 +50,6 @@ def linearised(
     reduced: Reduced,
     setting: Setting,
     *,
-    drive: Callable[[Setting, float], Setting],
     measure: Sequence[Callable[[Array], float]],
 ) -> tuple[Array, Array, Array]:
     """Return A, B and the slopes of the measured values by the coordinates.
@@ -58,7 +57,6 @@ def linearised(
     Args:
         reduced: The part, in its coordinates.
         setting: The working point, an equilibrium.
-        drive: Returns a setting with so much more of the input.
         measure: Each returns a value of a position, shape (nq,).
 
     Returns:
@@ -79,16 +77,19 @@ def linearised(
         A[n:, n + k] = slope(lambda h, e=axes[k]: pushed(setting, h * e))  # type: ignore[misc]
     for k, e in enumerate(np.eye(na)):
         A[n:, 2 * n + k] = slope(lambda h, e=e: pushed(replace(setting, act=setting.act + h * e), none))  # type: ignore[misc]
-    B[n:, 0] = slope(lambda h: pushed(drive(setting, h), none))
+    B[n:, 0] = slope(lambda h: pushed(replace(setting, value=setting.value + h), none))
     Y = [slope(lambda h, e=e: np.array([m(reduced.moved(setting, h * e).qpos) for m in measure])) for e in axes]  # type: ignore[misc]
     return A, B, np.array(Y).T.reshape(len(measure), n)
 
 
-def kept_states(A: Array, B: Array, C: Array) -> list[int]:
-    """Return which states the input moves and an output shows, in their order."""
-    moves = np.abs(A) > COUPLED * max(float(np.abs(A).max(initial=0.0)), 1.0)
-    driven = _closure(moves, np.abs(B).max(axis=1) > COUPLED * float(np.abs(B).max(initial=0.0)))
-    seen = _closure(moves.T, np.abs(C).max(axis=0) > COUPLED * float(np.abs(C).max(initial=0.0)))
+def kept_states(A: Array, B: Array, C: Array, *, coupled: float = COUPLED) -> list[int]:
+    """Return which states the input moves and an output shows, in their order.
+
+    What is smaller than `coupled`, of the largest in its matrix, couples nothing.
+    """
+    moves = np.abs(A) > coupled * max(float(np.abs(A).max(initial=0.0)), 1.0)
+    driven = _closure(moves, np.abs(B).max(axis=1) > coupled * float(np.abs(B).max(initial=0.0)))
+    seen = _closure(moves.T, np.abs(C).max(axis=0) > coupled * float(np.abs(C).max(initial=0.0)))
     return [int(state) for state in np.flatnonzero(driven & seen)]
 
 

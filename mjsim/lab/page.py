@@ -53,6 +53,8 @@ def figures_of(experiment: Experiment) -> dict[str, Any]:
     }
     if experiment.nonlinear is not None:
         found["nonlinear_fit_percent"] = experiment.nonlinear_fit
+    if experiment.dry_friction:
+        found["dry_friction"] = experiment.dry_friction
     if (identified := experiment.identified) is not None:
         found["identification"] = {
             "source": identified.samples.source,
@@ -90,14 +92,15 @@ def _figures(experiment: Experiment) -> dict[str, Any]:
             study.time,
             study.step * amplitude,
             labels,
-            experiment.nonlinear,
+            ("nonlinear, MuJoCo", experiment.nonlinear),
+            ("with dry friction", experiment.rough),
         ),
         "impulse": plots.response_plot(
             f"Response to an impulse of {study.plant.input} of {amplitude:g} {unit} s",
             study.time,
             study.impulse * amplitude,
             labels,
-            experiment.nonlinear_impulse,
+            ("nonlinear, MuJoCo", experiment.nonlinear_impulse),
         ),
         "bode": plots.bode_plot(study),
         "nyquist": plots.nyquist_plot(study),
@@ -155,6 +158,9 @@ def _facts(experiment: Experiment) -> str:
         names = zip(study.plant.outputs, experiment.nonlinear_fit, strict=True)
         text = ", ".join(f"{name} {value:.2f} %" for name, value in names)
         rows.append(("linear step response fits the nonlinear one", text))
+    if experiment.dry_friction:
+        text = f"{experiment.dry_friction:.4g} at most; without it the linear plant and the nonlinear one are compared"
+        rows.append(("dry friction of its joints [N m, N]", text))
     if experiment.step_poles is not None:
         text = ", ".join(map(complex_text, experiment.step_poles)) + " rad/s"
         rows.append(("nearest poles of MuJoCo's step (mjd_transitionFD), log(z) / dt", text))

@@ -2,40 +2,39 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
+from mjsim.lab.drives import BodyPush, Drive, LedJoint, Motor
 from mjsim.lab.reduced import Setting
-from mjsim.sim import Simulation
-from mjsim.world import BalancingDrive, DifferentialDrive, Plant, Robot, World
+from mjsim.mechanics import Constant
+from mjsim.sim import Push, Simulation
+from mjsim.world import (
+    BalancingDrive,
+    DifferentialDrive,
+    ForceActuator,
+    Mechanism,
+    Plant,
+    Robot,
+    TorqueActuator,
+    World,
+    actuator_kind,
+)
 
 SETTLE = 1.0
 """How long a robot stands until its wheels have sunk in as far as they do [s]."""
 JOINTS = {int(mujoco.mjtJoint.mjJNT_SLIDE): "m", int(mujoco.mjtJoint.mjJNT_HINGE): "rad"}
 """Kinds of joints with one value, and its unit."""
 FORCES = {"m": "N", "rad": "N m"}
+EFFORTS = {"m": ("force", "position"), "rad": ("torque", "angle")}
+"""How actuators call what they do to a joint, by its unit."""
 
 Measure = Callable[[Array], float]
 """Gives a value of a position, shape (nq,)."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Drive:
-    """What one unit of the input does."""
-
-    unit: str
-    ctrl: Array
-    """Shape (nu,)."""
-    applied: Array
-    """Shape (nv,)."""
-
-    def add(self, setting: Setting, value: float) -> Setting:
-        """Return a setting with so much more of the input."""
-        return replace(setting, ctrl=setting.ctrl + value * self.ctrl, applied=setting.applied + value * self.applied)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -60,6 +59,13 @@ def base_of(name: str) -> str:
     return name.removesuffix(".rate")
 
 
+def moved_joint(part: "Part", name: str) -> int | None:
+    """Return the joint on which an input acts alone, None if there is none."""
+    drive = part.drives[name]
+    force = drive.force if isinstance(drive, LedJoint) else drive
+    return next((joint for key, joint in part.joints.items() if part.drives.get(key) is force), None)
+
+
 def settled(world: World, of: str) -> tuple[mujoco.MjModel, Setting, Array]:
     """Return the compiled world as it starts, and the positions when the part has come to rest, shape (nq,).
 
@@ -77,7 +83,7 @@ def settled(world: World, of: str) -> tuple[mujoco.MjModel, Setting, Array]:
     robot = next((robot for robot in world.robots if robot.name == of), None)
     with Simulation(bare) as sim:
         model, data = sim.model, sim.data
-        begun = Setting(data.qpos.copy(), np.zeros(model.nu), np.zeros(model.nv), data.act * 0.0)
+        begun = Setting(data.qpos.copy(), data.act * 0.0)
         if robot is not None and robot.base != "fixed":
             for _ in range(math.ceil(SETTLE / sim.dt)):
                 sim.step()
@@ -97,10 +103,10 @@ def part_of(model: mujoco.MjModel, world: World, of: str, qpos: Array) -> Part:
     if of in robots:
         return _robot(model, robots[of], _measured(model, qpos))
     arms = {f"{robot.name}/{arm.name}" for robot in world.robots for arm in robot.arms}
-    mechanisms = {item.name for item in getattr(world, "mechanisms", ())}
-    if of not in arms | mechanisms:
+    mechanisms = {item.name: item for item in world.mechanisms}
+    if of not in arms | {*mechanisms}:
         raise UsageError(f"no robot, arm or mechanism '{of}'{did_you_mean(of, [*robots, *arms, *mechanisms])}")
-    return _linked(model, of, lockable=of in arms)
+    return _linked(model, of, lockable=of in arms, mechanism=mechanisms.get(of))
 
 
 def working_point(model: mujoco.MjModel, part: Part, plant: Plant) -> dict[int, float]:
@@ -156,31 +162,65 @@ def _value(model: mujoco.MjModel, joint: int) -> Measure:
     return lambda qpos: float(qpos[place])
 
 
-def _none(model: mujoco.MjModel, unit: str) -> Drive:
-    return Drive(unit=unit, ctrl=np.zeros(model.nu), applied=np.zeros(model.nv))
+def _none(model: mujoco.MjModel, unit: str) -> Motor:
+    return Motor(unit=unit, ctrl=np.zeros(model.nu), applied=np.zeros(model.nv))
 
 
-def _force(model: mujoco.MjModel, joint: int) -> Drive:
+def _force(model: mujoco.MjModel, joint: int) -> Motor:
     """Return the drive of a force at a joint, as if a motor without limits were there."""
     drive = _none(model, FORCES[JOINTS[int(model.jnt_type[joint])]])
     drive.applied[model.jnt_dofadr[joint]] = 1.0
     return drive
 
 
-def _linked(model: mujoco.MjModel, of: str, *, lockable: bool) -> Part:
-    """Return an arm or a mechanism: forces at its joints move it, values of joints are measured."""
+def _linked(model: mujoco.MjModel, of: str, *, lockable: bool, mechanism: Mechanism | None = None) -> Part:
+    """Return an arm or a mechanism: forces and motions of its joints move it, values of joints are measured."""
     joints = _joints(model, of)
+    drives: dict[str, Drive] = {}
+    for name, joint in joints.items():
+        drives |= _joint_drives(model, name, joint)
+    if mechanism is not None:
+        drives |= _actuator_drives(model, mechanism, drives)
     return Part(
         name=of,
         dofs=_dofs(model, of),
         lockable=lockable,
-        drives={name: _force(model, joint) for name, joint in joints.items()},
+        drives=drives,
         measures={name: (JOINTS[int(model.jnt_type[j])], _value(model, j)) for name, j in joints.items()},
         joints=joints,
     )
 
 
-def _servo(model: mujoco.MjModel, robot: str, unit: str, shares: Mapping[str, float]) -> Drive:
+def _joint_drives(model: mujoco.MjModel, name: str, joint: int) -> dict[str, Drive]:
+    """Return what may act on a joint: its force under its own name too, and motions that it follows."""
+    unit, force = JOINTS[int(model.jnt_type[joint])], _force(model, joint)
+    effort, place = EFFORTS[unit]
+    dof = int(model.jnt_dofadr[joint])
+    return {
+        name: force,
+        f"{name}.{effort}": force,
+        f"{name}.{place}": LedJoint(unit=unit, force=force, dof=dof, is_speed=False),
+        f"{name}.velocity": LedJoint(unit=f"{unit}/s", force=force, dof=dof, is_speed=True),
+    }
+
+
+def _actuator_drives(model: mujoco.MjModel, mechanism: Mechanism, joints: Mapping[str, Drive]) -> dict[str, Drive]:
+    """Return what the actuators of a mechanism do by their names; those on bodies also by what they act on."""
+    found: dict[str, Drive] = {}
+    for actuator in mechanism.actuators:
+        if actuator_kind(actuator) == "distance":
+            continue
+        if (drive := joints.get(f"{actuator.target}.{actuator_kind(actuator)}")) is None:
+            assert isinstance(actuator, TorqueActuator | ForceActuator)
+            unit = "N" if isinstance(actuator, ForceActuator) else "N m"
+            drive = BodyPush(unit=unit, model=model, push=Push(model, mechanism, actuator, Constant(level=1.0)))
+            found[actuator.target] = drive
+        if actuator.name is not None:
+            found[actuator.name] = drive
+    return found
+
+
+def _servo(model: mujoco.MjModel, robot: str, unit: str, shares: Mapping[str, float]) -> Motor:
     """Return the drive that tells motors of a robot so many times the input each."""
     drive = _none(model, unit)
     for name, share in shares.items():
@@ -191,7 +231,7 @@ def _servo(model: mujoco.MjModel, robot: str, unit: str, shares: Mapping[str, fl
 def _robot(model: mujoco.MjModel, robot: Robot, data: mujoco.MjData) -> Part:
     """Return a robot: its motors move it; where it is and how it leans is measured, and its wheels."""
     joints = _joints(model, robot.name)
-    drives = {
+    drives: dict[str, Drive] = {
         name: _servo(model, robot.name, _unit_of(model, f"{robot.name}/{name}"), {name: 1.0})
         for name in joints
         if _has_motor(model, f"{robot.name}/{name}")
@@ -213,7 +253,7 @@ def _robot(model: mujoco.MjModel, robot: Robot, data: mujoco.MjData) -> Part:
     return Part(name=robot.name, dofs=dofs, prefer=prefer, drives=drives, measures=measures, joints=joints)
 
 
-def _base_drives(model: mujoco.MjModel, robot: Robot) -> dict[str, Drive]:
+def _base_drives(model: mujoco.MjModel, robot: Robot) -> Mapping[str, Drive]:
     """Return what moves both wheels of a base together, and against each other."""
     drive, name = robot.drive, robot.name
     if isinstance(drive, DifferentialDrive):

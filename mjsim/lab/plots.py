@@ -6,13 +6,21 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from mjsim.geometry import Array
 from mjsim.lab.design import Design
 from mjsim.lab.identify import Identified
-from mjsim.lab.study import Study, theory
+from mjsim.lab.study import POINTS, Study, theory
 from mjsim.report import ESTIMATE, GROUPS, MAP, ODOMETRY, TRUTH
 
+DAMPINGS = (0.2, 0.4, 0.6, 0.8)
+"""Damping ratios of the grid of a root locus."""
+GRID = "#8a8a8a"
+OTHERS = ((ODOMETRY, "--"), (MAP, ":"))
+"""Colours and lines of nonlinear responses."""
+QUIET = -40.0
+"""What has less gain is left out of a Nichols chart [dB]."""
 NEAR = 3.0
 """How much of a Nyquist or root locus plot is shown: so many times the distance of the critical point, or of poles."""
 
@@ -28,14 +36,19 @@ def sheet(rows: int, columns: int = 1, *, height: float = 3.4) -> tuple[Figure, 
 
 
 def response_plot(
-    title: str, time: Array, linear: Array, labels: Sequence[str], nonlinear: tuple[Array, Array] | None = None
+    title: str,
+    time: Array,
+    linear: Array,
+    labels: Sequence[str],
+    *others: tuple[str, tuple[Array, Array] | None],
 ) -> Figure:
-    """Draw outputs over time, the linear plant's and, when given, times and outputs of the nonlinear one."""
+    """Draw outputs over time, the linear plant's and, when given, names, times and outputs of nonlinear ones."""
     figure, panels = sheet(len(linear), height=2.9)
     for row, axes in enumerate(panels):
         axes.plot(time, linear[row], color=ESTIMATE, lw=1.8, label="linear")
-        if nonlinear is not None:
-            axes.plot(nonlinear[0], nonlinear[1][row], color=ODOMETRY, lw=1.4, ls="--", label="nonlinear, MuJoCo")
+        for (name, curve), (color, style) in zip(others, OTHERS, strict=False):
+            if curve is not None:
+                axes.plot(curve[0], curve[1][row], color=color, lw=1.4, ls=style, label=name)
         axes.set_ylabel(labels[row])
     panels[0].set_title(title, loc="left")
     panels[0].legend(frameon=False, loc="best")
@@ -77,18 +90,55 @@ def nyquist_plot(found: Study) -> Figure:
     nyquist.set_title("Nyquist", loc="left")
     nyquist.legend(frameon=False, loc="upper right")
     nichols.plot(np.degrees(found.phase), decibels(found.magnitude), color=ESTIMATE, lw=1.6)
-    critical = -180.0 + 360.0 * round((float(np.degrees(found.phase).mean()) + 180.0) / 360.0)
+    phase, gain = np.degrees(found.phase), decibels(found.magnitude)
+    shown = gain > QUIET if (gain > QUIET).any() else gain > -np.inf
+    critical = -180.0 + 360.0 * round((float(phase[np.argmin(np.abs(gain))]) + 180.0) / 360.0)
+    nichols.set(xlim=_window(phase[shown], critical), ylim=np.clip(_window(gain[shown], 0.0), -60.0, 60.0))
+    # python-control draws the grid where data and window overlap.
+    nichols.update_datalim(nichols.viewLim.get_points())
+    theory().nichols_grid(ax=nichols, label_cl_phases=False)
     nichols.plot([critical], [0.0], "+", color=GROUPS[1], ms=11, mew=2)
     nichols.set(xlabel="phase [deg]", ylabel="gain [dB]")
     nichols.set_title("Nichols", loc="left")
     return figure
 
 
+def _window(values: Array, critical: float) -> tuple[float, float]:
+    """Return limits that show all values and the critical one, with a margin."""
+    low, high = min(float(values.min()), critical), max(float(values.max()), critical)
+    margin = 0.08 * (high - low) + 1.0
+    return low - margin, high + margin
+
+
+def _damping_grid(axes: Axes, limit: float) -> None:
+    """Draw lines of equal damping, and half circles of equal natural frequency, in the left half plane."""
+    for damping in DAMPINGS:
+        angle = np.pi - np.arccos(damping)
+        for side in (1.0, -1.0):
+            end = 1.5 * limit * np.array([np.cos(angle), side * np.sin(angle)])
+            axes.plot([0.0, end[0]], [0.0, end[1]], ":", color=GRID, lw=0.8)
+        place = 0.93 * limit / max(abs(np.cos(angle)), np.sin(angle)) * np.exp(1j * angle)
+        axes.text(place.real, place.imag, f"{damping:g}", fontsize=7, color=GRID, ha="center", va="center")
+    turn = np.linspace(np.pi / 2, 1.5 * np.pi, 90)
+    for frequency in MaxNLocator(4, prune="lower").tick_values(0.0, limit):
+        axes.plot(frequency * np.cos(turn), frequency * np.sin(turn), ":", color=GRID, lw=0.8)
+
+
+def _loci(found: Study) -> Array:
+    """Return the closed-loop poles for gains from 0, complex, shape (gains, n)."""
+    control = theory()
+    try:
+        return np.asarray(control.root_locus_map(found.loop).loci)
+    except ValueError:
+        # python-control finds no gains by itself where both degrees are equal and the gain at high frequencies is < 0.
+        top = 1.0 / max(abs(float(found.loop.D[0, 0])), 1e-12)
+        return np.asarray(control.root_locus_map(found.loop, gains=np.linspace(0.0, 0.99 * top, POINTS)).loci)
+
+
 def poles_plot(found: Study) -> Figure:
     """Draw poles and zeros, and the root locus for gains from 0."""
     figure, (plane, locus) = sheet(1, 2, height=4.6)
-    loci = theory().root_locus_map(found.loop)
-    for branch in np.asarray(loci.loci).T:
+    for branch in _loci(found).T if len(found.poles) else ():
         locus.plot(branch.real, branch.imag, ".", color=ESTIMATE, ms=1.6)
         locus.plot(branch.real, branch.imag, color=ESTIMATE, lw=1.2)
     for axes, title in ((plane, "Poles and zeros"), (locus, "Root locus under unity feedback")):
@@ -100,9 +150,12 @@ def poles_plot(found: Study) -> Figure:
         axes.set_title(title, loc="left")
     sizes = np.abs(np.concatenate([found.poles, found.zeros]))
     limit = 1.3 * float(sizes.max(initial=0.0)) or 1.0
+    for axes, reach in ((plane, limit), (locus, NEAR * limit)):
+        axes.grid(visible=False)
+        _damping_grid(axes, reach)
     plane.set(xlim=(-limit, limit), ylim=(-limit, limit))
     locus.set(xlim=(-NEAR * limit, NEAR * limit), ylim=(-NEAR * limit, NEAR * limit))
-    plane.legend(frameon=False, loc="upper left")
+    plane.legend(frameon=False, loc="upper right")
     return figure
 
 
@@ -110,7 +163,8 @@ def identified_plot(found: Identified, labels: Sequence[str]) -> Figure:
     """Draw the input, and what was measured beside what both models do."""
     samples = found.samples
     figure, panels = sheet(1 + len(samples.outputs), height=2.6)
-    panels[0].step(samples.time, samples.inputs, where="post", color=TRUTH, lw=1.0)
+    style = "steps-post" if samples.held else "default"
+    panels[0].plot(samples.time, samples.inputs, color=TRUTH, lw=1.0, drawstyle=style)
     panels[0].set_ylabel("input")
     panels[0].set_title(f"Identification from {samples.source}", loc="left")
     for row, axes in enumerate(panels[1:]):

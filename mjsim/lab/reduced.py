@@ -8,12 +8,13 @@ References:
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.lab.drives import Drive
 
 SLIPPERY = 1e-3
 """A contact with less friction holds in its normal alone."""
@@ -23,16 +24,14 @@ RANK = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setting:
-    """A state at rest, and what is applied there."""
+    """A state at rest, and the input there."""
 
     qpos: Array
     """Shape (nq,)."""
-    ctrl: Array
-    """Shape (nu,)."""
-    applied: Array
-    """Generalised forces, shape (nv,)."""
     act: Array
     """Activations of actuators, shape (na,)."""
+    value: float = 0.0
+    """Of the input."""
 
 
 class Reduced:
@@ -43,6 +42,7 @@ class Reduced:
         model: mujoco.MjModel,
         setting: Setting,
         *,
+        drive: Drive,
         dofs: Sequence[int],
         prefer: Sequence[int],
         locked: Sequence[int],
@@ -52,11 +52,12 @@ class Reduced:
         Args:
             model: The compiled world.
             setting: Where; contacts must be there.
+            drive: What the input does.
             dofs: Those of the part.
             prefer: Those of them that shall be chosen as coordinates, the dearest first; the others follow.
             locked: Those of them that stand still.
         """
-        self.model, self._data = model, mujoco.MjData(model)
+        self.model, self._data, self._drive = model, mujoco.MjData(model), drive
         self._dofs = np.array(dofs, dtype=int)
         self._locked = np.isin(self._dofs, np.array(locked, dtype=int))
         self._bodies = set(np.flatnonzero(np.isin(model.body_rootid, model.body_rootid[model.dof_bodyid[self._dofs]])))
@@ -77,7 +78,7 @@ class Reduced:
         """Return a setting a small step of the coordinates away, shape (n,)."""
         qpos = setting.qpos.copy()
         mujoco.mj_integratePos(self.model, qpos, self.basis(setting) @ step, 1.0)
-        return Setting(qpos, setting.ctrl, setting.applied, setting.act)
+        return replace(setting, qpos=qpos)
 
     def acceleration(self, setting: Setting, rates: Array | None = None) -> Array:
         """Return the accelerations of the coordinates, shape (n,).
@@ -106,8 +107,8 @@ class Reduced:
 
     def _place(self, setting: Setting) -> None:
         data = self._data
-        data.qpos[:], data.qvel[:], data.ctrl[:] = setting.qpos, 0.0, setting.ctrl
-        data.qfrc_applied[:], data.act[:] = setting.applied, setting.act
+        data.qpos[:], data.qvel[:], data.act[:] = setting.qpos, 0.0, setting.act
+        self._drive.write(data, setting.value)
         mujoco.mj_fwdPosition(self.model, data)
 
     def _basis(self) -> Array:

@@ -1,6 +1,8 @@
 """A plant of a scene: which degrees of freedom, what moves it, what is measured, and where it is at rest."""
 
+import copy
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TypeVar
 
 import mujoco
@@ -8,13 +10,16 @@ import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
+from mjsim.lab.drives import LedJoint, led
 from mjsim.lab.linear import COUPLED, LinearPlant, kept_states, linearised, slope
-from mjsim.lab.parts import JOINTS, Measure, Part, base_of, part_of, settled, working_point
+from mjsim.lab.parts import JOINTS, Measure, Part, base_of, moved_joint, part_of, settled, working_point
 from mjsim.lab.reduced import Reduced, Setting
 from mjsim.world import Plant, World
 
 AT_REST = 1e-9
 """What is left of an acceleration at an equilibrium, of the largest that counts, 1 unless it is more."""
+LOCKED = 1e9
+"""Inertia of a joint that no force moves [kg, kg m^2]."""
 MOST_STEPS = 50
 """Of Newton's method."""
 T = TypeVar("T")
@@ -35,9 +40,13 @@ class ScenePlant:
         self.plant = plant
         self.model, setting, rest = settled(world, plant.of)
         part = part_of(self.model, world, plant.of, setting.qpos)
-        self._drive = _found(part.drives, plant.input, "input", plant)
+        self.drive = _found(part.drives, plant.input, "input", plant)
+        moved = moved_joint(part, plant.input)
+        if moved is not None:
+            _release(self.model, world, plant.of, self.model.joint(moved).name)
         self._measures = [_found(part.measures, base_of(name), "output", plant) for name in plant.outputs]
-        joints = {part.joints[name] for name in (plant.input, *map(base_of, plant.outputs)) if name in part.joints}
+        joints = {part.joints[name] for name in map(base_of, plant.outputs) if name in part.joints}
+        joints |= set() if moved is None else {moved}
         around = working_point(self.model, part, plant)
         own = [int(self.model.jnt_dofadr[joint]) for joint in (*around, *sorted(joints - set(around)))]
         locked = [dof for dof in part.dofs if part.lockable and dof not in own]
@@ -45,37 +54,61 @@ class ScenePlant:
             setting.qpos[self.model.jnt_qposadr[joint]] = value
         setting = self._closed(setting, [int(self.model.jnt_dofadr[joint]) for joint in around], locked, part)
         # What is locked is so in the simulation of the nonlinear plant too.
-        self.model.dof_armature[locked] = 1e9
-        self._reduced = Reduced(self.model, setting, dofs=list(part.dofs), prefer=[*own, *part.prefer], locked=locked)
+        self.model.dof_armature[locked] = LOCKED
+        self._rough = _with_friction(self.model, [dof for dof in part.dofs if dof not in locked])
+        lead = [self.drive.dof] if isinstance(self.drive, LedJoint) else []
+        prefer = [*dict.fromkeys([*lead, *own, *part.prefer])]
+        dofs = list(part.dofs)
+        self._reduced = Reduced(self.model, setting, drive=self.drive, dofs=dofs, prefer=prefer, locked=locked)
         fixed = [int(self.model.jnt_dofadr[joint]) for joint in around]
-        self.held, self.setting = self._trimmed(setting, fixed)
+        self.setting = self._trimmed(setting, [*fixed, *lead])
         self._sunk = self._depth(world, rest)
         self.linear = self._linear()
 
     @property
-    def unit(self) -> str:
-        """Of the input."""
-        return self._drive.unit
+    def held(self) -> str:
+        """What keeps the plant at its working point: a value of the input, or the force behind a motion."""
+        drive = self.drive.force if isinstance(self.drive, LedJoint) else self.drive
+        return f"{self.setting.value:.6g} {drive.unit}"
 
-    def simulated(self, inputs: Array) -> Array:
+    @property
+    def leads_value(self) -> bool:
+        """Whether a joint follows the input, angle or position, so that a step of it would be a jump."""
+        return isinstance(self.drive, LedJoint) and not self.drive.is_speed
+
+    @property
+    def dry_friction(self) -> float:
+        """The largest dry friction of its joints, which no linear plant has [N m, N]; 0 without any."""
+        return 0.0 if self._rough is None else float((self._rough.dof_frictionloss - self.model.dof_frictionloss).max())
+
+    def simulated(self, inputs: Array, *, dry_friction: bool = False) -> Array:
         """Return the outputs of the nonlinear plant, step by step of MuJoCo, less those of the working point.
 
         Args:
             inputs: What is added to the input at the working point before each step, shape (k,).
+            dry_friction: Whether joints have the dry friction that the world gives them.
 
         Returns:
-            Shape (outputs, k): what is measured before each step.
+            Shape (outputs, k): what is measured before each step; after it where a joint follows the input.
         """
-        data = mujoco.MjData(self.model)
-        at = self.setting
-        data.qpos[:], data.qfrc_applied[:], data.act[:] = at.qpos + self._sunk, at.applied, at.act
-        found = np.zeros((len(self._measures), len(inputs)))
-        for k, value in enumerate(inputs.tolist()):
-            found[:, k] = self._outputs(data.qpos, data.qvel)
-            moved = self._drive.add(at, value)
-            data.ctrl[:], data.qfrc_applied[:] = moved.ctrl, moved.applied
-            mujoco.mj_step(self.model, data)
-        return found - self._outputs(at.qpos, np.zeros(self.model.nv))[:, None]
+        drive, at = self.drive, self.setting
+        model = self._rough if dry_friction and self._rough is not None else self.model
+        if isinstance(drive, LedJoint):
+            model = copy.copy(model)
+            model.dof_armature[drive.dof] = LOCKED
+            values = at.value + LOCKED * drive.accelerations(inputs, model.opt.timestep)
+        else:
+            values = at.value + inputs
+        data, found = mujoco.MjData(model), np.zeros((len(self._measures), len(inputs)))
+        data.qpos[:], data.act[:] = at.qpos + self._sunk, at.act
+        for k, value in enumerate(values.tolist()):
+            if not isinstance(drive, LedJoint):
+                found[:, k] = self.outputs(data.qpos, data.qvel)
+            drive.write(data, value)
+            mujoco.mj_step(model, data)
+            if isinstance(drive, LedJoint):
+                found[:, k] = self.outputs(data.qpos, data.qvel)
+        return found - self.outputs(at.qpos, np.zeros(model.nv))[:, None]
 
     def step_poles(self) -> Array:
         """Return the poles of one step of MuJoCo as continuous ones, log(z) / dt, soft constraints and all [rad/s].
@@ -84,7 +117,8 @@ class ScenePlant:
         """
         model, data = self.model, mujoco.MjData(self.model)
         at = self.setting
-        data.qpos[:], data.ctrl[:], data.qfrc_applied[:], data.act[:] = at.qpos, at.ctrl, at.applied, at.act
+        data.qpos[:], data.act[:] = at.qpos, at.act
+        self.drive.write(data, at.value)
         mujoco.mj_forward(model, data)
         size = 2 * model.nv + model.na
         A = np.zeros((size, size))
@@ -100,7 +134,8 @@ class ScenePlant:
             sunk[height] = rest[height] - self.setting.qpos[height]
         return sunk
 
-    def _outputs(self, qpos: Array, qvel: Array) -> Array:
+    def outputs(self, qpos: Array, qvel: Array) -> Array:
+        """Return what is measured in a state of the scene, shape (outputs,)."""
         assert self.plant.outputs is not None
         pairs = zip(self.plant.outputs, self._measures, strict=True)
         return np.array([self._rate(m, qpos, qvel) if n.endswith(".rate") else m(qpos) for n, (_, m) in pairs])
@@ -135,70 +170,92 @@ class ScenePlant:
             mujoco.mj_integratePos(self.model, setting.qpos, step, 1.0)
         return setting
 
-    def _trimmed(self, setting: Setting, fixed: list[int]) -> tuple[float, Setting]:
-        """Return the input that keeps the plant at rest, and the setting there: by Newton's method."""
-        reduced, held = self._reduced, 0.0
-        free = [k for k, dof in enumerate(reduced.coordinates) if dof not in fixed]
+    def _trimmed(self, setting: Setting, fixed: list[int]) -> Setting:
+        """Return where the input keeps the plant at rest: at its start if it can, else nearby.
+
+        Args:
+            setting: Where it starts.
+            fixed: Degrees of freedom that stay in any case.
+        """
+        coordinates = self._reduced.coordinates
+        for free in ([], [k for k, dof in enumerate(coordinates) if dof not in fixed]):
+            found, left = self._newton(setting, free)
+            if self._is_small(found, left):
+                return found
+        worst = int(np.argmax(np.abs(left)))
+        raise UsageError(
+            f"plant '{self.plant.name}' is in no equilibrium at its working point: {self._dof_name(coordinates[worst])}"
+            f" would gain {left[worst]:.3g} /s^2; change 'around', or take the input that can hold it"
+        )
+
+    def _newton(self, setting: Setting, free: list[int]) -> tuple[Setting, Array]:
+        """Return a setting nearer to rest, by Newton's method on the input and some coordinates, and what is left."""
+        reduced = self._reduced
         axes = np.eye(len(reduced.coordinates))[free]
-        for _ in range(MOST_STEPS):
-            left = reduced.acceleration(setting)
-            if float(np.abs(left).max(initial=0.0)) <= AT_REST * max(1.0, self._pull(setting)):
-                return held, setting
+        left = reduced.acceleration(setting)
+        for _ in range(MOST_STEPS if free else 3):
+            if self._is_small(setting, left):
+                break
             columns = [
                 slope(lambda h, e=e, at=setting: reduced.acceleration(reduced.moved(at, h * e)))  # type: ignore[misc]
                 for e in axes
             ]
-            columns.append(slope(lambda h, at=setting: reduced.acceleration(self._drive.add(at, h))))  # type: ignore[misc]
+            columns.append(slope(lambda h, at=setting: reduced.acceleration(_more(at, h))))  # type: ignore[misc]
             step = -np.linalg.lstsq(np.array(columns).T, left, rcond=1e-9)[0]
-            setting = self._drive.add(reduced.moved(setting, axes.T @ step[:-1]), float(step[-1]))
-            held += float(step[-1])
-        worst = int(np.argmax(np.abs(left)))
-        name = self._dof_name(reduced.coordinates[worst])
-        raise UsageError(
-            f"plant '{self.plant.name}' is in no equilibrium at its working point: {name} would gain"
-            f" {left[worst]:.3g} /s^2; change 'around', or take the input that can hold it"
-        )
+            setting = _more(reduced.moved(setting, axes.T @ step[:-1]), float(step[-1]))
+            left = reduced.acceleration(setting)
+        return setting, left
+
+    def _is_small(self, setting: Setting, left: Array) -> bool:
+        return float(np.abs(left).max(initial=0.0)) <= AT_REST * max(1.0, self._pull(setting))
 
     def _pull(self, setting: Setting) -> float:
         """Return how much one unit of the input accelerates it."""
-        more = self._reduced.acceleration(self._drive.add(setting, 1.0)) - self._reduced.acceleration(setting)
+        more = self._reduced.acceleration(_more(setting, 1.0)) - self._reduced.acceleration(setting)
         return float(np.abs(more).max(initial=0.0))
 
     def _linear(self) -> LinearPlant:
-        reduced, setting, outputs = self._reduced, self.setting, self.plant.outputs
+        reduced, outputs, drive = self._reduced, self.plant.outputs, self.drive
         assert outputs is not None
         assert self.plant.input is not None
-        measures = [measure for _, measure in self._measures]
-        A, B, Y = linearised(reduced, setting, drive=self._drive.add, measure=measures)
-        n = len(reduced.coordinates)
-        C = np.zeros((len(outputs), len(A)))
-        for row, name in enumerate(outputs):
-            C[row, slice(n, 2 * n) if name.endswith(".rate") else slice(0, n)] = Y[row]
+        A, B, Y = linearised(reduced, self.setting, measure=[measure for _, measure in self._measures])
+        n, rates = len(reduced.coordinates), np.array([name.endswith(".rate") for name in outputs])
+        names = [self._dof_name(dof) for dof in reduced.coordinates]
+        if isinstance(drive, LedJoint):
+            m = reduced.coordinates.index(drive.dof)
+            A, B, C, D = led(drive, A, B, Y, m, rates)
+            others = [name for k, name in enumerate(names) if k != m]
+            names = [*names[m : m + 1][: drive.is_speed], *others, *(f"{name}.rate" for name in others)]
+        else:
+            C, D = np.zeros((len(outputs), len(A))), np.zeros((len(outputs), 1))
+            C[rates, n : 2 * n], C[~rates, :n] = Y[rates], Y[~rates]
+            names += [f"{name}.rate" for name in names] + [f"activation {k + 1}" for k in range(len(self.setting.act))]
         keep = kept_states(A, B, C)
-        if not len(keep):
+        if not len(keep) and not D.any():
             raise UsageError(
                 f"plant '{self.plant.name}': {self.plant.input} moves none of {', '.join(outputs)}; name another input"
             )
-        names = [self._dof_name(dof) for dof in reduced.coordinates]
-        names += [f"{name}.rate" for name in names] + [f"activation {k + 1}" for k in range(len(setting.act))]
         A, B, C = (_clean(part) for part in (A[np.ix_(keep, keep)], B[keep], C[:, keep]))
-        T, states = _in_outputs(keep, n, Y, [names[k] for k in keep], [base_of(name) for name in outputs])
+        T, states = np.eye(len(keep)), [names[k] for k in keep]
+        if not isinstance(drive, LedJoint):
+            T, states = _in_outputs(keep, n, Y, states, [base_of(name) for name in outputs])
         inverse = np.linalg.inv(T)
-        rate = {"m": "m/s", "rad": "rad/s"}
-        units = [
-            rate[unit] if name.endswith(".rate") else unit
-            for name, (unit, _) in zip(outputs, self._measures, strict=True)
-        ]
         return LinearPlant(
             A=_clean(T @ A @ inverse),
             B=_clean(T @ B),
             C=_clean(C @ inverse),
-            D=np.zeros((len(outputs), 1)),
+            D=_clean(D),
             states=tuple(states),
             input=self.plant.input,
             outputs=tuple(outputs),
-            units=(self._drive.unit, *units),
+            units=(drive.unit, *self._units()),
         )
+
+    def _units(self) -> list[str]:
+        """Return the units of the outputs."""
+        rate = {"m": "m/s", "rad": "rad/s"}
+        pairs = zip(self.plant.outputs or (), self._measures, strict=True)
+        return [rate[unit] if name.endswith(".rate") else unit for name, (unit, _) in pairs]
 
     def _dof_name(self, dof: int) -> str:
         joint = int(self.model.dof_jntid[dof])
@@ -207,6 +264,28 @@ class ScenePlant:
         if self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE:
             return f"{name.rpartition('/')[0]} {('x', 'y', 'z', 'roll', 'pitch', 'yaw')[axis]}"
         return str(name) if self.model.jnt_type[joint] in JOINTS else f"{name} {'xyz'[axis]}"
+
+
+def _more(setting: Setting, value: float) -> Setting:
+    """Return a setting with so much more of the input."""
+    return replace(setting, value=setting.value + value)
+
+
+def _release(model: mujoco.MjModel, world: World, of: str, joint: str) -> None:
+    """Let a joint of a mechanism go that an actuator of the world makes follow a signal."""
+    for mechanism in world.mechanisms:
+        for drive in mechanism.assembly.drives if mechanism.name == of else ():
+            if drive.column >= 0 and f"{of}/{mechanism.assembly.names[drive.column]}" == joint:
+                model.eq_active0[model.equality(joint).id] = 0
+
+
+def _with_friction(model: mujoco.MjModel, dofs: list[int]) -> mujoco.MjModel | None:
+    """Take the dry friction of joints out of a model; return a copy that still has it, None if there is none."""
+    if not model.dof_frictionloss[dofs].any():
+        return None
+    rough = copy.copy(model)
+    model.dof_frictionloss[dofs] = 0.0
+    return rough
 
 
 def _in_outputs(keep: list[int], n: int, Y: Array, names: list[str], bases: list[str]) -> tuple[Array, list[str]]:

@@ -8,11 +8,19 @@ import numpy as np
 
 from mjsim.errors import UsageError, how_to_install
 from mjsim.geometry import Array
-from mjsim.lab.linear import LinearPlant
-from mjsim.world import Plant
+from mjsim.lab.linear import LinearPlant, kept_states
+from mjsim.world import Plant, TransferFunction
 
 POINTS = 400
+"""Of each curve, unless it swings often."""
+MOST_POINTS = 4000
 """Of each curve."""
+A_SWING = 20
+"""Points of a period."""
+SWINGS = 5
+"""Periods shown of what neither grows nor settles."""
+PADE = 5
+"""Order of the approximation of a delay."""
 SHOWN = 6.0
 """Time constants of the slowest pole for which responses are shown."""
 GROWN = 20.0
@@ -35,18 +43,35 @@ def theory() -> Any:
 
 
 def formula_plant(plant: Plant) -> LinearPlant:
-    """Return the linear plant of a transfer function or a state space of a world."""
-    control = theory()
+    """Return the linear plant of a transfer function or a state space of a world.
+
+    Raises:
+        UsageError: Its input moves none of its outputs.
+    """
     if plant.tf is not None:
-        found = control.ss(control.tf(list(plant.tf.num), list(plant.tf.den)))
-        A, B, C, D = found.A, found.B, found.C, found.D
+        A, B, C, D = _transfer(plant.tf)
+        name, outputs = "u", ["y"]
     else:
         assert plant.ss is not None
         A, B, C = (np.array(part, dtype=float) for part in (plant.ss.a, plant.ss.b, plant.ss.c))
-        D = np.zeros((len(C), 1)) if plant.ss.d is None else np.array(plant.ss.d, dtype=float)
-    outputs = tuple("y" if len(C) == 1 else f"y{k + 1}" for k in range(len(C)))
+        D = np.zeros((len(C), B.shape[1])) if plant.ss.d is None else np.array(plant.ss.d, dtype=float)
+        name, outputs = plant.input or plant.ss.inputs[0], list(plant.outputs or plant.ss.outputs)
+        rows, column = [plant.ss.outputs.index(each) for each in outputs], [plant.ss.inputs.index(name)]
+        B, C, D = B[:, column], C[rows], D[np.ix_(rows, column)]
+    if not kept_states(A, B, C, coupled=0.0) and not D.any():
+        raise UsageError(f"plant '{plant.name}': {name} moves none of {', '.join(outputs)}; name another input")
     states = tuple(f"x{k + 1}" for k in range(len(A)))
-    return LinearPlant(A=A, B=B, C=C, D=D, states=states, input="u", outputs=outputs, units=("",) * (1 + len(outputs)))
+    units = ("",) * (1 + len(outputs))
+    return LinearPlant(A=A, B=B, C=C, D=D, states=states, input=name, outputs=tuple(outputs), units=units)
+
+
+def _transfer(given: TransferFunction) -> tuple[Array, ...]:
+    """Return A, B, C, D of a transfer function, its delay by Pade's approximation."""
+    control = theory()
+    found = control.ss(control.tf(list(given.num), list(given.den)))
+    if given.delay:
+        found = found * control.ss(control.tf(*control.pade(given.delay, PADE)))
+    return found.A, found.B, found.C, found.D
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,7 +94,7 @@ class Study:
     step: Array
     """Responses to a unit step, shape (outputs, k)."""
     impulse: Array
-    """Responses to a unit impulse, shape (outputs, k)."""
+    """Responses to a unit impulse, without what D passes on at once, shape (outputs, k)."""
     omega: Array
     """Frequencies, shape (m,) [rad/s]."""
     magnitude: Array
@@ -94,9 +119,11 @@ def study(plant: LinearPlant, *, seconds: float | None = None) -> Study:
     system = control.ss(plant.A, plant.B, plant.C, plant.D)
     loop = control.ss(plant.A, plant.B, plant.C[:1], plant.D[:1])
     poles = np.sort_complex(system.poles())
-    time = np.linspace(0.0, seconds or shown_seconds(poles), POINTS)
+    time = shown_times(poles, seconds or shown_seconds(poles))
     _, step = control.step_response(system, time, squeeze=False)
-    _, impulse = control.impulse_response(system, time, squeeze=False)
+    # What D adds to it has no height; python-control warns that it leaves that out.
+    moving = control.ss(plant.A, plant.B, plant.C, np.zeros_like(plant.D))
+    _, impulse = control.impulse_response(moving, time, squeeze=False)
     omega = frequencies(poles, loop.zeros())
     magnitude, phase, _ = control.frequency_response(loop, omega)
     return Study(
@@ -130,8 +157,17 @@ def shown_seconds(poles: Array) -> float:
     growing = float(poles.real.max(initial=0.0))
     if growing > INTEGRATOR:
         return math.log(GROWN) / growing
-    moving = np.abs(poles.real)[np.abs(poles) > INTEGRATOR]
-    return SHOWN / float(moving[moving > INTEGRATOR].min()) if (moving > INTEGRATOR).any() else 10.0
+    moving = poles[np.abs(poles) > INTEGRATOR]
+    settling = np.abs(moving.real)[np.abs(moving.real) > 1e-6 * np.abs(moving)]
+    if len(settling):
+        return SHOWN / float(settling.min())
+    return SWINGS * 2.0 * math.pi / float(np.abs(moving).min()) if len(moving) else 10.0
+
+
+def shown_times(poles: Array, seconds: float) -> Array:
+    """Return evenly spaced times, enough of them for the fastest pole that swings, shape (k,) [s]."""
+    swings = seconds * float(np.abs(poles.imag).max(initial=0.0)) / (2.0 * math.pi)
+    return np.linspace(0.0, seconds, min(max(POINTS, math.ceil(A_SWING * swings)), MOST_POINTS))
 
 
 def frequencies(poles: Array, zeros: Array) -> Array:

@@ -1,3 +1,4 @@
+from .bases import gear_of as gear_of
 from .canvas import Canvas as Canvas
 from .odometry import arc_end as arc_end
 from .odometry import arc_end_slopes as arc_end_slopes
@@ -7,6 +8,7 @@ from .opengl import BACKENDS as BACKENDS
 from .opengl import choose_backend as choose_backend
 from .opengl import make_context as make_context
 from .playback import Playback as Playback
+from .pushes import Push as Push
 from .renderer import SEEN_FROM_OUTSIDE as SEEN_FROM_OUTSIDE
 from .renderer import Renderer as Renderer
 from .retake import Retake as Retake

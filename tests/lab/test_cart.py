@@ -1,8 +1,13 @@
-"""A pole on a cart is that of the textbook, and its two equilibria are told apart."""
+"""A pole on a cart is that of the textbook, whatever drives it; a four-bar passes on an angle as its loop does."""
 
+import re
+
+import mujoco
 import numpy as np
+import pytest
 
 import mjsim
+from mjsim.errors import UsageError
 from mjsim.lab import ScenePlant
 
 G = 9.81
@@ -26,3 +31,79 @@ def test_a_cart_pole_is_that_of_the_textbook():
     poles = np.linalg.eigvals(hanging.linear.A)
     assert np.abs(poles.real).max() < 1e-5
     np.testing.assert_allclose(np.abs(poles.imag).max() ** 2, falls, rtol=1e-7)
+
+
+DRIVEN = """
+mjsim: 1
+mechanisms:
+  - name: cart
+    elevation: 2
+    bodies: [{name: trolley, box: [0.3, 0.2, 0.1], mass: 1}, {name: pole, mass: 0.2, rod: [1.0, 0.03]}]
+    joints:
+      - {prismatic: x, of: [ground, trolley], axis: [1, 0, 0]}
+      - {revolute: q, of: [trolley, pole], axis: [0, 1, 0], start_deg: 90, damping: 0.05}
+    actuators: [{force: trolley, name: push, axis: [1, 0, 0], signal: {constant: {value: 1}}}]
+  - name: fourbar
+    at: [3, 2]
+    elevation: 4
+    bodies: [{name: crank, rod: [1.0, 0.05]}, {name: coupler, rod: [3.5, 0.05]}, {name: rocker, rod: [3.0, 0.05]}]
+    joints:
+      - {revolute: q2, of: [ground, crank], axis: [0, 1, 0], start_deg: 28.6}
+      - {revolute: q3, of: [crank.end, coupler]}
+      - {revolute: q4, of: [{ground: [4, 0, 0]}, rocker]}
+      - {revolute: q5, of: [coupler.end, rocker.end]}
+    actuators: [{angle: q2, name: motor, signal: {ramp: {from_deg: 28.6, slope_deg: 114.6}}}]
+run: {step_ms: 1}
+plants: [{name: plant, KEYS}]
+"""
+
+
+def driven(keys: str) -> ScenePlant:
+    world = mjsim.parse_world(DRIVEN.replace("KEYS", keys))
+    return ScenePlant(world, world.plants[0])
+
+
+def test_a_force_on_a_body_is_that_on_its_joint():
+    by_body, by_joint = (driven(f"of: cart, input: {name}, outputs: [x, q]").linear for name in ("push", "x.force"))
+    np.testing.assert_allclose(by_body.A, by_joint.A, atol=1e-8)
+    np.testing.assert_allclose(by_body.B, by_joint.B, atol=1e-8)
+
+
+@pytest.mark.parametrize(("motion", "power"), [("x.position", 2), ("x.velocity", 1)])
+def test_a_cart_that_is_led_moves_its_pole_as_the_textbook_has_it(motion, power):
+    lab = driven(f"of: cart, input: {motion}, outputs: q")
+    body, plant = lab.model.body("cart/pole"), lab.linear
+    m, half, damping = float(body.mass[0]), 0.5, 0.05
+    inertia = float(np.median(body.inertia)) + m * half**2
+    s = np.array([0.3j, 2 + 1j, 40j])
+    found = [(plant.C @ np.linalg.solve(at * np.eye(2) - plant.A, plant.B) + plant.D).item() for at in s]
+    # Hanging at 90 degrees about y: a cart that speeds up along x turns the pole by + m l / I.
+    expected = m * half * s**power / (inertia * s**2 + damping * s + m * G * half)
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+def test_a_four_bar_passes_on_an_angle_as_its_loop_does():
+    lab = driven("of: fourbar, input: motor, outputs: q4")
+    crank, coupler, rocker = (lab.model.body(f"fourbar/{name}").id for name in ("crank", "coupler", "rocker"))
+    data = mujoco.MjData(lab.model)
+    data.qpos[:] = lab.setting.qpos
+    mujoco.mj_kinematics(lab.model, data)
+    ways = [data.xmat[body].reshape(3, 3)[:, 0] for body in (crank, coupler, rocker)]
+    a, b, c = (np.arctan2(-way[2], way[0]) for way in ways)
+    # Norton, Design of Machinery (2012), equation 6.18.
+    ratio = 1.0 * np.sin(a - b) / (3.0 * np.sin(c - b))
+    assert lab.linear.A.shape == (0, 0)
+    np.testing.assert_allclose(lab.linear.D, [[ratio]], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ("of: cart, input: x.position, outputs: [q.rate]", "a rate among the outputs has no bound"),
+        ("of: cart, input: x.angle, outputs: [q]", "no input 'x.angle' of cart"),
+        ("of: cart, input: pull, outputs: [q]", "no input 'pull' of cart"),
+    ],
+)
+def test_an_input_that_cannot_be_is_one_line(keys, message):
+    with pytest.raises(UsageError, match=re.escape(message)):
+        driven(keys)

@@ -1,6 +1,8 @@
 """The laboratory's figures are those of python-control, its controllers do what they promise, its page says so."""
 
+import contextlib
 import csv
+import io
 import json
 
 import control
@@ -12,6 +14,7 @@ from mjsim.cli.program import main
 from mjsim.errors import UsageError
 from mjsim.lab import LinearPlant, experiment, fit, lead_design, lqr_design, pid_design, placed_design, write_lab
 from mjsim.lab.identify import Samples, identified
+from mjsim.lab.plots import poles_plot
 
 WORLD = """
 mjsim: 1
@@ -32,30 +35,47 @@ def column(folder, name: str) -> np.ndarray:
     return np.array(rows, dtype=float).T
 
 
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """The folder of a plant's page with an LQR, and what the command printed."""
+    folder, printed = tmp_path_factory.mktemp("lab"), io.StringIO()
+    (folder / "lab.yaml").write_text(WORLD)
+    with contextlib.redirect_stdout(printed), pytest.raises(SystemExit) as end:
+        main(["lab", str(folder / "lab.yaml"), "third", "-o", str(folder / "out"), "--lqr", "1,0,0:1"])
+    assert end.value.code == 0
+    return folder / "out", printed.getvalue()
+
+
 @pytest.mark.slow
-def test_the_files_of_a_plant_hold_the_numbers_of_python_control(tmp_path):
-    figures = write_lab(mjsim.parse_world(WORLD), tmp_path, plant="third")["third"]
-    system = control.tf([6], [1, 6, 11, 6])
-    assert json.loads((tmp_path / "third.json").read_text()) == figures
+def test_the_command_writes_a_page_and_prints_poles(written):
+    folder, printed = written
+    assert "third: u -> y; states x1, x2, x3\n  poles -3, -2, -1; zeros none" in printed
+    assert "LQR, Q = diag(1, 0, 0), R = 1: closed-loop poles" in printed
+    page = (folder / "third.html").read_text()
+    for word in ("<h3>A</h3>", "gain margin", "feedback K", "data:image/png"):
+        assert word in page
+    for plot in ("step", "impulse", "bode", "nyquist", "poles", "design_1"):
+        assert (folder / f"third_{plot}.png").stat().st_size > 5000
+
+
+@pytest.mark.slow
+def test_the_files_of_a_plant_hold_the_numbers_of_python_control(written):
+    folder, _ = written
+    figures, system = json.loads((folder / "third.json").read_text()), control.tf([6], [1, 6, 11, 6])
     np.testing.assert_allclose(np.array(figures["poles"])[:, 0], [-3, -2, -1], atol=1e-9)
     gain, _, at_gain, _ = control.margin(system)
     assert figures["margins"]["gain_margin"] == pytest.approx(gain) == pytest.approx(10.0)
     assert figures["margins"]["phase_crossover"] == pytest.approx(at_gain) == pytest.approx(np.sqrt(11))
-    time, step = column(tmp_path, "third_step.csv")
+    time, step = column(folder, "third_step.csv")
     np.testing.assert_allclose(step, control.step_response(system, time).outputs, atol=1e-9)
     # By partial fractions.
     np.testing.assert_allclose(step, 1 - 3 * np.exp(-time) + 3 * np.exp(-2 * time) - np.exp(-3 * time), atol=1e-9)
-    time, impulse = column(tmp_path, "third_impulse.csv")
+    time, impulse = column(folder, "third_impulse.csv")
     np.testing.assert_allclose(impulse, control.impulse_response(system, time).outputs, atol=1e-9)
-    omega, magnitude, phases = column(tmp_path, "third_bode.csv")
+    omega, magnitude, phases = column(folder, "third_bode.csv")
     value = system(1j * omega)
     np.testing.assert_allclose(magnitude, np.abs(value), rtol=1e-9)
     np.testing.assert_allclose(phases, np.unwrap(np.angle(value)), atol=1e-9)
-    page = (tmp_path / "third.html").read_text()
-    for word in ("<h3>A</h3>", "gain margin", "Bode", "data:image/png"):
-        assert word in page or word == "Bode"
-    for plot in ("step", "impulse", "bode", "nyquist", "poles"):
-        assert (tmp_path / f"third_{plot}.png").stat().st_size > 5000
 
 
 def test_a_page_is_not_replaced_unless_one_says_so(tmp_path):
@@ -112,7 +132,10 @@ def test_a_lead_gives_the_phase_margin_at_the_crossover(lag):
             lambda: pid_design(linear(), "ziegler-nichol"),
             "no tuning rule 'ziegler-nichol'; did you mean",
         ),
-        (lambda: pid_design(linear("double"), "simc"), "the plant does not settle by itself; take another rule"),
+        (
+            lambda: pid_design(linear("double"), "simc"),
+            "the plant does not settle by itself; take another rule of --pid, or --place",
+        ),
         (lambda: pid_design(linear("double"), "ziegler-nichols"), "no gain lets this plant just oscillate; take"),
         (lambda: placed_design(linear(), [-1, -2]), "2 poles are given; plant has 3 states: x1, x2, x3"),
         (
@@ -152,17 +175,6 @@ def test_fit_is_100_for_the_same_and_0_for_the_mean():
     assert fit(y, np.full((1, 3), y.mean())).tolist() == [pytest.approx(0.0)]
 
 
-@pytest.mark.slow
-def test_the_command_writes_pages_and_prints_poles(tmp_path, capsys):
-    (tmp_path / "lab.yaml").write_text(WORLD)
-    with pytest.raises(SystemExit) as end:
-        main(["lab", str(tmp_path / "lab.yaml"), "double", "-o", str(tmp_path / "out"), "--lqr", "1,0:1"])
-    assert end.value.code == 0
-    printed = capsys.readouterr().out
-    assert "LQR, Q = diag(1, 0), R = 1: closed-loop poles -0.707107-0.707107j, -0.707107+0.707107j" in printed
-    assert (tmp_path / "out" / "double.html").is_file()
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -178,3 +190,73 @@ def test_a_slip_of_the_keys_is_one_line(arguments, message, tmp_path, capsys):
         main(["lab", str(tmp_path / "lab.yaml"), *arguments, "-o", str(tmp_path / "out")])
     assert end.value.code == 2
     assert capsys.readouterr().err.splitlines() == [message]
+
+
+FORMULAS = """
+mjsim: 1
+plants:
+  - {name: late, tf: {num: [2], den: [3, 1], delay: 0.5}}
+  - {name: position, tf: {num: [10], den: [1, 10, 0]}}
+  - {name: washout, tf: {num: [1, 0], den: [1, 1]}}
+  - {name: gain, tf: {num: [3], den: [2]}}
+  - {name: tuned, tf: {num: [1], den: [1, 0, 4]}}
+  - {name: fast, tf: {num: [1.e12], den: [1, 1.e6, 1.e12]}}
+  - name: two
+    ss: {a: [[-1, 0.5], [0, -2]], b: [[1, 0], [0, 1]], c: [[1, 0], [0, 1], [1, 1]]}
+    input: u2
+    outputs: [y3, y1]
+  - {name: deaf, ss: {a: [[-1]], b: [[0]], c: [[1]]}}
+"""
+
+
+def formula(name: str):
+    world = mjsim.parse_world(FORMULAS)
+    return experiment(world, next(plant for plant in world.plants if plant.name == name)).study
+
+
+def test_a_delay_is_that_of_pade():
+    study = formula("late")
+    omega = np.array([0.1, 1.0, 3.0])
+    exact = 2 / (3j * omega + 1) * np.exp(-0.5j * omega)
+    np.testing.assert_allclose(study.loop(1j * omega), exact, rtol=1e-6)
+    assert study.margins["gain_margin"] == pytest.approx(5.0356, abs=1e-3)
+
+
+def test_one_input_of_several_is_looked_at():
+    plant = formula("two").plant
+    assert (plant.input, plant.outputs) == ("u2", ("y3", "y1"))
+    np.testing.assert_array_equal(plant.B, [[0], [1]])
+    np.testing.assert_array_equal(plant.C, [[1, 1], [1, 0]])
+
+
+def test_what_swings_for_ever_is_shown_for_five_periods():
+    study = formula("tuned")
+    assert study.time[-1] == pytest.approx(5 * np.pi)
+    assert formula("fast").time[-1] == pytest.approx(1.2e-5)
+
+
+def test_simc_tunes_a_plant_that_integrates():
+    # 1 / s with a lag of 0.1 s, which counts as dead time: gain 1 / (2 0.1), integral time 8 0.1.
+    design = pid_design(formula("position").plant, "simc")
+    assert design.num[0] / design.den[0] == pytest.approx(5.0, rel=1e-3)
+    assert "Ti 0.8 s" in design.name
+    assert design.is_stable
+
+
+@pytest.mark.parametrize(
+    ("ask", "message"),
+    [
+        (lambda: formula("deaf"), "plant 'deaf': u moves none of y; name another input"),
+        (lambda: pid_design(formula("washout").plant, "simc"), "comes back to 0 after a step"),
+        (lambda: lqr_design(formula("gain").plant, [], 1.0), "has no states to feed back"),
+        (lambda: lead_design(formula("tuned").plant, margin_deg=45.0, crossover=2.0), "has a pole at 2 rad/s"),
+    ],
+)
+def test_plants_that_a_rule_does_not_suit_are_said_in_one_line(ask, message):
+    with pytest.raises(UsageError, match=message):
+        ask()
+
+
+def test_a_root_locus_is_drawn_for_any_plant():
+    for name in ("gain", "washout", "tuned"):
+        assert poles_plot(formula(name)).axes

@@ -6,9 +6,10 @@ import pytest
 import mjsim
 from mjsim.algorithms.balance import plant as balancing_plant
 from mjsim.algorithms.balance import turning_plant
+from mjsim.algorithms.signal import Signal
 from mjsim.errors import UsageError, WorldError
 from mjsim.interface import BalancingInfo
-from mjsim.lab import ScenePlant
+from mjsim.lab import ScenePlant, experiment
 
 WORLD = """
 mjsim: 1
@@ -87,7 +88,7 @@ def test_a_joint_of_an_arm_is_held_against_gravity_and_moves_as_its_inertia_says
     arm = mjsim.arm("puma560")
     q = np.zeros(6)
     q[2] = np.radians(20)
-    assert lab.held == pytest.approx(arm.gravload(q)[2], rel=1e-9)
+    assert lab.setting.value == pytest.approx(arm.gravload(q)[2], rel=1e-9)
     inertia = arm.inertia(q)[2, 2]
     h = 1e-5
     ahead, behind = (arm.gravload(q + d * np.eye(6)[2])[2] for d in (h, -h))
@@ -95,6 +96,33 @@ def test_a_joint_of_an_arm_is_held_against_gravity_and_moves_as_its_inertia_says
     A = [[0, 1], [-(ahead - behind) / (2 * h) / inertia, -link.viscous * link.gear**2 / inertia]]
     np.testing.assert_allclose(lab.linear.A, A, rtol=1e-6)
     np.testing.assert_allclose(lab.linear.B, [[0], [1 / inertia]], rtol=1e-9)
+
+
+def test_dry_friction_is_left_out_of_the_comparison_and_shown_beside_it():
+    keys = "of: puma/arm, input: joint3, outputs: joint3, around: {joint3_deg: 20}, amplitude: 0.02"
+    world = mjsim.parse_world(WORLD.replace("KEYS", keys).replace("STEP", "4"))
+    found = experiment(world, world.plants[0])
+    link = mjsim.arm("puma560").links[2]
+    assert found.dry_friction == pytest.approx(abs(link.gear) * (link.coulomb[0] - link.coulomb[1]) / 2)
+    assert found.nonlinear_fit is not None
+    assert found.nonlinear_fit[0] > 99.0
+    assert found.nonlinear is not None
+    assert found.rough is not None
+    assert found.rough[1][0, -1] < 0.5 * found.nonlinear[1][0, -1]
+
+
+@pytest.mark.slow
+def test_a_drive_is_identified_from_a_run_whatever_its_profile_makes_of_commands(tmp_path):
+    text = WORLD.replace("KEYS", "of: scout, input: forward, outputs: way.rate").replace("STEP", "4")
+    world = mjsim.parse_world(text)
+    driver = mjsim.Driver(navigator=Signal(forward={"square": {"amplitude": 0.2, "frequency_hz": 0.5}}))
+    with mjsim.Simulation(world) as sim:
+        recording = mjsim.run(sim, drivers={"scout": driver}, seconds=5, record=tmp_path / "run.mcap")
+    found = experiment(world, world.plants[0], recording=recording).identified
+    assert found is not None
+    # The servos' pole; contacts yield, so that it is not exactly there.
+    np.testing.assert_allclose(found.poles, [-10.0], rtol=0.05)
+    assert found.model_fit[0] > 97.0
 
 
 @pytest.mark.slow
@@ -140,7 +168,15 @@ def test_what_is_no_plant_is_said_in_one_line(keys, message):
         ("tf: {num: [1], dem: [1]}", "unknown key 'dem'; did you mean 'den'?"),
         ("tf: {num: [1], den: [1, 1]}, input: torque", "input is for a part of the scene; leave it out beside tf"),
         ("ss: {a: [[0, 1]], b: [[1]], c: [[1]]}", "a must have 1 rows of 1 each, as a has 1 rows"),
-        ("ss: {a: [[0]], b: [[1, 2]], c: [[1]]}", "b must have 1 rows of 1 each, as a has 1 rows"),
+        ("ss: {a: [[0]], b: [[1, 2]], c: [[1]]}", "input is missing; the state space has u1, u2, so say which"),
+        ("ss: {a: [[0]], b: [[1, 2]], c: [[1]]}, input: u3", "input has 'u3'; the state space has u1, u2"),
+        ("ss: {a: [[0]], b: [[1]], c: [[1]]}, outputs: [y2]", "outputs has 'y2'; the state space has y"),
+        ("ss: {a: [[0]], b: [[1], [2]], c: [[1]]}", "b must have 1 rows of 1 each, as a has 1 rows"),
+        ("ss: {a: [[0]], b: [[1]], c: [[1]], d: [[1, 2]]}", "d must have 1 rows of 1 each, as a has 1 rows"),
+        ("ss: {a: [[0]], b: [[1]], c: [[1]]}, around: {q: 1}", "around is for a part of the scene; leave it out"),
+        ("tf: {num: [1], den: [1, 1], delay: -1}", "delay is -1"),
+        ("tf: {num: [1], den: [1, .nan]}", "den[1] is nan; it must be a finite number"),
+        ("tf: [1, 2]", "tf is [1, 2]; it must be keys with values"),
         ("ss: {a: [[0]], b: [[1]]}", "key 'c' is missing; add it"),
         ("tf: {num: [1], den: [1, 1]}, amplitude: 0", "amplitude is 0; it must be above 0"),
     ],

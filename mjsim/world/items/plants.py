@@ -23,12 +23,14 @@ Names = Annotated[
 
 
 class TransferFunction(Model):
-    """A ratio of polynomials of s, the highest power first: [12] over [1, 1.09] is 12 / (s + 1.09)."""
+    """A ratio of polynomials of s, the highest power first: [12] over [1, 1.09] is 12 / (s + 1.09); it may be late."""
 
     num: Coefficients
     """Coefficients of the numerator."""
     den: Coefficients
     """Coefficients of the denominator."""
+    delay: Annotated[float, Field(ge=0, le=1e6)] = 0.0
+    """How much later the output comes; the laboratory takes a Pade approximation of fifth order [s]."""
 
     @model_validator(mode="after")
     def _is_proper(self) -> Self:
@@ -47,7 +49,7 @@ class StateSpace(Model):
     a: Matrix
     """A, row by row."""
     b: Matrix
-    """B, a row for each state; one column."""
+    """B, a row for each state; a column for each input."""
     c: Matrix
     """C, a row for each output."""
     d: Matrix | None = None
@@ -55,14 +57,28 @@ class StateSpace(Model):
 
     @model_validator(mode="after")
     def _shapes_fit(self) -> Self:
-        states, outputs = len(self.a), len(self.c)
-        wanted = {"a": (states, states), "b": (states, 1), "c": (outputs, states), "d": (outputs, 1)}
+        states, inputs, outputs = len(self.a), len(self.b[0]), len(self.c)
+        wanted = {"a": (states, states), "b": (states, inputs), "c": (outputs, states), "d": (outputs, inputs)}
         for key, shape in wanted.items():
             rows = getattr(self, key)
             found = None if rows is None else {(len(rows), len(row)) for row in rows}
             if found is not None and found != {shape}:
                 raise fault(f"{key} must have {shape[0]} rows of {shape[1]} each, as a has {states} rows", key)
         return self
+
+    @property
+    def inputs(self) -> list[str]:
+        """How its inputs are called: u, or u1, u2, ..."""
+        return _numbered("u", len(self.b[0]))
+
+    @property
+    def outputs(self) -> list[str]:
+        """How its outputs are called: y, or y1, y2, ..."""
+        return _numbered("y", len(self.c))
+
+
+def _numbered(name: str, count: int) -> list[str]:
+    return [name] if count == 1 else [f"{name}{k + 1}" for k in range(count)]
 
 
 class Plant(Model):
@@ -73,10 +89,12 @@ class Plant(Model):
     of: Annotated[str, Field(pattern=PART_OF_PLANT, max_length=130)] | None = None
     """A robot, ROBOT/ARM, or a mechanism."""
     input: Name | None = None
-    """What moves it: of a robot `forward`, `turn` or a wheel, of an arm or a mechanism a joint or an actuator."""
+    """What moves it: of a robot `forward`, `turn` or a wheel; of an arm or a mechanism a joint (its torque or force),
+    `JOINT.angle`, `JOINT.position`, `JOINT.velocity`, an actuator by its name, or the body that an actuator acts on; of
+    `ss` with several inputs `u1`, `u2`, ..."""
     outputs: Names | None = None
     """What is measured, one or a list: values of joints, of robots `way`, `lean`, `heading`; `.rate` behind one gives
-    its rate, such as `way.rate`."""
+    its rate, such as `way.rate`; of `ss` `y1`, `y2`, ..., all unless given. Controllers feed back the first."""
     around: Annotated[Mapping[str, Figure], Field(strict=False)] = {}
     """The working point: values of joints by their name [m], or their name with `_deg`; others are as at the start."""
     tf: TransferFunction | None = None
@@ -96,15 +114,29 @@ class Plant(Model):
         if len(given) != 1:
             raise fault(f"a plant has one of 'of', 'tf' and 'ss'; this one has {' and '.join(given) or 'none'}")
         if self.of is None:
-            for key in ("input", "outputs", "around"):
+            for key in ("input", "outputs", "around") if self.ss is None else ("around",):
                 if getattr(self, key):
                     raise fault(f"{key} is for a part of the scene; leave it out beside {given[0]}", key)
+            if self.ss is not None:
+                self._check_names(self.ss)
         elif self.input is None or self.outputs is None:
             missing = "input" if self.input is None else "outputs"
             raise fault(f"key '{missing}' is missing; a part of the scene has an input and outputs")
         if self.signal is not None and (wrong := self.signal.misfit(angle=False)) is not None:
             raise fault(wrong[0], "signal", *wrong[1])
         return self
+
+    def _check_names(self, model: StateSpace) -> None:
+        """Raise a fault for an input or output that a state space does not have."""
+        if self.input is None and len(model.inputs) > 1:
+            raise fault(f"input is missing; the state space has {', '.join(model.inputs)}, so say which", "ss")
+        for key, given, known in (
+            ("input", (self.input,) if self.input else (), model.inputs),
+            ("outputs", self.outputs or (), model.outputs),
+        ):
+            for name in given:
+                if name not in known:
+                    raise fault(f"{key} has '{name}'; the state space has {', '.join(known)}", key)
 
 
 def plant_names(plants: Sequence[Plant]) -> list[str]:

@@ -19,6 +19,11 @@ class _Actuator(Model):
         return str(getattr(self, actuator_kind(self)))
 
 
+class _Named(_Actuator):
+    name: Named | None = None
+    """How the control laboratory calls it as an input."""
+
+
 class _Motion(_Actuator):
     @model_validator(mode="after")
     def _can_be_followed(self) -> Self:
@@ -33,21 +38,21 @@ class _Motion(_Actuator):
         return self
 
 
-class AngleActuator(_Motion):
+class AngleActuator(_Named, _Motion):
     """Turns a joint to angles over time, with whatever torque that needs."""
 
     angle: Named
     """A joint that turns, or `JOINT.VALUE`."""
 
 
-class PositionActuator(_Motion):
+class PositionActuator(_Named, _Motion):
     """Slides a joint to positions over time, with whatever force that needs."""
 
     position: Named
     """A joint that slides, or `JOINT.VALUE`."""
 
 
-class VelocityActuator(_Motion):
+class VelocityActuator(_Named, _Motion):
     """Moves a joint at speeds over time, with whatever torque or force that needs."""
 
     velocity: Named
@@ -68,7 +73,7 @@ class DistanceActuator(_Motion):
         return self.name
 
 
-class _Effort(_Actuator):
+class _Effort(_Named):
     axis: Axis | None = None
     """Direction of a positive value, frame of the mechanism; for a body only."""
     find: bool = False

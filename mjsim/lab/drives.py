@@ -1,0 +1,125 @@
+"""What moves a plant: motors, forces at joints and on bodies, and motions that a joint follows."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import mujoco
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.geometry import Array
+from mjsim.sim import Push
+
+
+class Drive(Protocol):
+    """What an input does to the scene."""
+
+    @property
+    def unit(self) -> str:
+        """Of the input."""
+
+    def write(self, data: mujoco.MjData, value: float) -> None:
+        """Set controls and applied forces for a value of the input; positions are set already."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Motor:
+    """Controls and forces in proportion to the input."""
+
+    unit: str
+    ctrl: Array
+    """For one unit of the input, shape (nu,)."""
+    applied: Array
+    """Generalised forces for one unit of the input, shape (nv,)."""
+
+    def write(self, data: mujoco.MjData, value: float) -> None:
+        """Set controls and applied forces."""
+        data.ctrl[:] = value * self.ctrl
+        data.qfrc_applied[:] = value * self.applied
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BodyPush:
+    """A torque on a body, or a force on a point of it, along an axis that stays."""
+
+    unit: str
+    model: mujoco.MjModel
+    push: Push
+    """With a signal of 1."""
+
+    def write(self, data: mujoco.MjData, value: float) -> None:
+        """Set the applied forces, which depend on where the body is."""
+        mujoco.mj_kinematics(self.model, data)
+        mujoco.mj_comPos(self.model, data)
+        data.ctrl[:], data.qfrc_applied[:] = 0.0, 0.0
+        self.push.apply(data, 0.0)
+        data.qfrc_applied[:] *= value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LedJoint:
+    """A joint that follows the input, with whatever force that takes.
+
+    As a drive it is that force, so that trimming finds the one that holds the working point.
+    """
+
+    unit: str
+    """Of the motion."""
+    force: Motor
+    dof: int
+    is_speed: bool
+    """Whether the input is the joint's speed rather than its value."""
+
+    def write(self, data: mujoco.MjData, value: float) -> None:
+        """Set the force at the joint."""
+        self.force.write(data, value)
+
+    def accelerations(self, inputs: Array, dt: float) -> Array:
+        """Return the accelerations that bring the joint to each input by the end of its step, shape (k,)."""
+        speeds = inputs if self.is_speed else np.diff(inputs, prepend=0.0) / dt
+        return np.asarray(np.diff(speeds, prepend=0.0) / dt)
+
+
+def led(drive: LedJoint, A: Array, B: Array, Y: Array, m: int, rates: Array) -> tuple[Array, Array, Array, Array]:
+    """Return A, B, C, D of a plant one of whose coordinates follows the input.
+
+    Args:
+        drive: The motion.
+        A: Of n coordinates and their rates, with a force at coordinate m as input, shape (2 n, 2 n).
+        B: The same, shape (2 n, 1).
+        Y: Derivatives of the outputs, or of what they are rates of, by the coordinates, shape (outputs, n).
+        m: The coordinate that follows.
+        rates: Which outputs are rates, shape (outputs,).
+
+    Returns:
+        The other coordinates q and their rates are the states, each less what the input adds to it at once; before
+        them stands coordinate m when the input is its speed.
+
+    Raises:
+        UsageError: A rate among the outputs would jump without bound with a value that jumps.
+
+    References:
+        Eliminates the force from q'' = r q_m'' + ..., r = B_q / B_m; the form is that of Ogata, Modern Control
+        Engineering (5th ed., 2010), section 2.5, for inputs with derivatives.
+    """
+    n = len(A) // 2
+    f = [k for k in range(n) if k != m]
+    low = [n + k for k in f]
+    r = B[low] / B[n + m]
+    rest = A[low] - r * A[n + m]
+    a0, a1, k0, k1 = rest[:, f], rest[:, low], rest[:, [m]], rest[:, [n + m]]
+    Yf, Ym, eye, none = Y[:, f], Y[:, [m]], np.eye(n - 1), np.zeros((n - 1, 1))
+    at_once = Yf @ r + Ym
+    zeros, rate = np.zeros_like(Yf), rates[:, None]
+    if drive.is_speed:
+        A = np.block([[np.zeros((1, 2 * n - 1))], [none, 0 * eye, eye], [k0, a0, a1]])
+        B = np.concatenate([[[1.0]], r, k1 + a1 @ r])
+        C = np.hstack([np.where(rate, 0.0, Ym), np.where(rate, zeros, Yf), np.where(rate, Yf, zeros)])
+        return A, B, C, np.where(rate, at_once, 0.0)
+    if (np.abs(at_once[rates]) > 1e-9).any():
+        raise UsageError("a rate among the outputs has no bound when a joint's value jumps; take its velocity as input")
+    b1 = k1 + a1 @ r
+    A = np.block([[0 * eye, eye], [a0, a1]])
+    B = np.concatenate([b1, k0 + a1 @ b1 + a0 @ r])
+    C = np.hstack([np.where(rate, zeros, Yf), np.where(rate, Yf, zeros)])
+    return A, B, C, np.where(rate, Yf @ b1, at_once)

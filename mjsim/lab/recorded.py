@@ -1,0 +1,147 @@
+"""What a recording of a run says of a plant: its input and its outputs, tick by tick."""
+
+import math
+
+import mujoco
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.geometry import Array
+from mjsim.interface import Command
+from mjsim.lab.drives import BodyPush, LedJoint, Motor
+from mjsim.lab.identify import Samples
+from mjsim.lab.scene import ScenePlant
+from mjsim.record import JointTrack, Recording
+from mjsim.sim import gear_of
+from mjsim.world import Robot
+
+CONTROL_RATE = 250.0
+"""Of the controllers that come with mjsim [Hz]."""
+
+
+def recorded(recording: Recording, scene: ScenePlant) -> Samples:
+    """Return the input that acted during each tick, and the outputs at its start.
+
+    Outputs are measured in the recorded states. The input of a base with servos is what these were told, which its
+    velocity profile makes of the commands; that of joints is the torque or the motion that was recorded.
+
+    Raises:
+        UsageError: It is of another world, or does not have the input.
+    """
+    of = str(scene.plant.of)
+    robot = next((each for each in recording.world.robots if each.name == of.partition("/")[0]), None)
+    if robot is None and of not in recording.joints:
+        raise UsageError(f"the recording has no '{of}'")
+    if recording.qpos.shape[1:] != (scene.model.nq,) or recording.qvel.shape[1:] != (scene.model.nv,):
+        raise UsageError("the recording is of a scene with other joints; record this world, then identify the plant")
+    inputs, held = _inputs(recording, scene, robot)
+    outputs = _outputs(recording, scene, robot)
+    known = np.isfinite(inputs) & np.isfinite(outputs).all(axis=0)
+    return Samples(
+        time=recording.time[known],
+        inputs=inputs[known],
+        outputs=outputs[:, known],
+        source="the recording",
+        held=held,
+    )
+
+
+def _inputs(recording: Recording, scene: ScenePlant, robot: Robot | None) -> tuple[Array, bool]:
+    """Return the input of each tick, shape (N,), and whether it is held until the next."""
+    drive, of = scene.drive, str(scene.plant.of)
+    if isinstance(drive, BodyPush):
+        raise UsageError(f"a recording does not tell {scene.plant.input} of {of}; take a joint's force as input")
+    if robot is not None and "/" not in of:
+        assert isinstance(drive, Motor)
+        told = _motors(recording, scene.model, robot)
+        return told @ drive.ctrl / float(drive.ctrl @ drive.ctrl), True
+    track = recording.joints[of]
+    column = _column(track, scene)
+    if isinstance(drive, LedJoint):
+        values = (track.velocities if drive.is_speed else track.positions)[:, column]
+        return values - values[0], False
+    if robot is not None:
+        _check_rate(recording, robot.name, of.partition("/")[2])
+        return _next(track.torques[:, column]), True
+    return track.torques[:, column], False
+
+
+def _column(track: JointTrack, scene: ScenePlant) -> int:
+    """Return which of the recorded joints the input acts on."""
+    force = scene.drive.force if isinstance(scene.drive, LedJoint) else scene.drive
+    assert isinstance(force, Motor)
+    dof = int(np.argmax(force.applied))
+    name = scene.model.joint(int(scene.model.dof_jntid[dof])).name.removeprefix(f"{scene.plant.of}/")
+    return track.names.index(name)
+
+
+def _motors(recording: Recording, model: mujoco.MjModel, robot: Robot) -> Array:
+    """Return what all motors of a base were told during each tick, shape (N, nu)."""
+    told = np.zeros((len(recording.time), model.nu))
+    world, dt = recording.world, 1.0 / recording.world.run.rate_hz
+    gear = gear_of(robot, dt=dt, seed=recording.seed, source=world.source, clock=lambda: 0.0)
+    names = [model.actuator(f"{robot.name}/{part}").id for part in (*gear.wheels, *gear.steering)]
+    if gear.wanted is not None:
+        _check_rate(recording, robot.name, "drive")
+        told[:, names] = _next(recording.joints[f"{robot.name}/drive"].torques)
+        return told
+    commands = recording.robots[robot.name].command
+    if not np.isfinite(commands).all():
+        told[:] = np.nan
+        return told
+    for row, (forward, left, turn) in zip(told, commands.tolist(), strict=True):
+        gear.profile.command(Command(forward, left, turn))
+        row[names] = gear.profile.advance()
+    return told
+
+
+def _next(torques: Array) -> Array:
+    """Return torques that stand at the end of the tick in which they acted at its start, NaN for the last."""
+    return np.concatenate([torques[1:], np.full_like(torques[:1], np.nan)])
+
+
+def _check_rate(recording: Recording, robot: str, part: str) -> None:
+    """See to it that a controller changes its torque once a tick, as often as it is recorded.
+
+    Raises:
+        UsageError: It does so more often.
+    """
+    run = recording.world.run
+    loop = run.drivers[robot].controllers.get(part) if robot in run.drivers else None
+    rate = CONTROL_RATE if loop is None else loop.rate_hz
+    if rate > run.rate_hz:
+        raise UsageError(
+            f"the recording tells the torque of {robot}/{part} {run.rate_hz:g} times a second, and its controller"
+            f" changes it {rate:g} times; record it with --set run.rate_hz={rate:g}"
+        )
+
+
+def _outputs(recording: Recording, scene: ScenePlant, robot: Robot | None) -> Array:
+    """Return what is measured in each recorded state, shape (outputs, N)."""
+    qpos, qvel = recording.qpos.copy(), recording.qvel.copy()
+    if robot is not None and robot.base != "fixed":
+        free = scene.model.joint(f"{robot.name}/free")
+        _turn_back(qpos[:, int(free.qposadr[0]) :][:, :7], qvel[:, int(free.dofadr[0]) :][:, :3])
+    found = np.array([scene.outputs(*state) for state in zip(qpos, qvel, strict=True)]).T
+    turns = [name == "heading" for name in scene.plant.outputs or ()]
+    found[turns] = np.unwrap(found[turns], axis=1)
+    return found
+
+
+def _turn_back(poses: Array, speeds: Array) -> None:
+    """Turn and move the poses of a base, so that it starts at the origin and heads along x, in place.
+
+    Args:
+        poses: Position and quaternion (w, x, y, z), world frame, shape (N, 7) [m].
+        speeds: Of the position, world frame, shape (N, 3) [m/s].
+    """
+    w, x, y, z = poses[0, 3:].tolist()
+    heading = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    c, s = math.cos(heading), math.sin(heading)
+    back = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    poses[:, :2] -= poses[0, :2].copy()
+    poses[:, :3], speeds[:] = poses[:, :3] @ back.T, speeds @ back.T
+    turn, found = np.array([math.cos(heading / 2), 0.0, 0.0, -math.sin(heading / 2)]), np.zeros(4)
+    for row in poses:
+        mujoco.mju_mulQuat(found, turn, row[3:])
+        row[3:] = found
