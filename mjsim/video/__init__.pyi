@@ -6,6 +6,8 @@ from .film import require_film_name as require_film_name
 from .ink import INK as INK
 from .ink import PAPER as PAPER
 from .ink import Letters as Letters
+from .mechanisms import body_outlines as body_outlines
+from .mechanisms import posed as posed
 from .sheet import Labels as Labels
 from .sheet import draw_world as draw_world
 from .still import take_picture as take_picture

@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 
 from mjsim.geometry import Array, Pose
+from mjsim.web.mechanism_items import outlines, turning_joints
 from mjsim.world import Model, Node, Opening, Wall, World, extent, footprint, hung, leaves, solid_pieces
 
 EYE = 1.5
 """What of a wall begins above this is not drawn [m]."""
 THICKNESS = 0.03
 """Of a beacon as it is drawn [m]."""
-_LISTS = ("walls", "obstacles", "beacons", "lamps", "robots")
+_LISTS = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms")
 _DECIMALS = 4
 
 Path = tuple[str | int, ...]
@@ -36,8 +37,16 @@ def scene_of(world: World, raw: Node | None = None) -> Json:
     text = _Text(world.source.written, raw)
     values = world.model_dump(mode="json")
     things = list(_things(world))
+    starts = _starts(world)
     items = [
-        text.item(path, kind, model=model, values=_at(values, path), polygons=polygons, place=place)
+        text.item(
+            path,
+            kind,
+            model=model,
+            values={**_at(values, path), **starts.get(path, {})},
+            polygons=polygons,
+            place=place,
+        )
         for path, kind, model, polygons, place in things
     ]
     return {"items": items, "bounds": _bounds(world, things)}
@@ -85,6 +94,21 @@ def _things(world: World) -> Iterator[Thing]:
     for index, robot in enumerate(world.robots):
         place = Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg))
         yield ("robots", index), "robot", robot, [place.transform(robot.body.outline())], place
+    for index, mechanism in enumerate(world.mechanisms):
+        place = Pose(mechanism.at[0], mechanism.at[1], math.radians(mechanism.heading_deg))
+        yield ("mechanisms", index), "mechanism", mechanism, outlines(mechanism), place
+        for number, outline, joint_place, *_ in turning_joints(mechanism):
+            path = ("mechanisms", index, "joints", number)
+            yield path, "joint", mechanism.joints[number], [outline], joint_place
+
+
+def _starts(world: World) -> dict[Path, Json]:
+    """Return where the joints on the plan start [deg], and whether their axes point down, by their paths."""
+    return {
+        ("mechanisms", index, "joints", number): {"start_deg": round(start, 2), "down": is_down}
+        for index, mechanism in enumerate(world.mechanisms)
+        for number, _, _, start, is_down in turning_joints(mechanism)
+    }
 
 
 def _walls(world: World) -> Iterator[Thing]:

@@ -1,6 +1,8 @@
 """The page itself, which is built from mjsim/web/page by scripts/make/page."""
 
+import gzip
 from collections.abc import Sequence
+from functools import cache
 from importlib import resources
 
 from starlette.requests import Request
@@ -21,6 +23,22 @@ def page_routes() -> Sequence[BaseRoute]:
 
 async def _file(request: Request) -> Response:
     name, kind = _FILES[request.url.path]
+    data, packed = _contents(name)
+    if "gzip" in request.headers.get("accept-encoding", ""):
+        return Response(
+            packed, media_type=kind, headers={**HEADERS, "Content-Encoding": "gzip", "Vary": "Accept-Encoding"}
+        )
+    return Response(data, media_type=kind, headers={**HEADERS, "Vary": "Accept-Encoding"})
+
+
+def _contents(name: str) -> tuple[bytes, bytes]:
+    """Return a file of the page as it is, and compressed."""
     file = resources.files(__package__) / "static" / name
-    text = file.read_text(encoding="utf-8") if file.is_file() else (_UNBUILT if request.url.path == "/" else "")
-    return Response(text, media_type=kind, headers=HEADERS)
+    data = file.read_bytes() if file.is_file() else (_UNBUILT if name == "index.html" else "").encode()
+    return data, _packed(data)
+
+
+@cache
+def _packed(data: bytes) -> bytes:
+    # Without a time, so that the same file has the same bytes.
+    return gzip.compress(data, mtime=0)

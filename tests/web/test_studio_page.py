@@ -80,3 +80,11 @@ def luminance(color: str) -> float:
     shares = [value / 255 for value in bytes.fromhex(color.removeprefix("#"))]
     red, green, blue = (share / 12.92 if share <= 0.04045 else ((share + 0.055) / 1.055) ** 2.4 for share in shares)
     return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
+def test_the_page_is_sent_compressed_to_whom_takes_that(client):
+    plain = client.get("/studio.js", headers={"accept-encoding": "identity"})
+    packed = client.get("/studio.js", headers={"accept-encoding": "gzip"})
+    assert packed.headers["content-encoding"] == "gzip"
+    assert packed.content == plain.content == (STATIC / "studio.js").read_bytes()
+    assert int(packed.headers["content-length"]) < 0.4 * len(plain.content)

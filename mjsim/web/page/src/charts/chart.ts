@@ -72,7 +72,7 @@ export class Chart {
     private readonly handlers: Handlers = {},
     sync?: string,
   ) {
-    this.element.className = "run-chart";
+    this.element.className = "run-chart unknown";
     const head = document.createElement("figcaption");
     head.append(heading(settings), legend(settings.lines), this.reading);
     const box = document.createElement("div");
@@ -87,6 +87,7 @@ export class Chart {
   /** Show columns: time, then one a line. */
   show(columns: [Column, ...Column[]]): void {
     if (this.settings.robust) this.most = 1.3 * quantile(columns.slice(1).flat(), MOST_SHOWN);
+    this.element.classList.toggle("unknown", columns.slice(1).every((column) => column.every((each) => each === null)));
     this.plot.setData(columns as unknown as uPlot.AlignedData);
   }
 
@@ -190,7 +191,7 @@ export class Chart {
     ctx.beginPath();
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
     ctx.clip();
-    if (this.settings.band) {
+    if (this.settings.band && !this.element.classList.contains("unknown")) {
       const [low, high] = this.settings.band.map((value) => plot.valToPos(value, "y", true)) as [number, number];
       ctx.fillStyle = faded(seen, 0.18);
       ctx.fillRect(bbox.left, high, bbox.width, low - high);

@@ -132,7 +132,8 @@ export class Sheet {
   show(history: History): void {
     if (this.drawn[0] === history && this.drawn[1] === history.version) return;
     this.drawn = [history, history.version];
-    const modules = [...history.timing.keys()];
+    // Sorted, so that a module has the same colour in each browser, whichever it heard of first.
+    const modules = [...history.timing.keys()].sort();
     if (modules.join() !== this.modules.join()) {
       this.modules = modules;
       this.drop("timing");

@@ -12,13 +12,26 @@ export async function choosePicture(studio: Studio): Promise<string | null> {
 /** Bring a picture of the person's own into the folder; null when it was refused. */
 export async function uploadPicture(studio: Studio, file: File): Promise<string | null> {
   try {
-    const { path } = await studio.api.upload(file, studio.document.path);
+    const { path } = await studio.api.upload(await asPng(file), studio.document.path);
     await studio.refresh();
     return path;
   } catch (error) {
     studio.toasts.error(error);
     return null;
   }
+}
+
+/** A picture that mjsim does not read, but the browser does, as a PNG; any other file as it is. */
+async function asPng(file: File): Promise<File> {
+  if (["image/png", "image/jpeg"].includes(file.type)) return file;
+  const bitmap = await createImageBitmap(file).catch(() => null);
+  if (!bitmap) return file;
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [bitmap.width, bitmap.height];
+  canvas.getContext("2d")?.drawImage(bitmap, 0, 0);
+  bitmap.close();
+  const blob = await new Promise<Blob | null>((done) => canvas.toBlob(done, "image/png"));
+  return blob ? new File([blob], file.name.replace(/\.[^.]*$/, ".png"), { type: "image/png" }) : file;
 }
 
 function dropPlace(studio: Studio, answer: (path: string) => void): HTMLElement {

@@ -34,6 +34,8 @@ const ORDER = [
   "marker",
   "beacon",
   "mover",
+  "mechanism",
+  "joint",
   "robot",
 ];
 

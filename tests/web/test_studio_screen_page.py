@@ -1,0 +1,91 @@
+"""What a person sees on the page: mechanisms on the plan, charts without values, pictures of any kind."""
+
+import re
+
+import cv2
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+import mjsim
+from mjsim.bench.entering import client_of
+from mjsim.web import Studio
+from mjsim.web.items import scene_of
+from tests.asking import told
+from tests.windows import PATIENCE, page_at
+
+pytestmark = pytest.mark.slow
+ROOM = """\
+mjsim: 1
+mechanisms:
+  - name: fourbar
+    at: [1, 1]
+    elevation: 1
+    bodies: [{name: crank, rod: [1.0, 0.1]}, {name: coupler, rod: [3.5, 0.1]}, {name: rocker, rod: [3.0, 0.1]}]
+    joints:
+      - {revolute: q2, of: [ground, crank], axis: [0, 0, 1], start_deg: 30}   # by hand
+      - {revolute: q3, of: [crank.end, coupler]}
+      - {revolute: q4, of: [{ground: [4, 0, 0]}, rocker]}
+      - {revolute: q5, of: [coupler.end, rocker.end]}
+robots:
+  - {name: scout, preset: pioneer3dx, at: [0, -2]}
+beacons:
+  - {name: poster, image: posters/lion.jpg, at: [6, 0], heading_deg: 180}
+"""
+
+
+def test_a_mechanism_is_on_the_plan_and_its_crank_is_dragged_with_the_loop_closed(sheet):
+    # The middle of the crank, from 30 to 90 degrees.
+    middle, above = (1 + 0.5 * np.cos(np.pi / 6), 1 + 0.5 * np.sin(np.pi / 6)), (1.0, 1.5)
+    sheet.click(*middle)
+    expect(sheet.title).to_have_text("q2")
+    sheet.drag(middle, above)
+    # As far as the body's middle was dragged, on the grid of the plan.
+    expect(sheet.text).to_contain_text(re.compile(r"start_deg: (8[5-9]|9[0-5])(\.\d+)?}   # by hand"))
+    world = mjsim.parse_world(ROOM.replace("start_deg: 30", "start_deg: 90"))
+    bodies = next(item for item in scene_of(world)["items"] if item["kind"] == "mechanism")["polygons"]
+    crank = min(bodies, key=lambda polygon: np.ptp(polygon, axis=0).max())
+    assert np.max(crank, axis=0)[1] == pytest.approx(2.1, abs=0.01)
+    sheet.press("Control+z")
+    sheet.reads("start_deg: 30}   # by hand")
+
+
+def test_a_webp_picture_is_brought_as_a_png(sheet, tmp_path):
+    pixels = np.full((40, 60, 3), (40, 160, 220), np.uint8)
+    data = cv2.imencode(".webp", pixels, [cv2.IMWRITE_WEBP_QUALITY, 101])[1].tobytes()
+    sheet.click(6.0, 0.0)
+    expect(sheet.title).to_have_text("poster")
+    sheet.page.locator(".panel").get_by_role("button", name=re.compile("choose a picture")).click()
+    chooser = sheet.page.locator("dialog input[type=file]")
+    chooser.set_input_files({"name": "hill.webp", "mimeType": "image/webp", "buffer": data})
+    sheet.reads("image: hill.png")
+    brought = cv2.imread(str(tmp_path / "hill.png"))
+    assert brought.shape == (40, 60, 3)
+    assert np.abs(brought.astype(int) - pixels).max() <= 1
+
+
+def test_charts_without_values_say_so_and_no_legend_is_cut(browser, tmp_path):
+    (tmp_path / "room.yaml").write_text(ROOM)
+    with Studio(tmp_path, world="room.yaml") as studio, page_at(browser, studio.url) as page:
+        page.get_by_role("tab", name="Run", exact=True).click()
+        page.get_by_role("button", name="Start", exact=True).click()
+        chart = page.locator(".run-chart", has_text="NEES")
+        distance = page.locator(".run-chart:not(.unknown)", has_text="Time")
+        expect(distance).to_be_visible(timeout=PATIENCE)
+        expect(chart).to_have_class(re.compile("unknown"))
+        cut = page.locator(".run-chart figcaption").evaluate_all(
+            "all => all.filter((each) => each.scrollWidth > each.clientWidth + 1).length"
+        )
+        assert cut == 0
+
+
+def test_a_further_opening_is_written_where_a_person_would(tmp_path):
+    wall = "{points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true, openings: [{segment: 0, at: 1, width: 1}]}"
+    text = f"mjsim: 1\nwalls:\n  - {wall}\n"
+    (tmp_path / "room.yaml").write_text(text)
+    value = {"segment": 0, "at": 3.0, "width": 0.9}
+    with Studio(tmp_path) as studio, client_of(studio.url) as client:
+        change = {"op": "add", "path": ["walls", 0, "openings"], "value": value}
+        found = told(client, "edit", path="room.yaml", text=text, changes=[change])["text"]
+    assert len(mjsim.parse_world(found).walls[0].openings) == 2
+    assert max(len(line) - len(line.lstrip()) for line in found.splitlines()) <= 8
