@@ -43,6 +43,7 @@ class EkfSlamFilter:
         jacobians: Jacobians = "standard",
         pose: ArrayLike = (0.0, 0.0, 0.0),
         covariance: ArrayLike | None = None,
+        parameters: int = 0,
     ) -> None:
         """Start without landmarks.
 
@@ -50,10 +51,12 @@ class EkfSlamFilter:
             jacobians: Where derivatives are taken: at the newest estimates or at the first ones.
             pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
             covariance: Of the pose, shape (3, 3); None for zeros, which makes the start the origin of the map.
+            parameters: Number p of the motion's constant errors, which are estimated too; 0 at the start, and certain.
         """
         if jacobians not in ("standard", "first-estimates"):
             raise ValueError(f"jacobians is {jacobians!r}; it must be 'standard' or 'first-estimates'")
         self._first = jacobians == "first-estimates"
+        self._base = 3 + parameters  # landmarks stand behind the pose and these
         self._order: dict[Hashable, int] = {}  # name -> where its x stands in the mean
         self._mean, self._P = np.zeros(35), np.zeros((35, 35))
         self._anchor = np.zeros(35)  # where derivatives are taken
@@ -73,6 +76,11 @@ class EkfSlamFilter:
     def covariance(self) -> Array:
         """Covariance of the pose, shape (3, 3)."""
         return self._P[:3, :3].copy()
+
+    @property
+    def parameters(self) -> Array:
+        """Mean of the motion's constant errors, shape (p,)."""
+        return self._mean[3 : self._base].copy()
 
     @property
     def joint_covariance(self) -> Array:
@@ -100,7 +108,15 @@ class EkfSlamFilter:
         """Return the names of all landmarks, oldest first."""
         return tuple(self._order)
 
-    def predict(self, motion: Motion, control: ArrayLike, control_covariance: ArrayLike) -> None:
+    def predict(
+        self,
+        motion: Motion,
+        control: ArrayLike,
+        control_covariance: ArrayLike,
+        *,
+        slopes: ArrayLike | None = None,
+        wander: ArrayLike | None = None,
+    ) -> None:
         """Move the pose.
 
         Args:
@@ -108,23 +124,40 @@ class EkfSlamFilter:
                 where the world's origin is, as with any motion in the robot's frame.
             control: Shape (m,).
             control_covariance: Shape (m, m).
+            slopes: How the control changes with the constant errors, shape (m, p): control + slopes @ errors acts.
+            wander: By how much the variances of the constant errors grow, shape (p,); they are constant unless given.
 
         References:
             Probabilistic Robotics, table 10.1 lines 2 to 5. First estimates: F depends on the pose by the
             displacement alone, so F from the first estimate differs by what the last update has moved
             (Huang et al. 2010, equation 42).
         """
-        old, P, size = self._mean[:3], self._P, self._size
-        new, F, G = motion(old.copy(), np.asarray(control, dtype=float))
+        old, P, size, base = self._mean[:3], self._P, self._size, self._base
+        control = np.asarray(control, dtype=float)
+        if slopes is not None:
+            control = control + np.asarray(slopes) @ self._mean[3:base]
+        new, F, G = motion(old.copy(), control)
         if self._first:
             F = F.copy()
             F[0, 2] -= old[1] - self._anchor[1]
             F[1, 2] += old[0] - self._anchor[0]
         P[:3, :3] = F @ P[:3, :3] @ F.T + G @ np.asarray(control_covariance, dtype=float) @ G.T
         P[:3, 3:size] = F @ P[:3, 3:size]
+        if slopes is not None:
+            self._couple(G @ np.asarray(slopes))
+        if wander is not None:
+            P[range(3, base), range(3, base)] += np.asarray(wander, dtype=float)
         P[3:size, :3] = P[:3, 3:size].T
         self._mean[:3] = new
         self._anchor[:3] = new
+
+    def _couple(self, B: Array) -> None:
+        """Add to P what errors of the parameters, times B (3, p), have made of the pose; F P is in its rows already."""
+        P, size, base = self._P, self._size, self._base
+        own = P[3:base, 3:base]
+        crossed = P[:3, 3:base] @ B.T
+        P[:3, :3] += crossed + crossed.T + B @ own @ B.T
+        P[:3, 3:size] += B @ P[3:base, 3:size]
 
     def expect(self, names: Sequence[Hashable]) -> tuple[Array, Array]:
         """Return what would be measured of landmarks in the map, each by itself.
@@ -206,9 +239,21 @@ class EkfSlamFilter:
             array[:size] = array[rest]
         self._P[:size, :size] = self._P[np.ix_(rest, rest)]
 
+    def relocate(self, pose: ArrayLike, covariance: ArrayLike) -> None:
+        """Put the robot elsewhere on its map: what was known of where it is is forgotten.
+
+        Args:
+            pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
+            covariance: Of the pose, shape (3, 3); it is independent of the map.
+        """
+        size = self._size
+        self._mean[:3] = self._anchor[:3] = pose
+        self._P[:3, :size], self._P[:size, :3] = 0.0, 0.0
+        self._P[:3, :3] = covariance
+
     @property
     def _size(self) -> int:
-        return 3 + 2 * len(self._order)
+        return self._base + 2 * len(self._order)
 
     def _places(self, names: Sequence[Hashable]) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
         return np.array([self._order[name] for name in names], dtype=np.intp)

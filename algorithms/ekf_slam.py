@@ -19,7 +19,7 @@ import numpy as np
 from numpy.random import Generator
 
 from mjsim.geometry import Array, Pose, wrap_angles
-from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighting
+from mjsim.interface import BeaconInfo, Estimate, Observation, Odometry, RobotInfo, Sighting
 
 from .association import joint_compatibility, nearest_neighbour
 from .ekf_filter import EkfSlamFilter, Jacobians
@@ -27,6 +27,8 @@ from .ekf_models import bicycle_motion, odometry_motion
 from .invariant_ekf import InvariantEkfSlamFilter
 from .map_management import Probation
 from .picture_errors import PictureErrors, each_of
+from .recent_motion import RecentMotion
+from .relocation import Relocation, pose_from_looks
 
 __all__ = ["EkfSlam", "EkfSlamFilter", "InvariantEkfSlamFilter", "bicycle_motion", "odometry_motion"]
 
@@ -36,6 +38,9 @@ _MEMORY = 0.2
 
 _LEAST = 0.5
 """Share of that average which a tick claims at least. All of it would be on average a third more than is claimed."""
+
+ANYWHERE = (10.0, 10.0, 1.0)
+"""Standard deviations of the pose of a robot that is put elsewhere, before its sightings count [m, m, rad]."""
 
 Innovations = tuple[tuple[Hashable, Array, Array], ...]
 """Of sightings that counted: landmark, innovation (2,) and its covariance (2, 2)."""
@@ -57,6 +62,7 @@ class EkfSlam:
         sighting_scale: float = 1.0,
         nod_deg: float = 0.15,
         repeat: float = 0.5,
+        systematic: float = 10.0,
         association: Literal["known", "nearest", "joint"] = "known",
         joint_covariance: bool = False,
     ) -> None:
@@ -74,6 +80,8 @@ class EkfSlam:
                 camera sees at one moment shifts together then. As its speed changes it nods farther.
             repeat: Share of the variance of a camera's sightings that repeats from image to image, times the way over
                 which it does [m]; a Kalman filter takes each sighting for a new one.
+            systematic: Way over which systematic errors of odometry, in its scale and to one side, are taken to make as
+                much as the noise that it claims [m]; they are part of the state. Infinite: there are none.
             association: What becomes of sightings without a name: with 'known' nothing; 'nearest' pairs each with
                 the landmark that fits it best, 'joint' finds the largest pairing that can be true as a whole.
                 Landmarks without a name are numbered from 0.
@@ -92,12 +100,14 @@ class EkfSlam:
         self._sighting_scale = sighting_scale
         self._nod, self._repeat = math.radians(nod_deg), repeat
         self._joint = joint_covariance
+        self._systematic = systematic
         self._motion = odometry_motion()
         self._filter = _new_filter(jacobians, pose=np.zeros(3), covariance=np.zeros((3, 3)))
         self._usual = np.zeros(3)
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Begin at the robot's prior with an empty map."""
+        self._recent, self._relocation = RecentMotion(), Relocation()
         self._errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
         self._filter = _new_filter(self._jacobians, pose=robot.prior.as_array(), covariance=robot.prior_covariance)
         self._usual = np.zeros(3)
@@ -108,12 +118,15 @@ class EkfSlam:
         """Return the belief after this tick's odometry and sightings."""
         moved = seen.odometry
         covariance = self._steadied(moved.covariance) * self._odometry_scale**2
-        self._filter.predict(self._motion, (moved.forward, moved.left, moved.turn), covariance)
+        self._move(moved, covariance)
+        self._recent.move(moved, seen.time)
         self._errors.move(moved, seen.sightings)
         self._forget(seen.time)
-        named = [sighting for sighting in seen.sightings if sighting.name is not None]
+        sightings = [self._recent.to_now(sighting) for sighting in seen.sightings]
+        named = [sighting for sighting in sightings if sighting.name is not None]
         innovations = self._take([sighting.name for sighting in named], named, seen.time)
-        nameless = [sighting for sighting in seen.sightings if sighting.name is None]
+        self._relocate(seen.time)
+        nameless = [sighting for sighting in sightings if sighting.name is None]
         if nameless and self._association != "known":
             innovations += self._associate(nameless, seen.time)
         told = self._told()
@@ -124,6 +137,36 @@ class EkfSlam:
             innovations=innovations,
             joint_covariance=self._filter.joint_covariance_of(told) if self._joint else None,
         )
+
+    @property
+    def systematic_errors(self) -> Array:
+        """What is added to the way that odometry tells, as a share of it, and to its turn [rad/m], shape (2,)."""
+        return self._filter.parameters
+
+    def _move(self, moved: Odometry, covariance: Array) -> None:
+        """Move the belief, and let odometry's systematic errors be as large as its noise is after a while.
+
+        A random walk of rate r in a slope adds r d^3 / 3 to the variance over a way d, white noise of rate q adds q d.
+        """
+        control = (moved.forward, moved.left, moved.turn)
+        slopes = [[moved.forward, 0.0], [moved.left, 0.0], [0.0, moved.forward]]
+        wander = 3.0 * np.diag(covariance)[[0, 2]] / self._systematic**2
+        self._filter.predict(self._motion, control, covariance, slopes=slopes, wander=wander)
+
+    def _relocate(self, time: float) -> None:
+        """Put the robot where the last looks fit the map, if nearly all of them fail where it is."""
+        if not self._relocation.lost:
+            return
+        names, looks = self._relocation.looks(self._recent, time)
+        here = [(name, look) for name, look in zip(names, looks, strict=True) if name in self._filter]
+        names, looks = [name for name, _ in here], [look for _, look in here]
+        places = {name: mean for name, (mean, _) in self._filter.landmarks(names).items()}
+        pose = pose_from_looks(names, looks, places)
+        if pose is None:
+            return
+        self._filter.relocate(pose, np.diag(ANYWHERE) ** 2)
+        self._filter.update(names, *self._measured(looks))
+        self._relocation.found()
 
     def _steadied(self, claimed: Array) -> Array:
         """Return the covariance of odometry, no variance less than half of its average over the last ticks.
@@ -139,7 +182,7 @@ class EkfSlam:
         known = [i for i, name in enumerate(names) if name in self._filter]
         innovations = self._correct([names[i] for i in known], [sightings[i] for i in known], time) if known else ()
         for name, sighting in zip(names, sightings, strict=True):
-            if name not in self._filter:
+            if name not in self._filter and not self._relocation.lost:
                 self._filter.update([name], *self._measured([sighting]))
                 self._probation.begin(name, time)
         return innovations
@@ -153,7 +196,9 @@ class EkfSlam:
         if counting:
             together = self._errors.covariance([sightings[i] for i in counting], scale=self._sighting_scale)
             self._filter.update([names[i] for i in counting], Z[counting], together)
-        for name, agrees in zip(names, good.tolist(), strict=True):
+        for name, sighting, agrees in zip(names, sightings, good.tolist(), strict=True):
+            if name not in self._probation:
+                self._relocation.saw(name, sighting, failed=not agrees)
             if agrees:
                 self._probation.agrees(name, time)
             elif self._probation.fails(name):
@@ -215,8 +260,8 @@ class EkfSlam:
 
 def _new_filter(jacobians: Jacobians | Literal["invariant"], *, pose: Array, covariance: Array) -> EkfSlamFilter:
     if jacobians == "invariant":
-        return InvariantEkfSlamFilter(pose=pose, covariance=covariance)
-    return EkfSlamFilter(jacobians=jacobians, pose=pose, covariance=covariance)
+        return InvariantEkfSlamFilter(pose=pose, covariance=covariance, parameters=2)
+    return EkfSlamFilter(jacobians=jacobians, pose=pose, covariance=covariance, parameters=2)
 
 
 def _squared_distances(nu: Array, S: Array) -> Array:

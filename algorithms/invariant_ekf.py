@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mjsim.geometry import Array, wrap_angle
 
@@ -35,24 +35,32 @@ class InvariantEkfSlamFilter(EkfSlamFilter):
         IEEE RA-L 2(2), 2017, section II.
     """
 
-    def __init__(self, *, pose: ArrayLike = (0.0, 0.0, 0.0), covariance: ArrayLike | None = None) -> None:
+    def __init__(
+        self, *, pose: ArrayLike = (0.0, 0.0, 0.0), covariance: ArrayLike | None = None, parameters: int = 0
+    ) -> None:
         """Start without landmarks.
 
         Args:
             pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
             covariance: Of the pose, shape (3, 3); None for zeros, which makes the start the origin of the map.
+            parameters: Number of the motion's constant errors; theirs are differences, as in the textbook.
         """
-        super().__init__(jacobians="standard", pose=pose, covariance=covariance)
+        super().__init__(jacobians="standard", pose=pose, covariance=covariance, parameters=parameters)
 
     def _apply(self, step: Array, W: Array) -> None:
         """Move the mean along the exponential of the correction, and P to the errors about the new mean."""
-        size, turn = self._size, float(step[2])
-        old = _points(self._mean[:size])
-        shifts = _points(step) - turn * _turned_left(old)
+        turn, rows = float(step[2]), self._point_rows()
+        old = self._mean[rows]
+        shifts = step[rows] - turn * _turned_left(old)
         new = old @ _rotation(turn).T + shifts @ _arc(turn).T
         self._mean[2] = wrap_angle(self._mean[2] + turn)
-        _set_points(self._mean[:size], new)
+        self._mean[3 : self._base] += step[3 : self._base]
+        self._mean[rows] = new
         self._shear(_turned_left(new - old), W)
+
+    def _point_rows(self) -> NDArray[np.intp]:
+        """Return where x and y of the position and of the landmarks stand in the state, shape (1 + n, 2)."""
+        return np.concatenate([np.arange(2), np.arange(self._base, self._size)]).reshape(-1, 2)
 
     def _shear(self, moved: Array, W: Array) -> None:
         """Take W^T W from P, then add `moved` times the heading's error to that of each point: P <- S P S^T.
@@ -62,10 +70,10 @@ class InvariantEkfSlamFilter(EkfSlamFilter):
 
         Args:
             moved: Of position and landmarks, shape (1 + n, 2) [m/rad].
-            W: Shape (m, 3 + 2 n).
+            W: Shape (m, 3 + p + 2 n).
         """
         size, column = self._size, np.zeros(self._size)
-        _set_points(column, moved)
+        column[self._point_rows()] = moved
         P, loss = self._P[:size, :size], self._spare[: size * size].reshape(size, size)
         heading = P[2] - W[:, 2] @ W
         heading += 0.5 * heading[2] * column
@@ -82,15 +90,6 @@ class InvariantEkfSlamFilter(EkfSlamFilter):
             block = np.multiply(u[rows, None], u, out=given[: rows.stop - start])
             block -= loss[rows]
             P[rows] += block
-
-
-def _points(state: Array) -> Array:
-    """Return the position and the landmarks of (x, y, heading, x_1, y_1, ...), shape (1 + n, 2)."""
-    return np.concatenate([state[:2], state[3:]]).reshape(-1, 2)
-
-
-def _set_points(state: Array, points: Array) -> None:
-    state[:2], state[3:] = points[0], points[1:].ravel()
 
 
 def _turned_left(points: Array) -> Array:

@@ -52,6 +52,7 @@ from .interface import WheelCommand as WheelCommand
 from .interface import WheelTicks as WheelTicks
 from .interface import WorldMap as WorldMap
 from .interface import sightings_from as sightings_from
+from .logs import calibrate as calibrate
 from .logs import import_log as import_log
 from .logs import import_mrclam as import_mrclam
 from .logs import import_victoria_park as import_victoria_park

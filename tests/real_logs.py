@@ -58,7 +58,8 @@ def write_mrclam(
             x, y, heading = circle(start, *twist, np.array([time]))[0]
             for landmark, place in LANDMARKS.items():
                 ahead, left = Pose(x, y, heading).inverse().transform(place)
-                rows.append([START + time, CODES[landmark], np.hypot(ahead, left), np.arctan2(left, ahead)])
+                if ahead > 0.1:  # The camera tells the depth along its axis.
+                    rows.append([START + time, CODES[landmark], ahead, np.arctan2(left, ahead)])
             rows.append([START + time, 14 if number == 1 else 5, 1.0, 0.1])
             rows.append([START + time, 99, 1.0, 0.1])
         write_table(Path(f"{named}_Measurement.dat"), [[t, int(c), r, b] for t, c, r, b in rows], "# Time [s]\n")
@@ -82,7 +83,8 @@ def write_victoria_park(folder: Path, *, seconds: float = 20.0, begin: float = 1
     fixes = np.arange(0.0, seconds, 0.2)
     fixes = fixes[(fixes < 8.0) | (fixes > 12.0)]
     places = circle(start, speed, turn, fixes)
-    write_table(folder / "gps.dat", np.column_stack([begin + fixes, places[:, :2]]).tolist())
+    antenna = [Pose.from_array(place).transform((3.78, 0.5)) for place in places]
+    write_table(folder / "gps.dat", np.column_stack([begin + fixes, antenna]).tolist())
     rows = []
     for time in np.arange(0.1, seconds - 0.1, 0.2137):
         car = Pose.from_array(circle(start, speed, turn, np.array([time]))[0])

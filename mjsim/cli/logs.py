@@ -1,15 +1,18 @@
-"""The command `import-log`: the log of a real robot -> a recording."""
+"""The commands `import-log`, a real robot's log -> a recording, and `calibrate`, how far its sensors are off."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from mjsim.cli.arguments import Overwrite
 from mjsim.errors import UsageError
 from mjsim.progress import say, tracked
+
+if TYPE_CHECKING:
+    from mjsim.logs import Calibration
 
 
 def import_log(
@@ -53,6 +56,41 @@ def import_log(
         if "left out" in fact and value != "0":
             say(f"{fact}: {value}")
     print(output)
+
+
+def calibrate(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log with truth, or a recording.")],
+    output: Annotated[Path | None, typer.Option("-o", metavar="NOISE.yaml", help="Where noise and bias go.")] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Say how far odometry and sightings are off, from a log that knows where the robot was."""
+    from mjsim.logs import calibrate as calibrated
+    from mjsim.logs import write_noise
+    from mjsim.output import require_free
+
+    if output is not None:
+        require_free(output, overwrite=overwrite)
+    found = calibrated(log)
+    for name, each in found.items():
+        for line in _lines(name, each):
+            print(line)
+    if output is not None:
+        write_noise(output, found, overwrite=overwrite)
+
+
+def _lines(name: str, found: "Calibration") -> Iterator[str]:
+    """Yield what is told of a robot."""
+    if (m := found.motion) is not None:
+        yield (
+            f"{name} odometry: way {100 * (m.scale - 1):+.1f} %, noise {m.distance:.3f} m/sqrt(m);"
+            f" turn {math.degrees(m.turn_bias):+.3f} deg/s, noise {m.turn:.3f} rad/sqrt(rad); {m.windows} windows"
+        )
+    if (s := found.sightings) is not None:
+        yield (
+            f"{name} sightings: range {s.range_bias:+.3f} m, noise {s.range:.3f} m;"
+            f" bearing {math.degrees(s.bearing_bias):+.2f} deg, noise {math.degrees(s.bearing):.2f} deg;"
+            f" {s.count} sightings, {s.outliers} outliers"
+        )
 
 
 def _topics(words: Sequence[str]) -> dict[str, list[str]]:

@@ -33,6 +33,7 @@ COMMANDS = {
     "video": "recordings",
     "export": "recordings",
     "import-log": "logs",
+    "calibrate": "logs",
     "export-world": "exchange",
     "arm": "arms",
     "lab": "laboratory",

@@ -1,3 +1,6 @@
+from .calibration import Calibration as Calibration
+from .calibration import calibrate as calibrate
+from .calibration import write_noise as write_noise
 from .kinds import import_log as import_log
 from .log import Wishes as Wishes
 from .mrclam import import_mrclam as import_mrclam

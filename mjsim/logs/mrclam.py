@@ -12,6 +12,10 @@ Subjects 1 to 5 are the robots, 6 to 20 the landmarks. The camera's frame is tha
 truth may be missing: then there is no truth, robots begin at the origin, side by side, and landmarks are known by name
 alone.
 
+What the files call
+range is the depth along the camera's axis: divided by the cosine of the bearing it agrees with the motion capture with
+standard deviations of 0.03, 0.08 and 0.03 m for robots 1 to 3 of data set 7; as it is with 0.12, 0.17 and 0.17 m.
+
 References:
     Leung, Halpern, Barfoot, Liu, The UTIAS multi-robot cooperative localization and mapping dataset, IJRR 30(8), 2011.
 """
@@ -172,11 +176,13 @@ def _read_robot(
     path = folder / f"Robot{number}_Measurement.dat"
     seen = read_table(path, (TIME, "barcode", "range", "bearing"), positive={"range"})
     codes = whole_numbers(path, seen[:, 1], "barcode")
+    if len(behind := np.flatnonzero(np.cos(seen[:, 3]) < 1e-3)):
+        raise UsageError(f"'{path}': a bearing is {seen[behind[0], 3]:g} rad; the camera looks ahead")
     covariance = np.diag(np.square(deviations))
     named = [subject for subject in subjects.values() if subject > ROBOTS] if landmarks is None else landmarks
     sightings = [
-        Sighting(stamp, f"landmark{subjects[code]}", distance, bearing, covariance)
-        for code, (stamp, _, distance, bearing) in zip(codes, seen.tolist(), strict=True)
+        Sighting(stamp, f"landmark{subjects[code]}", depth / math.cos(bearing), bearing, covariance)
+        for code, (stamp, _, depth, bearing) in zip(codes, seen.tolist(), strict=True)
         if subjects.get(code) in named
     ]
     truth = folder / f"Robot{number}_Groundtruth.dat"

@@ -12,6 +12,9 @@ it and 0.50 m to the left. These numbers, and the standard deviations below, are
 (cfg/rbphdslam_VictoriaPark.xml); the columns and the meaning of the bearing are as its programs read them
 (src/rbphdslam_VictoriaPark.cpp, src/MeasurementModel_VictoriaPark.cpp, src/ProcessModel_Ackerman2D.cpp).
 
+The robot's origin is the middle of the rear axle: odometry, sightings, estimates and truth all are of that point. No
+source tells where the antenna is; fixes agree best with the place of the scanner, and are taken to be from there.
+
 References:
     Guivant, Nebot, Optimization of the simultaneous localization and map-building algorithm for real-time
     implementation, IEEE T-RA 17(3), 2001: the data and the model of the car.
@@ -24,7 +27,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.geometry import Array, Pose
+from mjsim.geometry import Array, Pose, wrap_angles
 from mjsim.interface import Sighting
 from mjsim.logs.merge import MotionNoise
 from mjsim.logs.robot_log import RobotLog, write_robot_logs
@@ -38,6 +41,8 @@ WHEELBASE, ENCODER = 2.83, 0.76
 """Between the axles, and from the middle of the rear one to the wheel whose speed is told [m]."""
 SCANNER = (3.78, 0.50)
 """Ahead of the middle of the rear axle, and to its left [m]."""
+ANTENNA = SCANNER
+"""Where the antenna is taken to be, ahead of the middle of the rear axle and to its left [m]."""
 MOTION = MotionNoise(distance=0.04, turn=0.0, veer=0.015)
 """Variances of 0.2 (m/s)^2 and 0.025 rad^2 of each input at 40 Hz, as they add up over one metre at 3 m/s."""
 RANGE, BEARING = math.sqrt(0.025), math.sqrt(0.000025)
@@ -66,7 +71,7 @@ def import_victoria_park(
     """Return the data set as a recording of the robot 'car', whose sightings have no names.
 
     The car begins at the first fix, looking along the first metres of its way, or at the origin, looking along x,
-    without gps.dat. Truth is the place of the antenna where fixes are near in time; its heading is the course.
+    without gps.dat. Truth is the middle of the rear axle, where fixes of the antenna are near in time.
 
     Args:
         folder: Where the text files are.
@@ -89,7 +94,7 @@ def import_victoria_park(
     inputs = read_table(folder / "inputs.dat", (TIME, "velocity", "steering"))
     seen = read_table(folder / "measurements.dat", (TIME, "range", "bearing", "diameter"), positive={"range"})
     gps = folder / "gps.dat"
-    truth = with_course(read_table(gps, (TIME, "x", "y"))) if gps.exists() else None
+    truth = car_poses(with_course(read_table(gps, (TIME, "x", "y"))), inputs) if gps.exists() else None
     span = cut(float(inputs[0, 0]), float(inputs[-1, 0]), begin=begin, seconds=seconds, rate_hz=rate_hz)
     log = RobotLog(
         twists=twists_of(inputs),
@@ -156,6 +161,28 @@ def with_course(fixes: Array) -> Array:
     parts = [np.column_stack([part, _courses(part[:, 1:])]) for part in np.split(fixes, ends)]
     rows = np.concatenate(parts)
     return np.asarray(rows[np.isfinite(rows[:, 3])])
+
+
+def car_poses(fixes: Array, inputs: Array) -> Array:
+    """Return where the middle of the rear axle was, and how the car was turned, of fixes of its antenna.
+
+    Of a car whose way has the curvature k, a point `ahead` of the axle and `left` of its middle moves towards
+    (1 - k left, k ahead), seen from the car; backwards if the car does.
+
+    Args:
+        fixes: Rows of time [s], x, y [m] and course [rad] of the antenna.
+        inputs: Rows of time [s], velocity of the left rear wheel [m/s] and steering angle [rad].
+
+    Returns:
+        Rows of time [s], x, y [m] and heading [rad].
+    """
+    held = (np.searchsorted(inputs[:, 0], fixes[:, 0], side="right") - 1).clip(0)
+    curvature, (ahead, left) = np.tan(inputs[held, 2]) / WHEELBASE, ANTENNA
+    aside = np.arctan2(curvature * ahead, 1.0 - curvature * left) + np.where(inputs[held, 1] < 0.0, np.pi, 0.0)
+    heading = wrap_angles(fixes[:, 3] - aside)
+    c, s = np.cos(heading), np.sin(heading)
+    x, y = fixes[:, 1] - c * ahead + s * left, fixes[:, 2] - s * ahead - c * left
+    return np.stack([fixes[:, 0], x, y, heading], axis=-1)
 
 
 def _courses(places: Array) -> Array:

@@ -128,6 +128,7 @@ COMMANDS = {
     "video": ("video run.mcap --view plan -o film.mp4", "film.mp4"),
     "report": ("report run.mcap -o report", "report/statistics.json"),
     "compare": ("compare run.mcap -o both", "both/comparison.json"),
+    "calibrate": ("calibrate run.mcap -o noise.yaml", "noise.yaml"),
     "tum": ("export run.mcap --tum tum", "tum/scout_truth.tum"),
     "csv": ("export run.mcap --csv csv", "csv/scout_track.csv"),
     "npz": ("export run.mcap --npz run.npz", "run.npz"),

@@ -1,6 +1,7 @@
 """Logs of real robots become recordings; here they are written from motions that are known exactly."""
 
 import json
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -89,7 +90,8 @@ def test_a_log_of_mrclam_becomes_a_recording_of_its_robots_and_landmarks(mrclam)
 
 def test_every_sighting_keeps_its_stamp_and_comes_at_the_tick_after_it(mrclam):
     rows = np.loadtxt(Path(mrclam.metadata["log folder"]) / "Robot1_Measurement.dat")
-    rows = rows[~np.isin(rows[:, 1], [14, 99])]
+    others = np.isin(rows[:, 1], [14, 99])
+    rows = rows[~others]
     track = mrclam.robots["robot1"]
     told = [(time, seen) for time, tick in zip(mrclam.time, track.sightings, strict=True) for seen in tick]
     last = START + mrclam.time[-1]
@@ -98,15 +100,16 @@ def test_every_sighting_keeps_its_stamp_and_comes_at_the_tick_after_it(mrclam):
     assert all(time - 0.1 - 1e-6 < seen.stamp <= time + 1e-6 for time, seen in told)
     assert [name for tick in track.identities for name in tick] == [seen.name for _, seen in told]
     # Of another robot, and of a barcode that there is not.
-    assert mrclam.metadata["robot1 measurements of no landmark"] == str(2 * len(rows) // len(LANDMARKS))
+    assert mrclam.metadata["robot1 measurements of no landmark"] == str(others.sum())
 
 
 def test_the_class_that_runs_in_simulation_maps_the_landmarks_of_a_log(mrclam):
     again = mjsim.replay(mrclam, robot="robot1", estimator=EkfSlam())
     figures = statistics(again)["robot1"]
-    # Sightings come up to a tick late, 0.05 s on average: 1.5 cm at 0.3 m/s, and 5 cm at 4 m by a turn of 0.25 rad/s.
-    assert figures["position_error_m"]["max"] < 0.05
-    assert figures["landmark_error_m"]["count"] == len(LANDMARKS)
+    # Sightings are up to a tick old, 0.05 s on average: taken for new ones they would err by 5 cm at 4 m.
+    assert figures["position_error_m"]["max"] < 0.01
+    looks = Counter(seen.name for tick in again.robots["robot1"].sightings for seen in tick)
+    assert figures["landmark_error_m"]["count"] == sum(count >= 3 for count in looks.values()) >= 3
     assert figures["landmark_error_m"]["rms"] < 0.08
     assert statistics(again)["robot2"]["position_error_m"]["max"] < 0.01
 
@@ -124,11 +127,11 @@ def test_a_log_of_mrclam_without_ground_truth_is_replayed_and_its_errors_are_not
     again = mjsim.replay(run, robot="robot1", estimator=EkfSlam())
     track = again.robots["robot1"]
     assert np.isnan(track.truth).all()
-    names = [f"landmark{number}" for number in LANDMARKS]
-    assert set(track.landmarks.names) == set(names)
-    # Distances between landmarks are those between the tubes; sightings come up to 0.1 s late.
+    names = track.landmarks.names
+    assert len(names) >= 3  # those that come before the camera
+    # Distances between landmarks are those between the tubes.
     found = np.array([track.landmarks.mean[-1, track.landmarks.names.index(name)] for name in names])
-    places = np.array(list(LANDMARKS.values()))
+    places = np.array([LANDMARKS[int(str(name).removeprefix("landmark"))] for name in names])
     apart = [np.linalg.norm(each[:, None] - each[None], axis=-1) for each in (found, places)]
     np.testing.assert_allclose(apart[0], apart[1], atol=0.15)
     figures = statistics(again)["robot1"]
@@ -164,8 +167,10 @@ def test_the_car_of_victoria_park_follows_its_wheel_and_its_steering(park):
     speed, steering = CAR
     way = circle(start, speed, speed * np.tan(steering) / 2.83, recording.time)
     known = np.isfinite(track.truth).all(axis=1)
-    # A chord of 0.2 s lies 2 mm inside the circle.
-    np.testing.assert_allclose(track.truth[known, :2], way[known, :2], atol=2e-3)
+    # The antenna is 3.8 m from the axle: what its course is off at the ends of a stretch shifts the axle, below.
+    off = np.hypot(*(track.truth[known, :2] - way[known, :2]).T)
+    assert np.median(off) < 0.015
+    assert off.max() < 3.81 * 0.6 * np.tan(steering) / 2.83 * 1.4
     assert not known[(recording.time > 8.0) & (recording.time < 11.9)].any()
     assert known[(recording.time < 7.7) | ((recording.time > 12.3) & (recording.time < 19.7))].all()
     # Courses at the ends of a stretch of fixes look one way only: off by half of what is turned in a metre.

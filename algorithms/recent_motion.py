@@ -1,0 +1,90 @@
+"""Where the robot was a moment ago, and what it saw then as it would be seen now.
+
+A picture takes time: what a camera tells is older than the tick that tells it. And a robot that has lost its way needs
+the looks of the last seconds together, as if all were taken from where it stands.
+"""
+
+import math
+from collections import deque
+from dataclasses import replace
+
+import numpy as np
+
+from mjsim.geometry import Array, wrap_angle
+from mjsim.interface import Odometry, Sighting
+
+from .ekf_models import landmark_from, odometry_motion, range_bearing
+
+MEMORY = 10.0
+"""How far back the way is kept [s]."""
+SAME = 1e-6
+"""What is told so soon after it was seen was seen now [s]."""
+
+
+class RecentMotion:
+    """The way of the last seconds, by odometry alone."""
+
+    def __init__(self) -> None:
+        """Start at rest."""
+        self._motion = odometry_motion()
+        start = (-math.inf, np.zeros(3), np.zeros((3, 3)))
+        self._track: deque[tuple[float, Array, Array]] = deque([start])  # time, pose, sum of the steps' covariances
+
+    def move(self, step: Odometry, time: float) -> None:
+        """Take the motion since the tick before; `time` is that of this tick [s]."""
+        _, pose, total = self._track[-1]
+        pose, _, _ = self._motion(pose, np.array([step.forward, step.left, step.turn]))
+        self._track.append((time, pose, total + step.covariance))
+        while len(self._track) > 2 and self._track[1][0] < time - MEMORY:
+            self._track.popleft()
+
+    def since(self, time: float) -> tuple[Array, Array]:
+        """Return the step from the pose at a time to the newest one, shape (3,), and its covariance (3, 3).
+
+        Between two ticks the motion is even; before the first the robot was at rest. The covariance is the sum of
+        those of odometry, which holds while the robot turns little.
+        """
+        _, pose, total = self._track[-1]
+        then, known = self._at(time)
+        c, s = math.cos(then[2]), math.sin(then[2])
+        dx, dy = pose[:2] - then[:2]
+        turn = wrap_angle(float(pose[2] - then[2]))
+        return np.array([c * dx + s * dy, c * dy - s * dx, turn]), total - known
+
+    def to_now(self, sighting: Sighting) -> Sighting:
+        """Return a sighting as it would be from the newest pose; one of now is returned as it is."""
+        if sighting.stamp >= self._track[-1][0] - SAME:
+            return sighting
+        return carried(sighting, *self.since(sighting.stamp))
+
+    def _at(self, time: float) -> tuple[Array, Array]:
+        """Return the pose at a time, shape (3,), and the covariances added up till then (3, 3)."""
+        later = None
+        for entry in reversed(self._track):
+            if entry[0] <= time:
+                break
+            later = entry
+        begin, before, known = entry
+        if later is None or not math.isfinite(begin):
+            return before, known
+        end, pose, total = later
+        share = (time - begin) / (end - begin)
+        way = pose - before
+        way[2] = wrap_angle(float(way[2]))
+        return before + share * way, known + share * (total - known)
+
+
+def carried(sighting: Sighting, step: Array, covariance: Array) -> Sighting:
+    """Return a sighting as it would be after a step of the robot.
+
+    Args:
+        sighting: From before the step.
+        step: (forward, left, turn) in the robot's frame before it, shape (3,) [m, m, rad].
+        covariance: Of the step, shape (3, 3).
+    """
+    place, J = landmark_from(np.zeros(3), np.array([sighting.range, sighting.bearing]))
+    Z, H_step, H_place = range_bearing(step, place[None])
+    by_look = H_place[0] @ J
+    spread = by_look @ sighting.covariance @ by_look.T + H_step[0] @ covariance @ H_step[0].T
+    distance, bearing = Z[0].tolist()
+    return replace(sighting, range=distance, bearing=bearing, covariance=0.5 * (spread + spread.T))

@@ -1,0 +1,111 @@
+"""Finds a robot again that has lost its way on its own map.
+
+A filter that is wrong by more than its covariance allows takes every good sighting for an outlier, and stays wrong.
+When nearly all of the last sightings fail, it is the pose that is wrong: somebody carried the robot away, it slipped,
+or was pushed. The looks of the last seconds, carried along by odometry, then tell where on the map they fit.
+"""
+
+import itertools
+from collections import deque
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array
+from mjsim.interface import Sighting
+
+from .recent_motion import MEMORY, RecentMotion
+
+COUNTED, FAILING = 12, 9
+"""Of so many sightings of the map at least so many must fail; fewer do where every other one is wrong."""
+AGREEING = 0.7
+"""Share of the looks that a new pose must explain."""
+APART = 0.5
+"""Two looks that give a pose are at least so far from each other [m]."""
+MOST_LOOKS = 40
+"""The newest ones are used."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Look:
+    name: Hashable
+    sighting: Sighting
+
+
+class Relocation:
+    """Remembers which sightings of the map failed, and finds the pose that explains them."""
+
+    def __init__(self) -> None:
+        """Start with nothing seen."""
+        self._looks: deque[_Look] = deque(maxlen=MOST_LOOKS)
+        self._failed: deque[bool] = deque(maxlen=COUNTED)
+
+    @property
+    def lost(self) -> bool:
+        """Whether nearly all of the last sightings failed."""
+        return sum(self._failed) >= FAILING
+
+    def saw(self, name: Hashable, sighting: Sighting, *, failed: bool) -> None:
+        """Take a sighting of a landmark of the map."""
+        self._looks.append(_Look(name, sighting))
+        self._failed.append(failed)
+
+    def found(self) -> None:
+        """Forget that sightings failed: the pose is new."""
+        self._failed.clear()
+
+    def looks(self, motion: RecentMotion, time: float) -> tuple[list[Hashable], list[Sighting]]:
+        """Return the last looks at the map, each landmark's newest one, as they would be from here."""
+        newest = {look.name: look.sighting for look in self._looks if time - look.sighting.stamp < MEMORY}
+        return list(newest), [motion.to_now(sighting) for sighting in newest.values()]
+
+
+def pose_from_looks(
+    names: Sequence[Hashable], looks: Sequence[Sighting], places: Mapping[Hashable, Array]
+) -> Array | None:
+    """Return the pose from which the most landmarks are seen where they are, None if no pose explains enough.
+
+    Every pair of looks far enough apart gives a pose; that on which most others agree is taken (an exhaustive RANSAC,
+    Fischler, Bolles 1981), and fitted to those that agree (Arun, Huang, Blostein 1987, in the plane).
+
+    Args:
+        names: Of what was seen.
+        looks: From where the robot is.
+        places: Landmarks of the map, shape (2,) each [m].
+
+    Returns:
+        (x, y, heading), shape (3,) [m, m, rad].
+    """
+    seen = np.array([[look.range * np.cos(look.bearing), look.range * np.sin(look.bearing)] for look in looks])
+    hung = np.array([places[name] for name in names])
+    best: NDArray[np.bool_] = np.zeros(len(seen), dtype=bool)
+    for i, j in itertools.combinations(range(len(seen)), 2):
+        if np.hypot(*(seen[i] - seen[j])) < APART:
+            continue
+        agree = _residuals(fitted(seen[[i, j]], hung[[i, j]]), seen, hung) < _tolerances(looks)
+        if agree[[i, j]].all() and agree.sum() > best.sum():
+            best = agree
+    enough = max(2, np.ceil(AGREEING * len(seen)))
+    return fitted(seen[best], hung[best]) if best.sum() >= enough else None
+
+
+def fitted(seen: Array, hung: Array) -> Array:
+    """Return the pose (3,) that brings points in the robot's frame (n, 2) to their places in the world (n, 2)."""
+    a, b = seen - seen.mean(axis=0), hung - hung.mean(axis=0)
+    heading = np.arctan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b))
+    c, s = np.cos(heading), np.sin(heading)
+    position = hung.mean(axis=0) - np.array([[c, -s], [s, c]]) @ seen.mean(axis=0)
+    return np.array([*position, heading])
+
+
+def _residuals(pose: Array, seen: Array, hung: Array) -> Array:
+    """Return how far seen points (n, 2) come to lie from their places (n, 2), shape (n,) [m]."""
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    return np.asarray(np.hypot(*(pose[:2] + seen @ np.array([[c, s], [-s, c]]) - hung).T))
+
+
+def _tolerances(looks: Sequence[Sighting]) -> Array:
+    """Return three standard deviations of each look's place, shape (n,) [m]."""
+    return np.array([3.0 * np.hypot(np.sqrt(k.covariance[0, 0]), k.range * np.sqrt(k.covariance[1, 1])) for k in looks])

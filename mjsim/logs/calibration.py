@@ -1,0 +1,210 @@
+"""How far a robot's odometry and sightings are off, measured against the truth of its log."""
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.errors import RecordingError, UsageError
+from mjsim.geometry import Array, wrap_angles
+from mjsim.logs.kinds import import_log
+from mjsim.logs.merge import places_at
+from mjsim.output import require_free
+from mjsim.record import Recording, Track, read_recording
+
+WINDOW = 2.0
+"""Over so long motion by odometry is compared with that by the truth [s]."""
+PARTS = 4
+"""Of a window, over which ways and turns are added up."""
+MOVED = 0.05
+"""A window counts in which the robot drove at least so far, or turned by so much [m, rad]."""
+OUTLIER = 6.0
+"""Sightings are outliers beyond so many standard deviations, as the median absolute deviation tells them."""
+LEAST = 20
+"""Windows, or sightings, without which nothing is told."""
+NORMAL = 1.4826
+"""Standard deviation of a normal distribution by its median absolute deviation."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotionCalibration:
+    """Of odometry; its noise in the units of a world's `odometry.noise`."""
+
+    windows: int
+    """How many were compared."""
+    scale: float
+    """Way by odometry over the true way."""
+    distance: float
+    """Noise of the way, once the scale is mended [m/sqrt(m)]."""
+    turn_bias: float
+    """How much too far to the left odometry turns [rad/s]."""
+    turn: float
+    """Noise of the turn, once the bias is taken away [rad/sqrt(rad)]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SightingCalibration:
+    """Of range and bearing to landmarks whose places are known; outliers are counted and left out."""
+
+    count: int
+    outliers: int
+    range_bias: float
+    """Told less true, mean [m]."""
+    range: float
+    """Standard deviation about it [m]."""
+    bearing_bias: float
+    """Told less true, left positive, mean [rad]."""
+    bearing: float
+    """Standard deviation about it [rad]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Calibration:
+    """Of one robot; None where the log tells too little."""
+
+    motion: MotionCalibration | None
+    sightings: SightingCalibration | None
+
+
+def calibrate(log: str | Path | Recording) -> dict[str, Calibration]:
+    """Return how far the odometry and the sightings of each robot of a log are off its truth.
+
+    Args:
+        log: A recording, its file, or a log that `import_log` reads.
+
+    Raises:
+        UsageError: The log cannot be read, or has no truth for any robot.
+    """
+    recording = log if isinstance(log, Recording) else _recording(Path(log))
+    places = {str(beacon.name): np.array(beacon.at) for beacon in recording.world.beacons}
+    found = {
+        name: Calibration(motion=_motion(track), sightings=_sightings(track, places))
+        for name, track in recording.robots.items()
+    }
+    if all(each.motion is None and each.sightings is None for each in found.values()):
+        raise UsageError("the log has too little truth to calibrate by; it must tell where the robot was")
+    return found
+
+
+def noise_text(calibrations: Mapping[str, Calibration]) -> str:
+    """Return the noise and the biases as YAML, those of all robots put together: the root of mean squares, the mean."""
+    motions = [each.motion for each in calibrations.values() if each.motion is not None]
+    looks = [each.sightings for each in calibrations.values() if each.sightings is not None]
+    noise, bias = {}, {}
+    if motions:
+        noise["distance"], noise["turn"] = _root([m.distance for m in motions]), _root([m.turn for m in motions])
+        bias["scale"] = float(np.mean([m.scale for m in motions]))
+        bias["turn_deg"] = math.degrees(float(np.mean([m.turn_bias for m in motions])))
+    if looks:
+        noise["range"], noise["bearing_deg"] = (
+            _root([s.range for s in looks]),
+            math.degrees(_root([s.bearing for s in looks])),
+        )
+        bias["range"] = float(np.mean([s.range_bias for s in looks]))
+        bias["bearing_deg"] = math.degrees(float(np.mean([s.bearing_bias for s in looks])))
+    lines = [f"# Measured by mjsim calibrate; means over {', '.join(calibrations)}.", "noise:"]
+    lines += [f"  {key}: {value:.5g}" for key, value in noise.items()]
+    lines += ["bias:  # scale of odometry's way; its turn [deg/s]; of range [m] and bearing"]
+    lines += [f"  {key}: {value:.5g}" for key, value in bias.items()]
+    return "\n".join(lines) + "\n"
+
+
+def write_noise(path: Path, calibrations: Mapping[str, Calibration], *, overwrite: bool) -> None:
+    """Write the noise and the biases as YAML.
+
+    Raises:
+        UsageError: The file exists and may not be replaced.
+    """
+    require_free(path, overwrite=overwrite)
+    path.write_text(noise_text(calibrations), encoding="utf-8")
+
+
+def _recording(path: Path) -> Recording:
+    if path.is_file() and path.suffix == ".mcap":
+        try:
+            return read_recording(path)
+        except RecordingError:
+            return import_log(path)  # a bag of ROS 2
+    return import_log(path)
+
+
+def _motion(track: Track) -> MotionCalibration | None:
+    """Compare odometry with the truth, window by window."""
+    rows = max(1, round(WINDOW / float(np.median(np.diff(track.time))))) if len(track.time) > 1 else 1
+    ends = np.arange(0, len(track.time) - rows, rows)
+    # In parts of a window: at each tick noise may be larger than the motion, and would make it seem longer.
+    parts = np.linspace(0, rows, min(rows, PARTS) + 1).round().astype(int)
+    steps = np.diff(track.odometry[ends[:, None] + parts], axis=1)
+    way, turned = np.hypot(steps[..., 0], steps[..., 1]).sum(axis=1), np.abs(wrap_angles(steps[..., 2])).sum(axis=1)
+    told, true = (_chords(poses, ends, rows) for poses in (track.odometry, track.truth))
+    counts = np.isfinite(true).all(axis=1) & np.isfinite(told).all(axis=1) & ((way > MOVED) | (turned > MOVED))
+    if counts.sum() < LEAST:
+        return None
+    told, true, way, turned = told[counts], true[counts], way[counts], turned[counts]
+    # Chords of the same arc: while a window turns little they are as far apart as the ways.
+    driven = true[:, 0] > MOVED
+    scale = float(told[driven, 0].sum() / true[driven, 0].sum()) if driven.any() else 1.0
+    off = wrap_angles(told[:, 1] - true[:, 1])
+    bias, seconds = float(off.mean()), rows * float(np.median(np.diff(track.time)))
+    return MotionCalibration(
+        windows=int(counts.sum()),
+        scale=scale,
+        distance=_per_root(told[driven, 0] / scale - true[driven, 0], way[driven]),
+        turn_bias=bias / seconds,
+        turn=_per_root(off - bias, turned),
+    )
+
+
+def _chords(poses: Array, ends: NDArray[np.intp], rows: int) -> Array:
+    """Return how far and by how much a robot came in each window, shape (n, 2) [m, rad]."""
+    steps = poses[ends + rows] - poses[ends]
+    return np.stack([np.hypot(steps[:, 0], steps[:, 1]), wrap_angles(steps[:, 2])], axis=-1)
+
+
+def _per_root(errors: Array, amounts: Array) -> float:
+    """Return a with the variance of errors = a^2 times the amounts that they grew over."""
+    total = float(amounts.sum())
+    return float(np.sqrt(np.sum(errors**2) / total)) if total > 0.0 else 0.0
+
+
+def _sightings(track: Track, places: Mapping[str, Array]) -> SightingCalibration | None:
+    """Compare the sightings of landmarks whose places are known with the truth at the time of each."""
+    known = list(_identified(track, places))
+    if len(known) < LEAST:
+        return None
+    stamps, ranges, bearings, x, y = np.array(known).T
+    poses = places_at(stamps, np.column_stack([track.time, track.truth]), gap=math.inf)
+    dx, dy = x - poses[:, 0], y - poses[:, 1]
+    errors = np.stack([ranges - np.hypot(dx, dy), wrap_angles(bearings - np.arctan2(dy, dx) + poses[:, 2])], axis=-1)
+    errors = errors[np.isfinite(errors).all(axis=1)]
+    if len(errors) < LEAST:
+        return None
+    apart = np.abs(errors - np.median(errors, axis=0))
+    good = np.all(apart <= OUTLIER * NORMAL * np.median(apart, axis=0) + 1e-9, axis=1)
+    mean, deviation = errors[good].mean(axis=0).tolist(), errors[good].std(axis=0).tolist()
+    return SightingCalibration(
+        count=len(errors),
+        outliers=int((~good).sum()),
+        range_bias=mean[0],
+        range=deviation[0],
+        bearing_bias=mean[1],
+        bearing=deviation[1],
+    )
+
+
+def _identified(track: Track, places: Mapping[str, Array]) -> Iterator[tuple[float, float, float, float, float]]:
+    """Yield stamp, range, bearing and true place of each sighting of a landmark whose place is known."""
+    for seen, identities in itertools.zip_longest(track.sightings, track.identities, fillvalue=()):
+        for sighting, identity in zip(seen, itertools.chain(identities, itertools.repeat(None)), strict=False):
+            name = str(sighting.name or identity)
+            if name in places:
+                x, y = places[name].tolist()
+                yield sighting.stamp, sighting.range, sighting.bearing, x, y
+
+
+def _root(values: list[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

@@ -1,0 +1,106 @@
+"""EKF-SLAM on data that is not as its data sheets say: late looks, odometry that is off, robots carried away."""
+
+import numpy as np
+import pytest
+
+from mjsim.algorithms.ekf_models import range_bearing
+from mjsim.algorithms.ekf_slam import EkfSlam
+from mjsim.algorithms.recent_motion import RecentMotion
+from mjsim.algorithms.relocation import pose_from_looks
+from mjsim.geometry import Array, Pose, wrap_angle
+from mjsim.interface import Observation, Odometry, Sighting
+from tests.robots import pioneer
+
+R = np.diag([0.05, np.radians(1.0)]) ** 2
+HUNG = {
+    f"r{k}": place for k, place in enumerate([(6.0, 1.0), (5.0, 5.0), (0.0, 6.0), (-4.0, 3.0), (-3.0, -4.0), (3, -4)])
+}
+DT = 0.1
+
+
+def looks_from(pose: Array, time: float, rng: np.random.Generator | None = None) -> list[Sighting]:
+    """Return what a robot sees of all landmarks, with noise if there is a source of it."""
+    Z, _, _ = range_bearing(pose, np.array(list(HUNG.values())))
+    if rng is not None:
+        Z = Z + rng.normal(0.0, np.sqrt(np.diag(R)), Z.shape)
+    return [Sighting(time, name, float(r), float(b), R) for name, (r, b) in zip(HUNG, Z, strict=True)]
+
+
+@pytest.mark.parametrize("late", [0.03, 0.1, 0.25])
+def test_a_late_look_is_what_would_be_seen_now(late):
+    step, motion = Pose(0.05, 0.0, 0.08), RecentMotion()
+    poses = [Pose(0.4, -0.2, 0.3)]
+    for tick in range(1, 8):
+        poses.append(poses[-1] @ step)
+        motion.move(Odometry(step.x, step.y, step.heading, 1e-6 * np.eye(3)), DT * tick)
+    ticks = late / DT
+    # Between two ticks the robot was on the line between them.
+    before, after = poses[-2 - int(ticks)], poses[-1 - int(ticks)]
+    share = 1.0 - ticks % 1.0
+    then = before.as_array() + share * (after.as_array() - before.as_array())
+    now = poses[-1].as_array()
+    for old, expected in zip(looks_from(then, 0.7 - late), looks_from(now, 0.7), strict=True):
+        told = motion.to_now(old)
+        assert told.range == pytest.approx(expected.range, abs=1e-9)
+        assert wrap_angle(told.bearing - expected.bearing) == pytest.approx(0.0, abs=1e-9)
+        assert np.linalg.eigvalsh(told.covariance)[0] > 0.0
+
+
+def test_a_look_of_now_stays_as_it_is():
+    motion = RecentMotion()
+    motion.move(Odometry(0.05, 0.0, 0.1, 1e-6 * np.eye(3)), 0.1)
+    look = looks_from(np.zeros(3), 0.1)[0]
+    assert motion.to_now(look) is look
+
+
+def test_a_pose_is_found_from_looks_of_which_one_is_wrong():
+    pose = np.array([1.0, -0.5, 2.0])
+    looks = looks_from(pose, 0.0)
+    looks[2] = Sighting(0.0, "r2", 1.0, 0.0, R)
+    places = {name: np.array(place) for name, place in HUNG.items()}
+    found = pose_from_looks(list(HUNG), looks, places)
+    assert found is not None
+    np.testing.assert_allclose(found, pose, atol=1e-9)
+    # One landmark alone tells no pose.
+    assert pose_from_looks(["r1"], looks[1:2], places) is None
+
+
+def drive(slam: EkfSlam, *, scale: float = 1.0, veer: float = 0.0, carried: Pose | None = None) -> Array:
+    """Drive a circle of 1 m for 60 s; odometry tells a way `scale` times as long, `veer` [rad/m] too much to the left.
+
+    Returns the errors of the position and of the heading at each tick, shape (N, 2) [m, rad]. At half of the time
+    somebody may carry the robot away.
+    """
+    rng, step, truth = np.random.default_rng(3), Pose(0.05, 0.0, 0.05), Pose(0.0, 0.0, 0.0)
+    slam.start(pioneer(prior=truth), {}, rng)
+    noise, errors = np.array([0.02 * np.sqrt(0.05), 0.0, 0.05 * np.sqrt(0.05)]), []
+    for tick in range(1, 601):
+        truth = truth @ step
+        if carried is not None and tick == 300:
+            truth = carried
+        told = step.as_array() * (scale, 1.0, 1.0) + (0.0, 0.0, veer * step.x) + noise * rng.standard_normal(3)
+        moved = Odometry(*told.tolist(), np.diag(noise**2))
+        seen = looks_from(truth.as_array(), DT * tick, rng) if tick % 5 == 0 else []
+        near = tuple(look for look in seen if abs(look.bearing) < 1.0)
+        belief = slam.update(Observation(time=DT * tick, dt=DT, odometry=moved, sightings=near)).pose
+        off = wrap_angle(belief.heading - truth.heading)
+        errors.append((np.hypot(belief.x - truth.x, belief.y - truth.y), off))
+    return np.array(errors)
+
+
+VARIANTS = ("standard", "first-estimates", "invariant")
+
+
+@pytest.mark.parametrize("jacobians", VARIANTS)
+def test_systematic_errors_of_odometry_are_learnt(jacobians):
+    slam = EkfSlam(jacobians=jacobians)
+    drive(slam, scale=1.08, veer=0.06)
+    # What is added to the way that odometry tells: it is 8 % too long, and turns by 0.06 rad too much in 1.08 m.
+    assert slam.systematic_errors == pytest.approx([1.0 / 1.08 - 1.0, -0.06 / 1.08], abs=0.02)
+
+
+@pytest.mark.parametrize("jacobians", VARIANTS)
+def test_a_robot_that_was_carried_away_finds_itself_on_its_map(jacobians):
+    errors = drive(EkfSlam(jacobians=jacobians), carried=Pose(-1.5, 1.0, -2.0))
+    assert errors[310:330, 0].max() > 1.0
+    assert errors[400:, 0].mean() < 0.12

@@ -1,0 +1,65 @@
+"""What `calibrate` says of logs whose noise and bias are known."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import mjsim
+from mjsim.errors import UsageError
+from mjsim.interface import Observation, Odometry, Sighting
+from tests.real_logs import run_command
+
+PLACES = {"door": (4.0, 0.0), "lamp": (-3.0, 2.0), "desk": (0.5, -4.0)}
+DT = 0.1
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    """A drive of 100 s on a circle; odometry is 7 % long and turns by 0.2 degrees a second too much."""
+    rng, observations, truth = np.random.default_rng(0), [], []
+    pose, step = mjsim.Pose(1.0, 0.0, np.pi / 2), mjsim.Pose(0.03, 0.0, 0.03)
+    for tick in range(1000):
+        noise = rng.normal(0.0, [0.05 * np.sqrt(step.x), 0.1 * np.sqrt(step.heading)])
+        moved = Odometry(
+            1.07 * step.x + noise[0], 0.0, step.heading + DT * np.radians(0.2) + noise[1], 1e-4 * np.eye(3)
+        )
+        pose = pose @ step
+        seen = []
+        for name, place in PLACES.items():
+            ahead, left = pose.inverse().transform(place)
+            wrong = 3.0 if rng.random() < 0.02 else 0.0
+            z = (
+                np.hypot(ahead, left) + rng.normal(0.09, 0.03) + wrong,
+                np.arctan2(left, ahead) + rng.normal(0.01, 0.02),
+            )
+            seen.append(Sighting(DT * tick, name, float(z[0]), float(z[1]), np.diag([0.01, 0.001])))
+        observations.append(Observation(time=DT * tick, dt=DT, odometry=moved, sightings=tuple(seen)))
+        truth.append(pose.as_array())
+    path = tmp_path_factory.mktemp("calibrate") / "run.mcap"
+    return mjsim.write_log(path, observations, truth=np.array(truth), landmarks=PLACES)
+
+
+def test_noise_and_bias_of_a_log_come_back(log):
+    found = mjsim.calibrate(log)["robot"]
+    motion, looks = found.motion, found.sightings
+    assert motion.scale == pytest.approx(1.07, abs=0.02)
+    assert np.degrees(motion.turn_bias) == pytest.approx(0.2, abs=0.35)  # 50 windows of 1.4 degrees
+    assert motion.distance == pytest.approx(0.05, rel=0.35)
+    assert motion.turn == pytest.approx(0.1, rel=0.35)
+    assert (looks.range_bias, looks.range) == pytest.approx((0.09, 0.03), abs=0.003)
+    assert (looks.bearing_bias, looks.bearing) == pytest.approx((0.01, 0.02), abs=0.0015)
+    assert looks.outliers == pytest.approx(60, abs=25)
+
+
+def test_the_command_says_it_and_writes_it_once(log, tmp_path, capsys):
+    assert run_command("calibrate", log.path, "-o", tmp_path / "noise.yaml") == 0
+    assert "robot odometry: way +" in capsys.readouterr().out
+    assert "  range: 0.03" in (tmp_path / "noise.yaml").read_text()
+    assert run_command("calibrate", log.path, "-o", tmp_path / "noise.yaml") == 2
+
+
+def test_a_log_without_truth_is_refused(log):
+    blind = {name: dataclasses.replace(t, truth=np.full_like(t.truth, np.nan)) for name, t in log.robots.items()}
+    with pytest.raises(UsageError, match="too little truth"):
+        mjsim.calibrate(dataclasses.replace(log, robots=blind))
