@@ -43,6 +43,7 @@ from .interface import Navigator as Navigator
 from .interface import Observation as Observation
 from .interface import Observer as Observer
 from .interface import Odometry as Odometry
+from .interface import PointCloud as PointCloud
 from .interface import RobotInfo as RobotInfo
 from .interface import Scan as Scan
 from .interface import SensorInfo as SensorInfo

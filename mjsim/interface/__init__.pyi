@@ -25,6 +25,7 @@ from .readings import Message as Message
 from .readings import Observation as Observation
 from .readings import Odometry as Odometry
 from .readings import Picture as Picture
+from .readings import PointCloud as PointCloud
 from .readings import Scan as Scan
 from .readings import Sighting as Sighting
 from .readings import WheelTicks as WheelTicks

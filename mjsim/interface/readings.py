@@ -97,6 +97,26 @@ class Scan:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class PointCloud:
+    """One turn of a 3-D lidar: where its beams met something, one row a point, in the order in which they were fired.
+
+    The sensor moves while it turns, and each point lies in its frame as it was at the time of that point. Beams
+    without a return are left out.
+    """
+
+    stamp: float
+    """When the turn was complete [s]."""
+    points: NDArray[np.float32]
+    """In the sensor's frame, x ahead, y to the left, z up, shape (n, 3) [m]."""
+    times: NDArray[np.float32]
+    """When each was measured, after the stamp, so none is above zero, shape (n,) [s]."""
+    intensities: NDArray[np.float32]
+    """Strength of each return, of that of a white wall hit squarely, shape (n,)."""
+    rings: NDArray[np.uint16]
+    """Which beam of the stack, the lowest is 0; 0 for all of a rosette, shape (n,)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class ImuReading:
     """What an inertial sensor measured, as the mean since its last reading, in its own frame."""
 
@@ -255,6 +275,8 @@ class Observation:
     """What other robots sent and the radio brought since the last tick."""
     joints: Mapping[str, JointState] = field(default_factory=dict)
     """What the encoders of each arm tell, by the name of the arm."""
+    clouds: Mapping[str, PointCloud] = field(default_factory=dict)
+    """By the name of the 3-D lidar, only those due at this tick."""
 
 
 def message_text(content: object) -> str:

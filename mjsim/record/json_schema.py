@@ -54,9 +54,9 @@ def distances(description: str) -> Schema:
     return listed(item, f"{description}; null where there is nothing")
 
 
-def packed(rows: str) -> Schema:
-    """Return the schema of many numbers at once."""
-    description = f"Little-endian doubles, row by row: {rows}"
+def packed(rows: str, kind: str = "doubles") -> Schema:
+    """Return the schema of many numbers at once, of a kind such as 'doubles'."""
+    description = f"Little-endian {kind}, row by row: {rows}"
     return {"type": "string", "contentEncoding": "base64", "description": description}
 
 

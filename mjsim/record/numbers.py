@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mjsim.geometry import Array
 
@@ -37,14 +37,15 @@ def numbers(values: Sequence[float | None], *shape: int) -> Array:
     return array
 
 
-def packed(values: ArrayLike) -> str:
-    """Return numbers as base64 of little-endian doubles, row by row."""
-    return base64.b64encode(np.asarray(values, dtype="<f8").tobytes()).decode()
+def packed(values: ArrayLike, kind: str = "<f8") -> str:
+    """Return numbers as base64, little-endian, row by row; doubles unless another kind of NumPy's is given."""
+    return base64.b64encode(np.asarray(values, dtype=kind).tobytes()).decode()
 
 
-def unpacked(text: str, *shape: int) -> Array:
-    """Return the numbers of a text, shape (n,) unless given."""
-    return np.frombuffer(base64.b64decode(text), dtype="<f8").reshape(shape or -1).astype(float)
+def unpacked(text: str, *shape: int, kind: str = "<f8") -> NDArray[Any]:
+    """Return the numbers of a text, shape (n,) unless given, of the kind that they were packed as."""
+    dtype = np.dtype(kind)
+    return np.frombuffer(base64.b64decode(text), dtype=dtype).reshape(shape or -1).astype(dtype.newbyteorder("="))
 
 
 def nanoseconds(time: float) -> int:

@@ -15,6 +15,7 @@ SENSORS = {
     "ring": "",
     "lidar-180": "{lidar: scan, beams: 180, rate_hz: 25, noise: {range: 0.01}}",
     "lidar-1440": "{lidar: scan, beams: 1440, fov_deg: 360, rate_hz: 25, noise: {range: 0.01}}",
+    "lidar3d": "{lidar3d: top, preset: velodyne-vlp16, at: [0, 0, 1], rate_hz: 25, columns: 720}",
     "beacons": "{beacons: ring, rate_hz: 25, noise: {range: 0.05, bearing_deg: 1}}",
     "imu": "{imu: feel}",
     "camera": f"{{{CAMERA}}}",

@@ -1,6 +1,7 @@
 """The codecs of all kinds of readings, in the order of an observation."""
 
 from mjsim.record.readings.cameras import CAMERAS
+from mjsim.record.readings.clouds import CLOUDS
 from mjsim.record.readings.codec import Codec
 from mjsim.record.readings.encoders import ENCODERS
 from mjsim.record.readings.imu import IMU
@@ -24,6 +25,7 @@ CODECS: tuple[Codec, ...] = (
     ENCODERS,
     RANGES,
     JOINTS,
+    CLOUDS,
 )
 """In the order in which they stand in a message of `/R/observation`."""
 

@@ -6,6 +6,7 @@ from mjsim.sim.sensors.device import Makers
 from mjsim.sim.sensors.encoders import EncoderDevice
 from mjsim.sim.sensors.imu import ImuDevice
 from mjsim.sim.sensors.lidar import LidarDevice
+from mjsim.sim.sensors.lidar3d import Lidar3dDevice
 from mjsim.sim.sensors.uwb import UwbDevice
 from mjsim.world import sensors
 
@@ -16,5 +17,6 @@ MAKERS: Makers = {
     sensors.Imu: ImuDevice,
     sensors.Encoders: EncoderDevice,
     sensors.Uwb: UwbDevice,
+    sensors.Lidar3d: Lidar3dDevice,
 }
 """What makes the device of each kind of sensor."""

@@ -49,6 +49,8 @@ from .events import WorldEvent as WorldEvent
 from .events import said_of as said_of
 from .fit import misfits as misfits
 from .lenses import Lens as Lens
+from .lidars import Lidar as Lidar
+from .lidars import Lidar3d as Lidar3d
 from .light import Lamp as Lamp
 from .looks import Looks as Looks
 from .looks import first_looks as first_looks
@@ -94,7 +96,6 @@ from .sensors import BeaconSensor as BeaconSensor
 from .sensors import Camera as Camera
 from .sensors import Depth as Depth
 from .sensors import Imu as Imu
-from .sensors import Lidar as Lidar
 from .sensors import Sensor as Sensor
 from .sensors import name_of as name_of
 from .signals import Signal as Signal

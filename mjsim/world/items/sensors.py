@@ -4,11 +4,9 @@ import math
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
 import numpy as np
-from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
-from mjsim.errors import did_you_mean
 from mjsim.world.ground import (
-    PART_PATTERN,
     Degrees,
     Deviation,
     Distance,
@@ -22,80 +20,10 @@ from mjsim.world.ground import (
     fault,
 )
 from mjsim.world.items.lenses import Lens
-from mjsim.world.items.sensor_presets import over_sensor
-
-
-def _ascending(bounds: tuple[float, ...]) -> tuple[float, ...]:
-    if bounds[0] >= bounds[1]:
-        raise ValueError(f"range is {list(bounds)} m; the nearest must be less than the farthest")
-    return bounds
-
-
-Latency = Annotated[int, Field(ge=0, le=1000)]
-"""Whole ticks."""
-Chance = Annotated[float, Field(ge=0, le=1), Slider(0.0, 1.0)]
-"""A probability."""
-Bounds = Annotated[tuple[Distance, ...], Field(strict=False, min_length=2, max_length=2), AfterValidator(_ascending)]
-"""[nearest, farthest] [m]."""
-Pitch = Annotated[float, Field(ge=-89, le=89)]
-
-
-class SensorModel(Model):
-    """What the models of all sensors say of their kind."""
-
-    kind: ClassVar[str]
-    """The key that names a sensor of this kind; modules are told it too."""
-    noise_keys: ClassVar[tuple[str, ...]] = ("noise",)
-    """Keys of its noise, which may change while a world runs."""
-    between_ticks: ClassVar[bool] = False
-    """Whether it reads at a rate of its own between ticks, so that readings come several at once."""
-
-    @property
-    def housing(self) -> Point3 | None:
-        """Where its round housing is, [x, y, z] in the robot's frame [m]; None without one."""
-        return None
-
-    def misfit(self, robot: Any) -> str | None:
-        """Return in a sentence why a robot cannot carry this sensor; None if it can."""
-        return None
-
-    @model_validator(mode="before")
-    @classmethod
-    def _not_on_an_arm(cls, keys: Any) -> Any:
-        if isinstance(keys, dict) and "on" in keys and "on" not in cls.model_fields:
-            raise fault(f"a sensor '{cls.kind}' is on the body of a robot, not on its arms; leave out 'on'", "on")
-        return keys
-
-
-class _OnArm(SensorModel):
-    """A sensor that an arm may carry."""
-
-    on: Annotated[str, Field(pattern=PART_PATTERN, max_length=129)] | None = None
-    """What of an arm carries it, ARM/link1 and so on or ARM/tool, in whose frame it is then; else the robot's body."""
-
-    def misfit(self, robot: Any) -> str | None:
-        """Return in a sentence why a robot cannot carry this sensor; None if it can."""
-        parts = [part for arm in robot.arms for part in arm.parts()]
-        if self.on is None or self.on in parts:
-            return None
-        return f"no part '{self.on}' of an arm of this robot{did_you_mean(self.on, parts)}"
-
-
-class _Bought(_OnArm):
-    """A sensor of which there are known makes."""
-
-    preset: Name | None = None
-    """A sensor of `assets/sensors`; keys beside this one override it."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _over_preset(cls, keys: Any) -> Any:
-        if isinstance(keys, dict) and isinstance(keys.get("preset"), str):
-            try:
-                return over_sensor(cls.kind, keys["preset"], keys)
-            except ValueError as error:
-                raise fault(str(error), "preset") from None
-        return keys
+from mjsim.world.items.lidars import Lidar as Lidar
+from mjsim.world.items.lidars import Lidar3d as Lidar3d
+from mjsim.world.items.lidars import Rosette as Rosette
+from mjsim.world.items.sensor_model import Bought, Bounds, Chance, Latency, OnArm, Pitch, SensorModel
 
 
 class Depth(Model):
@@ -107,7 +35,7 @@ class Depth(Model):
     """Standard deviation at 1 m [m]; it grows with the square of the distance, as that of stereo does."""
 
 
-class Camera(_Bought):
+class Camera(Bought):
     """A camera on the robot; it looks along the robot's x axis unless yaw and pitch say otherwise."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"camera": "front", "at": [0.1, 0, 0.5]}]})
@@ -158,54 +86,6 @@ class Camera(_Bought):
                 message = f"fov_deg is {self.fov_deg:g}; the lens folds the picture before it, make one of them smaller"
                 raise fault(message, "lens")
         return self
-
-
-class LidarNoise(Model):
-    """Standard deviations of one beam's reading."""
-
-    range: Deviation = 0.0
-    """[m]"""
-
-
-class Lidar(_Bought):
-    """A level fan of laser beams, as a 2-D lidar has them; what it gives is one scan."""
-
-    model_config = ConfigDict(json_schema_extra={"examples": [{"lidar": "scan"}]})
-    kind: ClassVar[str] = "lidar"
-    noise_keys: ClassVar[tuple[str, ...]] = ("noise", "missed", "mixed_pixels")
-    lidar: Name
-    """Its name."""
-    at: Point3 = (0.0, 0.0, 0.3)
-    """[x, y, z] in the robot's frame [m]."""
-    yaw_deg: Degrees = 0.0
-    """Where the middle of the fan points, to the left."""
-    pitch_deg: Pitch = 0.0
-    """Up."""
-    beams: Annotated[int, Field(ge=2, le=10_000)] = 180
-    """How many, evenly spread from the right to the left."""
-    fov_deg: Annotated[float, Field(gt=0, le=360)] = 180.0
-    """From the first beam to the last; all around with 360, the first beam behind."""
-    range: Bounds = (0.05, 10.0)
-    """[nearest, farthest] that is measured [m]."""
-    rate_hz: Rate = 12.5
-    """Scans a second; it divides the rate of the tick."""
-    latency: Latency = 0
-    """How many ticks a scan comes late."""
-    noise: LidarNoise = LidarNoise()
-    """How far a reading is off."""
-    missed: Chance = 0.0
-    """Probability that a beam gets no return although it meets something."""
-    mixed_pixels: Chance = 0.0
-    """Probability that a beam whose spot lies on an edge reads some distance between the two surfaces."""
-    spot_deg: Annotated[float, Field(gt=0, le=10)] = 0.5
-    """Angle across the spot of a beam; it matters with mixed_pixels."""
-    intensity: bool = False
-    """Whether the strength of each return is given too."""
-
-    @property
-    def housing(self) -> Point3:
-        """Where its round housing is, [x, y, z] in the robot's frame [m]."""
-        return self.at
 
 
 class BeaconNoise(Model):
@@ -274,7 +154,7 @@ class ImuRange(Model):
     """[rad/s]; 2000 degrees a second unless given."""
 
 
-class Imu(_OnArm):
+class Imu(OnArm):
     """An inertial sensor: an accelerometer, which feels gravity too, and a gyroscope."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"imu": "imu"}]})
@@ -378,7 +258,7 @@ class Uwb(SensorModel):
         return self.at
 
 
-AnySensor = Camera | Lidar | BeaconSensor | Imu | Encoders | Uwb
+AnySensor = Camera | Lidar | BeaconSensor | Imu | Encoders | Uwb | Lidar3d
 SENSOR_KINDS: dict[str, type[AnySensor]] = {model.kind: model for model in get_args(AnySensor)}
 """Sensors by the key that names them."""
 

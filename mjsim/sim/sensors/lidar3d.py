@@ -1,0 +1,150 @@
+"""3-D lidars: a stack of beams that turns, or a rosette, measured while the robot drives."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.compile import carrier_of, robot_from_carrier, robot_from_sensor
+from mjsim.geometry import Array
+from mjsim.interface import PointCloud, SensorInfo
+from mjsim.sim.batch_rays import BatchRays
+from mjsim.sim.sensors.device import Mounting, Sensed
+from mjsim.sim.sensors.lidar import BRIGHT
+from mjsim.world import sensors
+
+
+class Lidar3dDevice:
+    """A 3-D lidar of a robot in a running simulation.
+
+    It fires between ticks: the beams of a turn fall upon the steps of the physics, and those of one step start where
+    the sensor is after it. Nothing is cast before somebody asks. Each turn draws the same count of chances, one a beam.
+
+    References:
+        Brazeal, Wilkinson, Hochmair, A Rigorous Observation Model for the Risley Prism-Based Livox Mid-40 Lidar
+        Sensor, Sensors 21(14), 2021, for the rosette: each prism bends the beam by half the cone's half angle.
+    """
+
+    def __init__(self, lidar: sensors.Lidar3d, mounting: Mounting) -> None:
+        """Get ready to turn.
+
+        Args:
+            lidar: As the world file has it.
+            mounting: Where it sits; each option draws from a stream of its own.
+        """
+        model, robot = mounting.model, mounting.robot
+        self._data, self._streams, self._name = mounting.data, mounting.streams, lidar.lidar3d
+        step = model.opt.timestep
+        self._steps = round(1.0 / (lidar.rate_hz * step))
+        self._beams, columns, self._rings = _pattern(lidar)
+        turn = np.arange(len(self._rings)) // columns
+        slots = turn * self._steps // (turn[-1] + 1)
+        self._times = ((slots + 1 - self._steps) * step).astype(np.float32)
+        carrier, frame = carrier_of(robot, lidar)
+        mounted = robot_from_sensor(lidar.at, yaw_deg=lidar.yaw_deg, pitch_deg=lidar.pitch_deg)
+        self._robot_from_sensor = robot_from_carrier(robot, lidar) @ mounted
+        edges = np.searchsorted(slots, np.arange(self._steps + 1))
+        self._rays = BatchRays(model, robot.name, carrier=carrier, mount=frame @ mounted, edges=edges)
+        self._brightness = np.append(model.geom_rgba[:, :3] @ BRIGHT, 0.0)
+        self._states = np.empty((self._steps, model.nq))
+        self._count = 0
+        self.retune(lidar)
+
+    def retune(self, lidar: sensors.Lidar3d) -> None:
+        """Use the noise of this model from now on; chance goes on where it was."""
+        self._lidar = lidar
+        self._noise = self._streams("range") if lidar.noise.range else None
+        self._missed = self._streams("missed") if lidar.missed else None
+
+    def info(self) -> SensorInfo:
+        """Return its data sheet."""
+        lidar = self._lidar
+        return SensorInfo(
+            kind="lidar3d",
+            robot_from_sensor=self._robot_from_sensor,
+            rate_hz=lidar.rate_hz,
+            noise={"range": lidar.noise.range},
+            latency=lidar.latency,
+            range=(lidar.range[0], lidar.range[1]),
+            fov=math.radians(lidar.fov_deg if lidar.rosette is None else lidar.rosette.fov_deg),
+        )
+
+    def after_step(self) -> None:
+        """Note where everything is, after a step of the physics."""
+        self._states[self._count % self._steps] = self._data.qpos
+        self._count += 1
+
+    def take(self, stamp: float) -> PointCloud:
+        """Return the turn that is complete now; before the first one everything has stood where it is.
+
+        Args:
+            stamp: The simulated time [s].
+        """
+        if self._count < self._steps:
+            self._states[:] = self._data.qpos
+        beams = self._beams(round(stamp * self._lidar.rate_hz))
+        hits = self._rays.cast(beams, self._states, limit=self._lidar.range[1])
+        ranges = hits.distances
+        if self._noise is not None:
+            ranges += self._lidar.noise.range * self._noise.standard_normal(len(ranges))
+        nearest, farthest = self._lidar.range
+        back = (ranges >= nearest) & (ranges <= farthest)
+        if self._missed is not None:
+            back &= self._missed.random(len(ranges)) >= self._lidar.missed
+        met = np.flatnonzero(back)
+        return PointCloud(
+            stamp=stamp,
+            points=(ranges[met, None] * beams[met]).astype(np.float32),
+            times=self._times[met],
+            intensities=(self._brightness[hits.geoms[met]] * hits.facing[met]).astype(np.float32),
+            rings=self._rings[met],
+        )
+
+    def pass_over(self) -> None:
+        """Draw the chance of a turn that nobody asked for."""
+        if self._noise is not None:
+            self._noise.standard_normal(len(self._rings))
+        if self._missed is not None:
+            self._missed.random(len(self._rings))
+
+    def tell(self, reading: PointCloud, sensed: Sensed) -> None:
+        """Put a cloud under the name of the lidar."""
+        sensed.by_name("clouds", self._name, reading)
+
+
+Pattern = tuple[Callable[[int], Array], int, NDArray[np.uint16]]
+"""Number of a turn -> its beams, unit vectors in the sensor's frame, shape (n, 3); how many are fired at once; which
+beam of the stack each is, shape (n,)."""
+
+
+def _pattern(lidar: sensors.Lidar3d) -> Pattern:
+    if lidar.rosette is not None:
+        rosette = lidar.rosette
+        return (lambda turn: _petals(rosette, turn, lidar.rate_hz)), 1, np.zeros(rosette.points, dtype=np.uint16)
+    up = np.radians(lidar.elevations_deg)
+    beams = _stack(lidar, up)
+    rings = np.tile(np.arange(len(up), dtype=np.uint16), lidar.columns)
+    return (lambda turn: beams), len(up), rings
+
+
+def _stack(lidar: sensors.Lidar3d, up: Array) -> Array:
+    """Return the beams of a stack at these elevations [rad], column after column, shape (columns * rings, 3)."""
+    fov, columns = math.radians(lidar.fov_deg), lidar.columns
+    # All around, the last column does not lie upon the first.
+    step = fov / (columns if lidar.fov_deg == 360.0 else columns - 1)
+    left = (-fov / 2 + step * np.arange(columns))[:, None]
+    level = np.cos(up) * np.ones_like(left)
+    rows = [level * np.cos(left), level * np.sin(left), np.sin(up) * np.ones_like(left)]
+    return np.stack(rows, axis=-1).reshape(-1, 3)
+
+
+def _petals(rosette: sensors.Rosette, turn: int, rate_hz: float) -> Array:
+    """Return the beams of one reading of a rosette, shape (points, 3)."""
+    times = (turn + np.arange(rosette.points) / rosette.points) / rate_hz
+    angles = np.outer([rpm * 2.0 * math.pi / 60.0 for rpm in rosette.rpm], times)
+    bend = math.radians(rosette.fov_deg) / 4
+    left, up = bend * np.cos(angles).sum(axis=0), bend * np.sin(angles).sum(axis=0)
+    off = np.hypot(left, up)
+    side = np.sinc(off / math.pi)
+    return np.stack([np.cos(off), side * left, side * up], axis=-1)

@@ -1,0 +1,102 @@
+#!/usr/bin/env python3
+"""Drive through the office and the warehouse with a 3-D lidar: points a second, and how far KISS-ICP is off.
+
+For instance `.venv/bin/python scripts/measure/clouds.py`; the project asks for 300,000 points a second through `sense`
+in the office with motion, noise, intensity and recording, and for an error of KISS-ICP below 0.1 % of the way.
+
+References:
+    Vizzo et al., KISS-ICP: In Defense of Point-to-Point ICP, RA-L 8(2), 2023.
+"""
+
+import argparse
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from kiss_icp.config import KISSConfig
+from kiss_icp.kiss_icp import KissICP
+
+import mjsim
+from mjsim.geometry import Array
+from mjsim.world import sensors
+
+WORLDS = Path(__file__).resolve().parents[2] / "worlds"
+LIDAR = sensors.Lidar3d(lidar3d="top", preset="velodyne-vlp16", at=(0.0, 0.0, 2.0), noise={"range": 0.03})
+FARTHEST, VOXEL = 40.0, 0.25
+"""What KISS-ICP looks at, and how coarse its map is [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drive:
+    """What one drive gave."""
+
+    clouds: list[mjsim.PointCloud]
+    poses: Array
+    """world_from_sensor when each cloud was complete, shape (n, 4, 4) [m]."""
+    seconds: float
+    """The processor's time of the loop, all threads [s]."""
+
+
+def world_with(name: str, *lidars: sensors.Lidar3d) -> mjsim.World:
+    """Return a shipped world whose first robot carries these in place of its cameras."""
+    world = mjsim.load_world(WORLDS / f"{name}.yaml")
+    robot, *others = world.robots
+    kept = [sensor for sensor in robot.sensors if not isinstance(sensor, sensors.Camera)]
+    return world.model_copy(update={"robots": (robot.model_copy(update={"sensors": (*kept, *lidars)}), *others)})
+
+
+def drive(world: mjsim.World, seconds: float | None) -> Drive:
+    """Run a world as it says, with a recording, and keep the clouds."""
+    clouds: list[mjsim.PointCloud] = []
+    poses: list[Array] = []
+    robot = world.robots[0].name
+    with mjsim.Simulation(world, seed=1) as sim, tempfile.TemporaryDirectory() as place:
+        info = sim.robots[robot].sensors.get("top")
+
+        def keep(tick: mjsim.Tick) -> None:
+            for cloud in tick.seen[robot].clouds.values():
+                clouds.append(cloud)
+                poses.append(sim.pose(robot) @ info.robot_from_sensor)
+
+        began = time.process_time()
+        mjsim.run(sim, seconds=seconds, record=Path(place) / "run.mcap", watch=keep)
+        return Drive(clouds, np.array(poses), time.process_time() - began)
+
+
+def kiss_errors(found: Drive) -> tuple[float, float, float]:
+    """Return the length of the way, and the error of KISS-ICP along it: its largest and its last [m]."""
+    config = KISSConfig()
+    config.data.max_range, config.mapping.voxel_size = FARTHEST, VOXEL
+    config.registration.max_num_threads = 1
+    kiss, poses = KissICP(config), []
+    for cloud in found.clouds:
+        kiss.register_frame(cloud.points.astype(float), cloud.times.astype(float))
+        poses.append(kiss.last_pose)
+    places = found.poses[0] @ np.array(poses)
+    errors = np.linalg.norm(places[:, :3, 3] - found.poses[:, :3, 3], axis=1)
+    way = np.linalg.norm(np.diff(found.poses[:, :2, 3], axis=0), axis=1).sum()
+    return float(way), float(errors.max()), float(errors[-1])
+
+
+def main() -> None:
+    """Print a row a world."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("worlds", nargs="*", default=["office", "warehouse"])
+    parser.add_argument("--seconds", type=float, help="how long each drive is; as its world says unless given")
+    given = parser.parse_args()
+    for name in given.worlds:
+        found, without = drive(world_with(name, LIDAR), given.seconds), drive(world_with(name), given.seconds)
+        points = sum(len(cloud.points) for cloud in found.clouds)
+        pace = points / (found.seconds - without.seconds)
+        way, largest, last = kiss_errors(found)
+        print(
+            f"{name:10s} {points:,} points, {pace:,.0f} a second of the processor with recording   KISS-ICP: way "
+            f"{way:.1f} m, largest error {1e3 * largest:.0f} mm, last {1e3 * last:.0f} mm: {last / way:.3%} of the way",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,171 @@
+"""Point clouds of 3-D lidars, held to the planes of a room, to MuJoCo's own rays and to the poses between ticks."""
+
+import math
+
+import numpy as np
+import pytest
+
+import mjsim
+from mjsim.errors import WorldError
+from mjsim.interface import Command, PointCloud
+from mjsim.sim import Simulation, batch_rays
+from mjsim.world import parse_world, with_settings
+
+ROOM = """
+mjsim: 1
+walls:
+  - points: [[0, 0], [8, 0], [8, 6], [0, 6]]
+    closed: true
+    thickness: 0.1
+    height: 3
+    openings: [{name: gate, segment: 1, at: 2.0, width: 1.0, door: {hinge: left, angle_deg: 50}}]
+obstacles:
+  - {name: crate, box: [0.8, 0.5, 1.1], at: [6, 4.5], heading_deg: 30}
+  - {name: pillar, cylinder: [0.25, 2.0], at: [5, 1.2]}
+  - {name: ball, sphere: 0.3, at: [2, 4.8]}
+  - {name: walker, cylinder: [0.2, 1.6], at: [6.5, 2.2], path: {points: [[6.5, 3.5]], speed: 0.5}}
+  - {name: cart, box: [0.5, 0.4, 0.9], at: [1.6, 3.0], movable: true, mass: 20}
+robots:
+  - {name: other, at: [1.2, 1.0]}
+  - name: scout
+    preset: pioneer3dx
+    at: [3, 2]
+    heading_deg: 20
+"""
+LIDAR = "lidar3d: top, at: [0.1, 0.05, 0.8], rings: 16, columns: 360, rate_hz: 12.5"
+
+
+def room(keys: str = "") -> mjsim.World:
+    return parse_world(f"{ROOM}    sensors: [{{{LIDAR}{keys}}}]\n")
+
+
+def cloud_of(sim: Simulation) -> PointCloud:
+    return sim.sense("scout").clouds["top"]
+
+
+def drive(sim: Simulation, ticks: int) -> None:
+    for _ in range(ticks):
+        sim.apply("scout", Command(forward=0.5, turn=1.2))
+        sim.step()
+
+
+def test_points_lie_on_the_walls_from_where_the_sensor_was_at_each_of_them():
+    walls = "walls: [{points: [[0, 0], [8, 0], [8, 6], [0, 6]], closed: true, height: 9, thickness: 0.1}]"
+    bare = f"mjsim: 1\n{walls}\nrobots: [{{name: scout, preset: pioneer3dx, at: [3, 2], sensors: [{{{LIDAR}}}]}}]\n"
+    world = with_settings(parse_world(bare), ["run.rate_hz=250"])
+    with Simulation(world) as sim:
+        mount = sim.robots["scout"].sensors["top"].robot_from_sensor
+        places = [sim.pose("scout") @ mount]
+        for _ in range(60):
+            drive(sim, 1)
+            places.append(sim.pose("scout") @ mount)
+        cloud = cloud_of(sim)
+    steps = np.round(cloud.times / 0.004).astype(int)
+    assert set(steps.tolist()) == set(range(-19, 1))
+    poses = np.array(places)[len(places) - 1 + steps]
+    x, y, z = (np.einsum("nij,nj->ni", poses[:, :3, :3], cloud.points) + poses[:, :3, 3]).T
+    off = np.min(np.abs([x - 0.05, x - 7.95, y - 0.05, y - 5.95, z]), axis=0)
+    assert off.max() < 1e-5
+    assert np.linalg.norm(places[-1][:3, 3] - places[-20][:3, 3]) > 0.01  # it moved meanwhile
+
+
+@pytest.mark.parametrize("keys", ["", ", rosette: {fov_deg: 90, points: 3000}"])
+def test_embree_and_mujoco_see_the_same_of_what_stands_turns_and_moves(keys, monkeypatch):
+    clouds = []
+    for has_embree in (True, False):
+        monkeypatch.setattr(batch_rays, "has_embree", lambda has=has_embree: has)
+        with Simulation(room(keys), seed=1) as sim:
+            drive(sim, 10)
+            clouds.append(cloud_of(sim))
+    fast, slow = clouds
+    assert len(fast.points) > 2000
+    np.testing.assert_allclose(fast.points, slow.points, atol=1e-4)
+    np.testing.assert_allclose(fast.intensities, slow.intensities, atol=1e-5)
+    np.testing.assert_array_equal(fast.times, slow.times)
+
+
+def test_what_is_taken_away_is_seen_no_more():
+    with Simulation(room()) as sim:
+        scout_from_world = np.linalg.inv(sim.pose("scout") @ sim.robots["scout"].sensors["top"].robot_from_sensor)
+        crate = (scout_from_world @ [6, 4.5, 0.5, 1])[:3]
+
+        def near() -> int:
+            return int((np.linalg.norm(cloud_of(sim).points - crate, axis=1) < 0.5).sum())
+
+        before = near()
+        sim.remove("crate")
+        for _ in range(2):
+            sim.step()
+        assert before > 20
+        assert near() == 0
+
+
+def test_it_never_meets_its_own_robot_and_meets_others():
+    with Simulation(room()) as sim:
+        points = cloud_of(sim).points
+        assert np.linalg.norm(points, axis=1).min() > 0.5
+        other = sim.pose("other")[:3, 3] - sim.pose("scout")[:3, 3]
+        turned = math.radians(20)
+        bearing = math.atan2(other[1], other[0]) - turned
+        towards = np.abs(np.arctan2(points[:, 1], points[:, 0]) - bearing) < 0.05
+        assert (points[towards, 2] < -0.4).any()
+
+
+def test_a_turn_that_nobody_asks_for_leaves_chance_where_one_that_is_seen_does():
+    keys = ", noise: {range: 0.02}, missed: 0.1"
+    with Simulation(room(keys), seed=3) as watched, Simulation(room(keys), seed=3) as unwatched:
+        for sim in (watched, unwatched):
+            for _ in range(8):
+                sim.step()
+                if sim is watched:
+                    sim.sense("scout")
+        np.testing.assert_array_equal(cloud_of(watched).points, cloud_of(unwatched).points)
+
+
+def test_noise_lies_along_the_beams_and_misses_are_left_out():
+    with Simulation(room(), seed=1) as clean, Simulation(room(", noise: {range: 0.02}"), seed=1) as noisy:
+        exact, told = cloud_of(clean), cloud_of(noisy)
+    off = np.linalg.norm(told.points, axis=1) - np.linalg.norm(exact.points, axis=1)
+    assert off.std() == pytest.approx(0.02, rel=0.05)
+    along = np.einsum("ij,ij->i", told.points, exact.points)
+    np.testing.assert_allclose(
+        along, np.linalg.norm(told.points, axis=1) * np.linalg.norm(exact.points, axis=1), rtol=1e-5
+    )
+    with Simulation(room(", missed: 0.25"), seed=1) as sim:
+        assert len(cloud_of(sim).points) == pytest.approx(0.75 * len(exact.points), rel=0.03)
+
+
+def test_rings_have_the_elevations_that_the_world_gives():
+    with Simulation(room(", elevation_deg: [-20, 10]")) as sim:
+        cloud = cloud_of(sim)
+    up = np.degrees(np.arctan2(cloud.points[:, 2], np.hypot(cloud.points[:, 0], cloud.points[:, 1])))
+    np.testing.assert_allclose(up, np.linspace(-20, 10, 16)[cloud.rings], atol=1e-4)
+
+
+def test_a_rosette_fills_its_cone_and_draws_other_petals_each_time():
+    with Simulation(room(", rosette: {fov_deg: 40, points: 4000}")) as sim:
+        first = cloud_of(sim).points
+        sim.step()
+        sim.step()
+        second = cloud_of(sim).points
+    off = np.degrees(np.arccos(first[:, 0] / np.linalg.norm(first, axis=1)))
+    assert off.max() == pytest.approx(20, abs=0.1)
+    assert (off < 5).mean() > 0.05
+    assert not np.allclose(first[:100], second[:100], atol=0.05)
+
+
+@pytest.mark.parametrize(
+    ("keys", "wrong"),
+    [
+        ("rings: 3, elevation_deg: [3, 1, 5]", "each elevation must be above"),
+        ("rings: 4, elevation_deg: [1, 2, 3]", "give .lowest, highest., or 4"),
+        ("rings: 256, columns: 36000", "9,216,000 beams; at most 300,000"),
+        ("rings: 0", "it must be at least 1"),
+        ("preset: velodyne-vlp17", "did you mean 'velodyne-vlp16'"),
+        ("rate_hz: 10", "the nearest is"),
+    ],
+)
+def test_what_cannot_be_is_said_in_one_line(keys, wrong):
+    with pytest.raises(WorldError, match=wrong) as caught:
+        parse_world(f"{ROOM}    sensors: [{{lidar3d: top, {keys}}}]\n")
+    assert "\n" not in str(caught.value)
