@@ -133,7 +133,7 @@ def _readings(readings: Mapping[str, Any]) -> Named:
 
 
 def _number_or_stack(value: Any) -> Tree:
-    return _stack(value) if isinstance(value, (tuple, np.ndarray)) else value
+    return _stack(value, np.shape(value)[1:]) if isinstance(value, (tuple, np.ndarray)) else value
 
 
 _OWN_FORM = {"time", "dt", "odometry", "sightings", "cameras", "scans", "imu", "ranges", "joints", "proximity", "bump"}
