@@ -96,6 +96,10 @@ class Scan:
         return np.stack([ranges * np.cos(angles), ranges * np.sin(angles)], axis=-1)
 
 
+CLOUD_FIELDS = {"x": "<f4", "y": "<f4", "z": "<f4", "intensity": "<f4", "time": "<f4", "ring": "<u2"}
+"""What files and messages hold of a point, one behind the other: name -> kind of number, as NumPy writes it."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class PointCloud:
     """One turn of a 3-D lidar: where its beams met something, one row a point, in the order in which they were fired.
@@ -114,6 +118,13 @@ class PointCloud:
     """Strength of each return, of that of a white wall hit squarely, shape (n,)."""
     rings: NDArray[np.uint16]
     """Which beam of the stack, the lowest is 0; 0 for all of a rosette, shape (n,)."""
+
+    def rows(self) -> NDArray[np.void]:
+        """Return a record a point with the fields of `CLOUD_FIELDS`, shape (n,)."""
+        rows = np.empty(len(self.points), dtype=[*CLOUD_FIELDS.items()])
+        rows["x"], rows["y"], rows["z"] = self.points.T
+        rows["intensity"], rows["time"], rows["ring"] = self.intensities, self.times, self.rings
+        return rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mjsim.errors import UsageError, how_to_install
 from mjsim.geometry import Array, Pose, Pose3
-from mjsim.interface import ImuReading, Intrinsics, JointState, Picture, Scan
+from mjsim.interface import CLOUD_FIELDS, ImuReading, Intrinsics, JointState, Picture, PointCloud, Scan
 
 PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
 """Rows and columns of x, y and yaw in a covariance of a pose in space."""
@@ -145,6 +145,27 @@ def odometry(
         frames[1],
         _of("geometry_msgs/msg/PoseWithCovariance")(_pose(Pose3.from_planar(pose)), in_space(covariance)),
         _of("geometry_msgs/msg/TwistWithCovariance")(moving, in_space(twist_covariance)),
+    )
+
+
+def point_cloud(cloud: PointCloud, frame: str) -> Any:
+    """Return the points of a turn of a 3-D lidar, with the fields of `CLOUD_FIELDS`."""
+    rows = cloud.rows()
+    field, numbers = _of("sensor_msgs/msg/PointField"), {"<f4": 7, "<u2": 4}  # its FLOAT32 and UINT16
+    fields = [
+        field(name, offset, numbers[CLOUD_FIELDS[name]], 1)
+        for name, (_, offset, *_) in (rows.dtype.fields or {}).items()
+    ]
+    return _of("sensor_msgs/msg/PointCloud2")(
+        _header(cloud.stamp, frame),
+        height=1,
+        width=len(rows),
+        fields=fields,
+        is_bigendian=False,
+        point_step=rows.itemsize,
+        row_step=rows.nbytes,
+        data=rows.view(np.uint8),
+        is_dense=True,
     )
 
 

@@ -1,8 +1,8 @@
 """One robot as ROS 2 sees it: its topics, and the messages of each tick.
 
 Topics of robot R are `/R/odom`, `/R/truth`, `/R/estimate`, `/R/proximity`, `/R/joint_states`, and those of its sensors:
-`/R/scan`, `/R/imu`, `/R/CAMERA/image_raw`, `/R/CAMERA/camera_info`, `/R/CAMERA/depth/image_raw`. The first lidar has
-`/R/scan`, a further one `/R/LIDAR/scan`; so it is with inertial sensors.
+`/R/scan`, `/R/points`, `/R/imu`, `/R/CAMERA/image_raw`, `/R/CAMERA/camera_info`, `/R/CAMERA/depth/image_raw`. The first
+lidar has `/R/scan`, a further one `/R/LIDAR/scan`; so it is with 3-D lidars and inertial sensors.
 """
 
 from collections.abc import Iterator
@@ -129,6 +129,9 @@ class RosRobot:
         for name, scan in seen.scans.items():
             message = messages.laser_scan(scan, frames[name], rate_hz=sheets[name].rate_hz)
             yield Outgoing(self._sensor_topic(name, "scan", "sensor_msgs/msg/LaserScan"), message)
+        for name, cloud in seen.clouds.items():
+            message = messages.point_cloud(cloud, frames[name])
+            yield Outgoing(self._sensor_topic(name, "points", "sensor_msgs/msg/PointCloud2"), message)
         for reading in seen.imu:
             message = messages.imu(reading, frames[reading.name], sheets[reading.name].noise)
             yield Outgoing(self._sensor_topic(reading.name, "imu", "sensor_msgs/msg/Imu"), message)

@@ -8,41 +8,28 @@ from foxglove.channels import PointCloudChannel
 from foxglove.messages import PackedElementField, PackedElementFieldNumericType, Quaternion, Vector3
 from foxglove.messages import PointCloud as FoxgloveCloud
 from foxglove.messages import Pose as FoxglovePose
-from numpy.typing import NDArray
 
-from mjsim.interface import PointCloud
+from mjsim.interface import CLOUD_FIELDS, PointCloud
 from mjsim.record import json_schema as schema
 from mjsim.record.numbers import Message, packed, unpacked
 from mjsim.record.readings.codec import Codec, DrawnTopic, SensorTable, by_name
 from mjsim.record.scene import stamp
 
-FIELDS = {"x": "<f4", "y": "<f4", "z": "<f4", "intensity": "<f4", "time": "<f4", "ring": "<u2"}
-ROW = np.dtype([*FIELDS.items()])
-"""A point, as Foxglove and ROS hold it; the time is after the stamp [s]."""
-OFFSETS = (0, 4, 8, 12, 16, 20)
-"""Where each begins in a row [bytes]."""
 KINDS = {"<f4": PackedElementFieldNumericType.Float32, "<u2": PackedElementFieldNumericType.Uint16}
 
 
-def point_rows(cloud: PointCloud) -> NDArray[np.void]:
-    """Return the points of a cloud as rows of `ROW`, shape (n,)."""
-    rows = np.empty(len(cloud.points), dtype=ROW)
-    rows["x"], rows["y"], rows["z"] = cloud.points.T
-    rows["intensity"], rows["time"], rows["ring"] = cloud.intensities, cloud.times, cloud.rings
-    return rows
-
-
 def _cloud_message(cloud: PointCloud, frame_id: str) -> FoxgloveCloud:
+    rows = cloud.rows()
     return FoxgloveCloud(
         timestamp=stamp(cloud.stamp),
         frame_id=frame_id,
         pose=FoxglovePose(position=Vector3(), orientation=Quaternion(w=1.0)),
-        point_stride=ROW.itemsize,
+        point_stride=rows.itemsize,
         fields=[
-            PackedElementField(name=name, offset=offset, type=KINDS[kind])
-            for (name, kind), offset in zip(FIELDS.items(), OFFSETS, strict=True)
+            PackedElementField(name=name, offset=offset, type=KINDS[CLOUD_FIELDS[name]])
+            for name, (_, offset, *_) in (rows.dtype.fields or {}).items()
         ],
-        data=point_rows(cloud).tobytes(),
+        data=rows.tobytes(),
     )
 
 
@@ -78,7 +65,7 @@ def _tables(given: Sequence[tuple[float, Mapping[str, PointCloud]]]) -> Iterator
     for name, times, clouds in by_name(given):
         counts = [len(cloud.points) for cloud in clouds]
         whens = {when: np.repeat(column, counts) for when, column in times.items()}
-        rows = np.concatenate([point_rows(cloud) for cloud in clouds])
+        rows = np.concatenate([cloud.rows() for cloud in clouds])
         arrays: dict[str, Any] = {
             **whens,
             "points": np.stack([rows[axis] for axis in "xyz"], axis=-1),
@@ -109,10 +96,12 @@ CLOUDS = Codec(
     optional=True,
     sparse=True,
     sensor="lidar3d",
-    drawing=DrawnTopic(
-        topic=lambda robot, lidar: f"/{robot}/{lidar}/points",
-        channel=PointCloudChannel,
-        message=_cloud_message,
+    drawings=(
+        DrawnTopic(
+            topic=lambda robot, lidar: f"/{robot}/{lidar}/points",
+            channel=PointCloudChannel,
+            message=_cloud_message,
+        ),
     ),
     tables=_tables,
 )
