@@ -128,7 +128,6 @@ COMMANDS = {
     "video": ("video run.mcap --view plan -o film.mp4", "film.mp4"),
     "report": ("report run.mcap -o report", "report/statistics.json"),
     "compare": ("compare run.mcap -o both", "both/comparison.json"),
-    "calibrate": ("calibrate run.mcap -o noise.yaml", "noise.yaml"),
     "tum": ("export run.mcap --tum tum", "tum/scout_truth.tum"),
     "csv": ("export run.mcap --csv csv", "csv/scout_track.csv"),
     "npz": ("export run.mcap --npz run.npz", "run.npz"),
@@ -153,7 +152,7 @@ COMMANDS = {
     "doctor": ("doctor -o picture.png", "picture.png"),
 }
 """Command line and a file that it writes."""
-WRITES_NOTHING = {"check", "schema", "bench", "fmt", "studio", "sweep", "run", "import-log", "experiments"}
+WRITES_NOTHING = {"check", "schema", "bench", "fmt", "studio", "sweep", "run", "import-log", "calibrate", "experiments"}
 """`fmt` writes in place; a sweep goes on where it was; the last three are tested elsewhere or take minutes."""
 
 

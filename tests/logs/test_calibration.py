@@ -57,6 +57,7 @@ def test_the_command_says_it_and_writes_it_once(log, tmp_path, capsys):
     assert "robot odometry: way +" in capsys.readouterr().out
     assert "  range: 0.03" in (tmp_path / "noise.yaml").read_text()
     assert run_command("calibrate", log.path, "-o", tmp_path / "noise.yaml") == 2
+    assert run_command("calibrate", log.path, "-o", tmp_path / "noise.yaml", "--overwrite") == 0
 
 
 def test_a_log_without_truth_is_refused(log):
