@@ -8,7 +8,7 @@ import pkgutil
 
 import mjsim
 
-EXTRAS = {"gymnasium", "httpx", "playwright"}
+EXTRAS = {"gymnasium", "httpx", "playwright", "rosbags"}
 """Packages that some modules need as they are imported, and that are not installed with mjsim."""
 
 
