@@ -39,6 +39,8 @@ _MEMORY = 0.2
 _LEAST = 0.5
 """Share of that average which a tick claims at least. All of it would be on average a third more than is claimed."""
 
+WAY = 10.0
+"""Over which systematic errors of odometry are taken to make as much as its noise [m]."""
 ANYWHERE = (10.0, 10.0, 1.0)
 """Standard deviations of the pose of a robot that is put elsewhere, before its sightings count [m, m, rad]."""
 
@@ -62,7 +64,7 @@ class EkfSlam:
         sighting_scale: float = 1.0,
         nod_deg: float = 0.15,
         repeat: float = 0.5,
-        systematic: float = 10.0,
+        systematic: float | None = None,
         association: Literal["known", "nearest", "joint"] = "known",
         joint_covariance: bool = False,
     ) -> None:
@@ -81,7 +83,8 @@ class EkfSlam:
             repeat: Share of the variance of a camera's sightings that repeats from image to image, times the way over
                 which it does [m]; a Kalman filter takes each sighting for a new one.
             systematic: Way over which systematic errors of odometry, in its scale and to one side, are taken to make as
-                much as the noise that it claims [m]; they are part of the state. Infinite: there are none.
+                much as the noise that it claims [m]; they are part of the state. Infinite: there are none. Unless given
+                10 m with names; without, none: a robot that takes its way for uncertain pairs with what is not there.
             association: What becomes of sightings without a name: with 'known' nothing; 'nearest' pairs each with
                 the landmark that fits it best, 'joint' finds the largest pairing that can be true as a whole.
                 Landmarks without a name are numbered from 0.
@@ -100,7 +103,8 @@ class EkfSlam:
         self._sighting_scale = sighting_scale
         self._nod, self._repeat = math.radians(nod_deg), repeat
         self._joint = joint_covariance
-        self._systematic = systematic
+        usual = WAY if association == "known" else math.inf
+        self._systematic = usual if systematic is None else systematic
         self._motion = odometry_motion()
         self._filter = _new_filter(jacobians, pose=np.zeros(3), covariance=np.zeros((3, 3)))
         self._usual = np.zeros(3)

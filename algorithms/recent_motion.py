@@ -65,7 +65,8 @@ class RecentMotion:
                 break
             later = entry
         begin, before, known = entry
-        if later is None or not math.isfinite(begin):
+        # The newest tick is not later than it, or the oldest that is remembered is; before the first nothing moved.
+        if later is None or later is entry or not math.isfinite(begin):
             return before, known
         end, pose, total = later
         share = (time - begin) / (end - begin)

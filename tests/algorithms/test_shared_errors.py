@@ -40,7 +40,7 @@ def nees_of_a_round(slam, seed):
         nodding = motion(truth, np.array([*rng.normal(0.0, nod, 2), 0.0]))[0]
         Z = range_bearing(nodding, PLACES)[0] + rng.normal(0.0, np.sqrt(np.diag(R)), PLACES.shape)
         ahead = [row for row in range(len(Z)) if abs(wrap_angle(float(Z[row, 1]))) < 0.6]
-        seen = [Sighting(0.0, f"post-{row}", *Z[row], R, corners=np.zeros((4, 2))) for row in ahead]
+        seen = [Sighting(0.04 * tick, f"post-{row}", *Z[row], R, corners=np.zeros((4, 2))) for row in ahead]
         told = Odometry(*(step + rng.normal(0.0, np.sqrt(np.diag(own)))), own)
         belief = slam.update(Observation(0.04 * tick, 0.04, told, sightings=tuple(seen)))
         error = belief.pose.as_array() - truth

@@ -174,6 +174,8 @@ def main(folder: Path, domain: int | None) -> None:
         bring_loopback_up()
     domain = domain or 0
     words = [sys.executable, "-m", "mjsim.cli", "bridge", str(folder / "world.yaml"), "-o", str(folder / "run.mcap")]
+    # Shells start what runs in the background with Ctrl-C ignored, which children inherit.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     bridge = subprocess.Popen([*words, "--modules", "--speed", "4"], env={**os.environ, "ROS_DOMAIN_ID": str(domain)})
     told, noticed = {}, {}
     try:
@@ -181,7 +183,10 @@ def main(folder: Path, domain: int | None) -> None:
         assert bridge.poll() is None
     finally:
         bridge.send_signal(signal.SIGINT)
-        noticed["code"] = bridge.wait(timeout=PATIENCE)
+        try:
+            noticed["code"] = bridge.wait(timeout=PATIENCE)
+        finally:
+            bridge.kill()  # whoever started this waits until nobody holds its output
     plain = {"default": lambda value: value.tolist() if hasattr(value, "tolist") else list(value)}
     (folder / "heard.json").write_text(json.dumps(told, **plain))
     (folder / "noticed.json").write_text(json.dumps(noticed))

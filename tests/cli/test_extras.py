@@ -18,7 +18,8 @@ def without(monkeypatch):
     find = importlib.util.find_spec
 
     def hide(package: str) -> None:
-        monkeypatch.setitem(sys.modules, package, None)
+        for name in [package, *(name for name in sys.modules if name.startswith(f"{package}."))]:
+            monkeypatch.setitem(sys.modules, name, None)
         monkeypatch.setattr(importlib.util, "find_spec", lambda name, *more: None if name == package else find(name))
 
     return hide

@@ -14,7 +14,7 @@ def test_hundreds_of_hostile_worlds_are_read_or_refused_in_lines(engine, tmp_pat
     trial = FUZZ["WorldTrial"](tmp_path)
     FUZZ[engine](trial, 300, seed=7)
     assert trial.count >= 300
-    assert trial.worlds > 5
+    assert trial.worlds > 2
     assert trial.laid > 10
 
 
