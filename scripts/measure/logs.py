@@ -11,7 +11,9 @@ rows say how far the estimate ends from where dead reckoning does. What fails sa
 import argparse
 import os
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -24,23 +26,30 @@ from mjsim.algorithms.lidar_slam import LidarSlam
 from mjsim.interface import Estimator
 from mjsim.logs import Wishes
 
-BY_SIGHTINGS: Mapping[str, Callable[[], Estimator]] = {
-    "EkfSlam, standard": lambda: EkfSlam(jacobians="standard"),
-    "EkfSlam, first-estimates": lambda: EkfSlam(jacobians="first-estimates"),
-    "EkfSlam, invariant": lambda: EkfSlam(jacobians="invariant"),
+EKF_VARIANTS = ("standard", "first-estimates", "invariant")
+OTHERS: Mapping[str, Callable[[], Estimator]] = {
     "FilterpySlam": FilterpySlam,
     "FastSlam": FastSlam,
     "GraphSlam": GraphSlam,
 }
-BY_SCANS: Mapping[str, Callable[[], Estimator]] = {"LidarSlam": LidarSlam}
+"""These need names of landmarks."""
+
+
+def estimators(log: mjsim.Recording, robot: str) -> dict[str, Callable[[], Estimator]]:
+    """Return what suits that which a robot of a log senses."""
+    sensors = next(each.sensors for each in log.world.robots if each.name == robot)
+    if any(sensor.kind == "lidar" for sensor in sensors):
+        return {"LidarSlam": LidarSlam}
+    named = any(sighting.name for seen in log.robots[robot].sightings for sighting in seen)
+    pairing: Literal["known", "joint"] = "known" if named else "joint"
+    ekf = {f"EkfSlam, {kind}": partial(EkfSlam, jacobians=kind, association=pairing) for kind in EKF_VARIANTS}
+    return ekf | (dict(OTHERS) if named else {})
 
 
 def rows(log: mjsim.Recording, robot: str) -> Iterator[str]:
     """Yield the row of each estimator that suits what a robot of a log senses, and of dead reckoning."""
-    sensors = next(each.sensors for each in log.world.robots if each.name == robot)
-    has_scans = any(sensor.kind == "lidar" for sensor in sensors)
     yield f"| dead reckoning | {figures(log, robot, 'odometry_')} |"
-    for name, make in (BY_SCANS if has_scans else BY_SIGHTINGS).items():
+    for name, make in estimators(log, robot).items():
         try:
             replayed = mjsim.replay(log, robot=robot, estimator=make())
         except mjsim.MjsimError as error:
@@ -55,6 +64,8 @@ def figures(recording: mjsim.Recording, robot: str, kind: str = "") -> str:
     online, path = own.get(f"{kind}ate_m") or {}, own.get("path_ate_m") or {} if not kind else {}
     if not online:
         track = recording.robots[robot]
+        if kind:
+            return "no truth | | | "
         apart = track.estimate[-1, :2] - track.odometry[-1, :2]
         return f"no truth; ends {np.hypot(*apart):.1f} m from dead reckoning | | |"
     nees = own.get("nees") or {}
