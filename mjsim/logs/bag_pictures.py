@@ -17,7 +17,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Intrinsics, Picture
 from mjsim.models import picture_size
-from mjsim.record import LoggedFrame, logged_frame
+from mjsim.record import FORMS, LoggedFrame, filed_frame, logged_frame
 
 PLAIN = {
     "rgb8": ("RGB", 1),
@@ -35,8 +35,6 @@ PLAIN = {
 """Encoding -> order of channels, and bytes of each."""
 YUV = {"yuv422": "UYVY", "uyvy": "UYVY", "yuv422_yuy2": "YUY2", "yuyv": "YUY2"}
 DEPTH = ("16UC1", "32FC1")
-FILES = {b"\xff\xd8": "jpeg", b"\x89P": "png"}
-"""How files begin, and what they are called."""
 COMPRESSED_DEPTH = struct.Struct("<iff")
 """Before the file of a compressed depth picture: its kind, and how its values are scaled."""
 SHOWN = 10.0
@@ -59,7 +57,7 @@ def size_of(message: Any) -> tuple[int, int]:
     if hasattr(message, "encoding"):
         return int(message.width), int(message.height)
     _, data = _unpacked(message)
-    if data[:2] in FILES:
+    if data[:2] in FORMS:
         return picture_size(data)
     height, width = _decoded(data, cv2.IMREAD_UNCHANGED).shape[:2]
     return width, height
@@ -76,17 +74,9 @@ def frame_of(message: Any, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
     Raises:
         ValueError: It is broken, of an unknown encoding or of another size.
     """
-    if hasattr(message, "encoding"):
-        frame = logged_frame(CameraFrame(stamp, _picture(message), intrinsics))
-    else:
-        data = bytes(message.data)
-        picture = np.asarray(_decoded(data, cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION), dtype=np.uint8)
-        form = FILES.get(data[:2])
-        frame = (
-            LoggedFrame(stamp, picture, intrinsics, encoded=data, form=form)
-            if form is not None
-            else logged_frame(CameraFrame(stamp, picture, intrinsics))
-        )
+    if not hasattr(message, "encoding"):
+        return filed_frame(bytes(message.data), stamp, intrinsics)
+    frame = logged_frame(CameraFrame(stamp, _picture(message), intrinsics))
     _require_size(frame.image, intrinsics)
     return frame
 

@@ -31,7 +31,7 @@ from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.table import TIME, read_table
 from mjsim.logs.text import lines_of
 from mjsim.models import picture_size
-from mjsim.record import LoggedCamera, LoggedFrame
+from mjsim.record import LoggedCamera, LoggedFrame, filed_frame
 
 CAMERA = "camera"
 PER_METRE = np.float32(5000.0)
@@ -40,7 +40,6 @@ GAP = 0.1
 """Between two poses of the truth that are farther apart nothing is known [s]."""
 UNIT = 0.01
 """How far the length of a quaternion in a file may be off 1."""
-FORMS = {b"\xff\xd8": "jpeg", b"\x89P": "png"}
 CALIBRATIONS = {
     1: (517.3, 516.5, 318.6, 255.3, 0.2624, -0.9531, -0.0054, 0.0026, 1.1633),
     2: (520.9, 521.0, 325.1, 249.7, 0.2312, -0.7849, -0.0033, -0.0001, 0.9172),
@@ -110,12 +109,10 @@ def _list(path: Path) -> tuple[Array, list[Path]]:
 
 
 def _frame(file: Path, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
-    data = file.read_bytes()
-    picture = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_COLOR_RGB) if data else None
-    if picture is None or picture.shape[:2] != (intrinsics.height, intrinsics.width):
-        raise UsageError(f"'{file}' is no picture of {intrinsics.width} x {intrinsics.height} pixels")
-    image = np.asarray(picture, dtype=np.uint8)
-    return LoggedFrame(stamp, image, intrinsics, encoded=data, form=FORMS[data[:2]])
+    try:
+        return filed_frame(file.read_bytes(), stamp, intrinsics)
+    except ValueError as error:
+        raise UsageError(f"'{file}' holds {error}; it needs {intrinsics.width} x {intrinsics.height}") from None
 
 
 def _depth(file: Path, intrinsics: Intrinsics) -> Array:

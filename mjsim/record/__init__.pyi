@@ -18,7 +18,9 @@ from .logged import LoggedPictures as LoggedPictures
 from .logged import cameras_text as cameras_text
 from .logged import logged_cameras as logged_cameras
 from .logged import with_logged_cameras as with_logged_cameras
+from .logged_frame import FORMS as FORMS
 from .logged_frame import LoggedFrame as LoggedFrame
+from .logged_frame import filed_frame as filed_frame
 from .logged_frame import logged_frame as logged_frame
 from .mechanisms import SensorTrack as SensorTrack
 from .messages import covariance_message as covariance_message

@@ -12,9 +12,9 @@ from mjsim.errors import RecordingError
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Intrinsics, Picture, RobotInfo
 from mjsim.record.file import RawMessage, picture_of, raw_messages
-from mjsim.record.logged_frame import LoggedFrame, depth_of
+from mjsim.record.logged_frame import LoggedFrame, decode_picture, depth_of
 from mjsim.record.parse import FAULTS, reading, unfit
-from mjsim.record.recording import Recording, decode_picture
+from mjsim.record.recording import Recording
 
 LOGGED_CAMERAS = "logged cameras"
 """Key of the metadata that holds the data sheets of the cameras whose pictures are kept."""

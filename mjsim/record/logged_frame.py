@@ -7,10 +7,12 @@ import numpy as np
 from foxglove.messages import CompressedImage, RawImage
 
 from mjsim.geometry import Array
-from mjsim.interface import CameraFrame
+from mjsim.interface import CameraFrame, Intrinsics, Picture
 from mjsim.record.file import parts_of
 from mjsim.record.scene import picture_message, stamp
 
+FORMS = {b"\xff\xd8": "jpeg", b"\x89P": "png"}
+"""How files that are recorded as they are begin -> what they are called."""
 QUICK_PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1]
 """The sizes of pictures with noise hardly differ."""
 MILLIMETRES = 1000.0
@@ -33,6 +35,40 @@ def logged_frame(frame: CameraFrame) -> LoggedFrame:
         return frame
     _, data = cv2.imencode(".png", cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR), QUICK_PNG)
     return LoggedFrame(frame.stamp, frame.image, frame.intrinsics, frame.depth, encoded=data.tobytes())
+
+
+def filed_frame(data: bytes, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
+    """Return the picture in a file that came with a log: JPEG and PNG stay as they are, others become PNG without loss.
+
+    Args:
+        data: Contents of the file.
+        stamp: When it was taken [s].
+        intrinsics: Of the camera; pictures have its size.
+
+    Raises:
+        ValueError: It is broken, or of another size.
+    """
+    image, form = decode_picture(data), FORMS.get(data[:2])
+    height, width = image.shape[:2]
+    if (height, width) != (intrinsics.height, intrinsics.width):
+        raise ValueError(f"a picture of {width} x {height} pixels among others")
+    if form is None:
+        return logged_frame(CameraFrame(stamp, image, intrinsics))
+    return LoggedFrame(stamp, image, intrinsics, encoded=data, form=form)
+
+
+def decode_picture(data: bytes) -> Picture:
+    """Return the RGB picture in a file, its rows as the camera gave them, shape (height, width, 3).
+
+    Raises:
+        ValueError: It is broken.
+    """
+    # OpenCV raises its own error for no bytes at all.
+    how = cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION
+    picture = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), how) if data else None
+    if picture is None:
+        raise ValueError("a broken picture")
+    return np.asarray(picture, dtype=np.uint8)
 
 
 def kept_picture_message(frame: CameraFrame, frame_id: str) -> CompressedImage:

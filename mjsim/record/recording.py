@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeVar
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +15,7 @@ from mjsim.interface import Observation, Picture, Sighting
 from mjsim.models import picture_size
 from mjsim.record.file import RawMessage, picture_of, raw_messages
 from mjsim.record.joints import JointTrack
+from mjsim.record.logged_frame import decode_picture
 from mjsim.record.mechanisms import SensorTrack
 from mjsim.record.messages import covariance_of, event_of, names_of, observation_of
 from mjsim.record.numbers import Message
@@ -318,15 +318,3 @@ def _joint_covariance(message: Message) -> tuple[float, tuple[Hashable, ...], Ar
     if size != 3 + 2 * len(names) or len(message["lower"]) < size * (size + 1) // 2 * 8:
         raise ValueError(f"a covariance of {size} rows for {len(names)} landmarks")
     return message["time"], names, covariance_of(message)
-
-
-def decode_picture(data: bytes) -> Picture:
-    """Return the RGB picture of a JPEG or PNG file's contents, shape (height, width, 3).
-
-    Raises:
-        ValueError: It is broken.
-    """
-    picture = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_COLOR_RGB)
-    if picture is None:
-        raise ValueError("a broken picture")
-    return np.asarray(picture, dtype=np.uint8)

@@ -48,16 +48,21 @@ def _messages(clouds: Mapping[str, PointCloud]) -> list[Message]:
 
 
 def _clouds(messages: Sequence[Message]) -> dict[str, PointCloud]:
-    return {
-        item["name"]: PointCloud(
-            stamp=item["stamp"],
-            points=unpacked(item["points"], -1, 3, kind="<f4"),
-            times=unpacked(item["times"], kind="<f4"),
-            intensities=unpacked(item["intensities"], kind="<f4"),
-            rings=unpacked(item["rings"], kind="<u2"),
-        )
-        for item in messages
-    }
+    return {item["name"]: _cloud(item) for item in messages}
+
+
+def _cloud(message: Message) -> PointCloud:
+    cloud = PointCloud(
+        stamp=message["stamp"],
+        points=unpacked(message["points"], -1, 3, kind="<f4"),
+        times=unpacked(message["times"], kind="<f4"),
+        intensities=unpacked(message["intensities"], kind="<f4"),
+        rings=unpacked(message["rings"], kind="<u2"),
+    )
+    counts = {len(part) for part in (cloud.points, cloud.times, cloud.intensities, cloud.rings)}
+    if len(counts) > 1:
+        raise ValueError(f"a cloud of {len(cloud.points)} points with other counts of times, intensities or rings")
+    return cloud
 
 
 def _tables(given: Sequence[tuple[float, Mapping[str, PointCloud]]]) -> Iterator[SensorTable]:
