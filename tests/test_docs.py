@@ -122,3 +122,12 @@ def test_a_function_and_a_program_of_the_page_of_arms_move_one_step_by_step(tmp_
     np.testing.assert_allclose(track.goal[:4, 0], [0.0, 0.02, 0.04, 0.06], atol=1e-12)
     np.testing.assert_allclose(track.goal[-1], 0.2, atol=1e-12)
     np.testing.assert_allclose(track.positions[-1], 0.2, atol=0.02)
+
+
+def test_the_page_about_the_studio_does_what_it_says(capsys, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    page = (ROOT / "docs" / "studio.md").read_text(encoding="utf-8")
+    served, edits = re.findall("```python\n(.*?)```", page, re.DOTALL)
+    exec(served, {})
+    assert capsys.readouterr().out.startswith("http://127.0.0.1:")
+    exec(edits, {})

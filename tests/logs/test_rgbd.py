@@ -94,3 +94,13 @@ def test_depth_goes_to_the_closest_picture_within_the_tolerance():
     # One depth between two pictures belongs to the nearer.
     assert partners(np.array([0.0, 0.02]), np.array([0.012]), tolerance=0.02).tolist() == [-1, 0]
     assert partners(np.array([1.0]), np.zeros(0), tolerance=0.02).tolist() == [-1]
+
+
+def test_a_picture_of_another_kind_is_kept_without_loss(folder, tmp_path):
+    shutil.copytree(folder[0], tmp_path / "bmp")
+    second = sorted((tmp_path / "bmp" / "rgb").iterdir())[1]
+    picture = cv2.imread(str(second))
+    second.write_bytes(cv2.imencode(".bmp", picture)[1].tobytes())
+    _, data, form = list(mjsim.import_log(tmp_path / "bmp").pictures("robot", "camera"))[1]
+    assert form == "png"
+    np.testing.assert_array_equal(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR), picture)

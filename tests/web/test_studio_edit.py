@@ -3,7 +3,6 @@
 import json
 import math
 import os
-import re
 import threading
 from pathlib import Path
 
@@ -389,13 +388,3 @@ def test_a_world_built_in_python_has_items_too():
     assert (robot["at"], robot["written"], robot["fixed"], robot["line"]) == ([1.0, 2.0], [], None, 1)
     assert math.isclose(robot["heading_deg"], 45.0)
     assert json.dumps(robot)
-
-
-def test_the_page_about_the_studio_does_what_it_says(capsys, monkeypatch):
-    root = Path(mjsim.__file__).parent.parent
-    monkeypatch.chdir(root)
-    page = (root / "docs" / "studio.md").read_text(encoding="utf-8")
-    served, edits = re.findall("```python\n(.*?)```", page, re.DOTALL)
-    exec(served, {})
-    assert capsys.readouterr().out.startswith("http://127.0.0.1:")
-    exec(edits, {})
