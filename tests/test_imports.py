@@ -16,7 +16,7 @@ from mjsim.bench.import_graph import Package
 ROOT = Path(mjsim.__file__).parent
 
 GROUND = {"closing", "errors", "faces", "geometry", "gl_request", "output", "progress", "syntax"}
-WORLD = GROUND | {"mechanics", "models", "world"}
+WORLD = GROUND | {"mechanics", "models", "people", "world"}
 VALUES = WORLD | {"interface"}
 COMPILE = VALUES | {"compile"}
 RECORD = VALUES | {"record"}
@@ -30,6 +30,7 @@ MAY_IMPORT = {
     "mechanics": GROUND,
     "interface": GROUND | {"mechanics"},
     "models": GROUND,
+    "people": GROUND | {"mechanics"},
     "world": WORLD,
     "modules": VALUES,
     "compile": COMPILE,

@@ -6,6 +6,7 @@ from .inertias import Solid as Solid
 from .inertias import capsule as capsule
 from .inertias import is_valid as is_valid
 from .inertias import nearest_valid as nearest_valid
+from .inertias import six_of as six_of
 from .inertias import tensor as tensor
 from .inverse import Reached as Reached
 from .linkage import Linkage as Linkage

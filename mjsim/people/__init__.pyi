@@ -1,0 +1,13 @@
+from .figure import Figure as Figure
+from .figure import Landmark as Landmark
+from .figure import Segment as Segment
+from .joints import SIDES as SIDES
+from .joints import Joint as Joint
+from .measures import OUTSIDE as OUTSIDE
+from .measures import Measures as Measures
+from .survey import PERCENTILES as PERCENTILES
+from .survey import SEXES as SEXES
+from .survey import Sex as Sex
+from .survey import Survey as Survey
+from .survey import survey as survey
+from .tape import measured as measured

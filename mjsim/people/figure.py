@@ -1,0 +1,201 @@
+"""A figure: segments of a body that has given measures, held by joints."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mjsim.errors import did_you_mean
+from mjsim.geometry import Array
+from mjsim.mechanics import Solid
+from mjsim.people.frame import BodyFrame, Spot, Vector3, body_frame
+from mjsim.people.joints import SIDES, Joint, joints
+from mjsim.people.masses import solids_of
+from mjsim.people.measures import Measures
+
+PARENTS: Mapping[str, str | None] = {
+    "pelvis": None,
+    "abdomen": "pelvis",
+    "thorax": "abdomen",
+    "neck": "thorax",
+    "head": "neck",
+    **{
+        f"{side}_{segment}": f"{side}_{parent}" if parent not in ("thorax", "pelvis") else parent
+        for side in SIDES
+        for segment, parent in (
+            ("upper_arm", "thorax"),
+            ("forearm", "upper_arm"),
+            ("hand", "forearm"),
+            ("thigh", "pelvis"),
+            ("shank", "thigh"),
+            ("foot", "shank"),
+        )
+    },
+}
+"""Each segment's parent, parents first; the pelvis has none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """A rigid part of a figure; its frame has its origin at its upper joint, of the pelvis at the H-point."""
+
+    name: str
+    parent: str | None
+    """None for the pelvis."""
+    at: Vector3
+    """Its origin in the frame of its parent; of the pelvis, in the world when the figure stands upright [m]."""
+    solid: Solid
+    """Mass, centre and inertia, in its frame."""
+    joints: tuple[Joint, ...]
+    """Those that turn it against its parent, in their order."""
+
+
+@dataclass(frozen=True, slots=True)
+class Landmark:
+    """A point on a segment."""
+
+    segment: str
+    at: Vector3
+    """In the frame of the segment [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Figure:
+    """A body with given measures: its segments, joints and landmarks."""
+
+    measures: Measures
+    segments: Mapping[str, Segment]
+    """By their names, parents first."""
+    joints: Mapping[str, Joint]
+    """By their names, in the order of values of joints, n of them."""
+    landmarks: Mapping[str, Landmark]
+    """By their names."""
+    seat_to_hip: float
+    """Height of the H-point above a hard seat, sitting erect [m]."""
+
+    @classmethod
+    def of(cls, measures: Measures) -> Self:
+        """Return the figure that has these measures.
+
+        Raises:
+            ValueError: No body has these measures together.
+        """
+        frame = body_frame(measures)
+        origins = _both_sides(frame.joints)
+        solids = solids_of(measures, frame)
+        turning = joints()
+        segments = {
+            name: Segment(
+                name,
+                parent,
+                origins[name] if parent is None else _minus(origins[name], origins[parent]),
+                solids[name],
+                tuple(joint for joint in turning if joint.segment == name),
+            )
+            for name, parent in PARENTS.items()
+        }
+        return cls(
+            measures,
+            MappingProxyType(segments),
+            MappingProxyType({joint.name: joint for joint in turning}),
+            MappingProxyType(_landmarks(frame, origins)),
+            frame.seat_to_hip,
+        )
+
+    @property
+    def limits(self) -> Array:
+        """Least and largest values of all joints, shape (n, 2) [rad]."""
+        return np.array([[joint.low, joint.high] for joint in self.joints.values()])
+
+    @property
+    def upright(self) -> Array:
+        """World from pelvis where the figure stands upright above the origin, shape (4, 4) [m]."""
+        pose = np.eye(4)
+        pose[:3, 3] = self.segments["pelvis"].at
+        return pose
+
+    def values(self, angles: Mapping[str, float]) -> Array:
+        """Return values of all joints, shape (n,) [rad]: those given by name, 0 for all others.
+
+        Raises:
+            ValueError: There is no such joint.
+        """
+        names = list(self.joints)
+        found = np.zeros(len(names))
+        for name, angle in angles.items():
+            if name not in self.joints:
+                raise ValueError(f"no joint '{name}'{did_you_mean(name, names)}")
+            found[names.index(name)] = angle
+        return found
+
+    def poses(self, values: ArrayLike | None = None, root: Array | None = None) -> dict[str, Array]:
+        """Return where all segments are.
+
+        Args:
+            values: Of the joints in their order, shape (..., n) [rad]; zeros unless given.
+            root: World from pelvis, shape (..., 4, 4) [m]; upright above the origin unless given.
+
+        Returns:
+            World from segment by the segment's name, shape (..., 4, 4) [m].
+        """
+        angles = np.zeros(len(self.joints)) if values is None else np.asarray(values, dtype=float)
+        columns = {name: angles[..., place] for place, name in enumerate(self.joints)}
+        found: dict[str, Array] = {}
+        for name, segment in self.segments.items():
+            if segment.parent is None:
+                found[name] = self.upright if root is None else np.asarray(root, dtype=float)
+                continue
+            step = np.eye(4)
+            step[:3, 3] = segment.at
+            for joint in segment.joints:
+                step = step @ _turn(joint.axis, columns[joint.name])
+            found[name] = found[segment.parent] @ step
+        return found
+
+    def spots(self, poses: Mapping[str, Array]) -> dict[str, Array]:
+        """Return where all landmarks are in the world, by their names, shape (..., 3) [m].
+
+        Args:
+            poses: World from segment, as `poses` returns them.
+        """
+        return {
+            name: poses[mark.segment][..., :3, :3] @ mark.at + poses[mark.segment][..., :3, 3]
+            for name, mark in self.landmarks.items()
+        }
+
+
+def _turn(axis: Vector3, angle: Array) -> Array:
+    """Return rotations about an axis of the frame, which is one of its own or the opposite, shape (..., 4, 4)."""
+    place = int(np.argmax(np.abs(axis)))
+    c, s = np.cos(angle), np.sin(angle) * math.copysign(1.0, axis[place])
+    i, j = (place + 1) % 3, (place + 2) % 3
+    found = np.zeros((*np.shape(angle), 4, 4))
+    found[..., place, place] = found[..., 3, 3] = 1.0
+    found[..., i, i] = found[..., j, j] = c
+    found[..., i, j], found[..., j, i] = -s, s
+    return found
+
+
+def _both_sides(left: Mapping[str, Vector3]) -> dict[str, Vector3]:
+    """Return points by name with those of the right side, which mirror those of the left."""
+    paired = [name for name in left if name.startswith("left_")]
+    right = {name.replace("left_", "right_"): (left[name][0], -left[name][1], left[name][2]) for name in paired}
+    return {**left, **right}
+
+
+def _landmarks(frame: BodyFrame, origins: Mapping[str, Vector3]) -> dict[str, Landmark]:
+    spots: dict[str, Spot] = dict(frame.landmarks)
+    for name, spot in frame.landmarks.items():
+        if name.startswith("left_"):
+            x, y, z = spot.at
+            segment = spot.segment.replace("left_", "right_")
+            spots[f"right_{name.removeprefix('left_')}"] = Spot(segment, (x, -y, z))
+    return {name: Landmark(spot.segment, _minus(spot.at, origins[spot.segment])) for name, spot in spots.items()}
+
+
+def _minus(point: Vector3, origin: Vector3) -> Vector3:
+    return point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]

@@ -1,0 +1,135 @@
+"""The measures of one body: by percentile of stature, proportion and corpulence, or a person's own.
+
+Percentiles of the parts of one body do not add up: a woman at percentile 5 of stature does not have arms, legs and
+trunk at percentile 5 each. So one measure is taken by its percentile, and all others are the means of the people who
+have it.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Self
+
+from mjsim.people.survey import PERCENTILES, SEXES, Sex, Survey, is_percentile, normal_score, survey
+
+OUTSIDE: Mapping[str, str] = {
+    "functional_leg_length": "the trunk gives way when the leg is stretched, and a rigid one does not",
+    "span": "the shoulder blades move inwards when arms are raised sideways, and a figure has no joint there",
+}
+"""Measures that a figure does not keep, each with the reason."""
+FARTHEST = 5.0
+"""A measure may lie so many standard deviations from what the others let expect."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measures(Mapping[str, float]):
+    """36 measures of one body, by the names of `Survey` [m; weight in kg]."""
+
+    sex: Sex
+    values_by_name: Mapping[str, float]
+    """All measures [m; weight in kg]."""
+    own: tuple[str, ...] = ()
+    """Names of those that were given; all others follow from them."""
+
+    def __getitem__(self, name: str) -> float:
+        """Return a measure [m; weight in kg]."""
+        return self.values_by_name[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the names of the measures."""
+        return iter(self.values_by_name)
+
+    def __len__(self) -> int:
+        """Return how many measures there are."""
+        return len(self.values_by_name)
+
+    @classmethod
+    def at_percentile(
+        cls, sex: Sex, percentile: float = 50.0, *, proportion: float = 50.0, corpulence: float = 50.0
+    ) -> Self:
+        """Return the measures of a body by the percentile of its stature.
+
+        Args:
+            sex: 'female' or 'male'.
+            percentile: Of stature, by the survey's table, 1 to 99.
+            proportion: Percentile of sitting height among people of this stature, 1 to 99; more is a longer trunk.
+            corpulence: Percentile of weight among people of this stature and sitting height, 1 to 99.
+
+        Raises:
+            ValueError: There is no such sex, or a percentile is outside of the table.
+        """
+        table = _table(sex)
+        _check_percentile("percentile", percentile)
+        return cls._completed(table, {"stature": table.at_percentile("stature", percentile)}, proportion, corpulence)
+
+    @classmethod
+    def of_own(cls, sex: Sex, own: Mapping[str, float], *, proportion: float = 50.0, corpulence: float = 50.0) -> Self:
+        """Return measures that a person has, and means of the others given these.
+
+        Args:
+            sex: 'female' or 'male'.
+            own: The person's measures by their names [m; weight in kg].
+            proportion: As for `at_percentile`, where sitting height is not given.
+            corpulence: As for `at_percentile`, where weight is not given.
+
+        Raises:
+            ValueError: There is no such sex or measure, a percentile is outside of the table, or nobody has a measure
+                together with the others.
+        """
+        table = _table(sex)
+        check_own(table, own)
+        for key, percentile, measure in (
+            ("proportion", proportion, "sitting_height"),
+            ("corpulence", corpulence, "weight"),
+        ):
+            if measure in own and percentile != 50.0:
+                raise ValueError(f"{key} is {percentile:g}, but {measure} is given; leave out one of them")
+        return cls._completed(table, own, proportion, corpulence)
+
+    @classmethod
+    def _completed(cls, table: Survey, own: Mapping[str, float], proportion: float, corpulence: float) -> Self:
+        _check_percentile("proportion", proportion)
+        _check_percentile("corpulence", corpulence)
+        known = dict(own)
+        for name, percentile in (("sitting_height", proportion), ("weight", corpulence)):
+            if name not in known:
+                mean, sd = table.given(known)
+                place = table.index(name)
+                known[name] = float(mean[place] + normal_score(percentile) * sd[place])
+        mean, _ = table.given(known)
+        values = dict(zip(table.names, mean.tolist(), strict=True))
+        return cls(table.sex, MappingProxyType(values), tuple(own))
+
+
+def check_own(table: Survey, own: Mapping[str, float]) -> None:
+    """Raise ValueError when a measure is none of a person, or none beside the others that are given."""
+    for name, value in own.items():
+        place = table.index(name)
+        if name in OUTSIDE:
+            raise ValueError(f"a figure does not keep {name}: {OUTSIDE[name]}; leave it out")
+        _check_near(name, value, table.mean[place], table.sd[place], f"of {_PEOPLE[table.sex]}")
+    for name, value in own.items():
+        mean, sd = table.given({other: each for other, each in own.items() if other != name})
+        place = table.index(name)
+        _check_near(name, value, mean[place], sd[place], "beside the other measures")
+
+
+_PEOPLE: Mapping[Sex, str] = {"female": "women", "male": "men"}
+
+
+def _check_near(name: str, value: float, mean: float, sd: float, whose: str) -> None:
+    low, high = mean - FARTHEST * sd, mean + FARTHEST * sd
+    if not low <= value <= high:
+        unit = "kg" if name == "weight" else "m"
+        raise ValueError(f"{name} is {value:g} {unit}; {whose} it lies between {low:.3g} and {high:.3g} {unit}")
+
+
+def _table(sex: Sex) -> Survey:
+    if sex not in SEXES:
+        raise ValueError(f"sex is '{sex}'; it must be 'female' or 'male'")
+    return survey(sex)
+
+
+def _check_percentile(key: str, value: float) -> None:
+    if not is_percentile(value):
+        raise ValueError(f"{key} is {value:g}; it must be from {PERCENTILES[0]:g} to {PERCENTILES[-1]:g}")
