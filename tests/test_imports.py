@@ -18,7 +18,7 @@ ROOT = Path(mjsim.__file__).parent
 GROUND = {"closing", "errors", "faces", "geometry", "gl_request", "output", "progress", "syntax"}
 WORLD = GROUND | {"mechanics", "models", "people", "world"}
 VALUES = WORLD | {"interface"}
-COMPILE = VALUES | {"compile"}
+COMPILE = VALUES | {"compile", "posture"}
 RECORD = VALUES | {"record"}
 SIM = COMPILE | {"modules", "sim"}
 RUN = SIM | {"record", "safety", "run"}
@@ -33,6 +33,8 @@ MAY_IMPORT = {
     "people": GROUND | {"mechanics"},
     "world": WORLD,
     "modules": VALUES,
+    # Inverse kinematics of figures, which stand as it says in the compiled world.
+    "posture": WORLD | {"people"},
     "compile": COMPILE,
     # Robots that are brought in are measured.
     "exchange": SIM,
@@ -58,11 +60,11 @@ MAY_IMPORT = {
 """Part of mjsim -> the other parts that it may import; some are still to come."""
 MAY_IMPORT_ALL = {"__init__", "bench", "cli", "doctor"}
 
-MAY_USE_MUJOCO = {"lab", "models", "compile", "sim", "env", "doctor", "bench"}
+MAY_USE_MUJOCO = {"lab", "models", "posture", "compile", "sim", "env", "doctor", "bench"}
 
 HEAVY = {
-    *("av", "cv2", "dm_control", "ezdxf", "filterpy", "foxglove", "matplotlib", "mcap", "mujoco", "pyarrow", "ruamel"),
-    *("scipy", "starlette", "svgpathtools", "uvicorn"),
+    *("av", "cv2", "dm_control", "ezdxf", "filterpy", "foxglove", "matplotlib", "mcap", "mink", "mujoco", "pyarrow"),
+    *("ruamel", "scipy", "starlette", "svgpathtools", "uvicorn"),
 }
 
 

@@ -32,6 +32,7 @@ from .items import MOTIONS as MOTIONS
 from .items import OMNI3_BEARINGS as OMNI3_BEARINGS
 from .items import PROXIMITY_HEIGHT as PROXIMITY_HEIGHT
 from .items import QUIET as QUIET
+from .items import TARGET_KINDS as TARGET_KINDS
 from .items import AckermannDrive as AckermannDrive
 from .items import Actuator as Actuator
 from .items import ActuatorSensor as ActuatorSensor
@@ -53,12 +54,16 @@ from .items import CylinderBody as CylinderBody
 from .items import CylinderObstacle as CylinderObstacle
 from .items import Depth as Depth
 from .items import DifferentialDrive as DifferentialDrive
+from .items import DisplayTarget as DisplayTarget
 from .items import Drive as Drive
 from .items import DriveNoise as DriveNoise
+from .items import Feet as Feet
 from .items import FixedDrive as FixedDrive
 from .items import Floor as Floor
 from .items import FloorPatch as FloorPatch
 from .items import ForceActuator as ForceActuator
+from .items import GripTarget as GripTarget
+from .items import Hands as Hands
 from .items import Imu as Imu
 from .items import Joint as Joint
 from .items import JointSensor as JointSensor
@@ -86,6 +91,7 @@ from .items import Omni3Drive as Omni3Drive
 from .items import OpenEvent as OpenEvent
 from .items import Opening as Opening
 from .items import Part as Part
+from .items import PedalTarget as PedalTarget
 from .items import Place as Place
 from .items import Plant as Plant
 from .items import PolygonBody as PolygonBody
@@ -99,14 +105,17 @@ from .items import RobotArm as RobotArm
 from .items import RollerDrive as RollerDrive
 from .items import Rollers as Rollers
 from .items import Run as Run
+from .items import Seat as Seat
 from .items import Sensor as Sensor
 from .items import ShoveEvent as ShoveEvent
+from .items import SightTarget as SightTarget
 from .items import Signal as Signal
 from .items import SkidSteerDrive as SkidSteerDrive
 from .items import Slip as Slip
 from .items import SphereObstacle as SphereObstacle
 from .items import StateSpace as StateSpace
 from .items import StepsObstacle as StepsObstacle
+from .items import Target as Target
 from .items import TorqueActuator as TorqueActuator
 from .items import TorqueMotor as TorqueMotor
 from .items import TransferFunction as TransferFunction
@@ -147,6 +156,7 @@ from .plan import SLICE as SLICE
 from .plan import THICKNESS as THICKNESS
 from .plan import Hung as Hung
 from .plan import Leaf as Leaf
+from .plan import PlacedTarget as PlacedTarget
 from .plan import Route as Route
 from .plan import extent as extent
 from .plan import footprint as footprint
@@ -154,6 +164,7 @@ from .plan import hung as hung
 from .plan import leaves as leaves
 from .plan import obstacle_polygons as obstacle_polygons
 from .plan import origin_height as origin_height
+from .plan import placed_targets as placed_targets
 from .plan import prisms as prisms
 from .plan import route_of as route_of
 from .plan import segments as segments
@@ -164,6 +175,8 @@ from .plan import top as top
 from .plan import wall_pieces as wall_pieces
 from .plan import wall_polygons as wall_polygons
 from .plan import world_from_obstacle as world_from_obstacle
+from .plan import world_from_seat as world_from_seat
+from .plan import world_from_thing as world_from_thing
 from .read import MOST as MOST
 from .read import arm as arm
 from .read import arm_item as arm_item

@@ -107,6 +107,16 @@ from .structure import Floor as Floor
 from .structure import FloorPatch as FloorPatch
 from .structure import Opening as Opening
 from .structure import Wall as Wall
+from .targets import TARGET_KINDS as TARGET_KINDS
+from .targets import DisplayTarget as DisplayTarget
+from .targets import Feet as Feet
+from .targets import GripTarget as GripTarget
+from .targets import Hands as Hands
+from .targets import PedalTarget as PedalTarget
+from .targets import Seat as Seat
+from .targets import SightTarget as SightTarget
+from .targets import Target as Target
+from .targets import TargetRef as TargetRef
 from .things import Beacon as Beacon
 from .things import BoxObstacle as BoxObstacle
 from .things import CylinderObstacle as CylinderObstacle

@@ -9,6 +9,7 @@ from mjsim.world.files import BUILT, Source, read_asset
 from mjsim.world.ground import AssetPath, Color, Degrees, Distance, Length, Model, ModelPath, Name, OneOf, Point, fault
 from mjsim.world.items.markers import check_marker
 from mjsim.world.items.model_files import shape_in
+from mjsim.world.items.targets import Seat, Targets, check_names
 
 if TYPE_CHECKING:  # and below where it is used: worlds without models start without it
     from mjsim.models import ModelShape
@@ -52,6 +53,15 @@ class _Obstacle(Model):
     """Coefficient of friction of a movable one on the floor."""
     path: ScriptedPath | None = None
     """Where it goes by itself."""
+    seat: Seat | None = None
+    """Where a person sits on it."""
+    targets: Targets = ()
+    """What hands, feet and eyes of people meet on it."""
+
+    @model_validator(mode="after")
+    def _own_names(self) -> Self:
+        check_names(self.targets)
+        return self
 
     @model_validator(mode="after")
     def _pushed_or_scripted(self) -> Self:

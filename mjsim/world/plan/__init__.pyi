@@ -20,3 +20,7 @@ from .polygons import wall_polygons as wall_polygons
 from .routes import Route as Route
 from .routes import extent as extent
 from .routes import route_of as route_of
+from .targets import PlacedTarget as PlacedTarget
+from .targets import placed_targets as placed_targets
+from .targets import world_from_seat as world_from_seat
+from .targets import world_from_thing as world_from_thing

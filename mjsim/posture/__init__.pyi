@@ -1,0 +1,15 @@
+from .contacts import BACK as BACK
+from .contacts import FEET as FEET
+from .contacts import GAZE as GAZE
+from .contacts import HANDS as HANDS
+from .contacts import Contact as Contact
+from .contacts import GazeContact as GazeContact
+from .contacts import LineContact as LineContact
+from .contacts import PlaneContact as PlaneContact
+from .contacts import PointContact as PointContact
+from .solve import TOUCH as TOUCH
+from .solve import Preference as Preference
+from .solve import Solution as Solution
+from .solve import limits as limits
+from .solve import range_preference as range_preference
+from .solve import solve_posture as solve_posture

@@ -1,0 +1,167 @@
+"""Contacts of a posture: what must be zero, and how it changes with the joints; MuJoCo gives both."""
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import mujoco
+import numpy as np
+
+from mjsim.geometry import Array
+
+Rank = Literal[0, 1, 2, 3]
+BACK, FEET, HANDS, GAZE = 0, 1, 2, 3
+"""Which contacts give way first where not all can be had: the gaze, then hands, then feet, then the back."""
+State = tuple[mujoco.MjModel, mujoco.MjData]
+
+
+class Contact(Protocol):
+    """What a posture must meet."""
+
+    @property
+    def name(self) -> str:
+        """How a posture calls it."""
+
+    @property
+    def rank(self) -> int:
+        """Contacts of higher ranks give way to this one."""
+
+    @property
+    def size(self) -> int:
+        """How many numbers it asks to be zero."""
+
+    def error(self, state: State) -> Array:
+        """Return what is to be zero, shape (size,) [m, or rad for a direction]."""
+
+    def jacobian(self, state: State) -> Array:
+        """Return its derivative by the velocities of the model, shape (size, nv)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PointContact:
+    """A site touches a point."""
+
+    name: str
+    site: str
+    target: Array
+    """World frame, shape (3,) [m]."""
+    rank: int = HANDS
+    size: int = 3
+
+    def error(self, state: State) -> Array:
+        """Return how far the site is from its target, world frame, shape (3,) [m]."""
+        return site_place(state, self.site) - self.target
+
+    def jacobian(self, state: State) -> Array:
+        """Return the derivative of the site's place, shape (3, nv) [m/rad, m/m]."""
+        return site_jacobians(state, self.site)[0]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlaneContact:
+    """A site lies in a plane that may hang on another site, as a back leans on a backrest."""
+
+    name: str
+    site: str
+    normal: Array
+    """World frame, shape (3,)."""
+    base: str
+    """The site in the plane."""
+    offset: float = 0.0
+    """How far the site is from the plane, along its normal [m]."""
+    rank: int = BACK
+    size: int = 1
+
+    def error(self, state: State) -> Array:
+        """Return the distance from the plane, shape (1,) [m]."""
+        between = site_place(state, self.site) - site_place(state, self.base)
+        return np.array([self.normal @ between - self.offset])
+
+    def jacobian(self, state: State) -> Array:
+        """Return the derivative of the distance, shape (1, nv)."""
+        between = site_jacobians(state, self.site)[0] - site_jacobians(state, self.base)[0]
+        return np.asarray(self.normal @ between)[None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LineContact:
+    """A site lies on a line through a point; how far out is left open."""
+
+    name: str
+    site: str
+    point: Array
+    """World frame, shape (3,) [m]."""
+    direction: Array
+    """Unit vector, world frame, shape (3,)."""
+    rank: int = HANDS
+    size: int = 3
+
+    def error(self, state: State) -> Array:
+        """Return how far the site is from the line, world frame, shape (3,) [m]."""
+        return self._across() @ (site_place(state, self.site) - self.point)
+
+    def jacobian(self, state: State) -> Array:
+        """Return the derivative of that, shape (3, nv)."""
+        return np.asarray(self._across() @ site_jacobians(state, self.site)[0])
+
+    def _across(self) -> Array:
+        return np.eye(3) - np.outer(self.direction, self.direction)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GazeContact:
+    """The line of sight of a head meets a point."""
+
+    name: str
+    site: str
+    """Between the eyes; its frame is that of the head."""
+    target: Array
+    """World frame, shape (3,) [m]."""
+    sight: Array
+    """Unit vector of the line of sight, frame of the head, shape (3,)."""
+    rank: int = GAZE
+    size: int = 3
+
+    def error(self, state: State) -> Array:
+        """Return the line of sight less the direction of the target, world frame, shape (3,) [rad where small]."""
+        ahead, _ = self._directions(state)
+        return site_axes(state, self.site) @ self.sight - ahead
+
+    def jacobian(self, state: State) -> Array:
+        """Return the derivative of that, shape (3, nv)."""
+        move, turn = site_jacobians(state, self.site)
+        ahead, distance = self._directions(state)
+        sight = site_axes(state, self.site) @ self.sight
+        # The sight turns with the head: d sight = omega x sight; the direction turns as the eye moves.
+        turned = -_cross_matrix(sight) @ turn
+        return np.asarray(turned + (np.eye(3) - np.outer(ahead, ahead)) @ move / distance)
+
+    def _directions(self, state: State) -> tuple[Array, float]:
+        between = self.target - site_place(state, self.site)
+        distance = max(float(np.linalg.norm(between)), 1e-6)
+        return between / distance, distance
+
+
+def site_place(state: State, site: str) -> Array:
+    """Return where a site is, world frame, shape (3,) [m]."""
+    model, data = state
+    return np.array(data.site_xpos[model.site(site).id])
+
+
+def site_axes(state: State, site: str) -> Array:
+    """Return world_from_site, the axes of a site, shape (3, 3)."""
+    model, data = state
+    return np.array(data.site_xmat[model.site(site).id]).reshape(3, 3)
+
+
+def site_jacobians(state: State, site: str) -> tuple[Array, Array]:
+    """Return how a site moves and turns with the velocities of the model, world frame, shape (3, nv) each."""
+    model, data = state
+    move, turn = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+    mujoco.mj_jacSite(model, data, move, turn, model.site(site).id)
+    return move, turn
+
+
+def _cross_matrix(vector: Array) -> Array:
+    """Return the matrix that takes a vector to its cross product with `vector` on the left, shape (3, 3)."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -1,0 +1,217 @@
+"""The posture nearest to the preferred one that meets its contacts within joint limits, by mink.
+
+Levenberg-Marquardt steps, each a quadratic program of mink's. Contacts come to weigh so much more than preferences that
+they hold to a few micrometres. Where not all can be had, those of higher ranks give way, and come as near as they can.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import groupby
+
+import mink
+import mujoco
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.posture.contacts import Contact
+
+TOUCH = 1e-4
+"""Contacts that are nearer hold [m, rad]."""
+LOOSE = 20.0
+"""Weight of a contact that cannot be had, where a joint's deviation by its whole range weighs 1."""
+FIRM = (20.0, 200.0, 2e3)
+"""Weights of a contact that holds, in turn: a stiff one at once would let the posture creep along a curved valley."""
+FIRMEST = (20.0, 200.0, 2e3, 2e4)
+"""Of those that hold against others that cannot be had."""
+NEAR = 0.05
+"""Errors beyond this pull no harder than one of this size [m, rad]."""
+STEPS = 80
+"""Most for each weight."""
+SMALL = 1e-6
+"""Relative gain at which no further step is taken."""
+LONGEST_STEP = 0.5
+"""Of a joint [rad] or a slide [m] at once: the contacts are far from linear beyond that."""
+DAMPING = 1e-6, 1e9
+"""The least, and the one at which a search gives up."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Preference:
+    """Joint values that are preferred, and how much each counts."""
+
+    values: Array
+    """Shape (nq,) [rad, m]."""
+    weights: Array
+    """Of a deviation of each, shape (nq,) [1/rad, 1/m]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Solution:
+    """A posture, and what became of its contacts."""
+
+    values: Array
+    """Of all joints, in the order of the model, shape (nq,) [rad, m]."""
+    errors: Mapping[str, float]
+    """By contact: how far it is from holding [m, rad]."""
+    missed: tuple[str, ...] = field(default=())
+    """Contacts that cannot be had together with those before them."""
+    steps: int = 0
+    """How many quadratic programs were solved."""
+
+    @property
+    def holds(self) -> bool:
+        """Whether every contact holds."""
+        return not self.missed
+
+
+class _ContactTask(mink.Task):
+    """A contact as mink has it."""
+
+    def __init__(self, contact: Contact, weight: float) -> None:
+        """Give a contact its weight."""
+        super().__init__(cost=np.full(contact.size, weight))
+        self._contact = contact
+
+    def compute_error(self, configuration: mink.Configuration) -> Array:
+        error = self._contact.error((configuration.model, configuration.data))
+        return error * math.sqrt(self._share(error))
+
+    def compute_jacobian(self, configuration: mink.Configuration) -> Array:
+        state = configuration.model, configuration.data
+        return self._contact.jacobian(state) * math.sqrt(self._share(self._contact.error(state)))
+
+    def loss(self, configuration: mink.Configuration) -> float:
+        """Return the weighted squared error, which grows in proportion to the error beyond `NEAR` (Huber's loss)."""
+        error = self._contact.error((configuration.model, configuration.data))
+        near = float(np.linalg.norm(error)) * self._share(error)
+        return float(self.cost[0] ** 2 * near * (2.0 * np.linalg.norm(error) - near))
+
+    def _share(self, error: Array) -> float:
+        """Return by what the square of an error is lowered, so that no far target pulls joints about."""
+        return min(1.0, NEAR / max(float(np.linalg.norm(error)), NEAR))
+
+
+def range_preference(model: mujoco.MjModel, preferred: Mapping[str, float]) -> Preference:
+    """Return a preference in which each joint's deviation counts as a fraction of its own range.
+
+    Args:
+        model: All of its joints are hinges or slides.
+        preferred: Values by joint; others are preferred at the value of the range that is nearest to 0.
+    """
+    lower, upper = limits(model)
+    values = np.array([preferred.get(model.joint(number).name, 0.0) for number in range(model.njnt)])
+    span = upper - lower
+    weights = np.where(np.isfinite(span) & (span > 0.0), 1.0 / np.where(span > 0.0, span, 1.0), 0.0)
+    return Preference(values=np.clip(values, lower, upper), weights=weights)
+
+
+def limits(model: mujoco.MjModel) -> tuple[Array, Array]:
+    """Return the lowest and highest values of the joints, infinite where there is no limit, shape (nq,) each."""
+    limited = model.jnt_limited.astype(bool)
+    lower: Array = np.where(limited, model.jnt_range[:, 0], -np.inf)
+    upper: Array = np.where(limited, model.jnt_range[:, 1], np.inf)
+    return lower, upper
+
+
+def solve_posture(
+    model: mujoco.MjModel, contacts: Sequence[Contact], preference: Preference, *, starts: Iterable[Array] = ()
+) -> Solution:
+    """Return the posture nearest to the preferred one that meets the contacts within the limits of the joints.
+
+    Args:
+        model: A figure or any other tree of hinges and slides, alone.
+        contacts: What the posture must meet; where not all can be had, higher ranks give way.
+        preference: What is preferred where the contacts leave a choice; also the first start.
+        starts: Further values to start from where the first does not lead to all contacts, shape (nq,) each.
+    """
+    configuration = mink.Configuration(model)
+    found = _best(configuration, contacts, preference, [preference.values, *starts])
+    if found.holds:
+        return found
+    kept: list[Contact] = []
+    steps, values = found.steps, found.values
+    for _, ranked in groupby(sorted(contacts, key=_rank), key=_rank):
+        # Of a rank, each is asked alone: a hand that cannot reach leaves the other in place.
+        alone = [(each, _best(configuration, [*kept, each], preference, [preference.values])) for each in ranked]
+        able = [contact for contact, tried in alone if tried.holds]
+        together = _best(configuration, [*kept, *able], preference, [values, preference.values])
+        kept += able if together.holds else []
+        steps, values = steps + together.steps + sum(tried.steps for _, tried in alone), together.values
+    loose = [contact for contact in contacts if contact not in kept]
+    final = _descend(configuration, kept, preference, values, firm=FIRMEST, loose=loose)
+    short = tuple(contact.name for contact in contacts if final.errors[contact.name] > TOUCH)
+    return Solution(values=final.values, errors=final.errors, missed=short, steps=steps + final.steps)
+
+
+def _best(
+    configuration: mink.Configuration,
+    contacts: Sequence[Contact],
+    preference: Preference,
+    starts: Sequence[Array],
+) -> Solution:
+    """Return the first solution that holds, or the last."""
+    steps = 0
+    for start in starts:
+        found = _descend(configuration, contacts, preference, start)
+        steps += found.steps
+        if found.holds:
+            break
+    return Solution(values=found.values, errors=found.errors, missed=found.missed, steps=steps)
+
+
+def _descend(
+    configuration: mink.Configuration,
+    contacts: Sequence[Contact],
+    preference: Preference,
+    start: Array,
+    *,
+    firm: Sequence[float] = FIRM,
+    loose: Sequence[Contact] = (),
+) -> Solution:
+    """Return where Levenberg-Marquardt steps lead from a start, as contacts become firmer."""
+    model = configuration.model
+    posture = mink.PostureTask(model, cost=preference.weights)
+    posture.set_target(preference.values)
+    configuration.update(np.clip(start, *limits(model)))
+    steps = 0
+    for weight in firm:
+        held = [_ContactTask(contact, weight) for contact in contacts]
+        steps += _minimise(configuration, posture, [*held, *(_ContactTask(contact, LOOSE) for contact in loose)])
+    state = model, configuration.data
+    errors = {each.name: float(np.linalg.norm(each.error(state))) for each in (*contacts, *loose)}
+    missed = tuple(name for name, error in errors.items() if error > TOUCH)
+    return Solution(values=configuration.q.copy(), errors=errors, missed=missed, steps=steps)
+
+
+def _minimise(configuration: mink.Configuration, posture: mink.PostureTask, contacts: Sequence[_ContactTask]) -> int:
+    """Bring a model to the nearest minimum of what posture and contacts cost; return how many steps it took."""
+    lower, upper = limits(configuration.model)
+    bounds = [mink.ConfigurationLimit(configuration.model, gain=1.0)]
+    cost, damping = _cost(posture, contacts, configuration), DAMPING[0]
+    for count in range(1, STEPS + 1):
+        before = configuration.q.copy()
+        step = mink.solve_ik(configuration, [posture, *contacts], 1.0, "daqp", damping=damping, limits=bounds)
+        step *= min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), 1e-12))
+        configuration.update(np.clip(before + step, lower, upper))
+        gained = cost - (after := _cost(posture, contacts, configuration))
+        if gained < 0.0:
+            configuration.update(before)
+            damping *= 10.0
+            if damping > DAMPING[1]:
+                return count
+            continue
+        cost, damping = after, max(damping / 10.0, DAMPING[0])
+        if gained <= SMALL * cost:
+            return count
+    return STEPS
+
+
+def _cost(posture: mink.PostureTask, contacts: Sequence[_ContactTask], configuration: mink.Configuration) -> float:
+    """Return what a step is to lower."""
+    strained = np.sum((posture.cost * posture.compute_error(configuration)) ** 2)
+    return float(strained + sum(contact.loss(configuration) for contact in contacts))
+
+
+def _rank(contact: Contact) -> int:
+    return contact.rank

@@ -1,0 +1,57 @@
+"""Where seats and targets of things are at the start, in the world."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.world.ground import item_names
+from mjsim.world.items import Obstacle, Target, World
+from mjsim.world.plan.outlines import origin_height
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacedTarget:
+    """A target where its thing stands at the start."""
+
+    name: str
+    """'THING.TARGET'."""
+    target: Target
+    world_from_target: Array
+    """x is where a display faces, y to its left as it is seen from behind, z up; shape (4, 4) [m]."""
+
+
+def world_from_thing(thing: Obstacle) -> Array:
+    """Return the frame of a thing at the start: its origin in the middle of its underside, shape (4, 4) [m]."""
+    return _placed((*thing.at, origin_height(thing)), yaw=math.radians(thing.heading_deg))
+
+
+def world_from_seat(thing: Obstacle) -> Array:
+    """Return the frame of a thing's seat: the hip point in the middle of its travel, x ahead, shape (4, 4) [m].
+
+    Raises:
+        ValueError: The thing is no seat.
+    """
+    if thing.seat is None:
+        raise ValueError(f"'{thing.name}' is no seat; give it seat: {{at: [x, y, z]}}")
+    return np.asarray(world_from_thing(thing) @ _placed(thing.seat.at))
+
+
+def placed_targets(world: World) -> Iterator[PlacedTarget]:
+    """Yield the targets of all things, in the order of the world."""
+    for thing, name in zip(world.obstacles, item_names(world.obstacles), strict=True):
+        for target in thing.targets:
+            yaw, pitch = (math.radians(getattr(target, key, 0.0)) for key in ("yaw_deg", "pitch_deg"))
+            pose = world_from_thing(thing) @ _placed(target.at, yaw=yaw, pitch=pitch)
+            yield PlacedTarget(f"{name}.{target.name}", target, pose)
+
+
+def _placed(at: tuple[float, ...], *, yaw: float = 0.0, pitch: float = 0.0) -> Array:
+    """Return a pose at a point, turned about z, then up about its own y, shape (4, 4)."""
+    (c, s), (u, v) = (math.cos(yaw), math.sin(yaw)), (math.cos(pitch), math.sin(pitch))
+    pose = np.eye(4)
+    pose[:3, :3] = [[c * u, -s, -c * v], [s * u, c, -s * v], [v, 0.0, u]]
+    pose[:3, 3] = at
+    return pose
