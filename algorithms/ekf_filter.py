@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from mjsim.geometry import Array, wrap_angle, wrap_angles
 
-from .ekf_models import Motion, landmark_from, range_bearing
+from .ekf_models import MotionModel, landmark_from, range_bearing
 
 Jacobians = Literal["standard", "first-estimates"]
 
@@ -110,7 +110,7 @@ class EkfSlamFilter:
 
     def predict(
         self,
-        motion: Motion,
+        motion: MotionModel,
         control: ArrayLike,
         control_covariance: ArrayLike,
         *,

@@ -11,11 +11,11 @@ import numpy as np
 
 from mjsim.geometry import Array, wrap_angle
 
-Motion = Callable[[Array, Array], tuple[Array, Array, Array]]
+MotionModel = Callable[[Array, Array], tuple[Array, Array, Array]]
 """motion(pose, control) -> new pose (3,), F (3, 3), G (3, m)."""
 
 
-def bicycle_motion(wheelbase: float, period: float) -> Motion:
+def bicycle_motion(wheelbase: float, period: float) -> MotionModel:
     """Return the motion of a vehicle that is driven and steered at its front wheel.
 
     Args:
@@ -47,7 +47,7 @@ def bicycle_motion(wheelbase: float, period: float) -> Motion:
     return move
 
 
-def odometry_motion() -> Motion:
+def odometry_motion() -> MotionModel:
     """Return the motion told by odometry: control (forward [m], left [m], turn [rad]) in the robot's frame before it.
 
     References:

@@ -68,6 +68,14 @@ HEAVY = {
 }
 
 
+ONE_WORD_TWICE = {
+    "NoiseFigure": "the page is told what `world` finds, as JSON",
+    "Original": "`video` draws what `exchange` reads and may not import it: a protocol of that class",
+    "Signal": "the navigator of that name takes the keys of a signal; modules that are public keep their names",
+}
+"""Public classes of two parts with one name, and why."""
+
+
 @pytest.fixture(scope="module")
 def package():
     return Package(ROOT)
@@ -118,6 +126,12 @@ def test_each_face_offers_what_its_stub_says(package):
     assert len(package.faces) > 20
     for name, offered in package.faces.items():
         assert set(importlib.import_module(name).__all__) == set(offered), name
+
+
+def test_one_class_one_name(package):
+    found = import_graph.shared_names([package, Package(ROOT.parent / "algorithms")])
+    assert {name: parts for name, parts in found.items() if name not in ONE_WORD_TWICE} == {}
+    assert set(ONE_WORD_TWICE) <= set(found)
 
 
 @pytest.mark.slow
@@ -233,6 +247,18 @@ def house(folder, files):
 @pytest.mark.parametrize(("rule", "files"), OFFENDERS.values(), ids=OFFENDERS)
 def test_an_offender_is_found(rule, files, tmp_path):
     assert offences(rule, house(tmp_path, files))
+
+
+def test_a_name_of_two_parts_is_found_behind_a_face_too(tmp_path):
+    files = {
+        "low/__init__.py": "",
+        "low/__init__.pyi": "from .b import Wheel as Wheel\n",
+        "low/b.py": "Wheel = float\nclass _Own: ...\n",
+        "high/__init__.py": "",
+        "high/a.py": "class Wheel: ...\nclass _Own: ...\nclass Hub: ...\n",
+        "high/c.py": "class Hub: ...\n",
+    }
+    assert import_graph.shared_names([house(tmp_path, files)]) == {"Wheel": {"high", "low"}}
 
 
 def test_a_package_in_order_is_left_alone(tmp_path):

@@ -12,7 +12,7 @@ from mjsim.exchange import grid_of
 from mjsim.interface import Command, RobotInfo
 from mjsim.output import NewFile
 from mjsim.record import Order, Tick
-from mjsim.ros import COMMANDS, MAP, Outgoing, RobotTick, RosTopic, RosWorld, grid_map
+from mjsim.ros import COMMANDS, MAP, Outgoing, RosTick, RosTopic, RosWorld, grid_map
 from mjsim.session import Session
 from mjsim.sim import Simulation
 from mjsim.world import Modules, World
@@ -172,11 +172,11 @@ def _map(world: World) -> Outgoing | None:
     return Outgoing(MAP, message)
 
 
-def _robot_tick(tick: Tick, robot: str, order: Order | None, *, estimated: bool) -> RobotTick:
+def _robot_tick(tick: Tick, robot: str, order: Order | None, *, estimated: bool) -> RosTick:
     truth = tick.poses.get(robot)
     if order is None:
-        return RobotTick(time=tick.time, truth=truth)
-    return RobotTick(
+        return RosTick(time=tick.time, truth=truth)
+    return RosTick(
         time=tick.time,
         truth=truth,
         seen=tick.seen[robot],

@@ -49,7 +49,7 @@ def write_robot(path: Path, output: Path | None, wished: Wished, *, overwrite: b
     Raises:
         UsageError: It cannot be made, or a file exists.
     """
-    from mjsim.exchange import Wishes, bring_robot
+    from mjsim.exchange import RobotOptions, bring_robot
 
     if output is None or output.suffix not in (".yaml", ".yml"):
         raise UsageError("a robot has files of its own; name the preset with -o ROBOT.yaml")
@@ -59,7 +59,7 @@ def write_robot(path: Path, output: Path | None, wished: Wished, *, overwrite: b
     brought = bring_robot(
         path,
         name=name,
-        wishes=Wishes(
+        options=RobotOptions(
             left=wished.left,
             right=wished.right,
             steering=wished.steering,

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mjsim.datasets.playback import Moment, Playback, planar_pose
+from mjsim.datasets.recorded_robots import RecordedRobots, RecordedTick, planar_pose
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
 from mjsim.interface import Observation, Scan
@@ -44,35 +44,35 @@ def export_carmen(recording: Recording, file: str | Path, *, overwrite: bool = F
     file = Path(file)
     names = {robot: file if len(robots) == 1 else file.with_stem(f"{file.stem}_{robot}") for robot in robots}
     require_free(*names.values(), overwrite=overwrite, source=recording.path)
-    with Playback(recording, redraw=False) as playback:
+    with RecordedRobots(recording, redraw=False) as recorded:
         for robot, path in names.items():
-            text = "".join(f"{line}\n" for line in _lines(playback, robot))
+            text = "".join(f"{line}\n" for line in _lines(recorded, robot))
             write_file(path, text.encode(), overwrite=overwrite)
     return list(names.values())
 
 
-def _lines(playback: Playback, robot: str) -> Iterator[str]:
-    lidars = [name for name, sensor in playback.infos[robot].sensors.items() if sensor.kind == "lidar"]
+def _lines(recorded: RecordedRobots, robot: str) -> Iterator[str]:
+    lidars = [name for name, sensor in recorded.infos[robot].sensors.items() if sensor.kind == "lidar"]
     if len(lidars) > MOST_LASERS:
         raise UsageError(f"robot '{robot}' has {len(lidars)} lidars; CARMEN knows {MOST_LASERS}")
-    if moving := playback.on_arms(robot) & {*lidars}:
+    if moving := recorded.on_arms(robot) & {*lidars}:
         raise UsageError(f"lidar '{min(moving)}' of robot '{robot}' moves with an arm; CARMEN has only fixed ones")
-    yield f"# a run of mjsim, seed {playback.recording.seed}; robot {robot}"
+    yield f"# a run of mjsim, seed {recorded.recording.seed}; robot {robot}"
     mounts = {
-        name: Pose3.from_matrix(playback.infos[robot].sensors[name].robot_from_sensor).planar() for name in lidars
+        name: Pose3.from_matrix(recorded.infos[robot].sensors[name].robot_from_sensor).planar() for name in lidars
     }
     for name, word in zip(lidars, ("frontlaser", "rearlaser"), strict=False):
         yield f"PARAM robot_{word}_offset {mounts[name].x!r}"
-    track = playback.recording.robots[robot]
-    for moment in playback.moments(robot):
-        odometry, seen = planar_pose(track.odometry[moment.row]), moment.seen
+    track = recorded.recording.robots[robot]
+    for tick in recorded.ticks(robot):
+        odometry, seen = planar_pose(track.odometry[tick.row]), tick.seen
         if seen is None or odometry is None:
             continue
         yield _line("ODOM", _numbers(odometry, *_speeds(seen), 0.0), seen.time)
-        if moment.truth is not None:
-            yield _line("TRUEPOS", f"{_numbers(moment.truth.planar())} {_numbers(odometry)}", seen.time)
+        if tick.truth is not None:
+            yield _line("TRUEPOS", f"{_numbers(tick.truth.planar())} {_numbers(odometry)}", seen.time)
         for name, scan in seen.scans.items():
-            taken = _odometry_at(playback, robot, moment, scan.stamp)
+            taken = _odometry_at(recorded, robot, tick, scan.stamp)
             laser = f"ROBOTLASER{lidars.index(name) + 1}"
             yield _line(laser, _laser(scan, taken, mounts[name], _speeds(seen)), scan.stamp)
 
@@ -82,10 +82,10 @@ def _speeds(seen: Observation) -> tuple[float, float]:
     return seen.odometry.forward / seen.dt, seen.odometry.turn / seen.dt
 
 
-def _odometry_at(playback: Playback, robot: str, moment: Moment, stamp: float) -> Pose:
+def _odometry_at(recorded: RecordedRobots, robot: str, tick: RecordedTick, stamp: float) -> Pose:
     """Return dead reckoning at the tick at which something was taken."""
-    row = int(np.argmin(np.abs(playback.recording.time[: moment.row + 1] - stamp)))
-    pose = planar_pose(playback.recording.robots[robot].odometry[row])
+    row = int(np.argmin(np.abs(recorded.recording.time[: tick.row + 1] - stamp)))
+    pose = planar_pose(recorded.recording.robots[robot].odometry[row])
     return Pose(0.0, 0.0, 0.0) if pose is None else pose
 
 

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from mjsim.datasets.place import new_folders
-from mjsim.datasets.playback import Playback
+from mjsim.datasets.recorded_robots import RecordedRobots
 from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose3
 from mjsim.interface import SensorInfo
@@ -57,25 +57,25 @@ def export_euroc(
         UsageError: No robot has such a sensor, one of them is on an arm, pictures were not recorded, or a data set
             exists or cannot be written.
     """
-    with Playback(recording, redraw=redraw) as playback:
-        robots = [robot for robot in recording.robots if _sensors(playback, robot, "camera", "imu")]
+    with RecordedRobots(recording, redraw=redraw) as recorded:
+        robots = [robot for robot in recording.robots if _sensors(recorded, robot, "camera", "imu")]
         if not robots:
             raise UsageError(f"'{recording.path}' has neither a camera nor an inertial sensor; EuRoC is made of these")
         places = [Path(folder) / robot for robot in robots]
         with new_folders(places, files=FILES, overwrite=overwrite) as parts:
             for robot, part in zip(robots, parts, strict=True):
-                _write(playback, robot, part / "mav0")
+                _write(recorded, robot, part / "mav0")
     return places
 
 
-def _sensors(playback: Playback, robot: str, *kinds: str) -> dict[str, SensorInfo]:
-    return {name: sheet for name, sheet in playback.infos[robot].sensors.items() if sheet.kind in kinds}
+def _sensors(recorded: RecordedRobots, robot: str, *kinds: str) -> dict[str, SensorInfo]:
+    return {name: sheet for name, sheet in recorded.infos[robot].sensors.items() if sheet.kind in kinds}
 
 
-def _write(playback: Playback, robot: str, folder: Path) -> None:
+def _write(recorded: RecordedRobots, robot: str, folder: Path) -> None:
     """Write the data set of one robot."""
-    imus, cameras = _sensors(playback, robot, "imu"), _sensors(playback, robot, "camera")
-    carried = playback.on_arms(robot)
+    imus, cameras = _sensors(recorded, robot, "imu"), _sensors(recorded, robot, "camera")
+    carried = recorded.on_arms(robot)
     if moving := carried & {*imus, *cameras}:
         raise UsageError(f"'{min(moving)}' of robot '{robot}' moves with an arm; EuRoC has only sensors that are fixed")
     base_from_body = next((sheet.robot_from_sensor for sheet in imus.values()), np.eye(4))
@@ -83,32 +83,32 @@ def _write(playback: Playback, robot: str, folder: Path) -> None:
     for number, (name, sheet) in enumerate(cameras.items()):
         mounted = body_from_base @ sheet.robot_from_sensor
         _begin(folder / f"cam{number}", _camera_yaml(f"{robot}/{name}", sheet, mounted))
-        _list(folder / f"cam{number}", "#timestamp [ns],filename", _pictures(playback, robot, name, folder, number))
+        _list(folder / f"cam{number}", "#timestamp [ns],filename", _pictures(recorded, robot, name, folder, number))
     for number, (name, sheet) in enumerate(imus.items()):
         _begin(folder / f"imu{number}", _imu_yaml(f"{robot}/{name}", sheet, body_from_base @ sheet.robot_from_sensor))
-        _list(folder / f"imu{number}", IMU_HEAD, _readings(playback, robot, name))
+        _list(folder / f"imu{number}", IMU_HEAD, _readings(recorded, robot, name))
     truth = folder / "state_groundtruth_estimate0"
     _begin(truth, _yaml("truth", "visual-inertial", "the simulated truth", np.eye(4)))
-    _list(truth, TRUTH_HEAD, _states(playback, robot, base_from_body))
+    _list(truth, TRUTH_HEAD, _states(recorded, robot, base_from_body))
     (folder / "body.yaml").write_text(f"%YAML:1.0\ncomment: robot {robot} of mjsim\n")
 
 
-def _pictures(playback: Playback, robot: str, camera: str, folder: Path, number: int) -> Iterator[str]:
+def _pictures(recorded: RecordedRobots, robot: str, camera: str, folder: Path, number: int) -> Iterator[str]:
     """Write the pictures of a camera, and yield their rows."""
     place = folder / f"cam{number}" / "data"
     place.mkdir()
-    for moment in playback.moments(robot):
-        if (stamp := moment.stamps.get(camera)) is not None:
-            data, suffix = playback.picture(robot, camera, stamp)
+    for tick in recorded.ticks(robot):
+        if (stamp := tick.stamps.get(camera)) is not None:
+            data, suffix = recorded.picture(robot, camera, stamp)
             file = f"{nanoseconds(stamp):019d}.{suffix}"
             (place / file).write_bytes(data)
             yield f"{nanoseconds(stamp)},{file}"
 
 
-def _readings(playback: Playback, robot: str, imu: str) -> Iterator[str]:
+def _readings(recorded: RecordedRobots, robot: str, imu: str) -> Iterator[str]:
     """Yield the rows of an inertial sensor."""
-    for moment in playback.moments(robot):
-        for each in moment.seen.imu if moment.seen is not None else ():
+    for tick in recorded.ticks(robot):
+        for each in tick.seen.imu if tick.seen is not None else ():
             if each.name == imu:
                 values = [*each.turn.tolist(), *each.acceleration.tolist()]
                 yield ",".join([str(nanoseconds(each.stamp)), *map(repr, values)])
@@ -123,10 +123,10 @@ def _list(folder: Path, head: str, rows: Iterable[str]) -> None:
     (folder / "data.csv").write_text("".join(f"{line}\n" for line in (head, *rows)))
 
 
-def _states(playback: Playback, robot: str, base_from_body: Array) -> list[str]:
+def _states(recorded: RecordedRobots, robot: str, base_from_body: Array) -> list[str]:
     """Return the rows of the truth: position, quaternion (w first), velocity, biases."""
-    known = [(moment.row, moment.truth) for moment in playback.moments(robot) if moment.truth is not None]
-    times = playback.recording.time[[row for row, _ in known]]
+    known = [(tick.row, tick.truth) for tick in recorded.ticks(robot) if tick.truth is not None]
+    times = recorded.recording.time[[row for row, _ in known]]
     poses = [Pose3.from_matrix(truth.matrix() @ base_from_body) for _, truth in known]
     places = np.array([(pose.x, pose.y, pose.z) for pose in poses]).reshape(-1, 3)
     speeds = np.gradient(places, times, axis=0) if len(times) > 1 else np.zeros_like(places)

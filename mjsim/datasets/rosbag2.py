@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Any, Literal
 
 from mjsim.datasets.place import new_folders
-from mjsim.datasets.playback import Moment, Playback, planar_pose
+from mjsim.datasets.recorded_robots import RecordedRobots, RecordedTick, planar_pose
 from mjsim.errors import UsageError
 from mjsim.exchange import grid_of
 from mjsim.record import Recording
-from mjsim.ros import MAP, Outgoing, Qos, RobotTick, RosTopic, RosWorld, bytes_of, grid_map, nanoseconds, typestore
+from mjsim.ros import MAP, Outgoing, Qos, RosTick, RosTopic, RosWorld, bytes_of, grid_map, nanoseconds, typestore
 
 Storage = Literal["mcap", "sqlite3"]
 FILES = r"metadata\.yaml|[^/]+\.(mcap|db3)"
@@ -49,64 +49,64 @@ def export_rosbag2(
     typestore()  # before the world is compiled, so that a missing package is told at once
     with (
         new_folders([Path(folder)], files=FILES, overwrite=overwrite) as (part,),
-        Playback(recording, redraw=redraw) as playback,
+        RecordedRobots(recording, redraw=redraw) as recorded,
     ):
-        _write(playback, part, storage, redraw=redraw)
+        _write(recorded, part, storage, redraw=redraw)
     return Path(folder)
 
 
-def _write(playback: Playback, folder: Path, storage: Storage, *, redraw: bool) -> None:
+def _write(recorded: RecordedRobots, folder: Path, storage: Storage, *, redraw: bool) -> None:
     from rosbags.rosbag2 import StoragePlugin, Writer
 
-    world = playback.recording.world
-    ros = RosWorld(world, playback.infos)
+    world = recorded.recording.world
+    ros = RosWorld(world, recorded.infos)
     with Writer(folder, version=VERSION, storage_plugin=StoragePlugin[storage.upper()]) as writer:
-        for key, value in {**playback.recording.metadata, "seed": str(playback.recording.seed)}.items():
+        for key, value in {**recorded.recording.metadata, "seed": str(recorded.recording.seed)}.items():
             writer.set_custom_data(f"mjsim {key}", value)
         bag = _Bag(writer)
         bag.put(ros.fixed(), 0.0)
-        if (known := _map(playback)) is not None:
+        if (known := _map(recorded)) is not None:
             bag.put(known, 0.0)
-        for time, ticks, pictures in _ticks(playback):
+        for time, ticks, pictures in _ticks(recorded):
             for each in ros.messages(time, ticks):
                 bag.put(each, time)
             for robot, camera, stamp in pictures:
                 named = ros.robots[robot]
                 if redraw:
-                    found = named.pictures(camera, playback.frame(robot, camera, stamp))
+                    found = named.pictures(camera, recorded.frame(robot, camera, stamp))
                 else:
-                    data, suffix = playback.picture(robot, camera, stamp)
+                    data, suffix = recorded.picture(robot, camera, stamp)
                     found = named.compressed(camera, stamp, data, "jpeg" if suffix == "jpg" else suffix)
                 for each in found:
                     bag.put(each, time)
 
 
-def _map(playback: Playback) -> Outgoing | None:
+def _map(recorded: RecordedRobots) -> Outgoing | None:
     """Return the map of the world; None where nothing is solid."""
     try:
-        grid = grid_of(playback.recording.world)
+        grid = grid_of(recorded.recording.world)
     except UsageError:
         return None
     message = grid_map(grid.occupied, grid.free, resolution=grid.resolution, map_from_grid=grid.world_from_grid)
     return Outgoing(MAP, message)
 
 
-def _ticks(playback: Playback) -> Iterator[tuple[float, dict[str, RobotTick], list[tuple[str, str, float]]]]:
+def _ticks(recorded: RecordedRobots) -> Iterator[tuple[float, dict[str, RosTick], list[tuple[str, str, float]]]]:
     """Yield of each tick its time [s], the robots, and (robot, camera, stamp) of each picture that came."""
-    moments = {robot: playback.moments(robot) for robot in playback.recording.robots}
-    for time in playback.recording.time.tolist():
-        now = {robot: next(each) for robot, each in moments.items()}
-        ticks = {robot: _robot_tick(playback, robot, time, moment) for robot, moment in now.items()}
-        pictures = [(robot, camera, stamp) for robot, moment in now.items() for camera, stamp in moment.stamps.items()]
+    ticks_of = {robot: recorded.ticks(robot) for robot in recorded.recording.robots}
+    for time in recorded.recording.time.tolist():
+        now = {robot: next(each) for robot, each in ticks_of.items()}
+        ticks = {robot: _robot_tick(recorded, robot, time, tick) for robot, tick in now.items()}
+        pictures = [(robot, camera, stamp) for robot, tick in now.items() for camera, stamp in tick.stamps.items()]
         yield time, ticks, pictures
 
 
-def _robot_tick(playback: Playback, robot: str, time: float, moment: Moment) -> RobotTick:
-    track, row = playback.recording.robots[robot], moment.row
-    return RobotTick(
+def _robot_tick(recorded: RecordedRobots, robot: str, time: float, tick: RecordedTick) -> RosTick:
+    track, row = recorded.recording.robots[robot], tick.row
+    return RosTick(
         time=time,
-        truth=moment.truth,
-        seen=moment.seen,
+        truth=tick.truth,
+        seen=tick.seen,
         odometry=planar_pose(track.odometry[row]),
         odometry_covariance=track.odometry_covariance[row],
         estimate=planar_pose(track.estimate[row]),

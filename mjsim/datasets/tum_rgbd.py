@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from mjsim.datasets.place import new_folders
-from mjsim.datasets.playback import Moment, Playback, png_of
+from mjsim.datasets.recorded_robots import RecordedRobots, RecordedTick, png_of
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import ImuReading, Intrinsics
@@ -52,29 +52,29 @@ def export_tum_rgbd(
     places = [Path(folder) / f"{robot}_{camera}" for robot, camera in cameras]
     with (
         new_folders(places, files=FILES, overwrite=overwrite) as parts,
-        Playback(recording, redraw=redraw) as playback,
+        RecordedRobots(recording, redraw=redraw) as recorded,
     ):
         for (robot, camera), part in zip(cameras, parts, strict=True):
-            _write(playback, robot, camera, part)
+            _write(recorded, robot, camera, part)
     return places
 
 
-def _write(playback: Playback, robot: str, camera: str, folder: Path) -> None:
+def _write(recorded: RecordedRobots, robot: str, camera: str, folder: Path) -> None:
     """Write the data set of one camera."""
-    depth = playback.has_depth(robot, camera)
+    depth = recorded.has_depth(robot, camera)
     for name in ("rgb", "depth") if depth else ("rgb",):
         (folder / name).mkdir(parents=True)
     pictures, depths, truth, felt = [], [], [], []
-    imu = next((name for name, sensor in playback.infos[robot].sensors.items() if sensor.kind == "imu"), None)
-    for moment in playback.moments(robot):
-        if (pose := playback.world_from_sensor(robot, camera, moment)) is not None:
-            truth.append(_row(playback.recording.time[moment.row], pose.as_array()))
-        felt += [_row(each.stamp, each.acceleration) for each in _felt(moment, imu)]
-        if (stamp := moment.stamps.get(camera)) is not None:
-            data, suffix = playback.picture(robot, camera, stamp)
+    imu = next((name for name, sensor in recorded.infos[robot].sensors.items() if sensor.kind == "imu"), None)
+    for tick in recorded.ticks(robot):
+        if (pose := recorded.world_from_sensor(robot, camera, tick)) is not None:
+            truth.append(_row(recorded.recording.time[tick.row], pose.as_array()))
+        felt += [_row(each.stamp, each.acceleration) for each in _felt(tick, imu)]
+        if (stamp := tick.stamps.get(camera)) is not None:
+            data, suffix = recorded.picture(robot, camera, stamp)
             pictures.append(_file(folder, "rgb", stamp, data, suffix))
             if depth:
-                metres = playback.frame(robot, camera, stamp).depth
+                metres = recorded.frame(robot, camera, stamp).depth
                 if metres is not None:  # a log may lack some
                     depths.append(_file(folder, "depth", stamp, png_of(_in_steps(metres)), "png"))
     _list(folder / "rgb.txt", "color images\n# timestamp filename", pictures)
@@ -83,14 +83,14 @@ def _write(playback: Playback, robot: str, camera: str, folder: Path) -> None:
     _list(folder / "groundtruth.txt", "ground truth trajectory\n# timestamp tx ty tz qx qy qz qw", truth)
     if imu is not None:
         _list(folder / "accelerometer.txt", "accelerometer data\n# timestamp ax ay az", felt)
-    intrinsics = playback.infos[robot].sensors[camera].intrinsics
+    intrinsics = recorded.infos[robot].sensors[camera].intrinsics
     assert intrinsics is not None, "it is a camera"
-    rate = playback.infos[robot].sensors[camera].rate_hz
+    rate = recorded.infos[robot].sensors[camera].rate_hz
     (folder / "camera.yaml").write_text(_calibration(intrinsics, rate_hz=rate))
 
 
-def _felt(moment: Moment, imu: str | None) -> list[ImuReading]:
-    return [] if moment.seen is None else [each for each in moment.seen.imu if each.name == imu]
+def _felt(tick: RecordedTick, imu: str | None) -> list[ImuReading]:
+    return [] if tick.seen is None else [each for each in tick.seen.imu if each.name == imu]
 
 
 def _in_steps(metres: Array) -> "np.ndarray[tuple[int, ...], np.dtype[np.uint16]]":

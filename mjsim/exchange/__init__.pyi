@@ -23,7 +23,7 @@ from .place import with_robot as with_robot
 from .raster import grid_of as grid_of
 from .raster import write_map as write_map
 from .robots import BroughtRobot as BroughtRobot
-from .robots import Wishes as Wishes
+from .robots import RobotOptions as RobotOptions
 from .robots import bring_robot as bring_robot
 from .sdf import write_sdf as write_sdf
 from .svg_in import world_from_svg as world_from_svg

@@ -9,7 +9,7 @@ import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
-from mjsim.lab.drives import BodyPush, Drive, LedJoint, Motor
+from mjsim.lab.effects import BodyPush, ForceEffect, InputEffect, LedJoint
 from mjsim.lab.reduced import Setting
 from mjsim.mechanics import Constant
 from mjsim.sim import Push, Simulation
@@ -38,7 +38,7 @@ Measure = Callable[[Array], float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Part:
+class PlantPart:
     """A part of a scene that may be a plant."""
 
     name: str
@@ -47,7 +47,7 @@ class Part:
     """Degrees of freedom that make good coordinates."""
     lockable: bool = False
     """Whether joints that are not named stand still."""
-    drives: Mapping[str, Drive] = field(default_factory=dict)
+    effects: Mapping[str, InputEffect] = field(default_factory=dict)
     measures: Mapping[str, tuple[str, Measure]] = field(default_factory=dict)
     """Unit and value by name."""
     joints: Mapping[str, int] = field(default_factory=dict)
@@ -59,11 +59,11 @@ def base_of(name: str) -> str:
     return name.removesuffix(".rate")
 
 
-def moved_joint(part: "Part", name: str) -> int | None:
+def moved_joint(part: "PlantPart", name: str) -> int | None:
     """Return the joint on which an input acts alone, None if there is none."""
-    drive = part.drives[name]
-    force = drive.force if isinstance(drive, LedJoint) else drive
-    return next((joint for key, joint in part.joints.items() if part.drives.get(key) is force), None)
+    effect = part.effects[name]
+    force = effect.force if isinstance(effect, LedJoint) else effect
+    return next((joint for key, joint in part.joints.items() if part.effects.get(key) is force), None)
 
 
 def settled(world: World, of: str) -> tuple[mujoco.MjModel, Setting, Array]:
@@ -93,7 +93,7 @@ def settled(world: World, of: str) -> tuple[mujoco.MjModel, Setting, Array]:
         return model, begun, data.qpos.copy()
 
 
-def part_of(model: mujoco.MjModel, world: World, of: str, qpos: Array) -> Part:
+def part_of(model: mujoco.MjModel, world: World, of: str, qpos: Array) -> PlantPart:
     """Return the part of a scene that a name means.
 
     Raises:
@@ -109,7 +109,7 @@ def part_of(model: mujoco.MjModel, world: World, of: str, qpos: Array) -> Part:
     return _linked(model, of, lockable=of in arms, mechanism=mechanisms.get(of))
 
 
-def working_point(model: mujoco.MjModel, part: Part, plant: Plant) -> dict[int, float]:
+def working_point(model: mujoco.MjModel, part: PlantPart, plant: Plant) -> dict[int, float]:
     """Return the values of joints at the working point, by their numbers [m, rad].
 
     Raises:
@@ -162,36 +162,36 @@ def _value(model: mujoco.MjModel, joint: int) -> Measure:
     return lambda qpos: float(qpos[place])
 
 
-def _none(model: mujoco.MjModel, unit: str) -> Motor:
-    return Motor(unit=unit, ctrl=np.zeros(model.nu), applied=np.zeros(model.nv))
+def _none(model: mujoco.MjModel, unit: str) -> ForceEffect:
+    return ForceEffect(unit=unit, ctrl=np.zeros(model.nu), applied=np.zeros(model.nv))
 
 
-def _force(model: mujoco.MjModel, joint: int) -> Motor:
-    """Return the drive of a force at a joint, as if a motor without limits were there."""
-    drive = _none(model, FORCES[JOINTS[int(model.jnt_type[joint])]])
-    drive.applied[model.jnt_dofadr[joint]] = 1.0
-    return drive
+def _force(model: mujoco.MjModel, joint: int) -> ForceEffect:
+    """Return the effect of a force at a joint, as if a motor without limits were there."""
+    effect = _none(model, FORCES[JOINTS[int(model.jnt_type[joint])]])
+    effect.applied[model.jnt_dofadr[joint]] = 1.0
+    return effect
 
 
-def _linked(model: mujoco.MjModel, of: str, *, lockable: bool, mechanism: Mechanism | None = None) -> Part:
+def _linked(model: mujoco.MjModel, of: str, *, lockable: bool, mechanism: Mechanism | None = None) -> PlantPart:
     """Return an arm or a mechanism: forces and motions of its joints move it, values of joints are measured."""
     joints = _joints(model, of)
-    drives: dict[str, Drive] = {}
+    effects: dict[str, InputEffect] = {}
     for name, joint in joints.items():
-        drives |= _joint_drives(model, name, joint)
+        effects |= _joint_effects(model, name, joint)
     if mechanism is not None:
-        drives |= _actuator_drives(model, mechanism, drives)
-    return Part(
+        effects |= _actuator_effects(model, mechanism, effects)
+    return PlantPart(
         name=of,
         dofs=_dofs(model, of),
         lockable=lockable,
-        drives=drives,
+        effects=effects,
         measures={name: (JOINTS[int(model.jnt_type[j])], _value(model, j)) for name, j in joints.items()},
         joints=joints,
     )
 
 
-def _joint_drives(model: mujoco.MjModel, name: str, joint: int) -> dict[str, Drive]:
+def _joint_effects(model: mujoco.MjModel, name: str, joint: int) -> dict[str, InputEffect]:
     """Return what may act on a joint: its force under its own name too, and motions that it follows."""
     unit, force = JOINTS[int(model.jnt_type[joint])], _force(model, joint)
     effort, place = EFFORTS[unit]
@@ -204,34 +204,36 @@ def _joint_drives(model: mujoco.MjModel, name: str, joint: int) -> dict[str, Dri
     }
 
 
-def _actuator_drives(model: mujoco.MjModel, mechanism: Mechanism, joints: Mapping[str, Drive]) -> dict[str, Drive]:
+def _actuator_effects(
+    model: mujoco.MjModel, mechanism: Mechanism, joints: Mapping[str, InputEffect]
+) -> dict[str, InputEffect]:
     """Return what the actuators of a mechanism do by their names; those on bodies also by what they act on."""
-    found: dict[str, Drive] = {}
+    found: dict[str, InputEffect] = {}
     for actuator in mechanism.actuators:
         if actuator_kind(actuator) == "distance":
             continue
-        if (drive := joints.get(f"{actuator.target}.{actuator_kind(actuator)}")) is None:
+        if (effect := joints.get(f"{actuator.target}.{actuator_kind(actuator)}")) is None:
             assert isinstance(actuator, TorqueActuator | ForceActuator)
             unit = "N" if isinstance(actuator, ForceActuator) else "N m"
-            drive = BodyPush(unit=unit, model=model, push=Push(model, mechanism, actuator, Constant(level=1.0)))
-            found[actuator.target] = drive
+            effect = BodyPush(unit=unit, model=model, push=Push(model, mechanism, actuator, Constant(level=1.0)))
+            found[actuator.target] = effect
         if actuator.name is not None:
-            found[actuator.name] = drive
+            found[actuator.name] = effect
     return found
 
 
-def _servo(model: mujoco.MjModel, robot: str, unit: str, shares: Mapping[str, float]) -> Motor:
-    """Return the drive that tells motors of a robot so many times the input each."""
-    drive = _none(model, unit)
+def _servo(model: mujoco.MjModel, robot: str, unit: str, shares: Mapping[str, float]) -> ForceEffect:
+    """Return the effect that tells motors of a robot so many times the input each."""
+    effect = _none(model, unit)
     for name, share in shares.items():
-        drive.ctrl[model.actuator(f"{robot}/{name}").id] = share
-    return drive
+        effect.ctrl[model.actuator(f"{robot}/{name}").id] = share
+    return effect
 
 
-def _robot(model: mujoco.MjModel, robot: Robot, data: mujoco.MjData) -> Part:
+def _robot(model: mujoco.MjModel, robot: Robot, data: mujoco.MjData) -> PlantPart:
     """Return a robot: its motors move it; where it is and how it leans is measured, and its wheels."""
     joints = _joints(model, robot.name)
-    drives: dict[str, Drive] = {
+    effects: dict[str, InputEffect] = {
         name: _servo(model, robot.name, _unit_of(model, f"{robot.name}/{name}"), {name: 1.0})
         for name in joints
         if _has_motor(model, f"{robot.name}/{name}")
@@ -248,12 +250,12 @@ def _robot(model: mujoco.MjModel, robot: Robot, data: mujoco.MjData) -> Part:
             "lean": ("rad", lambda q: _pitch(q[start + 3 : start + 7])),
             "heading": ("rad", lambda q: _heading(q[start + 3 : start + 7])),
         }
-    drives |= _base_drives(model, robot)
+    effects |= _base_effects(model, robot)
     dofs = _dofs(model, robot.name)
-    return Part(name=robot.name, dofs=dofs, prefer=prefer, drives=drives, measures=measures, joints=joints)
+    return PlantPart(name=robot.name, dofs=dofs, prefer=prefer, effects=effects, measures=measures, joints=joints)
 
 
-def _base_drives(model: mujoco.MjModel, robot: Robot) -> Mapping[str, Drive]:
+def _base_effects(model: mujoco.MjModel, robot: Robot) -> Mapping[str, InputEffect]:
     """Return what moves both wheels of a base together, and against each other."""
     drive, name = robot.drive, robot.name
     if isinstance(drive, DifferentialDrive):

@@ -8,7 +8,7 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Command
-from mjsim.lab.drives import BodyPush, LedJoint, Motor
+from mjsim.lab.effects import BodyPush, ForceEffect, LedJoint
 from mjsim.lab.identify import Samples
 from mjsim.lab.scene import ScenePlant
 from mjsim.record import JointTrack, Recording
@@ -48,17 +48,17 @@ def recorded(recording: Recording, scene: ScenePlant) -> Samples:
 
 def _inputs(recording: Recording, scene: ScenePlant, robot: Robot | None) -> tuple[Array, bool]:
     """Return the input of each tick, shape (N,), and whether it is held until the next."""
-    drive, of = scene.drive, str(scene.plant.of)
-    if isinstance(drive, BodyPush):
+    effect, of = scene.effect, str(scene.plant.of)
+    if isinstance(effect, BodyPush):
         raise UsageError(f"a recording does not tell {scene.plant.input} of {of}; take a joint's force as input")
     if robot is not None and "/" not in of:
-        assert isinstance(drive, Motor)
+        assert isinstance(effect, ForceEffect)
         told = _motors(recording, scene.model, robot)
-        return told @ drive.ctrl / float(drive.ctrl @ drive.ctrl), True
+        return told @ effect.ctrl / float(effect.ctrl @ effect.ctrl), True
     track = recording.joints[of]
     column = _column(track, scene)
-    if isinstance(drive, LedJoint):
-        values = (track.velocities if drive.is_speed else track.positions)[:, column]
+    if isinstance(effect, LedJoint):
+        values = (track.velocities if effect.is_speed else track.positions)[:, column]
         return values - values[0], False
     if robot is not None:
         _check_rate(recording, robot.name, of.partition("/")[2])
@@ -68,8 +68,8 @@ def _inputs(recording: Recording, scene: ScenePlant, robot: Robot | None) -> tup
 
 def _column(track: JointTrack, scene: ScenePlant) -> int:
     """Return which of the recorded joints the input acts on."""
-    force = scene.drive.force if isinstance(scene.drive, LedJoint) else scene.drive
-    assert isinstance(force, Motor)
+    force = scene.effect.force if isinstance(scene.effect, LedJoint) else scene.effect
+    assert isinstance(force, ForceEffect)
     dof = int(np.argmax(force.applied))
     name = scene.model.joint(int(scene.model.dof_jntid[dof])).name.removeprefix(f"{scene.plant.of}/")
     return track.names.index(name)

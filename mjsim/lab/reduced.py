@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.lab.drives import Drive
+from mjsim.lab.effects import InputEffect
 
 SLIPPERY = 1e-3
 """A contact with less friction holds in its normal alone."""
@@ -42,7 +42,7 @@ class Reduced:
         model: mujoco.MjModel,
         setting: Setting,
         *,
-        drive: Drive,
+        effect: InputEffect,
         dofs: Sequence[int],
         prefer: Sequence[int],
         locked: Sequence[int],
@@ -52,12 +52,12 @@ class Reduced:
         Args:
             model: The compiled world.
             setting: Where; contacts must be there.
-            drive: What the input does.
+            effect: What the input does.
             dofs: Those of the part.
             prefer: Those of them that shall be chosen as coordinates, the dearest first; the others follow.
             locked: Those of them that stand still.
         """
-        self.model, self._data, self._drive = model, mujoco.MjData(model), drive
+        self.model, self._data, self._effect = model, mujoco.MjData(model), effect
         self._dofs = np.array(dofs, dtype=int)
         self._locked = np.isin(self._dofs, np.array(locked, dtype=int))
         self._bodies = set(np.flatnonzero(np.isin(model.body_rootid, model.body_rootid[model.dof_bodyid[self._dofs]])))
@@ -108,7 +108,7 @@ class Reduced:
     def _place(self, setting: Setting) -> None:
         data = self._data
         data.qpos[:], data.qvel[:], data.act[:] = setting.qpos, 0.0, setting.act
-        self._drive.write(data, setting.value)
+        self._effect.write(data, setting.value)
         mujoco.mj_fwdPosition(self.model, data)
 
     def _basis(self) -> Array:

@@ -10,9 +10,9 @@ import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
-from mjsim.lab.drives import LedJoint, led
+from mjsim.lab.effects import LedJoint, led
 from mjsim.lab.linear import COUPLED, LinearPlant, kept_states, linearised, slope
-from mjsim.lab.parts import JOINTS, Measure, Part, base_of, moved_joint, part_of, settled, working_point
+from mjsim.lab.parts import JOINTS, Measure, PlantPart, base_of, moved_joint, part_of, settled, working_point
 from mjsim.lab.reduced import Reduced, Setting
 from mjsim.world import Plant, World
 
@@ -40,7 +40,7 @@ class ScenePlant:
         self.plant = plant
         self.model, setting, rest = settled(world, plant.of)
         part = part_of(self.model, world, plant.of, setting.qpos)
-        self.drive = _found(part.drives, plant.input, "input", plant)
+        self.effect = _found(part.effects, plant.input, "input", plant)
         moved = moved_joint(part, plant.input)
         if moved is not None:
             _release(self.model, world, plant.of, self.model.joint(moved).name)
@@ -56,10 +56,10 @@ class ScenePlant:
         # What is locked is so in the simulation of the nonlinear plant too.
         self.model.dof_armature[locked] = LOCKED
         self._rough = _with_friction(self.model, [dof for dof in part.dofs if dof not in locked])
-        lead = [self.drive.dof] if isinstance(self.drive, LedJoint) else []
+        lead = [self.effect.dof] if isinstance(self.effect, LedJoint) else []
         prefer = [*dict.fromkeys([*lead, *own, *part.prefer])]
         dofs = list(part.dofs)
-        self._reduced = Reduced(self.model, setting, drive=self.drive, dofs=dofs, prefer=prefer, locked=locked)
+        self._reduced = Reduced(self.model, setting, effect=self.effect, dofs=dofs, prefer=prefer, locked=locked)
         fixed = [int(self.model.jnt_dofadr[joint]) for joint in around]
         self.setting = self._trimmed(setting, [*fixed, *lead])
         self._sunk = self._depth(world, rest)
@@ -68,13 +68,13 @@ class ScenePlant:
     @property
     def held(self) -> str:
         """What keeps the plant at its working point: a value of the input, or the force behind a motion."""
-        drive = self.drive.force if isinstance(self.drive, LedJoint) else self.drive
-        return f"{self.setting.value:.6g} {drive.unit}"
+        effect = self.effect.force if isinstance(self.effect, LedJoint) else self.effect
+        return f"{self.setting.value:.6g} {effect.unit}"
 
     @property
     def leads_value(self) -> bool:
         """Whether a joint follows the input, angle or position, so that a step of it would be a jump."""
-        return isinstance(self.drive, LedJoint) and not self.drive.is_speed
+        return isinstance(self.effect, LedJoint) and not self.effect.is_speed
 
     @property
     def dry_friction(self) -> float:
@@ -91,22 +91,22 @@ class ScenePlant:
         Returns:
             Shape (outputs, k): what is measured before each step; after it where a joint follows the input.
         """
-        drive, at = self.drive, self.setting
+        effect, at = self.effect, self.setting
         model = self._rough if dry_friction and self._rough is not None else self.model
-        if isinstance(drive, LedJoint):
+        if isinstance(effect, LedJoint):
             model = copy.copy(model)
-            model.dof_armature[drive.dof] = LOCKED
-            values = at.value + LOCKED * drive.accelerations(inputs, model.opt.timestep)
+            model.dof_armature[effect.dof] = LOCKED
+            values = at.value + LOCKED * effect.accelerations(inputs, model.opt.timestep)
         else:
             values = at.value + inputs
         data, found = mujoco.MjData(model), np.zeros((len(self._measures), len(inputs)))
         data.qpos[:], data.act[:] = at.qpos + self._sunk, at.act
         for k, value in enumerate(values.tolist()):
-            if not isinstance(drive, LedJoint):
+            if not isinstance(effect, LedJoint):
                 found[:, k] = self.outputs(data.qpos, data.qvel)
-            drive.write(data, value)
+            effect.write(data, value)
             mujoco.mj_step(model, data)
-            if isinstance(drive, LedJoint):
+            if isinstance(effect, LedJoint):
                 found[:, k] = self.outputs(data.qpos, data.qvel)
         return found - self.outputs(at.qpos, np.zeros(model.nv))[:, None]
 
@@ -118,7 +118,7 @@ class ScenePlant:
         model, data = self.model, mujoco.MjData(self.model)
         at = self.setting
         data.qpos[:], data.act[:] = at.qpos, at.act
-        self.drive.write(data, at.value)
+        self.effect.write(data, at.value)
         mujoco.mj_forward(model, data)
         size = 2 * model.nv + model.na
         A = np.zeros((size, size))
@@ -150,7 +150,7 @@ class ScenePlant:
 
         return float(slope(ahead, 1e-5)[0])
 
-    def _closed(self, setting: Setting, fixed: list[int], locked: list[int], part: Part) -> Setting:
+    def _closed(self, setting: Setting, fixed: list[int], locked: list[int], part: PlantPart) -> Setting:
         """Return the setting with its loops closed; the joints of the working point stay."""
         data, stay = mujoco.MjData(self.model), {*fixed, *locked}
         free = [dof for dof in part.dofs if dof not in stay]
@@ -215,17 +215,17 @@ class ScenePlant:
         return float(np.abs(more).max(initial=0.0))
 
     def _linear(self) -> LinearPlant:
-        reduced, outputs, drive = self._reduced, self.plant.outputs, self.drive
+        reduced, outputs, effect = self._reduced, self.plant.outputs, self.effect
         assert outputs is not None
         assert self.plant.input is not None
         A, B, Y = linearised(reduced, self.setting, measure=[measure for _, measure in self._measures])
         n, rates = len(reduced.coordinates), np.array([name.endswith(".rate") for name in outputs])
         names = [self._dof_name(dof) for dof in reduced.coordinates]
-        if isinstance(drive, LedJoint):
-            m = reduced.coordinates.index(drive.dof)
-            A, B, C, D = led(drive, A, B, Y, m, rates)
+        if isinstance(effect, LedJoint):
+            m = reduced.coordinates.index(effect.dof)
+            A, B, C, D = led(effect, A, B, Y, m, rates)
             others = [name for k, name in enumerate(names) if k != m]
-            names = [*names[m : m + 1][: drive.is_speed], *others, *(f"{name}.rate" for name in others)]
+            names = [*names[m : m + 1][: effect.is_speed], *others, *(f"{name}.rate" for name in others)]
         else:
             C, D = np.zeros((len(outputs), len(A))), np.zeros((len(outputs), 1))
             C[rates, n : 2 * n], C[~rates, :n] = Y[rates], Y[~rates]
@@ -237,7 +237,7 @@ class ScenePlant:
             )
         A, B, C = (_clean(part) for part in (A[np.ix_(keep, keep)], B[keep], C[:, keep]))
         T, states = np.eye(len(keep)), [names[k] for k in keep]
-        if not isinstance(drive, LedJoint):
+        if not isinstance(effect, LedJoint):
             T, states = _in_outputs(keep, n, Y, states, [base_of(name) for name in outputs])
         inverse = np.linalg.inv(T)
         return LinearPlant(
@@ -248,7 +248,7 @@ class ScenePlant:
             states=tuple(states),
             input=self.plant.input,
             outputs=tuple(outputs),
-            units=(drive.unit, *self._units()),
+            units=(effect.unit, *self._units()),
         )
 
     def _units(self) -> list[str]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array, Pose3
 from mjsim.interface import ImuReading
 from mjsim.logs.bag_file import Bag, RosMessage
-from mjsim.logs.bag_frames import BASES, Frames, frame_name, matrix_of
+from mjsim.logs.bag_frames import BASES, FrameTree, frame_name, matrix_of
 from mjsim.logs.bag_messages import imu_of, pose_of, scan_of, twist_of
 from mjsim.logs.bag_pictures import is_depth, size_of
 from mjsim.logs.bag_topics import INFO, TRANSFORMS, RobotTopics
@@ -71,7 +71,7 @@ class Contents:
 
     def __init__(self, bag: Bag, robots: Sequence[RobotTopics]) -> None:
         """Read the bag once."""
-        self.frames = Frames()
+        self.frames = FrameTree()
         self.streams: dict[str, Stream] = {}
         self.moves: dict[str, Moves] = {}
         self.imus: dict[str, list[ImuReading]] = {}

@@ -142,7 +142,7 @@ class Bag(Closes):
             raise UsageError(line[:LONGEST_MESSAGE]) from None
 
 
-class Playback:
+class BagMessages:
     """Messages of a bag by topic and number, numbers of each topic mostly ascending: the bag is read along."""
 
     def __init__(self, bag: Bag, times: Mapping[str, NDArray[np.int64]]) -> None:

@@ -31,7 +31,7 @@ def matrix_of(position: Any, orientation: Any) -> Array:
     return Pose3(*place.tolist(), *(values / length).tolist()).matrix()
 
 
-class Frames:
+class FrameTree:
     """Frames fixed in each other: of those that move, where they were first."""
 
     def __init__(self) -> None:

@@ -20,7 +20,7 @@ from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array, Pose3
 from mjsim.interface import CameraFrame, ImuReading, Intrinsics, Scan
 from mjsim.logs.bag_contents import Contents, Moves, Stream, times_of
-from mjsim.logs.bag_file import Bag, Playback, is_bag
+from mjsim.logs.bag_file import Bag, BagMessages, is_bag
 from mjsim.logs.bag_frames import frame_name
 from mjsim.logs.bag_messages import UPSIDE_DOWN, assumed_intrinsics, intrinsics_of, scan_of
 from mjsim.logs.bag_pictures import depth_of, frame_of, shown_depth
@@ -54,15 +54,15 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
         types = ", ".join(sorted(set(bag.types.values()))) or "nothing"
         raise UsageError(f"'{path}' holds no odometry, scans, pictures or IMU of ROS; it has {types}"[:LONGEST_MESSAGE])
     contents = Contents(bag, robots)
-    playback = Playback(bag, times_of(contents.streams))
-    return [_Robot(bag, contents, playback, robot).log() for robot in robots]
+    messages = BagMessages(bag, times_of(contents.streams))
+    return [_Robot(bag, contents, messages, robot).log() for robot in robots]
 
 
 class _Robot:
     """One robot of a bag."""
 
-    def __init__(self, bag: Bag, contents: Contents, playback: Playback, topics: RobotTopics) -> None:
-        self._bag, self._contents, self._playback, self._topics = bag, contents, playback, topics
+    def __init__(self, bag: Bag, contents: Contents, messages: BagMessages, topics: RobotTopics) -> None:
+        self._bag, self._contents, self._messages, self._topics = bag, contents, messages, topics
         self._notes: dict[str, str] = {}
         self._odometry = self._moves(topics.odometry) or self._transformed()
         child = self._odometry.child if self._odometry is not None else ""
@@ -160,7 +160,7 @@ class _Robot:
         stamps = np.array(stream.stamps)[numbers]
 
         def take(number: int) -> Any:
-            message = self._playback.take(topic, int(numbers[number]))
+            message = self._messages.take(topic, int(numbers[number]))
             try:
                 return make(self._bag.decode(message), float(stamps[number]))
             except ValueError as error:

@@ -15,7 +15,7 @@ from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
 from mjsim.models.arm_checks import ArmFileError, check_joints, check_numbers, checked_inertias
 from mjsim.models.arm_motors import Motors, motors_of
-from mjsim.models.arm_tree import Tree, carried_by, chain_to, tree_of
+from mjsim.models.arm_tree import ArmTree, carried_by, chain_to, tree_of
 from mjsim.models.files import ROBOT, Element, Gatherer, ModelFiles, Read
 from mjsim.models.reader import compiled
 from mjsim.models.rigid import weighed
@@ -160,7 +160,7 @@ def _compiled(files: ModelFiles) -> mujoco.MjModel:
         raise ArmFileError(re.sub(r",? (Element '\w+', )?line \d+$", "", said), found[1] if found else "") from None
 
 
-def _end(model: mujoco.MjModel, tree: Tree, path: str, end: str | None) -> tuple[int, Array]:
+def _end(model: mujoco.MjModel, tree: ArmTree, path: str, end: str | None) -> tuple[int, Array]:
     """Return the body at the end of the chain, one that a joint moves, and the flange's frame on it."""
     if not tree.moving:
         raise ArmFileError(f"'{path}' has no joint that turns or slides; an arm has at least one")
@@ -199,7 +199,7 @@ def _pose(place: Array, turn: Array) -> Array:
 def _arm(
     files: ModelFiles,
     model: mujoco.MjModel,
-    tree: Tree,
+    tree: ArmTree,
     last: int,
     flange: Array,
     said: Motors,
@@ -238,7 +238,7 @@ def _arm(
 
 
 def _links_of(
-    model: mujoco.MjModel, tree: Tree, body: int, parent: int, count: int, said: Motors
+    model: mujoco.MjModel, tree: ArmTree, body: int, parent: int, count: int, said: Motors
 ) -> Iterator[FileLink]:
     """Yield a link for each joint of a body; of several all but the last have no mass, as the body moves with all."""
     ahead = _inverse(tree.frame(tree.parent_of(body))) @ tree.frame(body)
@@ -298,7 +298,7 @@ def _moved(slide: bool, value: float) -> Array:
     return pose
 
 
-def _shapes(model: mujoco.MjModel, tree: Tree, number_of: dict[int, int]) -> Iterator[FileShape]:
+def _shapes(model: mujoco.MjModel, tree: ArmTree, number_of: dict[int, int]) -> Iterator[FileShape]:
     data = tree.data
     for number in range(model.ngeom):
         root = tree.root_of[int(model.geom_bodyid[number])]
@@ -306,7 +306,7 @@ def _shapes(model: mujoco.MjModel, tree: Tree, number_of: dict[int, int]) -> Ite
         yield FileShape(number, number_of[root], _inverse(tree.frame(root)) @ pose)
 
 
-def _apart(model: mujoco.MjModel, tree: Tree, number_of: dict[int, int]) -> Iterator[tuple[int, int]]:
+def _apart(model: mujoco.MjModel, tree: ArmTree, number_of: dict[int, int]) -> Iterator[tuple[int, int]]:
     """Yield pairs of links, the lower number first, that the file excludes or whose shapes' bits never meet."""
     link_of = {body: number_of[root] for body, root in enumerate(tree.root_of)}
     for signature in model.exclude_signature.tolist():

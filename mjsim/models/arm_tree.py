@@ -11,7 +11,7 @@ from mjsim.models.rigid import SINGLE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Tree:
+class ArmTree:
     """The moving bodies of a model, all joints at their reference."""
 
     model: mujoco.MjModel
@@ -58,7 +58,7 @@ class Tree:
         """Return how many joints there are from a moving body on, those that move it included, on the longest way."""
         return len(self.joints_of(body)) + max(map(self.depth, self.children_of(body)), default=0)
 
-    def with_rigid(self, bodies: Collection[int]) -> "Tree":
+    def with_rigid(self, bodies: Collection[int]) -> "ArmTree":
         """Return it with the joints of some bodies taken as rigid, each at rest within its limits."""
         model, data = self.model, mujoco.MjData(self.model)
         for joint in (joint for body in bodies for joint in self.joints_of(body)):
@@ -69,12 +69,12 @@ class Tree:
         return replace(self, data=data, root_of=_roots(model, {*self.moving} - {*bodies}))
 
 
-def tree_of(model: mujoco.MjModel) -> Tree:
+def tree_of(model: mujoco.MjModel) -> ArmTree:
     """Return the moving bodies of a model."""
     data = mujoco.MjData(model)
     _place(model, data)
     moving = {int(model.jnt_bodyid[joint]) for joint in range(model.njnt) if int(model.jnt_type[joint]) in SINGLE}
-    return Tree(model, data, _roots(model, moving))
+    return ArmTree(model, data, _roots(model, moving))
 
 
 def _place(model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -89,7 +89,7 @@ def _roots(model: mujoco.MjModel, moving: Collection[int]) -> tuple[int, ...]:
     return tuple(roots)
 
 
-def chain_to(tree: Tree) -> tuple[int, Sequence[int]]:
+def chain_to(tree: ArmTree) -> tuple[int, Sequence[int]]:
     """Return the body at the end of the only chain there is, and the bodies to choose from where there is none.
 
     A chain that ends in branches that have no more joints than itself ends there: they are fingers.
@@ -106,13 +106,13 @@ def chain_to(tree: Tree) -> tuple[int, Sequence[int]]:
         joints += len(tree.joints_of(body))
 
 
-def _tip(tree: Tree, body: int) -> int:
+def _tip(tree: ArmTree, body: int) -> int:
     """Return the moving body at the end of the longest way from one."""
     while children := tree.children_of(body):
         body = max(children, key=tree.depth)
     return body
 
 
-def carried_by(tree: Tree, body: int) -> list[int]:
+def carried_by(tree: ArmTree, body: int) -> list[int]:
     """Return all moving bodies that one carries, each after its own carrier."""
     return [other for other in tree.moving if other != body and body in tree.path_to(other)]

@@ -13,8 +13,8 @@ from .qos import RELIABLE as RELIABLE
 from .qos import SENSOR_DATA as SENSOR_DATA
 from .qos import SERVICES as SERVICES
 from .qos import Qos as Qos
-from .robot import RobotTick as RobotTick
 from .robot import RosRobot as RosRobot
+from .robot import RosTick as RosTick
 from .topics import CLOCK as CLOCK
 from .topics import MAP as MAP
 from .topics import TF as TF

@@ -20,7 +20,7 @@ from mjsim.world import Robot
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class RobotTick:
+class RosTick:
     """What there is to tell of a robot at one tick."""
 
     time: float
@@ -67,13 +67,13 @@ class RosRobot:
         """Return the frames that are fixed to its body."""
         return self._frames.fixed()
 
-    def moving(self, tick: RobotTick) -> Poses:
+    def moving(self, tick: RosTick) -> Poses:
         """Return the frames that move, at a tick."""
         if tick.seen is None or tick.odometry is None:
             return {}
         return self._frames.moving(tick.odometry, tick.estimate, tick.seen.joints)
 
-    def messages(self, tick: RobotTick) -> Iterator[Outgoing]:
+    def messages(self, tick: RosTick) -> Iterator[Outgoing]:
         """Yield all messages of a tick but frames and the clock; pictures of cameras as they are."""
         if tick.truth is not None:
             topic = self._topic("truth", "geometry_msgs/msg/PoseStamped")
@@ -111,7 +111,7 @@ class RosRobot:
             about = messages.camera_info(stamp, self._frames.sensors[camera], intrinsics)
             yield Outgoing(self._camera_topic(camera, "camera_info", "sensor_msgs/msg/CameraInfo"), about)
 
-    def _odometry(self, tick: RobotTick, seen: Observation, pose: Pose) -> Outgoing:
+    def _odometry(self, tick: RosTick, seen: Observation, pose: Pose) -> Outgoing:
         moved, dt = seen.odometry, seen.dt
         message = messages.odometry(
             tick.time,

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from mjsim.interface import RobotInfo
 from mjsim.ros import messages
 from mjsim.ros.names import plain_names
-from mjsim.ros.robot import RobotTick, RosRobot
+from mjsim.ros.robot import RosRobot, RosTick
 from mjsim.ros.topics import CLOCK, TF, TF_STATIC, Outgoing
 from mjsim.world import World
 
@@ -42,7 +42,7 @@ class RosWorld:
         poses = {frames: pose for robot in self.robots.values() for frames, pose in robot.fixed().items()}
         return Outgoing(TF_STATIC, messages.transforms(0.0, poses))
 
-    def messages(self, time: float, ticks: Mapping[str, RobotTick]) -> Iterator[Outgoing]:
+    def messages(self, time: float, ticks: Mapping[str, RosTick]) -> Iterator[Outgoing]:
         """Yield all messages of a tick [s], of each robot by its name in the world; the clock comes first."""
         yield Outgoing(CLOCK, messages.clock(time))
         poses = {

@@ -236,7 +236,7 @@ class _Again:
         """Return what the modules of the run were given."""
         seen, stamps = self._run.observation_in(message)
         take = self._logged.at(message.time) if self._logged.cameras else self._retake.frame
-        seen = replace(seen, cameras=Frames(stamps, take))
+        seen = replace(seen, cameras=CameraFrames(stamps, take))
         if self._looks_anew:
             return seen
         return replace(seen, sightings=self._run.robots[self._robot].sightings[self._row])
@@ -248,7 +248,7 @@ class _Again:
         return encode({"time": self._now, "clock": time.perf_counter() - self._began, "parts": parts})
 
 
-class Frames(Mapping[str, CameraFrame]):
+class CameraFrames(Mapping[str, CameraFrame]):
     """The pictures of an observation by camera, each drawn or decoded when it is first looked at."""
 
     def __init__(self, stamps: Mapping[str, float], take: Callable[[str, float], CameraFrame]) -> None:

@@ -17,7 +17,7 @@ TINY = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Hits:
+class RayHits:
     """What rays meet first, one row a ray."""
 
     distances: Array
@@ -63,7 +63,7 @@ class BatchRays:
         self._groups: NDArray[np.int32] | None = None
         self._has_embree = has_embree()
 
-    def cast(self, beams: Array, states: Array, *, limit: float) -> Hits:
+    def cast(self, beams: Array, states: Array, *, limit: float) -> RayHits:
         """Return what the rays of a turn meet.
 
         Args:
@@ -90,24 +90,24 @@ class BatchRays:
         self._starts[batch] = place + axes @ self._place
         np.matmul(beams[batch], (axes @ self._turned).T, out=self._directions[batch])
 
-    def _at_standing(self, limit: float) -> Hits:
+    def _at_standing(self, limit: float) -> RayHits:
         """Return what rays meet of what stands still."""
         count = len(self._starts)
         if not self._has_embree:
             nothing = np.full(count, np.inf), np.full(count, -1, dtype=np.int32), np.zeros(count)
-            return Hits(*nothing, unsure=np.ones(count, dtype=bool))
+            return RayHits(*nothing, unsure=np.ones(count, dtype=bool))
         standing = self._standing()
         distances, met = standing.cast(self._starts, self._directions)
         normals = np.append(standing.normals, np.zeros((1, 3)), axis=0)[met]
         distances[distances > limit] = np.inf
-        return Hits(
+        return RayHits(
             distances,
             geoms=np.append(standing.geom_of, np.int32(-1))[met],
             facing=np.abs(np.einsum("ij,ij->i", normals, self._directions)),
             unsure=np.append(standing.is_round, False)[met],
         )
 
-    def _at_others(self, batch: slice, state: Array, hits: Hits, limit: float) -> None:
+    def _at_others(self, batch: slice, state: Array, hits: RayHits, limit: float) -> None:
         """Put in what the rays of a batch meet of what moves, and what MuJoCo alone can tell."""
         self._bring_up(state)
         directions = self._directions[batch]
@@ -134,7 +134,7 @@ class BatchRays:
         near: NDArray[np.int64] = movers[solid & (away - radii < limit) & ((off <= widest) | (away <= radii))]
         return near
 
-    def _at_mover(self, mover: int, start: Array, directions: Array, hits: Hits) -> None:
+    def _at_mover(self, mover: int, start: Array, directions: Array, hits: RayHits) -> None:
         """Put in what rays meet of a box that moves; note who may meet a mover that is none."""
         model, axes = self._model, self._data.geom_xmat[mover].reshape(3, 3)
         to = self._data.geom_xpos[mover] - start

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from mjsim.mechanics import Apart, JointMotion, Linear, Rows, SensorReadings, rates, tracked
-from mjsim.sim.mechanism_sensors import Moment
+from mjsim.sim.mechanism_sensors import MechanismState
 from mjsim.sim.mechanisms import MechanismAtWork
 from mjsim.world import World
 
@@ -37,7 +37,7 @@ class LedMechanism(MechanismAtWork):
         super().settle(step)
         self._put(step)
 
-    def moment(self, step: int) -> Moment:
+    def state(self, step: int) -> MechanismState:
         """Return how it moves now, before the step of that number."""
         self._put(step)
         self._exact(step, self._data.qvel.copy())
@@ -47,7 +47,7 @@ class LedMechanism(MechanismAtWork):
     def _count_work(self) -> None:
         """Count nothing: the forces of the physics are not those that lead it."""
 
-    def _told(self, step: int) -> Moment:
+    def _told(self, step: int) -> MechanismState:
         """Return what the scratch state says of it, with the work of motions by the trapezoidal rule over ticks."""
         now, time = super()._told(step), step * self._h
         power = float(now.efforts @ now.speeds) + sum(force * speed for force, speed in now.pulls.values())

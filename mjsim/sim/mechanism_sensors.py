@@ -22,7 +22,7 @@ XYZ = ("x", "y", "z")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Moment:
+class MechanismState:
     """A mechanism at one moment; arrays have shape (values,) [rad, m, N m, N]."""
 
     model: mujoco.MjModel
@@ -47,7 +47,7 @@ class Probe:
 
     names: tuple[str, ...]
     units: tuple[str, ...]
-    read: Callable[[Moment], Array]
+    read: Callable[[MechanismState], Array]
     """Returns the numbers, shape (names,)."""
 
 
@@ -81,7 +81,7 @@ def _of_joint(mechanism: Mechanism, joint: str) -> Probe:
         ]
         units += [length, f"{length}/s", f"{length}/s^2", effort]
 
-    def read(now: Moment) -> Array:
+    def read(now: MechanismState) -> Array:
         parts = np.array([now.values, now.speeds, now.accelerations, now.efforts])
         return np.asarray(parts[:, columns].T.ravel())
 
@@ -97,13 +97,13 @@ def _of_reaction(model: mujoco.MjModel, mechanism: Mechanism, joint: str) -> Pro
     return Probe(names, units, _tree_reaction(model, mechanism, joint))
 
 
-def _tree_reaction(model: mujoco.MjModel, mechanism: Mechanism, joint: str) -> Callable[[Moment], Array]:
+def _tree_reaction(model: mujoco.MjModel, mechanism: Mechanism, joint: str) -> Callable[[MechanismState], Array]:
     assembly, second = mechanism.assembly, mechanism.assembly.places[joint][1]
     number = next(k for k, tree in enumerate(assembly.linkage.joints, start=1) if tree.name == joint)
     body, sign = model.body(f"{mechanism.name}/{assembly.bodies[number]}").id, assembly.linkage.joints[number - 1].sign
     place = second if sign > 0 else assembly.places[joint][0]
 
-    def read(now: Moment) -> Array:
+    def read(now: MechanismState) -> Array:
         data = now.data
         # About the centre of mass of the whole tree, torque first.
         torque, force = data.cfrc_int[body, :3], data.cfrc_int[body, 3:]
@@ -114,12 +114,12 @@ def _tree_reaction(model: mujoco.MjModel, mechanism: Mechanism, joint: str) -> C
     return read
 
 
-def _cut_reaction(model: mujoco.MjModel, mechanism: Mechanism, joint: str) -> Callable[[Moment], Array]:
+def _cut_reaction(model: mujoco.MjModel, mechanism: Mechanism, joint: str) -> Callable[[MechanismState], Array]:
     prefix = f"{mechanism.name}/{joint}."
     found = [k for k in range(model.neq) if model.equality(k).name.startswith(prefix)]
     sites = [model.site(f"{prefix}b{count}").id for count in range(len(found))]
 
-    def read(now: Moment) -> Array:
+    def read(now: MechanismState) -> Array:
         data, count = now.data, int(now.data.ne)
         force, torque = np.zeros(3), np.zeros(3)
         for equality, site in zip(found, sites, strict=True):
@@ -160,7 +160,7 @@ def _of_body(model: mujoco.MjModel, mechanism: Mechanism, sensor: BodySensor) ->
     )
 
 
-def _point(now: Moment, body: int, place: Place) -> Array:
+def _point(now: MechanismState, body: int, place: Place) -> Array:
     """Return place, velocity, acceleration, turn rate and acceleration, quaternion; world frame, shape (19,)."""
     model, data, kind = now.model, now.data, mujoco.mjtObj.mjOBJ_XBODY
     speed, change = np.zeros(6), np.zeros(6)
@@ -179,7 +179,7 @@ def _energy(model: mujoco.MjModel, mechanism: Mechanism) -> Probe:
     stiffness = np.concatenate([joint.figures("stiffness") for joint in mechanism.all_joints])
     rest = np.concatenate([[value or 0.0 for value in joint.spread("rest")] for joint in mechanism.all_joints])
 
-    def read(now: Moment) -> Array:
+    def read(now: MechanismState) -> Array:
         data, kinetic = now.data, 0.0
         for body in bodies:
             speed = np.zeros(6)

@@ -16,7 +16,7 @@ from mjsim.mechanics import (
 )
 from mjsim.sim.closures import Closures
 from mjsim.sim.followers import Follower, yielded
-from mjsim.sim.mechanism_sensors import Moment, Probe, probes_of
+from mjsim.sim.mechanism_sensors import MechanismState, Probe, probes_of
 from mjsim.sim.mechanism_state import Places, copy_state, equality_forces
 from mjsim.sim.pushes import Push, effort_signal
 from mjsim.sim.streams import stream
@@ -148,7 +148,7 @@ class MechanismAtWork:
         self._exact(0, self._data.qvel)
         self._data.qvel[dofs] -= self._h / 2.0 * self._scratch.qacc[dofs]
 
-    def moment(self, step: int) -> Moment:
+    def state(self, step: int) -> MechanismState:
         """Return how it moves now, before the step of that number.
 
         Args:
@@ -162,10 +162,10 @@ class MechanismAtWork:
         mujoco.mj_rnePostConstraint(self._model, self._scratch)
         return self._told(step)
 
-    def _told(self, step: int) -> Moment:
+    def _told(self, step: int) -> MechanismState:
         """Return what the scratch state says of it."""
         values, rates, accelerations = self._values()
-        return Moment(
+        return MechanismState(
             model=self._model,
             data=self._scratch,
             values=values,
@@ -179,7 +179,7 @@ class MechanismAtWork:
 
     def motion(self, step: int) -> tuple[JointMotion, SensorReadings]:
         """Return how its joints move and what its sensors read now, before the step of that number."""
-        now = self.moment(step)
+        now = self.state(step)
         goal = now.values.copy()
         for follower in self._followers:
             if follower.drive.column >= 0:

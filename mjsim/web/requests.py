@@ -37,7 +37,7 @@ class Simple(_Request):
     do: Literal["pause", "go", "tick", "restart", "stop"]
 
 
-class Speed(_Request):
+class SetSpeed(_Request):
     """Go at a multiple of real time."""
 
     do: Literal["speed"]
@@ -112,7 +112,7 @@ class Shown(_Request):
 REQUESTS: tuple[type[BaseModel], ...] = (
     Start,
     Simple,
-    Speed,
+    SetSpeed,
     DriveByHand,
     MoveJoints,
     MoveTool,
@@ -121,7 +121,8 @@ REQUESTS: tuple[type[BaseModel], ...] = (
     Shown,
 )
 RunRequest = Annotated[
-    Start | Simple | Speed | DriveByHand | MoveJoints | MoveTool | SetNoise | Watch | Shown, Field(discriminator="do")
+    Start | Simple | SetSpeed | DriveByHand | MoveJoints | MoveTool | SetNoise | Watch | Shown,
+    Field(discriminator="do"),
 ]
 _REQUEST: TypeAdapter[RunRequest] = TypeAdapter(RunRequest)
 

@@ -23,9 +23,9 @@ from mjsim.web.requests import (
     MoveTool,
     RunRequest,
     SetNoise,
+    SetSpeed,
     Shown,
     Simple,
-    Speed,
     Start,
     Watch,
     read_request,
@@ -101,7 +101,7 @@ class RunApi:
                 if request.do == "restart":
                     await asyncio.to_thread(self._check_code)
                 getattr(self._session(), request.do)()
-            case Speed():
+            case SetSpeed():
                 self._session().speed = request.value
             case SetNoise():
                 await asyncio.to_thread(self._session().set_noise, request.key, request.value)

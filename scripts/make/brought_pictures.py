@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 import mjsim
-from mjsim.exchange import Wishes, bring_robot
+from mjsim.exchange import RobotOptions, bring_robot
 from mjsim.interface import Command, Picture
 from mjsim.sim import Onlooker, Orbit
 
@@ -30,7 +30,7 @@ SECONDS = 1.0
 
 def picture(path: Path, folder: Path) -> Picture:
     """Return a picture of a robot on the move, from the left ahead."""
-    brought = bring_robot(path, name=path.stem, wishes=Wishes(), packages={}, arguments={})
+    brought = bring_robot(path, name=path.stem, options=RobotOptions(), packages={}, arguments={})
     for name, data in {f"{path.stem}.yaml": brought.text.encode(), **brought.files}.items():
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_bytes(data)

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from mjsim.errors import MjsimError
-from mjsim.exchange import Wishes, bring_robot
+from mjsim.exchange import RobotOptions, bring_robot
 from mjsim.world import Source, parse_world
 
 EXAMPLES = "cmeel.prefix/share/example-robot-data/robots"
@@ -30,7 +30,7 @@ class Candidate:
     package: str
     path: str
     """In the folder; with * for versions."""
-    wishes: Wishes = field(default_factory=Wishes)
+    options: RobotOptions = field(default_factory=RobotOptions)
     packages: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -42,7 +42,7 @@ ROBOTS = {
     "bike": Candidate("pybullet", "pybullet_data/bicycle/bike.urdf"),
     "tiago": Candidate("example-robot-data", f"{EXAMPLES}/tiago_description/robots/tiago.urdf"),
     "tiago_pro": Candidate(
-        "example-robot-data", f"{EXAMPLES}/tiago_pro_description/robots/tiago_pro.urdf", Wishes(drive="mecanum")
+        "example-robot-data", f"{EXAMPLES}/tiago_pro_description/robots/tiago_pro.urdf", RobotOptions(drive="mecanum")
     ),
     "pr2": Candidate("example-robot-data", f"{EXAMPLES}/pr2_description/urdf/pr2.urdf"),
     "centauro": Candidate("example-robot-data", f"{EXAMPLES}/centauro_description/urdf/centauro.urdf"),
@@ -65,7 +65,7 @@ def row(name: str, candidate: Candidate, path: Path) -> str:
         brought = bring_robot(
             path,
             name=name,
-            wishes=candidate.wishes,
+            options=candidate.options,
             packages={key: path.parent / value for key, value in candidate.packages.items()},
             arguments={},
         )

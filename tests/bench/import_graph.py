@@ -2,13 +2,17 @@
 
 import ast
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
+from typing import Self
 
 from mjsim.syntax import parse_python
+
+_QUOTED = re.compile(r"""(["'])(\w+(?:\.\w+)+(?::\w+)?)\1""")
+"""A string that may name a module: 'mjsim.env.gym:GymEnvironment'."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +32,37 @@ class Import:
         return f"{self.file}:{self.line}: {self.importer} imports {self.module}"
 
 
+@dataclass(frozen=True, slots=True)
+class _Source:
+    """What counts of a file; its syntax tree is not kept, as it is large."""
+
+    imports: Sequence[ast.Import | ast.ImportFrom]
+    strings: Sequence[tuple[int, str]]
+    """Line and text of those that may name a module."""
+    classes: Sequence[str]
+    """Public ones at the top."""
+
+    @classmethod
+    def of(cls, path: Path) -> Self:
+        """Read a file."""
+        text = path.read_text(encoding="utf-8")
+        tree = parse_python(text)
+        return cls(
+            [node for node in _statements(tree.body) if isinstance(node, ast.Import | ast.ImportFrom)],
+            [(text.count("\n", 0, found.start()) + 1, found[2]) for found in _QUOTED.finditer(text)],
+            [node.name for node in tree.body if isinstance(node, ast.ClassDef) and not node.name.startswith("_")],
+        )
+
+
+def _statements(body: Iterable[ast.AST]) -> Iterator[ast.AST]:
+    """Yield the statements of a body and those within them, not their expressions."""
+    for node in body:
+        yield node
+        for name in ("body", "handlers", "orelse", "finalbody", "cases"):
+            if isinstance(inner := getattr(node, name, None), list):
+                yield from _statements(inner)
+
+
 class Package:
     """The modules of a package and their imports."""
 
@@ -42,25 +77,43 @@ class Package:
         return ".".join((self.name, *parts)).removesuffix(".__init__")
 
     @cached_property
+    def _sources(self) -> dict[Path, "_Source"]:
+        """What each file and each stub holds."""
+        stubs = [self.files[module].with_suffix(".pyi") for module in sorted(self.packages)]
+        return {path: _Source.of(path) for path in (*self.files.values(), *stubs) if path.exists()}
+
+    @cached_property
     def imports(self) -> list[Import]:
         """All imports, in the order of files; a face's are those of its stub as well."""
         found = [found for module, path in self.files.items() for found in self._imports_of(module, path)]
         stubs = [(module, self.files[module].with_suffix(".pyi")) for module in sorted(self.packages)]
         return found + [found for module, path in stubs if path.exists() for found in self._imports_of(module, path)]
 
+    @cached_property
+    def public_classes(self) -> dict[str, list[str]]:
+        """Class without a leading underscore -> modules that define it at their top, or offer a type of its name."""
+        found: dict[str, set[str]] = {}
+        for module, path in self.files.items():
+            for name in self._sources[path].classes:
+                found.setdefault(name, set()).add(module)
+        for package, offered in self.faces.items():
+            for name in filter(_is_type, offered):
+                found.setdefault(name, set()).add(self._defining(package, name))
+        return {name: sorted(modules) for name, modules in found.items()}
+
     def _imports_of(self, module: str, path: Path) -> Iterator[Import]:
-        tree = parse_python(path.read_text(encoding="utf-8"))
+        source = self._sources[path]
         home = module if module in self.packages else module.rpartition(".")[0]
-        for node in ast.walk(tree):
-            match node:
-                case ast.Import():
-                    yield from (Import(path, node.lineno, module, alias.name) for alias in node.names)
-                case ast.ImportFrom():
-                    above = home.split(".")[: len(home.split(".")) - node.level + 1] if node.level else []
-                    source = ".".join((*above, *filter(None, [node.module])))
-                    yield from (self._import_from(path, node, module, source, alias.name) for alias in node.names)
-                case ast.Constant(value=str(text)) if target := self._named(text):
-                    yield Import(path, node.lineno, module, target)
+        for node in source.imports:
+            if isinstance(node, ast.Import):
+                yield from (Import(path, node.lineno, module, alias.name) for alias in node.names)
+            else:
+                above = home.split(".")[: len(home.split(".")) - node.level + 1] if node.level else []
+                dotted = ".".join((*above, *filter(None, [node.module])))
+                yield from (self._import_from(path, node, module, dotted, alias.name) for alias in node.names)
+        for line, text in source.strings:
+            if target := self._named(text):
+                yield Import(path, line, module, target)
 
     def _import_from(self, path: Path, node: ast.ImportFrom, importer: str, source: str, name: str) -> Import:
         """`from package import module` reaches the module, unless the package offers that name to all."""
@@ -81,7 +134,7 @@ class Package:
         found: dict[str, dict[str, str]] = {}
         for package in self.packages:
             stub = self.files[package].with_suffix(".pyi")
-            for node in parse_python(stub.read_text(encoding="utf-8")).body if stub.exists() else ():
+            for node in self._sources[stub].imports if stub in self._sources else ():
                 assert isinstance(node, ast.ImportFrom), f"{stub}:{node.lineno}: a face holds nothing but imports"
                 source = ".".join(filter(None, [package, node.module]))
                 found.setdefault(package, {}).update({alias.asname or alias.name: source for alias in node.names})
@@ -162,6 +215,21 @@ def module_cycle(package: Package) -> list[str]:
 def package_cycle(package: Package) -> list[str]:
     """Return the parts of one package that import each other in a circle; empty when there are none."""
     return next((cycle for each in sorted(package.packages) if (cycle := _cycle(package.package_graph(each)))), [])
+
+
+def _is_type(name: str) -> bool:
+    """Return whether a name is written as types are, not as functions, modules or constants."""
+    return name[0].isupper() and not name.isupper()
+
+
+def shared_names(packages: Iterable[Package]) -> dict[str, set[str]]:
+    """Return the public classes whose name stands in several parts -> those parts; a package without parts is one."""
+    parts: dict[str, set[str]] = {}
+    for package in packages:
+        whole = package.packages == {package.name}
+        for name, modules in package.public_classes.items():
+            parts.setdefault(name, set()).update(package.name if whole else str(package.part(each)) for each in modules)
+    return {name: found for name, found in parts.items() if len(found) > 1}
 
 
 def _cycle(graph: Mapping[str, set[str]]) -> list[str]:

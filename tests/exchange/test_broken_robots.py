@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from mjsim.exchange import Wishes, bring_robot
+from mjsim.exchange import RobotOptions, bring_robot
 from tests.exchange.odd_robots import box, four_steered, joint, on_three, robot, rover, tyre
 from tests.exchange.test_robots import typed
 
@@ -180,7 +180,7 @@ def test_a_command_that_cannot_be_meant_is_told_in_one_line(tmp_path, monkeypatc
 def report_of(tmp_path: Path, text: str) -> str:
     """Return what is said of a robot."""
     (tmp_path / "robot.urdf").write_text(text)
-    brought = bring_robot(tmp_path / "robot.urdf", name="r", wishes=Wishes(), packages={}, arguments={})
+    brought = bring_robot(tmp_path / "robot.urdf", name="r", options=RobotOptions(), packages={}, arguments={})
     return "\n".join(brought.report)
 
 
@@ -222,6 +222,6 @@ def test_files_outside_of_the_robots_folders_are_not_opened(tmp_path):
     links = {**LINKS, "base": LINKS["base"] + "".join(mesh.format(name) for name in names)}
     wheels = [joint("left", "base", "l", 'xyz="0 0.2 0"'), joint("right", "base", "r", 'xyz="0 -0.2 0"')]
     (deep / "robot.urdf").write_text(robot(links, wheels))
-    brought = bring_robot(deep / "robot.urdf", name="r", wishes=Wishes(), packages={}, arguments={})
+    brought = bring_robot(deep / "robot.urdf", name="r", options=RobotOptions(), packages={}, arguments={})
     assert list(brought.files) == ["r/robot.urdf"]
     assert "left out: missing meshes, 4 of them; shapes for collisions stand in" in brought.report

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from mjsim.exchange import Wishes, bring_robot
+from mjsim.exchange import RobotOptions, bring_robot
 from mjsim.exchange.robots.likely import likely_slip
 from mjsim.exchange.robots.slip import Drives
 from mjsim.geometry import wrap_angle
@@ -75,7 +75,7 @@ def test_drives_of_another_point_have_the_same_turns():
 
 def brought(path: Path) -> tuple[str, dict[str, bytes]]:
     """Return the text of a robot's preset and its files."""
-    robot = bring_robot(path, name="r", wishes=Wishes(), packages={}, arguments={})
+    robot = bring_robot(path, name="r", options=RobotOptions(), packages={}, arguments={})
     return robot.text, dict(robot.files)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mjsim.exchange import Wishes
+from mjsim.exchange import RobotOptions
 from mjsim.exchange.robots.gear import Gear, find_gear
 from mjsim.exchange.robots.preset import said_speed
 from mjsim.interface import Command
@@ -50,11 +50,11 @@ def test_odd_robots_are_found_whatever_their_axes_and_frames(tmp_path, name, tex
     assert robot.drive.wheel_radius == pytest.approx(radius, rel=0.005)
 
 
-def gear_of(text: str, folder: Path, **wishes: object) -> Gear:
+def gear_of(text: str, folder: Path, **options: object) -> Gear:
     """Return the running gear that is found in a robot's file."""
     (folder / "r.urdf").write_text(text)
     found = gather_robot("r.urdf", lambda name: (folder / name).read_bytes())
-    return find_gear(anatomy_of(found), Wishes(**wishes), file="r.urdf", urdf=True)
+    return find_gear(anatomy_of(found), RobotOptions(**options), file="r.urdf", urdf=True)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mjsim.exchange import Wishes, bring_robot
+from mjsim.exchange import RobotOptions, bring_robot
 from mjsim.geometry import Pose
 from mjsim.interface import Command
 from mjsim.sim import Simulation
@@ -171,19 +171,19 @@ def test_ros_packages_are_found_by_path_and_by_option(tmp_path, monkeypatch):
     moved.parent.mkdir()
     moved.write_bytes(BURGER.read_bytes())
     package = BURGER.parents[1]
-    plain = bring_robot(moved, name="b", wishes=Wishes(), packages={}, arguments={})
+    plain = bring_robot(moved, name="b", options=RobotOptions(), packages={}, arguments={})
     assert any("package 'turtlebot3_description' is not here" in line for line in plain.report)
     assert len(plain.files) == 1
-    named = bring_robot(moved, name="b", wishes=Wishes(), packages={package.name: package}, arguments={})
+    named = bring_robot(moved, name="b", options=RobotOptions(), packages={package.name: package}, arguments={})
     assert len(named.files) == 3
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"/nowhere{os.pathsep}{package.parent}")
-    by_path = bring_robot(moved, name="b", wishes=Wishes(), packages={}, arguments={})
+    by_path = bring_robot(moved, name="b", options=RobotOptions(), packages={}, arguments={})
     assert by_path.files == named.files
 
 
 @pytest.mark.slow
 def test_arguments_of_xacro_become_names(tmp_path):
-    text = bring_robot(BURGER, name="b", wishes=Wishes(), packages={}, arguments={"namespace": "left_"}).text
+    text = bring_robot(BURGER, name="b", options=RobotOptions(), packages={}, arguments={"namespace": "left_"}).text
     assert 'joint: "left_wheel_left_joint"' in text
 
 
@@ -246,7 +246,7 @@ def test_meshes_in_text_and_of_too_many_triangles_are_read(tmp_path, count, text
     mesh = '<visual><geometry><mesh filename="ball.stl" scale="0.001 0.001 0.001"/></geometry></visual></link>'
     (tmp_path / "robot.urdf").write_text(rover([0.0]).replace("</link>", mesh, 1))
     (tmp_path / "ball.stl").write_bytes(sphere_stl(count, text=text))
-    brought = bring_robot(tmp_path / "robot.urdf", name="r", wishes=Wishes(), packages={}, arguments={})
+    brought = bring_robot(tmp_path / "robot.urdf", name="r", options=RobotOptions(), packages={}, arguments={})
     assert ("made coarser: meshes of too many corners, 1 of them" in brought.report) == said
     (data,) = (data for name, data in brought.files.items() if name.endswith(".stl"))
     corners = np.frombuffer(data[84:], dtype=[("n", "<f4", 3), ("v", "<f4", (3, 3)), ("a", "<u2")])["v"]

@@ -6,7 +6,7 @@ import pytest
 import xacro
 
 from mjsim.errors import UsageError
-from mjsim.exchange import Wishes, bring_robot
+from mjsim.exchange import RobotOptions, bring_robot
 from mjsim.exchange.robots.xacro import resolved
 
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
@@ -72,7 +72,7 @@ def test_macros_are_expanded_by_the_library_and_packages_found(tmp_path):
     place = tmp_path / "r.urdf.xacro"
     place.write_text(MACRO)
     (tmp_path / "mine").mkdir()
-    brought = bring_robot(place, name="r", wishes=Wishes(), packages={"mine": tmp_path / "mine"}, arguments={})
+    brought = bring_robot(place, name="r", options=RobotOptions(), packages={"mine": tmp_path / "mine"}, arguments={})
     assert "left out: missing meshes, 2 of them; shapes for collisions stand in" in brought.report
     assert 'left: {joint: "left_joint"' in brought.text
 

@@ -15,7 +15,7 @@ from mjsim.geometry import Pose, Pose3
 from mjsim.interface import Intrinsics
 from mjsim.logs import Wishes
 from mjsim.logs.bag_file import Bag as RosBag
-from mjsim.logs.bag_file import Playback
+from mjsim.logs.bag_file import BagMessages
 from mjsim.logs.bag_pictures import depth_of, frame_of
 from mjsim.run import drivers_of
 from mjsim.video.views import scene_pictures
@@ -200,9 +200,9 @@ def test_every_form_of_a_bag_gives_its_messages_in_order_and_by_number(form, tmp
         later = list(bag.messages(["/scan"], start=found[30].time))
         assert [each.data for each in later] == [each.data for each in found[30:]]
         # By number, in any order.
-        playback = Playback(bag, {"/scan": np.array([each.time for each in found])})
+        messages = BagMessages(bag, {"/scan": np.array([each.time for each in found])})
         for number in (3, 4, 20, 2, 39):
-            assert playback.take("/scan", number).data == found[number].data
+            assert messages.take("/scan", number).data == found[number].data
         assert not bag.cut
 
 

@@ -18,7 +18,7 @@ ALONG = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0), "-y": (0.0, -1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Wishes:
+class RobotOptions:
     """What a person says where the file leaves it open."""
 
     left: Sequence[str] = ()
@@ -33,16 +33,16 @@ class Wishes:
 
 
 def forward_of(
-    anatomy: Anatomy, axis: Array, wishes: Wishes, *, file: str, urdf: bool
+    anatomy: Anatomy, axis: Array, options: RobotOptions, *, file: str, urdf: bool
 ) -> tuple[Array, tuple[str, ...]]:
     """Return where the robot looks, level, and what is to be said about it."""
     ahead = np.array([axis[1], -axis[0]])
-    if wishes.forward is not None:
-        if wishes.forward not in ALONG:
-            raise UsageError(f"--forward is '{wishes.forward}'; it is +x, -x, +y or -y")
-        wanted = np.array(ALONG[wishes.forward])
+    if options.forward is not None:
+        if options.forward not in ALONG:
+            raise UsageError(f"--forward is '{options.forward}'; it is +x, -x, +y or -y")
+        wanted = np.array(ALONG[options.forward])
         if abs(float(wanted @ ahead)) < math.cos(math.radians(45.0)):
-            raise UsageError(f"--forward {wishes.forward} is along the axles of {file}, whose wheels roll across that")
+            raise UsageError(f"--forward {options.forward} is along the axles of {file}, whose wheels roll across that")
         return ahead * np.sign(wanted @ ahead), ()
     if urdf and abs(ahead[0]) > PARALLEL:
         return ahead * np.sign(ahead[0]), ()

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from mjsim.errors import MjsimError, PhysicsFault, UsageError
-from mjsim.exchange.robots.ahead import Wishes
+from mjsim.exchange.robots.ahead import RobotOptions
 from mjsim.exchange.robots.frame import Stand, find_stand
 from mjsim.exchange.robots.gear import Gear, find_gear
 from mjsim.exchange.robots.measure import Measured, measure
@@ -59,7 +59,7 @@ def bring_robot(
     path: Path,
     *,
     name: str,
-    wishes: Wishes,
+    options: RobotOptions,
     packages: Mapping[str, Path],
     arguments: Mapping[str, str],
 ) -> BroughtRobot:
@@ -68,7 +68,7 @@ def bring_robot(
     Args:
         path: Of that file.
         name: Of the robot, and of the folder of its files.
-        wishes: What the file leaves open.
+        options: What the file leaves open.
         packages: Folders of ROS packages by name.
         arguments: Of xacro.
 
@@ -83,7 +83,7 @@ def bring_robot(
         raise UsageError(source.told(error)) from None
     anatomy = anatomy_of(robot)
     try:
-        gear = find_gear(anatomy, wishes, file=str(path), urdf=robot.files.urdf)
+        gear = find_gear(anatomy, options, file=str(path), urdf=robot.files.urdf)
     except UsageError as error:
         raise UsageError(source.placed(str(error))) from None
     # Rollers belong to their wheels: they are no casters, and no joints that hold still.

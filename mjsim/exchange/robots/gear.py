@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
-from mjsim.exchange.robots.ahead import ALONG, Wishes, forward_of, shown
+from mjsim.exchange.robots.ahead import ALONG, RobotOptions, forward_of, shown
 from mjsim.exchange.robots.omni import (
     OWN,
     PARALLEL,
@@ -61,12 +61,12 @@ class Gear:
         return [*(wheel for row in self.rows for side in row for wheel in side), *self.single]
 
 
-def find_gear(anatomy: Anatomy, wishes: Wishes, *, file: str, urdf: bool) -> Gear:
+def find_gear(anatomy: Anatomy, options: RobotOptions, *, file: str, urdf: bool) -> Gear:
     """Return the running gear of a robot.
 
     Args:
         anatomy: Of its file.
-        wishes: What is said beside it.
+        options: What is said beside it.
         file: As errors name it.
         urdf: Whether x is ahead by convention (REP 103).
 
@@ -74,22 +74,22 @@ def find_gear(anatomy: Anatomy, wishes: Wishes, *, file: str, urdf: bool) -> Gea
         UsageError: It has no wheels, its wheels are not clear, or they are of a kind that is not taken from files.
     """
     anatomy, hubs = without_rollers(anatomy)
-    if wishes.left or wishes.right:
-        chosen = [*_named(anatomy, wishes.left, file), *_named(anatomy, wishes.right, file)]
-        others = [wheel for wheel in rounds(anatomy) if wheel.name not in {*wishes.left, *wishes.right}]
+    if options.left or options.right:
+        chosen = [*_named(anatomy, options.left, file), *_named(anatomy, options.right, file)]
+        others = [wheel for wheel in rounds(anatomy) if wheel.name not in {*options.left, *options.right}]
     else:
         chosen, others = _guessed(anatomy, file)
-    if wishes.drive is not None and wishes.drive not in DRIVES:
-        raise UsageError(f"--drive is '{wishes.drive}'; robots from files drive as {', '.join(DRIVES)}")
-    if wishes.drive in ("mecanum", "omni3") or (wishes.drive is None and rolls_any_way(anatomy, chosen, hubs)):
-        return _any_way(anatomy, chosen, others, wishes, file=file, urdf=urdf)
+    if options.drive is not None and options.drive not in DRIVES:
+        raise UsageError(f"--drive is '{options.drive}'; robots from files drive as {', '.join(DRIVES)}")
+    if options.drive in ("mecanum", "omni3") or (options.drive is None and rolls_any_way(anatomy, chosen, hubs)):
+        return _any_way(anatomy, chosen, others, options, file=file, urdf=urdf)
     axis = _common_axis(chosen, file)
-    forward, notes = forward_of(anatomy, axis, wishes, file=file, urdf=urdf)
+    forward, notes = forward_of(anatomy, axis, options, file=file, urdf=urdf)
     chosen, floor = _on_floor(anatomy, chosen, file)
     bearing = [wheel for wheel in others if wheel.radius > 0.0 and wheel.bottom < floor + NEAR_FLOOR * wheel.radius]
-    if wishes.steering:
-        chosen = _steered_as_said(anatomy, chosen, wishes.steering, file)
-    return _sorted_out(chosen, bearing, floor, forward, wishes, file=file, notes=notes)
+    if options.steering:
+        chosen = _steered_as_said(anatomy, chosen, options.steering, file)
+    return _sorted_out(chosen, bearing, floor, forward, options, file=file, notes=notes)
 
 
 def _named(anatomy: Anatomy, names: Sequence[str], file: str) -> list[Round]:
@@ -151,7 +151,7 @@ def _instead(anatomy: Anatomy) -> str | None:
 
 
 def _any_way(
-    anatomy: Anatomy, chosen: list[Round], others: list[Round], wishes: Wishes, *, file: str, urdf: bool
+    anatomy: Anatomy, chosen: list[Round], others: list[Round], options: RobotOptions, *, file: str, urdf: bool
 ) -> Gear:
     """Return the running gear of a base that goes in any direction.
 
@@ -159,18 +159,18 @@ def _any_way(
         UsageError: Its wheels do not stand as those of a drive that mjsim has.
     """
     kind = omni_kind(chosen, file)
-    if wishes.drive not in (None, kind):
-        raise UsageError(f"{file}: its wheels stand as those of {kind}; leave out --drive {wishes.drive}")
+    if options.drive not in (None, kind):
+        raise UsageError(f"{file}: its wheels stand as those of {kind}; leave out --drive {options.drive}")
     chosen, floor = _on_floor(anatomy, chosen, file)
     bearing = tuple(w for w in others if w.radius > 0.0 and w.bottom < floor + NEAR_FLOOR * w.radius)
     if kind == "omni3":
-        wished = None if wishes.forward is None else np.array(ALONG.get(wishes.forward, (1.0, 0.0)))
+        wished = None if options.forward is None else np.array(ALONG.get(options.forward, (1.0, 0.0)))
         forward = ring_forward(chosen, wished)
         note = f"it looks along {shown(forward)} of its file, one wheel behind"
         return Gear(kind, (), bearing, floor, forward, (note,), in_the_ring(chosen, forward))
-    forward, notes = forward_of(anatomy, _common_axis(chosen, file), wishes, file=file, urdf=urdf)
+    forward, notes = forward_of(anatomy, _common_axis(chosen, file), options, file=file, urdf=urdf)
     left = np.array([-forward[1], forward[0]])
-    rows = tuple(tuple(tuple(side) for side in _by_side(row, left, wishes)) for row in _rows(chosen, forward))
+    rows = tuple(tuple(tuple(side) for side in _by_side(row, left, options)) for row in _rows(chosen, forward))
     if len(rows) != 2 or any(len(side) != 1 for row in rows for side in row):
         raise UsageError(
             f"{file}: {_listed([w.name for w in chosen])} do not stand at the corners of a rectangle; name the four"
@@ -227,7 +227,7 @@ def _sorted_out(
     bearing: list[Round],
     floor: float,
     forward: Array,
-    wishes: Wishes,
+    options: RobotOptions,
     *,
     file: str,
     notes: tuple[str, ...],
@@ -235,10 +235,10 @@ def _sorted_out(
     """Return the gear that wheels make, by rows and sides."""
     left = np.array([-forward[1], forward[0]])
     steering = [wheel for wheel in wheels if wheel.steer is not None]
-    if len(wheels) == 3 and len(steering) == 1 and wishes.drive in (None, "tricycle"):
+    if len(wheels) == 3 and len(steering) == 1 and options.drive in (None, "tricycle"):
         return _tricycle(wheels, steering[0], bearing, floor, forward, file=file, notes=notes)
     rows = _rows(wheels, forward)
-    sides = [_by_side(row, left, wishes) for row in rows]
+    sides = [_by_side(row, left, options) for row in rows]
     for pair in [*sides]:
         centre = all(abs(_across(w, left, sides)) < 0.5 * w.radius for side in pair for w in side)
         if centre and len(sides) > 1:
@@ -251,7 +251,7 @@ def _sorted_out(
             " give --left-wheel JOINT and --right-wheel JOINT"
         )
     steered = [pair for pair in sides if any(w.steer is not None for side in pair for w in side)]
-    drive = wishes.drive or ("ackermann" if steered else "differential" if len(sides) == 1 else "skid_steer")
+    drive = options.drive or ("ackermann" if steered else "differential" if len(sides) == 1 else "skid_steer")
     _check_drive(drive, sides, steered, file)
     whole = tuple((tuple(a), tuple(b)) for a, b in sides)
     return Gear(drive, whole, tuple(bearing), floor, forward, notes)
@@ -324,7 +324,7 @@ def _rows(wheels: list[Round], forward: Array) -> list[list[Round]]:
     return rows
 
 
-def _by_side(row: list[Round], left: Array, wishes: Wishes) -> tuple[list[Round], list[Round]]:
+def _by_side(row: list[Round], left: Array, options: RobotOptions) -> tuple[list[Round], list[Round]]:
     """Return the wheels of an axle to the left and to the right, the outer ones first."""
     middle = float(np.mean([wheel.middle[:2] @ left for wheel in row]))
     if len(row) == 1:
@@ -333,7 +333,7 @@ def _by_side(row: list[Round], left: Array, wishes: Wishes) -> tuple[list[Round]
     def outward(wheel: Round) -> float:
         return -abs(float(wheel.middle[:2] @ left) - middle)
 
-    said_left, said_right = set(wishes.left), set(wishes.right)
+    said_left, said_right = set(options.left), set(options.right)
 
     def is_left(wheel: Round) -> bool:
         if (wheel.name in said_left) != (wheel.name in said_right):

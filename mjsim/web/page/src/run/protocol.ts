@@ -278,6 +278,12 @@ export interface SetNoise {
   value: number | null;
 }
 
+/** Go at a multiple of real time. */
+export interface SetSpeed {
+  do: "speed";
+  value?: number | null;
+}
+
 /** A picture has been shown: another may come. */
 export interface Shown {
   do: "shown";
@@ -287,12 +293,6 @@ export interface Shown {
 /** A request without arguments. */
 export interface Simple {
   do: "pause" | "go" | "tick" | "restart" | "stop";
-}
-
-/** Go at a multiple of real time. */
-export interface Speed {
-  do: "speed";
-  value?: number | null;
 }
 
 /** Begin a run of a world's text. */
@@ -316,4 +316,4 @@ export interface Watch {
   outside?: Outside | null;
 }
 
-export type RunRequest = Start | Simple | Speed | DriveByHand | MoveJoints | MoveTool | SetNoise | Watch | Shown;
+export type RunRequest = Start | Simple | SetSpeed | DriveByHand | MoveJoints | MoveTool | SetNoise | Watch | Shown;

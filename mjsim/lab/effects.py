@@ -11,7 +11,7 @@ from mjsim.geometry import Array
 from mjsim.sim import Push
 
 
-class Drive(Protocol):
+class InputEffect(Protocol):
     """What an input does to the scene."""
 
     @property
@@ -23,7 +23,7 @@ class Drive(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Motor:
+class ForceEffect:
     """Controls and forces in proportion to the input."""
 
     unit: str
@@ -60,12 +60,12 @@ class BodyPush:
 class LedJoint:
     """A joint that follows the input, with whatever force that takes.
 
-    As a drive it is that force, so that trimming finds the one that holds the working point.
+    As an effect it is that force, so that trimming finds the one that holds the working point.
     """
 
     unit: str
     """Of the motion."""
-    force: Motor
+    force: ForceEffect
     dof: int
     is_speed: bool
     """Whether the input is the joint's speed rather than its value."""
@@ -80,11 +80,11 @@ class LedJoint:
         return np.asarray(np.diff(speeds, prepend=0.0) / dt)
 
 
-def led(drive: LedJoint, A: Array, B: Array, Y: Array, m: int, rates: Array) -> tuple[Array, Array, Array, Array]:
+def led(effect: LedJoint, A: Array, B: Array, Y: Array, m: int, rates: Array) -> tuple[Array, Array, Array, Array]:
     """Return A, B, C, D of a plant one of whose coordinates follows the input.
 
     Args:
-        drive: The motion.
+        effect: The motion.
         A: Of n coordinates and their rates, with a force at coordinate m as input, shape (2 n, 2 n).
         B: The same, shape (2 n, 1).
         Y: Derivatives of the outputs, or of what they are rates of, by the coordinates, shape (outputs, n).
@@ -111,7 +111,7 @@ def led(drive: LedJoint, A: Array, B: Array, Y: Array, m: int, rates: Array) -> 
     Yf, Ym, eye, none = Y[:, f], Y[:, [m]], np.eye(n - 1), np.zeros((n - 1, 1))
     at_once = Yf @ r + Ym
     zeros, rate = np.zeros_like(Yf), rates[:, None]
-    if drive.is_speed:
+    if effect.is_speed:
         A = np.block([[np.zeros((1, 2 * n - 1))], [none, 0 * eye, eye], [k0, a0, a1]])
         B = np.concatenate([[[1.0]], r, k1 + a1 @ r])
         C = np.hstack([np.where(rate, 0.0, Ym), np.where(rate, zeros, Yf), np.where(rate, Yf, zeros)])

@@ -30,7 +30,7 @@ class PictureFile(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Moment:
+class RecordedTick:
     """One robot at one tick."""
 
     row: int
@@ -43,7 +43,7 @@ class Moment:
     """Camera -> when the picture that came at this tick was taken [s]."""
 
 
-class Playback(Closes):
+class RecordedRobots(Closes):
     """What there is to tell of a recording's robots; pictures must be asked for in the order of the ticks."""
 
     def __init__(self, recording: Recording, *, redraw: bool) -> None:
@@ -84,17 +84,17 @@ class Playback(Closes):
             return next(self.recording.messages(f"/{robot}/{camera}/depth"), None) is not None
         return (robot, camera) in self._depths
 
-    def world_from_sensor(self, robot: str, sensor: str, moment: Moment) -> Pose3 | None:
+    def world_from_sensor(self, robot: str, sensor: str, tick: RecordedTick) -> Pose3 | None:
         """Return where a sensor is, a camera by its optical frame; None when nobody knows."""
-        if moment.truth is None:
+        if tick.truth is None:
             return None
-        joints = {} if moment.seen is None else moment.seen.joints
+        joints = {} if tick.seen is None else tick.seen.joints
         owner = next(each for each in self.recording.world.robots if each.name == robot)
         model = next(each for each in owner.sensors if name_of(each) == sensor)
         mounted = robot_from_sensor(owner, self.infos[robot].sensors[sensor], model, joints)
-        return Pose3.from_matrix(moment.truth.matrix() @ mounted)
+        return Pose3.from_matrix(tick.truth.matrix() @ mounted)
 
-    def moments(self, robot: str) -> Iterator[Moment]:
+    def ticks(self, robot: str) -> Iterator[RecordedTick]:
         """Yield the ticks of a robot."""
         track = self.recording.robots[robot]
         observed = self.recording.observed(robot)
@@ -106,7 +106,7 @@ class Playback(Closes):
             while upcoming is not None and upcoming[0].time < time + SAME_TIME:
                 seen, stamps = upcoming
                 upcoming = next(observed, None)
-            yield Moment(row=row, truth=true_pose(track, row), seen=seen, stamps=stamps)
+            yield RecordedTick(row=row, truth=true_pose(track, row), seen=seen, stamps=stamps)
 
     def picture(self, robot: str, camera: str, stamp: float) -> PictureFile:
         """Return a picture as it was recorded, or drawn again as PNG.
