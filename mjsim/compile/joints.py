@@ -4,13 +4,13 @@ import math
 
 import mujoco
 
-from mjsim.world import Joint
+from mjsim.world import MotorJoint
 
 DIGITS = 12
 """To which angles in degrees are rounded, so that 30 degrees stay 30 on the way through radians."""
 
 
-def add_joint(body: mujoco.MjsBody, joint: Joint) -> None:
+def add_joint(body: mujoco.MjsBody, joint: MotorJoint) -> None:
     """Let a body, placed as it stands at the start, move about or along a joint; its frame is the joint's."""
     revolute = joint.kind == "revolute"
     body.add_joint(
@@ -26,7 +26,7 @@ def add_joint(body: mujoco.MjsBody, joint: Joint) -> None:
     )
 
 
-def add_motor(spec: mujoco.MjSpec, joint: Joint) -> None:
+def add_motor(spec: mujoco.MjSpec, joint: MotorJoint) -> None:
     """Add the motor of a joint, and the lock that holds it when it is locked."""
     spec.add_actuator(
         name=joint.name,
@@ -52,6 +52,6 @@ def lock(spec: mujoco.MjSpec, name: str, *, held: bool) -> None:
     added.data[:5] = [0.0, 1.0, 0.0, 0.0, 0.0]
 
 
-def _spec_value(joint: Joint, value: float) -> float:
+def _spec_value(joint: MotorJoint, value: float) -> float:
     """Return a value as a spec has it: angles of joints are in degrees there."""
     return round(math.degrees(value), DIGITS) if joint.kind == "revolute" else value

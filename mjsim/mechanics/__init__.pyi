@@ -15,11 +15,11 @@ from .linkage import Primitive as Primitive
 from .linkage import TreeJoint as TreeJoint
 from .links import Link as Link
 from .loops import Apart as Apart
+from .loops import BodyPoint as BodyPoint
 from .loops import Closed as Closed
 from .loops import Coincide as Coincide
 from .loops import Linear as Linear
 from .loops import Rows as Rows
-from .loops import Spot as Spot
 from .loops import close as close
 from .loops import followed as followed
 from .loops import freedoms as freedoms

@@ -85,7 +85,7 @@ class Linear:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Spot:
+class BodyPoint:
     """A point of a body."""
 
     body: int
@@ -102,7 +102,7 @@ class Spot:
 class Apart:
     """Two points are as far apart as a length."""
 
-    ends: tuple[Spot, Spot]
+    ends: tuple[BodyPoint, BodyPoint]
     length: float
     """[m]"""
 

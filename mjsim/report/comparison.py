@@ -13,7 +13,7 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.report.consistency import STATES
-from mjsim.report.figures import FIGURES, Figure, figure_value
+from mjsim.report.figures import FIGURES, ReportFigure, figure_value
 from mjsim.report.paired import CONFIDENCE, Difference, fewest_pairs, mean_interval, paired_difference
 
 
@@ -70,9 +70,9 @@ class Group:
     label: str
     robot: str
     values: Mapping[str, Mapping[int, float]]
-    """Figure -> seed -> value."""
+    """ReportFigure -> seed -> value."""
     spreads: Mapping[str, Spread]
-    """Figure -> its spread."""
+    """ReportFigure -> its spread."""
     failed: tuple[int, ...]
     """Seeds of runs that ended before their time."""
     series: Mapping[int, Series]
@@ -83,7 +83,7 @@ class Group:
 class Compared:
     """One figure of two groups."""
 
-    figure: Figure
+    figure: ReportFigure
     first: str
     """Label of a group."""
     second: str
@@ -235,7 +235,7 @@ def _spread(values: Sequence[float]) -> Spread:
     )
 
 
-def _difference(a: Group, b: Group, figure: Figure, confidence: float) -> Difference:
+def _difference(a: Group, b: Group, figure: ReportFigure, confidence: float) -> Difference:
     """Return the difference of two groups; one that failed more often than the other is not called better."""
     found = paired_difference(a.values[figure.key], b.values[figure.key], better=figure.better, confidence=confidence)
     worse = a if len(a.failed) > len(b.failed) else b if len(b.failed) > len(a.failed) else None

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure as Drawing
 from mjsim.geometry import Array
 from mjsim.report.comparison import Compared, Comparison, Group, Series
 from mjsim.report.consistency import STATES, chi_square_bounds
-from mjsim.report.figures import FIGURES, Figure
+from mjsim.report.figures import FIGURES, ReportFigure
 from mjsim.report.plots import GROUPS, TRUTH, scale_nees, sheet
 
 FEW = 3
@@ -167,7 +167,7 @@ def _draw_over_time(axes: Axes, groups: Sequence[Group], values: Callable[[Serie
     return any(group.series for group in groups)
 
 
-def _draw_boxes(axes: Axes, figure: Figure, groups: Sequence[Group]) -> None:
+def _draw_boxes(axes: Axes, figure: ReportFigure, groups: Sequence[Group]) -> None:
     rng = np.random.default_rng(0)  # Points of one group are moved apart a little, always the same.
     for row, (color, _, group) in enumerate(_styled(groups)):
         values = np.array(list(group.values[figure.key].values()))

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from mjsim.report.comparison import Compared, Comparison, Group
-from mjsim.report.figures import FIGURES, Figure
+from mjsim.report.figures import FIGURES, ReportFigure
 from mjsim.report.paired import CONFIDENCE
 from mjsim.report.tables import csv_text, latex_float, latex_row, latex_text
 
@@ -107,7 +107,7 @@ def comparison_json(comparison: Comparison) -> dict[str, Any]:
     }
 
 
-def interval_text(figure: Figure, group: Group) -> str:
+def interval_text(figure: ReportFigure, group: Group) -> str:
     """Return the mean of a figure and its interval; of few runs its least and largest value, in round brackets."""
     spread = group.spreads.get(figure.key)
     if spread is None:
@@ -127,7 +127,7 @@ def told_in_cells(groups: Sequence[Group]) -> str:
     return "mean" + " [95 % interval]" * sure + " (least to largest)" * few
 
 
-def _short(figure: Figure, value: float) -> str:
+def _short(figure: ReportFigure, value: float) -> str:
     return figure.text(value) if figure.digits else f"{value:.3g}"
 
 
@@ -136,7 +136,7 @@ def _abreast(groups: Sequence[Group]) -> Iterator[Sequence[Group]]:
     return (groups[first : first + ABREAST] for first in range(0, len(groups), ABREAST))
 
 
-def _shown(groups: Sequence[Group]) -> Iterator[Figure]:
+def _shown(groups: Sequence[Group]) -> Iterator[ReportFigure]:
     """Yield the figures that one of the groups has."""
     return (figure for figure in FIGURES if any(figure.key in group.spreads for group in groups))
 
@@ -170,5 +170,5 @@ def _fitted(label: str) -> str:
     return label if len(label) <= WIDTH else f"...{label[3 - WIDTH :]}"
 
 
-def _latex_cell(figure: Figure, group: Group) -> str:
+def _latex_cell(figure: ReportFigure, group: Group) -> str:
     return latex_text(interval_text(figure, group))

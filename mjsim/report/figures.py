@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 
 @dataclass(frozen=True, slots=True)
-class Figure:
+class ReportFigure:
     """One number of a robot in `statistics.json`."""
 
     key: str
@@ -32,29 +32,29 @@ class Figure:
 
 
 FIGURES = (
-    Figure("position_error_m.mean", "position error, mean", "m", odometry="odometry_error_m.mean"),
-    Figure("position_error_m.rmse", "position error, rmse", "m", odometry="odometry_error_m.rmse"),
-    Figure("position_error_m.max", "position error, largest", "m", odometry="odometry_error_m.max"),
-    Figure("position_error_m.final", "position error, at the end", "m", odometry="odometry_error_m.final"),
-    Figure("heading_error_deg.mean", "heading error, mean", "deg", 2, odometry="odometry_heading_error_deg.mean"),
-    Figure("ate_m.rmse", "ATE, rmse", "m", odometry="odometry_ate_m.rmse"),
-    Figure("rpe_m.rmse", "RPE over 1 m, rmse", "m", odometry="odometry_rpe_m.rmse"),
-    Figure("path_error_m.mean", "final path: position error, mean", "m"),
-    Figure("path_error_m.rmse", "final path: position error, rmse", "m"),
-    Figure("path_heading_error_deg.mean", "final path: heading error, mean", "deg", 2),
-    Figure("path_ate_m.rmse", "final path: ATE, rmse", "m"),
-    Figure("path_rpe_m.rmse", "final path: RPE over 1 m, rmse", "m"),
-    Figure("nees.mean", "NEES, mean (3 expected)", "", 2, ""),
-    Figure("nees.in_band", "NEES in its 95 % band, share", "", 2, ""),
-    Figure("nis.mean", "NIS, mean (2 expected)", "", 2, ""),
-    Figure("nis.in_band", "NIS in its 95 % band, share", "", 2, ""),
-    Figure("landmark_error_m.count", "landmarks in the map", "", 0, ""),
-    Figure("landmark_error_m.rms", "landmark error, rms", "m"),
-    Figure("landmark_error_m.aligned_rms", "landmark error, aligned rms", "m"),
-    Figure("distance_m", "distance driven", "m", 1, ""),
-    Figure("coverage", "coverage, share", "", 2, "higher"),
-    Figure("bumps", "bumps", "", 0),
-    Figure("falls", "falls", "", 0),
+    ReportFigure("position_error_m.mean", "position error, mean", "m", odometry="odometry_error_m.mean"),
+    ReportFigure("position_error_m.rmse", "position error, rmse", "m", odometry="odometry_error_m.rmse"),
+    ReportFigure("position_error_m.max", "position error, largest", "m", odometry="odometry_error_m.max"),
+    ReportFigure("position_error_m.final", "position error, at the end", "m", odometry="odometry_error_m.final"),
+    ReportFigure("heading_error_deg.mean", "heading error, mean", "deg", 2, odometry="odometry_heading_error_deg.mean"),
+    ReportFigure("ate_m.rmse", "ATE, rmse", "m", odometry="odometry_ate_m.rmse"),
+    ReportFigure("rpe_m.rmse", "RPE over 1 m, rmse", "m", odometry="odometry_rpe_m.rmse"),
+    ReportFigure("path_error_m.mean", "final path: position error, mean", "m"),
+    ReportFigure("path_error_m.rmse", "final path: position error, rmse", "m"),
+    ReportFigure("path_heading_error_deg.mean", "final path: heading error, mean", "deg", 2),
+    ReportFigure("path_ate_m.rmse", "final path: ATE, rmse", "m"),
+    ReportFigure("path_rpe_m.rmse", "final path: RPE over 1 m, rmse", "m"),
+    ReportFigure("nees.mean", "NEES, mean (3 expected)", "", 2, ""),
+    ReportFigure("nees.in_band", "NEES in its 95 % band, share", "", 2, ""),
+    ReportFigure("nis.mean", "NIS, mean (2 expected)", "", 2, ""),
+    ReportFigure("nis.in_band", "NIS in its 95 % band, share", "", 2, ""),
+    ReportFigure("landmark_error_m.count", "landmarks in the map", "", 0, ""),
+    ReportFigure("landmark_error_m.rms", "landmark error, rms", "m"),
+    ReportFigure("landmark_error_m.aligned_rms", "landmark error, aligned rms", "m"),
+    ReportFigure("distance_m", "distance driven", "m", 1, ""),
+    ReportFigure("coverage", "coverage, share", "", 2, "higher"),
+    ReportFigure("bumps", "bumps", "", 0),
+    ReportFigure("falls", "falls", "", 0),
 )
 """In the order of the rows of a table."""
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import mujoco
 
-from mjsim.world import Joint
+from mjsim.world import MotorJoint
 
 STIFFNESS = 6.0
 """Natural frequency with which a joint follows its set-point, critically damped [rad/s]."""
@@ -23,7 +23,7 @@ class _Motion:
 class _Placed:
     """What of the compiled world belongs to one joint."""
 
-    def __init__(self, model: mujoco.MjModel, joint: Joint) -> None:
+    def __init__(self, model: mujoco.MjModel, joint: MotorJoint) -> None:
         found = model.joint(joint.name)
         self.joint = joint
         self.position, self.velocity = int(found.qposadr[0]), int(found.dofadr[0])
@@ -34,7 +34,7 @@ class _Placed:
 class Joints:
     """The joints of mechanisms: each moves freely or is locked, unless its motor moves it."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, joints: Iterable[Joint]) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, joints: Iterable[MotorJoint]) -> None:
         """Find the joints in the compiled world."""
         self._model, self._data = model, data
         self._placed = {joint.name: _Placed(model, joint) for joint in joints}

@@ -65,7 +65,6 @@ from .items import ForceActuator as ForceActuator
 from .items import GripTarget as GripTarget
 from .items import Hands as Hands
 from .items import Imu as Imu
-from .items import Joint as Joint
 from .items import JointSensor as JointSensor
 from .items import Lamp as Lamp
 from .items import LampEvent as LampEvent
@@ -83,6 +82,7 @@ from .items import ModelObstacle as ModelObstacle
 from .items import Modules as Modules
 from .items import Motion as Motion
 from .items import Motor as Motor
+from .items import MotorJoint as MotorJoint
 from .items import MoveEvent as MoveEvent
 from .items import NoBody as NoBody
 from .items import Obstacle as Obstacle

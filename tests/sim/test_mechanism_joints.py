@@ -7,9 +7,9 @@ import pytest
 
 from mjsim.compile.joints import add_joint, add_motor
 from mjsim.sim.joints import Joints
-from mjsim.world import Joint
+from mjsim.world import MotorJoint
 
-DRAWER = Joint(
+DRAWER = MotorJoint(
     name="desk/drawer",
     kind="prismatic",
     axis=(1.0, 0.0, 0.0),
@@ -24,7 +24,7 @@ DRAWER = Joint(
     lead=0.05,
     tolerance=1e-3,
 )
-FLAP = Joint(
+FLAP = MotorJoint(
     name="wall/flap",
     axis=(0.0, 1.0, 0.0),
     start=math.radians(30.0),

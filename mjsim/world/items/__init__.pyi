@@ -65,12 +65,12 @@ from .mechanisms import ActuatorSensor as ActuatorSensor
 from .mechanisms import Assembly as Assembly
 from .mechanisms import BodySensor as BodySensor
 from .mechanisms import ForceActuator as ForceActuator
-from .mechanisms import Joint as Joint
 from .mechanisms import JointSensor as JointSensor
 from .mechanisms import Mechanism as Mechanism
 from .mechanisms import MechanismBody as MechanismBody
 from .mechanisms import MechanismJoint as MechanismJoint
 from .mechanisms import Motion as Motion
+from .mechanisms import MotorJoint as MotorJoint
 from .mechanisms import Place as Place
 from .mechanisms import ReactionSensor as ReactionSensor
 from .mechanisms import TorqueActuator as TorqueActuator

@@ -7,7 +7,7 @@ import numpy as np
 
 from mjsim.geometry import Array, Pose
 from mjsim.world.ground import item_names
-from mjsim.world.items import Door, Joint, Opening, Wall, World
+from mjsim.world.items import Door, MotorJoint, Opening, Wall, World
 from mjsim.world.plan.pieces import SLIVER
 
 THICKNESS = 0.04
@@ -48,10 +48,10 @@ class Leaf:
         """Return world_from_leaf when it stands open by an angle, positive to the left side of its wall [rad]."""
         return Pose(*self.hinge, self.closed + self.turn * angle)
 
-    def joint(self) -> Joint:
+    def joint(self) -> MotorJoint:
         """Return its hinge: 0 when the door is closed, positive to the left side of its wall."""
         inertia, limit = self.door.mass * self.width**2 / 3, math.radians(self.door.limit_deg)
-        return Joint(
+        return MotorJoint(
             name=f"door/{self.name}",
             axis=(0.0, 0.0, self.turn),
             start=math.radians(self.door.angle_deg),

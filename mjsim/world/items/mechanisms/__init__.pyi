@@ -13,7 +13,7 @@ from .bodies import MechanismCylinder as MechanismCylinder
 from .bodies import MechanismRod as MechanismRod
 from .joints import MechanismJoint as MechanismJoint
 from .mechanism import Mechanism as Mechanism
-from .motor_joint import Joint as Joint
+from .motor_joint import MotorJoint as MotorJoint
 from .points import GROUND as GROUND
 from .points import Place as Place
 from .points import place_of as place_of

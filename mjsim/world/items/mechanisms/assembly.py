@@ -7,7 +7,7 @@ import numpy as np
 
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
-from mjsim.mechanics import Coincide, Linkage, Rows, Spot, TimeSignal, followed, jacobian
+from mjsim.mechanics import BodyPoint, Coincide, Linkage, Rows, TimeSignal, followed, jacobian
 from mjsim.world.items.mechanisms.points import Place
 
 
@@ -21,7 +21,7 @@ class Motion:
     """'angle', 'position', 'velocity' or 'distance'."""
     column: int
     """Of the value; -1 for a distance."""
-    ends: tuple[Spot, Spot] | None
+    ends: tuple[BodyPoint, BodyPoint] | None
     """Of a distance."""
     signal: TimeSignal
     """[rad, m]"""
@@ -45,7 +45,7 @@ class Rod:
     """Two points that stay as far apart as they start."""
 
     name: str
-    ends: tuple[Spot, Spot]
+    ends: tuple[BodyPoint, BodyPoint]
     length: float | None
     """As at the start unless given [m]."""
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from mjsim.mechanics import Spot
+from mjsim.mechanics import BodyPoint
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.actuators import MOTIONS, DistanceActuator, actuator_kind
 from mjsim.world.items.mechanisms.assembly import Assembly, Motion
@@ -90,7 +90,7 @@ def spots_of(
     found: Assembly,
     points: Points,
     path: tuple[str | int, ...],
-) -> tuple[Spot, Spot]:
+) -> tuple[BodyPoint, BodyPoint]:
     """Return two points of two bodies.
 
     Args:
@@ -105,7 +105,7 @@ def spots_of(
             place = place_of(end, points)
         except ValueError as error:
             raise fault(str(error), *path, which) from None
-        spots.append(Spot(found.number(place.body), np.array(place.at)))
+        spots.append(BodyPoint(found.number(place.body), np.array(place.at)))
     if spots[0].body == spots[1].body:
         raise fault("both points are on one body, and cannot move apart; name points of two bodies", *path)
     return spots[0], spots[1]

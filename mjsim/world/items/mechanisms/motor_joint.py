@@ -5,7 +5,7 @@ from typing import Literal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Joint:
+class MotorJoint:
     """A joint with one degree of freedom and a motor; its value is an angle [rad] or a distance [m].
 
     Below, N stands for N m, kg for kg m^2 and so on where the joint is revolute.

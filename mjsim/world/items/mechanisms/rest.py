@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.mechanics import Spot, jacobian, residual, solved
+from mjsim.mechanics import BodyPoint, jacobian, residual, solved
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.actuators import ForceActuator, TorqueActuator
 from mjsim.world.items.mechanisms.assembly import Assembly
@@ -64,7 +64,7 @@ class _Balance:
         self._masses = []
         for body in mechanism.bodies:
             solid = body.solid()
-            self._masses.append((solid.mass, Spot(found.number(body.name), np.array(solid.center))))
+            self._masses.append((solid.mass, BodyPoint(found.number(body.name), np.array(solid.center))))
         self.weight = GRAVITY * sum(mass for mass, _ in self._masses)
         size = found.linkage.size
         self._stiffness, self._rest, self._known = np.zeros(size), np.zeros(size), np.zeros(size)

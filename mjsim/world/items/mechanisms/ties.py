@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.mechanics import Apart, Linear, Rows, Spot
+from mjsim.mechanics import Apart, BodyPoint, Linear, Rows
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.assembly import Assembly, Coupling, Rod
 from mjsim.world.items.mechanisms.constraints import DistanceConstraint, GearConstraint, ScrewConstraint
@@ -85,7 +85,7 @@ def tied_rows(found: Assembly, start: Array | None) -> list[Rows]:
     return rows
 
 
-def apart(found: Assembly, ends: tuple[Spot, Spot], values: Array) -> float:
+def apart(found: Assembly, ends: tuple[BodyPoint, BodyPoint], values: Array) -> float:
     """Return how far apart two points are [m]."""
     placement = found.linkage.place(values)
     return float(np.linalg.norm(ends[1].place(placement) - ends[0].place(placement)))
