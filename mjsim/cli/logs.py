@@ -32,6 +32,9 @@ def import_log(
     veer_noise: Annotated[float | None, typer.Option(help="Of odometry [rad/sqrt(m)].", min=0.0)] = None,
     range_noise: Annotated[float | None, typer.Option(help="Of a sighting [m].", min=1e-6)] = None,
     bearing_noise_deg: Annotated[float | None, typer.Option(help="Of a sighting.", min=1e-6)] = None,
+    noise: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Noise and bias as `mjsim calibrate -o` wrote them.")
+    ] = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Make a recording of a real robot's log; which kind it is, its files tell."""
@@ -50,6 +53,8 @@ def import_log(
         range_noise=range_noise,
         bearing_noise=None if bearing_noise_deg is None else math.radians(bearing_noise_deg),
     )
+    if noise is not None:
+        wishes = wishes.measured_by(noise)
     with tracked(f"import {source.name}", total=100.0, unit="%") as advance:
         recording = recorded(source, wishes=wishes, record=output, progress=advance, overwrite=overwrite)
     for fact, value in recording.metadata.items():

@@ -12,6 +12,7 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
 from mjsim.interface import Scan
 from mjsim.logs.merge import MotionNoise, places_at, poses_at
+from mjsim.logs.noise_file import UNBIASED, Bias, read_noise
 from mjsim.logs.robot_log import RobotLog, write_robot_logs
 from mjsim.logs.ticks import cut, name_from
 from mjsim.output import require_free
@@ -55,6 +56,23 @@ class Wishes:
     """Standard deviation of a sighting's range [m]."""
     bearing_noise: float | None = None
     """Standard deviation of a sighting's bearing [rad]."""
+    bias: Bias = UNBIASED
+    """Systematic errors that are taken away from odometry and sightings."""
+
+    def measured_by(self, path: str | Path) -> "Wishes":
+        """Return these wishes with the noise and the bias of a file of `mjsim calibrate -o`; noise asked for stays.
+
+        Raises:
+            WorldError: Something in the file is wrong (names line and column), or it cannot be read.
+        """
+        told = read_noise(path)
+        return replace(
+            self,
+            motion={**told.noise.motion(), **self.motion},
+            range_noise=told.noise.range if self.range_noise is None else self.range_noise,
+            bearing_noise=told.noise.bearing() if self.bearing_noise is None else self.bearing_noise,
+            bias=told.bias,
+        )
 
     def motion_over(self, noise: MotionNoise) -> MotionNoise:
         """Return noise with what was asked for in its place."""
@@ -145,6 +163,7 @@ def record_logs(
         {log.name: log.robot for log in logs},
         span=span,
         noise=wishes.motion_over(logs[0].motion),
+        bias=wishes.bias,
         metadata={"log": logs[0].kind, "log source": str(source), **notes},
         cameras={(log.name, name): camera for log in logs for name, camera in log.cameras.items()},
         record=record,

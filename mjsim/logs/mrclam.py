@@ -32,6 +32,7 @@ from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import Sighting
 from mjsim.logs.merge import MotionNoise, places_at
+from mjsim.logs.noise_file import UNBIASED, Bias
 from mjsim.logs.robot_log import RobotLog, write_robot_logs
 from mjsim.logs.table import TIME, read_table, whole_numbers
 from mjsim.logs.ticks import cut, name_from
@@ -76,6 +77,7 @@ def import_mrclam(
     known_map: bool = False,
     motion: MotionNoise = MOTION,
     sighting: tuple[float, float] = (RANGE, BEARING),
+    bias: Bias = UNBIASED,
     record: str | Path | None = None,
     progress: Callable[[float], None] | None = None,
     overwrite: bool = False,
@@ -93,6 +95,7 @@ def import_mrclam(
         known_map: Whether modules are told where the landmarks are.
         motion: How far the motion that the log tells is off.
         sighting: Standard deviations of range and bearing [m, rad].
+        bias: Systematic errors that are taken away from odometry and sightings.
         record: The MCAP file to write; a temporary one, gone with the recording, unless given.
         progress: Called with how much of it is done [%].
         overwrite: Whether `record` may replace a file.
@@ -127,7 +130,15 @@ def import_mrclam(
     unknown = {f"{name} truth": "not in the log" for name, each in files.items() if each.truth is None}
     metadata = {"log": "mrclam", "log folder": str(folder), **left_out, **unknown}
     return write_robot_logs(
-        world, logs, span=span, noise=motion, metadata=metadata, record=record, overwrite=overwrite, progress=progress
+        world,
+        logs,
+        span=span,
+        noise=motion,
+        bias=bias,
+        metadata=metadata,
+        record=record,
+        overwrite=overwrite,
+        progress=progress,
     )
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array, Pose3
 from mjsim.interface import CameraFrame, Command, ImuReading, Observation, Odometry, Scan, Sighting
 from mjsim.logs.merge import MotionNoise, motions, places_at, poses_at, track_motions
+from mjsim.logs.noise_file import UNBIASED, Bias, bias_note
 from mjsim.logs.readings import Readings
 from mjsim.logs.ticks import write_ticks
 from mjsim.record import LoggedCamera, LoggedFrame, Recording
@@ -57,6 +58,7 @@ def write_robot_logs(
     *,
     span: tuple[float, float],
     noise: MotionNoise,
+    bias: Bias = UNBIASED,
     metadata: Mapping[str, str],
     cameras: Mapping[tuple[str, str], LoggedCamera] = MappingProxyType({}),
     record: str | Path | None,
@@ -70,6 +72,7 @@ def write_robot_logs(
         logs: By the name of the robot.
         span: First and last time of the log's clock; the first is 0 in the recording [s].
         noise: Of the motion.
+        bias: Taken away from odometry and sightings.
         metadata: Where the log is from.
         cameras: Data sheets of cameras whose pictures are kept, by robot and camera.
         record: The MCAP file; a temporary one, gone with the recording, if None.
@@ -82,7 +85,7 @@ def write_robot_logs(
     """
     dt = world.run.steps_per_tick * world.run.step
     count = int((span[1] - span[0]) / dt + 1e-9) + 1
-    accounts = {name: _Ticked(log, noise, start=span[0], dt=dt, count=count) for name, log in logs.items()}
+    accounts = {name: _Ticked(log, noise, bias, start=span[0], dt=dt, count=count) for name, log in logs.items()}
     left_out = {
         f"{sensor} {kind} left out": str(left)
         for account in accounts.values()
@@ -91,7 +94,7 @@ def write_robot_logs(
     return write_ticks(
         world,
         accounts,
-        metadata={"log start": repr(span[0]), **left_out, **metadata},
+        metadata={"log start": repr(span[0]), **left_out, **bias_note(bias), **metadata},
         cameras=cameras,
         record=record,
         overwrite=overwrite,
@@ -125,17 +128,17 @@ class _Ticked:
     less than a tick, or by as long as readings that came all at once have to wait.
     """
 
-    def __init__(self, log: RobotLog, noise: MotionNoise, *, start: float, dt: float, count: int) -> None:
+    def __init__(self, log: RobotLog, noise: MotionNoise, bias: Bias, *, start: float, dt: float, count: int) -> None:
+        self._bias = bias
         self._log, self._dt, self._end = log, dt, start + dt * (count - 1)
         nominal = np.asarray(start + dt * np.arange(count), dtype=float)
         self._scans = {name: _told_at(scans.stamps, nominal) for name, scans in log.scans.items()}
         self._pictures = {name: _told_at(frames.stamps, nominal) for name, frames in log.cameras.items()}
         edges = self._moments(nominal)
         rest = Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
-        if log.track is None:
-            self._motions = [rest, *motions(log.twists, edges, noise)]
-        else:
-            self._motions = [rest, *track_motions(log.track, edges, noise)]
+        told = motions(log.twists, edges, noise) if log.track is None else track_motions(log.track, edges, noise)
+        lasting = np.diff(edges).tolist()
+        self._motions = [rest, *(bias.off_motion(step, time) for step, time in zip(told, lasting, strict=True))]
         self._sightings = _rows_since(np.array([sighting.stamp for sighting in log.sightings]), edges)
         self._imu = _rows_since(np.array([reading.stamp for reading in log.imu]), edges)
         self._start = start
@@ -149,7 +152,9 @@ class _Ticked:
             time=row * self._dt,
             dt=self._dt,
             odometry=self._motions[row],
-            sightings=tuple(self._shifted(self._log.sightings[k]) for k in range(*self._sightings[row])),
+            sightings=tuple(
+                self._bias.off_sighting(self._shifted(self._log.sightings[k])) for k in range(*self._sightings[row])
+            ),
             cameras={name: self._picture(name, row) for name, rows in self._pictures.items() if row in rows},
             scans={
                 name: replace(self._log.scans[name].take(rows[row]), stamp=row * self._dt)

@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array, Pose, wrap_angles
 from mjsim.interface import Sighting
 from mjsim.logs.merge import MotionNoise
+from mjsim.logs.noise_file import UNBIASED, Bias
 from mjsim.logs.robot_log import RobotLog, write_robot_logs
 from mjsim.logs.table import TIME, read_table
 from mjsim.logs.ticks import cut, name_from
@@ -64,6 +65,7 @@ def import_victoria_park(
     seconds: float | None = None,
     motion: MotionNoise = MOTION,
     sighting: tuple[float, float] = (RANGE, BEARING),
+    bias: Bias = UNBIASED,
     record: str | Path | None = None,
     progress: Callable[[float], None] | None = None,
     overwrite: bool = False,
@@ -80,6 +82,7 @@ def import_victoria_park(
         seconds: How much is taken [s]; all unless given.
         motion: How far the motion that the log tells is off.
         sighting: Standard deviations of range and bearing by the scanner [m, rad].
+        bias: Systematic errors that are taken away from odometry and sightings.
         record: The MCAP file to write; a temporary one, gone with the recording, unless given.
         progress: Called with how much of it is done [%].
         overwrite: Whether `record` may replace a file.
@@ -109,6 +112,7 @@ def import_victoria_park(
         {NAME: log},
         span=span,
         noise=motion,
+        bias=bias,
         metadata=metadata,
         record=record,
         overwrite=overwrite,

@@ -8,7 +8,8 @@ import pytest
 import mjsim
 from mjsim.errors import UsageError
 from mjsim.interface import Observation, Odometry, Sighting
-from tests.real_logs import run_command
+from mjsim.logs import Wishes
+from tests.real_logs import run_command, write_mrclam
 
 PLACES = {"door": (4.0, 0.0), "lamp": (-3.0, 2.0), "desk": (0.5, -4.0)}
 DT = 0.1
@@ -64,3 +65,54 @@ def test_a_log_without_truth_is_refused(log):
     blind = {name: dataclasses.replace(t, truth=np.full_like(t.truth, np.nan)) for name, t in log.robots.items()}
     with pytest.raises(UsageError, match="too little truth"):
         mjsim.calibrate(dataclasses.replace(log, robots=blind))
+
+
+NOISE = """\
+noise: {distance: 0.02, turn: 0.03, veer: 0, range: 0.04, bearing_deg: 1.5}
+bias: {scale: 1.25, turn_deg: 2, range: 0.1, bearing_deg: -1}
+"""
+
+
+def test_an_import_tells_the_measured_noise_and_takes_the_bias_away(tmp_path):
+    write_mrclam(tmp_path / "log", seconds=3.0)
+    (tmp_path / "noise.yaml").write_text(NOISE)
+    plain = mjsim.import_log(tmp_path / "log")
+    assert (
+        run_command("import-log", tmp_path / "log", "-o", tmp_path / "a.mcap", "--noise", tmp_path / "noise.yaml") == 0
+    )
+    mended = mjsim.read_recording(tmp_path / "a.mcap")
+    assert mended.metadata["bias taken away"] == "scale 1.25, turn_deg 2, range 0.1, bearing_deg -1"
+    told = list(zip(plain.observations("robot1"), mended.observations("robot1"), strict=True))
+    raw, step = told[7][0].odometry, told[7][1].odometry
+    assert step.forward == pytest.approx(raw.forward / 1.25)
+    assert step.turn == pytest.approx(raw.turn - DT * np.radians(2.0))
+    assert step.covariance[2, 2] == pytest.approx(0.03**2 * 0.025, rel=1e-4)  # 0.25 rad/s for a tick
+    before, after = next((a.sightings[0], b.sightings[0]) for a, b in told if a.sightings)
+    assert after.range == pytest.approx(before.range - 0.1)
+    assert after.bearing == pytest.approx(before.bearing + np.radians(1.0))
+    np.testing.assert_allclose(after.covariance, np.diag([0.04**2, np.radians(1.5) ** 2]))
+
+
+def test_what_calibrate_writes_is_read_back_and_noise_asked_for_comes_first(log, tmp_path):
+    assert run_command("calibrate", log.path, "-o", tmp_path / "noise.yaml") == 0
+    wishes = Wishes(range_noise=0.2).measured_by(tmp_path / "noise.yaml")
+    looks = mjsim.calibrate(log)["robot"].sightings
+    assert wishes.range_noise == 0.2
+    assert wishes.bearing_noise == pytest.approx(looks.bearing, rel=1e-4)
+    assert wishes.bias.range == pytest.approx(looks.range_bias, rel=1e-4)
+
+
+def test_a_faulty_noise_file_is_refused_with_its_line(tmp_path, capsys):
+    write_mrclam(tmp_path / "log", seconds=3.0)
+    (tmp_path / "noise.yaml").write_text("noise:\n  rnge: 0.1\n  turn: .nan\nbias: {scale: 0}\n")
+    assert (
+        run_command("import-log", tmp_path / "log", "-o", tmp_path / "a.mcap", "--noise", tmp_path / "noise.yaml") == 2
+    )
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert len(lines) == 3
+    assert "noise.yaml:2:3: unknown key 'rnge'; did you mean 'range'?" in lines[0]
+    assert not (tmp_path / "a.mcap").exists()
+    assert (
+        run_command("import-log", tmp_path / "log", "-o", tmp_path / "a.mcap", "--noise", tmp_path / "none.yaml") == 2
+    )
+    assert "none.yaml" in capsys.readouterr().err
