@@ -23,6 +23,8 @@ TRIED = 3
 """Old parts that a new one is compared with; twice as many where the robot may have drifted by more than 1 m."""
 MISFIT = 100.0
 """Squared error, in units, of a loop that is given up."""
+UNSOLVED = 16
+"""So many parts may be added before covariances are worked out anew."""
 SETTLED = 0.005
 """The graph is solved on while poses move by more than this [m, rad]."""
 
@@ -65,6 +67,7 @@ class PartsMap:
         self.loops = 0
         """How many are closed."""
         self._covariance = prior_covariance
+        self._since: tuple[Array, Array] = (np.zeros(3), np.zeros((3, 3)))
         self._begins = [0]
         self._walls: list[Surface] = []
         self._untried: deque[tuple[int, int, Array]] = deque()
@@ -107,7 +110,7 @@ class PartsMap:
         if self._untried:
             self._try_loop(*self._untried.popleft())
         elif self._moving:
-            self._solve(rounds=2)
+            self._solve()
 
     def finish(self) -> None:
         """Do all that waits."""
@@ -126,15 +129,30 @@ class PartsMap:
         """Finish the part at hand, and begin another at the newest place."""
         part, members = len(self._begins) - 1, self.keyframes[self._begins[-1] :]
         self._walls.append(joined([each.surface.moved(each.place) for each in members]))
+        old = self._near(part)
+        self._untried.extend(zip(old, [part] * len(old), self._step_covariances(old, part), strict=True))
         information = np.asarray(np.linalg.inv(self._place_covariance + 1e-10 * np.eye(3)), dtype=float)
         pose, self._covariance = self.belief()
         self.graph.add_pose(pose)
         self.graph.add_step(part, part + 1, self._place, information)
+        self._since = self._after(*self._since, self._place, self._place_covariance)
         self._place, self._place_covariance = np.zeros(3), np.zeros((3, 3))
         self._begins.append(len(self.keyframes))
-        old = self._near(part)
-        if old:
-            self._untried.extend(zip(old, [part] * len(old), self.graph.step_covariances(old, part), strict=True))
+
+    def _step_covariances(self, ones: list[int], other: int) -> list[Array]:
+        """Return the covariances of the steps from old parts to the newest one, shape (3, 3) each.
+
+        They are those of the last solution, carried on along the way since.
+        """
+        if not ones:
+            return []
+        if max(ones) >= self.graph.solved or other - self.graph.solved > UNSOLVED:
+            self.graph.factorise()
+            self._since = (np.zeros(3), np.zeros((3, 3)))
+        last, poses = self.graph.solved - 1, self.graph.poses
+        until = self.graph.step_covariances(ones, last)
+        steps = step_between(poses[ones], poses[last])
+        return [self._after(step, spread, *self._since)[1] for step, spread in zip(steps, until, strict=True)]
 
     def _near(self, part: int) -> list[int]:
         """Return the old parts of the map where a finished one might be, the nearest first."""
@@ -178,10 +196,11 @@ class PartsMap:
         self._unconfirmed = [other for other in self._unconfirmed if other not in witnesses]
         self._moving = True
 
-    def _solve(self, *, rounds: int) -> None:
+    def _solve(self) -> None:
         """Solve the graph further; when it is settled, give up the loops that do not fit."""
         before = self.graph.poses
-        self.graph.solve(rounds=rounds)
+        self.graph.solve(rounds=1)
+        self._since = (np.zeros(3), np.zeros((3, 3)))
         self._moving = bool(np.abs(step_between(before, self.graph.poses)).max() > SETTLED)
         if not self._moving:
             dropped = self.graph.drop_misfits(MISFIT)

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array
+from numpy.typing import NDArray
+from scipy.sparse import bsr_array, csc_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from mjsim.geometry import Array, wrap_angle, wrap_angles
@@ -24,12 +25,14 @@ class PoseGraph:
 
     poses: Array
     """Shape (n, 3) [m, m, rad]."""
-    ends: list[tuple[int, int]] = field(default_factory=list)
-    """From which pose to which each step leads."""
-    steps: list[Array] = field(default_factory=list)
-    """Pose of the second in the frame of the first, shape (3,) each."""
-    informations: list[Array] = field(default_factory=list)
-    """Inverse of each step's covariance, shape (3, 3) each."""
+    ends: NDArray[np.intp] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.intp))
+    """From which pose to which each step leads, shape (k, 2)."""
+    steps: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    """Pose of the second in the frame of the first, shape (k, 3)."""
+    informations: Array = field(default_factory=lambda: np.zeros((0, 3, 3)))
+    """Inverse of each step's covariance, shape (k, 3, 3)."""
+    _factors: SuperLU | None = field(default=None, init=False, repr=False)
+    """Factors of the normal equations of the last round."""
 
     def add_pose(self, pose: Array) -> int:
         """Add a pose; return its number."""
@@ -38,16 +41,17 @@ class PoseGraph:
 
     def add_step(self, one: int, other: int, step: Array, information: Array) -> None:
         """Add a measured step from one pose to another."""
-        self.ends.append((one, other))
-        self.steps.append(step)
-        self.informations.append(information)
+        self.ends = np.concatenate([self.ends, np.array([[one, other]], dtype=np.intp)])
+        self.steps = np.concatenate([self.steps, step[None]])
+        self.informations = np.concatenate([self.informations, information[None]])
 
     def solve(self, *, rounds: int = 8) -> float:
         """Move the poses to where they agree with all steps best; return the mean squared error left, in units."""
         squared = np.zeros(0)
         for _ in range(rounds):
             H, b, squared = self._system()
-            change = _factors(H).solve(-b).reshape(-1, 3)
+            self._factors = _factors(H)
+            change = self._factors.solve(-b).reshape(-1, 3)
             self.poses = self.poses + change
             self.poses[:, 2] = wrap_angles(self.poses[:, 2])
             if np.abs(change).max() < 1e-6:
@@ -56,24 +60,36 @@ class PoseGraph:
 
     def drop_misfits(self, limit: float) -> int:
         """Forget steps between far poses whose squared error is above a limit, in units; return how many."""
-        _, _, squared = self._system()
-        kept = [k for k, (one, other) in enumerate(self.ends) if abs(one - other) == 1 or squared[k] <= limit]
-        dropped = len(self.ends) - len(kept)
-        self.ends, self.steps = [self.ends[k] for k in kept], [self.steps[k] for k in kept]
-        self.informations = [self.informations[k] for k in kept]
-        return dropped
+        _, _, squared = self._errors()
+        kept = (np.abs(self.ends[:, 0] - self.ends[:, 1]) == 1) | (squared <= limit)
+        self.ends, self.steps, self.informations = self.ends[kept], self.steps[kept], self.informations[kept]
+        return int(np.sum(~kept))
 
     def covariance(self, number: int) -> Array:
         """Return the covariance of one pose, given the first, shape (3, 3)."""
         return self.covariances([number])
 
+    @property
+    def solved(self) -> int:
+        """How many poses, from the first, the last solution has; 0 before the first one."""
+        return 0 if self._factors is None else int(self._factors.shape[0]) // 3
+
+    def factorise(self) -> None:
+        """Prepare covariances of the poses where they are."""
+        self._factors = _factors(self._system()[0])
+
     def covariances(self, numbers: Sequence[int]) -> Array:
-        """Return the joint covariance of k poses, given the first of the graph, shape (3 k, 3 k)."""
-        H, _, _ = self._system()
+        """Return the joint covariance of k poses, given the first of the graph, shape (3 k, 3 k).
+
+        It is that of the last solution where that has all of these poses.
+        """
+        if self._factors is None or max(numbers) >= self.solved:
+            self.factorise()
+        assert self._factors is not None
         rows = (3 * np.asarray(numbers)[:, None] + np.arange(3)).ravel()
-        columns = np.zeros((H.shape[0], len(rows)))
+        columns = np.zeros((3 * self.solved, len(rows)))
         columns[rows, np.arange(len(rows))] = 1.0
-        return np.asarray(_factors(H).solve(columns)[rows], dtype=float)
+        return np.asarray(self._factors.solve(columns)[rows], dtype=float)
 
     def step_covariances(self, ones: Sequence[int], other: int) -> list[Array]:
         """Return the covariances of the steps from some poses to another, shape (3, 3) each."""
@@ -87,27 +103,39 @@ class PoseGraph:
             found.append(np.asarray(J @ joint[np.ix_(both, both)] @ J.T, dtype=float))
         return found
 
+    def _errors(self) -> tuple[Array, Array, Array]:
+        """Return each step's error (k, 3), its derivatives by both poses (k, 3, 6), and its square in units (k,)."""
+        first, second = self.ends.T
+        error, A, B = step_errors(self.poses[first], self.poses[second], self.steps)
+        squared = np.einsum("ki,ki->k", error, (self.informations @ error[:, :, None])[:, :, 0])
+        return error, np.concatenate([A, B], axis=2), squared
+
     def _system(self) -> tuple[csc_array, Array, Array]:
         """Return H (3 n, 3 n) and b (3 n,) of the normal equations, and each step's squared error."""
-        number = len(self.poses)
-        first, second = np.array(self.ends, dtype=np.intp).reshape(-1, 2).T
-        error, A, B = step_errors(self.poses[first], self.poses[second], np.array(self.steps).reshape(-1, 3))
-        information = np.array(self.informations).reshape(-1, 3, 3)
-        squared = np.einsum("ki,kij,kj->k", error, information, error)
+        number, ends = len(self.poses), self.ends
+        error, J, squared = self._errors()
         # Steps along the way are trusted; those that close a loop might be wrong.
-        far = np.abs(first - second) > 1
+        far = np.abs(ends[:, 0] - ends[:, 1]) > 1
         weight = np.where(far, np.minimum(1.0, HUBER / np.sqrt(np.maximum(squared, 1e-12))), 1.0)
-        J = np.concatenate([A, B], axis=2)
-        weighted = J.transpose(0, 2, 1) @ (information * weight[:, None, None])
-        # Rows of both poses of each step, shape (k, 6).
-        at = np.concatenate([3 * first[:, None] + np.arange(3), 3 * second[:, None] + np.arange(3)], axis=1)
+        weighted = J.transpose(0, 2, 1) @ (self.informations * weight[:, None, None])
+        at = 3 * ends[:, :, None] + np.arange(3)
         b = np.asarray(np.bincount(at.ravel(), (weighted @ error[:, :, None]).ravel(), 3 * number), dtype=float)
-        rows, columns = np.broadcast_arrays(at[:, :, None], at[:, None, :])
+        blocks = (weighted @ J).reshape(-1, 2, 3, 2, 3).transpose(0, 1, 3, 2, 4).reshape(-1, 3, 3)
         # The first pose is held by a very stiff spring.
-        fixed = np.arange(3)
-        values = np.concatenate([(weighted @ J).ravel(), np.full(3, 1e12)])
-        place = (np.concatenate([rows.ravel(), fixed]), np.concatenate([columns.ravel(), fixed]))
-        return coo_array((values, place), shape=(3 * number, 3 * number)).tocsc(), b, squared
+        blocks = np.concatenate([blocks, 1e12 * np.eye(3)[None]])
+        rows = np.append(np.repeat(ends, 2, axis=1), 0)
+        columns = np.append(np.tile(ends, (1, 2)), 0)
+        return _of_blocks(blocks, rows, columns, number), b, squared
+
+
+def _of_blocks(blocks: Array, rows: NDArray[np.intp], columns: NDArray[np.intp], number: int) -> csc_array:
+    """Return the matrix (3 n, 3 n) of the sums of blocks (k, 3, 3), given the row and column of each, in blocks."""
+    order = np.argsort(rows * number + columns, kind="stable")
+    rows, columns = rows[order], columns[order]
+    begins = np.flatnonzero(np.concatenate([[True], (np.diff(rows) != 0) | (np.diff(columns) != 0)]))
+    ends = np.searchsorted(rows[begins], np.arange(number + 1))
+    summed = np.add.reduceat(blocks[order], begins, axis=0)
+    return bsr_array((summed, columns[begins], ends), shape=(3 * number, 3 * number)).tocsc()
 
 
 def _factors(H: csc_array) -> SuperLU:

@@ -1,5 +1,6 @@
 """How must a scan be moved to lie on walls that were seen before? Walls, a field around them, and the alignment."""
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -204,8 +205,8 @@ def align(field: WallField, scan: Surface, guess: Array, information: Array, *, 
         # Huber: beyond two standard deviations a miss counts less than its square.
         size, near = np.abs(miss), distance < reach
         weight = np.minimum(1.0, 2.0 * sigma / np.maximum(size, 1e-9)) * near
-        J = J @ _trusted(J, weight)
-        weighted = (EFFECTIVE / sigma**2) * weight[:, None] * J
+        J[:, :2] = J[:, :2] @ _trusted(J, weight)
+        weighted = (EFFECTIVE / sigma**2 * weight)[:, None] * J
         seen = weighted.T @ J
         off = pose - guess
         off[2] = wrap_angle(off[2])
@@ -213,25 +214,37 @@ def align(field: WallField, scan: Surface, guess: Array, information: Array, *, 
         pose = pose - step
         reach = max(0.2, 0.7 * reach)
         # The median of the sizes of normal deviates is 0.674 of their standard deviation.
-        sigma = min(max(float(np.median(size[near])) / 0.674, FINEST), SIGMA) if near.any() else SIGMA
+        sigma = min(max(_median(size[near]) / 0.674, FINEST), SIGMA) if near.any() else SIGMA
         if np.abs(step).max() < 1e-3:
             break
     return _judged(field, scan, pose, guess, information, seen)
 
 
 def _trusted(J: Array, weight: Array) -> Array:
-    """Return the matrix that takes from a step what only the noise of normals seems to tell, shape (3, 3).
+    """Return the matrix that takes from a shift what only the noise of normals seems to tell, shape (2, 2).
 
     Along a bare corridor normals are not quite square to the way; a match would hold on to how they err.
 
     References:
         Zhang, Kaess, Singh, On Degeneracy of Optimization-based State Estimation Problems, ICRA 2016.
     """
-    values, vectors = np.linalg.eigh((J[:, :2] * weight[:, None]).T @ J[:, :2])
-    kept = np.maximum(0.0, 1.0 - ALONG * weight.sum() / np.maximum(values, 1e-9))
-    trusted = np.eye(3)
-    trusted[:2, :2] = (vectors * np.sqrt(kept)) @ vectors.T
-    return trusted
+    weighted = weight[:, None] * J[:, :2]
+    (a, b), (_, d) = (weighted.T @ J[:, :2]).tolist()
+    # Eigenvalues and the angle of the first eigenvector of a symmetric matrix of two rows.
+    middle, radius, angle = 0.5 * (a + d), math.hypot(0.5 * (a - d), b), 0.5 * math.atan2(2.0 * b, a - d)
+    noise = ALONG * float(weight.sum())
+    first, second = (
+        math.sqrt(max(0.0, 1.0 - noise / max(value, 1e-9))) for value in (middle + radius, middle - radius)
+    )
+    c, s = math.cos(angle), math.sin(angle)
+    along = c * s * (first - second)
+    return np.array([[c * c * first + s * s * second, along], [along, s * s * first + c * c * second]])
+
+
+def _median(values: Array) -> float:
+    """Return the upper median of values (n,), at least one."""
+    middle = len(values) // 2
+    return float(np.partition(values, middle)[middle])
 
 
 def _judged(field: WallField, scan: Surface, pose: Array, guess: Array, information: Array, seen: Array) -> Match:

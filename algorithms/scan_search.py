@@ -24,6 +24,8 @@ LOST = np.array([1.2, 1.2, 0.6])
 """Window in which it is looked for when it is not found there [m, m, rad]."""
 GATE = 16.3
 """Chi-square of three degrees of freedom that one of a thousand exceeds."""
+BEHIND = 0.1
+"""A hypothesis whose score is by so much below the best one's is ruled out without an alignment."""
 FEWEST = 20
 """Elements that a scan and the walls must have to be compared."""
 
@@ -72,7 +74,8 @@ def hypotheses(
         most: How many alignments to try.
     """
     found: list[Match] = []
-    for start in distinct(search(field, scan.thinned(SCORED), guess, window), most):
+    poses, scores = search(field, scan.thinned(SCORED), guess, window)
+    for start in distinct(poses[scores > scores[0] - BEHIND], most):
         match = align(field, scan, guess, information, start=start)
         if not any(alike(match.pose, other.pose) for other in found):
             found.append(match)
@@ -84,8 +87,8 @@ def is_ambiguous(found: list[Match]) -> bool:
     return any(match.cost - found[0].cost < CLEAR for match in found[1:])
 
 
-def search(field: WallField, scan: Surface, guess: Array, window: Array) -> Array:
-    """Return the poses within a window at which most of a scan lies near walls, the best first, shape (k, 3).
+def search(field: WallField, scan: Surface, guess: Array, window: Array) -> tuple[Array, Array]:
+    """Return the poses within a window at which most of a scan lies near walls, the best first, (k, 3); their scores.
 
     Args:
         field: Of the walls seen before.
@@ -103,9 +106,10 @@ def search(field: WallField, scan: Surface, guess: Array, window: Array) -> Arra
         score = _scores(field, scan, poses, RADIUS + 0.5 * step)
         # Of alike places the one nearest to the guess.
         score -= 0.02 * np.abs((poses - guess) / np.maximum(window, 1e-9)).max(axis=1)
-        poses = poses[np.argsort(score)[::-1][:KEPT]]
+        best = np.argsort(score)[::-1][:KEPT]
+        poses = poses[best]
         if step <= 0.11:
-            return poses
+            return poses, score[best]
         step, turn = 0.5 * step, 0.5 * turn
         corners = np.stack(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5]), axis=-1).reshape(-1, 3)
         poses = (poses[:, None] + corners * (step, step, turn)).reshape(-1, 3)
