@@ -28,7 +28,7 @@ class Bag:
         self._writer, self._store, self._ros1 = writer, store, ros1
         self._connections: dict[str, Any] = {}
 
-    def make(self, name: str, **fields: Any) -> Any:
+    def make(self, name: str, /, **fields: Any) -> Any:
         """Return a message by the short name of its type, 'sensor_msgs/LaserScan'."""
         package, kind = name.split("/")
         return self._store.types[f"{package}/msg/{kind}"](**fields)
@@ -91,6 +91,29 @@ class Bag:
             range_max=limits[1],
             ranges=np.asarray(ranges, dtype=np.float32),
             intensities=np.zeros(0, dtype=np.float32),
+        )
+
+    def cloud(self, header: Any, points: Any, *, padding: int = 0) -> Any:
+        """Return a cloud of records, shape (height, width), with fields of their names."""
+        kinds = {"i1": 1, "u1": 2, "i2": 3, "u2": 4, "i4": 5, "u4": 6, "f4": 7, "f8": 8}
+        fields = [
+            self.make("sensor_msgs/PointField", name=name, offset=offset, datatype=kinds[kind.str[1:]], count=1)
+            for name, (kind, offset, *_) in points.dtype.fields.items()
+        ]
+        height, width = points.shape
+        rows = np.ascontiguousarray(points).view(np.uint8).reshape(height, -1)
+        rows = np.hstack([rows, np.zeros((height, padding), dtype=np.uint8)])
+        return self.make(
+            "sensor_msgs/PointCloud2",
+            header=header,
+            height=height,
+            width=width,
+            fields=fields,
+            is_bigendian=points.dtype["x"].str[0] == ">",
+            point_step=points.itemsize,
+            row_step=rows.shape[1],
+            data=rows.ravel(),
+            is_dense=False,
         )
 
     def image(self, header: Any, encoding: str, pixels: Any, *, padding: int = 0) -> Any:

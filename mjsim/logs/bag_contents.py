@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose3
 from mjsim.interface import ImuReading
+from mjsim.logs.bag_clouds import end_of
 from mjsim.logs.bag_file import Bag, RosMessage
 from mjsim.logs.bag_frames import BASES, FrameTree, frame_name, matrix_of
 from mjsim.logs.bag_messages import imu_of, pose_of, scan_of, twist_of
@@ -74,6 +75,9 @@ class Contents:
         self.frames = FrameTree()
         self.streams: dict[str, Stream] = {}
         self.moves: dict[str, Moves] = {}
+        """By topic: poses of odometry and truth, twists of commands."""
+        self.carried: dict[str, Moves] = {}
+        """Frame of a robot -> where /tf has it in the frame of its odometry."""
         self.imus: dict[str, list[ImuReading]] = {}
         self.imu_frames: dict[str, str] = {}
         self.infos: dict[str, Any] = {}
@@ -102,6 +106,9 @@ class Contents:
         for robot in robots:
             for topic in filter(None, (robot.odometry, robot.truth)):
                 roles[topic] = self._take_pose
+            if robot.command is not None:
+                roles[robot.command] = self._take_command
+            roles |= dict.fromkeys(robot.cloud.values(), self._take_cloud)
             roles |= dict.fromkeys(robot.scan.values(), self._take_scan)
             roles |= dict.fromkeys(robot.camera.values(), self._take_picture)
             roles |= dict.fromkeys(robot.imu.values(), self._take_imu)
@@ -123,7 +130,7 @@ class Contents:
             if outer.rpartition("/")[2] == "odom" and inner.rpartition("/")[2] in BASES:
                 stamp = each.header.stamp
                 time = (stamp.sec + 1e-9 * stamp.nanosec) or message.time * 1e-9
-                moves = self.moves.setdefault(message.topic, Moves(child=inner))
+                moves = self.carried.setdefault(inner, Moves(child=inner))
                 pose = matrix_of(each.transform.translation, each.transform.rotation)
                 moves.rows.append((time, *Pose3.from_matrix(pose).as_array().tolist()))
 
@@ -138,6 +145,15 @@ class Contents:
         if hasattr(told, "twist"):
             moves.twists.append((time, *twist_of(told)))
 
+    def _take_command(self, message: RosMessage) -> None:
+        told = self._bag.decode(message)
+        # A plain Twist has no header.
+        time = self._stamp(message) if hasattr(told, "header") else message.time * 1e-9
+        twist = twist_of(told)
+        if not np.isfinite(twist).all():
+            raise ValueError("a command that is no number")
+        self.moves.setdefault(message.topic, Moves()).twists.append((time, *twist))
+
     def _take_imu(self, message: RosMessage) -> None:
         told = self._bag.decode(message)
         self.imu_frames.setdefault(message.topic, frame_name(told.header.frame_id))
@@ -150,20 +166,31 @@ class Contents:
     def _take_picture(self, message: RosMessage) -> None:
         self._take_streamed(message, lambda told: (*size_of(told), int(is_depth(told, message.topic))))
 
-    def _take_streamed(self, message: RosMessage, kind_of: Callable[[Any], tuple[int, ...]]) -> None:
-        """Note when a scan or a picture is, and what it has in common with others of its sensor."""
+    def _take_cloud(self, message: RosMessage) -> None:
+        self._take_streamed(message, lambda told: (), end_of=end_of)
+
+    def _take_streamed(
+        self,
+        message: RosMessage,
+        kind_of: Callable[[Any], tuple[int, ...]],
+        *,
+        end_of: Callable[[Any], float] = lambda _: 0.0,
+    ) -> None:
+        """Note when a scan, a cloud or a picture is, and what it has in common with others of its sensor."""
         stream = self.streams.setdefault(message.topic, Stream())
         stream.times.append(message.time)
         stream.stamps.append(self._stamp(message))
         stream.kinds.append(None)
         told = self._bag.decode(message)
+        stream.stamps[-1] += end_of(told)
         stream.kinds[-1] = kind_of(told)
         stream.first = told if stream.first is None else stream.first
 
     def _drop_wrong_times(self, length: float) -> None:
         """Leave out what has a time that is far from all others, such as one from before a clock was set."""
         columns = [np.array(stream.stamps) for stream in self.streams.values()]
-        columns += [np.array([row[0] for row in moves.rows]) for moves in self.moves.values()]
+        columns += [np.array([row[0] for row in moves.rows]) for moves in self.carried.values()]
+        columns += [np.array([row[0] for row in (*moves.rows, *moves.twists)]) for moves in self.moves.values()]
         columns += [np.array([reading.stamp for reading in readings]) for readings in self.imus.values()]
         if not columns:
             return
@@ -172,11 +199,11 @@ class Contents:
             near = [abs(stamp - middle) <= most for stamp in stream.stamps]
             stream.stamps = [stamp if fits else float("nan") for stamp, fits in zip(stream.stamps, near, strict=True)]
             self.left_out[topic] += near.count(False)
-        for topic, moves in self.moves.items():
-            before = len(moves.rows)
+        for topic, moves in (*self.moves.items(), *self.carried.items()):
+            before = len(moves.rows) or len(moves.twists)
             moves.rows = [row for row in moves.rows if abs(row[0] - middle) <= most]
             moves.twists = [row for row in moves.twists if abs(row[0] - middle) <= most]
-            self.left_out[topic] += before - len(moves.rows)
+            self.left_out[topic] += before - (len(moves.rows) or len(moves.twists))
         for topic, readings in self.imus.items():
             self.imus[topic] = [each for each in readings if abs(each.stamp - middle) <= most]
             self.left_out[topic] += len(readings) - len(self.imus[topic])

@@ -8,6 +8,7 @@ A file that was cut, or not closed, is read up to where it ends. Messages are de
 """
 
 import struct
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -76,6 +77,10 @@ class Bag(Closes):
             self.is_ros2, self._decode = decoder_of(self._reader)
         self.types: Mapping[str, str] = {each.topic: each.msgtype for each in self._reader.connections}
         """Topic -> name of its type, such as 'sensor_msgs/msg/LaserScan'."""
+        self.counts: Counter[str] = Counter()
+        """Topic -> number of its messages, as the index of the bag tells."""
+        for each in self._reader.connections:
+            self.counts[each.topic] += each.msgcount
 
     def messages(self, topics: Collection[str], *, start: int | None = None) -> Iterator[RosMessage]:
         """Yield the messages of some topics in the order in which they were recorded.

@@ -20,6 +20,8 @@ UPSIDE_DOWN = -0.5
 def scan_of(message: Any, stamp: float, *, upside_down: bool) -> Scan:
     """Return the scan of a `sensor_msgs/LaserScan`, its beams from the right to the left.
 
+    Of a `sensor_msgs/MultiEchoLaserScan` each beam has its first echo.
+
     What is not a number, or nearer than the lidar measures, is -inf; what is farther, +inf.
 
     Args:
@@ -30,7 +32,7 @@ def scan_of(message: Any, stamp: float, *, upside_down: bool) -> Scan:
     Raises:
         ValueError: It has less than two beams, or angles that are no numbers.
     """
-    ranges = np.asarray(message.ranges, dtype=float).copy()
+    ranges = _first_echoes(message.ranges, none=np.inf).copy()
     first, step = float(message.angle_min), float(message.angle_increment)
     if len(ranges) > 1 and not step:
         step = (float(message.angle_max) - first) / (len(ranges) - 1)
@@ -39,7 +41,7 @@ def scan_of(message: Any, stamp: float, *, upside_down: bool) -> Scan:
     nearest, farthest = limits_of(message)
     ranges[~(ranges >= nearest)] = -np.inf
     ranges[ranges >= farthest] = np.inf
-    strengths = np.asarray(message.intensities, dtype=float)
+    strengths = _first_echoes(message.intensities, none=0.0)
     intensities = strengths.copy() if len(strengths) == len(ranges) and np.isfinite(strengths).all() else None
     if upside_down:
         first, step = -first, -step
@@ -47,6 +49,13 @@ def scan_of(message: Any, stamp: float, *, upside_down: bool) -> Scan:
         ranges, first, step = ranges[::-1].copy(), first + step * (len(ranges) - 1), -step
         intensities = None if intensities is None else intensities[::-1].copy()
     return Scan(stamp, ranges, first, step, nearest, farthest, intensities)
+
+
+def _first_echoes(values: Any, *, none: float) -> Array:
+    """Return a number a beam, of several echoes the first, shape (n,)."""
+    if len(values) and hasattr(values[0], "echoes"):
+        values = [beam.echoes[0] if len(beam.echoes) else none for beam in values]
+    return np.asarray(values, dtype=float)
 
 
 def limits_of(message: Any) -> tuple[float, float]:
@@ -85,8 +94,12 @@ def pose_of(message: Any) -> Array:
 
 
 def twist_of(message: Any) -> tuple[float, float]:
-    """Return the forward velocity [m/s] and the turn [rad/s] of a `nav_msgs/Odometry`."""
-    twist = message.twist.twist
+    """Return the forward velocity [m/s] and the turn [rad/s] of a message that tells a twist.
+
+    `nav_msgs/Odometry`, and Twist and TwistStamped of `geometry_msgs`.
+    """
+    twist = getattr(message, "twist", message)
+    twist = getattr(twist, "twist", twist)
     return float(twist.linear.x), float(twist.angular.z)
 
 

@@ -9,19 +9,26 @@ from mjsim.errors import UsageError, did_you_mean
 ODOMETRY = "nav_msgs/msg/Odometry"
 PICTURES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 POSES = tuple(f"geometry_msgs/msg/{name}" for name in ("PoseStamped", "PoseWithCovarianceStamped", "TransformStamped"))
+COMMANDS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 TYPES = {
     "odometry": (ODOMETRY,),
     "truth": (ODOMETRY, *POSES),
-    "scan": ("sensor_msgs/msg/LaserScan",),
+    "scan": ("sensor_msgs/msg/LaserScan", "sensor_msgs/msg/MultiEchoLaserScan"),
+    "cloud": ("sensor_msgs/msg/PointCloud2",),
     "camera": PICTURES,
     "imu": ("sensor_msgs/msg/Imu",),
+    "command": COMMANDS,
 }
 """What may be asked for by topic -> types of ROS that it is read from."""
+SINGLE = ("odometry", "truth", "command")
+"""What is read from one topic of a robot."""
+SENSED = (*TYPES["scan"], *TYPES["cloud"], *PICTURES, *TYPES["imu"])
 INFO = "sensor_msgs/msg/CameraInfo"
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 TRANSPORTS = ("compressed", "compressedDepth")
 """Last words of topics that carry pictures of the topic before."""
-PLAIN_WORDS = ("data", "data_raw", "image", "image_raw", "image_color", "image_rect", "image_rect_color", "image_mono")
+PICTURE_WORDS = ("image", "image_raw", "image_color", "image_rect", "image_rect_color", "image_mono")
+PLAIN_WORDS = ("data", "data_raw", "points", *PICTURE_WORDS)
 """Last words of topics that tell nothing of a sensor's name."""
 
 
@@ -37,11 +44,14 @@ class RobotTopics:
     camera: Mapping[str, str] = field(default_factory=dict)
     """Of pictures and of depth."""
     imu: Mapping[str, str] = field(default_factory=dict)
+    cloud: Mapping[str, str] = field(default_factory=dict)
+    command: str | None = None
 
     def all(self) -> list[str]:
         """Return every topic that is read."""
-        single = [topic for topic in (self.odometry, self.truth) if topic is not None]
-        return [*single, *self.scan.values(), *self.camera.values(), *self.imu.values()]
+        single = [topic for topic in (self.odometry, self.truth, self.command) if topic is not None]
+        sensors = (self.scan, self.camera, self.imu, self.cloud)
+        return [*single, *(topic for topics in sensors for topic in topics.values())]
 
 
 def robots_of(
@@ -88,7 +98,7 @@ def _check(types: Mapping[str, str], asked: Mapping[str, Sequence[str]]) -> None
             if types[topic] not in TYPES[kind]:
                 kinds = " or ".join(TYPES[kind])
                 raise UsageError(f"topic '{topic}' is of {types[topic]}; {kind} is read from {kinds}")
-        if kind in ("odometry", "truth") and len({_first(topic) for topic in topics}) < len(topics):
+        if kind in SINGLE and len({_first(topic) for topic in topics}) < len(topics):
             raise UsageError(f"{kind} is read from one topic of a robot; name one with --topic {kind}=...")
 
 
@@ -96,7 +106,7 @@ def _namespaces(types: Mapping[str, str], asked: Mapping[str, Sequence[str]]) ->
     """Return the names of the robots: of their namespaces, or 'robot'."""
     moved = [topic for topic, kind in types.items() if kind == ODOMETRY and not _is_truth(topic)]
     spaces = list(dict.fromkeys(_first(topic) for topic in asked.get("odometry") or moved))
-    sensing = {_first(topic) for topic, kind in types.items() if kind in (*TYPES["scan"], *PICTURES, *TYPES["imu"])}
+    sensing = {_first(topic) for topic, kind in types.items() if kind in SENSED}
     if len(spaces) > 1 and all(space in sensing for space in spaces):
         return spaces
     everything = {_first(topic) for topic, kind in types.items() if kind not in TRANSFORMS and topic.count("/") > 1}
@@ -121,9 +131,17 @@ def _robot(
     taken: set[str] = set()
     named = {
         kind: {_sensor_name(topic, space, kind, taken): topic for topic in sorted(found)}
-        for kind, found in (("scan", of("scan")), ("camera", pictures), ("imu", of("imu")))
+        for kind, found in (("scan", of("scan")), ("camera", pictures), ("imu", of("imu")), ("cloud", of("cloud")))
     }
-    return RobotTopics(name=_plain(name), odometry=_one("odometry", moved), truth=_one("truth", truths), **named)
+    # Other topics of velocities may hold anything.
+    orders = [topic for topic in of("command") if topic in asked.get("command", ()) or topic.endswith("cmd_vel")]
+    return RobotTopics(
+        name=_plain(name),
+        odometry=_one("odometry", moved),
+        truth=_one("truth", truths),
+        command=orders[0] if len(orders) == 1 else None,
+        **named,
+    )
 
 
 def _one(kind: str, topics: Sequence[str]) -> str | None:

@@ -7,7 +7,7 @@ Times are those in the headers of messages; where a header has none, when the me
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -18,13 +18,14 @@ import numpy as np
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array, Pose3
-from mjsim.interface import CameraFrame, ImuReading, Intrinsics, Scan
+from mjsim.interface import CameraFrame, ImuReading, Intrinsics, PointCloud, Scan
+from mjsim.logs.bag_clouds import cloud_of
 from mjsim.logs.bag_contents import Contents, Moves, Stream, times_of
 from mjsim.logs.bag_file import Bag, BagMessages, is_bag
 from mjsim.logs.bag_frames import frame_name
 from mjsim.logs.bag_messages import UPSIDE_DOWN, assumed_intrinsics, intrinsics_of, scan_of
 from mjsim.logs.bag_pictures import depth_of, frame_of, shown_depth
-from mjsim.logs.bag_topics import TRANSFORMS, RobotTopics, plain_topic, robots_of
+from mjsim.logs.bag_topics import INFO, TRANSFORMS, RobotTopics, plain_topic, robots_of
 from mjsim.logs.log import AHEAD, Log, Mount, Wishes
 from mjsim.logs.readings import TOGETHER, Readings, partners
 from mjsim.logs.robot_log import RobotLog
@@ -52,10 +53,22 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
     robots = robots_of(bag.types, asked=wishes.topics, names=wishes.robots)
     if not any(robot.all() for robot in robots) and not any(kind in TRANSFORMS for kind in bag.types.values()):
         types = ", ".join(sorted(set(bag.types.values()))) or "nothing"
-        raise UsageError(f"'{path}' holds no odometry, scans, pictures or IMU of ROS; it has {types}"[:LONGEST_MESSAGE])
+        line = f"'{path}' holds no odometry, scans, clouds, pictures or IMU of ROS; it has {types}"
+        raise UsageError(line[:LONGEST_MESSAGE])
     contents = Contents(bag, robots)
     messages = BagMessages(bag, times_of(contents.streams))
-    return [_Robot(bag, contents, messages, robot).log() for robot in robots]
+    first, *others = (_Robot(bag, contents, messages, robot).log() for robot in robots)
+    return [replace(first, notes={**first.notes, **_unread(bag, robots)}), *others]
+
+
+def _unread(bag: Bag, robots: Sequence[RobotTopics]) -> dict[str, str]:
+    """Return what the metadata tell of topics that are not read."""
+    read = {topic for robot in robots for topic in robot.all()}
+    return {
+        f"{topic} left out": f"{count} messages of {bag.types[topic]}"
+        for topic, count in bag.counts.items()
+        if count and topic not in read and bag.types[topic] not in (*TRANSFORMS, INFO)
+    }
 
 
 class _Robot:
@@ -73,12 +86,14 @@ class _Robot:
         topics, odometry = self._topics, self._odometry
         mounts, scans = self._scans()
         cameras, frames = self._cameras()
+        clouds, tops = self._clouds()
         readings, places = self._imu()
         rows = None if odometry is None else odometry.table(odometry.rows)
         robot = RobotLog(
-            twists=odometry.table(odometry.twists) if odometry is not None and odometry.twists else np.zeros((0, 3)),
+            twists=self._twists(),
             track=None if rows is None else _planar(rows),
             scans=scans,
+            clouds=clouds,
             cameras=frames,
             imu=readings,
             poses=self._truth(),
@@ -92,10 +107,21 @@ class _Robot:
             kind="bag of ROS 2" if self._bag.is_ros2 else "bag of ROS 1",
             robot=robot,
             name=topics.name,
-            mounts={**mounts, **places},
+            mounts={**mounts, **tops, **places},
             cameras=cameras,
             notes=self._notes,
         )
+
+    def _twists(self) -> Array:
+        """Return what the robot was told, else how odometry has it move, rows of time and twist, shape (N, 3)."""
+        told = self._contents.moves.get(self._topics.command or "")
+        if told is not None and told.twists:
+            source = f"topic {self._topics.command}"
+            self._notes["commands"] = source if self._odometry is not None else f"{source}; odometry is what they say"
+            return told.table(told.twists)
+        if self._odometry is None or not self._odometry.twists:
+            return np.zeros((0, 3))
+        return self._odometry.table(self._odometry.twists)
 
     def _moves(self, topic: str | None) -> Moves | None:
         moves = self._contents.moves.get(topic or "")
@@ -105,8 +131,15 @@ class _Robot:
 
     def _transformed(self) -> Moves | None:
         """Return odometry that only /tf tells."""
-        found = [moves for topic, moves in self._contents.moves.items() if topic not in self._topics.all()]
-        if self._topics.odometry is not None or len(found) != 1:
+        if self._topics.odometry is not None:
+            return None
+        carried = self._contents.carried
+        own = [moves for child, moves in carried.items() if child.partition("/")[0] == self._topics.name]
+        found = own or list(carried.values())
+        if len(found) != 1:
+            if found:
+                frames = ", ".join(moves.child for moves in found)
+                self._notes["odometry"] = f"none; /tf has several frames that move, {frames}"
             return None
         self._notes["odometry"] = f"frame {found[0].child} in /tf"
         return found[0]
@@ -154,6 +187,21 @@ class _Robot:
             self._count_odd(topic, stream)
         return mounts, scans
 
+    def _clouds(self) -> tuple[dict[str, Readings[PointCloud]], dict[str, Mount]]:
+        """Return clouds along the axes of the robot, and where the lidars are."""
+        clouds: dict[str, Readings[PointCloud]] = {}
+        mounts: dict[str, Mount] = {}
+        for name, topic in self._topics.cloud.items():
+            stream = self._stream(topic)
+            if stream is None:
+                continue
+            place = self._place(name, frame_name(stream.first.header.frame_id))
+            mounts[name] = Mount() if place is None else _level(place)
+            turned = np.eye(4) if place is None else place
+            clouds[name] = self._readings(topic, stream, partial(cloud_of, robot_from_sensor=turned))
+            self._count_odd(topic, stream)
+        return clouds, mounts
+
     def _readings(self, topic: str, stream: Stream, make: Callable[..., Any]) -> Readings[Any]:
         """Return the readings of a stream, each made of its message and its stamp when it is asked for."""
         numbers = stream.numbers()
@@ -185,9 +233,11 @@ class _Robot:
                 partner = next((other for other in depths if _belong(stream, depths[other][1])), None)
                 if partner is not None:
                     pictures = self._with_depth(name, pictures, camera.intrinsics, *depths.pop(partner))
+                    camera = replace(camera, has_depth=True)
                 cameras[name], frames[name] = camera, pictures
         for name, (topic, stream) in depths.items():
-            cameras[name], frames[name] = self._camera(name, topic, stream, _depth_frame)
+            camera, frames[name] = self._camera(name, topic, stream, _depth_frame)
+            cameras[name] = replace(camera, has_depth=True)
         return cameras, frames
 
     def _camera(
@@ -241,8 +291,7 @@ class _Robot:
                 continue
             place = self._place(name, self._contents.imu_frames[topic])
             place = np.eye(4) if place is None else place
-            x, y, z = place[:3, 3].tolist()
-            mounts[name] = Mount(at=(x, y, z))
+            mounts[name] = _level(place)
             turned = place[:3, :3]
             readings += [ImuReading(each.stamp, turned @ each.acceleration, turned @ each.turn, name) for each in told]
         return sorted(readings, key=lambda each: each.stamp), mounts
@@ -258,6 +307,12 @@ def _mount(place: Array) -> Mount:
     """Return the place of a sensor, and where its x axis points."""
     x, y, z = place[:3, 3].tolist()
     return Mount(at=(x, y, z), yaw=math.atan2(place[1, 0], place[0, 0]))
+
+
+def _level(place: Array) -> Mount:
+    """Return the place of a sensor whose readings are turned to the axes of the robot."""
+    x, y, z = place[:3, 3].tolist()
+    return Mount(at=(x, y, z))
 
 
 def _size(stream: Stream) -> tuple[int, int]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
-from mjsim.interface import Scan
+from mjsim.interface import PointCloud, Scan
 from mjsim.logs.merge import MotionNoise, places_at, poses_at
 from mjsim.logs.noise_file import UNBIASED, Bias, read_noise
 from mjsim.logs.robot_log import RobotLog, write_robot_logs
@@ -122,8 +122,8 @@ class Log:
         robot = self.robot
         moves = robot.track if robot.track is not None else robot.twists
         seen = np.array([sighting.stamp for sighting in robot.sightings])
-        scans, pictures = ([each.stamps for each in part.values()] for part in (robot.scans, robot.cameras))
-        columns = [column for column in (moves[:, 0], seen, *scans, *pictures) if len(column)]
+        streams = [each.stamps for part in (robot.scans, robot.cameras, robot.clouds) for each in part.values()]
+        columns = [column for column in (moves[:, 0], seen, *streams) if len(column)]
         return min(float(column[0]) for column in columns), max(float(column[-1]) for column in columns)
 
 
@@ -211,6 +211,10 @@ def _sensor_texts(log: Log, rate_hz: float, wishes: Wishes) -> list[str]:
         for lidar, scans in robot.scans.items()
     ]
     texts += [_camera_text(name, log.cameras[name], rate_hz) for name in robot.cameras]
+    texts += [
+        _lidar3d_text(name, clouds.take(0), log.mounts.get(name, Mount()), rate_hz)
+        for name, clouds in robot.clouds.items()
+    ]
     if robot.sightings:
         noise = f"noise: {{range: {deviations[0]!r}, bearing_deg: {math.degrees(deviations[1])!r}}}"
         nameless = all(sighting.name is None for sighting in robot.sightings)
@@ -231,7 +235,7 @@ def _camera_text(name: str, camera: LoggedCamera, rate_hz: float) -> str:
     return (
         f"{{camera: {name}, at: {place[:3, 3].tolist()}, yaw_deg: {math.degrees(yaw)!r},"
         f" pitch_deg: {math.degrees(pitch)!r}, width: {intrinsics.width}, height: {intrinsics.height},"
-        f" fov_deg: {min(max(fov, 5.0), 150.0)!r}, rate_hz: {rate_hz!r}}}"
+        f" fov_deg: {min(max(fov, 5.0), 150.0)!r}, rate_hz: {rate_hz!r}{', depth: true' if camera.has_depth else ''}}}"
     )
 
 
@@ -243,6 +247,15 @@ def _lidar_text(name: str, scan: Scan, mount: Mount, rate_hz: float) -> str:
         f"{{lidar: {name}, at: {[float(value) for value in mount.at]}, yaw_deg: {math.degrees(mount.yaw)!r},"
         f" beams: {beams}, fov_deg: {max(fov, 1e-3)!r}, range: [{scan.range_min!r}, {scan.range_max!r}],"
         f" rate_hz: {rate_hz!r}, noise: {{range: 0.02}}}}"
+    )
+
+
+def _lidar3d_text(name: str, cloud: PointCloud, mount: Mount, rate_hz: float) -> str:
+    """Return the nearest that a world file can say; each cloud has its own directions."""
+    rings = min(int(cloud.rings.max(initial=0)) + 1, 256)
+    return (
+        f"{{lidar3d: {name}, at: {[float(value) for value in mount.at]}, yaw_deg: {math.degrees(mount.yaw)!r},"
+        f" rings: {rings}, range: [0.01, 1000], rate_hz: {rate_hz!r}}}"
     )
 
 
@@ -268,7 +281,8 @@ def _start(robot: RobotLog, time: float) -> Pose:
 def _rate_of(log: Log) -> float:
     """Return the lowest rate of `RATES`, from 10 Hz on, that leaves ticks to spare for each lidar and camera."""
     first, last = log.times()
-    counts = [*map(len, log.robot.scans.values()), *map(len, log.robot.cameras.values())]
+    robot = log.robot
+    counts = [len(each) for part in (robot.scans, robot.cameras, robot.clouds) for each in part.values()]
     most = max(counts, default=0) / max(last - first, 1e-3)
     return next((rate for rate in RATES if rate >= SPARE * most), RATES[-1])
 
@@ -280,5 +294,11 @@ def require_motion(log: Log, source: Path) -> None:
         UsageError: It does not.
     """
     robot = log.robot
-    if robot.track is None and not len(robot.twists) and not robot.scans and not robot.cameras and not robot.sightings:
-        raise UsageError(f"'{source}' holds no odometry, scans, pictures or sightings; there is nothing to record")
+    if (
+        robot.track is None
+        and not len(robot.twists)
+        and not any((robot.scans, robot.cameras, robot.clouds, robot.sightings))
+    ):
+        raise UsageError(
+            f"'{source}' holds no odometry, scans, clouds, pictures or sightings; there is nothing to record"
+        )

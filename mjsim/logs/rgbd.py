@@ -80,7 +80,7 @@ def read_rgbd(path: Path) -> Log:
     )
     place = AHEAD.copy()
     place[:3, 3] = 0.0
-    camera = LoggedCamera(intrinsics, place)
+    camera = LoggedCamera(intrinsics, place, has_depth=bool(depths))
     return Log(kind="TUM RGB-D", robot=robot, name="robot", cameras={CAMERA: camera}, notes=notes)
 
 

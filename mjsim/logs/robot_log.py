@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose3
-from mjsim.interface import CameraFrame, Command, ImuReading, Observation, Odometry, Scan, Sighting
+from mjsim.interface import CameraFrame, Command, ImuReading, Observation, Odometry, PointCloud, Scan, Sighting
 from mjsim.logs.merge import MotionNoise, motions, places_at, poses_at, track_motions
 from mjsim.logs.noise_file import UNBIASED, Bias, bias_note
 from mjsim.logs.readings import Readings
@@ -42,6 +42,8 @@ class RobotLog:
     """By the name of the lidar. Ticks are moved to the scans of the first."""
     cameras: Mapping[str, Readings[LoggedFrame]] = field(default_factory=dict)
     """By the name of the camera. Ticks are moved to the pictures of the first where there are no scans."""
+    clouds: Mapping[str, Readings[PointCloud]] = field(default_factory=dict)
+    """By the name of the 3-D lidar. Ticks are moved to the clouds of the first where there is nothing else."""
     imu: Sequence[ImuReading] = ()
     truth: Array | None = None
     """Rows of time [s], x, y [m] and heading [rad], shape (M, 4); None when the log has none."""
@@ -134,6 +136,7 @@ class _Ticked:
         nominal = np.asarray(start + dt * np.arange(count), dtype=float)
         self._scans = {name: _told_at(scans.stamps, nominal) for name, scans in log.scans.items()}
         self._pictures = {name: _told_at(frames.stamps, nominal) for name, frames in log.cameras.items()}
+        self._clouds = {name: _told_at(clouds.stamps, nominal) for name, clouds in log.clouds.items()}
         edges = self._moments(nominal)
         rest = Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
         told = motions(log.twists, edges, noise) if log.track is None else track_motions(log.track, edges, noise)
@@ -161,6 +164,11 @@ class _Ticked:
                 for name, rows in self._scans.items()
                 if row in rows
             },
+            clouds={
+                name: replace(self._log.clouds[name].take(rows[row]), stamp=row * self._dt)
+                for name, rows in self._clouds.items()
+                if row in rows
+            },
             imu=tuple(
                 self._shifted(reading)
                 for reading in sorted(
@@ -183,10 +191,11 @@ class _Ticked:
         return tuple(self._log.identities[begin:end])
 
     def left_out(self) -> Iterator[tuple[str, str, int]]:
-        """Yield each lidar and camera, what it gives, and how many of those found no tick of their own."""
+        """Yield each lidar, camera and 3-D lidar, what it gives, and how many of those found no tick of their own."""
         scans = [(name, "scans", self._log.scans[name].stamps, rows) for name, rows in self._scans.items()]
         pictures = [(name, "pictures", self._log.cameras[name].stamps, rows) for name, rows in self._pictures.items()]
-        for name, kind, stamps, rows in scans + pictures:
+        clouds = [(name, "clouds", self._log.clouds[name].stamps, rows) for name, rows in self._clouds.items()]
+        for name, kind, stamps, rows in scans + pictures + clouds:
             within = (stamps >= self._start - SAME_TIME) & (stamps <= self._end + SAME_TIME)
             yield name, kind, int(within.sum()) - len(rows)
 
@@ -195,6 +204,7 @@ class _Ticked:
         edges = nominal.copy()
         leading = [(self._log.scans[name].stamps, rows) for name, rows in self._scans.items()]
         leading += [(self._log.cameras[name].stamps, rows) for name, rows in self._pictures.items()]
+        leading += [(self._log.clouds[name].stamps, rows) for name, rows in self._clouds.items()]
         for stamps, rows in leading[:1]:
             edges[list(rows)] = stamps[list(rows.values())]
         # What comes after a scan that had to wait is not before it: a tick without a scan keeps to those that follow.

@@ -27,11 +27,17 @@ class LoggedCamera:
     intrinsics: Intrinsics
     robot_from_camera: Array | None = None
     """Of its optical frame (x right, y down, z ahead), shape (4, 4) [m]; as the world has it unless given."""
+    has_depth: bool = False
+    """Whether some of its pictures come with depth."""
 
     def to_json(self) -> dict[str, Any]:
         """Return it as JSON holds it."""
         place = self.robot_from_camera
-        return {"intrinsics": asdict(self.intrinsics), "robot_from_camera": None if place is None else place.tolist()}
+        return {
+            "intrinsics": asdict(self.intrinsics),
+            "robot_from_camera": None if place is None else place.tolist(),
+            "has_depth": self.has_depth,
+        }
 
     @classmethod
     def from_json(cls, told: Mapping[str, Any]) -> "LoggedCamera":
@@ -39,12 +45,13 @@ class LoggedCamera:
         values = dict(told["intrinsics"])
         numbers = [float(value) for value in values.pop("distortion")]
         intrinsics = Intrinsics(**values, distortion=tuple(numbers))
+        has_depth = bool(told.get("has_depth", False))
         if told["robot_from_camera"] is None:
-            return cls(intrinsics)
+            return cls(intrinsics, has_depth=has_depth)
         place = np.array(told["robot_from_camera"], dtype=float)
         if place.shape != (4, 4) or not np.isfinite(place).all():
             raise ValueError("a camera's place has other than 4 x 4 numbers")
-        return cls(intrinsics, place)
+        return cls(intrinsics, place, has_depth)
 
 
 def cameras_text(cameras: Mapping[tuple[str, str], LoggedCamera]) -> str:

@@ -308,7 +308,7 @@ def test_what_cannot_be_read_or_is_not_clear_is_one_line(tmp_path):
     (tmp_path / "text.bag").write_text("hello")
     for name, topics, said in (
         ("two", {}, "several topics hold odometry: /wheels, /fused; name one with --topic odometry=/wheels"),
-        ("words", {}, "holds no odometry, scans, pictures or IMU of ROS; it has std_msgs/msg/String"),
+        ("words", {}, "holds no odometry, scans, clouds, pictures or IMU of ROS; it has std_msgs/msg/String"),
         ("run", {"scan": ["/skan"]}, "no topic '/skan' in this bag; did you mean '/scan'"),
         ("run", {"lidar": ["/scan"]}, "no kind of topic 'lidar'"),
         (
@@ -324,6 +324,89 @@ def test_what_cannot_be_read_or_is_not_clear_is_one_line(tmp_path):
             mjsim.import_log(tmp_path / name, wishes=Wishes(topics=topics))
         assert "\n" not in str(caught.value)
     assert run_command("import-log", tmp_path / "run", "-o", tmp_path / "x.mcap", "--topic", "scan") == 2
+
+
+TURNED = np.array([[0.0, 0.0, 1.0, 0.2], [0.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 0.9], [0.0, 0.0, 0.0, 1.0]])
+"""base_link_from_lidar of a lidar that looks down [m]."""
+
+
+def test_clouds_of_several_drivers_come_in_along_the_axes_of_the_robot(tmp_path):
+    velodyne = np.dtype(
+        [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"), ("ring", "<u2"), ("time", "<f4")]
+    )
+    ouster = np.dtype(
+        [("z", ">f8"), ("x", ">f8"), ("y", ">f8"), ("t", ">u4"), ("reflectivity", ">u2"), ("ring", ">u1")]
+    )
+    hesai = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("timestamp", "<f8")])
+    xyz = np.array([[1, 2, 3], [np.nan, 1, 1], [4, 5, 6], [0, 0, 0], [-1, 0, 2], [1, 1, 1]], dtype=float)
+    with new_bag(tmp_path / "run") as bag:
+        fixed = bag.transform(bag.header(START, "base_link"), "lidar", TURNED)
+        bag.put("/tf_static", START, bag.make("tf2_msgs/TFMessage", transforms=[fixed]))
+        for k in range(4):
+            at = START + 0.1 * k
+            for topic, kind in (("/velodyne_points", velodyne), ("/ouster/points", ouster), ("/hesai", hesai)):
+                rows = np.zeros((2, 3), dtype=kind)
+                rows["x"], rows["y"], rows["z"] = xyz.T.reshape(3, 2, 3)
+                for name, value in (("ring", 3), ("intensity", 40 + k), ("reflectivity", 50)):
+                    if name in kind.names:
+                        rows[name] = value
+                offset = 0.01 * np.arange(6).reshape(2, 3) - (0.05 if kind is velodyne else 0.0)
+                if "time" in kind.names:
+                    rows["time"] = offset
+                elif "t" in kind.names:
+                    rows["t"] = np.rint(offset * 1e9)
+                else:
+                    rows["timestamp"] = at + offset
+                bag.put(topic, at, bag.cloud(bag.header(at, "lidar"), rows, padding=5))
+    run = mjsim.import_log(tmp_path / "run")
+    clouds = [seen.clouds for seen in run.observations("robot") if seen.clouds]
+    there = xyz[[0, 2, 4, 5]] @ TURNED[:3, :3].T
+    for name, strength, ring in (("velodyne_points", 40.0, 3), ("ouster", 50.0, 3), ("hesai", 0.0, 0)):
+        cloud = next(each[name] for each in clouds if name in each)
+        np.testing.assert_allclose(cloud.points, there, atol=1e-6)
+        np.testing.assert_allclose(cloud.times, [-0.05, -0.03, -0.01, 0.0], atol=1e-6)
+        assert set(cloud.intensities.tolist()) == {strength}
+        assert set(cloud.rings.tolist()) == {ring}
+        assert sum(name in each for each in clouds) == 4
+    assert {sensor.at for sensor in run.world.robots[0].sensors} == {(0.2, 0.0, 0.9)}
+
+
+def test_commands_echoes_and_what_is_not_read_are_told(tmp_path):
+    with new_bag(tmp_path / "run") as bag:
+        for k in range(10):
+            at = START + 0.1 * k
+            bag.put("/odom", at, bag.odometry(bag.header(at, "odom"), "base_link", Pose3(0.01 * k, 0, 0, 0, 0, 0, 1)))
+            told = bag.make("geometry_msgs/Twist", linear=bag.xyz(0.3, 0, 0), angular=bag.xyz(0, 0, -0.2))
+            bag.put("/cmd_vel", at, told)
+            bag.put("/chatter", at, bag.make("std_msgs/String", data="hello"))
+            echoes = [bag.make("sensor_msgs/LaserEcho", echoes=np.float32(each)) for each in ([1.0, 2.0], [], [3.0])]
+            plain = bag.scan(bag.header(at, "laser"), np.ones(3), 0.0, 0.5, (0.1, 9.0))
+            fields = {name: getattr(plain, name) for name in plain.__dataclass_fields__ if not name.startswith("__")}
+            bag.put(
+                "/most",
+                at,
+                bag.make("sensor_msgs/MultiEchoLaserScan", **(fields | {"ranges": echoes, "intensities": []})),
+            )
+    run = mjsim.import_log(tmp_path / "run")
+    np.testing.assert_allclose(run.robots["robot"].command[-1], [0.3, 0.0, -0.2])
+    scan = next(seen.scans["most"] for seen in run.observations("robot") if seen.scans)
+    np.testing.assert_array_equal(scan.ranges, [1.0, np.inf, 3.0])
+    assert run.metadata["/chatter left out"] == "10 messages of std_msgs/msg/String"
+
+
+def test_robots_that_only_tf_tells_apart_are_not_mixed(tmp_path):
+    with new_bag(tmp_path / "run") as bag:
+        for k in range(10):
+            at = START + 0.1 * k
+            moved = []
+            for row, name in enumerate(("anna", "bert")):
+                place = Pose3(0.1 * k, float(row), 0, 0, 0, 0, 1).matrix()
+                moved.append(bag.transform(bag.header(at, f"{name}/odom"), f"{name}/base_link", place))
+            bag.put("/tf", at, bag.make("tf2_msgs/TFMessage", transforms=moved))
+            bag.put("/scan", at, bag.scan(bag.header(at, "l"), np.ones(5), 0.0, 0.5, (0.1, 9.0)))
+    run = mjsim.import_log(tmp_path / "run")
+    assert run.metadata["odometry"] == "none; /tf has several frames that move, anna/base_link, bert/base_link"
+    assert not run.robots["robot"].odometry[:, :2].any()
 
 
 class _Image:
