@@ -6,6 +6,8 @@ sides are held together by constraints as stiff as the period of the physics all
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -14,7 +16,10 @@ from mjsim.compile.parts import DARK, MATERIAL, SEEN, make_decor
 from mjsim.compile.pictures import color_of
 from mjsim.geometry import Array
 from mjsim.mechanics import Placement, Solid, inverted, is_valid, nearest_valid
-from mjsim.world import GROUND, Mechanism, MechanismBody, MechanismJoint, World
+from mjsim.world import GROUND, CurvePoint, Mechanism, MechanismBody, MechanismJoint, World
+
+if TYPE_CHECKING:  # most worlds have no curve
+    from mjsim.mechanics import SpaceCurve
 
 STIFFEST = 2.0
 """Time constant of a constraint, in periods of the physics: MuJoCo's own bound."""
@@ -33,6 +38,8 @@ GHOST = ".ghost"
 """How the names of far sides of cut joints end."""
 GHOSTLY = 1e-4
 """Mass and moments of such a body, as shares of the least mass and of the largest moment of its mechanism."""
+SHOWN, WIRE = 64, 1.5e-3
+"""Pieces in which a curve is shown, and their radius as a share of its length."""
 BELOW = 1e-3
 """A body that begins this much below the floor passes through it [m]."""
 
@@ -76,6 +83,8 @@ class _Builder:
                 self._close(name)
         self._add_couplings()
         self._add_rods()
+        for track in self._assembly.tracks:
+            self._add_track(track)
         for item in self._mechanism.joints:
             self._add_hub(item)
         self._add_motors()
@@ -168,15 +177,43 @@ class _Builder:
         ends = [(rod.name, rod.ends) for rod in self._assembly.rods]
         ends += [(drive.name, drive.ends) for drive in self._assembly.drives if drive.ends is not None]
         for name, spots in ends:
-            tendon = self._spec.add_tendon(name=self._full(name), width=0.008, rgba=[0.2, 0.2, 0.2, 1.0])
-            for side, spot in zip("ab", spots, strict=True):
-                tendon.wrap_site(self._add_site(f"{name}.{side}", spot.body, spot.at))
-            added = self._spec.add_equality(
-                name=self._full(name), type=mujoco.mjtEq.mjEQ_TENDON, name1=self._full(name)
+            first, second = (
+                self._add_site(f"{name}.{side}", s.body, s.at) for side, s in zip("ab", spots, strict=True)
             )
-            added.objtype = mujoco.mjtObj.mjOBJ_TENDON
-            added.data[:5] = [0.0] * 5
-            stiff(added, self._step)
+            self._tie(name, (first, second), rgba=[0.2, 0.2, 0.2, 1.0])
+
+    def _tie(self, name: str, sites: tuple[str, str], *, rgba: list[float]) -> None:
+        """Keep two sites as far apart as they start."""
+        tendon = self._spec.add_tendon(name=self._full(name), width=0.008, rgba=rgba)
+        for site in sites:
+            tendon.wrap_site(site)
+        added = self._spec.add_equality(name=self._full(name), type=mujoco.mjtEq.mjEQ_TENDON, name1=self._full(name))
+        added.objtype = mujoco.mjtObj.mjOBJ_TENDON
+        added.data[:5] = [0.0] * 5
+        stiff(added, self._step)
+
+    def _add_track(self, track: CurvePoint) -> None:
+        """Add what holds a point on a curve: lines of constant length, across the curve where the point is."""
+        joint = self._assembly.linkage.joints[track.ghost - 1]
+        curve, along = joint.primitives[0].curve, float(self._assembly.start[track.column])
+        assert curve is not None, "made for it"
+        point, lever = self._add_site(f"{track.name}.b", track.spot.body, track.spot.at), curve.length / 4.0
+        for count in self._assembly.across(track):
+            across = curve.normals(along)[count]
+            far = joint.before[:3, :3] @ (curve.place(along) + lever * across) + joint.before[:3, 3]
+            name = f"{track.name}.{count}"
+            self._tie(name, (self._add_site(f"{track.name}.a{count}", joint.parent, far), point), rgba=[0.0] * 4)
+        self._show_curve(curve, joint.parent, joint.before)
+
+    def _show_curve(self, curve: "SpaceCurve", body: int, body_from_curve: Array) -> None:
+        """Add what is seen of a curve."""
+        pose = self._ground @ body_from_curve if body == 0 else body_from_curve
+        points = curve.sampled(SHOWN) @ pose[:3, :3].T + pose[:3, 3]
+        for ends in pairwise(points):
+            geom = self._bodies[self._assembly.bodies[body]].add_geom(
+                type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=np.concatenate(ends), size=[curve.length * WIRE, 0.0, 0.0]
+            )
+            make_decor(geom, DARK)
 
     def _close(self, name: str) -> None:
         """Hold both sides of a cut together: at one point, and at another along its axis where that says more."""

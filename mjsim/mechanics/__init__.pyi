@@ -1,5 +1,6 @@
 from .arm import Arm as Arm
 from .arm import with_links as with_links
+from .curves import SpaceCurve as SpaceCurve
 from .dh import CONVENTIONS as CONVENTIONS
 from .dh import UNITS as UNITS
 from .inertias import Solid as Solid
@@ -19,6 +20,7 @@ from .loops import BodyPoint as BodyPoint
 from .loops import Closed as Closed
 from .loops import Coincide as Coincide
 from .loops import Linear as Linear
+from .loops import Meet as Meet
 from .loops import Rows as Rows
 from .loops import close as close
 from .loops import followed as followed
@@ -44,6 +46,7 @@ from .signals import Square as Square
 from .signals import StepChange as StepChange
 from .signals import Table as Table
 from .signals import TimeSignal as TimeSignal
+from .transforms import cross as cross
 from .transforms import inverted as inverted
 from .transforms import placed as placed
 from .transforms import rotation_vector as rotation_vector

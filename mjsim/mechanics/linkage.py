@@ -10,16 +10,19 @@ References:
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.mechanics.transforms import cross, rotation_of
 
+if TYPE_CHECKING:  # most linkages have no curve
+    from mjsim.mechanics.curves import SpaceCurve
+
 GROUND = 0
 """Number of the ground among the bodies."""
-WIDTH = {"slide": 1, "turn": 1, "ball": 3}
+WIDTH = {"slide": 1, "turn": 1, "ball": 3, "curve": 1}
 """How many values a primitive has."""
 
 
@@ -27,11 +30,13 @@ WIDTH = {"slide": 1, "turn": 1, "ball": 3}
 class Primitive:
     """One elementary motion of a joint; a ball's value is its rotation vector, three numbers [rad]."""
 
-    kind: Literal["slide", "turn", "ball"]
+    kind: Literal["slide", "turn", "ball", "curve"]
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    """Unit vector in the frame before it; no matter for a ball."""
+    """Unit vector in the frame before it; no matter for a ball or a curve."""
     suffix: str = ""
     """Of its name, after that of the joint and a point; empty where it is all of the joint."""
+    curve: "SpaceCurve | None" = None
+    """What it slides along, in the frame before it, where its kind says so."""
 
     @property
     def width(self) -> int:
@@ -83,7 +88,7 @@ class Placement:
 class _Passed:
     """A primitive on the way to a body, with all that does not change with its value."""
 
-    kind: Literal["slide", "turn", "ball"]
+    kind: Literal["slide", "turn", "ball", "curve"]
     part: slice
     """Its columns."""
     sign: float
@@ -93,6 +98,8 @@ class _Passed:
     """Of the axis, shape (3, 3)."""
     square: Array
     """Of that, shape (3, 3)."""
+    curve: "SpaceCurve | None"
+    """Never passed backwards."""
 
 
 def _passed(joint: TreeJoint) -> list[_Passed]:
@@ -101,7 +108,17 @@ def _passed(joint: TreeJoint) -> list[_Passed]:
         x, y, z = axis = joint.sign * np.array(primitive.axis)
         skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
         part = slice(column, column + primitive.width)
-        found.append(_Passed(kind=primitive.kind, part=part, sign=joint.sign, axis=axis, skew=skew, square=skew @ skew))
+        found.append(
+            _Passed(
+                kind=primitive.kind,
+                part=part,
+                sign=joint.sign,
+                axis=axis,
+                skew=skew,
+                square=skew @ skew,
+                curve=primitive.curve,
+            )
+        )
     return found
 
 
@@ -126,7 +143,7 @@ class Linkage:
         self._ways = [_passed(joint) for joint in joints]
         self._slides = np.zeros(self.size, dtype=bool)
         for each in (each for way in self._ways for each in way):
-            self._slides[each.part] = each.kind == "slide"
+            self._slides[each.part] = each.kind in ("slide", "curve")
 
     def place(self, values: Array) -> Placement:
         """Return where all bodies are.
@@ -147,6 +164,11 @@ class Linkage:
                     turned = turned @ rotation_of(vector)
                     continue
                 value = float(values[each.part.start])
+                if each.curve is not None:
+                    place, slope, _ = each.curve.at(value)
+                    axes[each.part.start] = turned @ slope
+                    at = at + turned @ place
+                    continue
                 axes[each.part] = turned @ each.axis
                 if each.kind == "slide":
                     at = at + axes[each.part.start] * value

@@ -121,6 +121,23 @@ class Apart:
         return self.ends[1].place(placed) - self.ends[0].place(placed)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Meet:
+    """The origin of a ghost is at a point of a body."""
+
+    ghost: int
+    spot: BodyPoint
+
+    def residual(self, linkage: Linkage, placed: Placement, values: Array) -> Array:
+        """Return the way from the ghost to the point, frame of the ground, shape (3,) [m]."""
+        return np.asarray(self.spot.place(placed) - placed.poses[self.ghost, :3, 3])
+
+    def jacobian(self, linkage: Linkage, placed: Placement, values: Array) -> Array:
+        """Return its derivative, shape (3, values)."""
+        point = linkage.point_jacobian(placed, self.spot.body, self.spot.place(placed))
+        return point - linkage.point_jacobian(placed, self.ghost, placed.poses[self.ghost, :3, 3])
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Closed:
     """Values for which all rows hold, or as nearly as was found."""

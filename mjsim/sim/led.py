@@ -5,12 +5,15 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from mjsim.mechanics import Apart, JointMotion, Linear, Rows, SensorReadings, rates, tracked
+from mjsim.errors import PhysicsFault
+from mjsim.mechanics import JointMotion, SensorReadings, rates, residual, tracked
 from mjsim.sim.mechanism_sensors import MechanismState
 from mjsim.sim.mechanisms import MechanismAtWork
 from mjsim.world import World
 
 LED_MODES = ("inverse", "kinematics")
+MISSED = 1e-6
+"""By which loops that are led exactly miss at most [rad, m]."""
 
 
 class LedMechanism(MechanismAtWork):
@@ -62,13 +65,12 @@ class LedMechanism(MechanismAtWork):
 
     def _put(self, step: int) -> None:
         """Solve for all values and speeds at a step, and write them."""
-        linkage, rows = self._assembly.linkage, list[Rows](self._assembly.rows)
-        wanted = [np.zeros(self._held())]
-        for follower in self._followers:
-            drive, goal = follower.drive, follower.goal(step)
-            rows.append(Linear({drive.column: 1.0}, goal) if drive.ends is None else Apart(drive.ends, goal))
-            wanted.append(np.array([follower.slope(step * self._h)[0]]))
+        linkage, rows = self._assembly.linkage, [*self._assembly.rows, *self._led(step)]
+        slopes = [follower.slope(step * self._h)[0] for follower in self._followers]
+        wanted = [np.zeros(self._held()), np.array(slopes)]
         self._now = tracked(linkage, rows, self._now, columns=range(linkage.size))
+        if np.abs(residual(linkage, rows, self._now)).max(initial=0.0) > MISSED and (line := self.locked(step)):
+            raise PhysicsFault(f"physics failed at {step * self._h:.2f} s: {line}")
         speeds, _ = rates(linkage, rows, self._now, held={}, wanted=np.concatenate(wanted))
         self._places.write(self._data, self._assembly, self._now, speeds)
 
@@ -111,6 +113,20 @@ class Mechanisms:
         """Bring all to where they are at a tick."""
         for each in self._all:
             each.settle(tick * self._per_tick)
+
+    def failing(self, tick: int, *, known: bool) -> str:
+        """Return why physics fails at a tick, in words: motions that a loop does not allow, or a loop that is torn.
+
+        Args:
+            tick: Which.
+            known: Whether it is known to fail.
+        """
+        for each in self._all:
+            if known or each.torn:
+                line = each.locked(tick * self._per_tick)
+                if line or not known:
+                    return line or f"a loop of mechanism '{each.mechanism.name}' is torn"
+        return ""
 
     def motions(self, tick: int) -> dict[str, JointMotion]:
         """Return how the joints of each mechanism move at a tick, by its name."""

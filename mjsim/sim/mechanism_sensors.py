@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.sim.mechanism_state import equality_forces
 from mjsim.world import (
     GROUND,
     ActuatorSensor,
@@ -89,6 +90,10 @@ def _of_joint(mechanism: Mechanism, joint: str) -> Probe:
 
 
 def _of_reaction(model: mujoco.MjModel, mechanism: Mechanism, joint: str) -> Probe:
+    if joint in [track.name for track in mechanism.assembly.tracks]:
+        return Probe(
+            tuple(f"{joint}.force.{axis}" for axis in XYZ), ("N",) * 3, _curve_reaction(model, mechanism, joint)
+        )
     names = tuple(f"{joint}.{what}.{axis}" for what in ("force", "torque") for axis in XYZ)
     units = ("N",) * 3 + ("N m",) * 3
     cut = mechanism.assembly.cuts.get(joint)
@@ -133,6 +138,22 @@ def _cut_reaction(model: mujoco.MjModel, mechanism: Mechanism, joint: str) -> Ca
     return read
 
 
+def _curve_reaction(model: mujoco.MjModel, mechanism: Mechanism, track: str) -> Callable[[MechanismState], Array]:
+    full = f"{mechanism.name}/{track}."
+    ties = [model.equality(k).id for k in range(model.neq) if model.equality(k).name.startswith(full)]
+    point = model.site(f"{full}b").id
+    sites = [model.site(f"{full}a{model.equality(tie).name.removeprefix(full)}").id for tie in ties]
+
+    def read(now: MechanismState) -> Array:
+        force = np.zeros(3)
+        for tie, site in zip(ties, sites, strict=True):
+            across = now.data.site_xpos[point] - now.data.site_xpos[site]
+            force += across / np.linalg.norm(across) * equality_forces(now.data, tie).sum()
+        return force
+
+    return read
+
+
 def _of_actuator(mechanism: Mechanism, target: str) -> Probe:
     assembly = mechanism.assembly
     if target not in assembly.names:
@@ -150,7 +171,7 @@ def _of_actuator(mechanism: Mechanism, target: str) -> Probe:
 def _of_body(model: mujoco.MjModel, mechanism: Mechanism, sensor: BodySensor) -> Probe:
     points = {GROUND: dict[str, tuple[float, ...]](), **{body.name: body.points() for body in mechanism.bodies}}
     place = place_of(sensor.body, points)
-    name = sensor.body if isinstance(sensor.body, str) else place.body
+    name = sensor.called
     kinds = {"": "m", "velocity": "m/s", "acceleration": "m/s^2", "turn_rate": "rad/s", "turn_acceleration": "rad/s^2"}
     names = [f"{name}.{kind}.{axis}" if kind else f"{name}.{axis}" for kind in kinds for axis in XYZ]
     units = [unit for unit in kinds.values() for _ in XYZ]
@@ -176,6 +197,7 @@ def _point(now: MechanismState, body: int, place: Place) -> Array:
 
 def _energy(model: mujoco.MjModel, mechanism: Mechanism) -> Probe:
     bodies = np.array([model.body(f"{mechanism.name}/{body.name}").id for body in mechanism.bodies])
+    count = sum(len(mechanism.assembly.columns[joint.name]) for joint in mechanism.all_joints)
     stiffness = np.concatenate([joint.figures("stiffness") for joint in mechanism.all_joints])
     rest = np.concatenate([[value or 0.0 for value in joint.spread("rest")] for joint in mechanism.all_joints])
 
@@ -187,7 +209,7 @@ def _energy(model: mujoco.MjModel, mechanism: Mechanism) -> Probe:
             inertia = model.body_inertia[body]
             kinetic += 0.5 * float(model.body_mass[body] * speed[3:] @ speed[3:] + inertia @ speed[:3] ** 2)
         height = -float((model.body_mass[bodies] * (data.xipos[bodies] @ model.opt.gravity)).sum())
-        springs = 0.5 * float(stiffness @ (now.values - rest) ** 2)
+        springs = 0.5 * float(stiffness @ (now.values[:count] - rest) ** 2)
         return np.array([kinetic, height, springs, now.work, now.lost])
 
     names = ("kinetic", "potential", "springs", "work", "lost")

@@ -1,5 +1,6 @@
 """Mechanisms at work: what moves them at every step of the physics, and how they truly move at a tick."""
 
+import math
 from collections.abc import Callable
 
 import mujoco
@@ -7,9 +8,13 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.mechanics import (
+    Apart,
     JointMotion,
+    Linear,
+    Rows,
     SensorReadings,
     TimeSignal,
+    close,
     jacobian,
     tracked,
     turning,
@@ -20,10 +25,13 @@ from mjsim.sim.mechanism_sensors import MechanismState, Probe, probes_of
 from mjsim.sim.mechanism_state import Places, copy_state, equality_forces
 from mjsim.sim.pushes import Push, effort_signal
 from mjsim.sim.streams import stream
+from mjsim.sim.tracks import Tracks
 from mjsim.world import ForceActuator, Mechanism, TorqueActuator
 
 UNYIELDING = 1e-5
 """By which constraints yield less in what is read than in the physics."""
+TORN = 0.05
+"""How far apart the sides of a loop are before it is torn, as a share of the mechanism's size."""
 SLIP = 1e-6
 """Of the step by which the change of a constraint's speed is found [s]."""
 
@@ -65,9 +73,15 @@ class MechanismAtWork:
         self._couplings = [model.equality(self._full(each.name)).id for each in self._assembly.couplings]
         self._efforts = self._make_efforts(seed, read)
         self._closures = Closures(model, self._places.equalities)
+        kinds = model.eq_type[self._places.equalities]
+        self._loops = self._places.equalities[np.isin(kinds, (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD))]
+        self._most_apart = TORN * float(np.ptp(mechanism.spanned(), axis=0).max())
+        self._tracks = Tracks(model, mechanism)
         self._cut_values = self._assembly.start.copy()
         self._probes: tuple[Probe, ...] = probes_of(model, mechanism)
         self._step, self._work, self._lost = 0, 0.0, 0.0
+        self.torn = False
+        """Whether a loop or a curve did not hold in the last step."""
         self._begin()
 
     def _make_followers(self) -> list[Follower]:
@@ -99,7 +113,7 @@ class MechanismAtWork:
     def moved(self) -> bool:
         """Whether something moves it, so that it must act at every step."""
         losses = any(joint.damping or joint.friction for joint in self.mechanism.joints)
-        return bool(self._followers or self._couplings or self._efforts or self._pushes or losses)
+        return bool(self._followers or self._couplings or self._tracks or self._efforts or self._pushes or losses)
 
     def act(self, step: int) -> None:
         """Write what moves it in the step of that number, counted from 0 at the start of the run."""
@@ -111,6 +125,9 @@ class MechanismAtWork:
         self._closures.aim(self._data)
         for equality in self._couplings:
             self._model.eq_data[equality, 0] = yielded(self._model, self._data, equality)
+        if self._tracks:
+            copy_state(self._data, self._scratch, self._data.qpos, self._data.qvel)
+            self._tracks.aim(self._data, self._scratch)
         for motor, signal in self._efforts:
             self._data.ctrl[motor] = signal.value(step * self._h)
         if self._pushes:
@@ -122,9 +139,43 @@ class MechanismAtWork:
 
     def settle(self, step: int) -> None:
         """Bring it to where it is at the end of a tick, before the step of that number."""
+        self.torn = self._is_torn()
         if self.moved and step > self._step:
             self._count_work()
             self._step = step
+
+    def locked(self, step: int) -> str:
+        """Return how its motions ask for what its loops do not allow at a step, in words; '' where they do not."""
+        linkage, rows = self._assembly.linkage, [*self._assembly.rows, *self._led(step)]
+        closed = close(linkage, rows, self._cut_values) if self._followers else None
+        if closed is None or closed.good:
+            return ""
+        asked = " and ".join(self._asked(follower, step) for follower in self._followers)
+        worst, how = self._assembly.gap(closed.values)
+        return (
+            f"mechanism '{self.mechanism.name}' locks: with {asked} its loop at '{worst}' does not close, by {how};"
+            " change the lengths, or the signal"
+        )
+
+    def _led(self, step: int) -> list[Rows]:
+        """Return what motions ask of the values at a step."""
+        rows = list[Rows]()
+        for follower in self._followers:
+            drive, goal = follower.drive, follower.goal(step)
+            rows.append(Linear({drive.column: 1.0}, goal) if drive.ends is None else Apart(drive.ends, goal))
+        return rows
+
+    def _asked(self, follower: Follower, step: int) -> str:
+        drive, goal = follower.drive, follower.goal(step)
+        turns = drive.column >= 0 and not self._assembly.slides[drive.column]
+        shown = f"{math.degrees(goal):.4g} degrees" if turns else f"{goal:.4g} m"
+        return f"'{self.mechanism.actuators[drive.number].target}' at {shown}"
+
+    def _is_torn(self) -> bool:
+        """Return whether a loop or a curve is held no longer: sides are apart by a share of the mechanism's size."""
+        data = self._data
+        rows = np.flatnonzero(np.isin(data.efc_id[: data.ne], self._loops))
+        return bool(np.abs(data.efc_pos[rows]).max(initial=0.0) > self._most_apart)
 
     def _count_work(self) -> None:
         """Add what actuators put in during the last step, and what was lost to damping and friction [J]."""
@@ -210,6 +261,8 @@ class MechanismAtWork:
         model, data, scratch = self._model, self._data, self._scratch
         changes = self._changes(speeds)
         copy_state(data, scratch, data.qpos, speeds)
+        bends = self._tracks.place(scratch) if self._tracks else {}
+        copy_state(data, scratch, data.qpos, speeds)
         flags = int(model.opt.disableflags)
         # Islands would be solved with copies of what is changed below.
         model.opt.disableflags = flags | int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
@@ -218,7 +271,7 @@ class MechanismAtWork:
         wanted = self._accelerations(step)
         for row in self._rows(scratch):
             equality = int(scratch.efc_id[row])
-            scratch.efc_aref[row] = wanted.get(equality, 0.0) - changes[row]
+            scratch.efc_aref[row] = wanted.get(equality, 0.0) - bends.get(equality, changes[row])
             # What yields in the physics, so that it stays stable, does not yield here.
             scratch.efc_R[row] *= UNYIELDING
             scratch.efc_D[row] = 1.0 / scratch.efc_R[row]

@@ -384,7 +384,9 @@ class Simulation(Closes):
         if warning.number.any():
             kind = int(np.flatnonzero(warning.number)[0])
             what = said[0] if said else mujoco.mju_warningText(kind, int(warning.lastinfo[kind]))
-            raise self._failed(what.partition(" Time = ")[0])
+            raise self._failed(self._mechanisms.failing(self.tick, known=True) or what.partition(" Time = ")[0])
+        if line := self._mechanisms.failing(self.tick, known=False):
+            raise self._failed(line)
         if not np.isfinite(self.data.qpos).all() or not (np.abs(speeds) < FASTEST).all():
             raise self._failed(f"a robot moves at {np.abs(speeds).max():g} m/s")
 

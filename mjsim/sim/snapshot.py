@@ -14,8 +14,9 @@ CHANGED = (
     "light_diffuse",
     "mat_emission",
     "numeric_data",
+    "site_pos",
 )
-"""What events change of a model: what is taken away, the locks of doors, lamps and light."""
+"""What a run changes of a model: what is taken away, locks of doors, lamps and light, what constraints aim at."""
 HEADLIGHT = ("ambient", "diffuse")
 
 

@@ -132,6 +132,12 @@ def _ties(drawn: Drawn) -> Iterator[Array]:
     assembly = drawn.mechanism.assembly
     yield from distances(drawn, led=False)
     owners = {column: name for name, columns in assembly.columns.items() for column in columns}
+    for track in assembly.tracks:
+        joint = assembly.linkage.joints[track.ghost - 1]
+        curve = joint.primitives[0].curve
+        if curve is not None:
+            points = curve.sampled(ROUND) @ joint.before[:3, :3].T + joint.before[:3, 3]
+            yield drawn.points(assembly.bodies[joint.parent], points)[:, :2]
     for each in assembly.couplings:
         first, second = (drawn.mechanism.joint(owners[column]) for column in (each.first, each.second))
         if first is second:

@@ -50,6 +50,7 @@ from .items import Camera as Camera
 from .items import Ceiling as Ceiling
 from .items import CloseEvent as CloseEvent
 from .items import Control as Control
+from .items import CurvePoint as CurvePoint
 from .items import CylinderBody as CylinderBody
 from .items import CylinderObstacle as CylinderObstacle
 from .items import Depth as Depth

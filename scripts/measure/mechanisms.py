@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 from scipy.special import ellipk
@@ -70,6 +71,27 @@ DISTANCE = """
 PENDULUM = """
     bodies: [{name: bob, sphere: 0.1, mass: 2, center: [1.2, 0, 0], inertia: [0, 0, 0, 0, 0, 0], at: [1.2, 0, 0]}]
     joints: [{revolute: swing, of: [ground, bob], axis: [0, 1, 0], start_deg: 30}]
+"""
+BEAD = """
+    bodies: [{name: bead, sphere: 0.05, mass: 2}]
+    joints: [{in_plane: j, of: [ground, bead], axis: [0, 1, 0]}]
+    constraints: [{curve: bead, start: %s, points: %s}]
+"""
+CAM = """
+    bodies: [{name: cam, cylinder: [0.3, 0.05], rpy_deg: [90, 0, 0]}, {name: follower, rod: [0.8, 0.02]}]
+    joints:
+      - {revolute: a, of: [ground, cam], axis: [0, 1, 0]}
+      - {prismatic: s, of: [ground, follower], rpy_deg: [0, -90, 0], axis: [0, 0, 1], near: 0.4}
+    constraints: [{curve: follower, on: cam, circle: 0.3, at: [0.1, 0, 0]}]
+    actuators: [{angle: a, signal: {ramp: {slope_deg: 180}}}]
+"""
+HOOP = """
+    bodies: [{name: hoop, sphere: 0.1, mass: 1}, {name: bead, sphere: 0.05, mass: 1}]
+    joints:
+      - {revolute: a, of: [ground, hoop], axis: [0, 0, 1]}
+      - {six_dof: b, of: [ground, bead], near: [0.9, 0, -0.5]}
+    constraints: [{curve: bead, on: hoop, circle: 1, axis: [0, 1, 0], start: 0.5}]
+    actuators: [{angle: a, signal: {ramp: {slope_deg: 180}}}]
 """
 TRIM = """
     mode: trim
@@ -201,6 +223,41 @@ def period_error(step: int) -> float:
     return float(100.0 * np.abs(np.diff(crossings) / period - 1.0).max())
 
 
+def cycloid_error(step: int) -> float:
+    """Return the largest error of beads that swing on a cycloid of radius 0.5 m from near and from far [m].
+
+    Both swing harmonically along it, with one period: Huygens (1673).
+    """
+    turns, worst = np.linspace(-0.85 * math.pi, 0.85 * math.pi, 161), 0.0
+    points = 0.5 * np.column_stack([turns + np.sin(turns), 0.0 * turns, -1.0 - np.cos(turns)])
+    middle = 2.0 * math.sin(0.425 * math.pi)
+    for amplitude in (0.3, 1.4):
+        times, motions = moved(BEAD % (middle - amplitude, points.tolist()), step)
+        expected = middle - amplitude * np.cos(math.sqrt(9.81 / 2.0) * times)
+        worst = max(worst, float(np.abs(positions(motions)[:, 2] - expected).max()))
+    return worst
+
+
+def cam_error(step: int) -> float:
+    """Return the largest error of a follower on an eccentric circle [m]."""
+    times, motions = moved(CAM, step)
+    turned = math.pi * times
+    lift = -0.1 * np.sin(turned) + np.sqrt(0.3**2 - (0.1 * np.cos(turned)) ** 2)
+    return float(np.abs(positions(motions)[:, 1] - lift).max())
+
+
+def hoop_error(step: int) -> float:
+    """Return the largest error of a bead on a hoop that turns about its diameter, by its own equation [m]."""
+    times, motions = moved(HOOP, step)
+
+    def change(_: float, state: Array) -> tuple[float, float]:
+        angle, speed = state
+        return speed, 9.81 * math.cos(angle) - math.pi**2 * math.cos(angle) * math.sin(angle)
+
+    expected = solve_ivp(change, (0.0, times[-1] + 0.1), [0.5, 0.0], rtol=1e-12, atol=1e-13, t_eval=times).y[0]
+    return float(np.abs(positions(motions)[:, -1] - expected).max())
+
+
 def trim_error(step: int) -> float:
     """Return how far a trimmed arm moves from rest [rad]."""
     _, motions = moved(TRIM, step)
@@ -226,6 +283,9 @@ FORMS = {
     "distance driver": Form("m", (5e-6, 7e-5), distance_error),
     "torque of the four-bar": Form("%", (0.02, 0.05), torque_error),
     "pendulum period": Form("%", (0.001, math.nan), period_error),
+    "beads on a cycloid": Form("m", (math.nan, math.nan), cycloid_error),
+    "cam": Form("m", (math.nan, math.nan), cam_error),
+    "bead on a turning hoop": Form("m", (math.nan, math.nan), hoop_error),
     "trimming": Form("rad", (1e-9, 1e-9), trim_error, has_order=False),
 }
 

@@ -179,8 +179,51 @@ MISTAKES = [
     (
         "    sensors",
         "    constraints: [{curve: crank.end}]\n    sensors",
-        "12:27: a point on a curve is not simulated; use a prismatic joint for a straight guide, a revolute one on "
-        "a rod for an arc, or a motion with signal: {table: {points: ...}} for a cam",
+        "12:27: a curve is one of points, circle and ellipse; this one has none",
+    ),
+    (
+        "    sensors",
+        "    constraints: [{curve: crank.end, on: crank, circle: 1}]\n    sensors",
+        "12:27: the point and the curve are both on 'crank'; name two bodies",
+    ),
+    (
+        "    sensors",
+        "    constraints: [{curve: crank.end, on: rokcer, circle: 1}]\n    sensors",
+        "12:42: no body 'rokcer' in this mechanism; did you mean 'rocker'?",
+    ),
+    (
+        "    sensors",
+        "    constraints: [{curve: coupler.end, at: [9, 0, 0], circle: 0.1}]\n    sensors",
+        "12:27: the point does not reach its curve with these lengths and start values: it misses by 4.677 m; change "
+        "them, or leave out the start of a joint",
+    ),
+    (
+        "    sensors",
+        "    constraints: [{curve: crank.end, points: [[0, 0, 0], [0, 0, 0]]}]\n    sensors",
+        "12:58: this point is that of its neighbour; leave it out",
+    ),
+    (
+        "    sensors",
+        "    constraints: [{name: q3, curve: rocker.end, circle: 1}]\n    sensors",
+        "12:19: name 'q3' is taken by joints[1]; give each its own",
+    ),
+    (
+        "{angle: q2, signal: {ramp: {from_deg: 28.6, slope_deg: 114.6}}}",
+        "{position: c, signal: {ramp: {slope: 1}}}]\n    constraints: [{name: c, curve: crank.end, circle: 1}",
+        "11:28: 'c' is how far a point is along a curve; name a joint, or push the point with force: BODY.POINT",
+    ),
+    ("sensors: [", "sensors: [{joint: q4}, ", "12:36: 'q4' has this sensor already, sensors[0]; leave one out"),
+    (
+        "sensors: [",
+        "sensors: [{body: {crank: [0, 0, 0]}}, {body: {crank: [1, 0, 0]}}, ",
+        "12:50: 'crank' has this sensor already, sensors[0]; give this one a name, or leave it out",
+    ),
+    ("rod: [1.0, 0.05]}", "rod: [1.0, 0.05], mass: 1.e-30}", "5:52: the mass is 1e-30 kg; make it 1e-09 kg at least"),
+    (
+        "rod: [3.0, 0.05]}",
+        "rod: [3.0, 0.05], center: [0, 0, 0], inertia: [0, 0, 0, 0, 0, 0]}",
+        "9:9: joint 'q4' moves nothing that has a mass or an inertia about it, so that no force tells how it moves; "
+        "give body 'rocker' an inertia",
     ),
     (
         "    sensors",

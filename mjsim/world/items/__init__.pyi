@@ -64,6 +64,7 @@ from .mechanisms import Actuator as Actuator
 from .mechanisms import ActuatorSensor as ActuatorSensor
 from .mechanisms import Assembly as Assembly
 from .mechanisms import BodySensor as BodySensor
+from .mechanisms import CurvePoint as CurvePoint
 from .mechanisms import ForceActuator as ForceActuator
 from .mechanisms import JointSensor as JointSensor
 from .mechanisms import Mechanism as Mechanism

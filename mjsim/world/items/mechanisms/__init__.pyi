@@ -5,6 +5,7 @@ from .actuators import TorqueActuator as TorqueActuator
 from .actuators import actuator_kind as actuator_kind
 from .assembly import Assembly as Assembly
 from .assembly import Coupling as Coupling
+from .assembly import CurvePoint as CurvePoint
 from .assembly import Motion as Motion
 from .bodies import MechanismBall as MechanismBall
 from .bodies import MechanismBody as MechanismBody

@@ -7,19 +7,19 @@ import numpy as np
 from pydantic_core import PydanticCustomError
 
 from mjsim.geometry import Array
-from mjsim.mechanics import Apart, Coincide, Linear, Rows, close, jacobian, rates, tracked
+from mjsim.mechanics import Apart, Coincide, Linear, Linkage, Meet, Rows, close, jacobian, rates, tracked
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.assembly import Assembly, Motion, rank_of
+from mjsim.world.items.mechanisms.masses import check_inertias
 from mjsim.world.items.mechanisms.motions import Read, motions_of
 from mjsim.world.items.mechanisms.parts import MechanismParts
 from mjsim.world.items.mechanisms.points import GROUND
 from mjsim.world.items.mechanisms.rest import trimmed
 from mjsim.world.items.mechanisms.sensed import check_sensors
 from mjsim.world.items.mechanisms.ties import couplings_of, rods_of, tied_rows
+from mjsim.world.items.mechanisms.tracks import begin_tracks, track_speeds, tracks_of
 from mjsim.world.items.mechanisms.tree import Points, linkage_of, places_of, tree_of, values_of
 
-TURNED = 0.05
-"""Angles below this are not told of a loop that does not close [deg]."""
 SAME = 1e-6
 """Values at the start that differ less are the same [rad, m]."""
 
@@ -39,16 +39,24 @@ def assemble(mechanism: MechanismParts, read: Read) -> Assembly:
     axis = next((each for joint in mechanism.all_joints if (each := getattr(joint, "axis", None))), (0.0, 0.0, 1.0))
     linkage, bodies, cuts = linkage_of(mechanism, places, tree_of(mechanism, places), axis)
     names, columns, slides = values_of(mechanism)
-    closures: list[Rows] = [Coincide(*pair) for pair in cuts.values()]
+    made = tracks_of(mechanism, bodies, points, axis, column=len(names))
+    tracks = tuple(track for track, _ in made)
+    linkage = Linkage([*linkage.joints, *(joint for _, joint in made)])
+    own = tuple(track.name for track in tracks)
+    closures: list[Rows] = [
+        *(Coincide(*pair) for pair in cuts.values()),
+        *(Meet(each.ghost, each.spot) for each in tracks),
+    ]
     found = Assembly(
-        bodies=bodies,
+        bodies=(*bodies, *("" for _ in tracks)),
         linkage=linkage,
         rows=tuple(closures),
         cuts=cuts,
         places=places,
-        names=names,
-        columns=columns,
-        slides=slides,
+        names=(*names, *own),
+        columns={**columns, **{each.name: range(each.column, each.column + 1) for each in tracks}},
+        slides=(*slides, *(True for _ in tracks)),
+        tracks=tracks,
         drives=(),
         start=np.zeros(linkage.size),
         speeds=np.zeros(linkage.size),
@@ -63,6 +71,7 @@ def assemble(mechanism: MechanismParts, read: Read) -> Assembly:
 def _started(mechanism: MechanismParts, found: Assembly) -> Assembly:
     """Return the assembly with its values and speeds at the start."""
     begin, held = _given(mechanism, found)
+    begin_tracks(mechanism, found, begin, held)
     rows = [*found.rows, *tied_rows(found, None), *driver_rows(found, 0.0)]
     # Where a loop is cut, the joint follows what is said of the others.
     begin = tracked(found.linkage, rows, begin, columns=_unsaid_at_cuts(mechanism, found, held))
@@ -72,6 +81,7 @@ def _started(mechanism: MechanismParts, found: Assembly) -> Assembly:
     found = dataclasses.replace(found, rows=(*found.rows, *tied_rows(found, closed.values)))
     if mechanism.mode == "trim":
         return trimmed(mechanism, found, closed.values, held)
+    check_inertias(mechanism, found, closed.values)
     _within(mechanism, found, closed.values)
     _check_drives(mechanism, found, closed.values)
     speeds = _speeds(mechanism, found, closed.values)
@@ -128,19 +138,19 @@ def _shown(value: float, found: Assembly, column: int) -> str:
 
 
 def _open(mechanism: MechanismParts, found: Assembly, values: Array, miss: float) -> PydanticCustomError:
-    placement = found.linkage.place(values)
-    worst, far = "", 0.0
-    for name, (ghost, body) in found.cuts.items():
-        missed = Coincide(ghost, body).residual(found.linkage, placement, values)
-        if np.abs(missed).max() >= far:
-            worst, far = name, float(np.abs(missed).max())
-            turned = math.degrees(float(np.linalg.norm(missed[3:])))
-            how = f"{np.linalg.norm(missed[:3]):.4g} m" + (f" and {turned:.4g} degrees" if turned > TURNED else "")
+    worst, how = found.gap(values)
     if not worst:
         return fault(
             f"the start values miss what the constraints ask for by {miss:.4g}; leave some of them out", "joints"
         )
-    number = next(place for place, joint in enumerate(mechanism.all_joints) if joint.name == worst)
+    number = next((place for place, joint in enumerate(mechanism.all_joints) if joint.name == worst), -1)
+    if number < 0:
+        track = next(track for track in found.tracks if track.name == worst)
+        return fault(
+            f"the point does not reach its curve with these lengths and start values: it misses by {how}; change them,"
+            " or leave out the start of a joint",
+            *("constraints", track.number, "curve"),
+        )
     return fault(
         f"the loop at joint '{worst}' does not close with these lengths and start values: it misses by {how};"
         " change them, or leave out the start of a joint in it",
@@ -205,6 +215,7 @@ def _speeds(mechanism: MechanismParts, found: Assembly, values: Array) -> Array:
         for column, speed in zip(found.columns[joint.name], joint.spread("speed"), strict=True):
             if speed is not None:
                 held[column] = speed
+    held |= track_speeds(mechanism, found)
     for drive in found.drives:
         if drive.column >= 0:
             rate = drive.signal.value(0.0) if drive.kind == "velocity" else drive.signal.rate(0.0)

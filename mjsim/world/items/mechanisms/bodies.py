@@ -16,6 +16,8 @@ if TYPE_CHECKING:  # worlds without mechanisms start without it
 DENSITY = 1000.0
 """Of a body whose mass is not given [kg/m^3]."""
 
+LIGHTEST = 1e-9
+"""Mass of a body that the physics can move [kg]."""
 SHORTEST = 1e-5
 """Length of a rod that has a direction for the physics [m]."""
 RIM = 24
@@ -50,6 +52,8 @@ class _Body(Model):
     def _can_be(self) -> Self:
         if self.name == GROUND:
             raise fault(f"'{GROUND}' is what does not move; give the body another name", "name")
+        if self.mass is not None and self.mass < LIGHTEST:
+            raise fault(f"the mass is {self.mass:g} kg; make it {LIGHTEST:g} kg at least", "mass")
         if self.inertia is not None:
             _check_inertia(self.inertia)
         return self

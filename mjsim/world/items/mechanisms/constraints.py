@@ -1,16 +1,23 @@
 """Constraints of mechanisms: what must hold between joints or bodies beside the joints themselves."""
 
+import math
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from mjsim.world.ground import Length, Model, OneOf, fault
-from mjsim.world.items.mechanisms.points import Axis, End, Named, PartName
+from mjsim.world.ground import Length, Metres, Model, OneOf, Point3, fault
+from mjsim.world.items.mechanisms.bodies import RollPitchYaw
+from mjsim.world.items.mechanisms.points import GROUND, Axis, End, Named, PartName
 
 
 class _Constraint(Model):
     name: PartName | None = None
     """How errors call it."""
+
+    def called(self, number: int) -> str:
+        """Return its name, or what stands for one where it is of that number among the constraints, from 0."""
+        kind = next(key for key, model in CONSTRAINTS.items() if isinstance(self, model))
+        return self.name or f"{kind if kind in ('parallel', 'curve') else 'constraint'}{number + 1}"
 
 
 class GearConstraint(_Constraint):
@@ -56,18 +63,58 @@ class ParallelConstraint(_Constraint):
 
 
 class CurveConstraint(_Constraint):
-    """A point stays on a curve of a body."""
+    """A point slides along a smooth curve of another body without friction, and never leaves it."""
 
+    name: PartName | None = None
+    """Of its value, how far along the curve the point is [m]; `curve1` and so on unless given."""
     curve: End
     """The point."""
+    on: PartName = GROUND
+    """The body that carries the curve."""
+    points: Annotated[tuple[Point3, ...], Field(strict=False, min_length=2, max_length=1000)] | None = None
+    """Which a smooth curve passes, a cubic spline, frame of the body [m]; an open one goes on straight at its ends."""
+    closed: bool = False
+    """Whether the curve comes back from the last of `points` to the first."""
+    circle: Length | None = None
+    """Radius of a circle about `at`, in place of points [m]."""
+    ellipse: Annotated[tuple[Length, ...], Field(strict=False, min_length=2, max_length=2)] | None = None
+    """Half of its sizes along x, or what of x lies in its plane, and across that, in place of points [m]."""
+    axis: Axis | None = None
+    """Normal of a circle or an ellipse; the axis of the mechanism's first joint unless given."""
+    at: Point3 = (0.0, 0.0, 0.0)
+    """Where the curve has its origin, frame of the body [m]."""
+    rpy_deg: RollPitchYaw = (0.0, 0.0, 0.0)
+    """How the curve is turned against the body."""
+    start: Metres | None = None
+    """How far along the curve the point is at the start; what follows from the joints unless given [m]."""
+    near: Metres | None = None
+    """Near which length it starts, where several fit; the nearest to the point unless given [m]."""
+    speed: Metres | None = None
+    """Its speed along the curve at the start [m/s]."""
 
     @model_validator(mode="after")
-    def _is_refused(self) -> Self:
-        raise fault(
-            "a point on a curve is not simulated; use a prismatic joint for a straight guide, a revolute one on a rod"
-            " for an arc, or a motion with signal: {table: {points: ...}} for a cam",
-            "curve",
-        )
+    def _is_one_curve(self) -> Self:
+        given = [key for key in ("points", "circle", "ellipse") if getattr(self, key) is not None]
+        if len(given) != 1:
+            have = " and ".join(given) or "none"
+            raise fault(f"a curve is one of points, circle and ellipse; this one has {have}", "curve")
+        if self.points is None and self.closed:
+            raise fault("a circle or an ellipse is closed; leave out closed", "closed")
+        if self.points is not None:
+            self._check_points(self.points)
+        return self
+
+    def _check_points(self, points: tuple[tuple[float, ...], ...]) -> None:
+        if self.axis is not None:
+            raise fault("points say where the curve is; leave out axis", "axis")
+        if self.closed and len(points) < 3:
+            raise fault(f"a closed curve has {len(points)} points; give 3 at least", "points")
+        pairs = list(zip(points, points[1:] + points[:1] * self.closed, strict=False))
+        longest = max(math.dist(one, other) for one, other in pairs)
+        for number, (one, other) in enumerate(pairs, start=1):
+            if math.dist(one, other) <= 1e-6 * longest:
+                place = number % len(points)
+                raise fault("this point is that of its neighbour; leave it out", "points", place)
 
 
 CONSTRAINTS: dict[str, type[_Constraint]] = {

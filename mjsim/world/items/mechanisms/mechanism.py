@@ -52,12 +52,14 @@ class Mechanism(MechanismParts):
 
     def _taken(self) -> Iterator[tuple[str, tuple[str | int, ...]]]:
         owners: dict[str, str] = {}
-        for kind, items in (("bodies", self.bodies), ("joints", self.joints)):
-            for number, item in enumerate(items):
-                if item.name in owners:
-                    yield f"name '{item.name}' is taken by {owners[item.name]}; give each its own", (kind, number)
-                owners.setdefault(item.name, f"{kind}[{number}]")
-                if item.name == GROUND:
+        lists = {"bodies": [item.name for item in self.bodies], "joints": [item.name for item in self.joints]}
+        lists["constraints"] = [item.called(number) for number, item in enumerate(self.constraints)]
+        for kind, names in lists.items():
+            for number, name in enumerate(names):
+                if name in owners:
+                    yield f"name '{name}' is taken by {owners[name]}; give each its own", (kind, number)
+                owners.setdefault(name, f"{kind}[{number}]")
+                if name == GROUND:
                     yield f"'{GROUND}' is what does not move; give another name", (kind, number)
 
     @cached_property

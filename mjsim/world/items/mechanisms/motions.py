@@ -73,7 +73,7 @@ def _actuated(
             raise fault(f"a {kind} on a body needs its direction; add axis: [x, y, z]", *path)
         return -1
     try:
-        column = found.column(target)
+        column = found.moved_column(target)
     except ValueError as error:
         raise fault(str(error), *path) from None
     if getattr(actuator, "axis", None) is not None:

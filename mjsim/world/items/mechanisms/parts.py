@@ -50,9 +50,9 @@ class MechanismParts(Model):
     def all_joints(self) -> tuple[MechanismJoint, ...]:
         """Its joints, and those that constraints stand for: a parallel axis is three slides and a turn."""
         found: list[MechanismJoint] = list(self.joints)
-        for number, item in enumerate(self.constraints, start=1):
+        for number, item in enumerate(self.constraints):
             if isinstance(item, ParallelConstraint):
                 slides = [{"slide": axis} for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]
-                keys = {"custom": item.name or f"parallel{number}", "of": item.parallel}
+                keys = {"custom": item.called(number), "of": item.parallel}
                 found.append(CustomJoint.model_validate({**keys, "motions": [*slides, {"turn": item.axis}]}))
         return tuple(found)

@@ -5,12 +5,21 @@ from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.assembly import Assembly
 from mjsim.world.items.mechanisms.parts import MechanismParts
 from mjsim.world.items.mechanisms.points import GROUND, place_of
-from mjsim.world.items.mechanisms.sensors import ActuatorSensor, BodySensor, JointSensor, ReactionSensor
+from mjsim.world.items.mechanisms.sensors import SENSORS, ActuatorSensor, BodySensor, JointSensor, ReactionSensor
 from mjsim.world.items.mechanisms.tree import Points
 
 
 def check_sensors(mechanism: MechanismParts, found: Assembly, points: Points) -> None:
-    """Raise a fault for a sensor of what is not there."""
+    """Raise a fault for a sensor of what is not there, and for one that is there twice."""
+    taken = dict[tuple[str, str], int]()
+    for number, sensor in enumerate(mechanism.sensors):
+        kind = next(key for key, model in SENSORS.items() if isinstance(sensor, model))
+        called = sensor.called if isinstance(sensor, BodySensor) else str(getattr(sensor, kind))
+        if (kind, called) in taken:
+            wanted = "give this one a name, or leave it out" if kind == "body" else "leave one out"
+            other = taken[kind, called]
+            raise fault(f"'{called}' has this sensor already, sensors[{other}]; {wanted}", "sensors", number, kind)
+        taken[kind, called] = number
     for number, sensor in enumerate(mechanism.sensors):
         path = ("sensors", number)
         match sensor:

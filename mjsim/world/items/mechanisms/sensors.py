@@ -32,6 +32,15 @@ class BodySensor(Model):
 
     body: End
     """`BODY`, `BODY.POINT` or {BODY: [x, y, z]}."""
+    name: Named | None = None
+    """With which the names of its numbers begin; what stands at `body` unless given."""
+
+    @property
+    def called(self) -> str:
+        """With what the names of its numbers begin."""
+        if self.name is not None:
+            return self.name
+        return self.body if isinstance(self.body, str) else next(iter(self.body))
 
 
 SENSORS: dict[str, type[Model]] = {

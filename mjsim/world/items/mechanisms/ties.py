@@ -24,7 +24,7 @@ def couplings_of(mechanism: MechanismParts, found: Assembly) -> tuple[Coupling, 
             ratio = joint.pitch / (2.0 * math.pi)
             made.append(Coupling(name=f"{joint.name}.thread", first=turn + 1, second=turn, ratio=ratio))
     for number, item in enumerate(mechanism.constraints):
-        name = item.name or f"constraint{number + 1}"
+        name = item.called(number)
         if isinstance(item, GearConstraint):
             first, second = _columns(found, item.gear, (False, False), ("constraints", number, "gear"))
             made.append(Coupling(name=name, first=first, second=second, ratio=item.ratio))
@@ -40,7 +40,7 @@ def _columns(
     columns = []
     for place, (name, slide) in enumerate(zip(names, slides, strict=True)):
         try:
-            column = found.column(name)
+            column = found.moved_column(name)
         except ValueError as error:
             raise fault(str(error), *path, place) from None
         if found.slides[column] != slide:
@@ -58,7 +58,7 @@ def rods_of(mechanism: MechanismParts, found: Assembly, points: Points) -> tuple
     for number, item in enumerate(mechanism.constraints):
         if isinstance(item, DistanceConstraint):
             ends = spots_of(item.distance, found, points, ("constraints", number, "distance"))
-            made.append(Rod(name=item.name or f"constraint{number + 1}", ends=ends, length=item.length))
+            made.append(Rod(name=item.called(number), ends=ends, length=item.length))
     return tuple(made)
 
 

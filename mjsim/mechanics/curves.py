@@ -1,0 +1,140 @@
+"""Smooth curves in space by their length: where they are, which way they go, and how they bend.
+
+References:
+    do Carmo, Differential Geometry of Curves and Surfaces (1976), section 1.3; de Boor, A Practical Guide to Splines
+    (2001), chapter 4.
+"""
+
+import math
+from bisect import bisect_right
+from itertools import pairwise
+from typing import Self
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.special import roots_legendre
+
+from mjsim.geometry import Array
+from mjsim.mechanics.transforms import cross
+
+FINE = 40
+"""Pieces by which what lies between two given points is measured and drawn."""
+ROUND = 1440
+"""Pieces of a circle or an ellipse."""
+STRAIGHT = 1e-9
+"""Width of a curve that is a straight line, as a share of its length."""
+ROUNDS = 30
+"""Steps of Newton's method towards the nearest point."""
+NEAR = 1e-8
+"""A step towards the nearest point shorter than this share of the curve is the last: its error is the square."""
+
+
+class SpaceCurve:
+    """A smooth curve by its length; an open one goes on along straight lines beyond its ends."""
+
+    def __init__(self, points: Array, *, closed: bool, axis: Array, pieces: int = FINE) -> None:
+        """Lay a cubic spline through points, and measure it.
+
+        Args:
+            points: Which it passes, shape (n, 3) [m]; a closed curve comes back to the first, which is not repeated.
+            closed: Whether it does.
+            axis: Across it where it is straight, so that no plane has it alone, shape (3,).
+            pieces: Into which the way between two points is cut where it is measured.
+        """
+        points = np.concatenate([points, points[:1]]) if closed else points
+        marks = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+        rough = CubicSpline(marks, points, bc_type="periodic" if closed else "not-a-knot")
+        fine = np.concatenate([np.linspace(a, b, pieces, endpoint=False) for a, b in pairwise(marks)])
+        fine = np.append(fine, marks[-1])
+        nodes, weights = roots_legendre(5)
+        half = np.diff(fine)[:, None] / 2.0
+        speeds = np.linalg.norm(rough((fine[:-1, None] + half) + half * nodes, 1), axis=-1)
+        along = np.concatenate([[0.0], np.cumsum((speeds * weights * half).sum(axis=1))])
+        self.closed, self.length = closed, float(along[-1])
+        """Whether it comes back to where it begins, and its length [m]."""
+        knots = rough(fine)
+        if closed:
+            knots[-1] = knots[0]
+        self._spline = CubicSpline(along, knots, bc_type="periodic" if closed else "not-a-knot")
+        self._marks: list[float] = along.tolist()
+        self._cubes = list(np.moveaxis(self._spline.c, 1, 0))
+        sizes, ways = np.linalg.svd(knots - knots.mean(axis=0), full_matrices=False)[1:]
+        self.axis: Array = axis / np.linalg.norm(axis) if sizes[1] < STRAIGHT * sizes[0] else ways[-1]
+        """The direction in which it is flattest, shape (3,): the normal of its plane where it has one."""
+
+    @classmethod
+    def ellipse(cls, across: float, up: float, axis: Array) -> Self:
+        """Return an ellipse about the origin.
+
+        Args:
+            across: Half of its size along the first direction in its plane [m].
+            up: Half of its size along the second [m].
+            axis: Normal of its plane, shape (3,); both directions follow from it as those of a planar joint do.
+        """
+        turns = np.arange(ROUND) * 2.0 * math.pi / ROUND
+        first, second = plane(axis)
+        points = across * np.outer(np.cos(turns), first) + up * np.outer(np.sin(turns), second)
+        return cls(points, closed=True, axis=axis, pieces=1)
+
+    def at(self, along: float) -> tuple[Array, Array, Array]:
+        """Return where it is at a length from its beginning, its tangent there, and how that changes with the length.
+
+        Args:
+            along: The length [m].
+
+        Returns:
+            place: Shape (3,) [m].
+            slope: Of length 1, as nearly as the spline has it, shape (3,).
+            bend: 0 beyond the ends, shape (3,) [1/m].
+        """
+        inner = along % self.length if self.closed else min(max(along, 0.0), self.length)
+        piece = min(max(bisect_right(self._marks, inner) - 1, 0), len(self._cubes) - 1)
+        u = inner - self._marks[piece]
+        a, b, c, d = self._cubes[piece]
+        slope = (3.0 * u * a + 2.0 * b) * u + c
+        place = ((u * a + b) * u + c) * u + d
+        beyond = 0.0 if self.closed else along - inner
+        return place + beyond * slope, slope, np.zeros(3) if beyond else 6.0 * u * a + 2.0 * b
+
+    def place(self, along: float) -> Array:
+        """Return where it is at a length from its beginning [m], shape (3,) [m]."""
+        return self.at(along)[0]
+
+    def normals(self, along: float) -> Array:
+        """Return two directions across it at a length, shape (2, 3): in its plane and along its axis if it is flat."""
+        tangent = self.at(along)[1]
+        across = cross(self.axis, tangent)
+        first = across / np.linalg.norm(across) if np.linalg.norm(across) > 1e-6 else plane(tangent)[0]
+        second = cross(tangent, first)
+        return np.array([first, second / np.linalg.norm(second)])
+
+    def sampled(self, count: int) -> Array:
+        """Return points along it, shape (count + 1, 3) [m]; the last of a closed one is the first."""
+        return np.asarray(self._spline(np.linspace(0.0, self.length, count + 1)))
+
+    def nearest(self, point: Array) -> float:
+        """Return the length at which it is nearest to a point, shape (3,) [m]."""
+        apart = np.linalg.norm(self._spline(self._marks) - point, axis=1)
+        return self.follow(point, self._marks[int(np.argmin(apart))])
+
+    def follow(self, point: Array, along: float) -> float:
+        """Return the length near another at which it is square to the way to a point, shape (3,) [m]."""
+        for _ in range(ROUNDS):
+            place, tangent, bend = self.at(along)
+            away = point - place
+            grows = float(tangent @ tangent - bend @ away)
+            # Past the centre of its bend the nearest point is far away; stay with the tangent there.
+            step = float(tangent @ away) / (grows if grows > 0.1 else float(tangent @ tangent))
+            along += min(max(step, -self.length / 20.0), self.length / 20.0)
+            if abs(step) < NEAR * self.length:
+                break
+        return along
+
+
+def plane(normal: Array) -> tuple[Array, Array]:
+    """Return two directions in the plane of a normal, right-handed with it, shape (3,) each: x first if it can be."""
+    unit = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
+    start = np.array([1.0, 0.0, 0.0]) if abs(unit[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    first = start - (start @ unit) * unit
+    first /= np.linalg.norm(first)
+    return first, cross(unit, first)

@@ -1,0 +1,135 @@
+"""Points that stay on curves: what the constraints of the physics that hold them there aim at.
+
+A tendon between the point and a site far away across the curve, of constant length, holds the point in one direction
+across. There are two for each curve, one in a plane mechanism. Before every step their sites go to where the point is
+now, so that only what happens within one step is left to the tendons; the bend of the curve comes in by the
+acceleration that it asks for.
+With n a direction across and s the length along the curve, fixed to the body that carries it,
+
+    n . (P'' - C'') = 2 n . (w x T s') + n . C_ss s'^2
+
+where C'' is the acceleration of the body's own point at the place of the point, w how the body turns, and T = C_s.
+
+References:
+    Haug, Computer-Aided Kinematics and Dynamics of Mechanical Systems (1989), section 3.4; sim/closures.py has why a
+    constraint comes to rest beside where it aims.
+"""
+
+import mujoco
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.mechanics import cross
+from mjsim.sim.followers import yielded
+from mjsim.world import CurvePoint, Mechanism
+
+
+class TrackAtWork:
+    """One point on a curve: the two constraints of the physics that hold it there."""
+
+    def __init__(self, model: mujoco.MjModel, mechanism: Mechanism, track: CurvePoint) -> None:
+        """Find the constraints.
+
+        Args:
+            model: The compiled world.
+            mechanism: Whose point it is.
+            track: Which one.
+        """
+        full, assembly = f"{mechanism.name}/{track.name}", mechanism.assembly
+        joint = assembly.linkage.joints[track.ghost - 1]
+        curve = joint.primitives[0].curve
+        assert curve is not None, "made for it"
+        self._model, self._curve = model, curve
+        self._body_from_curve = joint.before if joint.parent else mechanism.world_from_ground @ joint.before
+        self._along = float(assembly.start[track.column])
+        self._point = model.site(f"{full}.b").id
+        names = {model.tendon(number).name: number for number in range(model.ntendon)}
+        self._ways = [count for count in (0, 1) if f"{full}.{count}" in names]
+        self._sites = [model.site(f"{full}.a{count}").id for count in self._ways]
+        self._equalities = [model.equality(f"{full}.{count}").id for count in self._ways]
+        self._lever = float(model.tendon_length0[names[f"{full}.{self._ways[0]}"]])
+        first = self._equalities[0]
+        self._yields = float(model.eq_solimp[first, 1] * model.eq_solref[first, 0] ** 2)
+        """1 / k of the constraints [s^2]."""
+
+    def aim(self, data: mujoco.MjData, scratch: mujoco.MjData) -> None:
+        """Set what the constraints aim at in the next step.
+
+        Args:
+            data: With the forces of the step before.
+            scratch: The state now, with kinematics and velocities worked out.
+        """
+        gave = [yielded(self._model, data, equality) for equality in self._equalities]
+        alone = self.place(scratch)
+        for equality, own, change in zip(self._equalities, gave, alone.values(), strict=True):
+            self._model.eq_data[equality, 0] = own - self._yields / 2.0 * change
+
+    def place(self, scratch: mujoco.MjData) -> dict[int, float]:
+        """Put the sites where the point is, and return how the lengths of the tendons change by the speeds alone.
+
+        Args:
+            scratch: A state with kinematics and velocities worked out.
+
+        Returns:
+            By the number of the constraint, what the second derivative of the length is beyond what the accelerations
+            of the joints make [m/s^2].
+        """
+        model, carrier = self._model, int(self._model.site_bodyid[self._sites[0]])
+        pose = self._body_from_curve
+        body, at = scratch.xmat[carrier].reshape(3, 3), scratch.xpos[carrier]
+        point = scratch.site_xpos[self._point]
+        inner = pose[:3, :3].T @ (body.T @ (point - at) - pose[:3, 3])
+        self._along = self._curve.follow(inner, self._along)
+        turned = body @ pose[:3, :3]
+        on, slope, curl = self._curve.at(self._along)
+        here = at + body @ (pose[:3, :3] @ on + pose[:3, 3])
+        ends = [self._motion(scratch, int(model.site_bodyid[self._point]), point), self._motion(scratch, carrier, here)]
+        tangent, bend = turned @ slope, turned @ curl
+        speed = float(tangent @ (ends[0][0] - ends[1][0])) / float(tangent @ tangent)
+        turning = 2.0 * speed * cross(ends[1][2], tangent)
+        gap = ends[0][1] - ends[1][1] - turning - bend * speed**2
+        found, normals = {}, self._curve.normals(self._along)
+        for site, equality, way in zip(self._sites, self._equalities, self._ways, strict=True):
+            across = normals[way]
+            model.site_pos[site] = pose[:3, :3] @ (on + self._lever * across) + pose[:3, 3]
+            # The length grows as the point goes away from the site.
+            found[equality] = -float(turned @ across @ gap)
+        return found
+
+    def _motion(self, scratch: mujoco.MjData, body: int, point: Array) -> tuple[Array, Array, Array]:
+        """Return speed, acceleration by the speeds alone, and rate of turn of a point of a body, shape (3,) each."""
+        model, speeds = self._model, scratch.qvel
+        slope, turn = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+        mujoco.mj_jac(model, scratch, slope, turn, point, body)
+        change = np.zeros((3, model.nv))
+        mujoco.mj_jacDot(model, scratch, change, None, point, body)
+        return slope @ speeds, change @ speeds, turn @ speeds
+
+
+class Tracks:
+    """All points on curves of a mechanism."""
+
+    def __init__(self, model: mujoco.MjModel, mechanism: Mechanism) -> None:
+        """Find them."""
+        self._model = model
+        self._all = [TrackAtWork(model, mechanism, track) for track in mechanism.assembly.tracks]
+
+    def __bool__(self) -> bool:
+        """Whether there are any."""
+        return bool(self._all)
+
+    def aim(self, data: mujoco.MjData, scratch: mujoco.MjData) -> None:
+        """Set what all aim at in the next step; `scratch` has the state of `data`, and is worked out here."""
+        self._work_out(scratch)
+        for each in self._all:
+            each.aim(data, scratch)
+
+    def place(self, scratch: mujoco.MjData) -> dict[int, float]:
+        """Put all sites where the points are in a state, which is worked out here; `TrackAtWork.place` says more."""
+        self._work_out(scratch)
+        return {equality: change for each in self._all for equality, change in each.place(scratch).items()}
+
+    def _work_out(self, scratch: mujoco.MjData) -> None:
+        mujoco.mj_kinematics(self._model, scratch)
+        mujoco.mj_comPos(self._model, scratch)
+        mujoco.mj_comVel(self._model, scratch)
