@@ -91,6 +91,7 @@ def drive(slam: EkfSlam, *, scale: float = 1.0, veer: float = 0.0, carried: Pose
 VARIANTS = ("standard", "first-estimates", "invariant")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jacobians", VARIANTS)
 def test_systematic_errors_of_odometry_are_learnt(jacobians):
     slam = EkfSlam(jacobians=jacobians)
@@ -99,6 +100,7 @@ def test_systematic_errors_of_odometry_are_learnt(jacobians):
     assert slam.systematic_errors == pytest.approx([1.0 / 1.08 - 1.0, -0.06 / 1.08], abs=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jacobians", VARIANTS)
 def test_a_robot_that_was_carried_away_finds_itself_on_its_map(jacobians):
     errors = drive(EkfSlam(jacobians=jacobians), carried=Pose(-1.5, 1.0, -2.0))

@@ -152,6 +152,7 @@ def test_what_is_no_recording_is_told_in_one_line(room, capsys):
         assert len(err.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_the_schema_is_json_that_names_the_walls(capsys):
     code, out, _ = typed("schema", capsys=capsys)
     assert code == 0

@@ -216,6 +216,7 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> Recording:
         return mjsim.run(sim, seconds=0.4, record=tmp_path_factory.mktemp("alone") / "run.mcap")
 
 
+@pytest.mark.slow
 def test_a_bag_comes_in_again_and_goes_out_the_same(alone: Recording, tmp_path: Path):
     again = import_log(export_rosbag2(alone, tmp_path / "bag"), record=tmp_path / "again.mcap")
     (robot,) = again.robots

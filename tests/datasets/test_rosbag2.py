@@ -225,6 +225,7 @@ def test_the_map_has_walls_where_the_world_has_them(bag: Bag):
     assert (cell(0.01, 2.0), cell(3.5, 2.2), cell(1, 1), cell(-0.5, 2)) == (100, 100, 0, -1)
 
 
+@pytest.mark.slow
 def test_pictures_drawn_again_are_raw_and_hold_depth(run: Recording, tmp_path: Path):
     bag = Bag(export_rosbag2(run, tmp_path / "raw", storage="sqlite3", redraw=True))
     raw, depths = bag.messages[f"/{SCOUT}/eye/image_raw"], bag.messages[f"/{SCOUT}/eye/depth/image_raw"]

@@ -34,7 +34,7 @@ def brought(name: str) -> tuple[Grid, World]:
     return read_grid(path), world_from_map(path)
 
 
-LARGE = {"depot", "house"}
+LARGE = {"cave", "depot", "house"}
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] if n in LARGE else []) for n in FIGURES])

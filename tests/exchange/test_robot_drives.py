@@ -38,7 +38,7 @@ from tests.exchange.odd_robots import (
         ),
         ("casters.urdf", on_casters(), "differential", (0.4, 0.005), 0.08),
         # Its wheels lie 2 x (0.17035 - 0.0125) m apart.
-        ("tall.xml", STRETCHED, "differential", (0.3157, 0.002), 0.05),
+        pytest.param("tall.xml", STRETCHED, "differential", (0.3157, 0.002), 0.05, marks=pytest.mark.slow),
     ],
 )
 def test_odd_robots_are_found_whatever_their_axes_and_frames(tmp_path, name, text, drive, track, radius):

@@ -89,7 +89,10 @@ HOSTILE = {
 }
 
 
-@pytest.mark.parametrize("hostile", HOSTILE)
+LARGE = {"many large meshes"}
+
+
+@pytest.mark.parametrize("hostile", [pytest.param(n, marks=[pytest.mark.slow] if n in LARGE else []) for n in HOSTILE])
 def test_a_file_that_no_thing_can_be_is_refused_in_one_line(tmp_path, hostile):
     text, message = HOSTILE[hostile]
     place = tmp_path / "world"

@@ -91,6 +91,7 @@ def test_the_rpe_in_heading_is_that_of_evo(run):
     assert figures["rpe_deg"]["rmse"] == pytest.approx(theirs["rmse"], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_the_error_that_is_not_aligned_is_that_of_evo(run):
     from evo.core.metrics import APE, PoseRelation
 

@@ -144,6 +144,7 @@ def test_the_height_of_its_inertial_sensor_does_not_matter():
     np.testing.assert_allclose(states[:, 1], linear(2.0, lean=0.1)[:, 1], atol=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("aside", [0.0, 3.0])
 def test_it_stands_after_a_shove_of_12_newton_seconds(aside):
     with mjsim.Simulation(joe(rate=25)) as sim:

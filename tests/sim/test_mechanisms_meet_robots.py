@@ -85,6 +85,7 @@ def test_a_camera_sees_a_mechanism_grow_as_it_comes_nearer():
     assert np.ptp(widths) > 8
 
 
+@pytest.mark.slow
 def test_a_robot_bumps_into_a_mechanism_that_stands_and_is_stopped():
     world = mjsim.parse_world(GATE % ("forward", ", friction: 1000", ""))
     rows, bumps = run(world, 8, scout=mjsim.Driver(navigator=Ahead()))
@@ -94,12 +95,14 @@ def test_a_robot_bumps_into_a_mechanism_that_stands_and_is_stopped():
     assert abs(rows[-1, 4]) < 1e-3
 
 
+@pytest.mark.slow
 def test_a_robot_turns_a_turnstile_by_about_a_third_and_passes():
     rows, _ = run("turnstile", 12)
     assert rows[-1, 1] > 6.8
     assert math.degrees(np.ptp(rows[:, 4])) == pytest.approx(120, abs=50)
 
 
+@pytest.mark.slow
 def test_a_seesaw_tips_where_the_moments_of_robot_and_board_are_equal():
     world = mjsim.load_world(WORLDS / "seesaw.yaml")
     rows, bumps = run("seesaw", 12)

@@ -38,7 +38,7 @@ def test_the_physics_goes_on_by_the_step_that_the_world_asks_for(step):
         assert sim.dt == 0.04
 
 
-@pytest.mark.parametrize("step", [1, 2, 4])
+@pytest.mark.parametrize("step", [pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow), 4])
 @pytest.mark.parametrize("preset", ["pioneer3dx", "husky", "f1tenth", "forklift", "robotino", "youbot"])
 def test_speed_times_time_holds_at_every_step(preset, step):
     with mjsim.Simulation(room(preset, step)) as sim:
