@@ -109,6 +109,10 @@ class Log:
     """By the name of the lidar, or of the inertial sensor."""
     cameras: Mapping[str, LoggedCamera] = field(default_factory=dict)
     """Data sheets, by the name of the camera."""
+    sensors: Sequence[str] = ()
+    """What a world file says of further sensors."""
+    steps: int | None = None
+    """Of a wheel's encoder in one turn; None without encoders."""
     landmarks: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Where those of a survey are [m]."""
     motion: MotionNoise = MOTION
@@ -199,6 +203,7 @@ def _robot_lines(log: Log, time: float, rate_hz: float, wishes: Wishes) -> list[
         f"    heading_deg: {math.degrees(start.heading)!r}",
         "    drive: {type: differential, wheel_radius: 0.1, track: 0.4, max_speed: 3}",
         "    body: {radius: 0.25, height: 0.3, mass: 15}",
+        *([f"    odometry: {{ticks: {log.steps}}}"] if log.steps is not None else []),
         *(["    sensors:", *(f"      - {text}" for text in sensors)] if sensors else []),
     ]
 
@@ -222,6 +227,7 @@ def _sensor_texts(log: Log, rate_hz: float, wishes: Wishes) -> list[str]:
             f"{{beacons: eyes, range: [0.01, {_farthest(log)!r}], fov_deg: 360, rate_hz: {rate_hz!r},"
             f" anonymous: {str(nameless).lower()}, {noise}}}"
         )
+    texts += log.sensors
     return texts + [_imu_text(imu, log.mounts.get(imu, Mount())) for imu in sorted({item.name for item in robot.imu})]
 
 

@@ -3,25 +3,40 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjsim.errors import UsageError
+from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array
-from mjsim.interface import Command, Observation
+from mjsim.interface import (
+    AnchorRanges,
+    Command,
+    ImuReading,
+    JointState,
+    Message,
+    Observation,
+    PointCloud,
+    Scan,
+    Sighting,
+    WheelTicks,
+)
 from mjsim.logs.log import AHEAD, Log, Wishes, world_of
 from mjsim.logs.readings import kept
 from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.ticks import write_ticks
 from mjsim.output import require_free
-from mjsim.record import LoggedCamera, Recording, logged_frame
+from mjsim.record import LoggedCamera, LoggedFrame, Recording, check_fit, logged_frame
 from mjsim.world import Camera, World
 
 JITTER = 1e-3
 """Share of a tick by which times may be off an even rate."""
 FASTEST = 250.0
 """Ticks a second."""
+Timed = TypeVar(
+    "Timed", Sighting, ImuReading, Message, LoggedFrame, Scan, PointCloud, AnchorRanges, WheelTicks, JointState
+)
 
 
 def write_log(
@@ -38,8 +53,9 @@ def write_log(
 ) -> Recording:
     """Write what a robot observed, one observation a tick, as a recording and return it.
 
-    Times and stamps are counted from the first observation. Pictures and depth are kept without loss, and are what
-    replayed modules see. The recording's estimate is dead reckoning until an estimator is replayed.
+    Times and stamps are counted from the first observation. Every kind of reading is kept; pictures and depth without
+    loss, and replayed modules see them, but segmentations are left out. The recording's estimate is dead reckoning
+    until an estimator is replayed.
 
     Args:
         record: The MCAP file to write.
@@ -55,7 +71,7 @@ def write_log(
 
     Raises:
         UsageError: The file exists, times are not even, the truth has another shape, the pictures of a camera have
-            several sizes, or the world lacks the robot or a camera.
+            several sizes, or the world lacks the robot or a sensor that gave a reading.
         WorldError: A name is none that a world may have.
         RecordingError: The file cannot be written.
     """
@@ -64,6 +80,7 @@ def write_log(
     poses, cameras = _poses(truth, len(observations)), _cameras(observations, placed=world is None)
     room = world if world is not None else _room(observations, robot, poses, landmarks or {}, cameras, rate)
     _require_robot(room, robot, cameras)
+    _require_sensors(room, robot, observations)
     if abs(room.run.rate_hz - rate) > JITTER * rate:
         raise UsageError(
             f"observations come at {rate:g} Hz and the world's ticks at {room.run.rate_hz:g}; make them equal"
@@ -99,12 +116,15 @@ class _Observed:
             seen,
             time=row * self.dt,
             dt=self.dt,
-            sightings=tuple(replace(item, stamp=item.stamp - first) for item in seen.sightings),
-            scans={name: replace(scan, stamp=scan.stamp - first) for name, scan in seen.scans.items()},
-            imu=tuple(replace(item, stamp=item.stamp - first) for item in seen.imu),
-            cameras={
-                name: replace(logged_frame(frame), stamp=frame.stamp - first) for name, frame in seen.cameras.items()
-            },
+            sightings=_since(first, seen.sightings),
+            imu=_since(first, seen.imu),
+            messages=_since(first, seen.messages),
+            cameras=_named_since(first, {name: logged_frame(frame) for name, frame in seen.cameras.items()}),
+            scans=_named_since(first, seen.scans),
+            clouds=_named_since(first, seen.clouds),
+            ranges=_named_since(first, seen.ranges),
+            encoders=_named_since(first, seen.encoders),
+            joints=_named_since(first, seen.joints),
         )
 
     def command(self, row: int) -> Command:
@@ -115,6 +135,16 @@ class _Observed:
     def identities(self, row: int) -> tuple[str | None, ...]:
         """Return what the sightings were said to be of."""
         return tuple(sighting.name for sighting in self.observations[row].sightings)
+
+
+def _since(first: float, readings: Sequence[Timed]) -> tuple[Timed, ...]:
+    """Return readings with stamps from a time on [s]."""
+    return tuple(replace(each, stamp=each.stamp - first) for each in readings)
+
+
+def _named_since(first: float, readings: Mapping[str, Timed]) -> dict[str, Timed]:
+    """Return readings by sensor with stamps from a time on [s]."""
+    return {name: replace(each, stamp=each.stamp - first) for name, each in readings.items()}
 
 
 def _cameras(observations: Sequence[Observation], *, placed: bool) -> dict[str, LoggedCamera]:
@@ -130,7 +160,10 @@ def _cameras(observations: Sequence[Observation], *, placed: bool) -> dict[str, 
     found: dict[str, LoggedCamera] = {}
     for row, seen in enumerate(observations):
         for name, frame in seen.cameras.items():
-            intrinsics = found.setdefault(name, LoggedCamera(frame.intrinsics, AHEAD if placed else None)).intrinsics
+            camera = found.setdefault(name, LoggedCamera(frame.intrinsics, AHEAD if placed else None))
+            if frame.depth is not None and not camera.has_depth:
+                found[name] = replace(camera, has_depth=True)
+            intrinsics = camera.intrinsics
             size = (intrinsics.height, intrinsics.width)
             for shape in (frame.image.shape[:2], size if frame.depth is None else np.shape(frame.depth)):
                 if shape != size:
@@ -158,6 +191,20 @@ def _require_robot(world: World, robot: str, cameras: Mapping[str, LoggedCamera]
                 f"no camera '{name}' of {size[0]} x {size[1]} pixels on robot '{robot}' in the world; its pictures are"
                 " such"
             )
+
+
+def _require_sensors(world: World, robot: str, observations: Sequence[Observation]) -> None:
+    """Return when each reading is of a sensor that the robot has in the world.
+
+    Raises:
+        UsageError: One is not; the recording could not be read.
+    """
+    sensors = next(item.sensors for item in world.robots if item.name == robot)
+    for row, seen in enumerate(observations):
+        try:
+            check_fit(seen, sensors)
+        except ValueError as error:
+            raise UsageError(f"observation {row}: {error}"[:LONGEST_MESSAGE]) from None
 
 
 def _rate_of(observations: Sequence[Observation]) -> float:
@@ -204,16 +251,32 @@ def _room(
     known = poses[np.isfinite(poses).all(axis=1)]
     scans = {name: kept([scan]) for seen in observations for name, scan in seen.scans.items()}
     frames = {name: kept([logged_frame(frame)]) for seen in observations for name, frame in seen.cameras.items()}
+    clouds = {name: kept([cloud]) for seen in observations for name, cloud in seen.clouds.items()}
+    encoders = {name: ticks for seen in observations for name, ticks in seen.encoders.items()}
+    tags = {name: tag for seen in observations for name, tag in seen.ranges.items()}
     log = RobotLog(
         sightings=[sighting for seen in observations for sighting in seen.sightings],
         scans=scans,
         cameras=frames,
+        clouds=clouds,
         imu=[reading for seen in observations for reading in seen.imu],
         truth=np.concatenate([[0.0], known[0]])[None] if len(known) else None,
     )
     span = (0.0, (len(observations) - 1) / rate)
+    told = Log(
+        kind="observations",
+        robot=log,
+        name=robot,
+        landmarks=landmarks,
+        cameras=cameras,
+        sensors=[
+            *(f"{{uwb: {name}, rate_hz: {rate!r}}}" for name in tags),
+            *(f"{{encoders: {name}, bits: {ticks.bits}, rate_hz: {rate!r}}}" for name, ticks in encoders.items()),
+        ],
+        steps=next((ticks.resolution for ticks in encoders.values()), None),
+    )
     return world_of(
-        [Log(kind="observations", robot=log, name=robot, landmarks=landmarks, cameras=cameras)],
+        [told],
         "log",
         span=span,
         rate_hz=rate,

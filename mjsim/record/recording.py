@@ -253,7 +253,7 @@ class Recording:
         with reading(message, path=self.path):
             seen = observation_of(content)
             stamps = {item["name"]: item["stamp"] for item in content["cameras"]}
-            _check_fit(seen, self._sensors(robot))
+            check_fit(seen, self._sensors(robot))
             if unknown := stamps.keys() - {name for of, name in self.cameras() if of == robot}:
                 raise ValueError(f"a picture of '{min(unknown):.40}', which is no camera of the robot")
         return seen, stamps
@@ -298,7 +298,7 @@ class Recording:
         return next((each.sensors for each in self.world.robots if each.name == robot), ())
 
 
-def _check_fit(seen: Observation, sensors: Collection[AnySensor]) -> None:
+def check_fit(seen: Observation, sensors: Collection[AnySensor]) -> None:
     """Raise ValueError for a reading of a sensor that the robot does not have in the world."""
     names = {name_of(sensor) for sensor in sensors}
     beams = {sensor.lidar: sensor.beams for sensor in sensors if isinstance(sensor, Lidar)}

@@ -1,9 +1,11 @@
 """Tables of one's own and observations of one's own become recordings."""
 
 import gzip
+import itertools
 import math
 import re
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +15,9 @@ import mjsim
 from mjsim.algorithms.ekf_slam import EkfSlam
 from mjsim.errors import MjsimError, UsageError
 from mjsim.geometry import Pose
-from mjsim.interface import Observation, Odometry, Scan, Sighting
+from mjsim.interface import Message, Observation, Odometry, Scan, Sighting, WheelTicks
 from mjsim.logs import Wishes, write_log
+from mjsim.run import drivers_of
 from tests.real_logs import circle, run_command
 
 MARKS = {"a": (2.0, 1.0), "b": (1.0, 3.0), "c": (-1.0, 1.5)}
@@ -159,6 +162,81 @@ def test_observations_of_ones_own_become_a_recording_that_replay_report_and_expo
         write_log(tmp_path / "own.mcap", seen)
 
 
+EVERYTHING = """mjsim: 1
+name: room
+walls: [{points: [[0, 0], [5, 0], [5, 4], [0, 4]], closed: true}]
+beacons: [{name: a0, at: [0.2, 0.2], center: 2.3, anchor: true}, {name: post, at: [3, 1.5], width: 0.1}]
+robots:
+  - name: scout
+    preset: pioneer3dx
+    at: [1, 1]
+    odometry: {ticks: 2048}
+    arms: [{name: arm, dh: {rows: [{a: 0.3}, {a: 0.2}]}, at: [0, 0, 0.4]}]
+    sensors:
+      - {lidar: scan, at: [0.1, 0.05, 0.3], beams: 31, fov_deg: 180, range: [0.05, 3], intensity: true}
+      - {lidar3d: top, at: [0, 0, 0.9], rings: 4, columns: 30, range: [0.3, 10]}
+      - {camera: front, at: [0.15, 0, 0.35], width: 32, height: 24, rate_hz: 12.5, depth: {noise: 0.01}}
+      - {imu: gyro, at: [0, 0.1, 0.2], rate_hz: 50}
+      - {beacons: ring, rate_hz: 5}
+      - {uwb: tag, at: [-0.1, 0, 1], range: [0, 30], noise: {range: 0.08}}
+      - {encoders: wheels, bits: 16}
+run: {rate_hz: 25, drivers: {scout: {navigator: {use: "mjsim.algorithms.waypoints:Waypoints", points: [[3, 1]]}}}}
+"""
+
+
+PLAIN = """mjsim: 1
+robots: [{name: scout, preset: pioneer3dx, at: [1, 1], sensors: [{lidar: front, beams: 9, rate_hz: 10}]}]
+run: {rate_hz: 10}
+"""
+
+
+def assert_same(told, given):
+    """Compare values of any kind, to the bit."""
+    if is_dataclass(given):
+        for each in fields(given):
+            assert_same(getattr(told, each.name), getattr(given, each.name))
+    elif isinstance(given, Mapping):
+        assert told.keys() == given.keys()
+        for name in given:
+            assert_same(told[name], given[name])
+    elif isinstance(given, tuple):
+        assert len(told) == len(given)
+        for one, other in zip(told, given, strict=True):
+            assert_same(one, other)
+    else:
+        np.testing.assert_array_equal(told, given)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("placed", [True, False])
+def test_every_kind_of_reading_comes_back_to_the_bit(placed, tmp_path):
+    world = mjsim.parse_world(EVERYTHING)
+    with mjsim.Simulation(world, seed=3) as sim:
+        given = [tick.seen["scout"] for tick in itertools.islice(mjsim.ticks(sim, drivers_of(world)), 6)]
+    given[3] = replace(given[3], messages=(Message("anna", given[3].time, "[1]"),), bump=(0.5,))
+    for each in fields(given[0]):
+        assert any(np.size(getattr(seen, each.name)) for seen in given), each.name
+    run = write_log(tmp_path / "own.mcap", given, robot="scout", world=world if placed else None)
+    for told, seen in zip(run.observations("scout"), given, strict=True):
+        assert_same(told, replace(seen, cameras={}))
+    replayed = []
+
+    class Looker:
+        def start(self, robot, catalogue, rng):
+            pass
+
+        def observe(self, seen):
+            replayed.append(seen.cameras)
+            return ()
+
+    mjsim.replay(run, robot="scout", estimator=EkfSlam(), observer=Looker())
+    for told, seen in zip(replayed, given, strict=True):
+        assert told.keys() == seen.cameras.keys()
+        for name, frame in seen.cameras.items():
+            np.testing.assert_array_equal(told[name].image, frame.image)
+            np.testing.assert_array_equal(told[name].depth, np.float32(frame.depth))
+
+
 @pytest.mark.slow
 def test_the_example_of_the_page_runs_and_keeps_its_pictures(tmp_path, monkeypatch, capsys):
     page = (Path(mjsim.__file__).parent.parent / "docs" / "replay.md").read_text(encoding="utf-8")
@@ -197,6 +275,20 @@ def test_observations_that_make_no_recording_are_refused_in_one_line(tmp_path):
         ([], {}, "0 observations; a recording needs at least two"),
         (seen[::-1], {}, "do not rise"),
         (uneven, {}, "observation 2 is at 100.23 s, 0.03 s off a rate of 10 Hz"),
+        (
+            [replace(seen[0], encoders={"wheels": WheelTicks(seen[0].time, (1, 2), 100)}), *seen[1:]],
+            {"world": mjsim.parse_world(PLAIN), "robot": "scout"},
+            "observation 0: a reading of 'wheels', which is no sensor of the robot",
+        ),
+        (
+            [
+                *seen[:2],
+                replace(seen[2], scans={"front": Scan(seen[2].time, np.ones(7), 0.0, 0.1, 0.1, 8.0)}),
+                *seen[3:],
+            ],
+            {},
+            "observation 0: a scan of 9 beams; 'front' has 7|observation 2: a scan of 7 beams; 'front' has 9",
+        ),
         (seen, {"truth": np.zeros((4, 3))}, r"has shape \(4, 3\); with 5 observations it must be \(5, 3\)"),
         (seen, {"robot": "no name!"}, "name"),
         (seen, {"landmarks": {"x]\nwalls: [": (0.0, 0.0)}}, "name"),
