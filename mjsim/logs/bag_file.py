@@ -4,9 +4,11 @@
     folder with metadata.yaml  ROS 2; files below
     x.db3, x.mcap              ROS 2: SQLite, or MCAP with chunks plain, lz4 or zstd
 
+A folder whose metadata are missing or wrong is read file by file; those of one bag have one name and a number behind.
 A file that was cut, or not closed, is read up to where it ends. Messages are decoded as ROS defines the usual types.
 """
 
+import re
 import struct
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
@@ -28,6 +30,8 @@ PROFILE = slice(17, 25)
 ROS2 = b"\x04\x00\x00\x00ros2"
 METADATA = "metadata.yaml"
 """In the folder of a bag of ROS 2."""
+NUMBER = re.compile(r"_\d+$")
+"""Behind the name of a file that is one of several of a bag."""
 FAR = 10_000_000_000
 """What comes so much later in a bag is not read on the way there [ns]."""
 MOST_WAITING = 64 << 20
@@ -73,7 +77,9 @@ class Bag(Closes):
                 f"bags of ROS are read by a package that is not installed ({error.name}): pip install 'mjsim[ros]'"
             ) from None
         with self._reporting():
-            self._reader, self.cut = open_reader(_one_file(path))
+            self._reader, self.cut = open_reader(
+                _files_of(path), described=path if (path / METADATA).is_file() else None
+            )
             self.is_ros2, self._decode = decoder_of(self._reader)
         self.types: Mapping[str, str] = {each.topic: each.msgtype for each in self._reader.connections}
         """Topic -> name of its type, such as 'sensor_msgs/msg/LaserScan'."""
@@ -204,14 +210,22 @@ class BagMessages:
         }
 
 
-def _one_file(path: Path) -> Path:
-    """Return what a reader opens: a file, or a folder with metadata."""
-    if not path.is_dir() or (path / METADATA).is_file():
-        return path
+def _files_of(path: Path) -> list[Path]:
+    """Return the files of a bag.
+
+    Raises:
+        UsageError: They are of several bags, and no metadata tell which is meant.
+    """
+    if not path.is_dir():
+        return [path]
     files = _files_in(path)
-    if len(files) > 1:
+    # A recorder that splits a bag numbers its files.
+    if (
+        len({(NUMBER.sub("", file.stem), file.suffix.lower()) for file in files}) > 1
+        and not (path / METADATA).is_file()
+    ):
         raise UsageError(f"'{path}' has no {METADATA} and {len(files)} files of bags; name one of them")
-    return files[0]
+    return files
 
 
 def _files_in(folder: Path) -> list[Path]:

@@ -1,8 +1,9 @@
 """Readers of bags: those of rosbags, and for files that were cut two that need no index."""
 
 from collections import defaultdict
-from collections.abc import Callable, Collection, Generator
+from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from contextlib import suppress
+from heapq import merge
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -20,11 +21,43 @@ from mjsim.logs.bag_topics import TRANSFORMS
 MAGIC1 = b"#ROSBAG V2.0\n"
 
 
-def open_reader(path: Path) -> tuple[Any, str]:
+def open_reader(files: Sequence[Path], *, described: Path | None) -> tuple[Any, str]:
     """Return a reader of a bag, open, and why the bag is cut, empty if it is not.
+
+    Args:
+        files: Of the bag.
+        described: The folder of the bag where it has metadata; if they are wrong its files are read without.
 
     Raises whatever the file makes parsers raise.
     """
+    reason = ""
+    if described is not None:
+        reader = Reader2(described)
+        try:
+            reader.open()
+        except Exception as error:
+            if not files:
+                raise
+            reason = f"{error}"
+        else:
+            return reader, ""
+    if len(files) == 1:
+        reader, cut = _open_file(files[0])
+        return reader, "; ".join(filter(None, [reason, cut]))
+    opened: list[tuple[Any, str]] = []
+    try:
+        for file in files:
+            opened.append(_open_file(file))
+    except Exception:
+        for reader, _ in opened:
+            reader.close()
+        raise
+    cuts = [f"{file.name}: {cut}" for file, (_, cut) in zip(files, opened, strict=True) if cut]
+    return _Joined([reader for reader, _ in opened]), "; ".join(filter(None, [reason, *cuts]))
+
+
+def _open_file(path: Path) -> tuple[Any, str]:
+    """Return a reader of one file, open, and why the file is cut, empty if it is not."""
     kind = path.suffix.lower()
     reader: Any = Reader1(path) if kind == ".bag" else Reader2(path)
     try:
@@ -47,12 +80,35 @@ def open_reader(path: Path) -> tuple[Any, str]:
 
 def decoder_of(reader: Any) -> tuple[bool, Callable[[bytes, str], Any]]:
     """Return whether a bag is of ROS 2, and what decodes a message of a named type, as ROS defines that."""
-    is_ros1 = isinstance(reader, Reader1)
+    is_ros1 = isinstance(reader.parts[0] if isinstance(reader, _Joined) else reader, Reader1)
     store = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.LATEST)
     for name in TRANSFORMS:
         if name not in store.types:
             store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", name))
     return not is_ros1, store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
+
+
+class _Joined:
+    """Files of one bag, read together in the order of time."""
+
+    def __init__(self, parts: Sequence[Any]) -> None:
+        self.parts = parts
+        self.connections = [each for part in parts for each in part.connections]
+
+    def messages(
+        self, connections: Collection[Connection], start: int | None = None
+    ) -> Iterator[tuple[Connection, int, bytes]]:
+        """Yield messages in the order of time, if that is the order of each file."""
+        topics = {each.topic for each in connections}
+        chosen = ((part, [each for each in part.connections if each.topic in topics]) for part in self.parts)
+        # Readers take no connections to mean all of them.
+        streams = [part.messages(each, start=start) for part, each in chosen if each]
+        return merge(*streams, key=lambda found: found[1])
+
+    def close(self) -> None:
+        """Close all files."""
+        for part in self.parts:
+            part.close()
 
 
 class _CutReader1(Reader1):

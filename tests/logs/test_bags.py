@@ -261,6 +261,47 @@ def test_a_bag_that_was_cut_is_read_up_to_where_it_ends(form, tmp_path):
         assert bag.decode(found[-1]).ranges[0] == np.float32(np.random.default_rng(len(found) - 1).uniform(1.0, 2.0))
 
 
+@pytest.mark.parametrize("form", ["bag", "sqlite", "mcap"])
+def test_a_bag_of_several_files_is_read_without_its_metadata(form, tmp_path):
+    folder = tmp_path / "run"
+    folder.mkdir()
+    for part in range(3):
+        one = tmp_path / f"part{part}.bag"
+        with new_bag(one, form) as bag:
+            # The recorder changes files at different times of each topic.
+            for k in range(10 * part, 10 * part + 12):
+                header = bag.header(START + 0.1 * k, "laser")
+                bag.put(
+                    f"/scan{part % 2}", START + 0.1 * k, bag.scan(header, np.full(5, 1.0 + k), 0.0, 0.1, (0.1, 50.0))
+                )
+                bag.put("/both", START + 0.1 * k, bag.scan(header, np.full(3, 1.0 + k), 0.0, 0.1, (0.1, 50.0)))
+        found = one if form == "bag" else next(file for file in one.iterdir() if file.suffix != ".yaml")
+        found.rename(folder / f"run_{part}{found.suffix}")
+    with RosBag(folder) as bag:
+        found = list(bag.messages(["/both", "/scan0"]))
+        times = [each.time for each in found]
+        assert times == sorted(times)
+        ranges = [bag.decode(each).ranges[0] for each in found if each.topic == "/both"]
+        assert sorted(ranges) == sorted(1.0 + k for part in range(3) for k in range(10 * part, 10 * part + 12))
+        assert bag.counts == {"/scan0": 24, "/scan1": 12, "/both": 36}
+    run = mjsim.import_log(folder)
+    assert {name for seen in run.observations("robot") for name in seen.scans} == {"both", "scan0", "scan1"}
+    some = next(folder.iterdir())
+    some.rename(folder / f"other{some.suffix}")
+    with pytest.raises(UsageError, match=r"has no metadata\.yaml and 3 files of bags"):
+        RosBag(folder)
+
+
+def test_a_folder_whose_metadata_are_wrong_is_read_by_its_files(tmp_path):
+    write_scans(tmp_path / "run")
+    told = (tmp_path / "run" / "metadata.yaml").read_text()
+    for wrong in (told.replace(".mcap", "_9.mcap"), told[: len(told) // 2], "", "[1, 2"):
+        (tmp_path / "run" / "metadata.yaml").write_text(wrong)
+        with RosBag(tmp_path / "run") as bag:
+            assert len(list(bag.messages(["/scan"]))) == 10
+            assert bag.cut
+
+
 def test_messages_out_of_order_and_those_of_a_wrong_clock_do_no_harm(tmp_path):
     order = [0, 2, 1, 3, 4, 6, 5, 7, 8, 9]
     with new_bag(tmp_path / "run") as bag:
