@@ -5,12 +5,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.random import Generator
 
-from mjsim.geometry import Array, Pose
+from mjsim.geometry import Array, Pose, wrap_angle
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Scan
 
 from .ekf_models import odometry_motion
 from .map_parts import Keyframe, PartsMap
 from .occupancy import OccupancyGrid, lidar_of
+from .odometry_bias import OdometryBias
 from .pose_graph import PoseGraph, compose
 from .scan_matching import surface_of
 from .scan_search import lay
@@ -19,6 +20,9 @@ SLIP = np.array([0.05, 0.05, 0.02])
 """What odometry may err by beyond its data sheet: shares of the way, of the way sideways, and of the turn."""
 FLOOR = np.array([0.01, 0.01, 0.003])
 """And, however short the way, by this [m, m, rad]."""
+
+STILL = 1e-6
+"""A tick in which odometry tells less than this is one of rest [m, rad]."""
 
 
 class LidarSlam:
@@ -66,7 +70,13 @@ class LidarSlam:
         self._prior, self._prior_covariance = prior, covariance
         self._map = PartsMap(prior, covariance, loop_distance=self._loop_distance, loop_share=self._loop_share)
         self._way: list[tuple[float, int, Array]] = []
+        self._bias = OdometryBias()
+        self._rest()
+
+    def _rest(self) -> None:
+        """Count the motion from here."""
         self._step, self._step_covariance = np.zeros(3), np.zeros((3, 3))
+        self._told, self._driven, self._moving = np.zeros(3), 0.0, 0.0
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Begin at the robot's prior with an empty map.
@@ -96,7 +106,10 @@ class LidarSlam:
     def update(self, seen: Observation) -> Estimate:
         """Return the belief after this tick's odometry and, when the robot has moved, its scan."""
         moved = np.array([seen.odometry.forward, seen.odometry.left, seen.odometry.turn])
-        self._step, F, G = self._motion(self._step, moved)
+        seconds = seen.dt if np.abs(moved).max() > STILL else 0.0
+        self._told = compose(self._told, moved)
+        self._driven, self._moving = self._driven + float(np.hypot(*moved[:2])), self._moving + seconds
+        self._step, F, G = self._motion(self._step, self._bias.corrected(moved, seconds))
         covariance = seen.odometry.covariance * self._scale**2
         self._step_covariance = F @ self._step_covariance @ F.T + G @ covariance @ G.T
         far = np.hypot(*self._step[:2]) > self._distance or abs(self._step[2]) > self._turn
@@ -125,9 +138,13 @@ class LidarSlam:
         surface = surface_of(sensor.transform(scan.points()), origin=(sensor.x, sensor.y))
         step, covariance = self._step, self._step_covariance
         if self.keyframes:
-            step, covariance = lay(surface, self._map.recent_walls(), step, covariance + self._slip())
+            before = covariance + self._slip()
+            step, covariance = lay(surface, self._map.recent_walls(), self._step, before)
+            off = step - self._step
+            off[2] = wrap_angle(float(off[2]))
+            self._bias.learn(self._told, self._driven, self._moving, off, before, covariance)
         self._map.add(scan, surface, step, covariance)
-        self._step, self._step_covariance = np.zeros(3), np.zeros((3, 3))
+        self._rest()
 
     def _slip(self) -> Array:
         """Return the covariance of what odometry errs by beyond its data sheet, shape (3, 3)."""

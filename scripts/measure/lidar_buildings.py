@@ -8,6 +8,8 @@ The lidar is that of old logs: 181 beams over 180 degrees, 5 scans a second, ran
 - `honest`: as its data sheet says,
 - `biased`: 10 % too long, and turned by -0.3 degrees a second while the robot moves,
 - `slips`: honest but for a slip every 40 s, in which the wheels turn by 0.3 m and 10 degrees and the robot does not,
+- `noisy`: honest, but ranges err by 5 cm more, and 1 in 20 beams and a sector of 15 degrees somewhere see nothing,
+- `sparse`: honest, but a scan comes each metre or second only,
 
 and nobody tells the estimator. Each row has the mean and the largest position error of the final path and of the
 estimate online, the ATE of the final path, that of odometry, NEES, loops, and the processor's time of a scan that
@@ -140,6 +142,10 @@ def driven(world: World, points: Sequence[tuple[float, float]], *, seed: int) ->
 def spoilt(seen: Observation, kind: str) -> Observation:
     """Return an observation with ranges of whole centimetres and the odometry of a kind."""
     scans = {name: replace(scan, ranges=np.round(scan.ranges, 2)) for name, scan in seen.scans.items()}
+    if kind == "noisy":
+        scans = {name: replace(scan, ranges=noisy(scan.ranges, seen.time)) for name, scan in scans.items()}
+    if kind == "sparse" and round(seen.time / seen.dt) % round(1.0 / seen.dt):
+        scans = {}
     odometry = seen.odometry
     moves = abs(odometry.forward) + 0.1 * abs(odometry.turn) > 1e-4
     if kind == "biased" and moves:
@@ -149,6 +155,13 @@ def spoilt(seen: Observation, kind: str) -> Observation:
             odometry, forward=odometry.forward + 0.3 * seen.dt, turn=odometry.turn + np.radians(10.0) * seen.dt
         )
     return replace(seen, scans=scans, odometry=odometry)
+
+
+def noisy(ranges: Array, time: float) -> Array:
+    """Return ranges (n,) [m] that err by 5 cm more, and some beams that see nothing, other ones at each time."""
+    rng = np.random.default_rng(round(1000 * time))
+    sector = (np.arange(len(ranges)) - rng.integers(len(ranges))) % len(ranges) < len(ranges) // 12
+    return np.where(sector | (rng.random(len(ranges)) < 0.05), np.inf, ranges + rng.normal(0.0, 0.05, len(ranges)))
 
 
 def row(drive: Drive, kind: str) -> str:

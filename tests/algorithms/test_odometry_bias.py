@@ -1,0 +1,55 @@
+"""What odometry errs by all the time is learnt from scans, as far as they tell."""
+
+import numpy as np
+
+from mjsim.algorithms.odometry_bias import OdometryBias
+from mjsim.geometry import wrap_angle
+
+BEFORE = np.diag([0.02, 0.02, 0.01]) ** 2
+"""Covariance of a step by odometry [m^2, rad^2]."""
+GAIN, TURN = 1.1, np.radians(-0.3)
+"""Odometry tells ways that are too long, and turns by this for each second [rad/s]."""
+
+
+def drive(bias, scans, *, steps, slip=0.0):
+    """Let it learn from steps of 0.3 m, with scans of some covariance fused with odometry."""
+    rng = np.random.default_rng(1)
+    after = np.linalg.inv(np.linalg.inv(scans) + np.linalg.inv(BEFORE))
+    for k in range(steps):
+        true = np.array([0.3, 0.0, 0.2 if k % 3 == 0 else 0.0])
+        told = true * (GAIN, 1.0, 1.0) + (0.0, 0.0, 0.4 * TURN) + rng.normal(0.0, np.sqrt(np.diag(BEFORE)) / 10)
+        told[2] += slip * (k % 7 == 3)
+        guess = bias.corrected(told, 0.4)
+        off = true - guess
+        off[2] = wrap_angle(float(off[2]))
+        bias.learn(told, 0.3, 0.4, after @ np.linalg.inv(scans) @ off, BEFORE, after)
+
+
+def test_a_gain_and_a_drift_of_odometry_are_learnt():
+    bias = OdometryBias()
+    drive(bias, 1e-6 * np.eye(3), steps=300)
+    told = np.array([0.33, 0.0, 0.4 * TURN])
+    np.testing.assert_allclose(bias.corrected(told, 0.4), [0.3, 0.0, 0.0], atol=0.003)
+    assert abs(bias.errors[0] - (1.0 - 1.0 / GAIN)) < 3.0 * np.sqrt(bias.covariance[0, 0])
+
+
+def test_where_scans_tell_nothing_along_the_way_the_gain_stays_unknown():
+    bias = OdometryBias()
+    drive(bias, np.diag([1e6, 1e-6, 1e-6]), steps=300)
+    assert abs(bias.errors[0]) < 0.01
+    assert np.sqrt(bias.covariance[0, 0]) > 0.03
+    assert abs(bias.corrected(np.array([0.3, 0.0, 0.4 * TURN]), 0.4)[2]) < 0.001
+
+
+def test_slips_teach_nothing():
+    bias, without = OdometryBias(), OdometryBias()
+    drive(bias, 1e-6 * np.eye(3), steps=300, slip=0.5)
+    drive(without, 1e-6 * np.eye(3), steps=300)
+    straight = np.array([0.33, 0.0, 0.4 * TURN])
+    np.testing.assert_allclose(bias.corrected(straight, 0.4), without.corrected(straight, 0.4), atol=0.004)
+
+
+def test_no_motion_is_corrected_to_no_motion():
+    bias = OdometryBias()
+    drive(bias, 1e-6 * np.eye(3), steps=50)
+    np.testing.assert_array_equal(bias.corrected(np.zeros(3), 0.0), np.zeros(3))
