@@ -70,6 +70,7 @@ class LidarSlam:
         self._prior, self._prior_covariance = prior, covariance
         self._map = PartsMap(prior, covariance, loop_distance=self._loop_distance, loop_share=self._loop_share)
         self._way: list[tuple[float, int, Array]] = []
+        self._reached: list[Array] = []
         self._bias = OdometryBias()
         self._rest()
 
@@ -123,7 +124,26 @@ class LidarSlam:
         """Return the final trajectory: time [s] and pose of each tick, by the whole map."""
         self._map.finish()
         poses = [*self._map.poses(), self._prior]
-        return [(time, Pose.from_array(compose(poses[number], step))) for time, number, step in self._way]
+        # What the next scan of the map found against odometry came about on the way to it.
+        ends = [compose(pose, reached) for pose, reached in zip(poses, self._reached, strict=False)]
+        off = [there - end for there, end in zip(poses[1:-1], ends, strict=True)]
+        return [(time, self._on_the_way(poses[number], step, number, off)) for time, number, step in self._way]
+
+    def _on_the_way(self, last: Array, step: Array, number: int, off: Sequence[Array]) -> Pose:
+        """Return a pose between two scans of the map.
+
+        Args:
+            last: Pose of the scan before, world frame, shape (3,).
+            step: By odometry since, shape (3,).
+            number: Of the scan before; -1 for none.
+            off: What each next scan found against odometry, world frame, shape (3,) each.
+        """
+        pose = compose(last, step)
+        if 0 <= number < len(off):
+            share = min(1.0, _size(step) / max(_size(self._reached[number]), 1e-9))
+            x, y, heading = off[number].tolist()
+            pose = pose + share * np.array([x, y, wrap_angle(heading)])
+        return Pose(float(pose[0]), float(pose[1]), wrap_angle(float(pose[2])))
 
     def grid(self, **keys: float) -> OccupancyGrid:
         """Return the map as a grid of odds; the keys are those of `OccupancyGrid`."""
@@ -142,6 +162,7 @@ class LidarSlam:
             step, covariance = lay(surface, self._map.recent_walls(), self._step, before)
             off = step - self._step
             off[2] = wrap_angle(float(off[2]))
+            self._reached.append(self._step)
             self._bias.learn(self._told, self._driven, self._moving, off, before, covariance)
         self._map.add(scan, surface, step, covariance)
         self._rest()
@@ -158,3 +179,8 @@ class LidarSlam:
         pose, F, G = self._motion(pose, self._step)
         covariance = F @ covariance @ F.T + G @ self._step_covariance @ G.T
         return Estimate(Pose.from_array(pose), covariance)
+
+
+def _size(step: Array) -> float:
+    """Return a length for a step, a turn counted as if it were driven at half a metre from its middle [m]."""
+    return float(np.hypot(step[0], step[1]) + 0.5 * abs(step[2]))

@@ -1,6 +1,7 @@
 """Scans that are laid on one another, and graphs of poses, on cases whose answer is known."""
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -231,3 +232,21 @@ def test_in_the_office_the_way_into_two_rooms_and_back_is_known_to_centimetres()
     assert np.mean(errors) < 0.08
     assert np.max(drift) > 3 * np.max(errors)
     assert np.hypot(truth.x - 1.2, truth.y - 6.2) < 0.3
+
+
+@pytest.mark.slow
+def test_the_final_path_comes_to_the_next_scan_without_a_jump():
+    estimator, truth = LidarSlam(), []
+    with mjsim.Simulation(mjsim.parse_world(RING), seed=2) as sim:
+        estimator.start(sim.robots["scout"], {}, np.random.default_rng(0))
+        for _ in range(100):
+            seen = sim.sense("scout")
+            # Odometry misses a fifth of the way.
+            odometry = replace(seen.odometry, forward=0.8 * seen.odometry.forward)
+            estimator.update(replace(seen, odometry=odometry))
+            truth.append(sim.truths()["scout"].as_array())
+            sim.apply("scout", mjsim.Command(0.5, 0.0, 0.0))
+            sim.step()
+    path = np.array([pose.as_array() for _, pose in estimator.path()])
+    steps, true_steps = (np.hypot(*np.diff(poses[:, :2], axis=0).T)[40:80] for poses in (path, np.array(truth)))
+    assert np.abs(steps - true_steps).max() < 0.01
