@@ -11,6 +11,7 @@ from mjsim import (
     BalancingInfo,
     Command,
     Estimate,
+    FastReading,
     JointState,
     Observation,
     RobotInfo,
@@ -132,6 +133,66 @@ class JointLoop(PdGravity):
             assert self._transfer is not None
             torques[k] = held + self._transfer.output(error, dt)
         return torques
+
+
+class MechanismLoop:
+    """Moves a joint of a mechanism by a law: a transfer function of its own error, or feedback of several joints."""
+
+    def __init__(
+        self,
+        *,
+        num: Sequence[float] | None = None,
+        den: Sequence[float] | None = None,
+        gain: Mapping[str, Sequence[float]] | None = None,
+        about: Mapping[str, float] | None = None,
+        about_deg: Mapping[str, float] | None = None,
+    ) -> None:
+        """Set the law.
+
+        Args:
+            num: Numerator of the effort's transfer function from the error, the highest power of s first.
+            den: Its denominator.
+            gain: In their place, by joint K of u = -K x, two numbers: of its value from where it shall be, and of its
+                rate; that of the goal for the joint that has one.
+            about: By joint that slides, where it shall be; 0 unless given [m].
+            about_deg: By joint that turns, where it shall be; 0 unless given.
+        """
+        if (gain is None) == (num is None or den is None):
+            raise ValueError("give num and den, or gain")
+        for joint, pair in (gain or {}).items():
+            if len(pair) != 2 or not np.isfinite(pair).all():
+                raise ValueError(
+                    f"gain of '{joint}' is {list(pair)}; give two finite numbers, of the value and the rate"
+                )
+        self._gain, self._about = gain or {}, {**(about or {})}
+        self._about |= {joint: float(np.radians(angle)) for joint, angle in (about_deg or {}).items()}
+        self._transfer = None if num is None or den is None else TransferLaw(num, den)
+
+    def start(self, robot: RobotInfo, part: str, rng: Generator) -> None:
+        """Begin at rest, for the joint `part`."""
+        self._part = part
+        if self._transfer is not None:
+            self._transfer.reset()
+
+    def torques(self, sensed: FastReading, wanted: Command) -> list[float]:
+        """Return the torque or force.
+
+        Raises:
+            ValueError: A joint of the gains is not there.
+        """
+        goal = wanted.joints[self._part]
+        if self._transfer is not None:
+            return [self._transfer.output(goal.positions[0] - float(sensed.joints[self._part].positions[0]), sensed.dt)]
+        effort = 0.0
+        for joint, (of_value, of_rate) in self._gain.items():
+            if joint not in sensed.joints:
+                raise ValueError(f"no joint '{joint}' in this mechanism; there are {', '.join(sensed.joints)}")
+            state, own = sensed.joints[joint], joint == self._part and joint not in self._about
+            value, rate = (
+                (goal.positions[0], (goal.velocities or (0.0,))[0]) if own else (self._about.get(joint, 0.0), 0.0)
+            )
+            effort -= of_value * (float(state.positions[0]) - value) + of_rate * (float(state.velocities[0]) - rate)
+        return [effort]
 
 
 class SpeedLoop:

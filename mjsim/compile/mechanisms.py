@@ -16,7 +16,7 @@ from mjsim.compile.parts import DARK, MATERIAL, SEEN, make_decor
 from mjsim.compile.pictures import color_of
 from mjsim.geometry import Array
 from mjsim.mechanics import Placement, Solid, inverted, is_valid, nearest_valid
-from mjsim.world import GROUND, CurvePoint, Mechanism, MechanismBody, MechanismJoint, World
+from mjsim.world import GROUND, CurvePoint, Mechanism, MechanismBody, MechanismJoint, Spring, World
 
 if TYPE_CHECKING:  # most worlds have no curve
     from mjsim.mechanics import SpaceCurve
@@ -83,6 +83,8 @@ class _Builder:
                 self._close(name)
         self._add_couplings()
         self._add_rods()
+        for spring in self._assembly.springs:
+            self._add_spring(spring)
         for track in self._assembly.tracks:
             self._add_track(track)
         for item in self._mechanism.joints:
@@ -181,6 +183,15 @@ class _Builder:
                 self._add_site(f"{name}.{side}", s.body, s.at) for side, s in zip("ab", spots, strict=True)
             )
             self._tie(name, (first, second), rgba=[0.2, 0.2, 0.2, 1.0])
+
+    def _add_spring(self, spring: Spring) -> None:
+        """Add a spring with a damper between two points."""
+        tendon = self._spec.add_tendon(name=self._full(spring.name), width=0.012, rgba=[0.75, 0.45, 0.2, 1.0])
+        for side, end in zip("ab", spring.ends, strict=True):
+            tendon.wrap_site(self._add_site(f"{spring.name}.{side}", end.body, end.at))
+        tendon.stiffness, tendon.damping = [spring.stiffness, 0.0, 0.0], [spring.damping, 0.0, 0.0]
+        # MuJoCo takes -1 for the length at the start.
+        tendon.springlength = [-1.0 if spring.rest is None else spring.rest] * 2
 
     def _tie(self, name: str, sites: tuple[str, str], *, rgba: list[float]) -> None:
         """Keep two sites as far apart as they start."""

@@ -78,6 +78,11 @@ def modules_of(world: World) -> Iterator[NamedModule]:
     for index, robot in enumerate(world.robots):
         if isinstance(robot.drive, UserDrive):
             yield NamedModule(robot.drive, "drive", robot.name, ("robots", index, "drive"))
+    for index, mechanism in enumerate(world.mechanisms):
+        for number, actuator in enumerate(mechanism.actuators):
+            if (control := getattr(actuator, "controller", None)) is not None:
+                path = ("mechanisms", index, "actuators", number, "controller")
+                yield NamedModule(control, "controller", mechanism.name, path)
     for name, modules in world.run.drivers.items():
         for role in type(modules).model_fields:
             use = getattr(modules, role)

@@ -1,12 +1,15 @@
 """Mechanisms that motions lead exactly, and all mechanisms of a world together."""
 
 from dataclasses import replace
+from functools import partial
 
 import mujoco
 import numpy as np
 
 from mjsim.errors import PhysicsFault
 from mjsim.mechanics import JointMotion, SensorReadings, rates, residual, tracked
+from mjsim.sim.control import ControlActuation
+from mjsim.sim.mechanism_control import MechanismControls
 from mjsim.sim.mechanism_sensors import MechanismState
 from mjsim.sim.mechanisms import MechanismAtWork
 from mjsim.world import World
@@ -102,12 +105,25 @@ class Mechanisms:
             )
             for each in world.mechanisms
         ]
+        self._controls: list[MechanismControls] | None = None
+        self._make_control = partial(MechanismControls, model, data, world=world, seed=seed)
         self._per_tick = world.run.steps_per_tick
         self._now: tuple[int, dict[str, tuple[JointMotion, SensorReadings]]] = -1, {}
 
     def acting(self) -> list[MechanismAtWork]:
         """Return those that something moves."""
         return [each for each in self._all if each.moved]
+
+    def controls(self) -> list[ControlActuation]:
+        """Return the controllers of all, made and started with the first call."""
+        if self._controls is None:
+            self._controls = [self._make_control(each.mechanism) for each in self._all]
+        return [actuation for each in self._controls for actuation in each.actuations]
+
+    def close(self) -> None:
+        """Close the modules of controllers that hold more than memory."""
+        for each in self._controls or ():
+            each.close()
 
     def settle(self, tick: int) -> None:
         """Bring all to where they are at a tick."""

@@ -201,6 +201,10 @@ def _energy(model: mujoco.MjModel, mechanism: Mechanism) -> Probe:
     stiffness = np.concatenate([joint.figures("stiffness") for joint in mechanism.all_joints])
     rest = np.concatenate([[value or 0.0 for value in joint.spread("rest")] for joint in mechanism.all_joints])
 
+    tied = np.array(
+        [model.tendon(f"{mechanism.name}/{each.name}").id for each in mechanism.assembly.springs], dtype=int
+    )
+
     def read(now: MechanismState) -> Array:
         data, kinetic = now.data, 0.0
         for body in bodies:
@@ -210,6 +214,8 @@ def _energy(model: mujoco.MjModel, mechanism: Mechanism) -> Probe:
             kinetic += 0.5 * float(model.body_mass[body] * speed[3:] @ speed[3:] + inertia @ speed[:3] ** 2)
         height = -float((model.body_mass[bodies] * (data.xipos[bodies] @ model.opt.gravity)).sum())
         springs = 0.5 * float(stiffness @ (now.values[:count] - rest) ** 2)
+        stretched = data.ten_length[tied] - model.tendon_lengthspring[tied, 0]
+        springs += 0.5 * float(stretched**2 @ model.tendon_stiffness[tied])
         return np.array([kinetic, height, springs, now.work, now.lost])
 
     names = ("kinetic", "potential", "springs", "work", "lost")

@@ -96,7 +96,7 @@ class MechanismAtWork:
         """Return the motors, each with what it is told."""
         driven, made = {drive.number for drive in self._assembly.drives}, []
         for number, actuator in enumerate(self.mechanism.actuators):
-            if number in driven:
+            if number in driven or getattr(actuator, "controller", None) is not None:
                 continue
             rng = stream(seed, self.mechanism.name, f"{actuator.target}/signal")
             signal = effort_signal(self._assembly, number, actuator, read, rng)
@@ -113,7 +113,11 @@ class MechanismAtWork:
     def moved(self) -> bool:
         """Whether something moves it, so that it must act at every step."""
         losses = any(joint.damping or joint.friction for joint in self.mechanism.joints)
-        return bool(self._followers or self._couplings or self._tracks or self._efforts or self._pushes or losses)
+        losses = losses or any(spring.damping for spring in self._assembly.springs)
+        controlled = any(getattr(each, "controller", None) is not None for each in self.mechanism.actuators)
+        return bool(
+            controlled or self._followers or self._couplings or self._tracks or self._efforts or self._pushes or losses
+        )
 
     def act(self, step: int) -> None:
         """Write what moves it in the step of that number, counted from 0 at the start of the run."""

@@ -103,6 +103,7 @@ class Simulation(Closes):
             UsageError: The seed is negative.
         """
         self.seed = _checked_seed(self.seed if seed is None else seed)
+        self._mechanisms.close()
         self._compiled.restore(self.model)
         mujoco.mj_resetData(self.model, self.data)
         self.tick = 0
@@ -311,6 +312,7 @@ class Simulation(Closes):
         """Give back what the cameras draw with; a second call does nothing."""
         for canvas in self._canvases.values():
             canvas.close()
+        self._mechanisms.close()
 
     def _set_up(self) -> None:
         """Set the stage and put the robots at their starts, in a state and a model that are as new."""
@@ -372,7 +374,7 @@ class Simulation(Closes):
             steps = self.world.run.steps_per_tick
             if self._actuations is None:
                 found = [robot.acting() for robot in self._robots.values()]
-                self._actuations = [*self._mechanisms.acting(), *chain(*found)]
+                self._actuations = [*self._mechanisms.acting(), *self._mechanisms.controls(), *chain(*found)]
             self._script.run(steps, self.tick * steps, actuations=self._actuations, after_each=self._after_each)
         finally:
             mujoco.set_mju_user_warning(before)

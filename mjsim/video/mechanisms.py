@@ -156,9 +156,10 @@ def _ties(drawn: Drawn) -> Iterator[Array]:
 
 
 def distances(drawn: Drawn, *, led: bool) -> Iterator[Array]:
-    """Yield the ends of distances, those that follow a motion or those that stay, shape (2, 2) [m]."""
+    """Yield the ends of distances, those that follow a motion or rods and springs, shape (2, 2) [m]."""
     assembly = drawn.mechanism.assembly
-    kept, moved = [rod.ends for rod in assembly.rods], [drive.ends for drive in assembly.drives if drive.ends]
+    kept = [rod.ends for rod in assembly.rods] + [spring.ends for spring in assembly.springs]
+    moved = [drive.ends for drive in assembly.drives if drive.ends]
     for ends in moved if led else kept:
         yield np.array([drawn.points(assembly.bodies[spot.body], spot.at)[:2] for spot in ends])
 

@@ -114,6 +114,7 @@ from .items import Signal as Signal
 from .items import SkidSteerDrive as SkidSteerDrive
 from .items import Slip as Slip
 from .items import SphereObstacle as SphereObstacle
+from .items import Spring as Spring
 from .items import StateSpace as StateSpace
 from .items import StepsObstacle as StepsObstacle
 from .items import Target as Target

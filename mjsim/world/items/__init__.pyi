@@ -74,6 +74,7 @@ from .mechanisms import Motion as Motion
 from .mechanisms import MotorJoint as MotorJoint
 from .mechanisms import Place as Place
 from .mechanisms import ReactionSensor as ReactionSensor
+from .mechanisms import Spring as Spring
 from .mechanisms import TorqueActuator as TorqueActuator
 from .mechanisms import actuator_kind as actuator_kind
 from .mechanisms import place_of as place_of

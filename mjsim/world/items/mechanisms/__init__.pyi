@@ -7,6 +7,7 @@ from .assembly import Assembly as Assembly
 from .assembly import Coupling as Coupling
 from .assembly import CurvePoint as CurvePoint
 from .assembly import Motion as Motion
+from .assembly import Spring as Spring
 from .bodies import MechanismBall as MechanismBall
 from .bodies import MechanismBody as MechanismBody
 from .bodies import MechanismBox as MechanismBox

@@ -6,6 +6,7 @@ from pydantic import Field, model_validator
 
 from mjsim.world.ground import Model, OneOf, fault
 from mjsim.world.items.mechanisms.points import Axis, End, Named
+from mjsim.world.items.running import Control
 from mjsim.world.items.signals import Signal
 
 
@@ -78,12 +79,21 @@ class _Effort(_Named):
     """Direction of a positive value, frame of the mechanism; for a body only."""
     find: bool = False
     """Whether trimming finds its value, which stays; in place of a signal, on a joint."""
+    controller: Control | None = None
+    """The module that says how large it is, in place of a signal, on a joint; what it senses are the mechanism's
+    joints."""
+    goal: Signal | None = None
+    """What the controller is told to bring the joint to, an angle or a length; where it starts unless given."""
 
     @model_validator(mode="after")
     def _has_a_signal(self) -> Self:
         if self.find and self.signal is not None:
             raise fault("trimming finds its value; leave out signal, or find", "find")
-        if not self.find and self.signal is None:
+        if self.controller is not None and (self.find or self.signal is not None):
+            raise fault("a controller says how large it is; leave out signal and find", "controller")
+        if self.goal is not None and self.controller is None:
+            raise fault("goal is what a controller is told; add controller: {use: ...}", "goal")
+        if not self.find and self.signal is None and self.controller is None:
             kind = actuator_kind(self)
             raise fault(
                 f"this {kind} has no signal; add signal: {{constant: {{value: 1}}}}, or find: true in mode trim"

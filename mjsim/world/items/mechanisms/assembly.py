@@ -55,6 +55,20 @@ class Rod:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Spring:
+    """A spring with a damper between two points."""
+
+    name: str
+    ends: tuple[BodyPoint, BodyPoint]
+    stiffness: float
+    """[N/m]"""
+    damping: float
+    """[N s/m]"""
+    rest: float | None
+    """As at the start unless given [m]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CurvePoint:
     """A point that slides along a curve."""
 
@@ -91,6 +105,7 @@ class Assembly:
     drives: tuple[Motion, ...]
     couplings: tuple[Coupling, ...] = ()
     rods: tuple[Rod, ...] = ()
+    springs: tuple[Spring, ...] = ()
     tracks: tuple[CurvePoint, ...] = ()
     start: Array
     """Of the values, shape (values,) [rad, m]."""

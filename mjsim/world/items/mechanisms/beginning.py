@@ -16,7 +16,7 @@ from mjsim.world.items.mechanisms.parts import MechanismParts
 from mjsim.world.items.mechanisms.points import GROUND
 from mjsim.world.items.mechanisms.rest import trimmed
 from mjsim.world.items.mechanisms.sensed import check_sensors
-from mjsim.world.items.mechanisms.ties import couplings_of, rods_of, tied_rows
+from mjsim.world.items.mechanisms.ties import couplings_of, rods_of, springs_of, tied_rows
 from mjsim.world.items.mechanisms.tracks import begin_tracks, track_speeds, tracks_of
 from mjsim.world.items.mechanisms.tree import Points, linkage_of, places_of, tree_of, values_of
 
@@ -62,7 +62,8 @@ def assemble(mechanism: MechanismParts, read: Read) -> Assembly:
         speeds=np.zeros(linkage.size),
     )
     couplings, rods = couplings_of(mechanism, found), rods_of(mechanism, found, points)
-    found = dataclasses.replace(found, couplings=couplings, rods=rods)
+    springs = springs_of(mechanism, found, points)
+    found = dataclasses.replace(found, couplings=couplings, rods=rods, springs=springs)
     found = dataclasses.replace(found, drives=motions_of(mechanism, found, points, read))
     check_sensors(mechanism, found, points)
     return _started(mechanism, found)

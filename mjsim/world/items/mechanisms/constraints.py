@@ -53,6 +53,25 @@ class DistanceConstraint(_Constraint):
     """[m]; as at the start unless given."""
 
 
+class SpringConstraint(_Constraint):
+    """A spring with a damper between two points, without mass."""
+
+    spring: Annotated[tuple[End, ...], Field(strict=False, min_length=2, max_length=2)]
+    """The two points."""
+    stiffness: Annotated[float, Field(ge=0, le=1e9)] = 0.0
+    """[N/m]"""
+    damping: Annotated[float, Field(ge=0, le=1e9)] = 0.0
+    """[N s/m]"""
+    rest: Annotated[float, Field(ge=0, le=10000)] | None = None
+    """How far apart it pulls and pushes them to [m]; as at the start unless given."""
+
+    @model_validator(mode="after")
+    def _does_something(self) -> Self:
+        if not self.stiffness and not self.damping:
+            raise fault("this spring has neither stiffness nor damping; add one", "spring")
+        return self
+
+
 class ParallelConstraint(_Constraint):
     """An axis of two bodies stays parallel."""
 
@@ -122,11 +141,12 @@ CONSTRAINTS: dict[str, type[_Constraint]] = {
     "screw": ScrewConstraint,
     "distance": DistanceConstraint,
     "parallel": ParallelConstraint,
+    "spring": SpringConstraint,
     "curve": CurveConstraint,
 }
 """Constraints by the key that names what they are between."""
 
 Constraint = Annotated[
-    GearConstraint | ScrewConstraint | DistanceConstraint | ParallelConstraint | CurveConstraint,
+    GearConstraint | ScrewConstraint | DistanceConstraint | ParallelConstraint | SpringConstraint | CurveConstraint,
     OneOf(CONSTRAINTS, f"a constraint is one of {', '.join(CONSTRAINTS)}; such as gear: [JOINT, JOINT]"),
 ]

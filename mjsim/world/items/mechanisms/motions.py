@@ -35,7 +35,7 @@ def motions_of(mechanism: MechanismParts, found: Assembly, points: Points, read:
         taken[actuator.target] = number
         angle = kind in MOTIONS and column >= 0 and not found.slides[column]
         if actuator.signal is None:
-            _check_find(mechanism, number, kind, column)
+            _check_found(mechanism, found, number, kind, column)
             continue
         if (wrong := actuator.signal.misfit(angle=angle)) is not None:
             raise fault(wrong[0], "actuators", number, "signal", *wrong[1])
@@ -46,7 +46,18 @@ def motions_of(mechanism: MechanismParts, found: Assembly, points: Points, read:
     return tuple(drives)
 
 
-def _check_find(mechanism: MechanismParts, number: int, kind: str, column: int) -> None:
+def _check_found(mechanism: MechanismParts, found: Assembly, number: int, kind: str, column: int) -> None:
+    """Check an actuator whose value trimming finds, or a controller says."""
+    actuator = mechanism.actuators[number]
+    if getattr(actuator, "controller", None) is not None:
+        if mechanism.mode != "forward":
+            raise fault("a controller is for mode: forward; leave it out", "actuators", number, "controller")
+        if column < 0 or actuator.target not in found.names:
+            raise fault(f"a controller is for a {kind} on a joint; give a signal", "actuators", number, "controller")
+        goal = getattr(actuator, "goal", None)
+        if goal is not None and (wrong := goal.misfit(angle=not found.slides[column])) is not None:
+            raise fault(wrong[0], "actuators", number, "goal", *wrong[1])
+        return
     if mechanism.mode != "trim":
         raise fault("find is for mode: trim; give a signal", "actuators", number, "find")
     if column < 0:

@@ -12,13 +12,6 @@ INSTEAD = {
     " {force: BODY.center, axis: [0, 0, -1], signal: ...}",
     ("bodies", "variable_inertia"): "an inertia that changes is not simulated; move a mass on a prismatic joint with"
     " position: JOINT",
-    (
-        "actuators",
-        "use",
-    ): "a controller drives robots and their arms; give this actuator signal: {table: {file: ...}} or"
-    " another signal, or make the mechanism an arm of a robot with base: fixed",
-    ("constraints", "spring"): "a spring between two points needs a joint; join the points by bodies on revolute joints"
-    " with a prismatic joint that has stiffness and damping between them",
 }
 """By the list and the key."""
 

@@ -5,11 +5,12 @@ import dataclasses
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.mechanics import BodyPoint, jacobian, residual, solved
+from mjsim.mechanics import Apart, BodyPoint, jacobian, residual, solved
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.actuators import ForceActuator, TorqueActuator
 from mjsim.world.items.mechanisms.assembly import Assembly
 from mjsim.world.items.mechanisms.parts import MechanismParts
+from mjsim.world.items.mechanisms.ties import apart
 
 GRAVITY = 9.81
 """MuJoCo's own [m/s^2]."""
@@ -91,6 +92,11 @@ class _Balance:
         for mass, center in self._masses:
             rise = linkage.point_jacobian(placement, center.body, center.place(placement))[2]
             total = total - GRAVITY * mass * rise
+        for spring in self._found.springs:
+            rest = apart(self._found, spring.ends, self._found.start) if spring.rest is None else spring.rest
+            stretched = Apart(spring.ends, rest)
+            by = stretched.jacobian(linkage, placement, values)[0]
+            total = total - spring.stiffness * stretched.residual(linkage, placement, values)[0] * by
         return np.asarray(total)
 
     def left(self, values: Array, efforts: Array, pulls: Array) -> Array:

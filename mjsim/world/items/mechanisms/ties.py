@@ -7,8 +7,13 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.mechanics import Apart, BodyPoint, Linear, Rows
 from mjsim.world.ground import fault
-from mjsim.world.items.mechanisms.assembly import Assembly, Coupling, Rod
-from mjsim.world.items.mechanisms.constraints import DistanceConstraint, GearConstraint, ScrewConstraint
+from mjsim.world.items.mechanisms.assembly import Assembly, Coupling, Rod, Spring
+from mjsim.world.items.mechanisms.constraints import (
+    DistanceConstraint,
+    GearConstraint,
+    ScrewConstraint,
+    SpringConstraint,
+)
 from mjsim.world.items.mechanisms.many_joints import ScrewJoint
 from mjsim.world.items.mechanisms.motions import spots_of
 from mjsim.world.items.mechanisms.parts import MechanismParts
@@ -60,6 +65,21 @@ def rods_of(mechanism: MechanismParts, found: Assembly, points: Points) -> tuple
             ends = spots_of(item.distance, found, points, ("constraints", number, "distance"))
             made.append(Rod(name=item.called(number), ends=ends, length=item.length))
     return tuple(made)
+
+
+def springs_of(mechanism: MechanismParts, found: Assembly, points: Points) -> tuple[Spring, ...]:
+    """Return the springs between points."""
+    return tuple(
+        Spring(
+            name=item.called(number),
+            ends=spots_of(item.spring, found, points, ("constraints", number, "spring")),
+            stiffness=item.stiffness,
+            damping=item.damping,
+            rest=item.rest,
+        )
+        for number, item in enumerate(mechanism.constraints)
+        if isinstance(item, SpringConstraint)
+    )
 
 
 def tied_rows(found: Assembly, start: Array | None) -> list[Rows]:
