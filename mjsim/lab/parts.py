@@ -108,8 +108,8 @@ def part_of(model: mujoco.MjModel, world: World, of: str, qpos: Array) -> PlantP
         raise UsageError(f"no robot, arm or mechanism '{of}'{did_you_mean(of, [*robots, *arms, *mechanisms])}")
     if of in mechanisms and (tracks := mechanisms[of].assembly.tracks):
         raise UsageError(
-            f"mechanism '{of}' has a point on a curve, '{tracks[0].name}', which plants cannot have; put a revolute joint on"
-            " a rod in its place, as long as the radius of the curve"
+            f"mechanism '{of}' has a point on a curve, '{tracks[0].name}', which plants cannot have;"
+            " put a revolute joint on a rod in its place, as long as the radius of the curve"
         )
     return _linked(model, of, lockable=of in arms, mechanism=mechanisms.get(of))
 

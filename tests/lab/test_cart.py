@@ -13,6 +13,20 @@ from mjsim.lab import ScenePlant
 G = 9.81
 
 
+def test_a_plant_with_a_point_on_a_curve_is_refused_with_what_to_use():
+    text = """mjsim: 1
+mechanisms:
+  - name: m
+    bodies: [{name: bead, sphere: 0.1}]
+    joints: [{in_plane: j, of: [ground, bead], axis: [0, 1, 0]}]
+    constraints: [{curve: bead, circle: 1}]
+plants: [{name: p, of: m, input: j.x, outputs: [j.x]}]
+"""
+    world = mjsim.parse_world(text)
+    with pytest.raises(UsageError, match=r"'curve1'.*put a revolute joint"):
+        ScenePlant(world, world.plants[0])
+
+
 def test_a_cart_pole_is_that_of_the_textbook():
     world = mjsim.load_world("lab-6-cart")
     upright, hanging = (ScenePlant(world, plant) for plant in world.plants)
