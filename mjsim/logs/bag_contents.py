@@ -24,6 +24,10 @@ LATEST, SLACK = 10.0, 3600.0
 """Times that are farther from the middle than so many lengths of the bag, and so many seconds, are wrong [1, s]."""
 
 
+FASTEST = 1e6
+"""Whatever is faster is no command of a robot [m/s, rad/s]."""
+
+
 @dataclass(slots=True)
 class Stream:
     """A topic of scans or pictures, which is read again later."""
@@ -45,7 +49,8 @@ class Stream:
     def numbers(self) -> NDArray[np.intp]:
         """Return the numbers of the messages that are used, in the order of time."""
         stamps, usual = np.array(self.stamps), self.usual()
-        fit = np.array([kind == usual for kind in self.kinds], dtype=bool) & np.isfinite(stamps)
+        fits = [kind is not None and kind == usual for kind in self.kinds]
+        fit = np.array(fits, dtype=bool) & np.isfinite(stamps)
         chosen = np.flatnonzero(fit)
         return np.asarray(chosen[rising(stamps[chosen])], dtype=np.intp)
 
@@ -150,8 +155,8 @@ class Contents:
         # A plain Twist has no header.
         time = self._stamp(message) if hasattr(told, "header") else message.time * 1e-9
         twist = twist_of(told)
-        if not np.isfinite(twist).all():
-            raise ValueError("a command that is no number")
+        if not all(abs(value) < FASTEST for value in twist):
+            raise ValueError(f"a command of {twist[0]:g} m/s and {twist[1]:g} rad/s")
         self.moves.setdefault(message.topic, Moves()).twists.append((time, *twist))
 
     def _take_imu(self, message: RosMessage) -> None:
@@ -192,7 +197,7 @@ class Contents:
         columns += [np.array([row[0] for row in moves.rows]) for moves in self.carried.values()]
         columns += [np.array([row[0] for row in (*moves.rows, *moves.twists)]) for moves in self.moves.values()]
         columns += [np.array([reading.stamp for reading in readings]) for readings in self.imus.values()]
-        if not columns:
+        if not any(map(len, columns)):
             return
         middle, most = float(np.median(np.concatenate(columns))), LATEST * length + SLACK
         for topic, stream in self.streams.items():

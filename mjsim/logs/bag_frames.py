@@ -11,6 +11,9 @@ from mjsim.geometry import Array, Pose3
 BASES = ("base_footprint", "base_link", "base", "body")
 """What the frame of a robot is called, REP 105 and custom, where odometry does not tell."""
 
+FARTHEST = 1e8
+"""Whatever is farther from the origin is no place of a robot, along each axis [m]."""
+
 
 def frame_name(name: str) -> str:
     """Return the name of a frame without the slash that ROS 1 put before it."""
@@ -21,12 +24,13 @@ def matrix_of(position: Any, orientation: Any) -> Array:
     """Return the homogeneous transform of a position [m] and a quaternion of ROS, shape (4, 4).
 
     Raises:
-        ValueError: They are no finite numbers, or the quaternion is not of a rotation.
+        ValueError: They are no finite numbers, as far as no robot goes, or the quaternion is not of a rotation.
     """
     values = np.array([orientation.x, orientation.y, orientation.z, orientation.w], dtype=float)
     place = np.array([position.x, position.y, position.z], dtype=float)
     length = float(np.linalg.norm(values))
-    if not np.isfinite(place).all() or not 0.5 < length < 2.0:
+    # Written so that NaN fails too.
+    if not (np.abs(place) < FARTHEST).all() or not 0.5 < length < 2.0:
         raise ValueError(f"a pose of numbers {place.tolist()} and quaternion {values.tolist()}")
     return Pose3(*place.tolist(), *(values / length).tolist()).matrix()
 

@@ -34,6 +34,8 @@ from mjsim.record import LoggedCamera, LoggedFrame, logged_frame
 __all__ = ["is_bag", "read_bag"]
 GAP = 0.5
 """Between two poses of the truth that are farther apart nothing is known [s]."""
+MOST_BEAMS = 10_000
+"""Of a scan that a recording holds."""
 SMALLEST, LARGEST = 16, 4096
 """Pictures that a recording holds, to the side and down [px]."""
 
@@ -178,6 +180,10 @@ class _Robot:
             stream = self._stream(topic)
             if stream is None:
                 continue
+            if (beams := (stream.usual() or (0,))[0]) > MOST_BEAMS:
+                raise UsageError(
+                    f"'{self._bag.path}': scans on '{topic}' have {beams:,} beams; a lidar has at most {MOST_BEAMS:,}"
+                )
             place = self._place(name, frame_name(stream.first.header.frame_id))
             mounts[name] = Mount() if place is None else _mount(place)
             hangs = place is not None and float(place[2, 2]) < UPSIDE_DOWN

@@ -23,6 +23,8 @@ MOTION = MotionNoise(distance=0.05, turn=0.1, veer=0.02)
 """Of odometry, for logs that do not tell its noise. A guess: that of small robots on hard floors."""
 RANGE, BEARING = 0.1, math.radians(2.0)
 """Standard deviations of a sighting, for logs that do not tell them [m, rad]. A guess."""
+LONGEST = 1e6
+"""Of a recording, as world files have it [s]."""
 RATES = (10.0, 12.5, 25.0, 50.0, 125.0)
 """Ticks a second from which one is chosen when nobody asks for another; whole numbers of physics steps."""
 SPARE = 1.5
@@ -161,6 +163,11 @@ def record_logs(
     # What came last is told at the tick after it.
     last = max(lasts) if wishes.seconds is not None else max(lasts) + 1.0 / rate - 1e-6
     span = cut(min(firsts), last, begin=wishes.begin, seconds=wishes.seconds, rate_hz=rate)
+    if span[1] - span[0] > LONGEST:
+        raise UsageError(
+            f"'{source}' lasts {span[1] - span[0]:.0f} s; a recording lasts at most {LONGEST:.0f}: choose a part with"
+            " --begin and --seconds"
+        )
     notes = {key: value for log in logs for key, value in log.notes.items()}
     return write_robot_logs(
         world_of(logs, name_from(source), span=span, rate_hz=rate, wishes=wishes),

@@ -261,6 +261,7 @@ def test_a_bag_that_was_cut_is_read_up_to_where_it_ends(form, tmp_path):
         assert bag.decode(found[-1]).ranges[0] == np.float32(np.random.default_rng(len(found) - 1).uniform(1.0, 2.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["bag", "sqlite", "mcap"])
 def test_a_bag_of_several_files_is_read_without_its_metadata(form, tmp_path):
     folder = tmp_path / "run"
@@ -336,6 +337,7 @@ def test_robots_with_namespaces_of_their_own_are_told_apart(tmp_path):
     assert set(only.robots) == {"bert"}
 
 
+@pytest.mark.slow
 def test_what_cannot_be_read_or_is_not_clear_is_one_line(tmp_path):
     write_scans(tmp_path / "run")
     with new_bag(tmp_path / "two") as bag:
@@ -344,12 +346,23 @@ def test_what_cannot_be_read_or_is_not_clear_is_one_line(tmp_path):
             bag.put(topic, START, bag.odometry(bag.header(START, "odom"), "base_link", pose))
     with new_bag(tmp_path / "words") as bag:
         bag.put("/chatter", START, bag.make("std_msgs/String", data="hello"))
+    with new_bag(tmp_path / "beams") as bag:
+        bag.put("/scan", START, bag.scan(bag.header(START, "l"), np.ones(20_000), 0.0, 1e-4, (0.1, 9.0)))
+    with new_bag(tmp_path / "nothing") as bag:
+        bag.put("/scan", START, bag.scan(bag.header(START, "l"), np.ones(1), 0.0, 1e-4, (0.1, 9.0)))
+        bag.put("/odom", START, bag.odometry(bag.header(START, "odom"), "base_link", Pose3(0, 0, 0, 0, 0, 0, 0)))
+    with new_bag(tmp_path / "days") as bag:
+        for at in (START, START + 1e6, START + 2e6):
+            bag.put("/odom", at, bag.odometry(bag.header(at, "odom"), "base_link", Pose3(0, 0, 0, 0, 0, 0, 1)))
     (tmp_path / "empty.bag").write_bytes(b"#ROSBAG V2.0\n")
     (tmp_path / "broken.db3").write_bytes(b"SQLite format 3\x00" + b"\x07" * 5000)
     (tmp_path / "text.bag").write_text("hello")
     for name, topics, said in (
         ("two", {}, "several topics hold odometry: /wheels, /fused; name one with --topic odometry=/wheels"),
         ("words", {}, "holds no odometry, scans, clouds, pictures or IMU of ROS; it has std_msgs/msg/String"),
+        ("beams", {}, "scans on '/scan' have 20,000 beams; a lidar has at most 10,000"),
+        ("nothing", {}, "holds no odometry, scans, clouds, pictures or sightings; there is nothing to record"),
+        ("days", {}, "lasts 2000000 s; a recording lasts at most 1000000: choose a part with --begin and --seconds"),
         ("run", {"scan": ["/skan"]}, "no topic '/skan' in this bag; did you mean '/scan'"),
         ("run", {"lidar": ["/scan"]}, "no kind of topic 'lidar'"),
         (
@@ -371,6 +384,7 @@ TURNED = np.array([[0.0, 0.0, 1.0, 0.2], [0.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 
 """base_link_from_lidar of a lidar that looks down [m]."""
 
 
+@pytest.mark.slow
 def test_clouds_of_several_drivers_come_in_along_the_axes_of_the_robot(tmp_path):
     velodyne = np.dtype(
         [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"), ("ring", "<u2"), ("time", "<f4")]
@@ -412,6 +426,7 @@ def test_clouds_of_several_drivers_come_in_along_the_axes_of_the_robot(tmp_path)
     assert {sensor.at for sensor in run.world.robots[0].sensors} == {(0.2, 0.0, 0.9)}
 
 
+@pytest.mark.slow
 def test_commands_echoes_and_what_is_not_read_are_told(tmp_path):
     with new_bag(tmp_path / "run") as bag:
         for k in range(10):
