@@ -3,8 +3,10 @@
 import itertools
 import math
 import re
+import struct
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -17,6 +19,8 @@ from mjsim.logs import Wishes
 from mjsim.logs.bag_file import Bag as RosBag
 from mjsim.logs.bag_file import BagMessages
 from mjsim.logs.bag_pictures import depth_of, frame_of
+from mjsim.record import filed_frame
+from mjsim.record.logged_frame import decode_picture
 from mjsim.run import drivers_of
 from mjsim.video.views import scene_pictures
 from tests.bags import FORMS, Bag, new_bag
@@ -512,3 +516,16 @@ def test_pictures_of_every_encoding_show_the_same():
     far = depth_of(_Image("16UC1", counts, big=True), size)
     assert far[1, 1] == np.float32(1.25)
     assert far[0, 0] == np.inf
+
+
+def test_a_jpeg_that_says_it_was_turned_keeps_its_rows():
+    pixels = np.zeros((16, 32, 3), dtype=np.uint8)
+    pixels[:, :16] = 250
+    data = cv2.imencode(".jpg", pixels)[1].tobytes()
+    # EXIF with one entry: orientation 6, a quarter turn; behind the mark that a JPEG begins with.
+    exif = b"Exif\0\0" + struct.pack("<2sHIHHHIHHI", b"II", 42, 8, 1, 0x0112, 3, 1, 6, 0, 0)
+    turned = data[:2] + struct.pack(">2sH", b"\xff\xe1", len(exif) + 2) + exif + data[2:]
+    assert cv2.imdecode(np.frombuffer(turned, dtype=np.uint8), cv2.IMREAD_COLOR).shape == (32, 16, 3)
+    frame = filed_frame(turned, 0.0, Intrinsics(32, 16, 10.0, 10.0, 15.5, 7.5))
+    assert frame.encoded == turned
+    np.testing.assert_array_equal(frame.image, decode_picture(data))

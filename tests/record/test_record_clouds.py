@@ -2,6 +2,7 @@
 
 import csv
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from mcap.reader import make_reader
 
 import mjsim
 from mjsim.record import export_csv, read_recording
+from mjsim.record.readings.clouds import CLOUDS
 from mjsim.world import parse_world
 
 WORLD = """
@@ -57,3 +59,12 @@ def test_tables_have_a_row_a_point(run, tmp_path):
         rows = list(csv.DictReader(file))
     assert len(rows) == sum(len(cloud.points) for cloud in clouds)
     assert float(rows[0]["x"]) == pytest.approx(float(clouds[0].points[0, 0]))
+
+
+@pytest.mark.parametrize("column", ["times", "intensities", "rings"])
+def test_a_cloud_of_uneven_columns_is_refused(run, column):
+    _, _, clouds = run
+    (message,) = CLOUDS.encode({"top": clouds[0]})
+    (short,) = CLOUDS.encode({"top": replace(clouds[0], **{column: getattr(clouds[0], column)[:-1]})})
+    with pytest.raises(ValueError, match="points with other counts of times, intensities or rings"):
+        CLOUDS.decode([{**message, column: short[column]}])
