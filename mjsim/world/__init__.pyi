@@ -104,6 +104,7 @@ from .items import RemoveEvent as RemoveEvent
 from .items import Robot as Robot
 from .items import RobotArm as RobotArm
 from .items import RollerDrive as RollerDrive
+from .items import RollerRatio as RollerRatio
 from .items import Rollers as Rollers
 from .items import Run as Run
 from .items import Seat as Seat

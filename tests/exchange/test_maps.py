@@ -116,10 +116,11 @@ def test_pictures_of_any_depth_and_channels_are_the_same_map(tmp_path):
         (tmp_path / name).write_bytes(data)
     flat.save(tmp_path / "gray.png")
     flat.convert("RGB").save(tmp_path / "rgb.png")
+    flat.save(tmp_path / "gray.bmp")
     flat.convert("P").save(tmp_path / "palette.png")
     Image.fromarray(clear, "LA").save(tmp_path / "clear.png")
     Image.fromarray(PIXELS.astype(np.uint16) * 257).save(tmp_path / "deep.png")
-    for name in (*files, "gray.png", "rgb.png", "palette.png", "clear.png", "deep.png"):
+    for name in (*files, "gray.png", "gray.bmp", "rgb.png", "palette.png", "clear.png", "deep.png"):
         path = tmp_path / "map.yaml"
         path.write_text(f"image: {name}\nresolution: 0.05\n")
         grid = read_grid(path)
@@ -164,6 +165,8 @@ def test_what_is_not_a_map_is_refused_in_one_line(tmp_path):
         ("image: map.pgm\nresolution: 0.05\nfree_thresh: 0.9\n", None, "free_thresh below"),
         ("image: [1, 2]\nresolution: 0.05\n", None, "name the picture of a map"),
         ("a: [\n", None, "map.yaml:2"),
+        ("image: map.pgm\nresolution: 0.05\n", b"BM" + bytes(16) + b"\0\0\1\0" * 2, "is a picture of 4295 megapixels;"),
+        ("image: map.pgm\nresolution: 0.05\n", b"BM", "cannot be read as a map; write it as a PGM or PNG picture"),
         ("image: map.pgm\nresolution: 0.05\n", b"GIF89a", "is not a PNG or JPEG picture; convert it"),
     ]:
         path.write_text(text)

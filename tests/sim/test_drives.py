@@ -173,9 +173,18 @@ def test_wheel_commands_come_in_the_order_of_the_wheels():
 def test_mecanum_kinematics_are_those_of_taheri():
     # Equation 20 of Taheri et al. with half wheelbase 0.235 m and half track 0.15 m, wheels of 0.05 m.
     lever = 0.235 + 0.15
-    speeds = mecanum(MecanumDrive(type="mecanum")).wheels_from_twist(0.3, -0.2, 0.7)
+    exact = MecanumDrive(type="mecanum", strafe=1.0, spin=1.0)
+    speeds = mecanum(exact).wheels_from_twist(0.3, -0.2, 0.7)
     expected = [0.3 + 0.2 - lever * 0.7, 0.3 - 0.2 + lever * 0.7, 0.3 - 0.2 - lever * 0.7, 0.3 + 0.2 + lever * 0.7]
     np.testing.assert_allclose(np.array(speeds) * 0.05, expected, atol=1e-12)
+
+
+def test_wheels_with_rollers_run_faster_by_what_they_slip_and_tell_the_motion_driven():
+    exact = mecanum(MecanumDrive(type="mecanum", strafe=1.0, spin=1.0))
+    slipping = mecanum(MecanumDrive(type="mecanum", strafe=0.98, spin=0.9))
+    speeds = slipping.wheels_from_twist(0.3, -0.2, 0.7)
+    np.testing.assert_allclose(speeds, exact.wheels_from_twist(0.3, -0.2 / 0.98, 0.7 / 0.9), atol=1e-12)
+    np.testing.assert_allclose(slipping.twist_from_wheels(speeds), (0.3, -0.2, 0.7), atol=1e-12)
 
 
 def test_three_omni_wheels_at_one_speed_turn_and_two_against_each_other_go_ahead():

@@ -13,6 +13,7 @@ from mjsim.exchange.robots.mounts import SensorMount, find_mounts
 from mjsim.exchange.robots.omni import without_rollers
 from mjsim.exchange.robots.preset import (
     ACCELERATION,
+    ROLLERS,
     Plan,
     first_plan,
     max_speed,
@@ -20,7 +21,7 @@ from mjsim.exchange.robots.preset import (
     said_speed,
     speed_said,
 )
-from mjsim.exchange.robots.slip import learned
+from mjsim.exchange.robots.slip import learned, rolled
 from mjsim.exchange.robots.source import RobotSource
 from mjsim.models import Anatomy, RobotFiles, anatomy_of, gather_robot, robot_text
 from mjsim.world import Slip
@@ -97,6 +98,9 @@ def bring_robot(
     report = [*_found(path, robot, anatomy, plan), *_amiss(path, source, robot, anatomy, gear, stand)]
     plan, measured = _calibrated(plan, files, path)
     report += _driven(measured, plan)
+    if gear.drive in ROLLERS:
+        plan, said = _rolling(plan, files, path)
+        report += said
     if gear.drive == "skid_steer":
         plan, said = _slipping(plan, files, path, anatomy, robot)
         report += said
@@ -111,10 +115,20 @@ def _calibrated(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Pla
     """Return a plan whose odometry fits what the robot drives, and what it drove last."""
     for _ in range(MOST_MEASURED):
         measured = _measured(plan, files, path)
-        if abs(measured.way - 1.0) < CLOSE and abs(measured.turn - 1.0) < CLOSE:
+        if all(abs(ratio - 1.0) < CLOSE for ratio in (measured.way, measured.turn, measured.strafe)):
             break
-        plan = plan.measured(way=measured.way, turn=measured.turn)
+        plan = plan.measured(way=measured.way, turn=measured.turn, strafe=measured.strafe)
     return plan, measured
+
+
+def _rolling(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Plan, list[str]]:
+    """Return a plan that fits how a robot on rollers goes sideways and turns while it drives, and what was found."""
+    strafe, spin = rolled(preset_text(plan, ()), files, file=str(path))
+    plan = plan.measured(way=1.0, turn=spin, strafe=strafe)
+    return plan, [
+        f"measured: over drives in all directions it goes {plan.strafe:.4f} m sideways, and turns {plan.spin:.4f} rad,"
+        " for each that its wheels roll"
+    ]
 
 
 def _slipping(
@@ -219,9 +233,11 @@ def _driven(measured: Measured, plan: Plan) -> list[str]:
     """Return what was measured."""
     where = "on the spot" if measured.on_spot else "on circles"
     a, b, c, d = measured.ahead, measured.back, measured.left, measured.right
+    aside = [f"{drive.driven:+.4f} m for {drive.told:+.4f} m" for drive in measured.aside]
     return [
         f"measured: {a.driven:+.4f} m for {a.told:+.4f} m of odometry, {b.driven:+.4f} m for {b.told:+.4f} m back",
         f"measured: {c.driven:+.4f} rad for {c.told:+.4f} rad {where}, {d.driven:+.4f} rad for {d.told:+.4f} rad",
+        *([f"measured: {aside[0]} to the left, {aside[1]} to the right"] if aside else []),
         f"so its odometry computes with wheels of {plan.wheel_radius:.5f} m and"
         f" {SIZES.get(plan.gear.drive, 'a track')} of {plan.track:.5f} m",
     ]

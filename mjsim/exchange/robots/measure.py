@@ -1,4 +1,4 @@
-"""A robot measured in the simulation: a metre straight, a turn on the spot, both ways each."""
+"""A robot measured in the simulation: a metre straight, one sideways, a turn on the spot, both ways each."""
 
 import math
 from collections.abc import Mapping
@@ -37,7 +37,7 @@ class MeasuredDrive:
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """Four drives of one robot."""
+    """Four drives of one robot, and two sideways of one that can."""
 
     ahead: MeasuredDrive
     back: MeasuredDrive
@@ -45,6 +45,8 @@ class Measured:
     right: MeasuredDrive
     on_spot: bool
     """Whether it turned on the spot; else on circles."""
+    aside: tuple[MeasuredDrive, ...] = ()
+    """To the left and to the right."""
 
     @property
     def way(self) -> float:
@@ -55,6 +57,11 @@ class Measured:
     def turn(self) -> float:
         """What it turns of a radian that odometry tells."""
         return (self.left.ratio + self.right.ratio) / 2
+
+    @property
+    def strafe(self) -> float:
+        """What it drives of a metre sideways that odometry tells; 1 for a robot that cannot go sideways."""
+        return sum(drive.ratio for drive in self.aside) / len(self.aside) if self.aside else 1.0
 
 
 def measure(text: str, files: Mapping[str, bytes], *, file: str) -> Measured:
@@ -89,7 +96,8 @@ def measure(text: str, files: Mapping[str, bytes], *, file: str) -> Measured:
         if car:
             rate = STEER * info.max_curvature * speed
         left, right = (pilot.turning(speed if car else 0.0, sign * rate) for sign in (1.0, -1.0))
-    return Measured(ahead, back, left, right, not car)
+        aside = [pilot.sideways(sign * SLOW * info.max_left) for sign in (1.0, -1.0) if info.max_left]
+    return Measured(ahead, back, left, right, not car, tuple(aside))
 
 
 class _Pilot:
@@ -117,13 +125,22 @@ class _Pilot:
 
     def straight(self, speed: float) -> MeasuredDrive:
         """Drive a metre, and stop."""
+        moved, said = self._moved(Command(speed), WAY / abs(speed))
+        self._check("drives", moved.x, said.x, "m")
+        return MeasuredDrive(said.x, moved.x)
+
+    def sideways(self, speed: float) -> MeasuredDrive:
+        """Drive a metre to the left, or to the right, and stop."""
+        moved, said = self._moved(Command(left=speed), WAY / abs(speed))
+        self._check("drives sideways", moved.y, said.y, "m")
+        return MeasuredDrive(said.y, moved.y)
+
+    def _moved(self, command: Command, seconds: float) -> tuple[Pose, Pose]:
+        """Return where a robot has come to by a command, and where it is by its odometry, both from where it was."""
         start, told = self._sim.truth(self._robot), self._told
-        self._go(Command(speed), WAY / abs(speed))
+        self._go(command, seconds)
         self._go(Command(), SETTLE)
-        moved = (start.inverse() @ self._sim.truth(self._robot)).x
-        said = (told.inverse() @ self._told).x
-        self._check("drives", moved, said, "m")
-        return MeasuredDrive(said, moved)
+        return start.inverse() @ self._sim.truth(self._robot), told.inverse() @ self._told
 
     def turning(self, speed: float, rate: float) -> MeasuredDrive:
         """Turn once around, and stop."""

@@ -30,6 +30,8 @@ LIDAR = {"beams": 360, "fov_deg": 360, "range": [0.12, 8.0], "rate_hz": 5, "nois
 CAMERA = {"width": 640, "height": 480, "fov_deg": 60, "rate_hz": 5}
 IMU = {"noise": {"acceleration": 0.02, "turn": 0.002}}
 SIDES = ("left", "right")
+ROLLERS = ("mecanum", "omni3")
+"""Drives on wheels with rollers, whose sizes stay as they are when it is measured what they slip."""
 KEYS: Mapping[str, Mapping[str, object]] = {"lidar": LIDAR, "camera": CAMERA, "imu": IMU}
 """Of sensors, where the file does not say them."""
 
@@ -51,15 +53,23 @@ class Plan:
     with the wheelbase added, of three wheels in a ring its diameter."""
     slip: Slip | None = None
     """What its tyres slip, where that is measured."""
+    strafe: float = 1.0
+    """Of wheels with rollers, as their drive has it."""
+    spin: float = 1.0
+    """Likewise."""
 
-    def measured(self, *, way: float, turn: float) -> "Plan":
+    def measured(self, *, way: float, turn: float, strafe: float = 1.0) -> "Plan":
         """Return a plan whose odometry fits what was driven.
 
         Args:
             way: What the robot drove of a metre that its odometry told.
             turn: What it turned of a radian that its odometry told.
+            strafe: What it drove of a metre sideways that its odometry told.
         """
-        return replace(self, wheel_radius=self.wheel_radius * way, track=self.track * way / turn)
+        plan = replace(self, wheel_radius=self.wheel_radius * way)
+        if self.gear.drive in ROLLERS:
+            return replace(plan, strafe=self.strafe * strafe / way, spin=self.spin * turn / way)
+        return replace(plan, track=self.track * way / turn)
 
 
 def first_plan(name: str, model: str, gear: Gear, stand: Stand, mounts: Sequence[SensorMount]) -> Plan:
@@ -148,7 +158,7 @@ def _drive(plan: Plan) -> list[str]:
     keys |= _sizes(plan)
     if gear.drive in ("ackermann", "tricycle"):
         keys["max_steer_deg"] = round(max_steer_deg(plan), 1)
-    if gear.drive in ("mecanum", "omni3"):
+    if gear.drive in ROLLERS:
         keys["max_left"] = max_speed(plan)
     lines += [f"      {key}: {value}" for key, value in keys.items()]
     lines += [
@@ -166,17 +176,22 @@ def _sizes(plan: Plan) -> dict[str, object]:
     if gear.drive == "differential":
         return {"track": round(plan.track, 6)}
     if gear.drive == "omni3":
-        return {"wheel_circle": round(plan.track / 2, 6)}
+        return {"wheel_circle": round(plan.track / 2, 6), **_slips(plan)}
     base, track = round(wheelbase_of(gear), 5), round(_track(gear.rows[-1]), 5)
     if gear.drive == "ackermann":
         return {"track": round(plan.track, 6), "wheelbase": base}
     if gear.drive == "mecanum":
-        return {"track": round(plan.track - wheelbase_of(gear), 6), "wheelbase": base}
+        return {"track": track, "wheelbase": base, **_slips(plan)}
     if gear.drive == "skid_steer":
         return {"track": track, "wheelbase": base, "effective_track": round(plan.track, 5)}
     ahead = float(plan.stand.point(gear.single[0].middle)[0]) > 0.0
     load = round(gear.rows[0][0][0].radius, 5)
     return {"load_wheel_radius": load, "track": track, "wheelbase": base, "driven": "front" if ahead else "rear"}
+
+
+def _slips(plan: Plan) -> dict[str, object]:
+    """Return the keys of a drive that say what rollers slip."""
+    return {"strafe": round(plan.strafe, 5), "spin": round(plan.spin, 5)}
 
 
 def max_steer_deg(plan: Plan) -> float:

@@ -1,8 +1,11 @@
-"""What the tyres of a skid-steered robot slip, learned from drives of its own at changing speeds and turns.
+"""What wheels slip, learned from drives of a robot of its own at changing speeds and turns.
 
-Such a robot turns by letting all its tyres slip, by how much depends on where its weight lies and on how long and wide
-it stands. So three things are learned: about which point it turns, how far it turns of what its wheels tell on arcs of
-all kinds, and what the covariance of its odometry must allow for.
+Wheels with rollers slip until their rollers spin: less while the robot moves every way at once than on the spot. So
+what they slip sideways and in turn is the mean over drives of all kinds.
+
+A skid-steered robot turns by letting all its tyres slip, by how much depends on where its weight lies and on how long
+and wide it stands. So three things are learned: about which point it turns, how far it turns of what its wheels tell on
+arcs of all kinds, and what the covariance of its odometry must allow for.
 """
 
 from collections.abc import Mapping
@@ -18,10 +21,14 @@ from mjsim.world import OdometryNoise, Robot, Slip, Source, WheelOdometry, World
 
 ROBOTS, TOGETHER = 80, 5
 """Drives, and how many robots are simulated at a time."""
+ON_ROLLERS = 10
+"""Drives of robots on rollers, whose slip is the same every time."""
 MANY_JOINTS, FEWER = 30, 24
 """Robots of so many joints take long to simulate: fewer drives of them, one at a time."""
 TICKS, HELD = 500, 50
 """Of a drive; ticks for which a command holds."""
+LONG = 125
+"""Ticks over which ways are compared: so many that what lags behind a change of the command is little of it."""
 STEADY = 15
 """Ticks after which a robot keeps to a command."""
 APART = 50.0
@@ -83,6 +90,22 @@ def learned(text: str, files: Mapping[str, bytes], *, file: str) -> Learned:
     return Learned(len(told), center, turn, likely_slip(drives.told, drives.poses, dt=drives.dt))
 
 
+def rolled(text: str, files: Mapping[str, bytes], *, file: str) -> tuple[float, float]:
+    """Return what a robot on rollers drives sideways, and what it turns, of what its wheels tell.
+
+    Args:
+        text: Of a world with this robot alone.
+        files: What it names.
+        file: The maker's file, as errors name it.
+    """
+    world = _lot(parse_world(text, source=Source(file=file, attached=files)), TOGETHER)
+    lots = [_driven(world, first) for first in range(0, ON_ROLLERS, TOGETHER)]
+    told, driven = (np.concatenate(parts) for parts in zip(*((lot.told, _ways(lot)) for lot in lots), strict=True))
+    told, driven = (ways.reshape(-1, LONG, 3).sum(axis=1) for ways in (told, driven))
+    _, strafe, spin = (np.sum(told * driven, axis=0) / np.sum(told * told, axis=0)).tolist()
+    return strafe, spin
+
+
 def _lot(world: World, together: int) -> World:
     """Return a world of some robots far from each other, whose encoders do not err.
 
@@ -114,7 +137,9 @@ def _driven(world: World, first: int) -> Drives:
 
 def _some_command(robot: RobotInfo, rng: np.random.Generator) -> Command:
     speed, turn = min(0.7 * robot.max_speed, 1.0), min(0.6 * robot.max_turn, 1.0)
-    return Command(rng.uniform(0.0, speed), turn=rng.uniform(-turn, turn))
+    command = Command(rng.uniform(0.0, speed), turn=rng.uniform(-turn, turn))
+    aside = 0.5 * robot.max_left
+    return replace(command, left=rng.uniform(-aside, aside)) if aside else command
 
 
 def _along_the_arc(told: Odometry) -> tuple[float, float, float]:
@@ -141,10 +166,7 @@ def _center(drives: Drives) -> float:
     References:
         Mandow et al., Experimental Kinematics for Wheeled Skid-Steer Mobile Robots, IROS 2007: the centre of rotation.
     """
-    step = np.diff(drives.poses, axis=1)
-    turn = wrap_angles(step[..., 2])
-    half = drives.poses[:, :-1, 2] + turn / 2
-    aside = np.cos(half) * step[..., 1] - np.sin(half) * step[..., 0]
+    _, aside, turn = np.moveaxis(_ways(drives), -1, 0)
     steady = np.arange(aside.shape[1]) % HELD >= STEADY
 
     def sums(values: Array) -> Array:
@@ -153,3 +175,12 @@ def _center(drives: Drives) -> float:
     ways = sums(drives.told[..., 0]) * sums(drives.told[..., 2]) / ((HELD - STEADY) * drives.dt)
     found = np.linalg.lstsq(np.column_stack([sums(turn), ways]), sums(aside), rcond=None)[0]
     return float(-found[0])
+
+
+def _ways(drives: Drives) -> Array:
+    """Return ways ahead and to the left [m] and turns [rad] that were driven each tick, shape (robots, ticks, 3)."""
+    step = np.diff(drives.poses, axis=1)
+    turn = wrap_angles(step[..., 2])
+    half = drives.poses[:, :-1, 2] + turn / 2
+    c, s = np.cos(half), np.sin(half)
+    return np.stack([c * step[..., 0] + s * step[..., 1], c * step[..., 1] - s * step[..., 0], turn], axis=-1)

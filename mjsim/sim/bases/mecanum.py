@@ -12,7 +12,7 @@ def mecanum(drive: MecanumDrive) -> RollerKinematics:
     wheels = [
         (x * drive.wheelbase / 2, y * drive.track / 2, 0.0, math.pi / 2 + x * y * math.pi / 4) for _, x, y in CORNERS
     ]
-    return roller_kinematics(wheels, radius=drive.wheel_radius)
+    return roller_kinematics(drive, wheels)
 
 
 def mecanum_gear(robot: Robot, drive: MecanumDrive, *, dt: float, seed: int) -> RunningGear:

@@ -13,7 +13,7 @@ def omni3(drive: Omni3Drive) -> RollerKinematics:
     wheels = [
         (circle * math.cos(b), circle * math.sin(b), b + math.pi / 2, b + math.pi / 2) for b in OMNI3_BEARINGS.values()
     ]
-    return roller_kinematics(wheels, radius=drive.wheel_radius)
+    return roller_kinematics(drive, wheels)
 
 
 def omni3_gear(robot: Robot, drive: Omni3Drive, *, dt: float, seed: int) -> RunningGear:

@@ -12,7 +12,7 @@ from mjsim.sim.bases.gear import RunningGear, motion_of, running_gear
 from mjsim.sim.bases.twist_profile import TwistProfile
 from mjsim.sim.odometry import Twist
 from mjsim.sim.streams import stream
-from mjsim.world import AnyDrive, Robot
+from mjsim.world import AnyDrive, Robot, RollerDrive
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,20 +45,20 @@ class RollerKinematics:
         return forward, left, turn
 
 
-def roller_kinematics(wheels: Sequence[tuple[float, float, float, float]], *, radius: float) -> RollerKinematics:
+def roller_kinematics(drive: RollerDrive, wheels: Sequence[tuple[float, float, float, float]]) -> RollerKinematics:
     """Return the kinematics of wheels with rollers.
 
     Args:
+        drive: Tells the radius over the rollers, and what they slip.
         wheels: (x, y, heading, roller) of each: its middle [m], the direction in which it rolls [rad], and that of
             the axis of its lowest roller [rad], robot frame.
-        radius: Over the rollers [m].
     """
     rows = []
     for x, y, heading, roller in wheels:
         across, along = math.cos(roller), math.sin(roller)
-        share = radius * math.cos(roller - heading)
+        share = drive.wheel_radius * math.cos(roller - heading)
         rows.append([across / share, along / share, (x * along - y * across) / share])
-    matrix = np.array(rows)
+    matrix = np.array(rows) / (1.0, drive.strafe, drive.spin)
     return RollerKinematics(matrix, np.asarray(np.linalg.pinv(matrix), dtype=float))
 
 

@@ -28,6 +28,7 @@ from .drives import Motor as Motor
 from .drives import OdometryNoise as OdometryNoise
 from .drives import Omni3Drive as Omni3Drive
 from .drives import RollerDrive as RollerDrive
+from .drives import RollerRatio as RollerRatio
 from .drives import Rollers as Rollers
 from .drives import SkidSteerDrive as SkidSteerDrive
 from .drives import Slip as Slip

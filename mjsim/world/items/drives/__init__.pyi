@@ -28,6 +28,7 @@ from .odometry import WheelOdometry as WheelOdometry
 from .omni3 import OMNI3_BEARINGS as OMNI3_BEARINGS
 from .omni3 import Omni3Drive as Omni3Drive
 from .rollers import RollerDrive as RollerDrive
+from .rollers import RollerRatio as RollerRatio
 from .skid_steer import SkidSteerDrive as SkidSteerDrive
 from .tricycle import TricycleDrive as TricycleDrive
 from .user import UserDrive as UserDrive

@@ -5,7 +5,7 @@ from typing import Literal
 
 from mjsim.world.ground import Length
 from mjsim.world.items.drives.base import CORNERS, Rollers, Slip, Wheel, geared_motor, half_width
-from mjsim.world.items.drives.rollers import RollerDrive
+from mjsim.world.items.drives.rollers import RollerDrive, RollerRatio
 
 
 class MecanumDrive(RollerDrive):
@@ -17,6 +17,10 @@ class MecanumDrive(RollerDrive):
     """Distance between the left and the right wheels [m]."""
     wheelbase: Length = 0.47
     """Distance between the wheels in front and behind [m]."""
+    strafe: RollerRatio = 0.987
+    """Metres driven sideways for each that wheels tell by their sizes; rollers slip until they spin."""
+    spin: RollerRatio = 0.994
+    """Radians turned for each that wheels tell by their sizes."""
 
     @property
     def wheels(self) -> tuple[Wheel, ...]:
@@ -40,5 +44,5 @@ class MecanumDrive(RollerDrive):
 
     @property
     def slip(self) -> Slip:
-        """Of wheels that roll from one roller onto the next."""
-        return Slip(forward=0.0045, left=0.008, turn=0.0075, outward=0.0)
+        """Of wheels that roll from one roller onto the next, beside what `strafe` and `spin` tell."""
+        return Slip(forward=0.0033, left=0.0043, turn=0.0037, outward=0.0)

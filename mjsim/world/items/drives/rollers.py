@@ -7,6 +7,8 @@ from pydantic import Field
 from mjsim.world.ground import Length
 from mjsim.world.items.drives.base import AnyDrive, Speed
 
+RollerRatio = Annotated[float, Field(gt=0.5, lt=1.5)]
+
 
 class RollerDrive(AnyDrive):
     """What drives have in common that go in any direction, on wheels with rollers."""
@@ -19,6 +21,11 @@ class RollerDrive(AnyDrive):
     """How many a wheel has."""
     max_left: Speed = 0.7
     """Largest speed sideways [m/s]."""
+
+    strafe: RollerRatio = 1.0
+    """Metres driven sideways for each that wheels tell by their sizes; rollers slip until they spin."""
+    spin: RollerRatio = 1.0
+    """Radians turned for each that wheels tell by their sizes."""
 
     @property
     def sideways(self) -> float:
