@@ -229,7 +229,7 @@ def test_dead_reckoning_errs_as_its_covariance_says():
         # What slips by nature errs as much as is told without any noise, too.
         f"preset: husky, {NOISY}",
         "preset: husky",
-        "preset: youbot",
+        f"preset: youbot, {NOISY}",
     ],
 )
 def test_every_drive_tells_an_honest_covariance(keys):

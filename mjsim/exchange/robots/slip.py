@@ -21,7 +21,7 @@ from mjsim.world import OdometryNoise, Robot, Slip, Source, WheelOdometry, World
 
 ROBOTS, TOGETHER = 80, 5
 """Drives, and how many robots are simulated at a time."""
-ON_ROLLERS = 10
+ON_ROLLERS = 5
 """Drives of robots on rollers, whose slip is the same every time."""
 MANY_JOINTS, FEWER = 30, 24
 """Robots of so many joints take long to simulate: fewer drives of them, one at a time."""
