@@ -11,6 +11,9 @@ from playwright.sync_api import Browser, Locator, Page, expect
 from mjsim.web import Studio
 from tests.windows import PATIENCE, page_at
 
+DRAWN = "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+"""What was asked to be drawn with the next picture is drawn."""
+
 
 class Sheet:
     """A page with a world in its Edit view."""

@@ -1,11 +1,14 @@
 """Changes on disk, by other tabs or programs, are seen; nobody's text is lost by them."""
 
+import json
+import re
+
 import cv2
 import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from tests.sheet import sheet_of
+from tests.sheet import DRAWN, sheet_of
 from tests.unsaved import ROOM, THEIRS, kept, notice, number_kept, second_tab, write_line
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("state")]
@@ -50,6 +53,22 @@ def test_a_file_that_changes_on_disk_is_read_again_as_a_step_that_can_be_undone(
     assert (tmp_path / "room.yaml").read_bytes() == (THEIRS + "# mine\n").replace("\n", "\r\n").encode()
 
 
+def test_late_news_of_ones_own_save_is_no_news(sheet, tmp_path):
+    links = []
+    sheet.page.route_web_socket(re.compile("/api/tab"), lambda link: links.append((link, link.connect_to_server())))
+    sheet.page.reload()
+    sheet.reads("mjsim: 1")
+    write_line(sheet, "# mine")
+    sheet.save()
+    write_line(sheet, " and more")
+    with sheet.page.expect_response("**/api/open*"):
+        links[-1][0].send(json.dumps({"kind": "disk", "path": "room.yaml", "stamp": "of a save before"}))
+    sheet.page.evaluate(DRAWN)
+    expect(sheet.page.locator(".notice")).to_have_count(0)
+    (tmp_path / "room.yaml").write_text(THEIRS)
+    notice(sheet, "room.yaml changed on disk, and you have unsaved changes here.")
+
+
 def test_with_changes_of_ones_own_one_is_asked_and_nothing_is_lost(sheet, tmp_path):
     place = tmp_path / "room.yaml"
     write_line(sheet, "# mine")
@@ -70,6 +89,29 @@ def test_with_changes_of_ones_own_one_is_asked_and_nothing_is_lost(sheet, tmp_pa
     assert "bin" in place.read_text()
     sheet.save()
     assert place.read_text() == ROOM + "# mine too"
+
+
+def test_what_is_typed_into_a_field_while_the_file_changes_is_given_on_at_enter_and_not_before(sheet, tmp_path):
+    sheet.click(2, 2)
+    mass = sheet.field("Mass")
+    mass.click()
+    sheet.type("1")
+    (tmp_path / "room.yaml").write_text(ROOM + "# theirs")
+    sheet.reads("# theirs")
+    sheet.page.evaluate(DRAWN)
+    sheet.type("2")
+    expect(mass).to_have_value("12")
+    expect(sheet.text).not_to_contain_text("mass")
+    sheet.press("Shift+ArrowLeft")  # marked, it is still so when all is drawn anew
+    (tmp_path / "room.yaml").write_text(ROOM + "# theirs again")
+    sheet.reads("# theirs again")
+    sheet.page.evaluate(DRAWN)
+    sheet.type("5")
+    (tmp_path / "room.yaml").write_text(ROOM + "# theirs at last")
+    sheet.reads("# theirs at last")
+    sheet.page.evaluate(DRAWN)
+    sheet.press("Enter")
+    sheet.reads("mass: 15")
 
 
 def test_a_drag_that_goes_on_while_the_file_changes_is_not_lost(sheet, tmp_path):

@@ -12,15 +12,13 @@ from playwright.sync_api import Page, expect
 
 from mjsim.web import Studio
 from mjsim.world import load_world, parse_world
-from tests.sheet import Sheet, sheet_of
+from tests.sheet import DRAWN, Sheet, sheet_of
 from tests.windows import PATIENCE, page_at
 
 pytestmark = pytest.mark.slow
 EDITS = 100
 WIDE, DEEP = 12, 8
 """How large the room is in which they are made [m]."""
-DRAWN = "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
-"""What was asked to be drawn with the next picture is drawn."""
 
 
 def test_a_newcomer_builds_a_room_saves_it_and_sees_it_run(browser, tmp_path):
@@ -132,8 +130,9 @@ class Scribe:
         """Select a thing that can be seen, and do one of the edits to it; only copies are turned and deleted."""
         name, before = self._select(), set(self.things)
         edits = [self._drag, self._nudge, self._place, self._duplicate]
-        self.chance.choice([*edits, self._turn, self._delete] if name in self.made else edits)()
-        expect(self.sheet.unsaved).to_be_visible()
+        edit = self.chance.choice([*edits, self._turn, self._delete] if name in self.made else edits)
+        edit()
+        expect(self.sheet.unsaved, f"{edit.__name__} of {name}, chosen at {self.at}").to_be_visible()
         self.sheet.save()
         self._read()
         self.made |= set(self.things) - before

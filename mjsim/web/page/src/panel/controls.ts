@@ -52,7 +52,7 @@ export function control(entry: Entry, tools: Tools): HTMLElement | null {
 
 /** Give the text of a field on when it is complete. */
 function commit(input: HTMLInputElement, read: (text: string) => void): HTMLInputElement {
-  input.addEventListener("change", () => read(input.value.trim()));
+  input.addEventListener("change", () => "replaced" in input.dataset || read(input.value.trim()));
   input.addEventListener("input", () => (input.dataset["touched"] = ""));
   input.addEventListener("keydown", (event) => {
     if (event.key === "Enter") input.blur();

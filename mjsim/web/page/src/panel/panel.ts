@@ -189,29 +189,48 @@ export class Panel {
     const active = document.activeElement;
     if (!(active instanceof HTMLElement) || !this.body.contains(active)) return () => undefined;
     const id = active.dataset["id"];
-    const text = active instanceof HTMLInputElement && "touched" in active.dataset ? active.value : null;
+    const typed = active instanceof HTMLInputElement ? typedIn(active) : null;
     const top = this.body.scrollTop;
     return () => {
       const again = [...this.body.querySelectorAll<HTMLElement>("[data-id]")].find(
         (other) => other.dataset["id"] === id,
       );
       again?.focus({ preventScroll: true });
-      if (
-        again instanceof HTMLInputElement &&
-        text !== null &&
-        text !== again.value &&
-        document.activeElement === again
-      )
-        keepTyped(again, text);
+      if (typed && again instanceof HTMLInputElement && document.activeElement === again) keepTyped(again, typed);
       this.body.scrollTop = top;
     };
   }
 }
 
-function keepTyped(input: HTMLInputElement, text: string): void {
+/** What a field holds that is not given on yet, null when it was not touched, and what is marked in it. */
+interface Typed {
+  text: string | null;
+  marked: [number, number] | null;
+}
+
+/** Take what is typed from a field that is about to go: the browser would have it give half a number on. */
+function typedIn(input: HTMLInputElement): Typed {
+  const text = "touched" in input.dataset ? input.value : null;
+  const [start, end] = [input.selectionStart, input.selectionEnd];
+  input.dataset["replaced"] = "";
+  return { text, marked: start === null || end === null ? null : [start, end] };
+}
+
+function keepTyped(input: HTMLInputElement, { text, marked }: Typed): void {
   if (input.type === "checkbox" || input.type === "color") return;
-  input.value = text;
-  input.dataset["touched"] = "";
+  if (text !== null && text !== input.value) {
+    input.value = text;
+    input.dataset["touched"] = "";
+    giveOnLeaving(input);
+  }
+  if (marked) input.setSelectionRange(...marked);
+}
+
+/** Browsers tell of no change when a script has put the text in: tell of it when the field is left. */
+function giveOnLeaving(input: HTMLInputElement): void {
+  const told = new AbortController();
+  input.addEventListener("change", () => told.abort());
+  input.addEventListener("blur", () => input.dispatchEvent(new Event("change")), { signal: told.signal });
 }
 
 function given(world: { values: Values; written: string[]; raw?: Values }): {

@@ -76,6 +76,7 @@ export class Disk {
     const before = world.text;
     const opened = await this.open(path);
     if (!opened) return;
+    if (opened.stamp === world.stamp) return this.same(); // the news was of a save before the last one
     // The person may have begun to change something meanwhile.
     if (world.isEdited || world.isBusy) return this.look();
     world.reload(opened);
@@ -86,6 +87,7 @@ export class Disk {
     const { document: world } = this.studio;
     const opened = await this.open(path);
     if (!opened) return;
+    if (opened.stamp === world.stamp) return this.same();
     this.told = `${path} ${opened.stamp}`;
     if (opened.text === world.text) return world.rebase(opened);
     this.notices.clear("gone");
