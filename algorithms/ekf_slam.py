@@ -26,6 +26,7 @@ from .ekf_filter import EkfSlamFilter, Jacobians
 from .ekf_models import bicycle_motion, odometry_motion
 from .invariant_ekf import InvariantEkfSlamFilter
 from .map_management import Probation
+from .odometry_errors import COUNT, OdometryErrors
 from .picture_errors import PictureErrors, each_of
 from .recent_motion import RecentMotion
 from .relocation import Relocation, pose_from_looks
@@ -39,8 +40,8 @@ _MEMORY = 0.2
 _LEAST = 0.5
 """Share of that average which a tick claims at least. All of it would be on average a third more than is claimed."""
 
-WAY = 10.0
-"""Over which systematic errors of odometry are taken to make as much as its noise [m]."""
+WAY = 1.0
+"""Over which systematic errors of odometry are taken to make as much as its noise [m, rad]."""
 ANYWHERE = (10.0, 10.0, 1.0)
 """Standard deviations of the pose of a robot that is put elsewhere, before its sightings count [m, m, rad]."""
 
@@ -82,9 +83,10 @@ class EkfSlam:
                 camera sees at one moment shifts together then. As its speed changes it nods farther.
             repeat: Share of the variance of a camera's sightings that repeats from image to image, times the way over
                 which it does [m]; a Kalman filter takes each sighting for a new one.
-            systematic: Way over which systematic errors of odometry, in its scale and to one side, are taken to make as
-                much as the noise that it claims [m]; they are part of the state. Infinite: there are none. Unless given
-                10 m with names; without, none: a robot that takes its way for uncertain pairs with what is not there.
+            systematic: Way over which systematic errors of odometry, of its way, of its turn and to one side, are
+                taken to make as much as the noise that it claims [m]; they are part of the state. Infinite: there are
+                none. Unless given 1 m with names; without, none: a robot that takes its way for uncertain pairs with
+                what is not there.
             association: What becomes of sightings without a name: with 'known' nothing; 'nearest' pairs each with
                 the landmark that fits it best, 'joint' finds the largest pairing that can be true as a whole.
                 Landmarks without a name are numbered from 0.
@@ -105,6 +107,7 @@ class EkfSlam:
         self._joint = joint_covariance
         usual = WAY if association == "known" else math.inf
         self._systematic = usual if systematic is None else systematic
+        self._odometry_errors = OdometryErrors(self._systematic)
         self._motion = odometry_motion()
         self._filter = _new_filter(jacobians, pose=np.zeros(3), covariance=np.zeros((3, 3)))
         self._usual = np.zeros(3)
@@ -112,6 +115,7 @@ class EkfSlam:
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Begin at the robot's prior with an empty map."""
         self._recent, self._relocation = RecentMotion(), Relocation()
+        self._odometry_errors = OdometryErrors(self._systematic)
         self._errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
         self._filter = _new_filter(self._jacobians, pose=robot.prior.as_array(), covariance=robot.prior_covariance)
         self._usual = np.zeros(3)
@@ -144,18 +148,14 @@ class EkfSlam:
 
     @property
     def systematic_errors(self) -> Array:
-        """What is added to the way that odometry tells, as a share of it, and to its turn [rad/m], shape (2,)."""
+        """What is added to what odometry tells, shape (3,): a share of the way, a turn [rad/m], a share of the turn."""
         return self._filter.parameters
 
     def _move(self, moved: Odometry, covariance: Array) -> None:
-        """Move the belief, and let odometry's systematic errors be as large as its noise is after a while.
-
-        A random walk of rate r in a slope adds r d^3 / 3 to the variance over a way d, white noise of rate q adds q d.
-        """
+        """Move the belief, and let systematic errors of odometry be as large as its noise after a while."""
+        slopes, gained = self._odometry_errors.step(moved, covariance)
         control = (moved.forward, moved.left, moved.turn)
-        slopes = [[moved.forward, 0.0], [moved.left, 0.0], [0.0, moved.forward]]
-        wander = 3.0 * np.diag(covariance)[[0, 2]] / self._systematic**2
-        self._filter.predict(self._motion, control, covariance, slopes=slopes, wander=wander)
+        self._filter.predict(self._motion, control, covariance, slopes=slopes, wander=gained)
 
     def _relocate(self, time: float) -> None:
         """Put the robot where the last looks fit the map, if nearly all of them fail where it is."""
@@ -264,8 +264,8 @@ class EkfSlam:
 
 def _new_filter(jacobians: Jacobians | Literal["invariant"], *, pose: Array, covariance: Array) -> EkfSlamFilter:
     if jacobians == "invariant":
-        return InvariantEkfSlamFilter(pose=pose, covariance=covariance, parameters=2)
-    return EkfSlamFilter(jacobians=jacobians, pose=pose, covariance=covariance, parameters=2)
+        return InvariantEkfSlamFilter(pose=pose, covariance=covariance, parameters=COUNT)
+    return EkfSlamFilter(jacobians=jacobians, pose=pose, covariance=covariance, parameters=COUNT)
 
 
 def _squared_distances(nu: Array, S: Array) -> Array:
