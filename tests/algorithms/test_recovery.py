@@ -108,3 +108,19 @@ def test_a_robot_that_was_carried_away_finds_itself_on_its_map(jacobians):
     errors = drive(EkfSlam(jacobians=jacobians), carried=Pose(-1.5, 1.0, -2.0))
     assert errors[310:330, 0].max() > 1.0
     assert errors[400:, 0].mean() < 0.12
+
+
+@pytest.mark.slow
+def test_the_final_path_of_graph_slam_is_mended_of_the_errors_that_the_drive_shows():
+    pytest.importorskip("gtsam", reason="an extra")
+    from mjsim.algorithms.graph_slam import GraphSlam
+
+    slam = GraphSlam()
+    online = drive(slam, scale=1.08, veer=0.06)
+    poses = [pose for _, pose in slam.path()]
+    step, truth = Pose(0.05, 0.0, 0.05), Pose(0.0, 0.0, 0.0)
+    apart = []
+    for pose in poses:
+        truth = truth @ step
+        apart.append(np.hypot(pose.x - truth.x, pose.y - truth.y))
+    assert np.mean(apart) < 0.6 * np.mean(online[:, 0])

@@ -1,0 +1,165 @@
+"""The whole graph of a drive solved again at its end, with the noise and the systematic errors that it shows itself.
+
+While a robot drives, odometry and sightings count as their data sheets say. At the end the log tells more: how much too
+long odometry's way is all along, how far sightings really scatter. Both are read off the solved graph, which is then
+solved again, some times over.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mjsim.geometry import Array, wrap_angles
+from mjsim.interface import Sighting
+
+from .ekf_models import range_bearing
+from .pose_graph import step_between
+
+ROUNDS = 4
+"""So often the graph is solved; errors and noise change little after that."""
+CAUCHY = 2.0
+"""From about so many standard deviations on a sighting pulls less the farther it is off, so that wrong ones let go."""
+HUBER = 2.0
+"""Beyond so many standard deviations a leg counts less for the systematic errors than its square."""
+FINEST, COARSEST = 0.25, 4.0
+"""Sightings scatter at least and at most so many times as far as they claim. The graph follows sightings a little, so
+what is left of their errors is less than they scatter."""
+NORMAL = 1.4826
+"""Standard deviation of a normal distribution by its median absolute deviation."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Leg:
+    """Odometry between two successive poses of a graph."""
+
+    step: Array
+    """Pose of the second in the frame of the first, shape (3,) [m, m, rad]."""
+    covariance: Array
+    """Of the step, in the axes of the first, shape (3, 3)."""
+    slopes: Array
+    """Derivative of the step by the systematic errors of odometry, shape (3, 3)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MeasuredGraph:
+    """What a robot has measured, and where the graph has its poses and landmarks."""
+
+    poses: Array
+    """World frame, shape (n, 3) [m, m, rad]."""
+    landmarks: Mapping[str, Array]
+    """World frame, shape (2,) each [m]."""
+    first_covariance: Array
+    """Of the first pose, in the world's axes, shape (3, 3)."""
+    legs: Sequence[Leg]
+    """n - 1 of them."""
+    looks: Sequence[tuple[int, Sighting]]
+    """From which pose, and what; each of a landmark by its name."""
+    doubt: Array
+    """Variances of the systematic errors of odometry, shape (3,)."""
+
+
+def refined_poses(gtsam: Any, drive: MeasuredGraph) -> tuple[Array, Array]:
+    """Return the poses that agree best with all that was measured, and the systematic errors of odometry.
+
+    Args:
+        gtsam: The module.
+        drive: With the poses to begin with.
+
+    Returns:
+        poses: World frame, shape (n, 3) [m, m, rad].
+        errors: As `OdometryErrors` has them, shape (3,).
+
+    References:
+        Zhang, Parameter Estimation Techniques, Image and Vision Computing 15(1), 1997, table 1: Cauchy's loss.
+    """
+    values = _values(gtsam, drive)
+    poses, landmarks = drive.poses, dict(drive.landmarks)
+    errors = np.zeros(3)
+    for _ in range(ROUNDS):
+        errors = systematic_errors(drive, poses, errors)
+        graph = _graph(gtsam, drive, errors, sighting_scales(drive, poses, landmarks))
+        values = gtsam.LevenbergMarquardtOptimizer(graph, values).optimize()
+        poses = np.array([_pose(values.atPose2(gtsam.symbol("x", row))) for row in range(len(poses))])
+        landmarks = {name: np.asarray(values.atPoint2(key)) for name, key in _keys(gtsam, drive).items()}
+    return poses, errors
+
+
+def turned_covariance(covariance: Array, angle: float) -> Array:
+    """Return a covariance (3, 3) of (x, y, heading) in axes turned back by an angle [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(R @ covariance @ R.T)
+
+
+def systematic_errors(drive: MeasuredGraph, poses: Array, known: Array) -> Array:
+    """Return the systematic errors of odometry that the poses show, shape (3,), by weighted least squares.
+
+    Args:
+        drive: With its legs.
+        poses: As the graph has them, shape (n, 3).
+        known: The errors so far, by which legs are told that fit badly, shape (3,).
+    """
+    if not drive.legs:
+        return known
+    D = np.array([leg.slopes for leg in drive.legs])
+    off = step_between(poses[:-1], poses[1:]) - np.array([leg.step for leg in drive.legs])
+    off[:, 2] = wrap_angles(off[:, 2])
+    information = np.linalg.inv(np.array([leg.covariance for leg in drive.legs]))
+    left = off - D @ known
+    far = np.sqrt(np.einsum("ni,nij,nj->n", left, information, left))
+    weighted = D.transpose(0, 2, 1) @ (information * np.minimum(1.0, HUBER / np.maximum(far, HUBER))[:, None, None])
+    A = (weighted @ D).sum(axis=0) + np.diag(1.0 / np.maximum(drive.doubt, 1e-12))
+    return np.asarray(np.linalg.solve(A, (weighted @ off[:, :, None]).sum(axis=0)[:, 0]))
+
+
+def sighting_scales(drive: MeasuredGraph, poses: Array, landmarks: Mapping[str, Array]) -> Array:
+    """Return how far ranges and bearings scatter, as a share of what they claim, shape (2,)."""
+    if not drive.looks:
+        return np.ones(2)
+    off = []
+    for row, look in drive.looks:
+        expected, _, _ = range_bearing(poses[row], landmarks[look.name or ""][None])
+        apart = np.array([look.range, look.bearing]) - expected[0]
+        apart[1] = wrap_angles(apart[1:])[0]
+        off.append(apart / np.sqrt(np.diag(look.covariance)))
+    return np.asarray(np.clip(NORMAL * np.median(np.abs(off), axis=0), FINEST, COARSEST))
+
+
+def _graph(gtsam: Any, drive: MeasuredGraph, errors: Array, scales: Array) -> Any:
+    """Return the factors of a drive: the first pose, legs with their systematic errors mended, robust looks."""
+    graph, noise, symbol = gtsam.NonlinearFactorGraph(), gtsam.noiseModel, gtsam.symbol
+    first = drive.poses[0]
+    spread = noise.Gaussian.Covariance(turned_covariance(drive.first_covariance, -first[2]))
+    graph.add(gtsam.PriorFactorPose2(symbol("x", 0), gtsam.Pose2(*first), spread))
+    for row, leg in enumerate(drive.legs):
+        step = leg.step + leg.slopes @ errors
+        own = noise.Gaussian.Covariance(turned_covariance(leg.covariance, -step[2]))
+        graph.add(gtsam.BetweenFactorPose2(symbol("x", row), symbol("x", row + 1), gtsam.Pose2(*step), own))
+    keys = _keys(gtsam, drive)
+    for row, look in drive.looks:
+        # gtsam has the bearing before the range.
+        covariance = (look.covariance * np.outer(scales, scales))[::-1, ::-1]
+        robust = noise.Robust.Create(noise.mEstimator.Cauchy.Create(CAUCHY), noise.Gaussian.Covariance(covariance))
+        bearing, key = gtsam.Rot2(look.bearing), keys[look.name or ""]
+        graph.add(gtsam.BearingRangeFactor2D(symbol("x", row), key, bearing, look.range, robust))
+    return graph
+
+
+def _values(gtsam: Any, drive: MeasuredGraph) -> Any:
+    """Return poses and landmarks as gtsam keeps them."""
+    values = gtsam.Values()
+    for row, pose in enumerate(drive.poses):
+        values.insert(gtsam.symbol("x", row), gtsam.Pose2(*pose))
+    for name, key in _keys(gtsam, drive).items():
+        values.insert(key, drive.landmarks[name])
+    return values
+
+
+def _keys(gtsam: Any, drive: MeasuredGraph) -> dict[str, int]:
+    return {name: gtsam.symbol("l", number) for number, name in enumerate(drive.landmarks)}
+
+
+def _pose(pose: Any) -> tuple[float, float, float]:
+    return pose.x(), pose.y(), pose.theta()
