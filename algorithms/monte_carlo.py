@@ -30,6 +30,8 @@ COARSE = np.array([0.1, 0.05])
 """Least standard deviation of a sighting's range and bearing [m, rad]."""
 BROAD = 0.25
 """Standard deviation of a beam's end from its wall where places are tried, so that one nearby is found [m]."""
+SHARP = 16.0
+"""How many beams a scan counts for where it is asked whether the robot is lost, and where it may be then."""
 BIN = np.array([0.5, 0.5, np.radians(15.0)])
 """Size of the bins that are counted to tell how many particles are needed [m, m, rad]."""
 
@@ -55,7 +57,7 @@ class MonteCarloLocalization:
         beams: int = 40,
         sigma: float = 0.08,
         random: float = 0.05,
-        weight: float = 16.0,
+        weight: float = 4.0,
         odometry_scale: float = 1.5,
     ) -> None:
         """Set the rules.
@@ -67,7 +69,8 @@ class MonteCarloLocalization:
             beams: How many of a scan's beams are looked at.
             sigma: Standard deviation of a beam's end from its wall: noise, and errors of the map [m].
             random: Share of beams that end on things that the map lacks.
-            weight: How many independent beams a scan counts for; neighbours tell the same story.
+            weight: How many independent beams a scan counts for; neighbours tell the same story, and so does the next
+                scan from nearly the same place. With more the belief is surer of itself than it is right.
             odometry_scale: Factor on the standard deviation of odometry.
         """
         if start not in ("prior", "global"):
@@ -147,11 +150,11 @@ class MonteCarloLocalization:
         """Weigh the particles by what is seen, and resample them when few of them carry the weight."""
         if self._nowhere:
             self._particles, self._nowhere = self._likely_places(points, looks, len(self._particles)), False
-        by_scan = self._scan_fit(self._particles, points, self._sigma)
-        fit = by_scan + self._sighting_fit(self._particles, looks)
+        by_beam = self._scan_fit(self._particles, points, self._sigma)
+        fit = self._weight * by_beam + self._sighting_fit(self._particles, looks)
         self._weights = self._weights * np.exp(fit - np.max(fit)) + 1e-300
         self._weights /= self._weights.sum()
-        lost = self._lost(by_scan) if len(points) else 0.0
+        lost = self._lost(SHARP * by_beam) if len(points) else 0.0
         if lost > 0.0 or 1.0 / np.sum(self._weights**2) < 0.5 * len(self._weights):
             self._draw(points, looks, lost)
 
@@ -170,13 +173,13 @@ class MonteCarloLocalization:
         return np.asarray(points @ self._robot_from_lidar[:2, :2].T + self._robot_from_lidar[:2, 3])
 
     def _scan_fit(self, poses: Array, points: Array, sigma: float) -> Array:
-        """Return the logarithm of the likelihood of a scan's points (n, 2) from poses (k, 3), shape (k,)."""
+        """Return the mean log-likelihood of a beam of a scan, with ends (n, 2), from poses (k, 3), shape (k,)."""
         if not len(points):
             return np.zeros(len(poses))
         c, s = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
         x, y = points.T
         ends = np.stack([poses[:, 0, None] + c * x - s * y, poses[:, 1, None] + s * x + c * y], axis=-1)
-        return self._weight * log_likelihood(self._known_field(), ends, sigma=sigma, random=self._random)
+        return log_likelihood(self._known_field(), ends, sigma=sigma, random=self._random)
 
     def _sighting_fit(self, poses: Array, looks: list[Sighting]) -> Array:
         """Return the logarithm of the likelihood of sightings of known beacons from poses (k, 3), shape (k,).
@@ -213,14 +216,14 @@ class MonteCarloLocalization:
         would at once be weighed away by the sharp likelihood of a wrong one that fits by chance.
         """
         tried = self._anywhere(CANDIDATES)
-        fit = self._scan_fit(tried, points, BROAD) + self._sighting_fit(tried, looks)
+        fit = SHARP * self._scan_fit(tried, points, BROAD) + self._sighting_fit(tried, looks)
         odds = np.exp(fit - np.max(fit))
         poses = tried[self._rng.choice(len(tried), size=number, p=odds / odds.sum())]
         for sigma in np.geomspace(BROAD, self._sigma, 5).tolist():
             steps = self._rng.normal(0.0, 0.5 * sigma, (number, 12, 3))
             steps[:, 0] = 0.0
             near = (poses[:, None] + steps).reshape(-1, 3)
-            fit = self._scan_fit(near, points, sigma) + self._sighting_fit(near, looks)
+            fit = SHARP * self._scan_fit(near, points, sigma) + self._sighting_fit(near, looks)
             poses = near.reshape(number, 12, 3)[np.arange(number), fit.reshape(number, 12).argmax(axis=1)]
         return np.asarray(poses)
 
