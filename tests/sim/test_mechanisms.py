@@ -5,11 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
-from scipy.special import ellipk
 
 import mjsim
+from mjsim.bench.closed_forms import FORMS, fourbar, lifted
 
 FOURBAR = """
 mjsim: 1
@@ -27,15 +25,6 @@ mechanisms:
     sensors: [{joint: q4}, {reaction: q5}, {actuator: q2}, {body: coupler.end}]
 run: {step_ms: %d}
 """
-PENDULUM = """
-mjsim: 1
-mechanisms:
-  - name: pendulum
-    elevation: 3
-    bodies: [{name: bob, sphere: 0.1, mass: 2, center: [1.2, 0, 0], inertia: [0, 0, 0, 0, 0, 0], at: [1.2, 0, 0]}]
-    joints: [{revolute: swing, of: [ground, bob], axis: [0, 1, 0], start_deg: 30, speed_deg: %g}]
-run: {step_ms: 1, rate_hz: 100}
-"""
 
 
 def moved(text, name, ticks):
@@ -49,43 +38,21 @@ def moved(text, name, ticks):
     return np.array(times), np.array(positions)
 
 
-def fourbar(crank, *, lengths=(1.0, 3.5, 3.0, 4.0)):
-    """Return the angles of coupler and rocker against the ground for those of the crank, by two circles [rad]."""
-    a, b, c, d = lengths
-    tip = a * np.exp(1j * crank)
-    between = d - tip
-    along = (b**2 - c**2 + np.abs(between) ** 2) / (2 * np.abs(between))
-    meeting = tip + between / np.abs(between) * (along + 1j * np.sqrt(b**2 - along**2))
-    return np.angle(meeting - tip), np.angle(meeting - d)
+QUICK = {"screw", "gear", "distance driver"}
+ASKED = [name for name, form in FORMS.items() if not math.isnan(form.asked[0])]
 
 
-def fourbar_error(step):
-    times, q = moved(FOURBAR % step, "fourbar", 30)
-    crank = math.radians(28.6) + math.radians(114.6) * times
-    coupler, rocker = fourbar(crank)
-    expected = np.column_stack([crank, coupler - crank, rocker, rocker - coupler])
-    return np.abs(np.angle(np.exp(1j * (q - expected)))).max()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("step", "most"), [(1, 5e-6), (4, 7e-5)])
-def test_a_driven_fourbar_moves_as_two_circles_say(step, most):
-    assert fourbar_error(step) < most
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in QUICK else [pytest.mark.slow]) for n in ASKED])
+def test_mechanisms_move_as_closed_forms_say(name):
+    form = FORMS[name]
+    for step, most in zip((1, 4), form.asked, strict=True):
+        assert math.isnan(most) or form.error(step) < most
 
 
 @pytest.mark.slow
 def test_errors_of_a_fourbar_fall_with_the_square_of_the_step():
-    assert math.log2(fourbar_error(4) / fourbar_error(2)) > 1.8
-
-
-@pytest.mark.slow
-def test_a_pendulum_swings_with_the_period_of_the_elliptic_integral():
-    times, q = moved(PENDULUM % 0, "pendulum", 520)
-    angle = q[:, 0] - math.pi / 2  # from straight down
-    rising = np.flatnonzero((angle[:-1] < 0) & (angle[1:] >= 0))
-    crossings = [brentq(CubicSpline(times, angle), times[row], times[row + 1], xtol=1e-12) for row in rising]
-    period = 4 * math.sqrt(1.2 / 9.81) * ellipk(math.sin(math.radians(60) / 2) ** 2)
-    assert np.diff(crossings) == pytest.approx(period, rel=1e-5)
+    error = FORMS["four-bar"].error
+    assert math.log2(error(4) / error(2)) > 1.8
 
 
 def test_speeds_of_the_start_follow_from_the_loop():
@@ -108,99 +75,13 @@ def values(text, *, step=4, ticks=25):
     return world.mechanisms[0].assembly, times, [motion for _, motion in rows]
 
 
-def column(motions, place):
-    """Return the positions of one value over time."""
-    return np.array([motion.positions[place] for motion in motions])
-
-
-SLIDER = """
-    bodies: [{name: crank, rod: [0.5, 0.03]}, {name: rod, rod: [1.5, 0.03]}, {name: slider, box: [0.2, 0.2, 0.2]}]
-    joints:
-      - {revolute: a, of: [ground, crank], axis: [0, 1, 0]}
-      - {revolute: b, of: [crank.end, rod]}
-      - {revolute: c, of: [rod.end, slider]}
-      - {prismatic: s, of: [ground, slider], axis: [1, 0, 0]}
-    actuators: [{angle: a, signal: {ramp: {from_deg: 20, slope_deg: 120}}}]
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("step", "most"), [(1, 1e-5), (4, 2e-4)])
-def test_a_slider_crank_slides_as_its_triangle_says(step, most):
-    _, times, motions = values(SLIDER, step=step)
-    crank = np.radians(20 + 120 * times)
-    expected = 0.5 * np.cos(crank) + np.sqrt(1.5**2 - (0.5 * np.sin(crank)) ** 2)
-    assert np.abs(column(motions, 3) - expected).max() < most
-
-
-@pytest.mark.parametrize(("step", "most"), [(1, 3e-6), (4, 4e-5)])
-def test_a_screw_slides_by_its_pitch(step, most):
-    text = """
-    bodies: [{name: nut, cylinder: [0.1, 0.1]}]
-    joints: [{screw: s, of: [ground, nut], axis: [0, 0, 1], pitch: 0.02}]
-    actuators: [{angle: s.turn, signal: {sine: {amplitude_deg: 720, frequency_hz: 0.5}}}]
-"""
-    _, times, motions = values(text, step=step)
-    assert np.abs(column(motions, 1) - 0.04 * np.sin(np.pi * times)).max() < most
-
-
-@pytest.mark.parametrize(("step", "most"), [(1, 1e-8), (4, 1e-7)])
-def test_a_gear_turns_by_its_ratio(step, most):
-    text = """
-    bodies: [{name: one, cylinder: [0.1, 0.1]}, {name: two, cylinder: [0.3, 0.1]}]
-    joints: [{revolute: a, of: [ground, one], axis: [0, 0, 1]}, {revolute: b, of: [{ground: [0.4, 0, 0]}, two]}]
-    constraints: [{gear: [a, b], ratio: -3}]
-    actuators: [{angle: a, signal: {sine: {amplitude_deg: 90, frequency_hz: 0.5}}}]
-"""
-    _, times, motions = values(text, step=step)
-    assert np.abs(column(motions, 1) + np.pi / 6 * np.sin(np.pi * times)).max() < most
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("step", "most"), [(1, 6e-6), (4, 1e-4)])
-def test_a_universal_joint_turns_as_hooke_says(step, most):
-    text = """
-    bodies: [{name: inp, rod: [0.5, 0.03]}, {name: out, rod: [0.5, 0.03]}]
-    joints:
-      - {revolute: a, of: [ground, inp], axis: [1, 0, 0]}
-      - {universal: u, of: [inp.end, out], near_deg: [0, 30]}
-      - {revolute: b, of: [{ground: [0.9330127018922193, 0.25, 0]}, out.end], axis: [0.8660254037844387, 0.5, 0],
-         rpy_deg: [0, 0, 30]}
-    actuators: [{angle: a, signal: {ramp: {slope_deg: 120}}}]
-"""
-    _, times, motions = values(text, step=step)
-    turned = np.radians(120) * times
-    expected = np.unwrap(np.arctan2(np.sin(turned), np.cos(turned) * np.cos(np.pi / 6)))
-    assert np.abs(column(motions, 3) - expected).max() < most
-
-
-@pytest.mark.parametrize(("step", "most"), [(1, 5e-6), (4, 7e-5)])
-def test_a_distance_follows_its_motion(step, most):
-    text = """
-    bodies: [{name: arm, rod: [1.0, 0.03]}]
-    joints: [{revolute: a, of: [ground, arm], axis: [0, 1, 0], near_deg: 30}]
-    actuators: [{distance: [{ground: [0, 0, -2]}, arm.end], name: ram,
-                 signal: {sine: {amplitude: 0.3, frequency_hz: 0.5, offset: 2.0}}}]
-"""
-    _, times, motions = values(text, step=step)
-    apart = np.sqrt(5 - 4 * np.sin(column(motions, 0)))
-    assert np.abs(apart - 2 - 0.3 * np.sin(np.pi * times)).max() < most
-
-
-def lifted(crank):
-    """Return the potential energy of the four-bar [J]; a positive angle turns downwards."""
-    coupler, rocker = fourbar(crank)
-    centers = (np.sin(crank) / 2, np.sin(crank) + 1.75 * np.sin(coupler), 1.5 * np.sin(rocker))
-    masses = 1000 * math.pi * 0.05**2 * np.array([1.0, 3.5, 3.0])
-    return -9.81 * (masses * centers).sum()
-
-
 def test_inverse_dynamics_of_a_slow_fourbar_is_the_slope_of_its_energy():
     text = FOURBAR.replace("at: [3, 2]", "mode: inverse").replace("slope_deg: 114.6", "slope_deg: 0.001") % 4
     with mjsim.Simulation(mjsim.parse_world(text)) as sim:
         motion = sim.motions()["fourbar"]
     crank, step = math.radians(28.6), 1e-5
-    slope = (lifted(crank + step) - lifted(crank - step)) / (2 * step)
+    ahead, behind = lifted(crank + step * np.array([1.0, -1.0]))
+    slope = (ahead - behind) / (2 * step)
     assert motion.torques[0] == pytest.approx(slope, rel=1e-7)
 
 

@@ -6,12 +6,26 @@ from typing import Any, Protocol, runtime_checkable
 
 import mujoco
 
+from mjsim.compile import carrier_of, robot_from_carrier, robot_from_sensor
+from mjsim.geometry import Array
 from mjsim.interface import ImuReading, SensorInfo
 from mjsim.modules import Sealed
 from mjsim.sim.bases import RunningGear
 from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.streams import Streams
-from mjsim.world import Beacon, Robot
+from mjsim.world import Beacon, Robot, sensors
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SensorMount:
+    """What carries a sensor, and where the sensor is on it."""
+
+    carrier: str
+    """A body below the robot's name: its base, or a link of an arm."""
+    carrier_from_sensor: Array
+    """Shape (4, 4) [m]."""
+    robot_from_sensor: Array
+    """As it is at the start, shape (4, 4) [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -32,6 +46,16 @@ class Mounting:
     """Purpose -> source of chance of this sensor alone; the same again when asked again."""
     canvas: Callable[[Quality], Canvas]
     """Gives what cameras of a quality draw on; the caller closes it."""
+
+    def mount(self, sensor: sensors.Lidar | sensors.Lidar3d | sensors.Imu) -> SensorMount:
+        """Return where a sensor is that has an orientation."""
+        frame_from_sensor = robot_from_sensor(sensor.at, yaw_deg=sensor.yaw_deg, pitch_deg=sensor.pitch_deg)
+        carrier, carrier_from_frame = carrier_of(self.robot, sensor)
+        return SensorMount(
+            carrier=carrier,
+            carrier_from_sensor=carrier_from_frame @ frame_from_sensor,
+            robot_from_sensor=robot_from_carrier(self.robot, sensor) @ frame_from_sensor,
+        )
 
 
 class Sensed:

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 import mujoco
 import numpy as np
 
-from mjsim.compile import carrier_of, robot_from_carrier, robot_from_sensor
 from mjsim.geometry import Array
 from mjsim.interface import ImuReading, SensorInfo
 from mjsim.sim.sensors.device import Mounting, Sensed
@@ -38,13 +37,11 @@ class ImuDevice:
         """
         model, streams = mounting.model, mounting.streams
         self._gravity, self._step = model.opt.gravity.copy(), model.opt.timestep
-        robot, mounted = mounting.robot, robot_from_sensor(imu.at, yaw_deg=imu.yaw_deg, pitch_deg=imu.pitch_deg)
-        carrier, frame = carrier_of(robot, imu)
-        name = f"{robot.name}/{carrier}"
+        mount = mounting.mount(imu)
+        name = f"{mounting.robot.name}/{mount.carrier}"
         self._row = _of_base(mounting) if imu.on is None else _of_link(mounting, name)
         self._rows = [self._row()]
-        self._robot_from_sensor = robot_from_carrier(robot, imu) @ mounted
-        self._carrier_from_sensor = frame @ mounted
+        self._robot_from_sensor, self._carrier_from_sensor = mount.robot_from_sensor, mount.carrier_from_sensor
         self._arm = self._carrier_from_sensor[:3, 3].tolist()
         self._gravity_list = self._gravity.tolist()
         self._twice_sensor = np.kron(np.eye(2), self._carrier_from_sensor[:3, :3])

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 
-from mjsim.compile import carrier_of, robot_from_carrier, robot_from_sensor
 from mjsim.geometry import Array
 from mjsim.interface import Scan, SensorInfo
 from mjsim.sim.rays import Rays
@@ -47,16 +46,13 @@ class LidarDevice:
         half_spot = math.radians(lidar.spot_deg) / 2
         offsets = (0.0, -half_spot, half_spot) if lidar.mixed_pixels else (0.0,)
         fan = np.concatenate([angles + offset for offset in offsets])
-        mounting = self._mounting
-        carrier, frame = carrier_of(mounting.robot, lidar)
-        mounted = robot_from_sensor(lidar.at, yaw_deg=lidar.yaw_deg, pitch_deg=lidar.pitch_deg)
-        self._robot_from_sensor = robot_from_carrier(mounting.robot, lidar) @ mounted
-        carrier_from_sensor = frame @ mounted
-        self._place = carrier_from_sensor[:3, 3]
+        mounting, mount = self._mounting, self._mounting.mount(lidar)
+        self._robot_from_sensor = mount.robot_from_sensor
+        self._place = mount.carrier_from_sensor[:3, 3]
         level = np.stack([np.cos(fan), np.sin(fan), np.zeros(len(fan))], axis=-1)
-        self._beams = level @ carrier_from_sensor[:3, :3].T
+        self._beams = level @ mount.carrier_from_sensor[:3, :3].T
         self._directions = np.empty_like(self._beams)
-        self._rays = Rays(mounting.model, mounting.data, mounting.robot.name, most=len(fan), carrier=carrier)
+        self._rays = Rays(mounting.model, mounting.data, mounting.robot.name, most=len(fan), carrier=mount.carrier)
         self._noise = streams("range") if lidar.noise.range else None
         self._missed = streams("missed") if lidar.missed else None
         self._mixed = streams("mixed") if lidar.mixed_pixels else None

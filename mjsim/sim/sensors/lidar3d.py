@@ -6,7 +6,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.compile import carrier_of, robot_from_carrier, robot_from_sensor
 from mjsim.geometry import Array
 from mjsim.interface import PointCloud, SensorInfo
 from mjsim.sim.batch_rays import BatchRays
@@ -33,7 +32,7 @@ class Lidar3dDevice:
             lidar: As the world file has it.
             mounting: Where it sits; each option draws from a stream of its own.
         """
-        model, robot = mounting.model, mounting.robot
+        model = mounting.model
         self._data, self._streams, self._name = mounting.data, mounting.streams, lidar.lidar3d
         step = model.opt.timestep
         self._steps = round(1.0 / (lidar.rate_hz * step))
@@ -41,11 +40,12 @@ class Lidar3dDevice:
         turn = np.arange(len(self._rings)) // columns
         slots = turn * self._steps // (turn[-1] + 1)
         self._times = ((slots + 1 - self._steps) * step).astype(np.float32)
-        carrier, frame = carrier_of(robot, lidar)
-        mounted = robot_from_sensor(lidar.at, yaw_deg=lidar.yaw_deg, pitch_deg=lidar.pitch_deg)
-        self._robot_from_sensor = robot_from_carrier(robot, lidar) @ mounted
+        mount = mounting.mount(lidar)
+        self._robot_from_sensor = mount.robot_from_sensor
         edges = np.searchsorted(slots, np.arange(self._steps + 1))
-        self._rays = BatchRays(model, robot.name, carrier=carrier, mount=frame @ mounted, edges=edges)
+        self._rays = BatchRays(
+            model, mounting.robot.name, carrier=mount.carrier, mount=mount.carrier_from_sensor, edges=edges
+        )
         self._brightness = np.append(model.geom_rgba[:, :3] @ BRIGHT, 0.0)
         self._states = np.empty((self._steps, model.nq))
         self._count = 0
