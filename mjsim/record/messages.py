@@ -4,15 +4,16 @@ What makes a message copies every number out of its arrays, so that a module tha
 change what was recorded.
 """
 
+import functools
 import json
 import math
 import sys
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from pydantic import TypeAdapter
 
 from mjsim.geometry import Array, Pose, Pose3
@@ -26,6 +27,13 @@ _WORLD_EVENT: TypeAdapter[WorldEvent] = TypeAdapter(WorldEvent)
 
 _FIELDS = tuple((codec.field, codec.encode, codec.sparse) for codec in CODECS)
 _ENCODER = json.JSONEncoder(separators=(",", ":"), allow_nan=False, check_circular=False)
+# What `_ENCODER.iterencode` makes anew for each text; other Pythons than CPython have none.
+_MAKE_PIECES = getattr(json.encoder, "c_make_encoder", None)
+_PIECES: Callable[[Message, int], Iterable[str]] = (
+    _MAKE_PIECES(None, _ENCODER.default, json.encoder.encode_basestring_ascii, None, ":", ",", False, False, False)
+    if _MAKE_PIECES is not None
+    else lambda message, level: _ENCODER.iterencode(message)
+)
 ROUGHLY_UNIT = 1e-6
 """How far the length of a quaternion may be from 1; MuJoCo keeps it within rounding."""
 _LEVELS = {"changed": 2, "blocked": 2, "bump": 3, "fall": 4, "fault": 4}
@@ -39,7 +47,7 @@ def encode(message: Message) -> bytes:
         ValueError: It holds NaN or -infinity, which no sensor and no module may give.
     """
     try:
-        return _ENCODER.encode(message).encode()
+        return "".join(_PIECES(message, 0)).encode()
     except ValueError:
         return _ENCODER.encode(_without_infinity(message)).encode()
 
@@ -212,13 +220,20 @@ def innovations_of(message: Message) -> tuple[tuple[Hashable, Array, Array], ...
     )
 
 
+@functools.lru_cache(maxsize=16)  # A map grows, then keeps its size for most of a run.
+def _lower_triangle(size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the rows and columns of the entries on and below the diagonal of a matrix."""
+    rows, columns = np.tril_indices(size)
+    return rows, columns
+
+
 def covariance_message(time: float, estimate: Estimate, joint: Array) -> Message:
     """Return the joint covariance of an estimate, of which half is enough."""
     return {
         "time": time,
         **_labels(list(estimate.landmarks)),
         "size": len(joint),
-        "lower": packed(joint[np.tril_indices(len(joint))]),
+        "lower": packed(joint[_lower_triangle(len(joint))]),
     }
 
 
@@ -226,7 +241,7 @@ def covariance_of(message: Message) -> Array:
     """Return the joint covariance of a message, shape (3 + 2 n, 3 + 2 n)."""
     size = message["size"]
     P = np.zeros((size, size))
-    P[np.tril_indices(size)] = unpacked(message["lower"])
+    P[_lower_triangle(size)] = unpacked(message["lower"])
     return P + np.tril(P, -1).T
 
 
