@@ -78,7 +78,9 @@ def test_flange_and_jacobian_are_those_of_another_toolbox(name, file, scale):
         np.testing.assert_allclose(compiled.jacobian(), jacobian, atol=ROUNDING)
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[] if n in ("Puma 560", "with a slide") else [pytest.mark.slow]) for n in ARMS]
+)
 def test_links_are_where_the_plain_product_of_matrices_has_them(name):
     compiled = Compiled(name, ", start_deg: [10, 0.2, 30]" if name == "with a slide" else "")
     for q in np.random.default_rng(1).uniform(-np.pi, np.pi, (1000, compiled.arm.n)):
