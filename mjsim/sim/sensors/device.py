@@ -17,7 +17,7 @@ from mjsim.world import Beacon, Robot, sensors
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SensorMount:
+class CarriedSensor:
     """What carries a sensor, and where the sensor is on it."""
 
     carrier: str
@@ -47,11 +47,11 @@ class Mounting:
     canvas: Callable[[Quality], Canvas]
     """Gives what cameras of a quality draw on; the caller closes it."""
 
-    def mount(self, sensor: sensors.Lidar | sensors.Lidar3d | sensors.Imu) -> SensorMount:
+    def mount(self, sensor: sensors.Lidar | sensors.Lidar3d | sensors.Imu) -> CarriedSensor:
         """Return where a sensor is that has an orientation."""
         frame_from_sensor = robot_from_sensor(sensor.at, yaw_deg=sensor.yaw_deg, pitch_deg=sensor.pitch_deg)
         carrier, carrier_from_frame = carrier_of(self.robot, sensor)
-        return SensorMount(
+        return CarriedSensor(
             carrier=carrier,
             carrier_from_sensor=carrier_from_frame @ frame_from_sensor,
             robot_from_sensor=robot_from_carrier(self.robot, sensor) @ frame_from_sensor,
