@@ -1,6 +1,8 @@
 """A pole on a cart is that of the textbook, whatever drives it; a four-bar passes on an angle as its loop does."""
 
 import re
+from functools import partial
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -8,9 +10,25 @@ import pytest
 
 import mjsim
 from mjsim.errors import UsageError
-from mjsim.lab import ScenePlant
+from mjsim.lab import ScenePlant, experiment, lqr_design, module_text
 
 G = 9.81
+
+
+@pytest.mark.slow
+def test_what_the_page_says_to_write_into_the_world_holds_the_pole_upright():
+    world = mjsim.load_world("lab-6-cart")
+    found = experiment(world, world.plants[0], designers=[partial(lqr_design, weights=[1.0] * 4, effort=1.0)])
+    written = module_text(world.plants[0], found.study.plant, found.designs[0])
+    text = (Path(mjsim.__file__).parents[1] / "worlds/lab/lab-6-cart.yaml").read_text(encoding="utf-8")
+    lines = "".join(f"    {line}\n" for line in written.splitlines())
+    moved = mjsim.parse_world(text.replace("    elevation: 2\n", f"    elevation: 2\n{lines}"))
+    with mjsim.Simulation(moved) as sim:
+        while sim.time < 5.0:
+            sim.step()
+        place, angle = sim.motions()["cart"].positions
+    assert angle == pytest.approx(-np.pi / 2, abs=0.02)
+    assert abs(place) < 0.3
 
 
 def test_a_plant_with_a_point_on_a_curve_is_refused_with_what_to_use():
