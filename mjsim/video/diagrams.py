@@ -9,7 +9,7 @@ from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.video.ink import INK, MUTED, PAPER, SEMIBOLD, Letters
 from mjsim.video.layout import HEIGHT, WIDTH
-from mjsim.video.mechanisms import body_outlines, distances, draw_mechanism, joint_tags, posed
+from mjsim.video.mechanisms import body_outlines, curves, distances, draw_mechanism, joint_tags, posed
 from mjsim.video.names import write_tags
 from mjsim.video.paper import Paper, px
 from mjsim.video.plan import draw_scale_bar
@@ -107,6 +107,7 @@ def _bounds(mechanism: Mechanism, postures: Sequence[Array], look: Array) -> Arr
     """Return the corners of all postures in the drawing, shape (2, 2) [m]."""
     drawn = [posed(mechanism, values, look) for values in postures]
     parts = [outline for each in drawn for _, outline in body_outlines(each)]
+    parts += [curve for each in drawn for curve in curves(each)]
     parts += [np.array([each.joint(joint)[:2]]) for each in drawn for joint in mechanism.joints]
     parts += [ends for each in drawn for led in (False, True) for ends in distances(each, led=led)]
     points = np.concatenate(parts)

@@ -132,12 +132,7 @@ def _ties(drawn: Drawn) -> Iterator[Array]:
     assembly = drawn.mechanism.assembly
     yield from distances(drawn, led=False)
     owners = {column: name for name, columns in assembly.columns.items() for column in columns}
-    for track in assembly.tracks:
-        joint = assembly.linkage.joints[track.ghost - 1]
-        curve = joint.primitives[0].curve
-        if curve is not None:
-            points = curve.sampled(ROUND) @ joint.before[:3, :3].T + joint.before[:3, 3]
-            yield drawn.points(assembly.bodies[joint.parent], points)[:, :2]
+    yield from curves(drawn)
     for each in assembly.couplings:
         first, second = (drawn.mechanism.joint(owners[column]) for column in (each.first, each.second))
         if first is second:
@@ -153,6 +148,17 @@ def _ties(drawn: Drawn) -> Iterator[Array]:
                 yield arc(middle, size, 0.0, 2.0 * math.pi)
         else:
             yield middles
+
+
+def curves(drawn: Drawn) -> Iterator[Array]:
+    """Yield the curves on which points slide, shape (n, 2) [m]."""
+    assembly = drawn.mechanism.assembly
+    for track in assembly.tracks:
+        joint = assembly.linkage.joints[track.ghost - 1]
+        curve = joint.primitives[0].curve
+        if curve is not None:
+            points = curve.sampled(3 * ROUND) @ joint.before[:3, :3].T + joint.before[:3, 3]
+            yield drawn.points(assembly.bodies[joint.parent], points)[:, :2]
 
 
 def distances(drawn: Drawn, *, led: bool) -> Iterator[Array]:

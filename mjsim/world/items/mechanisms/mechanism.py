@@ -19,6 +19,8 @@ if TYPE_CHECKING:  # worlds without mechanisms start without it
     from mjsim.geometry import Array
     from mjsim.world.items.mechanisms.assembly import Assembly
 
+DRAWN = 64
+"""Pieces into which curves are cut, to know how large they are."""
 RESERVED = ("beacon", "ceiling", "door", "floor", "obstacle", "wall", "world")
 """With these begin the names of other things in the scene."""
 
@@ -87,7 +89,7 @@ class Mechanism(MechanismParts):
         return {body.name: self.world_from_ground @ placed[found.number(body.name)] for body in self.bodies}
 
     def spanned(self, values: "Array | None" = None) -> "Array":
-        """Return the corners of a box around all its bodies for some values of its joints, shape (2, 3) [m]."""
+        """Return the corners of a box around its bodies and curves for some values of its joints, shape (2, 3) [m]."""
         import numpy as np
 
         lows, highs = [], []
@@ -96,7 +98,21 @@ class Mechanism(MechanismParts):
             there = points @ pose[:3, :3].T + pose[:3, 3]
             lows.append(there.min(axis=0) - radius)
             highs.append(there.max(axis=0) + radius)
+        for points in self._curves(values):
+            lows.append(points.min(axis=0))
+            highs.append(points.max(axis=0))
         return np.array([np.min(lows, axis=0), np.max(highs, axis=0)])
+
+    def _curves(self, values: "Array | None") -> "Iterator[Array]":
+        """Yield points of the curves on which points slide, world frame, shape (n, 3) [m]."""
+        found = self.assembly
+        placed = found.linkage.place(found.start if values is None else values) if found.tracks else None
+        for track in found.tracks:
+            joint = found.linkage.joints[track.ghost - 1]
+            curve = joint.primitives[0].curve
+            if placed is not None and curve is not None:
+                pose = self.world_from_ground @ placed.poses[joint.parent] @ joint.before
+                yield curve.sampled(DRAWN) @ pose[:3, :3].T + pose[:3, 3]
 
     def body(self, name: str) -> MechanismBody:
         """Return a body by its name."""
