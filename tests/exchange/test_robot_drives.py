@@ -81,6 +81,12 @@ def test_three_wheels_in_a_ring_come_in_the_order_of_the_drive(tmp_path):
     assert [wheel.name for wheel in gear.single] == ["j2", "j0", "j1"]
 
 
+def test_a_wheel_whose_motor_a_file_leaves_out_drives_like_its_neighbour(tmp_path):
+    motor = '<gazebo><plugin filename="libgazebo_ros_diff_drive.so"><left_joint>l0_hinge</left_joint></plugin></gazebo>'
+    gear = gear_of(rover([0.0]).replace("</robot>", f"{motor}</robot>"), tmp_path)
+    assert (gear.drive, [wheel.name for wheel in gear.wheels()]) == ("differential", ["l0_hinge", "r0_hinge"])
+
+
 def test_wheels_on_fixed_joints_turn_and_joints_that_move_the_whole_robot_do_not(tmp_path):
     wheels = [joint(f"{s}_wheel", "base", s, f'xyz="0 {y} 0"', kind="fixed") for s, y in (("l", 0.2), ("r", -0.2))]
     rail = joint("rail", "world", "base", 'xyz="0 0 0"', kind="prismatic", more='<limit lower="-9" upper="9"/>')

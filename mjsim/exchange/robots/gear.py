@@ -130,7 +130,8 @@ def _guessed(anatomy: Anatomy, file: str) -> tuple[list[Round], list[Round]]:
 
     bearing = [wheel for wheel in standing if bears(wheel)]
     chosen = [wheel for wheel in standing if not bears(wheel)] or standing
-    if any(wheel.joint.driven for wheel in chosen) and not any(wheel.steer for wheel in chosen):
+    # A file that names the motor of one wheel alone has left out the other's.
+    if sum(wheel.joint.driven for wheel in chosen) > 1 and not any(wheel.steer for wheel in chosen):
         # Motors tell which of the wheels drive; the others roll along.
         bearing += [wheel for wheel in chosen if not wheel.joint.driven]
         chosen = [wheel for wheel in chosen if wheel.joint.driven]
