@@ -61,7 +61,9 @@ def show(
     output: Annotated[Path, typer.Option("-o", metavar="PNG", help="The picture to write.")],
     camera: Annotated[
         str | None,
-        typer.Option("--camera", "--view", help="Instead of the plan: ROBOT/CAMERA, ROBOT/chase or overview."),
+        typer.Option(
+            "--camera", "--view", help="Not the plan: ROBOT/CAMERA, PERSON/left_eye, ROBOT/chase or overview."
+        ),
     ] = None,
     labels: Annotated[
         Literal["none", "walls", "all"] | None,

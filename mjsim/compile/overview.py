@@ -21,6 +21,7 @@ def scene_bounds(world: World, boxes: Sequence[WallBox]) -> tuple[Array, Array]:
     points = [np.array([[*robot.at, 0.0], [*robot.at, robot.body.height]]) for robot in world.robots]
     points += [reached(robot) for robot in world.robots if robot.arms]
     points += [mechanism.spanned() for mechanism in world.mechanisms]
+    points += [person.spanned() for person in world.people]
     points += [np.array([[item.place.x, item.place.y, item.center + item.beacon.width / 2]]) for item in hung(world)]
     if boxes:
         outlines, tops = np.array([box.outline for box in boxes]), [box.center[2] + box.half[2] for box in boxes]

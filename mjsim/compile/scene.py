@@ -14,6 +14,7 @@ from mjsim.compile.light import add_general_light, add_lamps, divide_faces, ligh
 from mjsim.compile.mechanisms import add_mechanisms
 from mjsim.compile.obstacles import add_obstacles
 from mjsim.compile.overview import OVERVIEW_FOV, overview_place, scene_bounds
+from mjsim.compile.people import add_people
 from mjsim.compile.physics import set_physics
 from mjsim.compile.pictures import add_matte
 from mjsim.compile.robots import add_robots
@@ -61,6 +62,7 @@ def compile_world(world: World) -> mujoco.MjSpec:
     add_floor(spec, world, lower, upper)
     _add_overview(spec, lower, upper)
     add_mechanisms(spec, world)
+    add_people(spec, world)
     add_robots(spec, world)
     for robot in world.robots:
         _add_chase(spec, robot)

@@ -1,10 +1,15 @@
+from .columns import columns as columns
 from .figure import Figure as Figure
 from .figure import Landmark as Landmark
 from .figure import Segment as Segment
 from .joints import SIDES as SIDES
 from .joints import Joint as Joint
+from .loft import Mesh as Mesh
 from .measures import OUTSIDE as OUTSIDE
+from .measures import MeasureError as MeasureError
 from .measures import Measures as Measures
+from .surface import hair as hair
+from .surface import surfaces as surfaces
 from .survey import PERCENTILES as PERCENTILES
 from .survey import SEXES as SEXES
 from .survey import Sex as Sex

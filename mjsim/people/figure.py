@@ -39,6 +39,12 @@ PARENTS: Mapping[str, str | None] = {
 """Each segment's parent, parents first; the pelvis has none."""
 
 
+HAND_BESIDE = 0.025
+"""Of the middle of a hanging hand from the side of the hips [m]; assumed."""
+LEAST_ASIDE, ELBOW_AT_EASE = math.radians(3.0), math.radians(12.0)
+"""How far hanging arms are from the trunk at least, and how far elbows bend of themselves [rad]; assumed."""
+
+
 @dataclass(frozen=True, slots=True)
 class Segment:
     """A rigid part of a figure; its frame has its origin at its upper joint, of the pelvis at the H-point."""
@@ -82,7 +88,7 @@ class Figure:
         """Return the figure that has these measures.
 
         Raises:
-            ValueError: No body has these measures together.
+            MeasureError: No body has these measures together.
         """
         frame = body_frame(measures)
         origins = _both_sides(frame.joints)
@@ -117,6 +123,16 @@ class Figure:
         pose = np.eye(4)
         pose[:3, 3] = self.segments["pelvis"].at
         return pose
+
+    @property
+    def at_ease(self) -> Array:
+        """Values of the joints of one who stands at ease: arms hang beside the hips, shape (n,) [rad]."""
+        shoulder, hip = self.segments["left_upper_arm"], self.landmarks["left_hip_side"]
+        thorax = self.poses()["thorax"][:3, 3] + shoulder.at
+        way = thorax[2] - self.segments["pelvis"].at[2]
+        aside = math.atan2(hip.at[1] + HAND_BESIDE - thorax[1], way)
+        angles = {"shoulder_abduction": max(aside, LEAST_ASIDE), "elbow_flexion": ELBOW_AT_EASE}
+        return self.values({f"{side}_{name}": angle for side in SIDES for name, angle in angles.items()})
 
     def values(self, angles: Mapping[str, float]) -> Array:
         """Return values of all joints, shape (n,) [rad]: those given by name, 0 for all others.
@@ -155,6 +171,15 @@ class Figure:
                 step = step @ _turn(joint.axis, columns[joint.name])
             found[name] = found[segment.parent] @ step
         return found
+
+    def lowest(self, values: ArrayLike | None = None) -> float:
+        """Return the height of the lowest point of the soles [m], the pelvis being where it is upright.
+
+        Args:
+            values: Of the joints in their order, shape (n,) [rad]; zeros unless given.
+        """
+        spots = self.spots(self.poses(values))
+        return min(float(spots[f"{side}_{part}"][2]) for side in SIDES for part in ("heel", "ball", "toe"))
 
     def spots(self, poses: Mapping[str, Array]) -> dict[str, Array]:
         """Return where all landmarks are in the world, by their names, shape (..., 3) [m].

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from mjsim.people.deleva import TRUNK_LEVELS
-from mjsim.people.measures import Measures
+from mjsim.people.measures import MeasureError, Measures
 from mjsim.people.survey import Sex
 
 Vector3 = tuple[float, float, float]
@@ -16,9 +16,8 @@ Vector3 = tuple[float, float, float]
 SHOULDER_BELOW: Mapping[Sex, float] = {"female": 0.170, "male": 0.152}
 """Of the shoulder joint below the acromion, as a share of the length from acromion to radiale: so long is the upper arm
 then that it is de Leva's (1996, table 2) for his sample's stature."""
-SHOULDER_INWARD = 0.033
-"""Of the shoulder joint from the tip of the acromion: the radius of the humeral head and half of the acromion [m];
-assumed."""
+SHOULDER_INWARD = 0.025
+"""Of the shoulder joint from the tip of the acromion: about the radius of the humeral head [m]; assumed."""
 HIP_SPREAD = 0.31
 """Half the distance between the hip joints, as a share of bicristal breadth: 0.36 of the distance between the anterior
 iliac spines (Bell et al., Human Movement Science 8, 1989), which is taken as 0.86 of that breadth (assumed)."""
@@ -66,7 +65,7 @@ def body_frame(measures: Measures) -> BodyFrame:
     """Return joints and landmarks of a standing body.
 
     Raises:
-        ValueError: No body has these measures together; the message names one that does not fit.
+        MeasureError: No body has these measures together; the message names one that does not fit.
     """
     derived = _derived(measures)
     joints = _joints(measures, derived)
@@ -74,7 +73,7 @@ def body_frame(measures: Measures) -> BodyFrame:
 
 
 def _derived(m: Measures) -> dict[str, float]:
-    """Return lengths that follow from several measures [m]; raises ValueError when one is no length."""
+    """Return lengths that follow from several measures [m]; raises MeasureError when one is no length."""
     hip, knee = m["trochanterion_height"], m["lateral_epicondyle_height"]
     knee_depth = m["buttock_knee_length"] - m["buttock_popliteal_length"]
     upper_arm = (1.0 - SHOULDER_BELOW[m.sex]) * m["upper_arm_length"]
@@ -109,7 +108,7 @@ def _derived(m: Measures) -> dict[str, float]:
     }
     for length, measure in found.values():
         if length < LEAST:
-            raise ValueError(f"{measure} is {m[measure]:.4g} m, which no body has beside the other measures")
+            raise MeasureError(measure, f"{measure} is {m[measure]:.4g} m, which no body has beside the other measures")
     return {name: length for name, (length, _) in found.items()}
 
 
@@ -144,7 +143,7 @@ def _of_trunk(m: Measures, derived: Mapping[str, float], joints: Mapping[str, Ve
     back, head = -derived["back"], joints["head"]
     glabella = head[0] + 0.55 * m["head_length"]
     eye = m["stature"] - derived["eye_below_vertex"]
-    chest = 0.5 * (xiphion + m["suprasternale_height"])
+    chest = 0.75 * xiphion + 0.25 * m["suprasternale_height"]
     return {
         "h_point": Spot("pelvis", (0.0, 0.0, hip)),
         "left_iliocristale": Spot("pelvis", (0.0, m["bicristal_breadth"] / 2, m["iliocristale_height"])),

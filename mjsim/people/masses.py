@@ -38,7 +38,7 @@ def _ends(m: Measures, frame: BodyFrame) -> dict[str, tuple[Vector3, Vector3]]:
     waist = 0.5 * (marks["waist_back"].at[0] + marks["waist_front"].at[0])
     ankle, heel, toe = joints["left_foot"], marks["left_heel"].at, marks["left_toe"].at
     return {
-        "head": (marks["vertex"].at, (joints["neck"][0], 0.0, m["cervicale_height"])),
+        "head": (marks["vertex"].at, (marks["vertex"].at[0], 0.0, m["cervicale_height"])),
         "thorax": ((middle, 0.0, m["suprasternale_height"]), (middle, 0.0, xiphion)),
         "abdomen": ((middle, 0.0, xiphion), (waist, 0.0, omphalion)),
         "pelvis": ((waist, 0.0, omphalion), joints["pelvis"]),
@@ -78,7 +78,9 @@ def _divided(m: Measures, whole: Solid, frame: BodyFrame) -> tuple[Solid, Solid]
     mass = whole.mass * tube / (tube + skull)
     across, axial = mass * (radius**2 / 4.0 + length**2 / 12.0), 0.5 * mass * radius**2
     # The whole is given in the frame of the head, parallel to that of the neck.
-    together, neck = np.add(whole.center, shift), 0.5 * shift
+    together = np.add(whole.center, shift)
+    # Right below the head, so that no product of inertia is left.
+    neck = np.array([together[0], 0.0, 0.5 * length])
     rest = whole.mass - mass
     head = (whole.mass * together - mass * neck) / rest
     inertia = tensor(whole.inertia) - np.diag([across, across, axial])

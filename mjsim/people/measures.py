@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Self
 
+from mjsim.errors import did_you_mean
 from mjsim.people.survey import PERCENTILES, SEXES, Sex, Survey, is_percentile, normal_score, survey
 
 OUTSIDE: Mapping[str, str] = {
@@ -19,6 +20,15 @@ OUTSIDE: Mapping[str, str] = {
 """Measures that a figure does not keep, each with the reason."""
 FARTHEST = 5.0
 """A measure may lie so many standard deviations from what the others let expect."""
+
+
+class MeasureError(ValueError):
+    """A measure that no body has, alone or beside the others."""
+
+    def __init__(self, measure: str, message: str) -> None:
+        self.measure = measure
+        """Its name, or that of a percentile."""
+        super().__init__(message)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +66,7 @@ class Measures(Mapping[str, float]):
             corpulence: Percentile of weight among people of this stature and sitting height, 1 to 99.
 
         Raises:
-            ValueError: There is no such sex, or a percentile is outside of the table.
+            MeasureError: There is no such sex, or a percentile is outside of the table.
         """
         table = _table(sex)
         _check_percentile("percentile", percentile)
@@ -73,7 +83,7 @@ class Measures(Mapping[str, float]):
             corpulence: As for `at_percentile`, where weight is not given.
 
         Raises:
-            ValueError: There is no such sex or measure, a percentile is outside of the table, or nobody has a measure
+            MeasureError: There is no such sex or measure, a percentile is outside of the table, or nobody has a measure
                 together with the others.
         """
         table = _table(sex)
@@ -83,7 +93,7 @@ class Measures(Mapping[str, float]):
             ("corpulence", corpulence, "weight"),
         ):
             if measure in own and percentile != 50.0:
-                raise ValueError(f"{key} is {percentile:g}, but {measure} is given; leave out one of them")
+                raise MeasureError(key, f"{key} is {percentile:g}, but {measure} is given; leave out one of them")
         return cls._completed(table, own, proportion, corpulence)
 
     @classmethod
@@ -102,11 +112,13 @@ class Measures(Mapping[str, float]):
 
 
 def check_own(table: Survey, own: Mapping[str, float]) -> None:
-    """Raise ValueError when a measure is none of a person, or none beside the others that are given."""
+    """Raise MeasureError when a measure is none of a person, or none beside the others that are given."""
     for name, value in own.items():
+        if name not in table.names:
+            raise MeasureError(name, f"no measure '{name}'{did_you_mean(name, table.names)}")
         place = table.index(name)
         if name in OUTSIDE:
-            raise ValueError(f"a figure does not keep {name}: {OUTSIDE[name]}; leave it out")
+            raise MeasureError(name, f"a figure does not keep {name}: {OUTSIDE[name]}; leave it out")
         _check_near(name, value, table.mean[place], table.sd[place], f"of {_PEOPLE[table.sex]}")
     for name, value in own.items():
         mean, sd = table.given({other: each for other, each in own.items() if other != name})
@@ -121,15 +133,15 @@ def _check_near(name: str, value: float, mean: float, sd: float, whose: str) -> 
     low, high = mean - FARTHEST * sd, mean + FARTHEST * sd
     if not low <= value <= high:
         unit = "kg" if name == "weight" else "m"
-        raise ValueError(f"{name} is {value:g} {unit}; {whose} it lies between {low:.3g} and {high:.3g} {unit}")
+        raise MeasureError(name, f"{name} is {value:g} {unit}; {whose} it lies between {low:.3g} and {high:.3g} {unit}")
 
 
 def _table(sex: Sex) -> Survey:
     if sex not in SEXES:
-        raise ValueError(f"sex is '{sex}'; it must be 'female' or 'male'")
+        raise MeasureError("sex", f"sex is '{sex}'; it must be 'female' or 'male'")
     return survey(sex)
 
 
 def _check_percentile(key: str, value: float) -> None:
     if not is_percentile(value):
-        raise ValueError(f"{key} is {value:g}; it must be from {PERCENTILES[0]:g} to {PERCENTILES[-1]:g}")
+        raise MeasureError(key, f"{key} is {value:g}; it must be from {PERCENTILES[0]:g} to {PERCENTILES[-1]:g}")

@@ -26,6 +26,7 @@ from mjsim.video.symbols import (
     draw_obstacle,
     draw_patch,
     draw_path,
+    draw_person,
     draw_robot,
     draw_wall,
     leaf_way,
@@ -165,6 +166,8 @@ def _draw_things(plan: Paper, world: World) -> None:
         draw_lamp(plan, lamp)
     for mechanism in world.mechanisms:
         draw_mechanism(plan, posed(mechanism, mechanism.assembly.start))
+    for person in world.people:
+        draw_person(plan, person)
     for robot in world.robots:
         draw_robot(plan, robot)
         for arm in robot.arms:
@@ -196,6 +199,9 @@ def _tags(plan: Paper, world: World) -> list[Tag]:
         low, high = mechanism.spanned()[:, :2]
         reach = ((high[0] - low[0]) / 2, (high[1] - low[1]) / 2 + plan.metres(3.0))
         tags.append(Tag(text=mechanism.name, at=(low + high) / 2, side=below, reach=reach, color=INK))
+    for person in world.people:
+        reach = (0.3, 0.3)
+        tags.append(Tag(text=person.name, at=np.array(person.at), side=below, reach=reach, color=INK))
     for lamp in world.lamps:
         if lamp.name is not None:
             tags.append(

@@ -18,7 +18,8 @@ def take_picture(world: World, camera: str, path: Path | None = None, *, overwri
 
     Args:
         world: Where its robots stand.
-        camera: 'ROBOT/CAMERA'; or from outside, 'ROBOT/chase' (behind a robot) or 'overview'.
+        camera: 'ROBOT/CAMERA', 'PERSON/left_eye' or 'PERSON/right_eye'; or from outside, 'ROBOT/chase' (behind a
+            robot) or 'overview'.
         path: PNG or JPEG file to write as well.
         overwrite: Whether a file that exists may be replaced.
 
@@ -29,6 +30,7 @@ def take_picture(world: World, camera: str, path: Path | None = None, *, overwri
     if path is not None:
         require_free(path, overwrite=overwrite)
     outside = [OVERVIEW, *(f"{robot.name}/{CHASE}" for robot in world.robots)]
+    outside += [f"{person.name}/{side}_eye" for person in world.people for side in ("left", "right")]
     onboard = [
         f"{robot.name}/{sensor.camera}"
         for robot in world.robots

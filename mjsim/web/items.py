@@ -14,7 +14,7 @@ EYE = 1.5
 """What of a wall begins above this is not drawn [m]."""
 THICKNESS = 0.03
 """Of a beacon as it is drawn [m]."""
-_LISTS = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms")
+_LISTS = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms", "people")
 _DECIMALS = 4
 
 Path = tuple[str | int, ...]
@@ -94,6 +94,9 @@ def _things(world: World) -> Iterator[Thing]:
     for index, robot in enumerate(world.robots):
         place = Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg))
         yield ("robots", index), "robot", robot, [place.transform(robot.body.outline())], place
+    for index, person in enumerate(world.people):
+        place = Pose(person.at[0], person.at[1], math.radians(person.heading_deg))
+        yield ("people", index), "person", person, [outline for outline, _, _ in person.prisms.values()], place
     for index, mechanism in enumerate(world.mechanisms):
         place = Pose(mechanism.at[0], mechanism.at[1], math.radians(mechanism.heading_deg))
         yield ("mechanisms", index), "mechanism", mechanism, outlines(mechanism), place

@@ -93,6 +93,7 @@ from .items import OpenEvent as OpenEvent
 from .items import Opening as Opening
 from .items import Part as Part
 from .items import PedalTarget as PedalTarget
+from .items import Person as Person
 from .items import Place as Place
 from .items import Plant as Plant
 from .items import PolygonBody as PolygonBody
@@ -163,6 +164,7 @@ from .plan import PlacedTarget as PlacedTarget
 from .plan import Route as Route
 from .plan import extent as extent
 from .plan import footprint as footprint
+from .plan import from_above as from_above
 from .plan import hung as hung
 from .plan import leaves as leaves
 from .plan import obstacle_polygons as obstacle_polygons

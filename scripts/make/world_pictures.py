@@ -33,6 +33,7 @@ MORE = (
     "pushed",
     "arm",
     "manipulator",
+    "foyer",
 )
 ORDER = (*ROOMS, *MORE)
 OUTSIDE = {"corridor": "scout/chase"}

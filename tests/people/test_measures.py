@@ -51,6 +51,7 @@ def test_own_measures_are_kept_and_the_rest_are_means_given_them():
         assert taken[name] == pytest.approx(wanted[SURVEY_NAMES[name]] * UNITS.get(name, 1e-3), abs=1e-6), name
 
 
+@pytest.mark.slow
 def test_each_measure_alone_is_kept_at_percentiles_5_and_95():
     for sex in SEXES:
         for name in set(SURVEY_NAMES) - set(OUTSIDE):

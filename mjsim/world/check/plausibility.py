@@ -14,6 +14,8 @@ from mjsim.world.items import Robot, Wall, World, sensors
 from mjsim.world.plan import Hung, hung
 from mjsim.world.yaml import problems_at
 
+SOFT = 0.02
+"""So far things and people may reach into a person, who gives way [m]."""
 IN_FRONT = 0.05
 """A picture with something nearer than this before its middle is hidden [m]."""
 
@@ -57,11 +59,12 @@ def _openings_of(wall: Wall) -> Iterator[Doubt]:
 
 
 def _crowded(world: World) -> Iterator[Doubt]:
-    if not (world.robots or world.beacons or any(item.path is not None for item in world.obstacles)):
+    if not (world.robots or world.beacons or world.people or any(item.path is not None for item in world.obstacles)):
         return
     solids = Solids(world)
     yield from misled(world, solids)
     yield from _robots_in_things(world, solids)
+    yield from _people_in_things(world, solids)
     for index, item in enumerate(hung(world)):
         for message in (*_hidden(item, solids), *_hidden_in_robot(item)):
             yield message, ("beacons", index, "at")
@@ -79,6 +82,21 @@ def _robots_in_things(world: World, solids: Solids) -> Iterator[Doubt]:
                 f"robot '{robot.name}' at {pair(robot.at)} starts inside {found};"
                 f" its body needs {radius:g} m free all around",
                 ("robots", index, "at"),
+            )
+
+
+def _people_in_things(world: World, solids: Solids) -> Iterator[Doubt]:
+    for index, person in enumerate(world.people):
+        own = f"person '{person.name}'"
+        inside = (
+            solids.reached(outline, depth=SOFT, low=low + SOFT, high=high, but=(own,))
+            for outline, low, high in person.prisms.values()
+        )
+        found = next(filter(None, inside), None)
+        if found:
+            yield (
+                f"person '{person.name}' at {pair(person.at)} stands inside {found}; move one of them",
+                ("people", index, "at"),
             )
 
 

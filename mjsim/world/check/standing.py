@@ -1,4 +1,4 @@
-"""Walls and obstacles as upright prisms, to ask what stands somewhere; and how doubts about a world are told."""
+"""What stands in a world as upright prisms, to ask what is somewhere; and how doubts about a world are told."""
 
 from collections.abc import Collection, Iterator
 
@@ -22,7 +22,10 @@ _Prism = tuple[str, Array, float, float]
 
 
 class Solids:
-    """Walls and obstacles as upright prisms, found fast by where they stand; walls are cut when one asks about them."""
+    """Walls, obstacles and people as upright prisms, found fast by where they stand.
+
+    Walls are cut when one asks about them.
+    """
 
     def __init__(self, world: World) -> None:
         self._walls = world.walls
@@ -31,6 +34,9 @@ class Solids:
             (called(obstacle, number), outline, low, high)
             for number, obstacle in enumerate(world.obstacles)
             for outline, low, high in prisms(obstacle)
+        ]
+        self._things += [
+            (f"person '{person.name}'", *prism) for person in world.people for prism in person.prisms.values()
         ]
         self._wall_boxes = np.array([_bounds(wall) for wall in world.walls]).reshape(-1, 4)
         self._thing_boxes = np.array([_box(outline) for _, outline, _, _ in self._things]).reshape(-1, 4)

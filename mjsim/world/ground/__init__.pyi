@@ -22,6 +22,7 @@ from .descriptions import description_of as description_of
 from .gc_pause import gc_paused as gc_paused
 from .kinds import OneOf as OneOf
 from .kinds import kind_of as kind_of
+from .names import RESERVED as RESERVED
 from .names import item_names as item_names
 from .words import Path as Path
 from .words import meant_key as meant_key

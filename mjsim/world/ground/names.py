@@ -3,6 +3,9 @@
 from collections.abc import Sequence
 from typing import Protocol
 
+RESERVED = ("beacon", "ceiling", "door", "floor", "obstacle", "wall", "world")
+"""With these begin the names of what is neither a robot, a mechanism nor a person in the scene."""
+
 
 class Nameable(Protocol):
     """An item that may carry a name."""

@@ -79,6 +79,8 @@ from .mechanisms import Spring as Spring
 from .mechanisms import TorqueActuator as TorqueActuator
 from .mechanisms import actuator_kind as actuator_kind
 from .mechanisms import place_of as place_of
+from .people import Person as Person
+from .people import PersonColors as PersonColors
 from .plants import Plant as Plant
 from .plants import StateSpace as StateSpace
 from .plants import TransferFunction as TransferFunction

@@ -12,7 +12,7 @@ from mjsim.world.items.running import Control, Run, nearest_divisor, step_misfit
 from mjsim.world.items.sensors import SENSOR_KINDS
 from mjsim.world.items.structure import Door
 
-NAMED = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms", "plants")
+NAMED = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms", "people", "plants")
 """Lists of items that may carry a name."""
 FARTHEST = 170
 """No door swings farther, whatever it says [deg]."""

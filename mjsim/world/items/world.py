@@ -10,6 +10,7 @@ from mjsim.world.ground import Model, Name, fault
 from mjsim.world.items.fit import NAMED, misfits
 from mjsim.world.items.light import Brightness, Lamp
 from mjsim.world.items.mechanisms import Mechanism
+from mjsim.world.items.people import Person
 from mjsim.world.items.plants import Plant
 from mjsim.world.items.radio import Radio
 from mjsim.world.items.robots import Robot
@@ -43,6 +44,8 @@ class World(Model):
     """Wheeled robots, up to 32."""
     mechanisms: Annotated[tuple[Mechanism, ...], Field(strict=False, max_length=100)] = ()
     """Bodies that joints hold, with loops or without, and what moves them."""
+    people: Annotated[tuple[Person, ...], Field(strict=False, max_length=32)] = ()
+    """People who stand in it."""
     radio: Radio = Radio()
     """How robots hear each other."""
     plants: Annotated[tuple[Plant, ...], Field(strict=False, max_length=100)] = ()

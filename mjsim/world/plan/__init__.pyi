@@ -10,6 +10,7 @@ from .outlines import prisms as prisms
 from .outlines import stays as stays
 from .outlines import top as top
 from .outlines import world_from_obstacle as world_from_obstacle
+from .people import from_above as from_above
 from .pieces import MITRE_LIMIT as MITRE_LIMIT
 from .pieces import wall_pieces as wall_pieces
 from .polygons import SLICE as SLICE

@@ -9,7 +9,7 @@ from pydantic import PrivateAttr, ValidationInfo, model_validator
 
 from mjsim.errors import did_you_mean
 from mjsim.world.files import BUILT, Source, read_asset
-from mjsim.world.ground import Degrees, Metres, Name, Point, fault
+from mjsim.world.ground import RESERVED, Degrees, Metres, Name, Point, fault
 from mjsim.world.items.mechanisms.bodies import MechanismBody
 from mjsim.world.items.mechanisms.joint_kinds import Jointed
 from mjsim.world.items.mechanisms.parts import MechanismParts
@@ -21,8 +21,6 @@ if TYPE_CHECKING:  # worlds without mechanisms start without it
 
 DRAWN = 64
 """Pieces into which curves are cut, to know how large they are."""
-RESERVED = ("beacon", "ceiling", "door", "floor", "obstacle", "wall", "world")
-"""With these begin the names of other things in the scene."""
 
 
 class Mechanism(MechanismParts):

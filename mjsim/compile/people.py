@@ -1,0 +1,97 @@
+"""People as MuJoCo bodies: `PERSON/SEGMENT`, held in their posture, with a camera in each eye.
+
+A person is part of the world: nothing moves, and what runs into one stops.
+"""
+
+import mujoco
+import numpy as np
+
+from mjsim.compile.mechanisms import pose_keys
+from mjsim.compile.parts import DARK, MATERIAL, SEEN, make_decor
+from mjsim.compile.pictures import color_of
+from mjsim.geometry import Array
+from mjsim.mechanics import inverted
+from mjsim.people import Mesh, Segment, hair
+from mjsim.world import Person, World
+
+EYE_FOV = 60.0
+"""Vertical field of view of the picture from an eye [deg]."""
+EYE_SIZE = (640, 480)
+"""Of that picture [px]."""
+EYEBALL = 0.012
+"""Radius of what is seen of an eye [m]."""
+LOOKING = (0.0, -1.0, 0.0, 0.0, 0.0, 1.0)
+"""Right and up of a camera that looks along x."""
+FRICTION = (0.5, 0.005, 0.0001)
+"""Of clothes on what runs into them; assumed."""
+TOOLS = ("thumb_tip", "fingertip", "grip")
+"""Landmarks of a hand that are sites in the scene."""
+
+
+def add_people(spec: mujoco.MjSpec, world: World) -> None:
+    """Add all people as they stand at the start."""
+    for person in world.people:
+        _add_person(spec, person)
+
+
+def _add_person(spec: mujoco.MjSpec, person: Person) -> None:
+    figure, poses, skins = person.figure, person.poses(), person.skins
+    bodies: dict[str, mujoco.MjsBody] = {}
+    for name, segment in figure.segments.items():
+        parent, within = spec.worldbody, poses[name]
+        if segment.parent is not None:
+            parent, within = bodies[segment.parent], inverted(poses[segment.parent]) @ within
+        body = parent.add_body(name=f"{person.name}/{name}", **pose_keys(within))
+        _set_mass(body, segment)
+        for number, mesh in enumerate(skins[name], start=1):
+            _add_skin(spec, body, mesh, f"{person.name}/{name}" + (f"-{number}" if number > 1 else ""), person, name)
+        bodies[name] = body
+    _add_face(spec, bodies["head"], person)
+    for side in ("left", "right"):
+        for tool in TOOLS:
+            mark = figure.landmarks[f"{side}_{tool}"]
+            bodies[mark.segment].add_site(name=f"{person.name}/{side}_{tool}", pos=mark.at, size=[0.005] * 3, group=5)
+
+
+def _set_mass(body: mujoco.MjsBody, segment: Segment) -> None:
+    solid = segment.solid
+    body.explicitinertial, body.mass, body.ipos = True, solid.mass, solid.center
+    # Along the axes of the segment: rays are cast at once only past bodies whose principal axes are not turned.
+    body.inertia = solid.inertia[:3]
+
+
+def _add_skin(spec: mujoco.MjSpec, body: mujoco.MjsBody, mesh: Mesh, name: str, person: Person, segment: str) -> None:
+    _add_mesh(spec, mesh, name)
+    body.add_geom(
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_MESH,
+        meshname=name,
+        group=SEEN,
+        mass=0.0,
+        material=MATERIAL,
+        rgba=color_of(person.color_of(segment)),
+        friction=list(FRICTION),
+    )
+
+
+def _add_mesh(spec: mujoco.MjSpec, mesh: Mesh, name: str) -> None:
+    added = spec.add_mesh(name=name)
+    added.uservert = mesh.vertices.ravel()
+    added.userface = mesh.faces.ravel()
+    added.smoothnormal = True
+
+
+def _add_face(spec: mujoco.MjSpec, head: mujoco.MjsBody, person: Person) -> None:
+    """Add hair and eyes, which are seen alone, and the cameras that look from the eyes."""
+    _add_mesh(spec, hair(person.figure), f"{person.name}/hair")
+    made = head.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"{person.name}/hair")
+    make_decor(made, color_of(person.colors.hair))
+    for side in ("left", "right"):
+        pupil: Array = np.array(person.figure.landmarks[f"{side}_eye"].at)
+        ball = head.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[EYEBALL, 0.0, 0.0], pos=pupil - (EYEBALL, 0.0, 0.0)
+        )
+        make_decor(ball, DARK)
+        head.add_camera(
+            name=f"{person.name}/{side}_eye", pos=pupil, xyaxes=LOOKING, fovy=EYE_FOV, resolution=list(EYE_SIZE)
+        )

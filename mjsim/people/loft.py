@@ -1,0 +1,112 @@
+"""Closed smooth surfaces through oval rings."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array
+
+AROUND = 28
+"""Points of a ring."""
+ALONG = 6
+"""Rings between two that are given."""
+DOME = 5
+"""Rings of a rounded end."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ring:
+    """An oval across a limb or a trunk, in a plane across the axis of the surface."""
+
+    along: float
+    """Where its plane cuts the axis [m]."""
+    front: float
+    """How far it reaches to the front of the axis [m]."""
+    back: float
+    """How far it reaches to the back [m]."""
+    left: float
+    """How far it reaches to the left, and to the right unless told [m]."""
+    right: float | None = None
+    """[m]"""
+    square: float = 2.0
+    """Exponent of the superellipse: 2 is an ellipse, more is nearer to a rectangle."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mesh:
+    """A closed surface of triangles."""
+
+    vertices: Array
+    """Shape (n, 3) [m]."""
+    faces: NDArray[np.int32]
+    """Corners counter-clockwise from outside, shape (m, 3)."""
+
+    def volume(self) -> float:
+        """Return what it encloses [m^3]."""
+        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
+def loft(rings: Sequence[Ring], *, start: float, end: float) -> Mesh:
+    """Return a smooth surface through rings along z, closed by domes; x is to the front, y to the left.
+
+    Args:
+        rings: From one end to the other, of rising or of falling `along`.
+        start: How far the dome before the first ring reaches [m].
+        end: How far the dome behind the last ring reaches [m].
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    given = sorted(rings, key=lambda ring: ring.along)
+    if given[0] is not rings[0]:
+        start, end = end, start
+    table = np.array(
+        [[r.along, r.front, r.back, r.left, r.left if r.right is None else r.right, r.square] for r in given]
+    )
+    places = np.interp(np.arange((len(given) - 1) * ALONG + 1) / ALONG, np.arange(len(given)), table[:, 0])
+    smooth = np.column_stack([places, PchipInterpolator(table[:, 0], table[:, 1:], axis=0)(places)])
+    return _skin(np.concatenate([_dome(smooth[0], -start)[::-1], smooth, _dome(smooth[-1], end)]))
+
+
+def _dome(ring: Array, reach: float) -> Array:
+    """Return rings beyond an end, which round it off, shape (DOME, 6)."""
+    angles = np.linspace(0.0, np.pi / 2, DOME + 1)[1:]
+    found = np.tile(ring, (DOME, 1))
+    found[:, 0] += reach * np.sin(angles)
+    middle = (ring[1] - ring[2]) / 2, (ring[3] - ring[4]) / 2
+    # A ring at the tip has hardly any size, and lies in the middle of its oval.
+    shrunk = np.maximum(np.cos(angles), 0.02)[:, None]
+    for (one, other), center in zip(((1, 2), (3, 4)), middle, strict=True):
+        half = (ring[one] + ring[other]) / 2
+        found[:, [one]], found[:, [other]] = center + half * shrunk, -center + half * shrunk
+    return found
+
+
+def _skin(rings: Array) -> Mesh:
+    angles = np.arange(AROUND) * (2 * np.pi / AROUND)
+    c, s = np.cos(angles), np.sin(angles)
+    along, front, back, left, right, square = (rings[:, [k]] for k in range(6))
+    power = 2.0 / square
+    x = np.where(c >= 0, front, back) * np.sign(c) * np.abs(c) ** power
+    y = np.where(s >= 0, left, right) * np.sign(s) * np.abs(s) ** power
+    body = np.stack([x, y, np.broadcast_to(along, x.shape)], axis=-1)
+    tips = body[[0, -1]].mean(axis=1)
+    count = len(rings) * AROUND
+    return Mesh(np.concatenate([body.reshape(-1, 3), tips]), _faces(len(rings), count))
+
+
+@cache
+def _faces(rows: int, count: int) -> NDArray[np.int32]:
+    here = np.arange(AROUND)
+    after = (here + 1) % AROUND
+    found = [np.stack([here * 0 + count, after, here], axis=-1)]
+    for row in range(rows - 1):
+        low, high = row * AROUND, (row + 1) * AROUND
+        found.append(np.stack([low + here, low + after, high + after], axis=-1))
+        found.append(np.stack([low + here, high + after, high + here], axis=-1))
+    last = (rows - 1) * AROUND
+    found.append(np.stack([here * 0 + count + 1, last + here, last + after], axis=-1))
+    return np.concatenate(found).astype(np.int32)

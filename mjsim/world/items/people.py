@@ -1,0 +1,157 @@
+"""People: figures by body measures that stand in a world."""
+
+import math
+from collections.abc import Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from mjsim.errors import did_you_mean
+from mjsim.world.ground import RESERVED, Color, Degrees, Model, Name, Point, fault
+
+if TYPE_CHECKING:  # worlds without people start without it
+    from mjsim.geometry import Array
+    from mjsim.people import Figure, Mesh
+
+Percentile = Annotated[float, Field(ge=1, le=99)]
+"""Of the people of the survey."""
+
+WORN = {
+    **dict.fromkeys(("thorax", "abdomen", "upper_arm"), "top"),
+    **dict.fromkeys(("pelvis", "thigh", "shank"), "trousers"),
+    "foot": "shoes",
+}
+"""Segments -> the clothes that cover them; the others show the skin."""
+
+
+class PersonColors(Model):
+    """Colours of a person and of the clothes, which are seen and have no thickness."""
+
+    skin: Color = "#c99a7c"
+    """'#rrggbb'."""
+    hair: Color = "#3b2a20"
+    """'#rrggbb'."""
+    top: Color = "#4a6d8c"
+    """Of trunk and upper arms, '#rrggbb'."""
+    trousers: Color = "#39404a"
+    """Of hips and legs, '#rrggbb'."""
+    shoes: Color = "#6b6259"
+    """Of the feet, '#rrggbb'; they add nothing to stature."""
+
+
+class Person(Model):
+    """A person with true body measures, by ANSUR II (US Army, 2012), who stands where the world says."""
+
+    name: Name
+    """In the scene, segments are `NAME/SEGMENT` and eyes are the cameras `NAME/left_eye` and `NAME/right_eye`."""
+    at: Point
+    """Below the hips, [x, y] [m]; of one who stands upright, between the ankles."""
+    heading_deg: Degrees = 0.0
+    """Where the person looks, counter-clockwise from x."""
+    sex: Literal["female", "male"]
+    """Whose measures the survey's are."""
+    percentile: Percentile = 50.0
+    """Of stature, among women or men of the survey."""
+    measures: Annotated[Mapping[str, float], Field(max_length=36)] = {}
+    """Measures of one's own instead of a percentile [m; weight in kg]; the others follow from them. Names stand in
+    docs/people.md."""
+    proportion: Percentile = 50.0
+    """Percentile of sitting height among people of the same stature; more is a longer trunk and shorter legs."""
+    corpulence: Percentile = 50.0
+    """Percentile of weight among people of the same stature and sitting height."""
+    joints_deg: Annotated[Mapping[str, float], Field(max_length=100)] = {}
+    """Joints that are not as in standing at ease; names and ranges stand in docs/people.md."""
+    colors: PersonColors = PersonColors()
+    """Of skin, hair and clothes."""
+
+    @model_validator(mode="after")
+    def _is_somebody(self) -> Self:
+        if self.name.partition("/")[0] in RESERVED:
+            raise fault(f"'{self.name}' is how other things of the scene are called; give another name", "name")
+        if self.measures and "percentile" in self.model_fields_set:
+            raise fault("a person is given by percentile or by measures; leave out one of them", "percentile")
+        from mjsim.people import MeasureError
+
+        try:
+            figure = self.figure
+        except MeasureError as error:
+            raise fault(str(error), *self._path(error.measure)) from None
+        for name, degrees in self.joints_deg.items():
+            _check_joint(figure, name, degrees)
+        return self
+
+    def _path(self, measure: str) -> tuple[str, ...]:
+        """Return what to blame for a measure that no body has."""
+        if measure in self.measures:
+            return ("measures", measure)
+        return ("measures",) if self.measures else (measure,) if measure in type(self).model_fields else ("percentile",)
+
+    @cached_property
+    def figure(self) -> "Figure":
+        """The body; MeasureError when none has these measures."""
+        from mjsim.people import Figure, Measures
+
+        if self.measures:
+            found = Measures.of_own(self.sex, self.measures, proportion=self.proportion, corpulence=self.corpulence)
+        else:
+            found = Measures.at_percentile(
+                self.sex, self.percentile, proportion=self.proportion, corpulence=self.corpulence
+            )
+        return Figure.of(found)
+
+    def color_of(self, segment: str) -> str:
+        """Return the colour of a segment, '#rrggbb'."""
+        return str(getattr(self.colors, WORN.get(segment.removeprefix("left_").removeprefix("right_"), "skin")))
+
+    def posture(self) -> "Array":
+        """Return the values of the figure's joints, in their order, shape (n,) [rad]."""
+        figure = self.figure
+        values, names = figure.at_ease, list(figure.joints)
+        for name, degrees in self.joints_deg.items():
+            values[names.index(name)] = math.radians(degrees)
+        return values
+
+    def poses(self) -> "dict[str, Array]":
+        """Return world from segment by the segment's name, shape (4, 4) each [m]; the lowest sole is on the floor."""
+        from mjsim.mechanics import placed
+
+        root = placed((*self.at, self.figure.segments["pelvis"].at[2]), (0.0, 0.0, math.radians(self.heading_deg)))
+        values = self.posture()
+        root[2, 3] -= self.figure.lowest(values)
+        return self.figure.poses(values, root)
+
+    @cached_property
+    def skins(self) -> "dict[str, tuple[Mesh, ...]]":
+        """Surfaces of the segments by their names, each in the frame of its segment."""
+        from mjsim.people import surfaces
+
+        return surfaces(self.figure)
+
+    @cached_property
+    def prisms(self) -> "dict[str, tuple[Array, float, float]]":
+        """Upright prisms that hold the segments, by their names, the lowest first.
+
+        Of each its outline, convex, world frame, counter-clockwise, shape (n, 2) [m], and the heights of its lower and
+        its upper face above the floor [m].
+        """
+        from mjsim.people import columns
+
+        return columns(self.skins, self.poses())
+
+    def spanned(self) -> "Array":
+        """Return corners of the prisms that hold the body, world frame, shape (n, 3) [m]."""
+        import numpy as np
+
+        return np.concatenate([np.insert(outline, 2, high, axis=1) for outline, _, high in self.prisms.values()])
+
+
+def _check_joint(figure: "Figure", name: str, degrees: float) -> None:
+    """Raise when a figure has no such joint, or one that does not turn so far."""
+    joint = figure.joints.get(name)
+    if joint is None:
+        # The path ends at the key itself.
+        raise fault(f"no joint '{name}'{did_you_mean(name, figure.joints)}", "joints_deg", name)
+    low, high = (round(math.degrees(each), 6) for each in (joint.low, joint.high))
+    if not low <= degrees <= high:
+        raise fault(f"{name} is {degrees:g} degrees; it turns from {low:g} to {high:g}", "joints_deg", name)
