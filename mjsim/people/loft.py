@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 
-AROUND = 28
+AROUND = 24
 """Points of a ring."""
-ALONG = 6
+ALONG = 4
 """Rings between two that are given."""
-DOME = 5
+DOME = 4
 """Rings of a rounded end."""
 
 
