@@ -54,13 +54,14 @@ MAY_IMPORT = {
     "sweep": SWEEP,
     "video": VIDEO,
     "lab": RUN | REPORT | {"algorithms"},
+    "ergonomics": SIM | REPORT,
     "experiments": RUN | REPORT | {"algorithms"},
     "web": SWEEP | VIDEO | {"exchange", "session"},
 }
 """Part of mjsim -> the other parts that it may import; some are still to come."""
 MAY_IMPORT_ALL = {"__init__", "bench", "cli", "doctor"}
 
-MAY_USE_MUJOCO = {"lab", "models", "posture", "compile", "sim", "env", "doctor", "bench"}
+MAY_USE_MUJOCO = {"ergonomics", "lab", "models", "posture", "compile", "sim", "env", "doctor", "bench"}
 
 HEAVY = {
     *("av", "cv2", "dm_control", "ezdxf", "filterpy", "foxglove", "matplotlib", "mcap", "mink", "mujoco", "pyarrow"),

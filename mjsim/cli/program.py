@@ -37,6 +37,7 @@ COMMANDS = {
     "export-world": "exchange",
     "arm": "arms",
     "lab": "laboratory",
+    "ergonomics": "ergonomics",
     "compile": "worlds",
     "schema": "worlds",
     "experiments": "experiments",

@@ -3,6 +3,8 @@
 A person is part of the world: nothing moves, and what runs into one stops.
 """
 
+from collections.abc import Mapping
+
 import mujoco
 import numpy as np
 
@@ -31,11 +33,19 @@ TOOLS = ("thumb_tip", "fingertip", "grip")
 def add_people(spec: mujoco.MjSpec, world: World) -> None:
     """Add all people as they stand at the start."""
     for person in world.people:
-        _add_person(spec, person)
+        _add_person(spec, person, _poses(world, person))
 
 
-def _add_person(spec: mujoco.MjSpec, person: Person) -> None:
-    figure, poses, skins = person.figure, person.poses(), person.skins
+def _poses(world: World, person: Person) -> dict[str, Array]:
+    if person.seat is None:
+        return person.poses()
+    from mjsim.posture import poses_of  # brings mink and scipy, which worlds without a seat do without
+
+    return poses_of(world, person)
+
+
+def _add_person(spec: mujoco.MjSpec, person: Person, poses: Mapping[str, Array]) -> None:
+    figure, skins = person.figure, person.skins
     bodies: dict[str, mujoco.MjsBody] = {}
     for name, segment in figure.segments.items():
         parent, within = spec.worldbody, poses[name]

@@ -58,28 +58,30 @@ class PointContact:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlaneContact:
-    """A site lies in a plane that may hang on another site, as a back leans on a backrest."""
+    """A site lies in a plane: of the world, or one that hangs on another site, as a back leans on a backrest."""
 
     name: str
     site: str
     normal: Array
     """World frame, shape (3,)."""
-    base: str
-    """The site in the plane."""
+    base: str | None = None
+    """A site in the plane; the origin of the world unless given."""
     offset: float = 0.0
-    """How far the site is from the plane, along its normal [m]."""
+    """Of the plane from its base, along its normal [m]."""
     rank: int = BACK
     size: int = 1
 
     def error(self, state: State) -> Array:
         """Return the distance from the plane, shape (1,) [m]."""
-        between = site_place(state, self.site) - site_place(state, self.base)
-        return np.array([self.normal @ between - self.offset])
+        base = np.zeros(3) if self.base is None else site_place(state, self.base)
+        return np.array([self.normal @ (site_place(state, self.site) - base) - self.offset])
 
     def jacobian(self, state: State) -> Array:
         """Return the derivative of the distance, shape (1, nv)."""
-        between = site_jacobians(state, self.site)[0] - site_jacobians(state, self.base)[0]
-        return np.asarray(self.normal @ between)[None]
+        moved = site_jacobians(state, self.site)[0]
+        if self.base is not None:
+            moved = moved - site_jacobians(state, self.base)[0]
+        return np.asarray(self.normal @ moved)[None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -24,6 +24,8 @@ FIRM = (20.0, 200.0, 2e3)
 """Weights of a contact that holds, in turn: a stiff one at once would let the posture creep along a curved valley."""
 FIRMEST = (20.0, 200.0, 2e3, 2e4)
 """Of those that hold against others that cannot be had."""
+FREE = 0.01
+"""How much a free joint counts against others."""
 NEAR = 0.05
 """Errors beyond this pull no harder than one of this size [m, rad]."""
 STEPS = 80
@@ -92,17 +94,20 @@ class _ContactTask(mink.Task):
         return min(1.0, NEAR / max(float(np.linalg.norm(error)), NEAR))
 
 
-def range_preference(model: mujoco.MjModel, preferred: Mapping[str, float]) -> Preference:
+def range_preference(model: mujoco.MjModel, preferred: Mapping[str, float], *, free: Sequence[str] = ()) -> Preference:
     """Return a preference in which each joint's deviation counts as a fraction of its own range.
 
     Args:
         model: All of its joints are hinges or slides.
         preferred: Values by joint; others are preferred at the value of the range that is nearest to 0.
+        free: Joints that may take any value; they count by `FREE` of their range, so that there is one best posture.
     """
     lower, upper = limits(model)
     values = np.array([preferred.get(model.joint(number).name, 0.0) for number in range(model.njnt)])
     span = upper - lower
     weights = np.where(np.isfinite(span) & (span > 0.0), 1.0 / np.where(span > 0.0, span, 1.0), 0.0)
+    names = [model.joint(number).name for number in range(model.njnt)]
+    weights = np.where([name in free for name in names], FREE * weights, weights)
     return Preference(values=np.clip(values, lower, upper), weights=weights)
 
 
@@ -142,6 +147,23 @@ def solve_posture(
     final = _descend(configuration, kept, preference, values, firm=FIRMEST, loose=loose)
     short = tuple(contact.name for contact in contacts if final.errors[contact.name] > TOUCH)
     return Solution(values=final.values, errors=final.errors, missed=short, steps=steps + final.steps)
+
+
+def stretch_posture(
+    model: mujoco.MjModel, contacts: Sequence[Contact], aim: Contact, preference: Preference, *, start: Array
+) -> Solution:
+    """Return the posture that comes as near to an aim as contacts and limits let it.
+
+    Args:
+        model: As in `solve_posture`.
+        contacts: What must hold.
+        aim: What is strived for.
+        preference: What is preferred where these leave a choice.
+        start: Values to start from, shape (nq,).
+    """
+    found = _descend(mink.Configuration(model), contacts, preference, start, firm=FIRMEST, loose=[aim])
+    missed = tuple(name for name in found.missed if name != aim.name)
+    return Solution(values=found.values, errors=found.errors, missed=missed, steps=found.steps)
 
 
 def _best(

@@ -16,6 +16,7 @@ from .drawings import require_formats as require_formats
 from .figures import largest as largest
 from .page import REPORT_FILES as REPORT_FILES
 from .page import STYLE as STYLE
+from .page import picture as picture
 from .page import write_report as write_report
 from .paired import CONFIDENCE as CONFIDENCE
 from .paired import fewest_pairs as fewest_pairs

@@ -200,8 +200,8 @@ def _tags(plan: Paper, world: World) -> list[Tag]:
         reach = ((high[0] - low[0]) / 2, (high[1] - low[1]) / 2 + plan.metres(3.0))
         tags.append(Tag(text=mechanism.name, at=(low + high) / 2, side=below, reach=reach, color=INK))
     for person in world.people:
-        reach = (0.3, 0.3)
-        tags.append(Tag(text=person.name, at=np.array(person.at), side=below, reach=reach, color=INK))
+        reach, place = (0.3, 0.3), person.place()
+        tags.append(Tag(text=person.name, at=np.array([place.x, place.y]), side=below, reach=reach, color=INK))
     for lamp in world.lamps:
         if lamp.name is not None:
             tags.append(

@@ -95,8 +95,8 @@ def _things(world: World) -> Iterator[Thing]:
         place = Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg))
         yield ("robots", index), "robot", robot, [place.transform(robot.body.outline())], place
     for index, person in enumerate(world.people):
-        place = Pose(person.at[0], person.at[1], math.radians(person.heading_deg))
-        yield ("people", index), "person", person, [outline for outline, _, _ in person.prisms.values()], place
+        outlined = [outline for outline, _, _ in person.prisms.values()]
+        yield ("people", index), "person", person, outlined, person.place()
     for index, mechanism in enumerate(world.mechanisms):
         place = Pose(mechanism.at[0], mechanism.at[1], math.radians(mechanism.heading_deg))
         yield ("mechanisms", index), "mechanism", mechanism, outlines(mechanism), place

@@ -181,7 +181,6 @@ from .plan import wall_pieces as wall_pieces
 from .plan import wall_polygons as wall_polygons
 from .plan import world_from_obstacle as world_from_obstacle
 from .plan import world_from_seat as world_from_seat
-from .plan import world_from_thing as world_from_thing
 from .read import MOST as MOST
 from .read import arm as arm
 from .read import arm_item as arm_item

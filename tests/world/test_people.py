@@ -18,7 +18,7 @@ HIS = "name: a, sex: male, at: [0, 0]"
 MALFORMED = {
     "another sex": ("name: a, sex: other, at: [0, 0]", "25: sex is 'other'; it must be 'female' or 'male'"),
     "no sex": ("name: a, at: [0, 0]", "10: key 'sex' is missing"),
-    "no place": ("name: a, sex: male", "10: key 'at' is missing"),
+    "no place": ("name: a, sex: male", "10: a person stands at a place or sits on a seat; add at: [x, y]"),
     "no name": ("sex: male, at: [0, 0]", "10: key 'name' is missing"),
     "a percentile below the table": (f"{HIS}, percentile: 0.5", "55: percentile is 0.5; it must be at least 1"),
     "a percentile as text": (f"{HIS}, percentile: p5", "55: percentile is 'p5'; it must be a number"),

@@ -87,6 +87,8 @@ def _robots_in_things(world: World, solids: Solids) -> Iterator[Doubt]:
 
 def _people_in_things(world: World, solids: Solids) -> Iterator[Doubt]:
     for index, person in enumerate(world.people):
+        if person.seat is not None:
+            continue  # on a seat and among its controls; `mjsim ergonomics` tells the clearances
         own = f"person '{person.name}'"
         inside = (
             solids.reached(outline, depth=SOFT, low=low + SOFT, high=high, but=(own,))

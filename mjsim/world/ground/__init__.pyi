@@ -2,6 +2,7 @@ from .base import JOINT_PATTERN as JOINT_PATTERN
 from .base import KEY as KEY
 from .base import PART_PATTERN as PART_PATTERN
 from .base import POINT_PATTERN as POINT_PATTERN
+from .base import TARGET_PATTERN as TARGET_PATTERN
 from .base import USE_PATTERN as USE_PATTERN
 from .base import AssetPath as AssetPath
 from .base import Color as Color

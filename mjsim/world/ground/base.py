@@ -65,6 +65,7 @@ COLOR_PATTERN = r"^#[0-9a-fA-F]{6}$"
 PART_PATTERN = r"^[A-Za-z0-9_.-]+/[A-Za-z0-9]+$"
 JOINT_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_-]*$"
 POINT_PATTERN = r"^[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)?$"
+TARGET_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*\.[A-Za-z0-9_][A-Za-z0-9_-]*$"
 USE_PATTERN = r"^(exec:.+|[^:]+\.m|[^:]+:[A-Za-z_][A-Za-z0-9_]*)$"
 
 Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=64)]

@@ -17,6 +17,7 @@ from mjsim.world.ground.base import (
     NAME_PATTERN,
     PART_PATTERN,
     POINT_PATTERN,
+    TARGET_PATTERN,
     USE_PATTERN,
 )
 from mjsim.world.ground.descriptions import description_of
@@ -29,6 +30,7 @@ _PATTERNS = {
     PART_PATTERN: "ARM/link1 and so on, or ARM/tool",
     JOINT_PATTERN: "a name of letters, digits, '_' and '-'; a point would part it from what is on it",
     POINT_PATTERN: "NAME, or NAME.POINT",
+    TARGET_PATTERN: "THING.TARGET",
     USE_PATTERN: "'module:Class', 'file.py:Class', 'file.m' or 'exec:./program'",
 }
 _KINDS = {

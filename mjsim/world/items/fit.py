@@ -10,6 +10,7 @@ from mjsim.world.items.drives import KINDS
 from mjsim.world.items.events import OpenEvent
 from mjsim.world.items.running import Control, Run, nearest_divisor, step_misfit, whole_steps
 from mjsim.world.items.sensors import SENSOR_KINDS
+from mjsim.world.items.sitting import sitting_misfits
 from mjsim.world.items.structure import Door
 
 NAMED = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms", "people", "plants")
@@ -29,6 +30,7 @@ def misfits(keys: Mapping[str, Any]) -> Iterator[Misfit]:
     yield from _sensors_taken(keys)
     yield from _carried_by_nothing(keys)
     yield from _plants_of_nothing(keys)
+    yield from sitting_misfits(keys)
     run = keys.get("run", {})
     if isinstance(run, dict):
         yield from _drivers_without_robot(run, keys)

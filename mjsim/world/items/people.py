@@ -5,14 +5,16 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, PrivateAttr, model_validator
 
 from mjsim.errors import did_you_mean
 from mjsim.world.ground import RESERVED, Color, Degrees, Model, Name, Point, fault
+from mjsim.world.items.targets import Feet, Hands, TargetRef
 
 if TYPE_CHECKING:  # worlds without people start without it
-    from mjsim.geometry import Array
+    from mjsim.geometry import Array, Pose
     from mjsim.people import Figure, Mesh
+    from mjsim.world.items.things import Obstacle
 
 Percentile = Annotated[float, Field(ge=1, le=99)]
 """Of the people of the survey."""
@@ -23,6 +25,9 @@ WORN = {
     "foot": "shoes",
 }
 """Segments -> the clothes that cover them; the others show the skin."""
+
+SITTING = {f"{side}_{joint}_flexion": math.pi / 2 for side in ("left", "right") for joint in ("hip", "knee")}
+"""Joints of one who sits, as plans show it [rad]."""
 
 
 class PersonColors(Model):
@@ -45,10 +50,18 @@ class Person(Model):
 
     name: Name
     """In the scene, segments are `NAME/SEGMENT` and eyes are the cameras `NAME/left_eye` and `NAME/right_eye`."""
-    at: Point
-    """Below the hips, [x, y] [m]; of one who stands upright, between the ankles."""
+    at: Point = (0.0, 0.0)
+    """Below the hips, [x, y] [m]; of one who stands upright, between the ankles. Who sits is where the seat is."""
     heading_deg: Degrees = 0.0
-    """Where the person looks, counter-clockwise from x."""
+    """Where the person looks, counter-clockwise from x; who sits looks where the seat does."""
+    seat: Name | None = None
+    """The thing with a seat that the person sits on."""
+    hands: Hands = Hands()
+    """What the hands of one who sits hold."""
+    feet: Feet = Feet()
+    """What the feet of one who sits are on; others stand on the floor."""
+    gaze: TargetRef | None = None
+    """What one who sits looks at, `THING.TARGET`."""
     sex: Literal["female", "male"]
     """Whose measures the survey's are."""
     percentile: Percentile = 50.0
@@ -64,6 +77,21 @@ class Person(Model):
     """Joints that are not as in standing at ease; names and ranges stand in docs/people.md."""
     colors: PersonColors = PersonColors()
     """Of skin, hair and clothes."""
+    _thing: "Obstacle | None" = PrivateAttr(default=None)
+
+    @model_validator(mode="after")
+    def _sits_or_stands(self) -> Self:
+        given = self.model_fields_set
+        if self.seat is None:
+            if "at" not in given:
+                raise fault("a person stands at a place or sits on a seat; add at: [x, y] or seat: THING")
+            for key in ("hands", "feet", "gaze"):
+                if getattr(self, key) != type(self).model_fields[key].default:
+                    raise fault(f"'{key}' is for one who sits; add seat: THING, or leave out '{key}'", key)
+        for key in ("at", "heading_deg", "joints_deg") if self.seat is not None else ():
+            if getattr(self, key) != type(self).model_fields[key].default:
+                raise fault(f"who sits is where the seat and its targets say; leave out '{key}'", key)
+        return self
 
     @model_validator(mode="after")
     def _is_somebody(self) -> Self:
@@ -100,6 +128,10 @@ class Person(Model):
             )
         return Figure.of(found)
 
+    def sit_on(self, thing: "Obstacle") -> None:
+        """Note the thing that `seat` names."""
+        self._thing = thing
+
     def color_of(self, segment: str) -> str:
         """Return the colour of a segment, '#rrggbb'."""
         return str(getattr(self.colors, WORN.get(segment.removeprefix("left_").removeprefix("right_"), "skin")))
@@ -113,13 +145,27 @@ class Person(Model):
         return values
 
     def poses(self) -> "dict[str, Array]":
-        """Return world from segment by the segment's name, shape (4, 4) each [m]; the lowest sole is on the floor."""
+        """Return world from segment by the segment's name, shape (4, 4) each [m]; the lowest sole is on the floor.
+
+        Of one who sits with thighs level and shanks upright, as plans show it; `mjsim.posture` finds the posture that
+        seat and targets ask for.
+        """
         from mjsim.mechanics import placed
 
+        if self._thing is not None and (seat := self._thing.seat) is not None:
+            hip = placed(seat.at, (0.0, 0.0, 0.0))
+            return self.figure.poses(self.figure.values(SITTING), self._thing.world_from_thing() @ hip)
         root = placed((*self.at, self.figure.segments["pelvis"].at[2]), (0.0, 0.0, math.radians(self.heading_deg)))
         values = self.posture()
         root[2, 3] -= self.figure.lowest(values)
         return self.figure.poses(values, root)
+
+    def place(self) -> "Pose":
+        """Return where the hips are and where the person looks, from above, world frame."""
+        from mjsim.geometry import Pose
+
+        pelvis = self.poses()["pelvis"]
+        return Pose(float(pelvis[0, 3]), float(pelvis[1, 3]), math.atan2(pelvis[1, 0], pelvis[0, 0]))
 
     @cached_property
     def skins(self) -> "dict[str, tuple[Mesh, ...]]":

@@ -5,11 +5,22 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from mjsim.world.ground import JOINT_PATTERN, Degrees, Distance, Length, Model, OneOf, Point3, fault, kind_of
+from mjsim.world.ground import (
+    JOINT_PATTERN,
+    TARGET_PATTERN,
+    Degrees,
+    Distance,
+    Length,
+    Model,
+    OneOf,
+    Point3,
+    fault,
+    kind_of,
+)
 
 TargetName = Annotated[str, Field(pattern=JOINT_PATTERN, max_length=64)]
 """Letters, digits, `_` and `-`; a point separates it from the thing that it is on."""
-TargetRef = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*\.[A-Za-z0-9_][A-Za-z0-9_-]*$", max_length=130)]
+TargetRef = Annotated[str, Field(pattern=TARGET_PATTERN, max_length=130)]
 """'THING.TARGET'."""
 
 

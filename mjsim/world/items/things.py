@@ -1,5 +1,6 @@
 """What stands and hangs in a room: obstacles of all kinds, and beacons."""
 
+import math
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Self
 
@@ -12,6 +13,7 @@ from mjsim.world.items.model_files import shape_in
 from mjsim.world.items.targets import Seat, Targets, check_names
 
 if TYPE_CHECKING:  # and below where it is used: worlds without models start without it
+    from mjsim.geometry import Array
     from mjsim.models import ModelShape
 
 
@@ -57,6 +59,17 @@ class _Obstacle(Model):
     """Where a person sits on it."""
     targets: Targets = ()
     """What hands, feet and eyes of people meet on it."""
+
+    @property
+    def origin_height(self) -> float:
+        """Of the origin of its frame above the floor [m]."""
+        return self.elevation
+
+    def world_from_thing(self) -> "Array":
+        """Return its frame at the start: origin in the middle of its underside, x along its heading, shape (4, 4)."""
+        from mjsim.mechanics import placed
+
+        return placed((*self.at, self.origin_height), (0.0, 0.0, math.radians(self.heading_deg)))
 
     @model_validator(mode="after")
     def _own_names(self) -> Self:
@@ -144,6 +157,11 @@ class ModelObstacle(_Obstacle):
     mass: Mass | None = None  # type: ignore[assignment]
     """Of a movable one [kg]; that of the file unless given."""
     _source: Source = PrivateAttr(default=BUILT)
+
+    @property
+    def origin_height(self) -> float:
+        """Of the origin of its file above the floor [m]."""
+        return self.elevation - self.shape.low * self.scale
 
     @model_validator(mode="after")
     def _can_be_read(self, info: ValidationInfo) -> Self:

@@ -67,4 +67,8 @@ class World(Model):
     def _parts_fit(self) -> Self:
         for message, path in misfits(self.model_dump(include={*NAMED, "run"})):
             raise fault(message, *path)
+        things = {thing.name: thing for thing in self.obstacles}
+        for person in self.people:
+            if person.seat is not None:
+                person.sit_on(things[person.seat])
         return self

@@ -24,4 +24,3 @@ from .routes import route_of as route_of
 from .targets import PlacedTarget as PlacedTarget
 from .targets import placed_targets as placed_targets
 from .targets import world_from_seat as world_from_seat
-from .targets import world_from_thing as world_from_thing

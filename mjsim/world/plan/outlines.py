@@ -56,8 +56,7 @@ def bottom(obstacle: Obstacle) -> float:
 
 def origin_height(obstacle: Obstacle) -> float:
     """Return the height of the origin of an obstacle's frame above the floor [m]: of a model, that of its file."""
-    below = obstacle.shape.low * obstacle.scale if isinstance(obstacle, ModelObstacle) else 0.0
-    return obstacle.elevation - below
+    return obstacle.origin_height
 
 
 def top(obstacle: Obstacle) -> float:

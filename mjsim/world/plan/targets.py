@@ -9,7 +9,6 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.world.ground import item_names
 from mjsim.world.items import Obstacle, Target, World
-from mjsim.world.plan.outlines import origin_height
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,11 +22,6 @@ class PlacedTarget:
     """x is where a display faces, y to its left as it is seen from behind, z up; shape (4, 4) [m]."""
 
 
-def world_from_thing(thing: Obstacle) -> Array:
-    """Return the frame of a thing at the start: its origin in the middle of its underside, shape (4, 4) [m]."""
-    return _placed((*thing.at, origin_height(thing)), yaw=math.radians(thing.heading_deg))
-
-
 def world_from_seat(thing: Obstacle) -> Array:
     """Return the frame of a thing's seat: the hip point in the middle of its travel, x ahead, shape (4, 4) [m].
 
@@ -36,7 +30,7 @@ def world_from_seat(thing: Obstacle) -> Array:
     """
     if thing.seat is None:
         raise ValueError(f"'{thing.name}' is no seat; give it seat: {{at: [x, y, z]}}")
-    return np.asarray(world_from_thing(thing) @ _placed(thing.seat.at))
+    return np.asarray(thing.world_from_thing() @ _placed(thing.seat.at))
 
 
 def placed_targets(world: World) -> Iterator[PlacedTarget]:
@@ -44,7 +38,7 @@ def placed_targets(world: World) -> Iterator[PlacedTarget]:
     for thing, name in zip(world.obstacles, item_names(world.obstacles), strict=True):
         for target in thing.targets:
             yaw, pitch = (math.radians(getattr(target, key, 0.0)) for key in ("yaw_deg", "pitch_deg"))
-            pose = world_from_thing(thing) @ _placed(target.at, yaw=yaw, pitch=pitch)
+            pose = thing.world_from_thing() @ _placed(target.at, yaw=yaw, pitch=pitch)
             yield PlacedTarget(f"{name}.{target.name}", target, pose)
 
 

@@ -1,0 +1,59 @@
+"""How near a person's body comes to what is around it."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+FARTHEST = 0.3
+"""Clearances beyond are not looked for [m]."""
+SOLID = (0, 3)
+"""Geom groups that can be touched."""
+MOST = 12
+"""Clearances that are told, the least first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Clearance:
+    """The least distance between a segment and a thing; negative where they overlap."""
+
+    segment: str
+    thing: str
+    distance: float
+    """[m]"""
+
+
+def clearances(model: mujoco.MjModel, data: mujoco.MjData, person: str, *, most: int = MOST) -> list[Clearance]:
+    """Return the least clearances of a person, one for each thing and segment, the least first.
+
+    Shapes are convex: a mesh counts as its convex hull, as it does in MuJoCo's contacts.
+
+    Args:
+        model: The compiled world.
+        data: Its state after `mj_kinematics`.
+        person: The name.
+        most: How many are returned.
+    """
+    bodies = np.array([model.body(int(body)).name.partition("/")[0] == person for body in range(model.nbody)])
+    solid = np.isin(model.geom_group, SOLID) & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+    plane = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
+    own = np.flatnonzero(bodies[model.geom_bodyid] & solid)
+    others = np.flatnonzero(~bodies[model.geom_bodyid] & solid & ~plane)
+    found: dict[tuple[str, str], float] = {}
+    for geom in own.tolist():
+        for other in others.tolist():
+            between = float(np.linalg.norm(data.geom_xpos[geom] - data.geom_xpos[other]))
+            if between > model.geom_rbound[geom] + model.geom_rbound[other] + FARTHEST:
+                continue
+            distance = mujoco.mj_geomDistance(model, data, geom, other, FARTHEST, None)
+            key = model.body(int(model.geom_bodyid[geom])).name.partition("/")[2], _thing(model, other)
+            if distance < found.get(key, FARTHEST):
+                found[key] = distance
+    ranked = sorted(found.items(), key=lambda item: item[1])[:most]
+    return [Clearance(segment, thing, distance) for (segment, thing), distance in ranked]
+
+
+def _thing(model: mujoco.MjModel, geom: int) -> str:
+    """Return the part of the world that a geom is, by its name."""
+    name = str(model.geom(geom).name or model.body(int(model.geom_bodyid[geom])).name)
+    return name.removeprefix("obstacle/") or "an unnamed part"

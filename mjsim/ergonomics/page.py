@@ -1,0 +1,131 @@
+"""The page of a workplace: posture, reach, sight and clearance in one HTML file that opens offline."""
+
+import html
+import json
+import math
+from collections.abc import Iterable, Sequence
+
+from mjsim.ergonomics.pictures import pictures_of
+from mjsim.ergonomics.plots import posture_plot, sight_plot
+from mjsim.ergonomics.sight import STEEPEST
+from mjsim.ergonomics.study import PersonStudy, contact_figure, figures_of
+from mjsim.posture import ANGLES, comfort_of
+from mjsim.report import STYLE, picture, png_of
+from mjsim.world import World
+
+Row = Sequence[str]
+
+
+def page_files(world: World, study: PersonStudy) -> dict[str, bytes]:
+    """Return the files of a person by their names: page, figures as JSON, plots, and pictures where there is OpenGL."""
+    name = study.person.name
+    drawn = {"posture": png_of(posture_plot(study)), "sight": png_of(sight_plot(study))}
+    drawn |= pictures_of(world, name, study.eyes)
+    figures = json.dumps(figures_of(study), indent=1, allow_nan=False) + "\n"
+    return {
+        f"{name}.html": _page(study, drawn).encode(),
+        f"{name}.json": figures.encode(),
+        **{f"{name}_{kind}.png": data for kind, data in drawn.items()},
+    }
+
+
+def _page(study: PersonStudy, drawn: dict[str, bytes]) -> str:
+    person = study.person
+    title = html.escape(person.name)
+    images = {kind: picture(f"{kind} of {person.name}", data) for kind, data in drawn.items()}
+    along, up = (1000.0 * value for value in study.seated.set_by)
+    head = (
+        f"{person.sex}, stature {1000 * person.figure.measures['stature']:.0f} mm, on {html.escape(str(person.seat))}, "
+        f"set {along:+.0f} mm along and {up:+.0f} mm up from the middle of its travel"
+    )
+    missed = "".join(f'<p class="fault">{html.escape(each)}</p>' for each in missed_lines(study))
+    eyes = "".join(images[kind] for kind in ("left_eye", "right_eye") if kind in images)
+    sections = (
+        f"{missed}{images.get('outside', '')}<h2>Posture</h2>{images['posture']}{_angles(study)}",
+        "<p>Published ranges are shown as they are; there is no score. Of joints without one the middle position is "
+        "preferred, and each deviation counts as a fraction of the joint's range.</p>",
+        f"<h2>Contacts</h2>{_contacts(study)}<h2>Reach</h2>{_reaches(study)}",
+        f"<h2>Sight</h2>{images['sight']}{_views(study)}{eyes}",
+        f"<h2>Clearance</h2>{_clearances(study)}<h2>Seat</h2>{_settings(study)}",
+    )
+    return (
+        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title} - mjsim ergonomics</title>'
+        f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style>'
+        f'<h1>{title}</h1><p class="run">{head}</p>{"".join(sections)}</html>\n'
+    )
+
+
+def missed_lines(study: PersonStudy) -> list[str]:
+    """Return a sentence for each contact that is out of reach."""
+    errors = study.seated.errors
+    return [
+        f"{name} is off by {math.degrees(errors[name]):.1f} degrees"
+        if name == "gaze"
+        else f"{name} is out of reach by {1000 * errors[name]:.1f} mm"
+        for name in study.seated.missed
+    ]
+
+
+def _angles(study: PersonStudy) -> str:
+    rows = []
+    for name, value in study.angles.items():
+        bare = name.removeprefix("left_").removeprefix("right_")
+        ranges = comfort_of(name)
+        side = "" if bare == name else name.removesuffix(f"_{bare}") + ", "
+        told = "; ".join(f"{each.low:g} to {each.high:g} ({each.source})" for each in ranges)
+        rows.append((side + ANGLES[bare], f"{value:.0f}", told or "none"))
+    return _table(("angle", "[deg]", "published comfort [deg]"), rows)
+
+
+def _contacts(study: PersonStudy) -> str:
+    rows = []
+    for name, error in study.seated.errors.items():
+        ((unit, value),) = contact_figure(name, error).items()
+        rows.append((name, f"{value:.4f} {unit.removeprefix('error_')}"))
+    return _table(("contact", "error"), rows)
+
+
+def _reaches(study: PersonStudy) -> str:
+    rows = [(each.target, each.limb, _short(each.short), _short(each.leaning)) for each in study.reaches]
+    return _table(("target", "limb", "back on the backrest", "leaning"), rows)
+
+
+def _short(short: float) -> str:
+    return "reached" if short == 0.0 else f"out of reach by {1000 * short:.0f} mm"
+
+
+def _views(study: PersonStudy) -> str:
+    rows = []
+    for name, view in study.views.items():
+        shares = [f"{100 * view.shares[key]:.1f} %" for key in ("left", "right", "both", "either")]
+        hidden = ", ".join(f"{what} {100 * share:.1f} %" for what, share in view.hidden_by.items()) or "nothing"
+        steep = f"{view.incidence_deg:.0f}" + ("" if view.incidence_deg >= STEEPEST else f" (below {STEEPEST:g})")
+        rows.append((name, *shares, hidden, f"{view.distance:.2f}", steep))
+    heads = ("display", "left eye", "right eye", "both", "either", "hidden from both by", "distance [m]", "angle [deg]")
+    note = (
+        f"<p>The angle is that of the line of sight to the face; NUREG-0700 rev. 3 asks for {STEEPEST:g} or more.</p>"
+    )
+    return _table(heads, rows) + note if rows else "<p>There is no display.</p>"
+
+
+def _clearances(study: PersonStudy) -> str:
+    rows = [(each.segment, each.thing, f"{1000 * each.distance:.0f}") for each in study.clearances]
+    return _table(("segment", "thing", "[mm]"), rows)
+
+
+def _settings(study: PersonStudy) -> str:
+    rows = [
+        (
+            f"{each.sex}, percentile {each.percentile:g}",
+            *(f"{1000 * value:+.0f}" for value in (*each.set_by, *each.wished)),
+            ", ".join(each.missed) or "none",
+        )
+        for each in study.settings
+    ]
+    return _table(("figure", "along [mm]", "up [mm]", "wished along", "wished up", "out of reach"), rows)
+
+
+def _table(heads: Row, rows: Iterable[Row]) -> str:
+    head = "".join(f"<th>{html.escape(each)}</th>" for each in heads)
+    body = "".join("<tr>" + "".join(f"<td>{html.escape(each)}</td>" for each in row) + "</tr>" for row in rows)
+    return f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'

@@ -1,0 +1,127 @@
+"""How far hands reach: to targets, and in every direction."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.people import SIDES, Figure
+from mjsim.posture import TOOLS, TOUCH, Goals, LineContact, PointContact, Seated, Seating, Sitter
+from mjsim.world import GripTarget, PedalTarget, PlacedTarget
+
+FAR = 3.0
+"""Beyond anybody's reach [m]."""
+AZIMUTHS, ELEVATIONS = np.radians(np.arange(-90, 91, 30)), np.radians(np.arange(-60, 61, 30))
+"""Of the directions of an envelope, from ahead to the left and from level to up [rad]."""
+
+
+@dataclass(frozen=True, slots=True)
+class TargetReach:
+    """Whether a target is met, with the rest of the posture as it was."""
+
+    target: str
+    limb: str
+    """The hand or foot that comes nearest, 'left' or 'right'."""
+    short: float
+    """How far it is out of reach with the back on the backrest; 0 where it is met [m]."""
+    leaning: float
+    """The same when the back leaves the backrest [m]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Envelope:
+    """The surface that a hand reaches, back on the backrest."""
+
+    side: str
+    shoulder: Array
+    """From where it is measured, world frame, shape (3,) [m]."""
+    points: Array
+    """World frame, by azimuth and elevation, nan where the hand cannot go, shape (azimuths, elevations, 3) [m]."""
+
+    @property
+    def distances(self) -> Array:
+        """From the shoulder, shape (azimuths, elevations) [m]."""
+        return np.asarray(np.linalg.norm(self.points - self.shoulder, axis=-1))
+
+
+def settled(seating: Seating, found: Seated) -> Seating:
+    """Return a seat that stays where it is set."""
+    pose = seating.world_from_seat.copy()
+    pose[:3, 3] += pose[:3, :3] @ (found.set_by[0], 0.0, found.set_by[1])
+    return replace(seating, world_from_seat=pose, travel=(0.0, 0.0))
+
+
+def target_reach(sitter: Sitter, goals: Goals, placed: PlacedTarget) -> TargetReach | None:
+    """Return how far a target is out of reach of the nearer hand or foot; None for what is looked at.
+
+    Args:
+        sitter: On a seat that stays where it is set.
+        goals: Of the posture; only the limb that reaches leaves its own.
+        placed: The target.
+    """
+    if not isinstance(placed.target, GripTarget | PedalTarget):
+        return None
+    tried = []
+    for side in SIDES:
+        aimed, name = _aimed(goals, placed, side)
+        short = _short(sitter, aimed, name)
+        tried.append((short, side, aimed, name))
+        if short == 0.0:
+            break
+    short, side, aimed, name = min(tried, key=lambda each: each[0])
+    leaning = 0.0 if short == 0.0 else _short(sitter, replace(aimed, leans=False), name)
+    return TargetReach(placed.name, side, short, min(leaning, short))
+
+
+def _aimed(goals: Goals, placed: PlacedTarget, side: str) -> tuple[Goals, str]:
+    """Return goals with one limb at a target, nothing asked of the eyes and the other hand, and the contact's name."""
+    point = np.array(placed.world_from_target[:3, 3])
+    if isinstance(placed.target, GripTarget):
+        return replace(goals, hands={side: (placed.target.touch, point)}, gaze=None), f"{side} hand"
+    return replace(goals, feet={**goals.feet, side: point}, hands={}, gaze=None), f"{side} foot"
+
+
+def _short(sitter: Sitter, goals: Goals, name: str) -> float:
+    error = sitter.sit(goals).errors[name]
+    return 0.0 if error <= TOUCH else error
+
+
+def reach_envelope(
+    sitter: Sitter,
+    goals: Goals,
+    side: str,
+    *,
+    touch: str = "thumb",
+    azimuths: Array = AZIMUTHS,
+    elevations: Array = ELEVATIONS,
+) -> Envelope:
+    """Return how far a hand reaches in every direction from where its shoulder is at ease.
+
+    Args:
+        sitter: On a seat that stays where it is set.
+        goals: Of the posture; hands and eyes leave theirs.
+        side: 'left' or 'right'.
+        touch: Which part of the hand: 'fist', 'thumb' or 'finger'.
+        azimuths: From ahead of the seat to the left, shape (n,) [rad].
+        elevations: From level to up, shape (m,) [rad].
+    """
+    still = replace(goals, hands={}, gaze=None)
+    ease = sitter.sit(still)
+    figure: Figure = sitter.figure
+    shoulder = figure.poses(ease.values, ease.world_from_pelvis)[f"{side}_upper_arm"][:3, 3]
+    axes, site = sitter.seating.world_from_seat[:3, :3], f"{side}_{TOOLS[touch]}"
+    points = np.full((len(azimuths), len(elevations), 3), np.nan)
+    for row, azimuth in enumerate(azimuths):
+        start = ease.solution.values
+        for column, elevation in enumerate(elevations):
+            flat = math.cos(elevation)
+            ahead = axes @ (flat * math.cos(azimuth), flat * math.sin(azimuth), math.sin(elevation))
+            line = LineContact(name="line", site=site, point=shoulder, direction=ahead)
+            aim = PointContact(name="aim", site=site, target=shoulder + FAR * ahead)
+            found = sitter.stretch(still, [line], aim, start=start)
+            reached = FAR - found.errors["aim"]
+            if not found.missed and reached > 0.0:
+                points[row, column] = shoulder + reached * ahead
+                start = found.solution.values
+    return Envelope(side=side, shoulder=shoulder, points=points)

@@ -1,0 +1,156 @@
+"""What two eyes see of a display, and what hides the rest."""
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array
+from mjsim.people import SIDES, Figure
+from mjsim.posture import SIGHT
+from mjsim.world import DisplayTarget, PlacedTarget
+
+FIELD: Mapping[str, float] = {"temporal": 100.0, "nasal": 60.0, "up": 60.0, "down": 75.0}
+"""Of one eye that does not move, from its line of sight [deg]: Spector, Visual Fields, in Clinical Methods (3rd
+edition, 1990), chapter 116. Between these the field is taken as a quarter of an ellipse."""
+STEEPEST = 45.0
+"""Least angle between line of sight and the face of a display [deg]: NUREG-0700 rev. 3, 11.2.1.1-5."""
+SEEN = np.array([1, 1, 1, 0, 0, 0], dtype=np.uint8)
+"""Geom groups that can be seen."""
+SKIN = 0.005
+"""A display lies on its thing at least so exactly [m]."""
+POINTS = 1000
+"""About as many rays go from an eye to a display."""
+VISIBLE, BEYOND, BEHIND = -1, -2, -3
+"""In place of the geom that hides a point: nothing does, it is outside the field, or the display faces away."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Eye:
+    """An eye and its line of sight."""
+
+    side: str
+    place: Array
+    """Of the pupil, world frame, shape (3,) [m]."""
+    axes: Array
+    """World from eye, x along the line of sight, y left, shape (3, 3)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DisplayView:
+    """What is seen of a display."""
+
+    shares: Mapping[str, float]
+    """Visible share by eye, 'left' and 'right', of 'both' at once, and of 'either'."""
+    hidden_by: Mapping[str, float]
+    """Share that neither eye sees, by what is in the way; 'outside the field' and 'facing away' stand for that."""
+    distance: float
+    """From between the eyes to the middle of the display [m]."""
+    incidence_deg: float
+    """Between the line to its middle and its face; 90 is straight on [deg]."""
+
+
+def eyes_of(figure: Figure, poses: Mapping[str, Array], *, gaze: Array | None = None) -> tuple[Eye, Eye]:
+    """Return both eyes.
+
+    Args:
+        figure: The body.
+        poses: World from segment.
+        gaze: What they look at, world frame, shape (3,) [m]; along the normal line of sight unless given.
+    """
+    spots, head = figure.spots(poses), poses["head"][:3, :3]
+    found = []
+    for side in SIDES:
+        place = spots[f"{side}_eye"]
+        ahead = head @ SIGHT if gaze is None else (gaze - place) / np.linalg.norm(gaze - place)
+        left = np.cross(head[:, 2], ahead)
+        left /= np.linalg.norm(left)
+        axes = np.column_stack([ahead, left, np.cross(ahead, left)])
+        found.append(Eye(side=side, place=place, axes=axes))
+    return found[0], found[1]
+
+
+def in_field(eye: Eye, points: Array) -> NDArray[np.bool_]:
+    """Return which points are in the field of an eye, shape (n,); points are in the world, shape (n, 3) [m]."""
+    x, y, z = ((points - eye.place) @ eye.axes).T
+    away = np.degrees(np.arctan2(np.hypot(y, z), x))
+    across = np.maximum(np.hypot(y, z), 1e-12)
+    outward = y if eye.side == "left" else -y
+    wide = np.where(outward > 0.0, FIELD["temporal"], FIELD["nasal"])
+    high = np.where(z > 0.0, FIELD["up"], FIELD["down"])
+    return np.asarray((away * outward / across / wide) ** 2 + (away * z / across / high) ** 2 <= 1.0)
+
+
+def points_on(display: PlacedTarget, *, count: int = POINTS) -> Array:
+    """Return evenly spread points of a display, about `count`, world frame, shape (n, 3) [m]."""
+    assert isinstance(display.target, DisplayTarget)
+    width, height = display.target.size
+    columns = max(1, round(math.sqrt(count * width / height)))
+    rows = max(1, round(count / columns))
+    across = (np.arange(columns) + 0.5) / columns - 0.5
+    up = (np.arange(rows) + 0.5) / rows - 0.5
+    y, z = (each.ravel() for each in np.meshgrid(across * width, up * height))
+    pose = display.world_from_target
+    return np.asarray(np.column_stack([np.zeros_like(y), y, z]) @ pose[:3, :3].T + pose[:3, 3])
+
+
+def hiders(
+    model: mujoco.MjModel, data: mujoco.MjData, eye: Eye, points: Array, facing: Array, *, head: int
+) -> NDArray[np.int64]:
+    """Return what keeps an eye from seeing points: a geom, `VISIBLE`, `BEYOND` or `BEHIND`, shape (n,).
+
+    Args:
+        model: The compiled world.
+        data: Its state after `mj_kinematics`.
+        eye: Who looks.
+        points: World frame, shape (n, 3) [m].
+        facing: Normal of the display that they are on, world frame, shape (3,).
+        head: The body that the eye is in, which hides nothing beyond what its field says.
+    """
+    found = np.where(in_field(eye, points), VISIBLE, BEYOND)
+    found[(eye.place - points) @ facing <= 0.0] = BEHIND
+    for number in np.flatnonzero(found == VISIBLE):
+        found[number] = first_between(model, data, eye.place, points[number], without=head)
+    return found
+
+
+def first_between(model: mujoco.MjModel, data: mujoco.MjData, start: Array, end: Array, *, without: int) -> int:
+    """Return the geom between two points of the world that is next to the first, `VISIBLE` where there is none."""
+    way = end - start
+    length = float(np.linalg.norm(way))
+    met = np.full(1, -1, dtype=np.int32)
+    distance = mujoco.mj_ray(model, data, start, way / length, SEEN, True, without, met, None)
+    return int(met[0]) if 0.0 <= distance < length - SKIN else VISIBLE
+
+
+def view_of(
+    model: mujoco.MjModel, data: mujoco.MjData, eyes: tuple[Eye, Eye], display: PlacedTarget, *, head: int
+) -> DisplayView:
+    """Return what two eyes see of a display; arguments as of `hiders`."""
+    points, facing = points_on(display), display.world_from_target[:3, 0]
+    by_eye = [hiders(model, data, eye, points, facing, head=head) for eye in eyes]
+    left, right = (each == VISIBLE for each in by_eye)
+    shares = {"left": left, "right": right, "both": left & right, "either": left | right}
+    neither = ~(left | right)
+    names = Counter(name_of(model, geom) for geom in by_eye[0][neither].tolist())
+    way = display.world_from_target[:3, 3] - (eyes[0].place + eyes[1].place) / 2
+    distance = float(np.linalg.norm(way))
+    return DisplayView(
+        shares={name: float(seen.mean()) for name, seen in shares.items()},
+        hidden_by={name: count / len(points) for name, count in names.most_common()},
+        distance=distance,
+        incidence_deg=math.degrees(math.asin(float(np.clip(-way @ facing / distance, -1.0, 1.0)))),
+    )
+
+
+def name_of(model: mujoco.MjModel, geom: int) -> str:
+    """Return what people call what a geom belongs to: a thing by its name, a segment as PERSON/SEGMENT."""
+    if geom in (BEYOND, BEHIND):
+        return "outside the field" if geom == BEYOND else "facing away"
+    name = str(model.geom(geom).name or model.body(int(model.geom_bodyid[geom])).name)
+    kind, _, rest = name.partition("/")
+    return rest if kind == "obstacle" and rest else name or "an unnamed part"

@@ -1,0 +1,182 @@
+"""The workplaces of a world, studied: what each person who sits there reaches, sees and touches."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from mjsim.compile import compile_world
+from mjsim.ergonomics.clearance import Clearance, clearances
+from mjsim.ergonomics.reach import Envelope, TargetReach, reach_envelope, settled, target_reach
+from mjsim.ergonomics.sight import DisplayView, Eye, eyes_of, view_of
+from mjsim.errors import UsageError
+from mjsim.geometry import Array
+from mjsim.people import SEXES, SIDES, Figure, Measures
+from mjsim.posture import Seated, Sitter, Workstation, comfort_of, posture_angles
+from mjsim.world import DisplayTarget, Person, World
+
+PERCENTILES = (5.0, 50.0, 95.0)
+"""Of stature, for whom the travel of a seat is looked at."""
+ROOM = 1.0
+"""Length of the travel that a seat would need without a bound [m]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SeatSetting:
+    """How a seat is set for a figure of the survey."""
+
+    sex: str
+    percentile: float
+    set_by: tuple[float, float]
+    """From the middle of the travel, along and up, within it [m]."""
+    wished: tuple[float, float]
+    """Where the hip point would be best without a bound [m]."""
+    missed: tuple[str, ...]
+    """Contacts that are out of reach within the travel."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PersonStudy:
+    """A person at a workplace."""
+
+    person: Person
+    place: Workstation
+    seated: Seated
+    poses: Mapping[str, Array]
+    """World from segment, shape (4, 4) each [m]."""
+    angles: Mapping[str, float]
+    """Of the posture [deg]."""
+    reaches: Sequence[TargetReach]
+    views: Mapping[str, DisplayView]
+    """By display."""
+    clearances: Sequence[Clearance]
+    settings: Sequence[SeatSetting]
+    envelopes: Sequence[Envelope]
+    eyes: tuple[Eye, Eye]
+
+
+def studies(world: World) -> list[PersonStudy]:
+    """Return a study of each person of a world who sits.
+
+    Raises:
+        UsageError: Nobody sits there.
+    """
+    sitting = [person for person in world.people if person.seat is not None]
+    if not sitting:
+        raise UsageError("nobody sits in this world; give a person seat: THING, and the thing a seat")
+    model = compile_world(world).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    return [_study(world, person, model, data) for person in sitting]
+
+
+def _study(world: World, person: Person, model: mujoco.MjModel, data: mujoco.MjData) -> PersonStudy:
+    place, figure = Workstation.of(world, person), person.figure
+    seated = Sitter(figure, place.seating).sit(place.goals)
+    poses = figure.poses(seated.values, seated.world_from_pelvis)
+    still = Sitter(figure, settled(place.seating, seated))
+    reaches = [target_reach(still, place.goals, each) for each in place.targets.values()]
+    eyes = eyes_of(figure, poses, gaze=place.goals.gaze)
+    head = model.body(f"{person.name}/head").id
+    displays = {name: each for name, each in place.targets.items() if isinstance(each.target, DisplayTarget)}
+    return PersonStudy(
+        person=person,
+        place=place,
+        seated=seated,
+        poses=poses,
+        angles=posture_angles(figure, poses),
+        reaches=[reach for reach in reaches if reach is not None],
+        views={name: view_of(model, data, eyes, each, head=head) for name, each in displays.items()},
+        clearances=clearances(model, data, person.name),
+        settings=seat_settings(place),
+        envelopes=[reach_envelope(still, place.goals, side) for side in SIDES],
+        eyes=eyes,
+    )
+
+
+def seat_settings(place: Workstation, percentiles: Sequence[float] = PERCENTILES) -> list[SeatSetting]:
+    """Return how a seat is set for women and men of some percentiles of stature, who do what its person does."""
+    found = []
+    along, up = (ROOM if length > 0.0 else 0.0 for length in place.seating.travel)
+    free = replace(place.seating, travel=(along, up))
+    for sex in SEXES:
+        for percentile in percentiles:
+            figure = Figure.of(Measures.at_percentile(sex, percentile))
+            within = Sitter(figure, place.seating).sit(place.goals)
+            wished = Sitter(figure, free).sit(place.goals)
+            found.append(
+                SeatSetting(
+                    sex=sex,
+                    percentile=percentile,
+                    set_by=within.set_by,
+                    wished=wished.set_by,
+                    missed=within.missed,
+                )
+            )
+    return found
+
+
+def figures_of(study: PersonStudy) -> dict[str, Any]:
+    """Return the figures of a study, as its JSON file holds them."""
+    person, seated = study.person, study.seated
+    joints = zip(person.figure.joints, np.degrees(seated.values).tolist(), strict=True)
+    return {
+        "person": person.name,
+        "sex": person.sex,
+        "seat": person.seat,
+        "stature_m": person.figure.measures["stature"],
+        "seat_set_by_m": list(seated.set_by),
+        "angles_deg": {
+            name: {"value": value, "published": [_range(each) for each in comfort_of(name)]}
+            for name, value in study.angles.items()
+        },
+        "joints_deg": dict(joints),
+        "contacts": {name: contact_figure(name, error) for name, error in seated.errors.items()},
+        "missed": list(seated.missed),
+        "reach": {
+            each.target: {"limb": each.limb, "short_m": each.short, "short_leaning_m": each.leaning}
+            for each in study.reaches
+        },
+        "displays": {
+            name: {
+                "visible": dict(view.shares),
+                "hidden_by": dict(view.hidden_by),
+                "distance_m": view.distance,
+                "incidence_deg": view.incidence_deg,
+            }
+            for name, view in study.views.items()
+        },
+        "clearances": [
+            {"segment": each.segment, "thing": each.thing, "distance_m": each.distance} for each in study.clearances
+        ],
+        "seat_travel": [
+            {
+                "sex": each.sex,
+                "percentile": each.percentile,
+                "set_by_m": list(each.set_by),
+                "wished_m": list(each.wished),
+                "missed": list(each.missed),
+            }
+            for each in study.settings
+        ],
+        "envelopes": {
+            each.side: {"shoulder": each.shoulder.tolist(), "points": _or_none(each.points)} for each in study.envelopes
+        },
+    }
+
+
+def contact_figure(name: str, error: float) -> dict[str, float]:
+    """Return the error of a contact with its unit in the key: the gaze is a direction, all others are distances."""
+    return {"error_deg": math.degrees(error)} if name == "gaze" else {"error_mm": 1000.0 * error}
+
+
+def _range(comfort: Any) -> dict[str, Any]:
+    return {"low": comfort.low, "high": comfort.high, "source": comfort.source}
+
+
+def _or_none(points: Array) -> list[list[list[float] | None]]:
+    """Return points with None for those that are not there."""
+    return [[None if np.isnan(point).any() else point.tolist() for point in row] for row in points]
