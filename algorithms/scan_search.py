@@ -26,6 +26,8 @@ GATE = 16.3
 """Chi-square of three degrees of freedom that one of a thousand exceeds."""
 BEHIND = 0.1
 """A hypothesis whose score is by so much below the best one's is ruled out without an alignment."""
+DOUBT = 6.3
+"""Chi-square of three degrees of freedom that one of ten exceeds."""
 FEWEST = 20
 """Elements that a scan and the walls must have to be compared."""
 
@@ -51,13 +53,23 @@ def lay(scan: Surface, walls: Surface, step: Array, covariance: Array) -> tuple[
     field, information = WallField(walls), np.asarray(np.linalg.inv(covariance), dtype=float)
     window = np.clip(3.0 * np.sqrt(np.diag(covariance)), NARROWEST, WIDEST)
     found = hypotheses(field, scan, step, information, window)
-    if found[0].share > 0.4 and _surprise(found[0], step, covariance) < GATE:
-        return found[0].pose, _spread(found)
+    held = found[0].share > 0.4 and _surprise(found[0], step, covariance) < GATE
     # Odometry may have slipped: it counts for a tenth of its standard deviation's inverse.
-    found = hypotheses(field, scan, step, 0.01 * information, LOST, most=5)
-    if found[0].share > 0.6 and found[0].conflict < 0.2 and not is_ambiguous(found):
+    weak = 0.01 * information
+    if held and not _pulled(field, scan, found[0], step, covariance, weak):
         return found[0].pose, _spread(found)
-    return step, 4.0 * covariance
+    freed = hypotheses(field, scan, step, weak, LOST, most=5)
+    if freed[0].share > 0.6 and freed[0].conflict < 0.2 and not is_ambiguous(freed):
+        return freed[0].pose, _spread(freed)
+    return (found[0].pose, _spread(found)) if held else (step, 4.0 * covariance)
+
+
+def _pulled(field: WallField, scan: Surface, best: Match, step: Array, covariance: Array, weak: Array) -> bool:
+    """Return whether odometry has pulled a match away from where the walls have it, and does not allow that place."""
+    if _surprise(best, step, covariance) < DOUBT:
+        return False
+    free = align(field, scan, step, weak, start=best.pose)
+    return free.share > 0.6 and _surprise(free, step, covariance) > GATE
 
 
 def hypotheses(

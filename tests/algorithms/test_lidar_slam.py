@@ -84,6 +84,17 @@ def test_what_odometry_does_not_allow_is_believed_only_where_nothing_else_fits()
     assert (np.diag(covariance) > np.diag(sure)).all()
 
 
+def test_a_small_slip_does_not_pull_a_scan_off_the_walls():
+    one, other = Pose(2, 2, 0.3), Pose(2.3, 2.2, 0.4)
+    step = step_between(one.as_array(), other.as_array())
+    # A few elements, and odometry that is sure of its turn: both together would end half-way.
+    seen = surface_at(other, noise=0.01)
+    few = Surface(seen.points[::8], seen.normals[::8])
+    slipped = step + np.array([0.12, 0.03, 0.05])
+    pose, _ = lay(few, surface_at(one, noise=0.01), slipped, np.diag([0.03, 0.03, 0.007]) ** 2)
+    np.testing.assert_allclose(pose, step, atol=0.005)
+
+
 def comb(beams=181):
     """Return a scan of a corridor with niches every 0.8 m: moved by that, it looks the same."""
     niches = [
