@@ -9,6 +9,8 @@ PRIOR = np.array([0.05, 0.05, 0.01, 0.005])
 [rad/m], turn for each second that it moves [rad/s]."""
 DRIFT = 0.01
 """Of those standard deviations, by what share they may change from one scan to the next; tyres and floors do."""
+CLEAR = 0.1
+"""Shifts in a direction of which scans tell less than this share of what they tell of any other teach nothing."""
 GATE = 9.0
 """A step that is farther off, in units squared, is a slip and teaches nothing."""
 
@@ -50,15 +52,27 @@ class OdometryBias:
             after: Covariance of the step by both, shape (3, 3).
         """
         self.covariance = self.covariance + self._drift
-        by_odometry = np.asarray(np.linalg.inv(before), dtype=float)
-        # Information of the difference between scans alone and odometry: (before + scans^-1)^-1.
-        information = by_odometry - by_odometry @ after @ by_odometry
-        if off @ by_odometry @ off > GATE or np.linalg.eigvalsh(information)[0] < -1e-6 * np.trace(information):
+        by_odometry, by_both = np.linalg.inv(before), np.linalg.inv(after)
+        told_by_scans = by_both - by_odometry
+        if off @ by_odometry @ off > GATE or np.linalg.eigvalsh(told_by_scans)[0] < 0.0:
             return
+        clear = _clear(told_by_scans)
+        # Between scans alone and odometry: information of the difference, and that times the difference itself, which
+        # is larger than `off` where scans tell little.
+        both = np.eye(3) + clear @ told_by_scans @ clear @ before
+        information = np.linalg.solve(both, clear @ told_by_scans @ clear)
         H = -_effects(told, way, seconds)
         self.covariance = np.asarray(np.linalg.inv(np.linalg.inv(self.covariance) + H.T @ information @ H), dtype=float)
-        # The information times the difference, which is larger than `off` where scans tell little.
-        self.errors = self.errors + self.covariance @ H.T @ by_odometry @ off
+        self.errors = self.errors + self.covariance @ H.T @ np.linalg.solve(both, clear @ by_both @ off)
+
+
+def _clear(information: Array) -> Array:
+    """Return the projection on what scans tell clearly, shape (3, 3): along a corridor noise seems to tell a little."""
+    values, vectors = np.linalg.eigh(information[:2, :2])
+    kept = vectors[:, values >= CLEAR * values[1]]
+    clear: Array = np.eye(3)
+    clear[:2, :2] = kept @ kept.T
+    return clear
 
 
 def _effects(step: Array, way: float, seconds: float) -> Array:
