@@ -1,4 +1,4 @@
-"""Write docs/worlds.md and docs/images/worlds: every shipped world as a plan, from outside and through a robot's eyes.
+"""Write docs/worlds.md and docs/images/worlds: shipped worlds as plans, from outside and through a robot's eyes.
 
 python scripts/make/world_pictures.py [WORLD]...   (pictures of all worlds unless some are named)
 """
@@ -15,6 +15,11 @@ from mjsim.video import draw_world, take_picture
 from mjsim.video.paper import DPI
 from mjsim.world import Camera, World, load_checked
 
+FOOT = """
+## The control laboratory
+
+The eight worlds of `worlds/lab` belong to [the lesson](control-lab.md), which shows each step of it.
+"""
 ROOT = Path(__file__).resolve().parents[2]
 WORLDS, PAGE, PICTURES = ROOT / "worlds", ROOT / "docs" / "worlds.md", ROOT / "docs" / "images" / "worlds"
 ROOMS = ("empty", "gallery", "museum", "cloister", "corridor")
@@ -36,6 +41,11 @@ MORE = (
     "foyer",
 )
 ORDER = (*ROOMS, *MORE)
+FOLDERS = {
+    "mechanisms": ("Mechanisms", "run {}"),
+    "people": ("People at workplaces", "ergonomics {} -o out/{}"),
+}
+"""Folders of worlds that need no robot: what they are called on the page, and what one does with them."""
 OUTSIDE = {"corridor": "scout/chase"}
 """Views from outside other than the overview."""
 HEAD = """# Worlds
@@ -82,7 +92,22 @@ def page(worlds: Mapping[str, World]) -> str:
         text += f"![The plan of {name}](images/worlds/{name}-plan.png)\n\n"
         text += f"![{name} from outside](images/worlds/{name}.jpg)\n\n"
         text += f"![What {camera_of(world)} sees at the start](images/worlds/{name}-onboard.jpg)\n"
+    return text + "".join(folder_section(folder, *said) for folder, said in FOLDERS.items()) + FOOT
+
+
+def folder_section(folder: str, title: str, command: str) -> str:
+    """Return the section of a folder's worlds."""
+    text = f"\n## {title}\n\nThe worlds of `worlds/{folder}`; they are found by their names alone.\n"
+    for name in (path.stem for path in in_folder(folder)):
+        shown = command.format(name, name)
+        text += f"\n### {name}\n\n{about(f'{folder}/{name}')}\n\n```sh\n.venv/bin/mjsim {shown}\n```\n\n"
+        text += f"![{name} from outside](images/worlds/{name}.jpg)\n"
     return text
+
+
+def in_folder(folder: str) -> list[Path]:
+    """Return the files of the worlds of a folder."""
+    return sorted((WORLDS / folder).glob("*.yaml"))
 
 
 def scaled(picture: Picture, width: int) -> Picture:
@@ -97,28 +122,37 @@ def without_sky(picture: Picture) -> Picture:
     return picture[max(int(rows[0]) - 20, 0) : int(rows[-1]) + 21]
 
 
-def draw(name: str) -> None:
-    """Write the three pictures of a world."""
-    world = load_checked(WORLDS / f"{name}.yaml")
+def draw(path: Path) -> None:
+    """Write the pictures of a world: of one of a folder from outside alone."""
+    name, world = path.stem, load_checked(path)
+    write(f"{name}.jpg", scaled(without_sky(take_picture(world, OUTSIDE.get(name, "overview"))), 960))
+    if path.parent == WORLDS:
+        draw_room(name, world)
+    print(name)
+
+
+def draw_room(name: str, world: World) -> None:
+    """Write the plan of a world and what a robot's camera sees."""
     # Few colours make a small file; the sheet keeps its size, so that it can be printed.
     Image.fromarray(draw_world(world)).quantize(128, dither=Image.Dither.NONE).save(
         PICTURES / f"{name}-plan.png", optimize=True, dpi=(DPI, DPI)
     )
-    outside = take_picture(world, OUTSIDE.get(name, "overview"))
-    for path, picture in (
-        (f"{name}.jpg", scaled(without_sky(outside), 960)),
-        (f"{name}-onboard.jpg", scaled(take_picture(world, camera_of(world)), 480)),
-    ):
-        encoded = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 82])[1]
-        (PICTURES / path).write_bytes(encoded.tobytes())
-    print(name)
+    write(f"{name}-onboard.jpg", scaled(take_picture(world, camera_of(world)), 480))
+
+
+def write(name: str, picture: Picture) -> None:
+    """Write a picture as JPEG."""
+    encoded = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 82])[1]
+    (PICTURES / name).write_bytes(encoded.tobytes())
 
 
 def main() -> None:
     """Write the page and the pictures."""
     PICTURES.mkdir(parents=True, exist_ok=True)
-    for name in sys.argv[1:] or ORDER:
-        draw(name)
+    paths = [WORLDS / f"{name}.yaml" for name in ORDER] + [path for folder in FOLDERS for path in in_folder(folder)]
+    for path in paths:
+        if len(sys.argv) == 1 or path.stem in sys.argv[1:]:
+            draw(path)
     PAGE.write_text(page({name: load_checked(WORLDS / f"{name}.yaml") for name in ORDER}), encoding="utf-8")
 
 
