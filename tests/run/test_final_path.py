@@ -114,5 +114,7 @@ def test_the_whole_graph_tells_where_the_robot_was():
         run = mjsim.run(sim, drivers={"scout": mjsim.Driver(estimator=GraphSlam(), navigator=Constant())}, seconds=2)
     track = run.robots["scout"]
     np.testing.assert_array_equal(track.path[:, 0], run.time)
-    np.testing.assert_allclose(track.path[-1, 1:], track.estimate[-1], atol=1e-9)
+    np.testing.assert_allclose(
+        track.path[-1, 1:], track.estimate[-1], atol=1e-3
+    )  # solved again with what the drive told
     assert np.hypot(*(track.path[:, 1:3] - track.truth[:, :2]).T).mean() < 0.1
