@@ -73,7 +73,8 @@ def map_update(world: World, files: Mapping[str, bytes]) -> SceneUpdate:
         for leaf in leaves(world)
     ]
     looks = first_looks(world)
-    return SceneUpdate(entities=[_entity("walls", triangles=walls), *doors, *_looked(world, files, looks)])
+    entities = [_entity("walls", triangles=walls), *doors, *_people(world), *_looked(world, files, looks)]
+    return SceneUpdate(entities=entities)
 
 
 def looks_update(world: World, files: Mapping[str, bytes], looks: Looks, *, time: float) -> SceneUpdate:
@@ -100,6 +101,13 @@ def _looked(world: World, files: Mapping[str, bytes], looks: Looks, *, time: flo
         *(_carried(item, files, time) for item in beacons if not item.fixed),
         _entity("lamps", time=time, spheres=list(_lamps(world, looks))),
     ]
+
+
+def _people(world: World) -> Iterator[SceneEntity]:
+    """Yield people, each as prisms in the colours of the clothes."""
+    for person in world.people:
+        body = [_prism(*prism, person.color_of(segment)) for segment, prism in person.prisms.items()]
+        yield _entity(f"person/{person.name}", triangles=body)
 
 
 def _entity(
