@@ -93,11 +93,13 @@ class Viewer:
 
     async def _tell_news(self) -> None:
         stage, feed = self._stage, self._stage.feed
-        if self._version != stage.version:
-            self._version = stage.version
+        version, show = stage.version, stage.show
+        # A world comes after the run that it is of: a page that knows of none passes it over.
+        if (self._version, self._show) != (version, show):
+            self._version = version
             await self.tell({**stage.run_told(), "time": stage.time()})
-        if self._show != stage.show:
-            self._show = stage.show
+        if self._show != show:
+            self._show = show
             await self._send(stage.scene_text())
         if self._run != feed.run:
             self._run = feed.run

@@ -137,6 +137,15 @@ def test_a_browser_that_waits_gets_the_tick_when_it_comes(live):
         assert "one run alone" in seen.until("refused", do="start")["error"]
 
 
+def test_a_world_is_told_after_the_run_that_it_is_of(live):
+    with browser(live.url) as seen:
+        seen.until("past")
+        # As it is for a moment when another run is put on: a page without a run passes a world over.
+        live._api.stage.show += 1
+        live._api.stage.wake()
+        assert [seen.take(), seen.take()] == ["run", "scene"]
+
+
 def test_at_the_end_who_watches_is_told_so_after_the_last_tick():
     with LiveView(WORLD) as live, browser(live.url) as seen:
         live.show(TICKS[0])

@@ -126,7 +126,9 @@ def test_a_marked_part_becomes_a_film_of_that_length(review, tmp_path):
     review.get_by_label("View of the video").select_option("scout/front")
     review.get_by_role("button", name="Export video").click()
     with review.expect_download(timeout=PATIENCE) as download:
-        review.locator(".run-film-job a").first.click()
+        link = review.locator(".run-film-job a").first
+        expect(link).to_be_in_viewport(timeout=PATIENCE)
+        link.click()
     download.value.save_as(tmp_path / "film.mp4")
     with av.open(tmp_path / "film.mp4") as film:
         stream = film.streams.video[0]

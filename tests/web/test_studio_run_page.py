@@ -190,7 +190,11 @@ def test_a_run_from_python_is_seen_alone_and_its_end_too(chrome):
         expect(page.locator(".run-time")).to_contain_text("0.16 s", timeout=PATIENCE)
         picture_of(page, "scout/front")
         expect(page.get_by_role("tab", name="Edit")).to_have_count(0)
-        expect(page.locator(".run-main")).to_be_disabled()
+        for name in ("Start", "Pause", "Single tick", "Stop the run", "Restart from the beginning"):
+            expect(page.get_by_role("button", name=name)).to_be_hidden()
+        with page_at(chrome, view.url) as late:
+            picture_of(late, "scout/front")
+            picture_of(late, "outside")
         view.close()
         is_in(page, "Ended")
 

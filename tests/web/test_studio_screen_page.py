@@ -1,5 +1,6 @@
-"""What a person sees on the page: mechanisms on the plan, charts without values, pictures of any kind."""
+"""What a person sees on the page: mechanisms and the whole plan, charts without values, pictures of any kind."""
 
+import json
 import re
 
 import cv2
@@ -77,6 +78,61 @@ def test_charts_without_values_say_so_and_no_legend_is_cut(browser, tmp_path):
             "all => all.filter((each) => each.scrollWidth > each.clientWidth + 1).length"
         )
         assert cut == 0
+
+
+FAR = """
+mjsim: 1
+name: far
+walls: [{points: [[500, 500], [1500, 500], [1500, 1500], [500, 1500]], closed: true}]
+robots: [{name: scout, preset: pioneer3dx, at: [1000, 1000]}]
+"""
+
+
+def holds(plan, corners) -> bool:
+    """Return whether these points of the world [m] are in sight on a plan."""
+    left, top, scale = json.loads(plan.get_attribute("data-view"))
+    box = plan.bounding_box()
+    pixels = [(left + x * scale, top - y * scale) for x, y in corners]
+    return all(0 < x < box["width"] and 0 < y < box["height"] for x, y in pixels)
+
+
+def resized(page, plan, width, height) -> None:
+    """Give the page another size, and wait until the plan has it."""
+    before = plan.get_attribute("data-view")
+    page.set_viewport_size({"width": width, "height": height})
+    expect(plan).not_to_have_attribute("data-view", before)
+
+
+def test_a_plan_that_shows_all_still_does_in_another_size_and_one_that_was_moved_keeps_its_scale(sheet):
+    corners = [(1.0, 1.0), (6.0, 0.0), (0.0, -2.0)]
+    resized(sheet.page, sheet.plan, 900, 500)
+    assert holds(sheet.plan, corners)
+    sheet.plan.focus()
+    sheet.press("+")
+    scale = json.loads(sheet.plan.get_attribute("data-view"))[2]
+    resized(sheet.page, sheet.plan, 1280, 720)
+    assert json.loads(sheet.plan.get_attribute("data-view"))[2] == scale
+
+
+def test_beside_a_large_view_it_is_said_whose_run_it_is_and_all_of_a_far_world_is_in_sight(browser, tmp_path):
+    (tmp_path / "far.yaml").write_text(FAR)
+    (tmp_path / "near.yaml").write_text(ROOM)
+    with Studio(tmp_path, world="far.yaml") as studio, page_at(browser, studio.url) as page:
+        page.get_by_role("tab", name="Run", exact=True).click()
+        expect(page.get_by_text("Pictures of the cameras come here")).to_be_visible(timeout=PATIENCE)
+        page.get_by_role("button", name="Start", exact=True).click()
+        outside = page.locator("[data-view='outside']")
+        outside.locator("canvas[data-filled]").wait_for(timeout=PATIENCE)
+        expect(page.get_by_text("Pictures of the cameras come here")).to_be_hidden()
+        plan = page.locator(".run-floor")
+        before = plan.get_attribute("data-view")
+        outside.get_by_role("button", name="Show large").click()
+        expect(plan).not_to_have_attribute("data-view", before)
+        assert holds(plan, [(500, 500), (1500, 1500)])
+        page.keyboard.press("Control+o")
+        page.get_by_role("dialog").get_by_role("button", name="near.yaml", exact=True).click()
+        page.get_by_role("tab", name="Run", exact=True).click()
+        expect(page.get_by_text("This is the run of far.yaml")).to_be_visible(timeout=PATIENCE)
 
 
 def test_a_further_opening_is_written_where_a_person_would(tmp_path):

@@ -52,7 +52,7 @@ class EditView {
     class: "plan",
     tabindex: 0,
     role: "application",
-    "aria-label": "Plan of the world. Tab goes from thing to thing, arrows move it, Enter goes to its fields.",
+    "aria-label": "Plan of the world. Page Down goes from thing to thing, arrows move it, Enter goes to its fields.",
   });
   private readonly plan = new Plan(this.host);
   private readonly editor: Editor;

@@ -187,7 +187,7 @@ export class Editor {
     this.select(this.items.filter((item) => item.type !== "Opening"));
   }
 
-  /** The next item in the order of the text, as Tab goes; null at the end. */
+  /** The next item in the order of the text; null at the end. */
   next(step: 1 | -1): Item | null {
     const items = [...this.items].sort((a, b) => a.line - b.line || comparePaths(a.path, b.path));
     const [first] = this.document.selection;

@@ -24,7 +24,7 @@ export class EditKeys {
   ) {
     tools.changed.on(() => (this.cross = null));
     editor.plan.host.addEventListener("pointermove", () => (this.cross = null));
-    editor.plan.host.addEventListener("keydown", (event) => this.tab(event));
+    editor.plan.host.addEventListener("keydown", (event) => this.page(event));
   }
 
   /** True when the key was one of ours. */
@@ -127,12 +127,12 @@ export class EditKeys {
     return { world, screen, shift: false, alt: false, command: false, touch: false };
   }
 
-  /** Tab goes from thing to thing on the plan, and leaves it after the last. */
-  private tab(event: KeyboardEvent): void {
-    if (event.key !== "Tab" || isCommand(event) || event.altKey) return;
-    const next = this.editor.next(event.shiftKey ? -1 : 1);
-    if (!next) return this.editor.select([]);
+  /** From thing to thing on the plan; Tab stops once at all of them, however many there are. */
+  private page(event: KeyboardEvent): void {
+    const step = ({ PageDown: 1, PageUp: -1 } as const)[event.key];
+    if (!step || isCommand(event) || event.altKey) return;
     event.preventDefault();
-    this.editor.select([next]);
+    const next = this.editor.next(step);
+    if (next) this.editor.select([next]);
   }
 }

@@ -49,6 +49,8 @@ export class Plan {
   bounds: Bounds = [0, 0, 10, 8];
   private held: Tool | null = null;
   private fitted = false;
+  /** Whether all of the world is shown since nobody has moved the paper: then it is still so in another size. */
+  private whole = false;
   private readonly stage: Konva.Stage;
   private readonly under = new Konva.Layer({ listening: false });
   private readonly over = new Konva.Layer({ listening: false });
@@ -125,6 +127,7 @@ export class Plan {
   }
 
   panBy(dx: number, dy: number): void {
+    this.whole = false;
     this.view.left += dx;
     this.view.top += dy;
     this.changed();
@@ -132,21 +135,23 @@ export class Plan {
 
   /** Zoom about a pixel, or about the middle. */
   zoomAt(factor: number, screen: Point = [this.view.width / 2, this.view.height / 2]): void {
+    this.whole = false;
     this.view.zoom(factor, screen);
     this.changed();
   }
 
-  /** Show all of the world, or all of these bounds [m]. */
-  fit(bounds: Bounds = this.bounds): void {
-    this.view.fit(bounds, this.rulers ? RULER + 22 : 16);
+  /** Show all of the world. */
+  fit(): void {
+    this.view.fit(this.bounds, this.rulers ? RULER + 22 : 16);
     if (this.rulers) this.view.left += RULER / 2;
     if (this.rulers) this.view.top += RULER / 2;
-    this.fitted = this.view.width > 20;
+    this.fitted = this.whole = this.view.width > 20;
     this.changed();
   }
 
   /** Bring a point of the world to the middle. */
   follow(at: Point): void {
+    this.whole = false;
     this.view.centre(at);
     this.changed();
   }
@@ -231,8 +236,8 @@ export class Plan {
     const middle = this.view.toWorld([this.view.width / 2, this.view.height / 2]);
     Object.assign(this.view, { width, height });
     this.stage.size({ width, height });
-    if (this.fitted) this.view.centre(middle);
-    else this.fit();
+    if (!this.fitted || this.whole) return this.fit();
+    this.view.centre(middle);
     this.changed();
   }
 

@@ -2,7 +2,8 @@
 
 import type { Bounds, Point } from "../api";
 
-export const SMALLEST = 2;
+/** A kilometre on a small plan, and a millimetre on a large one [px/m]. */
+export const SMALLEST = 0.1;
 export const LARGEST = 4000;
 
 export class PlanView {

@@ -52,10 +52,12 @@ export class Film {
     const note = el("span", {}, `${titleOf(view)}, ${(to - from).toFixed(1)} s`);
     const row = el("div", { class: "run-film-job" }, note, bar);
     this.progress.prepend(row);
+    row.scrollIntoView({ block: "nearest" });
     try {
       const { job } = await recordings.film(this.recording.path, from, to, view);
       const path = await this.follow(job, bar);
       fill(row, note, el("a", { href: recordings.file(path), download: path.split("/").pop() ?? "video.mp4" }, path));
+      row.scrollIntoView({ block: "nearest" });
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       fill(row, note, el("span", { class: "run-problem" }, error.message));

@@ -1,4 +1,4 @@
-/** What to do next, in a word over the plan of the Run view. */
+/** What to do next, in a word over the large view of a run. */
 
 import { el, fill } from "../dom";
 import { button } from "./controls";
@@ -31,10 +31,7 @@ export class Advice {
   readonly element = el("div", { class: "run-advice", role: "status", hidden: true });
   private said = "";
 
-  constructor(private readonly ways: Ways) {
-    // What is pressed here is not for the plan below.
-    this.element.addEventListener("pointerdown", (event) => event.stopPropagation());
-  }
+  constructor(private readonly ways: Ways) {}
 
   show(outlook: Outlook): void {
     const [text, ...ways] = this.advise(outlook);

@@ -55,12 +55,18 @@ export class Bar {
   private readonly pace = el("output", { class: "run-value", title: "Simulated seconds a second" }, "–");
   private readonly pictures = el("output", { class: "run-value", title: "Pictures shown a second" }, "–");
   private readonly status = el("span", { class: "run-state", role: "status" }, "Connecting");
+  /** What steers a run. */
+  private readonly steering: HTMLElement[];
   private news: RunNews | null = null;
   private link: LinkState = "connecting";
 
   private canStart = false;
 
-  constructor(private readonly orders: BarOrders) {
+  constructor(
+    private readonly orders: BarOrders,
+    /** Whether runs are started here; else one is watched that was begun elsewhere. */
+    private readonly starts: boolean,
+  ) {
     this.main = button({ class: "primary run-main" }, () => this.press(), sign("play"), el("span", {}, "Start"));
     this.step = button({ class: "square", title: "Single tick (.)" }, () => orders.tick(), sign("step"));
     this.again = button(
@@ -72,10 +78,10 @@ export class Bar {
     this.speeds = choice<Speed>({ "aria-label": "Speed" }, SPEEDS, "1", (value) => orders.speed(speedOf(value)));
     const figure = (label: string, value: HTMLElement): HTMLElement =>
       el("label", { class: "run-figure" }, el("span", {}, label), value);
+    this.steering = [el("div", { class: "run-group" }, this.step, this.again, this.halt), figure("Speed", this.speeds)];
     this.element.append(
       this.main,
-      el("div", { class: "run-group" }, this.step, this.again, this.halt),
-      el("label", { class: "run-figure" }, el("span", {}, "Speed"), this.speeds),
+      ...this.steering,
       el("span", { class: "run-spring" }),
       figure("Time", this.time),
       figure("Pace", this.pace),
@@ -149,7 +155,10 @@ export class Bar {
     this.again.disabled = !mine || state === "idle" || state === "loading";
     this.halt.disabled = !mine || !(alive || state === "loading");
     this.speeds.disabled = !mine;
-    this.element.toggleAttribute("data-watching", open && this.news?.controllable === false);
+    // What can never be pressed here is not shown: a run that goes on elsewhere is watched, and not begun from here.
+    const watched = this.news?.controllable === false;
+    for (const each of this.steering) each.hidden = watched;
+    this.main.hidden = watched || (!this.starts && !alive);
     const away: Record<LinkState, string> = {
       open: STATES[state],
       connecting: "Connecting",

@@ -10,12 +10,13 @@ const ZOOM = 1.1;
 const LOWEST = -89;
 const HIGHEST = -3;
 const NEAREST = 0.3;
+const FARTHEST = 1000;
 
 /** Where to look from so that a whole plan is seen. */
 export function overlook(bounds: [number, number, number, number]): Outside {
   const [left, low, right, high] = bounds;
   const size = Math.max(right - left, (high - low) * 1.3, 2);
-  return { azimuth_deg: 90, elevation_deg: -55, distance: size * 1.2, at: [(left + right) / 2, (low + high) / 2] };
+  return { azimuth_deg: 90, elevation_deg: -55, distance: Math.min(size * 1.2, FARTHEST), at: [(left + right) / 2, (low + high) / 2] };
 }
 
 /** Lets an element turn a view; `changed` hears of each new one. */
@@ -44,7 +45,7 @@ export class Orbit {
     this.view = {
       azimuth_deg: azimuth,
       elevation_deg: elevation,
-      distance: Math.max(NEAREST, view.distance),
+      distance: Math.min(FARTHEST, Math.max(NEAREST, view.distance)),
       at: view.at,
     };
     this.changed(this.view);

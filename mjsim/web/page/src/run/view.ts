@@ -55,6 +55,7 @@ export class RunView implements View {
     edit: () => this.studio.show("edit"),
     review: (recording) => this.studio.show("review", recording),
   });
+  private readonly noPictures = el("p", { class: "hint run-empty" }, "Pictures of the cameras come here during a run.");
   private readonly robot = el("select", {
     "aria-label": "Robot",
     hidden: true,
@@ -76,15 +77,16 @@ export class RunView implements View {
 
   constructor(private readonly studio: Studio) {
     this.live = studio.folder.mode === "live";
-    this.bar = new Bar({
+    const orders = {
       start: () => void this.start(),
       pause: () => this.send({ do: "pause" }),
       go: () => this.send({ do: "go" }),
       tick: () => this.send({ do: "tick" }),
       restart: () => this.send({ do: "restart" }),
       stop: () => this.send({ do: "stop" }),
-      speed: (value) => this.running() && this.send({ do: "speed", value }),
-    });
+      speed: (value: number | null) => this.running() && this.send({ do: "speed", value }),
+    };
+    this.bar = new Bar(orders, !this.live);
     const kept = remembered("run.charts");
     const kinds =
       kept === null ? FIRST_CHARTS : KINDS.map(({ kind }) => kind).filter((kind) => kept.split(" ").includes(kind));
@@ -133,7 +135,7 @@ export class RunView implements View {
     for (const { kind, label } of KINDS) {
       chips.append(toggle({ class: "quiet run-small" }, now.has(kind), (on) => this.chooseChart(now, kind, on), label));
     }
-    this.floor.host.append(this.pad.element, this.advice.element);
+    this.floor.host.append(this.pad.element);
     this.bar.element.prepend(this.sideSwitch(side));
     const dock = el(
       "div",
@@ -141,11 +143,12 @@ export class RunView implements View {
       el("div", { class: "run-dock-head" }, this.robot, chips),
       this.sheet.element,
     );
-    const rail = el("div", { class: "run-rail" }, this.cameras.switches, this.stage.rail);
+    const rail = el("div", { class: "run-rail" }, this.cameras.switches, this.noPictures, this.stage.rail);
+    const middle = el("div", { class: "run-middle" }, this.stage.element, this.advice.element);
     this.element.append(
       this.bar.element,
       this.banner,
-      el("div", { class: "run-body" }, side, this.stage.element, rail),
+      el("div", { class: "run-body" }, side, middle, rail),
       dock,
     );
   }
@@ -170,7 +173,9 @@ export class RunView implements View {
   }
 
   private arrange(): void {
-    this.stage.show([this.floor.tile, ...this.cameras.tiles()]);
+    const pictures = this.cameras.tiles();
+    this.noPictures.hidden = pictures.length > 0;
+    this.stage.show([this.floor.tile, ...pictures]);
   }
 
   private chooseChart(now: Set<Kind>, kind: Kind, on: boolean): void {

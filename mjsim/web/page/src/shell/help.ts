@@ -12,7 +12,7 @@ const KEYS: [string, string][] = [
   ["W  D  N", "draw a wall, put in a doorway, a window"],
   ["B  C  P  R", "put in a box, a cylinder, a picture, a robot"],
   ["Enter, Esc", "end the wall, give it up"],
-  ["Tab, Shift Tab", "next, previous thing on the plan"],
+  ["Page Down, Page Up", "next, previous thing on the plan"],
   ["Arrows", "move what is selected by a step of the grid; with Shift by 1 cm, with Ctrl by 1 m; else the paper or the cross of a tool"],
   ["[  ]", "turn by 15°; with Shift by 1°"],
   ["Ctrl D, Delete", "duplicate, delete"],
