@@ -116,4 +116,14 @@ def _lines(name: str, figures: dict[str, Any]) -> list[str]:
     for design in figures["designs"]:
         unstable = "" if all(real < 0.0 for real, _ in design["poles"]) else "; not stable"
         lines.append(f"  {design['name']}: closed-loop poles {shown(design['poles'])}{unstable}")
+        if "nonlinear_seconds" in design:
+            lines.append(f"  {_loop_text(design)}")
     return lines
+
+
+def _loop_text(design: dict[str, Any]) -> str:
+    """Return how the nonlinear plant does under a design."""
+    if design["nonlinear_fit_percent"] is None:
+        return f"under it the nonlinear plant runs away after {design['nonlinear_seconds']:.3g} s"
+    shares = ", ".join(f"{value:.2f} %" for value in design["nonlinear_fit_percent"])
+    return f"its linear loop fits the nonlinear one by {shares}"

@@ -8,18 +8,18 @@ import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
+from mjsim.lab.closed import ClosedLoop, closed_loop
 from mjsim.lab.design import Design
+from mjsim.lab.effects import LedJoint
 from mjsim.lab.identify import Identified, Samples, fit, identified
 from mjsim.lab.linear import LinearPlant
 from mjsim.lab.recorded import recorded
-from mjsim.lab.scene import ScenePlant
+from mjsim.lab.scene import MOST_SIMULATED, ScenePlant
 from mjsim.lab.study import Study, formula_plant, frequencies, study
 from mjsim.mechanics import Chirp, TimeSignal
 from mjsim.record import Recording
 from mjsim.world import Plant, World
 
-MOST_STEPS = 50_000
-"""Of the nonlinear plant in one response."""
 SWEEP = 40.0
 """Time constants of the slowest pole that a sweep takes."""
 MOST_SAMPLES = 600
@@ -50,6 +50,8 @@ class Experiment:
     """Those of MuJoCo's step that are nearest to the plant's, complex [rad/s]."""
     identified: Identified | None = None
     designs: tuple[Design, ...] = ()
+    closed: tuple[ClosedLoop | None, ...] = ()
+    """The nonlinear plant under each of them; None for a formula, and for a joint that follows its input."""
 
     @property
     def name(self) -> str:
@@ -96,18 +98,22 @@ def experiment(
     Raises:
         UsageError: It cannot be made linear, a controller does not suit it, or the recording tells nothing of it.
     """
-    if plant.of is None:
+    scene = None if plant.of is None else ScenePlant(world, plant)
+    if scene is None:
         if recording is not None:
             raise UsageError(f"plant '{plant.name}' is a formula; a recording tells nothing of it")
         linear = formula_plant(plant)
         found = Experiment(plant=plant, study=study(linear, seconds=plant.seconds), about=f"{plant.name}: a formula")
     else:
-        found = _of_scene(world, plant, recording)
-    return replace(found, designs=tuple(design(found.study.plant) for design in designers))
+        found = _of_scene(world, scene, recording)
+    designs = tuple(design(found.study.plant) for design in designers)
+    loose = None if scene is None or isinstance(scene.effect, LedJoint) else scene
+    closed = tuple(None if loose is None else closed_loop(loose, design) for design in designs)
+    return replace(found, designs=designs, closed=closed)
 
 
-def _of_scene(world: World, plant: Plant, recording: Recording | None) -> Experiment:
-    scene = ScenePlant(world, plant)
+def _of_scene(world: World, scene: ScenePlant, recording: Recording | None) -> Experiment:
+    plant = scene.plant
     seen = study(scene.linear, seconds=plant.seconds)
     samples = recorded(recording, scene) if recording is not None else _swept(world, scene, seen, plant)
     found = Experiment(
@@ -143,7 +149,7 @@ def _simulated(
     scene: ScenePlant, seen: Study, amplitude: float, *, impulse: bool = False, dry_friction: bool = False
 ) -> tuple[Array, Array]:
     dt = float(scene.model.opt.timestep)
-    count = min(math.ceil(float(seen.time[-1]) / dt) + 1, MOST_STEPS)
+    count = min(math.ceil(float(seen.time[-1]) / dt) + 1, MOST_SIMULATED)
     inputs = np.full(count, amplitude)
     if impulse:
         inputs[:] = 0.0
@@ -165,7 +171,7 @@ def _swept(world: World, scene: ScenePlant, seen: Study, plant: Plant) -> Sample
     signal = _signal(world, seen, plant, seconds)
     dt = float(scene.model.opt.timestep)
     stride = max(round(seconds / dt / MOST_SAMPLES), 1)
-    count = min(round(seconds / dt) // stride, MOST_STEPS // stride) * stride
+    count = min(round(seconds / dt) // stride, MOST_SIMULATED // stride) * stride
     times = np.asarray(np.arange(count) * dt, dtype=float)
     held = not scene.leads_value
     inputs = np.repeat(signal.value(times[::stride]), stride) if held else np.asarray(signal.value(times))

@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.lab.closed import ClosedLoop
 from mjsim.lab.design import Design
 from mjsim.lab.experiment import Experiment
+from mjsim.lab.linear import LinearPlant
 from mjsim.lab.modules import module_text
 from mjsim.report import STYLE, png_of
 
@@ -49,7 +51,10 @@ def figures_of(experiment: Experiment) -> dict[str, Any]:
         "zeros": _pairs(study.zeros),
         "margins": study.margins,
         "held_input": experiment.held,
-        "designs": [_design_figures(design) for design in experiment.designs],
+        "designs": [
+            _design_figures(design, closed)
+            for design, closed in zip(experiment.designs, experiment.closed, strict=True)
+        ],
     }
     if experiment.nonlinear is not None:
         found["nonlinear_fit_percent"] = experiment.nonlinear_fit
@@ -65,7 +70,10 @@ def figures_of(experiment: Experiment) -> dict[str, Any]:
     return found
 
 
-def _design_figures(design: Design) -> dict[str, Any]:
+def _design_figures(design: Design, closed: ClosedLoop | None) -> dict[str, Any]:
+    simulated: dict[str, Any] = {}
+    if closed is not None:
+        simulated = {"nonlinear_fit_percent": closed.fit, "nonlinear_seconds": float(closed.time[-1])}
     return {
         "name": design.name,
         "gain": list(design.gain),
@@ -73,6 +81,7 @@ def _design_figures(design: Design) -> dict[str, Any]:
         "den": list(design.den),
         "poles": _pairs(design.poles),
         "margins": design.margins,
+        **simulated,
     }
 
 
@@ -108,8 +117,8 @@ def _figures(experiment: Experiment) -> dict[str, Any]:
     }
     if experiment.identified is not None:
         found["identification"] = plots.identified_plot(experiment.identified, labels)
-    for number, design in enumerate(experiment.designs, start=1):
-        found[f"design_{number}"] = plots.design_plot(design, labels)
+    for number, (design, closed) in enumerate(zip(experiment.designs, experiment.closed, strict=True), start=1):
+        found[f"design_{number}"] = plots.design_plot(design, closed, labels, amplitude=amplitude)
     return found
 
 
@@ -131,8 +140,8 @@ def _page(experiment: Experiment, pictures: Mapping[str, bytes]) -> str:
     )
     general = "".join(images[key] for key in ("step", "impulse", "bode", "nyquist", "poles"))
     designs = "".join(
-        _design_section(experiment, design, images[f"design_{number}"])
-        for number, design in enumerate(experiment.designs, start=1)
+        _design_section(experiment, design, closed, images[f"design_{number}"])
+        for number, (design, closed) in enumerate(zip(experiment.designs, experiment.closed, strict=True), start=1)
     )
     title = html.escape(experiment.name)
     more = f"<h2>Identification</h2>{images['identification']}" if "identification" in images else ""
@@ -155,9 +164,7 @@ def _facts(experiment: Experiment) -> str:
         *_margin_rows(study.margins),
     ]
     if experiment.nonlinear_fit is not None:
-        names = zip(study.plant.outputs, experiment.nonlinear_fit, strict=True)
-        text = ", ".join(f"{name} {value:.2f} %" for name, value in names)
-        rows.append(("linear step response fits the nonlinear one", text))
+        rows.append(("linear step response fits the nonlinear one", _shares(study.plant, experiment.nonlinear_fit)))
     if experiment.dry_friction:
         text = f"{experiment.dry_friction:.4g} at most; without it the linear plant and the nonlinear one are compared"
         rows.append(("dry friction of its joints [N m, N]", text))
@@ -176,7 +183,12 @@ def _margin_rows(margins: Mapping[str, float | None]) -> list[tuple[str, str]]:
     return rows
 
 
-def _design_section(experiment: Experiment, design: Design, image: str) -> str:
+def _shares(plant: LinearPlant, shares: Sequence[float]) -> str:
+    """Return how well each output fits."""
+    return ", ".join(f"{name} {value:.2f} %" for name, value in zip(plant.outputs, shares, strict=True))
+
+
+def _design_section(experiment: Experiment, design: Design, closed: ClosedLoop | None, image: str) -> str:
     plant = experiment.study.plant
     rows = [("closed-loop poles", ", ".join(map(complex_text, design.poles)) + " rad/s")]
     rows.append(("stable", "yes" if design.is_stable else "no"))
@@ -186,6 +198,9 @@ def _design_section(experiment: Experiment, design: Design, image: str) -> str:
     else:
         rows.append(("numerator", ", ".join(f"{value:.6g}" for value in design.num)))
         rows.append(("denominator", ", ".join(f"{value:.6g}" for value in design.den)))
+    if closed is not None:
+        gone = f"the nonlinear plant runs away after {closed.time[-1]:.3g} s"
+        rows.append(("linear loop fits the nonlinear one", gone if closed.fit is None else _shares(plant, closed.fit)))
     text = html.escape(module_text(experiment.plant, plant, design))
     return (
         f"<h2>{html.escape(design.name)}</h2>{_table([*rows, *_margin_rows(design.margins)])}<pre>{text}</pre>{image}"

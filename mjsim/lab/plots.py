@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from mjsim.geometry import Array
+from mjsim.lab.closed import ClosedLoop
 from mjsim.lab.design import Design
 from mjsim.lab.identify import Identified
 from mjsim.lab.study import POINTS, Study, theory
@@ -180,9 +181,16 @@ def identified_plot(found: Identified, labels: Sequence[str]) -> Figure:
     return figure
 
 
-def design_plot(design: Design, labels: Sequence[str]) -> Figure:
-    """Draw the step response of the closed loop."""
-    return response_plot(f"Closed loop: {design.name}", design.time, design.step, labels)
+def design_plot(design: Design, closed: ClosedLoop | None, labels: Sequence[str], *, amplitude: float) -> Figure:
+    """Draw the response of the closed loop to a step of a height, the nonlinear plant's too where there is one."""
+    return response_plot(
+        f"Closed loop, a step of {amplitude:g}: {design.name}",
+        design.time,
+        design.step * amplitude,
+        labels,
+        ("nonlinear, MuJoCo", None if closed is None else (closed.time, closed.step)),
+        ("with dry friction", None if closed is None else closed.rough),
+    )
 
 
 def decibels(magnitude: Array) -> Array:

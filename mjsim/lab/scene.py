@@ -1,7 +1,7 @@
 """A plant of a scene: which degrees of freedom, what moves it, what is measured, and where it is at rest."""
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TypeVar
 
@@ -22,7 +22,13 @@ LOCKED = 1e9
 """Inertia of a joint that no force moves [kg, kg m^2]."""
 MOST_STEPS = 50
 """Of Newton's method."""
+MOST_SIMULATED = 50_000
+"""Steps of MuJoCo in one response of the nonlinear plant."""
+AWAY = 1e6
+"""An output that has grown so far has run away."""
 T = TypeVar("T")
+Law = Callable[[Array, Array], float]
+"""Gives what is added to the input at the working point, for states and outputs less those of the working point."""
 
 
 class ScenePlant:
@@ -109,6 +115,36 @@ class ScenePlant:
             if isinstance(effect, LedJoint):
                 found[:, k] = self.outputs(data.qpos, data.qvel)
         return found - self.outputs(at.qpos, np.zeros(model.nv))[:, None]
+
+    def controlled(self, law: Law, count: int, *, dry_friction: bool = False) -> Array:
+        """Return the outputs under a law, step by step of MuJoCo, less those of the working point.
+
+        Args:
+            law: Sets the input before each step; the plant is none that a joint leads.
+            count: Of steps.
+            dry_friction: Whether joints have the dry friction that the world gives them.
+
+        Returns:
+            Shape (outputs, k), measured before each step; k is below `count` where the plant runs away.
+        """
+        model = self._rough if dry_friction and self._rough is not None else self.model
+        at, data, found = self.setting, mujoco.MjData(model), np.zeros((len(self._measures), count))
+        data.qpos[:], data.act[:] = at.qpos + self._sunk, at.act
+        rest = self.outputs(at.qpos, np.zeros(model.nv))
+        for k in range(count):
+            found[:, k] = self.outputs(data.qpos, data.qvel) - rest
+            if not np.abs(found[:, k]).max() < AWAY:
+                return found[:, :k]
+            self.effect.write(data, at.value + law(self.states(data), found[:, k]))
+            mujoco.mj_step(model, data)
+        return found
+
+    def states(self, data: mujoco.MjData) -> Array:
+        """Return the linear plant's states in a state of the scene, less those of the working point, shape (n,)."""
+        at, moved = self.setting, np.zeros(self.model.nv)
+        mujoco.mj_differentiatePos(self.model, moved, 1.0, at.qpos + self._sunk, data.qpos)
+        own = list(self._reduced.coordinates)
+        return np.asarray(self._into_states @ np.concatenate([moved[own], data.qvel[own], data.act - at.act]))
 
     def step_poles(self) -> Array:
         """Return the poles of one step of MuJoCo as continuous ones, log(z) / dt, soft constraints and all [rad/s].
@@ -239,6 +275,7 @@ class ScenePlant:
         T, states = np.eye(len(keep)), [names[k] for k in keep]
         if not isinstance(effect, LedJoint):
             T, states = _in_outputs(keep, n, Y, states, [base_of(name) for name in outputs])
+            self._into_states = T @ np.eye(2 * n + len(self.setting.act))[keep]
         inverse = np.linalg.inv(T)
         return LinearPlant(
             A=_clean(T @ A @ inverse),

@@ -102,7 +102,8 @@ class Plant(Model):
     ss: StateSpace | None = None
     """A state space, in place of a part of the scene."""
     amplitude: Annotated[float, Field(gt=0, le=1e9)] = 1.0
-    """Height of the step of the input, for which the nonlinear plant is simulated beside the linear one."""
+    """Height of the step for which the nonlinear plant is simulated beside the linear one: of the input, and of the
+    set-point of a closed loop."""
     seconds: Annotated[float, Field(gt=0, le=1e4)] | None = None
     """How long responses are shown; as its poles need unless given [s]."""
     signal: Signal | None = None
