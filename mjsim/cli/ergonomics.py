@@ -31,7 +31,7 @@ def ergonomics(
 def _lines(name: str, figures: dict[str, Any]) -> Iterator[str]:
     """Yield the key figures of a person for people."""
     errors = [value for key, each in figures["contacts"].items() if key != "gaze" for value in each.values()]
-    yield f"{name}: {len(figures['contacts'])} contacts, the largest error {max(errors, default=0.0):.2g} mm"
+    yield f"{name}: {len(figures['contacts'])} contacts, the largest error {max(errors, default=0.0):.4g} mm"
     for contact in figures["missed"]:
         ((unit, value),) = figures["contacts"][contact].items()
         yield f"  {contact} is out of reach by {value:.1f} {unit.removeprefix('error_')}"

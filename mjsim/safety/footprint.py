@@ -9,7 +9,7 @@ from mjsim.geometry import Array
 from mjsim.interface import RobotInfo
 from mjsim.safety.outline import is_round
 
-NEAREST = 0.05
+CLEARANCE = 0.05
 """Between the rim and anything on a way that counts as free [m]."""
 AWRY = 0.07
 """By so much a body's heading may differ from that of its way, which swings the ends of a long one out [rad]."""
@@ -36,11 +36,12 @@ class FreePaths:
 class Footprint:
     """The shape of a robot, swept along arcs: a circle, or the box around what is not round."""
 
-    def __init__(self, robot: RobotInfo, *, swing: bool = False) -> None:
+    def __init__(self, robot: RobotInfo, *, clearance: float = CLEARANCE, swing: bool = False) -> None:
         """Take the shape from the data sheet.
 
         Args:
             robot: Whose body it is.
+            clearance: Between its rim and anything on a way that counts as free [m]; a long body keeps more.
             swing: Take the circle in which it turns on the spot, whatever its shape.
         """
         self.radius = robot.radius
@@ -50,8 +51,8 @@ class Footprint:
         if outline is not None and not swing and not is_round(outline):
             low, high = outline.min(axis=0), outline.max(axis=0)
             self._box = (low + high) / 2, (high - low) / 2
-        self._nearest = max(NEAREST, AWRY * self.radius)
-        self.roomy = ROOMY + (self._nearest - NEAREST)
+        self._nearest = max(clearance, AWRY * self.radius)
+        self.roomy = ROOMY + (self._nearest - CLEARANCE)
 
     @property
     def width(self) -> float:

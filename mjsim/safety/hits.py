@@ -30,6 +30,8 @@ class Hits:
     BEHIND = 0.1
     """A ray that goes on by so much has looked through a point [m]."""
 
+    NEAR = 1.5
+    """So far away what other sensors meet is kept [m]."""
     SHARES = np.array([0.25, 0.5, 0.75])
     """Where the points lie between what two rays hit."""
     STRIDE, PAUSE = 0.04, 0.4
@@ -69,6 +71,20 @@ class Hits:
             if (hit := distances < NOTHING).any():
                 c, s = math.cos(self.heading), math.sin(self.heading)
                 self._keep(self._live[hit] @ np.array([[c, s], [-s, c]]) + (self.x, self.y), seen.time)
+
+    def add(self, points: Array, now: float) -> None:
+        """Keep what another sensor has met, of what is near one point for each cell.
+
+        Args:
+            points: Robot's frame, shape (n, 2) [m].
+            now: [s]
+        """
+        away = np.hypot(*points.T)
+        near = points[np.argsort(away)][: int(np.count_nonzero(away < self.NEAR))]
+        _, first = np.unique(np.rint(near / self.APART), axis=0, return_index=True)
+        kept = near[np.sort(first)[: self.CAPACITY // 2]]
+        c, s = math.cos(self.heading), math.sin(self.heading)
+        self._keep(kept @ np.array([[c, s], [-s, c]]) + (self.x, self.y), now)
 
     def _look_through(self, distances: Array, now: float) -> None:
         """Forget points that are old, and those that rays, shape (16,) [m], look through."""

@@ -8,7 +8,7 @@ from numpy.random import Generator
 
 from mjsim.geometry import Array, wrap_angle
 from mjsim.interface import Command, Observation, RobotInfo
-from mjsim.safety.footprint import TOUCHING, Footprint
+from mjsim.safety.footprint import CLEARANCE, TOUCHING, Footprint
 from mjsim.safety.hits import RAYS, Hits
 from mjsim.safety.outline import is_round, rim
 from mjsim.safety.trail import Trail
@@ -41,6 +41,8 @@ class RingAvoidance:
     """A slow robot looks at least so far [m]."""
     TURN = 1.2
     """Turn rate of the sharpest arc, lower where it is looked further ahead [rad/s]."""
+    MOST = 0.5
+    """The most room that it can be told to keep [m]."""
     SIGHT = 2.0
     """How far the rays see unless the world says otherwise [m]; none goes faster than it can stop within that."""
     OWN = 0.6
@@ -58,15 +60,31 @@ class RingAvoidance:
     ROLLS = 0.02
     """What is slower than this stands still [m/s]."""
 
+    def __init__(self, *, clearance: float = CLEARANCE, lidar: str | None = None) -> None:
+        """Take how much room it keeps, and what else it looks at.
+
+        Args:
+            clearance: Between the rim of the robot and what the rays meet, on a way that counts as free [m]. More than
+                usual keeps clear of what reaches out above or below the rays: the feet of people, the tops of tables.
+            lidar: Name of a lidar of the robot whose beams count too: legs are thin enough to stand between two rays.
+
+        Raises:
+            ValueError: It is less than usual, or more than the rays of a robot are sure to see.
+        """
+        if not CLEARANCE <= clearance <= self.MOST:
+            raise ValueError(f"clearance is {clearance} m; it must be from {CLEARANCE} to {self.MOST}")
+        self._clearance, self._lidar = clearance, lidar
+
     def start(self, robot: RobotInfo, rng: Generator) -> None:
         """Forget what was seen; take the shape and the limits of the robot."""
         self._robot, self._rng = robot, rng
-        self._body = Footprint(robot)
+        self._robot_from_lidar = None if self._lidar is None else _mounting(robot, self._lidar)
+        self._body = Footprint(robot, clearance=self._clearance)
         self._spins = math.isinf(robot.max_curvature) and self._body.slender < self.SLENDER
         # What steers sharply, far from its middle, is slow to steer back.
         self._bend = robot.max_curvature if self._spins else min(robot.max_curvature, 1.0 / robot.radius)
         # Who avoids keeps room to turn on the spot, unless it cannot turn so or would need a hall for it.
-        self._swing = Footprint(robot, swing=True) if self._spins else self._body
+        self._swing = Footprint(robot, clearance=self._clearance, swing=True) if self._spins else self._body
         self._deceleration = 0.5 * robot.max_acceleration
         rims = np.full(RAYS, robot.radius)
         if robot.outline is not None and not is_round(robot.outline):
@@ -87,6 +105,7 @@ class RingAvoidance:
     def adjust(self, command: Command, seen: Observation) -> Command:
         """Return the command that is safe, as near as can be to the one given."""
         self._hits.see(seen)
+        self._see_scan(seen)
         self._ring, self._pace = seen.proximity, seen.odometry.forward / seen.dt
         self._trail.add(self._hits.x, self._hits.y)
         if command.left:
@@ -101,6 +120,13 @@ class RingAvoidance:
         if not command.turn or self._body.can_spin(self._points(0.0, 0.0), command.turn):
             return command
         return replace(command, turn=0.0)
+
+    def _see_scan(self, seen: Observation) -> None:
+        """Note what the beams of the lidar, if it has one to look at, have met."""
+        if self._lidar is None or self._robot_from_lidar is None or self._lidar not in seen.scans:
+            return
+        met = seen.scans[self._lidar].points()
+        self._hits.add(met @ self._robot_from_lidar[:2, :2].T + self._robot_from_lidar[:2, 3], seen.time)
 
     def _forget(self) -> None:
         """Be done with what was in the way."""
@@ -287,3 +313,11 @@ class RingAvoidance:
         ahead, left = math.cos(float(bearings[best])), math.sin(float(bearings[best]))
         turn = command.turn if not command.turn or self._body.can_spin(points, command.turn) else 0.0
         return replace(command, forward=float(speeds[best]) * ahead, left=float(speeds[best]) * left, turn=turn)
+
+
+def _mounting(robot: RobotInfo, lidar: str) -> Array:
+    """Return robot from lidar, shape (4, 4) [m]; ValueError when the robot has none of that name."""
+    lidars = [name for name, sensor in robot.sensors.items() if sensor.kind == "lidar"]
+    if lidar not in lidars:
+        raise ValueError(f"no lidar '{lidar}' on '{robot.name}'; there are {', '.join(lidars) or 'none'}")
+    return robot.sensors[lidar].robot_from_sensor
