@@ -51,6 +51,7 @@ class TrackAtWork:
         first = self._equalities[0]
         self._yields = float(model.eq_solimp[first, 1] * model.eq_solref[first, 0] ** 2)
         """1 / k of the constraints [s^2]."""
+        self._slope, self._turn, self._change = (np.zeros((3, model.nv)) for _ in range(3))
 
     def aim(self, data: mujoco.MjData, scratch: mujoco.MjData) -> None:
         """Set what the constraints aim at in the next step.
@@ -98,12 +99,10 @@ class TrackAtWork:
 
     def _motion(self, scratch: mujoco.MjData, body: int, point: Array) -> tuple[Array, Array, Array]:
         """Return speed, acceleration by the speeds alone, and rate of turn of a point of a body, shape (3,) each."""
-        model, speeds = self._model, scratch.qvel
-        slope, turn = np.zeros((3, model.nv)), np.zeros((3, model.nv))
-        mujoco.mj_jac(model, scratch, slope, turn, point, body)
-        change = np.zeros((3, model.nv))
-        mujoco.mj_jacDot(model, scratch, change, None, point, body)
-        return slope @ speeds, change @ speeds, turn @ speeds
+        speeds = scratch.qvel
+        mujoco.mj_jac(self._model, scratch, self._slope, self._turn, point, body)
+        mujoco.mj_jacDot(self._model, scratch, self._change, None, point, body)
+        return self._slope @ speeds, self._change @ speeds, self._turn @ speeds
 
 
 class Tracks:
