@@ -87,7 +87,8 @@ def own_modules(folder: Path) -> Iterator[None]:
         yield
     finally:
         sys.path[:] = path
-        for name in set(sys.modules).difference(known):
-            file = getattr(sys.modules[name], "__file__", None)
+        # A cluster's other thread may be at the end of a run too, and take modules away meanwhile.
+        for name, module in list(sys.modules.items()):
+            file = None if name in known else getattr(module, "__file__", None)
             if file is not None and Path(file).is_relative_to(folder):
-                del sys.modules[name]
+                sys.modules.pop(name, None)
