@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import mjsim
+from mjsim.cli.program import COMMANDS
 from mjsim.modules import ROLES
 from mjsim.run import drivers_of
 from mjsim.world import check_world
@@ -40,6 +41,11 @@ def test_the_page_of_what_changes_runs(capsys):
     assert sim.truth("scout").x == 6.0
     # The cart has waited at its start, and come to its first stop.
     assert "Pose(x=7.0, y=1.0" in capsys.readouterr().out
+
+
+def test_the_readme_tells_every_command():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert sorted(re.findall(r"^\| `([a-z-]+)[ `]", text, re.MULTILINE)) == sorted(COMMANDS)
 
 
 def test_the_page_of_signals_runs(capsys):

@@ -32,6 +32,7 @@ WORLDS = Path(__file__).parent / "digest_worlds"
 SHIPPED = Path(__file__).resolve().parents[2] / "worlds"
 RUNS: Mapping[str, tuple[Path, float]] = {
     "drives": (WORLDS / "drives.yaml", 8.0),
+    "mecanum": (WORLDS / "mecanum.yaml", 8.0),
     "senses": (WORLDS / "senses.yaml", 6.0),
     "events": (WORLDS / "events.yaml", 6.0),
     "gallery": (SHIPPED / "gallery.yaml", 4.0),
