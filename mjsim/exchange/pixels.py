@@ -1,13 +1,12 @@
 """The pictures of maps: PGM, PPM, PBM, PNG, JPEG and BMP of any depth, with any channels, as shares of white."""
 
 import re
-import struct
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
-from mjsim.models import MOST_PIXELS, picture_size
+from mjsim.models import any_picture_size, bounded_size
 
 Cells = NDArray[np.bool_]
 _GAP = rb"(?:\s|#[^\n]*\n)+"
@@ -34,22 +33,13 @@ def _decoded(data: bytes) -> NDArray[np.float32]:
     """Return the channels of a PNG, JPEG or BMP, alpha last, 0 to 1, shape (rows, columns, channels)."""
     import cv2
 
-    if data.startswith(b"BM"):
-        _bounded(*map(abs, struct.unpack("<ii", data[18:26].ljust(8, b"\0"))))
-    else:
-        picture_size(data)
+    any_picture_size(data)
     picture = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
     if picture is None or picture.dtype not in (np.uint8, np.uint16):
         raise ValueError("cannot be read as a map; write it as a PGM or PNG picture")
     largest = 255.0 if picture.dtype == np.uint8 else 65535.0
     picture = picture if picture.ndim == 3 else picture[..., None]
     return np.asarray(picture.astype(np.float32) / np.float32(largest))
-
-
-def _bounded(columns: int, rows: int) -> None:
-    if columns * rows > MOST_PIXELS:
-        megapixels = columns * rows / 1e6
-        raise ValueError(f"is a picture of {megapixels:.0f} megapixels; it must have at most {MOST_PIXELS / 1e6:.0f}")
 
 
 def _of_pnm(data: bytes) -> NDArray[np.float32]:
@@ -68,7 +58,7 @@ def _of_pnm(data: bytes) -> NDArray[np.float32]:
         largest, end = (int(limit[1]), limit.end()) if limit else (0, end)
     if not columns or not rows or not 0 < largest <= 65535:
         raise ValueError(f"is a picture of {columns} x {rows} pixels up to {largest}; write 8 or 16 bits each")
-    _bounded(columns, rows)
+    bounded_size(columns, rows)
     depth = 3 if kind in (3, 6) else 1
     values = _plain(data[end:], kind) if kind < 4 else _raw(data[end + 1 :], kind, columns, largest)
     if len(values) < rows * columns * depth:

@@ -12,7 +12,6 @@ import re
 import struct
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 
 from mjsim.closing import Closes
 from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.logs.bag_parsing import BrokenBagError, parsing
 
 MAGICS = {".bag": b"#ROSBAG V", ".db3": b"SQLite format 3\x00", ".mcap": b"\x89MCAP"}
 """How the files begin, by the ends of their names."""
@@ -76,11 +76,13 @@ class Bag(Closes):
             raise UsageError(
                 f"bags of ROS are read by a package that is not installed ({error.name}): pip install 'mjsim[ros]'"
             ) from None
-        with self._reporting():
-            self._reader, self.cut = open_reader(
-                _files_of(path), described=path if (path / METADATA).is_file() else None
-            )
-            self.is_ros2, self._decode = decoder_of(self._reader)
+        described = path if (path / METADATA).is_file() else None
+        try:
+            self._reader, self.cut = open_reader(_files_of(path), described=described)
+            with parsing():
+                self.is_ros2, self._decode = decoder_of(self._reader)
+        except BrokenBagError as error:
+            raise UsageError(f"'{path}' is no bag that can be read: {error}"[:LONGEST_MESSAGE]) from None
         self.types: Mapping[str, str] = {each.topic: each.msgtype for each in self._reader.connections}
         """Topic -> name of its type, such as 'sensor_msgs/msg/LaserScan'."""
         self.counts: Counter[str] = Counter()
@@ -102,14 +104,15 @@ class Bag(Closes):
             return
         found = self._reader.messages(chosen, start=start)
         while True:
-            # Parsers of broken files raise whatever their parts raise.
             try:
-                connection, time, data = next(found)
-            except StopIteration:
+                with parsing():
+                    following = next(found, None)
+            except BrokenBagError as error:
+                self.cut = self.cut or f"{error}"
                 return
-            except Exception as error:
-                self.cut = self.cut or f"{error}"[:LONGEST_MESSAGE]
+            if following is None:
                 return
+            connection, time, data = following
             yield RosMessage(connection.topic, time, bytes(data))
 
     def decode(self, message: RosMessage) -> Any:
@@ -119,9 +122,9 @@ class Bag(Closes):
             ValueError: It is not of its type.
         """
         try:
-            return self._decode(message.data, self.types[message.topic])
-        # As above.
-        except Exception as error:
+            with parsing():
+                return self._decode(message.data, self.types[message.topic])
+        except BrokenBagError as error:
             raise ValueError(f"a message on '{message.topic}' is not of its type: {error}") from error
 
     def stamp(self, message: RosMessage) -> float:
@@ -139,18 +142,6 @@ class Bag(Closes):
     def close(self) -> None:
         """Close the file."""
         self._reader.close()
-
-    @contextmanager
-    def _reporting(self) -> Iterator[None]:
-        """Turn what parsers raise into one line."""
-        try:
-            yield
-        except UsageError:
-            raise
-        # As in `messages`.
-        except Exception as error:
-            line = " ".join(f"'{self.path}' is no bag that can be read: {error}".split())
-            raise UsageError(line[:LONGEST_MESSAGE]) from None
 
 
 class BagMessages:

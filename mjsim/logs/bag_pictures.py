@@ -16,8 +16,8 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Intrinsics, Picture
-from mjsim.models import picture_size
-from mjsim.record import FORMS, LoggedFrame, filed_frame, logged_frame
+from mjsim.models import any_picture_size
+from mjsim.record import LoggedFrame, filed_frame, logged_frame, require_size
 
 PLAIN = {
     "rgb8": ("RGB", 1),
@@ -57,10 +57,7 @@ def size_of(message: Any) -> tuple[int, int]:
     if hasattr(message, "encoding"):
         return int(message.width), int(message.height)
     _, data = _unpacked(message)
-    if data[:2] in FORMS:
-        return picture_size(data)
-    height, width = _decoded(data, cv2.IMREAD_UNCHANGED).shape[:2]
-    return width, height
+    return any_picture_size(data)
 
 
 def frame_of(message: Any, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
@@ -76,9 +73,8 @@ def frame_of(message: Any, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
     """
     if not hasattr(message, "encoding"):
         return filed_frame(bytes(message.data), stamp, intrinsics)
-    frame = logged_frame(CameraFrame(stamp, _picture(message), intrinsics))
-    _require_size(frame.image, intrinsics)
-    return frame
+    require_size((int(message.width), int(message.height)), intrinsics)
+    return logged_frame(CameraFrame(stamp, _picture(message), intrinsics))
 
 
 def depth_of(message: Any, intrinsics: Intrinsics) -> Array:
@@ -92,14 +88,16 @@ def depth_of(message: Any, intrinsics: Intrinsics) -> Array:
         scaled = values.astype(np.float32) / np.float32(1.0 if message.encoding == "32FC1" else 1000.0)
     else:
         (near, offset), data = _unpacked(message)
-        values = _decoded(data, cv2.IMREAD_UNCHANGED)
+        require_size(any_picture_size(data), intrinsics)
+        values = _decoded(data)
         if "32FC1" in message.format and near:
             # Inverse depth, as the plug-in compressed_depth_image_transport scales it.
             with np.errstate(divide="ignore"):
                 scaled = np.where(values > 0, near / (values.astype(np.float32) - offset), 0.0)
         else:
             scaled = values.astype(np.float32) / np.float32(1000.0)
-    _require_size(scaled, intrinsics)
+    height, width = scaled.shape[:2]
+    require_size((width, height), intrinsics)
     return np.where(scaled > 0.0, scaled, np.inf).astype(float)
 
 
@@ -153,14 +151,9 @@ def _unpacked(message: Any) -> tuple[tuple[float, float], bytes]:
     return (0.0, 0.0), data
 
 
-def _decoded(data: bytes, how: int) -> Any:
-    # OpenCV raises its own error for no bytes at all.
-    picture = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), how) if data else None
-    if picture is None:
-        raise ValueError("a broken picture")
+def _decoded(data: bytes) -> Any:
+    """Return the numbers of the one channel of a picture, shape (height, width)."""
+    picture = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+    if picture is None or picture.ndim != 2:
+        raise ValueError("a broken picture of depth")
     return picture
-
-
-def _require_size(picture: Any, intrinsics: Intrinsics) -> None:
-    if picture.shape[:2] != (intrinsics.height, intrinsics.width):
-        raise ValueError(f"a picture of {picture.shape[1]} x {picture.shape[0]} pixels among others")

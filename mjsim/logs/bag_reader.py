@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Callable, Collection, Generator, Iterator, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from heapq import merge
 from io import BytesIO
 from pathlib import Path
@@ -16,6 +16,7 @@ from rosbags.rosbag2 import Reader as Reader2
 from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from mjsim.logs.bag_parsing import BrokenBagError, parsing
 from mjsim.logs.bag_topics import TRANSFORMS
 
 MAGIC1 = b"#ROSBAG V2.0\n"
@@ -28,54 +29,53 @@ def open_reader(files: Sequence[Path], *, described: Path | None) -> tuple[Any, 
         files: Of the bag.
         described: The folder of the bag where it has metadata; if they are wrong its files are read without.
 
-    Raises whatever the file makes parsers raise.
+    Raises:
+        BrokenBagError: It is no bag.
     """
     reason = ""
     if described is not None:
-        reader = Reader2(described)
         try:
-            reader.open()
-        except Exception as error:
+            return _opened(lambda: Reader2(described)), ""
+        except BrokenBagError as error:
             if not files:
                 raise
             reason = f"{error}"
-        else:
-            return reader, ""
-    if len(files) == 1:
-        reader, cut = _open_file(files[0])
-        return reader, "; ".join(filter(None, [reason, cut]))
-    opened: list[tuple[Any, str]] = []
-    try:
+    with ExitStack() as undo:
+        parts, cuts = [], [reason]
         for file in files:
-            opened.append(_open_file(file))
-    except Exception:
-        for reader, _ in opened:
-            reader.close()
-        raise
-    cuts = [f"{file.name}: {cut}" for file, (_, cut) in zip(files, opened, strict=True) if cut]
-    return _Joined([reader for reader, _ in opened]), "; ".join(filter(None, [reason, *cuts]))
+            reader, cut = _open_file(file)
+            undo.callback(reader.close)
+            parts.append(reader)
+            cuts.append(f"{file.name}: {cut}" if cut and len(files) > 1 else cut)
+        undo.pop_all()
+    return parts[0] if len(parts) == 1 else _Joined(parts), "; ".join(filter(None, cuts))
 
 
 def _open_file(path: Path) -> tuple[Any, str]:
     """Return a reader of one file, open, and why the file is cut, empty if it is not."""
     kind = path.suffix.lower()
-    reader: Any = Reader1(path) if kind == ".bag" else Reader2(path)
     try:
-        reader.open()
-    # What is cut fails in many ways, and is tried without its index; what is no bag fails there too.
-    except Exception as error:
+        return _opened(lambda: Reader1(path) if kind == ".bag" else Reader2(path)), ""
+    except BrokenBagError as error:
+        # What is cut is tried without its index; the first error tells more of what is no bag at all.
         if kind not in (".bag", ".mcap"):
             raise
-        reader = _CutReader1(path) if kind == ".bag" else _CutMcap(path)
-        # The first error tells more of what is no bag at all.
-        with suppress(Exception):
-            reader.open()
-        if reader.connections:
-            return reader, f"{error}"
-        if reader.bio is not None:
-            reader.close()
+        with suppress(BrokenBagError):
+            part = _opened(lambda: _CutReader1(path) if kind == ".bag" else _CutMcap(path))
+            if part.connections:
+                return part, f"{error}"
+            part.close()
         raise
-    return reader, ""
+
+
+def _opened(make: Callable[[], Any]) -> Any:
+    """Return a reader that was made and opened; one that cannot be opened is closed again."""
+    with parsing(), ExitStack() as undo:
+        reader = make()
+        undo.callback(lambda: reader.close() if getattr(reader, "bio", None) is not None else None)
+        reader.open()
+        undo.pop_all()
+    return reader
 
 
 def decoder_of(reader: Any) -> tuple[bool, Callable[[bytes, str], Any]]:

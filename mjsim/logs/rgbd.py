@@ -30,7 +30,7 @@ from mjsim.logs.readings import TOGETHER, Readings, partners, rising
 from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.table import TIME, read_table
 from mjsim.logs.text import lines_of
-from mjsim.models import picture_size
+from mjsim.models import any_picture_size
 from mjsim.record import LoggedCamera, LoggedFrame, filed_frame
 
 CAMERA = "camera"
@@ -63,7 +63,7 @@ def read_rgbd(path: Path) -> Log:
     """
     stamps, pictures = _list(path / "rgb.txt")
     notes: dict[str, str] = {}
-    width, height = _size(pictures[0])
+    width, height = _size(pictures[0], pictures[0].read_bytes())
     intrinsics = _intrinsics(path, width, height, notes)
     depth_stamps, depths = _list(path / "depth.txt") if (path / "depth.txt").is_file() else (np.zeros(0), [])
     partner = partners(stamps, depth_stamps, tolerance=TOGETHER).tolist()
@@ -117,16 +117,19 @@ def _frame(file: Path, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
 
 def _depth(file: Path, intrinsics: Intrinsics) -> Array:
     """Return the depth in a file, shape (height, width) [m]; +inf for none."""
-    values = cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
-    if values is None or values.dtype != np.uint16 or values.shape != (intrinsics.height, intrinsics.width):
+    data = file.read_bytes()
+    # What is too large is not decoded.
+    fits = _size(file, data) == (intrinsics.width, intrinsics.height)
+    values = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED) if fits else None
+    if values is None or values.dtype != np.uint16 or values.ndim != 2:
         raise UsageError(f"'{file}' is no depth of {intrinsics.width} x {intrinsics.height} pixels of 16 bits")
     return np.where(values > 0, values.astype(np.float32) / PER_METRE, np.inf).astype(float)
 
 
-def _size(file: Path) -> tuple[int, int]:
-    """Return width and height of a picture [px]."""
+def _size(file: Path, data: bytes) -> tuple[int, int]:
+    """Return width and height of the picture that a file holds [px]."""
     try:
-        return picture_size(file.read_bytes())
+        return any_picture_size(data)
     except ValueError as error:
         raise UsageError(f"'{file}' {error}") from None
 

@@ -13,7 +13,9 @@ from .files import ROBOT as ROBOT
 from .files import ModelFiles as ModelFiles
 from .files import Read as Read
 from .files import gather_model as gather_model
+from .picture_heads import any_picture_size as any_picture_size
 from .pictures import MOST_PIXELS as MOST_PIXELS
+from .pictures import bounded_size as bounded_size
 from .pictures import picture_size as picture_size
 from .pixels import bounded as bounded
 from .pixels import encode_png as encode_png

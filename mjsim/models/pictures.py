@@ -20,7 +20,16 @@ def picture_size(data: bytes) -> tuple[int, int]:
         width, height = _jpeg_size(data)
     else:
         raise ValueError("is not a PNG or JPEG picture; convert it")
-    if not width or not height:
+    return bounded_size(width, height)
+
+
+def bounded_size(width: int, height: int) -> tuple[int, int]:
+    """Return a size as it is [px].
+
+    Raises:
+        ValueError: It has no pixels, or too many.
+    """
+    if width <= 0 or height <= 0:
         raise ValueError(f"is a picture of {width} x {height} pixels; it must have some")
     if width * height > MOST_PIXELS:
         raise ValueError(

@@ -22,6 +22,7 @@ from .logged_frame import FORMS as FORMS
 from .logged_frame import LoggedFrame as LoggedFrame
 from .logged_frame import filed_frame as filed_frame
 from .logged_frame import logged_frame as logged_frame
+from .logged_frame import require_size as require_size
 from .mechanisms import SensorTrack as SensorTrack
 from .messages import covariance_message as covariance_message
 from .messages import encode as encode

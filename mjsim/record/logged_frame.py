@@ -8,7 +8,7 @@ from foxglove.messages import CompressedImage, RawImage
 
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Intrinsics, Picture
-from mjsim.models import picture_size
+from mjsim.models import any_picture_size
 from mjsim.record.file import parts_of
 from mjsim.record.scene import picture_message, stamp
 
@@ -49,23 +49,31 @@ def filed_frame(data: bytes, stamp: float, intrinsics: Intrinsics) -> LoggedFram
     Raises:
         ValueError: It is broken, or of another size.
     """
-    form = FORMS.get(data[:2])
-    if form is not None:
-        # A small file may say that it holds gigabytes: it is not decoded.
-        try:
-            told = picture_size(data)
-        except ValueError as error:
-            raise ValueError(f"a picture that {error}") from None
-        _require_size(told, intrinsics)
+    # A small file may say that it holds gigabytes: it is not decoded.
+    try:
+        told = any_picture_size(data)
+    except ValueError as error:
+        raise ValueError(f"a picture that {error}") from None
+    require_size(told, intrinsics)
     image = decode_picture(data)
     height, width = image.shape[:2]
-    _require_size((width, height), intrinsics)
+    require_size((width, height), intrinsics)
+    form = FORMS.get(data[:2])
     if form is None:
         return logged_frame(CameraFrame(stamp, image, intrinsics))
     return LoggedFrame(stamp, image, intrinsics, encoded=data, form=form)
 
 
-def _require_size(size: tuple[int, int], intrinsics: Intrinsics) -> None:
+def require_size(size: tuple[int, int], intrinsics: Intrinsics) -> None:
+    """Return when a picture has the size that all of its camera have.
+
+    Args:
+        size: Width and height [px].
+        intrinsics: Of the camera.
+
+    Raises:
+        ValueError: It has another.
+    """
     width, height = size
     if size != (intrinsics.width, intrinsics.height):
         raise ValueError(f"a picture of {width} x {height} pixels among others")

@@ -166,7 +166,7 @@ def test_what_is_not_a_map_is_refused_in_one_line(tmp_path):
         ("image: [1, 2]\nresolution: 0.05\n", None, "name the picture of a map"),
         ("a: [\n", None, "map.yaml:2"),
         ("image: map.pgm\nresolution: 0.05\n", b"BM" + bytes(16) + b"\0\0\1\0" * 2, "is a picture of 4295 megapixels;"),
-        ("image: map.pgm\nresolution: 0.05\n", b"BM", "cannot be read as a map; write it as a PGM or PNG picture"),
+        ("image: map.pgm\nresolution: 0.05\n", b"BM", "is a picture cut short; make it again"),
         ("image: map.pgm\nresolution: 0.05\n", b"GIF89a", "is not a PNG or JPEG picture; convert it"),
     ]:
         path.write_text(text)

@@ -104,3 +104,13 @@ def test_a_picture_of_another_kind_is_kept_without_loss(folder, tmp_path):
     _, data, form = list(mjsim.import_log(tmp_path / "bmp").pictures("robot", "camera"))[1]
     assert form == "png"
     np.testing.assert_array_equal(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR), picture)
+
+
+def test_depth_that_says_it_has_gigabytes_is_not_decoded(folder, tmp_path):
+    shutil.copytree(folder[0], tmp_path / "huge")
+    file = sorted((tmp_path / "huge" / "depth").iterdir())[0]
+    data = bytearray(file.read_bytes())
+    data[16:24] = (30_000).to_bytes(4, "big") * 2
+    file.write_bytes(data)
+    with pytest.raises(UsageError, match="900 megapixels"):
+        mjsim.import_log(tmp_path / "huge")
