@@ -4,6 +4,7 @@ A person is part of the world: nothing moves, and what runs into one stops.
 """
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -13,8 +14,10 @@ from mjsim.compile.parts import DARK, MATERIAL, SEEN, make_decor
 from mjsim.compile.pictures import color_of
 from mjsim.geometry import Array
 from mjsim.mechanics import inverted
-from mjsim.people import Mesh, Segment, hair
 from mjsim.world import Person, World
+
+if TYPE_CHECKING:  # worlds without people do without it
+    from mjsim.people import Mesh, Segment
 
 EYE_FOV = 60.0
 """Vertical field of view of the picture from an eye [deg]."""
@@ -32,16 +35,12 @@ TOOLS = ("thumb_tip", "fingertip", "grip")
 
 def add_people(spec: mujoco.MjSpec, world: World) -> None:
     """Add all people as they stand at the start."""
+    if not world.people:
+        return
+    from mjsim.posture import poses_of
+
     for person in world.people:
-        _add_person(spec, person, _poses(world, person))
-
-
-def _poses(world: World, person: Person) -> dict[str, Array]:
-    if person.seat is None:
-        return person.poses()
-    from mjsim.posture import poses_of  # brings mink and scipy, which worlds without a seat do without
-
-    return poses_of(world, person)
+        _add_person(spec, person, poses_of(world, person))
 
 
 def _add_person(spec: mujoco.MjSpec, person: Person, poses: Mapping[str, Array]) -> None:
@@ -63,14 +62,14 @@ def _add_person(spec: mujoco.MjSpec, person: Person, poses: Mapping[str, Array])
             bodies[mark.segment].add_site(name=f"{person.name}/{side}_{tool}", pos=mark.at, size=[0.005] * 3, group=5)
 
 
-def _set_mass(body: mujoco.MjsBody, segment: Segment) -> None:
+def _set_mass(body: mujoco.MjsBody, segment: "Segment") -> None:
     solid = segment.solid
     body.explicitinertial, body.mass, body.ipos = True, solid.mass, solid.center
     # Along the axes of the segment: rays are cast at once only past bodies whose principal axes are not turned.
     body.inertia = solid.inertia[:3]
 
 
-def _add_skin(spec: mujoco.MjSpec, body: mujoco.MjsBody, mesh: Mesh, name: str, person: Person, segment: str) -> None:
+def _add_skin(spec: mujoco.MjSpec, body: mujoco.MjsBody, mesh: "Mesh", name: str, person: Person, segment: str) -> None:
     _add_mesh(spec, mesh, name)
     body.add_geom(
         name=name,
@@ -84,7 +83,7 @@ def _add_skin(spec: mujoco.MjSpec, body: mujoco.MjsBody, mesh: Mesh, name: str, 
     )
 
 
-def _add_mesh(spec: mujoco.MjSpec, mesh: Mesh, name: str) -> None:
+def _add_mesh(spec: mujoco.MjSpec, mesh: "Mesh", name: str) -> None:
     added = spec.add_mesh(name=name)
     added.uservert = mesh.vertices.ravel()
     added.userface = mesh.faces.ravel()
@@ -93,6 +92,8 @@ def _add_mesh(spec: mujoco.MjSpec, mesh: Mesh, name: str) -> None:
 
 def _add_face(spec: mujoco.MjSpec, head: mujoco.MjsBody, person: Person) -> None:
     """Add hair and eyes, which are seen alone, and the cameras that look from the eyes."""
+    from mjsim.people import hair
+
     _add_mesh(spec, hair(person.figure), f"{person.name}/hair")
     made = head.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"{person.name}/hair")
     make_decor(made, color_of(person.colors.hair))

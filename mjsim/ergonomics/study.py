@@ -15,7 +15,7 @@ from mjsim.ergonomics.sight import DisplayView, Eye, eyes_of, view_of
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.people import SEXES, SIDES, Figure, Measures
-from mjsim.posture import Seated, Sitter, Workstation, comfort_of, posture_angles
+from mjsim.posture import Seated, Sitter, Workstation, comfort_of, posture_angles, seated
 from mjsim.world import DisplayTarget, Person, World
 
 PERCENTILES = (5.0, 50.0, 95.0)
@@ -74,10 +74,9 @@ def studies(world: World) -> list[PersonStudy]:
 
 
 def _study(world: World, person: Person, model: mujoco.MjModel, data: mujoco.MjData) -> PersonStudy:
-    place, figure = Workstation.of(world, person), person.figure
-    seated = Sitter(figure, place.seating).sit(place.goals)
-    poses = figure.poses(seated.values, seated.world_from_pelvis)
-    still = Sitter(figure, settled(place.seating, seated))
+    place, figure, posture = Workstation.of(world, person), person.figure, seated(world, person)
+    poses = figure.poses(posture.values, posture.world_from_pelvis)
+    still = Sitter(figure, settled(place.seating, posture))
     reaches = [target_reach(still, place.goals, each) for each in place.targets.values()]
     eyes = eyes_of(figure, poses, gaze=place.goals.gaze)
     head = model.body(f"{person.name}/head").id
@@ -85,7 +84,7 @@ def _study(world: World, person: Person, model: mujoco.MjModel, data: mujoco.MjD
     return PersonStudy(
         person=person,
         place=place,
-        seated=seated,
+        seated=posture,
         poses=poses,
         angles=posture_angles(figure, poses),
         reaches=[reach for reach in reaches if reach is not None],
@@ -121,21 +120,21 @@ def seat_settings(place: Workstation, percentiles: Sequence[float] = PERCENTILES
 
 def figures_of(study: PersonStudy) -> dict[str, Any]:
     """Return the figures of a study, as its JSON file holds them."""
-    person, seated = study.person, study.seated
-    joints = zip(person.figure.joints, np.degrees(seated.values).tolist(), strict=True)
+    person, posture = study.person, study.seated
+    joints = zip(person.figure.joints, np.degrees(posture.values).tolist(), strict=True)
     return {
         "person": person.name,
         "sex": person.sex,
         "seat": person.seat,
         "stature_m": person.figure.measures["stature"],
-        "seat_set_by_m": list(seated.set_by),
+        "seat_set_by_m": list(posture.set_by),
         "angles_deg": {
             name: {"value": value, "published": [_range(each) for each in comfort_of(name)]}
             for name, value in study.angles.items()
         },
         "joints_deg": dict(joints),
-        "contacts": {name: contact_figure(name, error) for name, error in seated.errors.items()},
-        "missed": list(seated.missed),
+        "contacts": {name: contact_figure(name, error) for name, error in posture.errors.items()},
+        "missed": list(posture.missed),
         "reach": {
             each.target: {"limb": each.limb, "short_m": each.short, "short_leaning_m": each.leaning}
             for each in study.reaches

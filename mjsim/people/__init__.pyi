@@ -1,4 +1,5 @@
 from .columns import columns as columns
+from .columns import silhouettes as silhouettes
 from .figure import Figure as Figure
 from .figure import Landmark as Landmark
 from .figure import Segment as Segment

@@ -1,6 +1,6 @@
-"""Figures from above: the upright prisms that hold their segments."""
+"""Figures from above and from any other side: outlines of their segments, and the upright prisms that hold them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -18,12 +18,43 @@ def columns(skins: Mapping[str, Sequence[Mesh]], poses: Mapping[str, Array]) -> 
         skins: Surfaces of the segments, as `surfaces` returns them.
         poses: World from segment, as `Figure.poses` returns them.
     """
-    from scipy.spatial import ConvexHull
-
     found: dict[str, Column] = {}
     for name, meshes in skins.items():
-        pose = poses[name]
-        points = np.concatenate([mesh.vertices for mesh in meshes]) @ pose[:3, :3].T + pose[:3, 3]
-        outline = points[ConvexHull(points[:, :2]).vertices, :2]
-        found[name] = outline, float(points[:, 2].min()), float(points[:, 2].max())
+        points = np.concatenate([_moved(mesh, poses[name]) for mesh in meshes])
+        found[name] = _hull(points), float(points[:, 2].min()), float(points[:, 2].max())
     return dict(sorted(found.items(), key=lambda item: item[1][2]))
+
+
+def silhouettes(
+    skins: Mapping[str, Sequence[Mesh]], poses: Mapping[str, Array], look: Array
+) -> Iterator[tuple[str, Array]]:
+    """Yield the outlines of a figure in a drawing, the farthest first: the segment, and the hull of a surface of it.
+
+    Args:
+        skins: Surfaces of the segments, as `surfaces` returns them.
+        poses: World from segment, as `Figure.poses` returns them.
+        look: drawing_from_world: to the right, up, towards who looks, shape (3, 4) [m].
+
+    Yields:
+        Name, and a convex outline in the drawing, counter-clockwise, shape (n, 2) [m].
+    """
+    seen = []
+    for name, meshes in skins.items():
+        for mesh in meshes:
+            points = _moved(mesh, poses[name]) @ look[:, :3].T + look[:, 3]
+            seen.append((float(points[:, 2].mean()), name, _hull(points)))
+    # Where depths are the same, as of head and neck from the side, the order of the segments stays.
+    for _, name, outline in sorted(seen, key=lambda each: round(each[0], 2)):
+        yield name, outline
+
+
+def _moved(mesh: Mesh, pose: Array) -> Array:
+    """Return the vertices of a surface in the world, shape (n, 3) [m]."""
+    return np.asarray(mesh.vertices @ pose[:3, :3].T + pose[:3, 3])
+
+
+def _hull(points: Array) -> Array:
+    """Return the convex outline of points, shape (n, 2 or 3), by their first two coordinates, counter-clockwise."""
+    from scipy.spatial import ConvexHull
+
+    return np.asarray(points[ConvexHull(points[:, :2]).vertices, :2])

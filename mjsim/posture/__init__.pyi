@@ -12,11 +12,11 @@ from .contacts import GazeContact as GazeContact
 from .contacts import LineContact as LineContact
 from .contacts import PlaneContact as PlaneContact
 from .contacts import PointContact as PointContact
+from .goals import TOOLS as TOOLS
+from .goals import Goals as Goals
+from .goals import Seating as Seating
 from .sitting import SIGHT as SIGHT
-from .sitting import TOOLS as TOOLS
-from .sitting import Goals as Goals
 from .sitting import Seated as Seated
-from .sitting import Seating as Seating
 from .sitting import Sitter as Sitter
 from .solve import TOUCH as TOUCH
 from .solve import Preference as Preference

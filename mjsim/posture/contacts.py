@@ -37,11 +37,19 @@ class Contact(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PointContact:
-    """A site touches a point."""
+class _SiteContact:
+    """What one site is to meet."""
 
     name: str
+    """How a posture calls it."""
     site: str
+    """Name of the site in the model."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PointContact(_SiteContact):
+    """A site touches a point."""
+
     target: Array
     """World frame, shape (3,) [m]."""
     rank: int = HANDS
@@ -57,11 +65,9 @@ class PointContact:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PlaneContact:
+class PlaneContact(_SiteContact):
     """A site lies in a plane: of the world, or one that hangs on another site, as a back leans on a backrest."""
 
-    name: str
-    site: str
     normal: Array
     """World frame, shape (3,)."""
     base: str | None = None
@@ -85,11 +91,9 @@ class PlaneContact:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LineContact:
+class LineContact(_SiteContact):
     """A site lies on a line through a point; how far out is left open."""
 
-    name: str
-    site: str
     point: Array
     """World frame, shape (3,) [m]."""
     direction: Array
@@ -110,12 +114,9 @@ class LineContact:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class GazeContact:
-    """The line of sight of a head meets a point."""
+class GazeContact(_SiteContact):
+    """The line of sight of a head meets a point; the site is between the eyes, its frame is that of the head."""
 
-    name: str
-    site: str
-    """Between the eyes; its frame is that of the head."""
     target: Array
     """World frame, shape (3,) [m]."""
     sight: Array

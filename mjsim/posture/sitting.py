@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -11,6 +11,7 @@ from mjsim.geometry import Array
 from mjsim.people import SIDES, Figure
 from mjsim.posture.comfort import SIGHT_DOWN, preferred_values
 from mjsim.posture.contacts import FEET, HANDS, Contact, GazeContact, PlaneContact, PointContact
+from mjsim.posture.goals import TOOLS, Goals, Seating
 from mjsim.posture.solve import Preference, Solution, range_preference, solve_posture, stretch_posture
 
 EYES = "eyes"
@@ -21,36 +22,6 @@ SIGHT = np.array([math.cos(SIGHT_DOWN), 0.0, -math.sin(SIGHT_DOWN)])
 """The normal line of sight, frame of the head, shape (3,)."""
 ROOT = ("seat_along", "seat_up", "pelvis_tilt")
 """Joints of a sitting figure before its own."""
-TOOLS: Mapping[str, str] = {"fist": "grip", "thumb": "thumb_tip", "finger": "fingertip"}
-"""Landmark of a hand by what touches."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Seating:
-    """A seat, as whoever sits on it meets it."""
-
-    world_from_seat: Array
-    """The hip point in the middle of the travel, x ahead, z up, shape (4, 4) [m]."""
-    back: float | None = None
-    """How far the backrest leans back from upright; None for a stool [rad]."""
-    travel: tuple[float, float] = (0.0, 0.0)
-    """How far the hip point can be set, along and up, from end to end [m]."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Goals:
-    """What a sitting figure holds, steps on and looks at; points in the world, shape (3,) each [m]."""
-
-    hands: Mapping[str, tuple[str, Array]] = field(default_factory=dict)
-    """By side: a key of `TOOLS`, and where it is to be."""
-    feet: Mapping[str, Array] = field(default_factory=dict)
-    """By side: where the ball of the foot is to be; others stand flat on the floor."""
-    gaze: Array | None = None
-    """What the normal line of sight meets."""
-    floor: float | None = 0.0
-    """Height that feet without a pedal stand on [m]; None lets them hang."""
-    leans: bool = True
-    """Whether the back touches the backrest."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -1,14 +1,23 @@
 """Where people of a world are: those who stand as they say, those who sit as their seats and targets let them."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field, fields
+from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.posture.sitting import Goals, Seated, Seating, Sitter
+from mjsim.posture.goals import Goals, Seating
 from mjsim.world import GripTarget, Person, PlacedTarget, World, item_names, placed_targets, world_from_seat
+
+if TYPE_CHECKING:  # brings mink and scipy, which only those need who sit
+    from mjsim.people import Figure
+    from mjsim.posture.sitting import Seated
+
+KEPT = 64
+"""Postures that are remembered: a command compiles its world several times, a session at each change."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,10 +44,45 @@ class Workstation:
         return cls(seating, Goals(hands=hands, feet=feet, gaze=gaze), targets)
 
 
-def seated(world: World, person: Person) -> Seated:
-    """Return how a person sits."""
-    place = Workstation.of(world, person)
-    return Sitter(person.figure, place.seating).sit(place.goals)
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """Who sits where; equal where body, seat and goals are."""
+
+    key: Hashable
+    figure: "Figure" = field(compare=False)
+    place: Workstation = field(compare=False)
+
+    @classmethod
+    def of(cls, figure: "Figure", place: Workstation) -> "_Asked":
+        body = figure.measures.sex, *figure.measures.values()
+        return cls((body, _plain(place.seating), _plain(place.goals)), figure, place)
+
+
+def _plain(value: object) -> Hashable:
+    """Return what makes up seatings and goals as plain values: arrays as their bytes, mappings as pairs."""
+    match value:
+        case np.ndarray():
+            return value.tobytes()
+        case Mapping():
+            return tuple((name, _plain(each)) for name, each in value.items())
+        case tuple():
+            return tuple(_plain(each) for each in value)
+        case Seating() | Goals():
+            return tuple(_plain(getattr(value, each.name)) for each in fields(value))
+        case _:
+            return value
+
+
+def seated(world: World, person: Person) -> "Seated":
+    """Return how a person sits; solved once as long as body, seat and goals stay the same."""
+    return _solved(_Asked.of(person.figure, Workstation.of(world, person)))
+
+
+@lru_cache(maxsize=KEPT)
+def _solved(asked: _Asked) -> "Seated":
+    from mjsim.posture.sitting import Sitter
+
+    return Sitter(asked.figure, asked.place.seating).sit(asked.place.goals)
 
 
 def poses_of(world: World, person: Person) -> dict[str, Array]:

@@ -9,11 +9,13 @@ import numpy as np
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Picture
 from mjsim.output import require_free
+from mjsim.posture import poses_of
 from mjsim.video.arms import draw_arm
 from mjsim.video.diagrams import diagrams_page
+from mjsim.video.figures import draw_figure, people_page
 from mjsim.video.ink import BEACON, INK, MUTED, PAPER, SEEN, SEMIBOLD, TRUTH, blend
 from mjsim.video.legend import draw_legend
-from mjsim.video.mechanisms import draw_mechanism, posed
+from mjsim.video.mechanisms import ABOVE, draw_mechanism, posed
 from mjsim.video.names import Tag, write_tags
 from mjsim.video.paper import Paper, blank, px, write_sheet
 from mjsim.video.plan import MOST_NAMES, world_bounds
@@ -26,7 +28,6 @@ from mjsim.video.symbols import (
     draw_obstacle,
     draw_patch,
     draw_path,
-    draw_person,
     draw_robot,
     draw_wall,
     leaf_way,
@@ -62,7 +63,7 @@ def draw_world(
 ) -> Picture:
     """Draw the plan of a world for print: A4 at most, at a round scale, with coordinates and names.
 
-    Kinematic diagrams of mechanisms follow below it, each to its own scale.
+    Kinematic diagrams of mechanisms follow below it, each to its own scale, and people from the right and from above.
 
     Args:
         world: What to draw.
@@ -83,6 +84,8 @@ def draw_world(
     page = plan_page(world, bounds_of(world), labels=labels if names else "none")
     if world.mechanisms:
         page = np.concatenate([page, diagrams_page(world, page.shape[1], names=names and labels != "none")])
+    if world.people:
+        page = np.concatenate([page, people_page(world, page.shape[1], names=names and labels != "none")])
     if path is not None:
         write_sheet(path, page, overwrite=overwrite)
     return page
@@ -167,7 +170,7 @@ def _draw_things(plan: Paper, world: World) -> None:
     for mechanism in world.mechanisms:
         draw_mechanism(plan, posed(mechanism, mechanism.assembly.start))
     for person in world.people:
-        draw_person(plan, person)
+        draw_figure(plan, person, poses_of(world, person), ABOVE)
     for robot in world.robots:
         draw_robot(plan, robot)
         for arm in robot.arms:

@@ -16,14 +16,12 @@ from mjsim.world import (
     Obstacle,
     OpenEvent,
     Opening,
-    Person,
     RampObstacle,
     Robot,
     StepsObstacle,
     Wall,
     World,
     footprint,
-    from_above,
     top,
     wall_pieces,
 )
@@ -118,13 +116,6 @@ def draw_obstacle(drawing: Paper, obstacle: Obstacle) -> None:
         length = (obstacle.ramp if isinstance(obstacle, RampObstacle) else obstacle.steps)[0]
         place = Pose(obstacle.at[0], obstacle.at[1], math.radians(obstacle.heading_deg))
         drawing.arrow(place.transform([[-0.42 * length, 0.0], [0.42 * length, 0.0]]), edge)
-
-
-def draw_person(drawing: Paper, person: Person) -> None:
-    """Draw a person from above in the colours of the clothes, calmed."""
-    for outline, color in from_above(person):
-        drawing.fill(outline, blend(parse_color(color), PAPER, 0.5))
-        drawing.line(np.vstack([outline, outline[:1]]), blend(parse_color(color), INK, 0.45), 0.15)
 
 
 def _draw_treads(drawing: Paper, steps: StepsObstacle, color: Color) -> None:

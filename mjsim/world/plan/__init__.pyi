@@ -11,6 +11,9 @@ from .outlines import stays as stays
 from .outlines import top as top
 from .outlines import world_from_obstacle as world_from_obstacle
 from .people import from_above as from_above
+from .people import look_beside as look_beside
+from .people import look_over as look_over
+from .people import person_outlines as person_outlines
 from .pieces import MITRE_LIMIT as MITRE_LIMIT
 from .pieces import wall_pieces as wall_pieces
 from .polygons import SLICE as SLICE

@@ -1,6 +1,8 @@
-"""People seen from above."""
+"""People seen from above and from the side."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+
+import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.world.items import Person
@@ -13,3 +15,54 @@ def from_above(person: Person) -> Iterator[tuple[Array, str]]:
     """
     for segment, (outline, _, _) in person.prisms.items():
         yield outline, person.color_of(segment)
+
+
+def person_outlines(person: Person, poses: Mapping[str, Array], look: Array) -> Iterator[tuple[Array, str]]:
+    """Yield outlines of a person in some posture, seen from somewhere, the farthest first, each with its colour.
+
+    Args:
+        person: Whose body it is.
+        poses: World from segment by the segment's name, shape (4, 4) each [m]: `Person.poses()`, or of one who sits
+            those of `mjsim.posture.poses_of`.
+        look: drawing_from_world: to the right, up, towards who looks, shape (3, 4) [m]; see `look_beside`.
+
+    Yields:
+        Convex outline in the drawing, counter-clockwise, shape (n, 2) [m], and a colour, '#rrggbb'.
+    """
+    from mjsim.people import silhouettes
+
+    for segment, outline in silhouettes(person.skins, poses, look):
+        yield outline, person.color_of(segment)
+
+
+def look_beside(poses: Mapping[str, Array]) -> Array:
+    """Return the view of a person from the right, shape (3, 4) [m]: x is ahead of the hips, y is above the floor.
+
+    Args:
+        poses: World from segment, shape (4, 4) each [m].
+    """
+    ahead, left, at = _around(poses)
+    return _look(np.array([ahead, (0.0, 0.0, 1.0), -left]), at)
+
+
+def look_over(poses: Mapping[str, Array]) -> Array:
+    """Return the view of a person from above, shape (3, 4) [m]: x is ahead of the hips, y to the left.
+
+    Args:
+        poses: World from segment, shape (4, 4) each [m].
+    """
+    ahead, left, at = _around(poses)
+    return _look(np.array([ahead, left, (0.0, 0.0, 1.0)]), at)
+
+
+def _around(poses: Mapping[str, Array]) -> tuple[Array, Array, Array]:
+    """Return what is ahead and to the left of the hips, level unit vectors, and their place on the floor [m]."""
+    pelvis = poses["pelvis"]
+    left = np.array([pelvis[0, 1], pelvis[1, 1], 0.0])
+    left /= np.linalg.norm(left)
+    return np.array([left[1], -left[0], 0.0]), left, np.array([pelvis[0, 3], pelvis[1, 3], 0.0])
+
+
+def _look(axes: Array, at: Array) -> Array:
+    """Return drawing_from_world for the axes of a drawing in the world and its origin, shape (3, 4) [m]."""
+    return np.column_stack([axes, -axes @ at])

@@ -1,0 +1,161 @@
+"""People on a sheet: each from the right and, below that, from above, all to one scale."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.interface import Picture
+from mjsim.posture import poses_of
+from mjsim.video.ink import BEACON, INK, MUTED, PAPER, SEMIBOLD, Letters, blend, parse_color
+from mjsim.video.paper import Paper, px
+from mjsim.video.view import PlanView
+from mjsim.world import Person, World, item_names, look_beside, look_over, person_outlines, placed_targets, prisms
+
+RATIOS = {4: 20.0, 12: 30.0, 32: 50.0}
+"""Up to so many people are drawn to a scale of 1 : this."""
+TITLE, HEAD = 7.0, 9.0
+"""Above all people, for what is drawn, and above each, for the name [mm]."""
+MARGIN = 3.0
+"""Around each drawing [mm]."""
+NARROWEST = 26.0
+"""Least width of a panel, for what stands above it [mm]."""
+AROUND = 0.12
+"""So much of a workplace is drawn beyond the body [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PersonView:
+    """A person in some posture and the workplace, seen from somewhere; coordinates are of the drawing [m]."""
+
+    body: Sequence[tuple[Array, str]]
+    """Convex outlines of the body, shape (n, 2), and their colours, the farthest first."""
+    things: Sequence[Array]
+    """Outlines of the seat and of what carries targets of the person, shape (n, 2)."""
+    targets: Array
+    """Where these targets are, shape (n, 2)."""
+
+    @property
+    def bounds(self) -> Array:
+        """Least and largest coordinates of the body, with some of the workplace around, shape (2, 2) [m]."""
+        points = np.concatenate([outline for outline, _ in self.body])
+        around = AROUND if self.things else 0.0
+        return np.stack([points.min(axis=0) - around, points.max(axis=0) + around])
+
+
+def person_view(world: World, person: Person, poses: Mapping[str, Array], look: Array) -> PersonView:
+    """Return what is drawn of a person and of the things that hands, feet and eyes are to meet.
+
+    Args:
+        world: Where the person is.
+        person: Who.
+        poses: World from segment, shape (4, 4) each [m].
+        look: drawing_from_world, shape (3, 4) [m]: `look_beside(poses)` or `look_over(poses)`.
+    """
+    named = {person.hands.left, person.hands.right, person.feet.left, person.feet.right, person.gaze}
+    targets = [each for each in placed_targets(world) if each.name in named]
+    used = {person.seat, *(each.name.rpartition(".")[0] for each in targets)}
+    things = dict(zip(item_names(world.obstacles), world.obstacles, strict=True))
+    held = [prism for name, thing in things.items() if name in used for prism in prisms(thing)]
+    places = np.array([each.world_from_target[:3, 3] for each in targets]).reshape(-1, 3)
+    return PersonView(
+        body=list(person_outlines(person, poses, look)),
+        things=[_prism_outline(*prism, look) for prism in held],
+        targets=_seen(places, look),
+    )
+
+
+def _prism_outline(outline: Array, low: float, high: float, look: Array) -> Array:
+    """Return the hull of an upright prism in a drawing, shape (n, 2) [m]."""
+    corners = np.concatenate([np.insert(outline, 2, height, axis=1) for height in (low, high)])
+    return np.asarray(cv2.convexHull(_seen(corners, look).astype(np.float32))[:, 0], dtype=float)
+
+
+def _seen(points: Array, look: Array) -> Array:
+    """Return points of the world, shape (n, 3), in a drawing, shape (n, 2) [m]."""
+    return np.asarray(points @ look[:2, :3].T + look[:2, 3])
+
+
+def draw_figure(drawing: Paper, person: Person, poses: Mapping[str, Array], look: Array) -> None:
+    """Draw a person in some posture from somewhere, in the colours of the clothes, calmed; see `person_outlines`."""
+    for outline, color in person_outlines(person, poses, look):
+        _draw_outline(drawing, outline, color)
+
+
+def draw_view(drawing: Paper, view: PersonView) -> None:
+    """Draw a person over the lines of the workplace; targets are crosses."""
+    for outline in view.things:
+        drawing.line(outline, blend(MUTED, PAPER, 0.4), 0.15, closed=True)
+    for outline, color in view.body:
+        _draw_outline(drawing, outline, color)
+    arm = drawing.metres(0.8)
+    for x, y in view.targets:
+        for ends in ([(x - arm, y - arm), (x + arm, y + arm)], [(x - arm, y + arm), (x + arm, y - arm)]):
+            drawing.line(ends, BEACON, 0.25)
+
+
+def _draw_outline(drawing: Paper, outline: Array, color: str) -> None:
+    drawing.fill(outline, blend(parse_color(color), PAPER, 0.5))
+    drawing.line(outline, blend(parse_color(color), INK, 0.45), 0.15, closed=True)
+
+
+def people_page(world: World, width: int, *, names: bool) -> Picture:
+    """Return all people of a world from the right and from above, RGB, in rows of a width [px]."""
+    ratio = next(each for count, each in RATIOS.items() if len(world.people) <= count)
+    letters = Letters()
+    panels = [_panel(world, person, ratio, letters, names=names) for person in world.people]
+    title = np.full((round(px(TITLE)), width, 3), PAPER, np.uint8)
+    if names:
+        words = f"People from the right and from above, 1 : {ratio:g}"
+        letters.write(title, words, (px(MARGIN), px(5.0)), round(px(2.6)), MUTED)
+    return np.concatenate([title, *(_row(row, width) for row in _rows(panels, width))])
+
+
+def _rows(panels: Sequence[Picture], width: int) -> list[list[Picture]]:
+    """Return panels in rows that are no wider than a width [px], unless one panel alone is."""
+    rows: list[list[Picture]] = [[]]
+    for panel in panels:
+        if rows[-1] and sum(each.shape[1] for each in rows[-1]) + panel.shape[1] > width:
+            rows.append([])
+        rows[-1].append(panel)
+    return rows
+
+
+def _row(panels: Sequence[Picture], width: int) -> Picture:
+    """Return panels side by side, their upper edges in line; what is wider than the page is cut off."""
+    row = np.full((max(panel.shape[0] for panel in panels), width, 3), PAPER, np.uint8)
+    column = 0
+    for panel in panels:
+        part = panel[:, : width - column]
+        row[: part.shape[0], column : column + part.shape[1]] = part
+        column += part.shape[1]
+    return row
+
+
+def _panel(world: World, person: Person, ratio: float, letters: Letters, *, names: bool) -> Picture:
+    """Return a person from the right, the floor as a line, and below that from above."""
+    poses, scale = poses_of(world, person), px(1000.0) / ratio
+    views = [person_view(world, person, poses, look(poses)) for look in (look_beside, look_over)]
+    bounds = [view.bounds for view in views]
+    bounds[0][0, 1] = min(bounds[0][0, 1], 0.0)
+    left, right = min(each[0, 0] for each in bounds), max(each[1, 0] for each in bounds)
+    width = math.ceil(max((right - left) * scale + 2 * px(MARGIN), px(NARROWEST)))
+    middle = (left + right) / 2
+    parts = []
+    for view, (low, high), is_beside in zip(views, bounds, (True, False), strict=True):
+        image = np.full((math.ceil((high[1] - low[1]) * scale + 2 * px(MARGIN)), width, 3), PAPER, np.uint8)
+        plan = PlanView(middle - width / 2 / scale, float(high[1]) + px(MARGIN) / scale, scale, width, len(image))
+        paper = Paper(image, plan, letters)
+        if is_beside:
+            paper.line([(left, 0.0), (right, 0.0)], INK, 0.25)
+        draw_view(paper, view)
+        parts.append(image)
+    head = np.full((round(px(HEAD)), width, 3), PAPER, np.uint8)
+    if names:
+        letters.write(head, person.name, (px(MARGIN), px(4.6)), round(px(3.2)), INK, weight=SEMIBOLD)
+        words = f"{person.sex}, {person.figure.measures['stature']:.3f} m"
+        letters.write(head, words, (px(MARGIN), px(8.2)), round(px(2.3)), MUTED)
+    return np.concatenate([head, *parts])
