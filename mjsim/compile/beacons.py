@@ -19,7 +19,7 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.models import bounded, read_picture
-from mjsim.world import Beacon, Hung, Marker, Robot, World, hung, origin_height, printed_share
+from mjsim.world import Beacon, Hung, Marker, Robot, World, hung, printed_share
 
 GIVEN_BACK = 0.25
 """Share of the lamps' light that a picture gives back; it shines by itself, so that its colours are its own at
@@ -96,7 +96,7 @@ def add_carried_beacons(spec: mujoco.MjSpec, world: World, look_of: Callable[[Be
         beacon, (material, size) = item.beacon, look_of(item.beacon)
         name, lift = f"{beacon.on}/base", 0.0
         if not isinstance(item.carrier, Robot):
-            name, lift = f"obstacle/{beacon.on}", origin_height(item.carrier)
+            name, lift = f"obstacle/{beacon.on}", item.carrier.origin_height
         carrier_from_plane = _facing(math.radians(beacon.heading_deg), math.radians(beacon.tilt_deg))
         at, half = np.array([*beacon.at, item.center - lift]), size * beacon.width / 2
         common = {

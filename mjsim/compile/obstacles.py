@@ -31,7 +31,6 @@ from mjsim.world import (
     StepsObstacle,
     World,
     item_names,
-    origin_height,
     problems_at,
 )
 
@@ -104,7 +103,7 @@ def check_things(world: World) -> None:
 
 def _stand(spec: mujoco.MjSpec, obstacle: Obstacle, name: str) -> ObstacleBody:
     turn = math.radians(obstacle.heading_deg) / 2
-    place = {"pos": [*obstacle.at, origin_height(obstacle)], "quat": [math.cos(turn), 0.0, 0.0, math.sin(turn)]}
+    place = {"pos": [*obstacle.at, obstacle.origin_height], "quat": [math.cos(turn), 0.0, 0.0, math.sin(turn)]}
     if obstacle.path is not None:
         body = spec.worldbody.add_body(name=name, **place)
         add_slides(body, name, heading=2 * turn)

@@ -170,7 +170,6 @@ from .plan import leaves as leaves
 from .plan import look_beside as look_beside
 from .plan import look_over as look_over
 from .plan import obstacle_polygons as obstacle_polygons
-from .plan import origin_height as origin_height
 from .plan import person_outlines as person_outlines
 from .plan import placed_targets as placed_targets
 from .plan import prisms as prisms

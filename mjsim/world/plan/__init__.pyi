@@ -5,7 +5,6 @@ from .doors import leaves as leaves
 from .hung import Hung as Hung
 from .hung import hung as hung
 from .outlines import footprint as footprint
-from .outlines import origin_height as origin_height
 from .outlines import prisms as prisms
 from .outlines import stays as stays
 from .outlines import top as top

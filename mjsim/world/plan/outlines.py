@@ -54,11 +54,6 @@ def bottom(obstacle: Obstacle) -> float:
     return obstacle.elevation
 
 
-def origin_height(obstacle: Obstacle) -> float:
-    """Return the height of the origin of an obstacle's frame above the floor [m]: of a model, that of its file."""
-    return obstacle.origin_height
-
-
 def top(obstacle: Obstacle) -> float:
     """Return the height of an obstacle's highest point above the floor [m]."""
     match obstacle:
@@ -84,7 +79,7 @@ def prisms(obstacle: Obstacle) -> list[tuple[Array, float, float]]:
     if not isinstance(obstacle, ModelObstacle):
         return [(footprint(obstacle), bottom(obstacle), top(obstacle))]
     place, scale = world_from_obstacle(obstacle), obstacle.scale
-    lift = origin_height(obstacle)
+    lift = obstacle.origin_height
     return [
         (place.transform(hull * scale), low * scale + lift, high * scale + lift)
         for hull, low, high in obstacle.shape.columns
