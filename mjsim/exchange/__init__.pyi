@@ -11,7 +11,6 @@ from .fidelity import fidelity as fidelity
 from .grid import Grid as Grid
 from .grid import read_grid as read_grid
 from .grid import write_grid as write_grid
-from .maps import explained as explained
 from .maps import name_of as name_of
 from .maps import world_from_map as world_from_map
 from .maze import maze_world as maze_world

@@ -37,11 +37,13 @@ def bring_map(path: Path, *, robot: Newcomer | None) -> Brought:
     """Return the world of a ROS map_server or Nav2 map, with a robot unless that is None.
 
     Raises:
-        UsageError: It is not a map, it is too large, or there is no place for the robot.
+        UsageError: It is not a map, it is too large, it is noise alone, or there is no place for the robot.
     """
     grid = read_grid(path)
     world = world_from_grid(grid, name=name_of(path))
     found, noise = fidelity(world, grid), specks(grid)
+    if 0 < found.occupied == noise:
+        raise UsageError(f"{path}: all of its {noise} occupied cells are specks, as noise makes them; it has no walls")
     rows, columns = grid.occupied.shape
     report = [
         f"{path}: {columns} x {rows} cells of {grid.resolution:g} m; {_counted(world)}",

@@ -12,6 +12,8 @@ from mjsim.geometry import Array
 
 COVERED = 0.4
 """Fragments are parts of one when they cover at least so much of its length."""
+PAIRED = 0.6
+"""Two alone must cover so much of it: those farther apart are two things, as legs of a chair are."""
 HELD = 0.95
 """Share of their cells that what stands for them must hold, with a cell around it."""
 BULGE = 1.0
@@ -24,8 +26,16 @@ MOST_FRAGMENTS = 6_000
 class _Line:
     """Fragments taken as one: their cells, and the rectangle that holds nearly all of them."""
 
+    parts: tuple[Array, ...]
+    """Middles of cells of each fragment, shape (n, 2)."""
     points: Array
+    """Those of all fragments."""
     bar: Bar
+
+    @property
+    def whole(self) -> bool:
+        """Whether its fragments are parts of one thing."""
+        return self.covered >= (PAIRED if len(self.parts) == 2 else COVERED)
 
     @property
     def covered(self) -> float:
@@ -43,7 +53,7 @@ def gathered(parts: Sequence[Array], *, gap: float) -> tuple[list[Bar], list[Arr
     """
     if not 1 < len(parts) <= MOST_FRAGMENTS:
         return [], list(parts)
-    lines: dict[int, _Line] = {index: _Line(part, _bar(part)) for index, part in enumerate(parts)}
+    lines: dict[int, _Line] = {index: _Line((part,), part, _bar(part)) for index, part in enumerate(parts)}
     places = _Places(2 * len(parts))
     waiting = [(distance, other, one) for one in lines for distance, other in places.added(one, lines[one].bar, gap)]
     heapq.heapify(waiting)
@@ -59,8 +69,9 @@ def gathered(parts: Sequence[Array], *, gap: float) -> tuple[list[Bar], list[Arr
         for distance, near in places.added(fresh, line.bar, gap):
             heapq.heappush(waiting, (distance, near, fresh))
         fresh += 1
-    made = [_slimmed(line) for index, line in lines.items() if index >= len(parts)]
-    return made, [line.points for index, line in lines.items() if index < len(parts)]
+    made = [line for line in lines.values() if len(line.parts) > 1 and line.whole]
+    others = [part for line in lines.values() if len(line.parts) == 1 or not line.whole for part in line.parts]
+    return [_slimmed(line) for line in made], others
 
 
 def _slimmed(line: _Line) -> Bar:
@@ -73,7 +84,7 @@ def _slimmed(line: _Line) -> Bar:
 def _joined(one: _Line, other: _Line) -> _Line | None:
     """Return both fragments as one line; None when they are not in line or too sparse."""
     points = np.concatenate([one.points, other.points])
-    line = _Line(points, _bar(points))
+    line = _Line((*one.parts, *other.parts), points, _bar(points))
     bulge = max(one.bar.width, other.bar.width) + BULGE
     longer = line.bar.length > max(one.bar.length, other.bar.length)
     if line.bar.width > bulge or line.covered < COVERED or not longer:

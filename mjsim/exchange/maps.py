@@ -8,9 +8,7 @@ import numpy as np
 
 from mjsim.exchange.corners import runs_of
 from mjsim.exchange.grid import Grid, read_grid
-from mjsim.exchange.pixels import Cells
-from mjsim.exchange.raster import cells_of
-from mjsim.exchange.tidy import without_specks
+from mjsim.exchange.specks import without_specks
 from mjsim.exchange.trace import trace
 from mjsim.geometry import Array
 from mjsim.world import BoxObstacle, CylinderObstacle, Wall, World, solid
@@ -71,24 +69,9 @@ def world_from_grid(grid: Grid, *, name: str = "world") -> World:
     return World(name=name, walls=tuple(walls), obstacles=tuple(things))
 
 
-def explained(world: World, grid: Grid) -> tuple[int, int, int]:
-    """Return how well a world stands for a grid.
-
-    Returns:
-        Occupied cells that something solid touches; occupied cells in all; cells known as free whose middle is more
-        than half a cell deep in something solid.
-    """
-    shape = solid(world)
-    touched = cells_of(shape.buffer(grid.resolution / 2, join_style="mitre"), grid)
-    deep: Cells = cells_of(shape.buffer(-grid.resolution / 2), grid)
-    counts = grid.occupied & touched, grid.occupied, grid.free & deep
-    found, there, invented = (int(np.count_nonzero(cells)) for cells in counts)
-    return found, there, invented
-
-
 def specks(grid: Grid) -> int:
     """Return how many occupied cells are noise: as few near to each other as chance has in a map so noisy."""
-    return int(np.count_nonzero(grid.occupied & ~without_specks(grid)))
+    return int(np.count_nonzero(grid.occupied & ~without_specks(grid).cells))
 
 
 def name_of(path: str | Path) -> str:

@@ -142,17 +142,30 @@ def _squared(cells: Cells, bar: Bar, main: float | None, thickest: float) -> Bar
 
 def _followed(cells: Cells, free: Cells, bar: Bar) -> Bar:
     """Return a wall as long as its cells go on in its direction, both ways from its middle."""
-    count = math.ceil(math.hypot(*cells.shape) / STEP)
+    farthest = math.hypot(*cells.shape)
+    reach = bar.length + BLIND_GAP
+    while True:
+        ahead, behind = _ends(cells, free, bar, reach=reach)
+        # Whatever comes after so long a gap is no part of it.
+        if max(ahead, behind) + BLIND_GAP < reach or reach > farthest:
+            break
+        reach *= 2.0
+    if ahead + behind < 1.0:
+        return bar
+    middle = np.array([bar.x, bar.y])
+    return bar_between(middle - bar.along * behind, middle + bar.along * ahead, bar.width)
+
+
+def _ends(cells: Cells, free: Cells, bar: Bar, *, reach: float) -> tuple[float, float]:
+    """Return how far a wall goes on, ahead and behind from its middle, as far as it is looked for."""
+    count = math.ceil(reach / STEP)
     u = np.asarray((np.arange(-count, count) + 0.5)[:, None] * STEP, dtype=float)
     across = np.array([-0.4, -0.2, 0.0, 0.2, 0.4]) * bar.width
     solid = np.count_nonzero(_looked_up(cells, bar, u, across), axis=1) >= 3
     seen = np.count_nonzero(_looked_up(free, bar, u, across), axis=1) >= 3
     ahead = _goes_on(solid[count:], seen[count:])
     behind = _goes_on(solid[:count][::-1], seen[:count][::-1])
-    if ahead + behind < 1.0:
-        return bar
-    middle = np.array([bar.x, bar.y])
-    return bar_between(middle - bar.along * behind, middle + bar.along * ahead, bar.width)
+    return ahead, behind
 
 
 def _goes_on(solid: Cells, seen: Cells) -> float:

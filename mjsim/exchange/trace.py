@@ -15,9 +15,10 @@ from mjsim.exchange.gather import gathered
 from mjsim.exchange.grid import Grid
 from mjsim.exchange.pixels import Cells
 from mjsim.exchange.shapes import Bar, Disc, cells_in, fitted_bar, fitted_disc
+from mjsim.exchange.specks import has_lone_things, without_specks
 from mjsim.exchange.strips import along_walls
 from mjsim.exchange.thin import lines, thinned
-from mjsim.exchange.tidy import has_lone_things, tidied
+from mjsim.exchange.tidy import tidied
 from mjsim.geometry import Array
 
 THICKEST, BROADEST = 0.6, 1.2
@@ -67,8 +68,10 @@ def trace(grid: Grid) -> Traced:
     Raises:
         UsageError: It has more lines or parts than the map of a building.
     """
-    cells = tidied(grid)
-    least = 1 if has_lone_things(grid, sum(np.count_nonzero(part) == 1 for _, part in _parts(cells))) else SPECK
+    clean = without_specks(grid)
+    cells = tidied(clean.cells, grid)
+    single = sum(np.count_nonzero(part) == 1 for _, part in _parts(cells))
+    least = 1 if has_lone_things(grid, single, noise=clean.noise) else SPECK
     alone, network = _alone(cells, grid.resolution, least)
     walls = _walls(network, grid)
     explained = np.zeros_like(cells)

@@ -11,7 +11,7 @@ import shapely
 import mjsim
 from mjsim.algorithms.waypoints import Waypoints
 from mjsim.bench.robot_maps import mapped, mapped_with_pose
-from mjsim.exchange import explained, with_robot, world_from_map, write_map
+from mjsim.exchange import fidelity, with_robot, world_from_map, write_map
 from mjsim.exchange.grid import read_grid, write_grid
 from mjsim.world import World, check_world, load_world, solid
 
@@ -54,9 +54,9 @@ def test_a_noisy_turned_map_comes_back_as_straight_square_walls(name, turn, tmp_
     grid, map_from_world = mapped_with_pose(world, turn=turn, seed=3)
     path = write_grid(grid, tmp_path)
     back = world_from_map(path)
-    found, there, invented = explained(back, read_grid(path))
-    assert found >= 0.985 * there
-    assert invented == 0
+    found = fidelity(back, read_grid(path))
+    assert found.touched >= 0.985 * found.occupied
+    assert found.covered == 0
     turned: shapely.Geometry = shapely.transform(solid(world), map_from_world.transform)
     assert turned.boundary.hausdorff_distance(solid(back).boundary) < 0.1  # two cells
     for wall in back.walls:
@@ -79,8 +79,8 @@ def test_a_robot_drives_in_what_a_map_became(kind, tmp_path):
     grid = read_grid(path)
     world = with_robot(world_from_map(path), grid=grid)
     assert not check_world(world)
-    found, there, _ = explained(world, grid)
-    assert found >= 0.98 * there
+    found = fidelity(world, grid)
+    assert found.touched >= 0.98 * found.occupied
     places = driven(world, 15.0)
     way = np.hypot(*np.diff(places[:, :2], axis=0).T).sum()
     assert way > 2.0

@@ -11,8 +11,11 @@ import shapely
 
 from mjsim.bench.robot_maps import Noise, mapped
 from mjsim.cli import main
+from mjsim.errors import UsageError
 from mjsim.exchange import Grid, fidelity, read_grid, world_from_map
-from mjsim.exchange.maps import WALL_HEIGHT, world_from_grid
+from mjsim.exchange.bring import bring_map
+from mjsim.exchange.grid import write_grid
+from mjsim.exchange.maps import WALL_HEIGHT, specks, world_from_grid
 from mjsim.geometry import Pose
 from mjsim.record import read_recording
 from mjsim.world import World, load_world, solid
@@ -98,6 +101,41 @@ def test_fragments_of_a_noisy_map_of_fine_cells_are_joined():
     assert len(world.walls) <= 12
     assert len(world.obstacles) <= 50
     assert fidelity(world, grid).share >= 0.96  # a tenth of all specks are nowhere near a wall
+
+
+def speckled(grid: Grid, share: float) -> Grid:
+    """Return a grid of which a share of all cells is occupied at random."""
+    specks = np.random.default_rng(7).random(grid.occupied.shape) < share
+    return Grid(grid.occupied | specks, grid.free & ~specks, grid.resolution, grid.world_from_grid)
+
+
+@pytest.mark.parametrize("share", [0.005, pytest.param(0.085, marks=pytest.mark.slow)])
+def test_specks_are_told_from_walls_and_counted_however_dense_they_are(share):
+    grid, _ = brought("tb3_sandbox")
+    noisy = speckled(grid, share)
+    world, noise = world_from_grid(noisy), specks(noisy)
+    found = fidelity(world, noisy)
+    assert found.explained >= 0.97 * (found.occupied - noise)
+    assert found.false_walls < 0.01
+    lone = np.count_nonzero(noisy.occupied & ~grid.occupied)
+    assert noise == pytest.approx(lone, rel=0.15)  # others of them touch walls, or lie in a row by chance
+    assert len(world.walls) <= 10
+
+
+def test_a_map_of_noise_alone_is_refused(tmp_path):
+    nothing = np.zeros((200, 200), dtype=bool)
+    path = write_grid(speckled(Grid(nothing, ~nothing, 0.05, Pose(0.0, 0.0, 0.0)), 0.03), tmp_path)
+    with pytest.raises(UsageError, match=r"all of its 11\d\d occupied cells are specks"):
+        bring_map(path, robot=None)
+
+
+def test_legs_of_a_chair_are_not_joined_to_walls():
+    occupied = np.zeros((60, 80), dtype=bool)
+    for row, column in ((20, 20), (20, 27), (27, 20), (27, 27)):
+        occupied[row : row + 2, column : column + 2] = True
+    world = world_from_grid(Grid(occupied, ~occupied, 0.05, Pose(0.0, 0.0, 0.0)))
+    assert not world.walls
+    assert len(world.obstacles) == 4
 
 
 def test_a_thin_box_beside_a_wall_is_as_high_as_the_wall():

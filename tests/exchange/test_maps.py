@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from mjsim.errors import UsageError
-from mjsim.exchange import explained, with_robot, world_from_map, write_map
+from mjsim.exchange import fidelity, with_robot, world_from_map, write_map
 from mjsim.exchange.grid import read_grid
 from mjsim.exchange.raster import grid_of
 from mjsim.world import World, check_world, load_world, parse_world, solid
@@ -43,8 +43,8 @@ def test_a_world_that_goes_out_as_a_map_comes_back_within_half_a_cell(name, tmp_
     path = write_map(world, tmp_path, resolution=0.05)
     back = world_from_map(path)
     assert apart(world, back) <= 0.025
-    found, there, invented = explained(back, read_grid(path))
-    assert (found, invented) == (there, 0)
+    found = fidelity(back, read_grid(path))
+    assert (found.touched, found.covered) == (found.occupied, 0)
 
 
 @pytest.mark.slow
