@@ -16,16 +16,20 @@ def export_world(
     resolution: Annotated[float, typer.Option(help="Side of a cell of the map [m].")] = 0.05,
     sdf: Annotated[Path | None, typer.Option(metavar="FILE", help="SDF for Gazebo, its pictures beside it.")] = None,
     usd: Annotated[Path | None, typer.Option(metavar="FILE", help="USD, robots too; needs usd-core.")] = None,
+    glb: Annotated[Path | None, typer.Option(metavar="FILE", help="glTF as one file, robots too.")] = None,
     svg: Annotated[Path | None, typer.Option(metavar="FILE", help="A plan to scale, with names.")] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write a world in other formats: for Nav2, for Gazebo, for films, for print."""
+    """Write a world in other formats: for Nav2, for Gazebo, for films and other viewers, for print."""
     from mjsim.exchange import write_map, write_sdf, write_svg
     from mjsim.world import load_checked
 
-    if all(file is None for file in (map, sdf, usd, svg)):
-        raise UsageError("nothing to write; name at least one of --map DIR, --sdf FILE, --usd FILE, --svg FILE")
-    require_free(*(file for file in (sdf, usd, svg) if file is not None), overwrite=overwrite)
+    files = (sdf, usd, glb, svg)
+    if all(file is None for file in (map, *files)):
+        raise UsageError(
+            "nothing to write; name at least one of --map DIR, --sdf FILE, --usd FILE, --glb FILE, --svg FILE"
+        )
+    require_free(*(file for file in files if file is not None), overwrite=overwrite)
     checked = load_checked(world)
     if map is not None:
         print(write_map(checked, map, resolution=resolution, overwrite=overwrite))
@@ -35,5 +39,9 @@ def export_world(
         from mjsim.compile import write_usd
 
         print(write_usd(checked, usd, overwrite=overwrite))
+    if glb is not None:
+        from mjsim.sim import write_glb
+
+        print(write_glb(checked, glb, overwrite=overwrite))
     if svg is not None:
         print(write_svg(checked, svg, overwrite=overwrite))

@@ -153,6 +153,7 @@ COMMANDS = {
     "worlds": ("worlds --copy gallery -o mine.yaml", "mine.yaml"),
     "map": ("export-world room.yaml --map map", "map/map.yaml"),
     "sdf": ("export-world room.yaml --sdf room.sdf", "room.sdf"),
+    "glb": ("export-world room.yaml --glb room.glb", "room.glb"),
     "svg": ("export-world room.yaml --svg room.svg", "room.svg"),
     "replay": (
         "replay run.mcap --robot scout --estimator mjsim.algorithms.ekf_slam:EkfSlam -o again.mcap",

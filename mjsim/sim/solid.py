@@ -1,0 +1,138 @@
+"""What is seen of a compiled model, as few merged surfaces of each body that moves."""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array
+from mjsim.sim.triangles import Triangles, joined, triangles_of
+
+PLAIN = (0.5, 0.5, 0.5, 1.0)
+"""The colour of a geom that names none: MuJoCo then takes its material's."""
+
+Look = tuple[int | None, bool]
+"""The picture on a surface, as the model counts them, and whether one sees through it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MergedSurface:
+    """All that is drawn at once: of one body, and of one picture or with none."""
+
+    triangles: Triangles
+    """In the frame of the body."""
+    colors: Array
+    """RGBA of each corner as it is displayed, in [0, 1], shape (n, 4)."""
+    texture: int | None
+    """As in `Look`."""
+    clear: bool
+    """As in `Look`."""
+    things: tuple[tuple[str, int], ...]
+    """Names of geoms with how many triangles each has, in their order."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SolidBody:
+    """What moves as one."""
+
+    body: int
+    """In the model; 0 is all that stands still."""
+    surfaces: tuple[MergedSurface, ...]
+
+
+def moving_bodies(model: mujoco.MjModel) -> NDArray[np.intp]:
+    """Return, of each body, the nearest at or above it that can move, 0 for none, shape (nbody,)."""
+    found = np.zeros(model.nbody, dtype=np.intp)
+    for body in range(1, model.nbody):
+        moves = model.body_jntnum[body] > 0 or model.body_mocapid[body] >= 0
+        found[body] = body if moves else found[model.body_parentid[body]]
+    return found
+
+
+def solid_bodies(model: mujoco.MjModel, data: mujoco.MjData, *, groups: Sequence[int]) -> list[SolidBody]:
+    """Return what is seen of a model, all that stands still first.
+
+    Args:
+        model: What is drawn.
+        data: With the places of geoms and bodies worked out; each surface is in the frame of its body.
+        groups: Of geoms that are seen.
+    """
+    carriers = moving_bodies(model)
+    parts: dict[int, dict[Look, list[int]]] = defaultdict(lambda: defaultdict(list))
+    for geom in np.flatnonzero(np.isin(model.geom_group, groups)).tolist():
+        alpha = _color(model, geom)[3]
+        if alpha > 0.0:
+            parts[int(carriers[model.geom_bodyid[geom]])][_texture(model, geom), bool(alpha < 1.0)].append(geom)
+    return [
+        SolidBody(
+            body,
+            tuple(
+                surface for look, geoms in parts[body].items() for surface in _merged(model, data, body, look, geoms)
+            ),
+        )
+        for body in sorted({0, *carriers.tolist()})
+    ]
+
+
+def _merged(
+    model: mujoco.MjModel, data: mujoco.MjData, body: int, look: Look, geoms: Sequence[int]
+) -> list[MergedSurface]:
+    """Return geoms of one look as one surface in the frame of a body; none when nothing of them has a surface."""
+    names, shapes, colors = [], [], []
+    for geom in geoms:
+        shape = triangles_of(model, geom)
+        if shape is not None and len(shape.corners):
+            shapes.append(_placed(shape, model, data, geom=geom, body=body))
+            names.append((_name(model, geom), len(shape.corners)))
+            colors.append(np.tile(_color(model, geom), (len(shape.points), 1)))
+    if not shapes:
+        return []
+    return [MergedSurface(joined(shapes), np.concatenate(colors), *look, tuple(names))]
+
+
+def _placed(shape: Triangles, model: mujoco.MjModel, data: mujoco.MjData, *, geom: int, body: int) -> Triangles:
+    """Return a geom's surface in the frame of a body."""
+    world_from_geom, world_from_body = data.geom_xmat[geom].reshape(3, 3), data.xmat[body].reshape(3, 3)
+    body_from_geom = world_from_body.T @ world_from_geom
+    origin = world_from_body.T @ (data.geom_xpos[geom] - data.xpos[body])
+    points = shape.points @ body_from_geom.T + origin
+    return Triangles(points, shape.normals @ body_from_geom.T, shape.places, shape.corners)
+
+
+def _name(model: mujoco.MjModel, geom: int) -> str:
+    """Return the name of a geom; of one without a name that of its body."""
+    return str(model.geom(geom).name or model.body(model.geom_bodyid[geom]).name)
+
+
+def _texture(model: mujoco.MjModel, geom: int) -> int | None:
+    """Return the flat picture on a geom that says where on it each corner lies, as meshes and planes do."""
+    material = int(model.geom_matid[geom])
+    if material < 0:
+        return None
+    texture = int(model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
+    if texture < 0 or mujoco.mjtTexture(model.tex_type[texture]) != mujoco.mjtTexture.mjTEXTURE_2D:
+        return None
+    kind, mesh = mujoco.mjtGeom(model.geom_type[geom]), int(model.geom_dataid[geom])
+    unrolled = kind == mujoco.mjtGeom.mjGEOM_MESH and model.mesh_texcoordadr[mesh] >= 0
+    return texture if unrolled or kind == mujoco.mjtGeom.mjGEOM_PLANE else None
+
+
+def _color(model: mujoco.MjModel, geom: int) -> Array:
+    """Return the colour of a geom as it is displayed, RGBA in [0, 1], shape (4,)."""
+    material = int(model.geom_matid[geom])
+    own = model.geom_rgba[geom]
+    if material < 0 or not np.allclose(own, PLAIN):
+        return np.asarray(own, dtype=float)
+    color = np.array(model.mat_rgba[material], dtype=float)
+    # What glows is dimmed so that it is not too bright together with the light on it.
+    color[:3] = np.clip(color[:3] * (1.0 + model.mat_emission[material]), 0.0, 1.0)
+    return color
+
+
+def used_textures(bodies: Sequence[SolidBody]) -> Mapping[int, int]:
+    """Return the place of each texture among those that are seen."""
+    seen = {surface.texture for body in bodies for surface in body.surfaces if surface.texture is not None}
+    return {texture: place for place, texture in enumerate(sorted(seen))}
