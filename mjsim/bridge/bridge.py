@@ -8,14 +8,13 @@ from mjsim.bridge.bus import Bus, domain_id
 from mjsim.bridge.services import offer
 from mjsim.closing import Closes
 from mjsim.errors import UsageError
-from mjsim.exchange import grid_of
 from mjsim.interface import Command, RobotInfo
 from mjsim.output import NewFile
 from mjsim.record import Order, Tick
 from mjsim.ros import COMMANDS, MAP, Outgoing, RosTick, RosTopic, RosWorld, grid_map
 from mjsim.session import Session
 from mjsim.sim import Simulation
-from mjsim.world import Modules, World
+from mjsim.world import Modules, World, grid_of
 
 FOREVER = 1e8
 """Length of a run that ends when somebody ends it [s]."""

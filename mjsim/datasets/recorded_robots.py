@@ -3,10 +3,11 @@
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from mjsim.closing import Closes
 from mjsim.errors import UsageError
@@ -19,6 +20,10 @@ from mjsim.world import Camera, name_of
 
 SAME_TIME = 1e-6
 """Times that differ less are the same [s]."""
+
+
+Depth = tuple[float, NDArray[Any]]
+"""Stamp [s] and pixels of depth."""
 
 
 class PictureFile(NamedTuple):
@@ -61,6 +66,7 @@ class RecordedRobots(Closes):
         self._takes: dict[str, Callable[[str, float], CameraFrame]] = {}
         self._retakes: dict[str, Retake] = {}
         self._recorded: dict[tuple[str, str], Iterator[tuple[float, bytes, str]]] = {}
+        self._coming: dict[tuple[str, str], tuple[Iterator[Depth], Depth | None]] = {}
         self._depths = {
             (robot.name, sensor.camera)
             for robot in recording.world.robots
@@ -124,6 +130,17 @@ class RecordedRobots(Closes):
             f"'{self.recording.path}' holds no picture of '{robot}/{camera}' at {stamp:g} s; draw them again: --redraw"
             " (in Python: redraw=True)"
         )
+
+    def depth(self, robot: str, camera: str, stamp: float) -> NDArray[Any] | None:
+        """Return the depth that was recorded with a picture, as `Recording.depths` has it; None without."""
+        if (robot, camera) not in self._coming:
+            depths = self.recording.depths(robot, camera)
+            self._coming[robot, camera] = depths, next(depths, None)
+        depths, found = self._coming[robot, camera]
+        while found is not None and found[0] < stamp - SAME_TIME:
+            found = next(depths, None)
+        self._coming[robot, camera] = depths, found
+        return None if found is None or found[0] > stamp + SAME_TIME else found[1]
 
     def frame(self, robot: str, camera: str, stamp: float) -> CameraFrame:
         """Return what a camera gave at the tick at hand: drawn again from the recorded states, or what a log tells."""

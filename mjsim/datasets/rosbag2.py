@@ -7,9 +7,9 @@ from typing import Any, Literal
 from mjsim.datasets.place import new_folders
 from mjsim.datasets.recorded_robots import RecordedRobots, RecordedTick, planar_pose
 from mjsim.errors import UsageError
-from mjsim.exchange import grid_of
 from mjsim.record import Recording
 from mjsim.ros import MAP, Outgoing, Qos, RosTick, RosTopic, RosWorld, bytes_of, grid_map, nanoseconds, typestore
+from mjsim.world import grid_of
 
 Storage = Literal["mcap", "sqlite3"]
 FILES = r"metadata\.yaml|[^/]+\.(mcap|db3)"
@@ -34,8 +34,8 @@ def export_rosbag2(
         recording: A run.
         folder: The bag.
         storage: 'mcap' or 'sqlite3'.
-        redraw: Whether pictures, and depth, are drawn again from the recorded states and stored raw; else pictures are
-            as recorded, compressed.
+        redraw: Whether pictures, and depth, are drawn again from the recorded states and stored raw; else both are as
+            recorded, pictures compressed.
         overwrite: Whether a bag that exists may be replaced.
 
     Returns:
@@ -76,7 +76,8 @@ def _write(recorded: RecordedRobots, folder: Path, storage: Storage, *, redraw: 
                     found = named.pictures(camera, recorded.frame(robot, camera, stamp))
                 else:
                     data, suffix = recorded.picture(robot, camera, stamp)
-                    found = named.compressed(camera, stamp, data, "jpeg" if suffix == "jpg" else suffix)
+                    form = "jpeg" if suffix == "jpg" else suffix
+                    found = named.compressed(camera, stamp, data, form, depth=recorded.depth(robot, camera, stamp))
                 for each in found:
                     bag.put(each, time)
 

@@ -8,9 +8,9 @@ from .clutter import clutter_world as clutter_world
 from .dxf_in import world_from_dxf as world_from_dxf
 from .fidelity import Fidelity as Fidelity
 from .fidelity import fidelity as fidelity
-from .grid import Grid as Grid
 from .grid import read_grid as read_grid
 from .grid import write_grid as write_grid
+from .grid import write_map as write_map
 from .maps import name_of as name_of
 from .maps import world_from_map as world_from_map
 from .maze import maze_world as maze_world
@@ -19,8 +19,6 @@ from .original import read_original as read_original
 from .place import ESTIMATORS as ESTIMATORS
 from .place import Newcomer as Newcomer
 from .place import with_robot as with_robot
-from .raster import grid_of as grid_of
-from .raster import write_map as write_map
 from .robots import BroughtRobot as BroughtRobot
 from .robots import RobotOptions as RobotOptions
 from .robots import bring_robot as bring_robot

@@ -4,11 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjsim.exchange.grid import Grid
 from mjsim.exchange.pixels import Cells
-from mjsim.exchange.raster import cells_of
 from mjsim.geometry import Array
-from mjsim.world import World, solid
+from mjsim.world import Grid, World, cells_of, solid
 
 NEAR = 1.0
 """A cell is explained when its middle is this near to something solid [cells]."""

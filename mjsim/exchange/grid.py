@@ -1,7 +1,6 @@
 """Occupancy grids as ROS map_server and Nav2 write them: a picture and a YAML file beside it."""
 
 import math
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -10,8 +9,8 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.exchange.pixels import Cells, gray_of
 from mjsim.geometry import Array, Pose
-from mjsim.output import write_files
-from mjsim.world import read_text
+from mjsim.output import free_paths, write_files
+from mjsim.world import SLICE, Grid, World, grid_of, read_text
 
 MOST_BYTES = 200_000_000
 """Of a picture."""
@@ -23,28 +22,6 @@ OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
 """As map_saver writes them; what is unknown lies between."""
 FILES = ("map.pgm", "map.yaml")
 """Of a map."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Grid:
-    """What is known of a floor, cell by cell; row 0 is the lowest in y, column 0 the lowest in x."""
-
-    occupied: Cells
-    """Shape (rows, columns)."""
-    free: Cells
-    """Shape (rows, columns); what is neither occupied nor free is unknown."""
-    resolution: float
-    """Side of a cell [m]."""
-    world_from_grid: Pose
-    """The corner where row 0 and column 0 begin, and where the columns point."""
-
-    def corners(self, cells: Array) -> Array:
-        """Return points in cells, (column, row) from the corner, in the world frame, shape (..., 2) [m]."""
-        return self.world_from_grid.transform(np.asarray(cells) * self.resolution)
-
-    def cells(self, points: Array) -> Array:
-        """Return points of the world, shape (..., 2) [m], in cells from the corner, (column, row)."""
-        return np.asarray(self.world_from_grid.inverse().transform(points) / self.resolution)
 
 
 def read_grid(path: str | Path) -> Grid:
@@ -167,3 +144,22 @@ def _shares(gray: Array, opaque: Cells, *, raw: bool, negate: bool) -> tuple[Arr
         percent = gray * np.float32(255.0)
         return np.asarray(percent / 100.0), opaque & (percent <= 100.5)
     return np.asarray(gray if negate else 1.0 - gray), opaque
+
+
+def write_map(
+    world: World, folder: str | Path, *, resolution: float = 0.05, height: float = SLICE, overwrite: bool = False
+) -> Path:
+    """Write `map.yaml` and `map.pgm` of a world as Nav2 reads them, and return the path of `map.yaml`.
+
+    Args:
+        world: What is to be drawn.
+        folder: Is made when it is not there.
+        resolution: Side of a cell [m].
+        height: At which a level plane cuts the world [m].
+        overwrite: Whether files that exist may be replaced.
+
+    Raises:
+        UsageError: Nothing is solid at this height, the map would be too large, or a file exists or cannot be written.
+    """
+    free_paths(folder, FILES, overwrite=overwrite)
+    return write_grid(grid_of(world, resolution=resolution, height=height), folder, overwrite=overwrite)

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from mjsim.exchange.corners import runs_of
-from mjsim.exchange.grid import Grid, read_grid
+from mjsim.exchange.grid import read_grid
 from mjsim.exchange.specks import without_specks
 from mjsim.exchange.trace import trace
 from mjsim.geometry import Array
-from mjsim.world import BoxObstacle, CylinderObstacle, Wall, World, solid
+from mjsim.world import BoxObstacle, CylinderObstacle, Grid, Wall, World, solid
 
 WALL_HEIGHT = 2.5
 """A map does not tell it [m]."""

@@ -10,9 +10,10 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.exchange.bring import Reading, drawing_of, plan_of
 from mjsim.exchange.drawing import Line
-from mjsim.exchange.grid import Grid, read_bounded, read_grid
+from mjsim.exchange.grid import read_bounded, read_grid
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Picture
+from mjsim.world import Grid
 
 OCCUPIED, FREE, UNKNOWN = 20, 255, 205
 """Gray of the cells of a map."""

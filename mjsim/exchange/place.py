@@ -9,12 +9,10 @@ from typing import Any
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.exchange.grid import Grid
 from mjsim.exchange.pixels import Cells
 from mjsim.exchange.preset_files import inhabited, robot_of
-from mjsim.exchange.raster import cells_of, grid_of
 from mjsim.geometry import Array
-from mjsim.world import Modules, Robot, Run, Use, World, check_world, sensor_names, solid
+from mjsim.world import Grid, Modules, Robot, Run, Use, World, cells_of, check_world, grid_of, sensor_names, solid
 
 ROBOT = "scout"
 """What the robot is called."""
@@ -153,9 +151,7 @@ def _clearance(world: World, grid: Grid | None) -> tuple[Array, Grid]:
 
         grid = Grid(size, ~size, 0.05, Pose(-5.0, -5.0, 0.0))
     elif grid is None:
-        low_x, low_y, high_x, high_y = shape.bounds
-        area = (high_x - low_x + 2.0) * (high_y - low_y + 2.0)
-        grid = grid_of(world, resolution=max(0.05, math.sqrt(area / MOST_CELLS)))
+        grid = grid_of(world, most_cells=MOST_CELLS)
     taken = cells_of(shape, grid)
     free: Cells = (grid.free | _specks(~grid.free & ~taken, SPECK / grid.resolution**2)) & ~taken
     padded = np.pad(free.astype(np.uint8), 1)

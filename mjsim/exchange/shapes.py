@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjsim.exchange.pixels import Cells
-from mjsim.exchange.raster import filled
 from mjsim.geometry import Array
+from mjsim.world import cells_within
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +105,7 @@ def cells_in(outline: Array, shape: tuple[int, int]) -> tuple[tuple[slice, slice
     faces = np.stack([outline, np.roll(outline, -1, axis=0)], axis=1) - lower
     columns, rows = (upper - lower).tolist()
     window = slice(lower[1], upper[1]), slice(lower[0], upper[0])
-    return window, filled(faces, rows=rows, columns=columns)
+    return window, cells_within(faces, rows=rows, columns=columns)
 
 
 def _shared(points: Array, covered: int, lattice: int) -> float:

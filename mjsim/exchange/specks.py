@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.errors import UsageError
-from mjsim.exchange.grid import Grid
 from mjsim.exchange.pixels import Cells
+from mjsim.world import Grid
 
 REACHES = (4, 2, 1)
 """Cells are near to each other, and in one group, when they are no farther apart; the less, the denser the noise."""

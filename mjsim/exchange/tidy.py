@@ -3,8 +3,8 @@
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.exchange.grid import Grid
 from mjsim.exchange.pixels import Cells
+from mjsim.world import Grid
 
 CRACK = 0.05
 """Gaps of walls that are narrower are closed, free or not [m]."""

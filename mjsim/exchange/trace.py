@@ -12,7 +12,6 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.exchange.gather import gathered
-from mjsim.exchange.grid import Grid
 from mjsim.exchange.pixels import Cells
 from mjsim.exchange.shapes import Bar, Disc, cells_in, fitted_bar, fitted_disc
 from mjsim.exchange.specks import has_lone_things, without_specks
@@ -20,6 +19,7 @@ from mjsim.exchange.strips import along_walls
 from mjsim.exchange.thin import lines, thinned
 from mjsim.exchange.tidy import tidied
 from mjsim.geometry import Array
+from mjsim.world import Grid
 
 THICKEST, BROADEST = 0.6, 1.2
 """What is thicker is a thing, not a wall; where walls are usually thick, walls up to the second are walls too [m]."""

@@ -17,7 +17,7 @@ FILES = "files/"
 """How the names of attached files begin; then follows the name that the world uses."""
 METADATA_NAME = "mjsim"
 """Metadata record with seed, versions and command line."""
-IMAGE_SCHEMA = "foxglove.CompressedImage"
+PICTURES = ("foxglove.CompressedImage", "foxglove.RawImage")
 TIMING_TOPIC = "/timing"
 
 
@@ -87,7 +87,7 @@ def numeric_topics(path: str | Path) -> dict[str, str]:
     """
     hashes: dict[str, Any] = {}
     for message in raw_messages(Path(path)):
-        if message.topic == TIMING_TOPIC or message.schema == IMAGE_SCHEMA:
+        if message.topic == TIMING_TOPIC or message.schema in PICTURES:
             continue
         digest = hashes.setdefault(message.topic, hashlib.sha256())
         digest.update(struct.pack("<QQ", message.time, len(message.data)))

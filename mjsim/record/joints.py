@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array, Pose3
 from mjsim.mechanics import JointMotion
 from mjsim.record.messages import pose3_row, truth_message
-from mjsim.record.numbers import Message, flat
+from mjsim.record.numbers import Message, flat, stamp_json
 
 KEYS = ("positions", "velocities", "accelerations", "torques", "goal")
 """Lists of a message, one number for each joint."""
@@ -53,7 +53,22 @@ def joint_messages(time: float, motions: Mapping[str, JointMotion]) -> list[tupl
         if motion.tool is not None:
             pose = Pose3.from_matrix(motion.tool)
             messages.append((f"/{name}/tool", truth_message(time, pose.planar(), pose)))
-    return messages
+    return [*messages, *_state_messages(time, motions)]
+
+
+def _state_messages(time: float, motions: Mapping[str, JointMotion]) -> list[tuple[str, Message]]:
+    """Return a topic and a message for each robot or mechanism, with the fields of `foxglove.JointStates`."""
+    states: dict[str, list[Message]] = {}
+    for name, motion in motions.items():
+        owner, _, part = name.partition("/")
+        values = (motion.positions, motion.velocities, motion.accelerations, motion.torques)
+        for joint, *row in zip(motion.names, *map(flat, values), strict=True):
+            told = dict(zip(("position", "velocity", "acceleration", "effort"), row, strict=True))
+            states.setdefault(owner, []).append({"name": f"{part}/{joint}" if part else joint, **told})
+    return [
+        (f"/{owner}/joint_states", {"time": time, "timestamp": stamp_json(time), "joints": joints})
+        for owner, joints in states.items()
+    ]
 
 
 class JointRows:

@@ -89,3 +89,4 @@ def topic(title: str, description: str, properties: Schema, *, optional: Collect
 
 
 TIME = number("Simulated time [s]")
+STAMP = keyed({"sec": {"type": "integer"}, "nsec": {"type": "integer"}}, "Simulated time, rounded to 1 ns")

@@ -1,10 +1,12 @@
-"""Pictures of a log and their depth, as messages that Foxglove draws: nothing is lost."""
+"""Pictures and depth as messages that Foxglove draws; of a log nothing is lost."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
 from foxglove.messages import CompressedImage, RawImage
+from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Intrinsics, Picture
@@ -101,17 +103,20 @@ def kept_picture_message(frame: CameraFrame, frame_id: str) -> CompressedImage:
 
 
 def depth_message(frame: CameraFrame, frame_id: str) -> RawImage | None:
-    """Return the depth of a logged picture without loss: in whole millimetres where it has them, else in metres.
+    """Return the depth of a picture: of a log without loss, in metres where millimetres lose some; else in millimetres.
 
-    Depth of a simulated camera is drawn again, as its pictures are.
+    Depth of a simulated camera can be drawn again without loss, as its pictures can. In millimetres, 0 stands for none,
+    too near and farther than 65.535 m.
     """
-    if not isinstance(frame, LoggedFrame) or frame.depth is None:
+    if frame.depth is None:
         return None
     metres = np.asarray(frame.depth, dtype=np.float32)
-    counts = np.where(metres == np.inf, 0.0, np.rint(metres * MILLIMETRES))
-    whole = np.where(counts == 0.0, np.float32(np.inf), (counts / MILLIMETRES).astype(np.float32))
-    exact = bool((whole == metres).all() and counts.max(initial=0.0) < 1 << 16)
-    pixels = counts.astype("<u2") if exact else metres.astype("<f4")
+    counts = np.rint(metres * np.float32(MILLIMETRES))
+    counts[~((counts > 0.0) & (counts < 1 << 16))] = 0.0
+    pixels = counts.astype("<u2")
+    exact = not isinstance(frame, LoggedFrame) or np.array_equal(_metres_of(pixels), metres)
+    if not exact:
+        pixels = metres.astype("<f4")
     height, width = metres.shape
     return RawImage(
         timestamp=stamp(frame.stamp),
@@ -130,11 +135,30 @@ def depth_of(data: bytes, *, shape: tuple[int, int]) -> Array:
     Raises:
         ValueError: It is not as `depth_message` writes it.
     """
+    pixels = depth_pixels(data)
+    if pixels.shape != shape:
+        raise ValueError("depth of another size than the camera's")
+    metres = _metres_of(pixels) if pixels.dtype == np.uint16 else pixels
+    return metres.astype(float)
+
+
+def depth_pixels(data: bytes) -> NDArray[Any]:
+    """Return the numbers in a `foxglove.RawImage` of depth, shape (height, width).
+
+    Returns:
+        Whole millimetres as uint16, 0 for none, or metres as float32, infinite for none.
+
+    Raises:
+        ValueError: It is not as `depth_message` writes it.
+    """
     fields = {number: value for number, value, _ in parts_of(data)}
     kind = {b"16UC1": "<u2", b"32FC1": "<f4"}.get(fields.get(4, b""))
     if kind is None:
         raise ValueError("depth of an unknown encoding")
-    pixels = np.frombuffer(fields.get(6, b""), dtype=kind).reshape(shape)
-    if kind == "<f4":
-        return pixels.astype(float)
-    return np.where(pixels == 0, np.inf, (pixels / np.float32(MILLIMETRES)).astype(np.float32)).astype(float)
+    height, width = (int.from_bytes(fields.get(number, b""), "little") for number in (3, 2))
+    return np.frombuffer(fields.get(6, b""), dtype=kind).reshape(height, width)
+
+
+def _metres_of(pixels: NDArray[np.uint16]) -> NDArray[np.float32]:
+    """Return millimetres as metres, 0 as +inf."""
+    return np.where(pixels == 0, np.float32(np.inf), pixels / np.float32(MILLIMETRES))

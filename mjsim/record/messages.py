@@ -18,7 +18,7 @@ from pydantic import TypeAdapter
 
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import Command, Estimate, JointGoal, Observation, Sighting, WheelCommand, message_text
-from mjsim.record.numbers import Message, flat, nanoseconds, numbers, packed, unpacked
+from mjsim.record.numbers import Message, flat, numbers, packed, stamp_json, unpacked
 from mjsim.record.readings import CODECS, sighting_messages
 from mjsim.record.tick import Order, RobotEvent, Tick
 from mjsim.world import WorldEvent, said_of
@@ -60,16 +60,11 @@ def _without_infinity(value: Any) -> Any:
     return None if isinstance(value, float) and value == math.inf else value
 
 
-def _stamp(time: float) -> Message:
-    sec, nsec = divmod(nanoseconds(time), 1_000_000_000)
-    return {"sec": sec, "nsec": nsec}
-
-
 def pose_message(time: float, pose: Pose, covariance: ArrayLike | None = None) -> Message:
     """Return a pose in the world frame, as Foxglove draws it and exactly."""
     half = pose.heading / 2
     message: Message = {
-        "timestamp": _stamp(time),
+        "timestamp": stamp_json(time),
         "frame_id": "world",
         "pose": {
             "position": {"x": float(pose.x), "y": float(pose.y), "z": 0.0},
@@ -86,7 +81,7 @@ def pose_message(time: float, pose: Pose, covariance: ArrayLike | None = None) -
 def truth_message(time: float, planar: Pose, pose: Pose3) -> Message:
     """Return the pose of a base in the world frame, exactly: in space, and its heading as seen from above."""
     return {
-        "timestamp": _stamp(time),
+        "timestamp": stamp_json(time),
         "frame_id": "world",
         "pose": {
             "position": {"x": pose.x, "y": pose.y, "z": pose.z},
@@ -186,7 +181,7 @@ def landmarks_message(time: float, names: Sequence[Hashable], means: Array, cova
     """Return an estimated map, as `map_arrays` gives it."""
     upright = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
     return {
-        "timestamp": _stamp(time),
+        "timestamp": stamp_json(time),
         "frame_id": "world",
         "time": time,
         "poses": [{"position": {"x": x, "y": y, "z": 0.0}, "orientation": upright} for x, y in means.tolist()],
@@ -275,7 +270,7 @@ def command_row(message: Message) -> tuple[float, float, float]:
 def event_message(robot: str, event: RobotEvent) -> Message:
     """Return an event as a line of a log."""
     message = {
-        "timestamp": _stamp(event.time),
+        "timestamp": stamp_json(event.time),
         "level": _LEVELS[event.kind],
         "message": event.text,
         "name": robot,
@@ -297,7 +292,7 @@ def event_of(message: Message) -> RobotEvent:
 def world_event_message(time: float, event: WorldEvent) -> Message:
     """Return what happened to the world as a line of a log, and exactly."""
     return {
-        "timestamp": _stamp(time),
+        "timestamp": stamp_json(time),
         "level": 2,
         "message": said_of(event),
         "name": "world",

@@ -48,6 +48,12 @@ def unpacked(text: str, *shape: int, kind: str = "<f8") -> NDArray[Any]:
     return np.frombuffer(base64.b64decode(text), dtype=dtype).reshape(shape or -1).astype(dtype.newbyteorder("="))
 
 
+def stamp_json(time: float) -> Message:
+    """Return a time as messages in JSON hold it, rounded to 1 ns."""
+    sec, nsec = divmod(nanoseconds(time), 1_000_000_000)
+    return {"sec": sec, "nsec": nsec}
+
+
 def nanoseconds(time: float) -> int:
     """Return a time as files carry it, rounded [ns]."""
     return round(time * 1e9)

@@ -52,7 +52,7 @@ class Recorder:
         seed: Of the run.
         robots: What the modules are told of each robot.
         metadata: Versions, command line and the like.
-        pictures: Whether those of the cameras are written; they can be drawn again from the states.
+        pictures: Whether those of the cameras and the map as a grid are written; both can be made again from the rest.
         overwrite: Whether a file at the path may be replaced.
 
     Raises:
@@ -82,6 +82,7 @@ class Recorder:
             for robot, codec in codecs
             if codec.topic is not None
         ]
+        self._streams = [(robot, codec.field, codec.stream) for robot, codec in codecs if codec.stream is not None]
         self._drawings = [
             (drawing, robot, codec.field)
             for robot, codec in codecs
@@ -91,6 +92,7 @@ class Recorder:
         place = reserve(path, overwrite=overwrite)
         self._writer = Writer(place, world=world, seed=seed, robots=robots, metadata=metadata)
         dt = min((info.dt for info in robots.values()), default=KEPT_BACK)
+        self._is_drawn = pictures
         self._queue: queue.Queue[Batch | None] = queue.Queue(min(max(round(KEPT_BACK / dt), 2), 64))
         self._beliefs: dict[str, BeliefMessages] = {}
         self._began = time.perf_counter()
@@ -112,6 +114,9 @@ class Recorder:
             message = message_of(tick, robot)
             if message is not None:
                 messages.append((topic, message))
+        for robot, field, stream in self._streams:
+            if robot in tick.seen:
+                messages += stream.messages(robot, getattr(tick.seen[robot], field))
         messages += joint_messages(tick.time, tick.joints)
         messages += sensor_messages(tick.time, tick.readings)
         for robot, order in tick.orders.items():
@@ -223,7 +228,9 @@ class Recorder:
             self._failure = error
 
     def _write_batches(self) -> None:
-        """Write batches until there are no more; end a chunk when it is old, on the clock or in simulated time."""
+        """Write the map, then batches; end a chunk when it is old, on the clock or in simulated time."""
+        if self._is_drawn:
+            self._writer.draw_floor()
         first: Batch | None = None
         began = 0.0
         while True:

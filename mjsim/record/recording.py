@@ -4,7 +4,7 @@ import math
 from collections.abc import Collection, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from mjsim.interface import Observation, Picture, Sighting
 from mjsim.models import picture_size
 from mjsim.record.file import RawMessage, picture_of, raw_messages
 from mjsim.record.joints import JointTrack
-from mjsim.record.logged_frame import decode_picture
+from mjsim.record.logged_frame import decode_picture, depth_pixels
 from mjsim.record.mechanisms import SensorTrack
 from mjsim.record.messages import covariance_of, event_of, names_of, observation_of
 from mjsim.record.numbers import Message
@@ -224,6 +224,21 @@ class Recording:
                 picture = decode_picture(data)
             yield stamp, picture
 
+    def depths(self, robot: str, camera: str) -> Iterator[tuple[float, NDArray[Any]]]:
+        """Yield stamp [s] and depth, shape (height, width), of each picture of a camera that came with some.
+
+        Depth is in whole millimetres as uint16, 0 for none; that of a log which they would not hold in metres as
+        float32, infinite for none. Depth of a run is rounded; `mjsim export --redraw` has it as modules were given it.
+
+        Raises:
+            UsageError: There is no such robot or camera.
+            RecordingError: A message is not as mjsim writes it.
+        """
+        for message, stamp in self._taken(robot, camera, "depth"):
+            with reading(message, path=self.path):
+                pixels = depth_pixels(message.data)
+            yield stamp, pixels
+
     def observations(self, robot: str) -> Iterator[Observation]:
         """Yield the observations that a robot's modules were given, exactly, but without pictures.
 
@@ -277,21 +292,26 @@ class Recording:
 
     def _pictures(self, robot: str, camera: str) -> Iterator[tuple[RawMessage, float, bytes, str]]:
         """Yield message, stamp [s], file contents and format of each picture of a camera."""
+        for message, stamp in self._taken(robot, camera, "image"):
+            with reading(message, path=self.path):
+                data, form = picture_of(message.data)
+            yield message, stamp, data, form
+
+    def _taken(self, robot: str, camera: str, kind: str) -> Iterator[tuple[RawMessage, float]]:
+        """Yield message and stamp [s] of what a camera gave, of the topic '/R/CAMERA/KIND'."""
         name = f"{robot}/{camera}"
         if (robot, camera) not in self.cameras():
             known = did_you_mean(name, ("/".join(pair) for pair in self.cameras()))
             raise UsageError(f"no camera '{name}' in '{self.path}'{known}")
         # The stamp in the picture is rounded to a nanosecond; the observation has it exactly.
-        observed, picture = f"/{robot}/observation", f"/{name}/image"
+        observed, picture = f"/{robot}/observation", f"/{name}/{kind}"
         stamp = math.nan
         for message in raw_messages(self.path, topics={observed, picture}):
             if message.topic == observed:
                 given = content_of(message, path=self.path)["cameras"]
                 stamp = next((item["stamp"] for item in given if item["name"] == camera), math.nan)
             else:
-                with reading(message, path=self.path):
-                    data, form = picture_of(message.data)
-                yield message, stamp, data, form
+                yield message, stamp
 
     def _sensors(self, robot: str) -> tuple[AnySensor, ...]:
         """Return the sensors that a robot has in the world; none for one that is not there."""

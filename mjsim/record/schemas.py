@@ -7,6 +7,7 @@ numbers beside them. What stands in an observation has its schema beside its cod
 from typing import get_args
 
 from mjsim.record.json_schema import (
+    STAMP,
     Schema,
     boolean,
     integer,
@@ -22,10 +23,9 @@ from mjsim.record.json_schema import (
 from mjsim.record.readings import CODECS, SIGHTINGS_SCHEMA
 from mjsim.record.tick import EventKind
 
-_STAMP = keyed({"sec": {"type": "integer"}, "nsec": {"type": "integer"}}, "Simulated time, rounded to 1 ns")
 _XYZ: Schema = {axis: {"type": "number"} for axis in "xyz"}
 _POSE = keyed({"position": keyed(_XYZ, "[m]"), "orientation": keyed(_XYZ | {"w": {"type": "number"}})})
-_FRAME = {"timestamp": _STAMP, "frame_id": text("Frame of the poses")}
+_FRAME = {"timestamp": STAMP, "frame_id": text("Frame of the poses")}
 _NUMBERED: Schema = boolean("Whether the name is a whole number")
 _COMMAND = keyed(
     {
@@ -131,6 +131,25 @@ JOINTS = topic(
         "goal": numbers("Where they should be [rad]"),
     },
 )
+JOINT_STATES = topic(
+    "foxglove.JointStates",
+    "How all joints of a robot, or of a mechanism, truly move; in m and N where they slide.",
+    {
+        "timestamp": STAMP,
+        "joints": listed(
+            keyed(
+                {
+                    "name": text("'ARM/JOINT' of a robot, else as in the world"),
+                    "position": number("[rad]"),
+                    "velocity": number("[rad/s]"),
+                    "acceleration": number("In the last step of the physics [rad/s^2]"),
+                    "effort": number("Of the motor, at the joint [N m]"),
+                }
+            ),
+            "In the order of the world",
+        ),
+    },
+)
 READINGS = topic(
     "mjsim.MechanismSensors",
     "What the sensors of a mechanism read.",
@@ -147,7 +166,7 @@ EVENT = topic(
     "foxglove.Log",
     "Something that happened to a robot.",
     {
-        "timestamp": _STAMP,
+        "timestamp": STAMP,
         "level": integer("2 information, 3 warning, 4 error"),
         "message": text("For people"),
         "name": text("Of the robot"),
@@ -162,7 +181,7 @@ WORLD_EVENT = topic(
     "foxglove.Log",
     "Something that happened to the world.",
     {
-        "timestamp": _STAMP,
+        "timestamp": STAMP,
         "level": integer("2, information"),
         "message": text("For people"),
         "name": text("world"),
@@ -243,14 +262,18 @@ ROBOT_TOPICS = {
     "events": EVENT,
 }
 """Topics of robot R are '/R/' and one of these names; its pictures are '/R/CAMERA/image', its scans '/R/scan'."""
+JOINTED_TOPICS = {"joint_states": JOINT_STATES}
+"""Further topics of a robot that has joints."""
 ARM_TOPICS = {"joints": JOINTS, "tool": POSE}
 """Topics of an arm are '/R/ARM/' and one of these names."""
-MECHANISM_TOPICS = {"joints": JOINTS, "sensors": READINGS}
+MECHANISM_TOPICS = {"joints": JOINTS, "sensors": READINGS, **JOINTED_TOPICS}
 """Topics of a mechanism are '/MECHANISM/' and one of these names."""
 SENSOR_TOPICS = {
     codec.sensor: (codec.topic.name, codec.topic.schema) for codec in CODECS if codec.sensor and codec.topic
 }
 """Topics that only a robot with a sensor of a kind has."""
+STREAMS = {codec.sensor: (codec.stream.name, codec.stream.schema) for codec in CODECS if codec.sensor and codec.stream}
+"""Topics of each sensor of a kind, '/R/SENSOR/' and the name."""
 
 WORLD_TOPICS = {"/events": WORLD_EVENT, "/things": THINGS, "/state": STATE, "/timing": TIMING}
 """Topics of the world, and of the run."""

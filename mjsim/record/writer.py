@@ -9,7 +9,7 @@ from importlib.metadata import version
 from typing import Any
 
 from foxglove import Channel, Context, open_mcap
-from foxglove.channels import FrameTransformsChannel, SceneUpdateChannel
+from foxglove.channels import FrameTransformsChannel, GridChannel, SceneUpdateChannel
 from foxglove.mcap import MCAPWriteOptions
 
 from mjsim.closing import Closes
@@ -18,12 +18,22 @@ from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import Estimate, RobotInfo
 from mjsim.output import NewFile
 from mjsim.record.file import FILES, METADATA_NAME, WORLD_NAME
+from mjsim.record.grid import grid_message
+from mjsim.record.json_schema import Schema
 from mjsim.record.map import looks_update, map_update
 from mjsim.record.messages import covariance_message, encode
 from mjsim.record.numbers import Message, nanoseconds
 from mjsim.record.readings import CODECS, DrawnTopic
 from mjsim.record.scene import frames_message, mount
-from mjsim.record.schemas import ARM_TOPICS, MECHANISM_TOPICS, ROBOT_TOPICS, SENSOR_TOPICS, WORLD_TOPICS
+from mjsim.record.schemas import (
+    ARM_TOPICS,
+    JOINTED_TOPICS,
+    MECHANISM_TOPICS,
+    ROBOT_TOPICS,
+    SENSOR_TOPICS,
+    STREAMS,
+    WORLD_TOPICS,
+)
 from mjsim.world import (
     Looks,
     ModelBody,
@@ -111,12 +121,7 @@ class Writer:
     def _open_channels(self, robots: Mapping[str, RobotInfo]) -> None:
         """Open a channel for each topic, and write what is said once."""
         context = self._context
-        schemas = {f"/{robot}/{kind}": schema for robot in robots for kind, schema in ROBOT_TOPICS.items()}
-        for robot, info in robots.items():
-            topics = [SENSOR_TOPICS[each.kind] for each in info.sensors.values() if each.kind in SENSOR_TOPICS]
-            topics += [("drive/joints", ARM_TOPICS["joints"])] if info.balancing is not None else []
-            topics += [(f"{arm}/{kind}", schema) for arm in info.arms for kind, schema in ARM_TOPICS.items()]
-            schemas |= {f"/{robot}/{topic}": schema for topic, schema in topics}
+        schemas = {f"/{robot}/{topic}": schema for robot, info in robots.items() for topic, schema in _topics_of(info)}
         for mechanism in self._world.mechanisms:
             schemas |= {f"/{mechanism.name}/{kind}": schema for kind, schema in MECHANISM_TOPICS.items()}
         # A channel's base takes bytes as they are.
@@ -126,7 +131,7 @@ class Writer:
         }
         self._mounts = [
             mount(f"{robot}/base", f"{robot}/{name}", robots[robot].sensors[name].robot_from_sensor)
-            for robot, name in dict.fromkeys((robot, name) for _, robot, name in drawn_sensors(robots))
+            for robot, name in dict.fromkeys([*_streaming(robots), *((r, n) for _, r, n in drawn_sensors(robots))])
         ]
         self._drawings: dict[str, Any] = {}
         self._frames = FrameTransformsChannel("/tf", context=context)
@@ -140,6 +145,12 @@ class Writer:
 
     def _attach(self, name: str, media_type: str, data: bytes) -> None:
         self._mcap.attach(log_time=0, create_time=0, name=name, media_type=media_type, data=data)
+
+    def draw_floor(self) -> None:
+        """Write the map as a grid; where nothing is solid there is none."""
+        message = grid_message(self._world)
+        if message is not None:
+            GridChannel("/grid", context=self._context).log(message, log_time=0)
 
     def put(self, batch: Batch) -> None:
         """Add a batch to the chunk at hand."""
@@ -220,6 +231,28 @@ class _File(Closes):
     def close(self) -> None:
         """Close it; the name stays reserved."""
         self._raw.close()
+
+
+def _topics_of(robot: RobotInfo) -> Iterator[tuple[str, Schema]]:
+    """Yield the topics of a robot that are written as JSON, after its name, and their schemas."""
+    yield from ROBOT_TOPICS.items()
+    for name, sensor in robot.sensors.items():
+        if sensor.kind in SENSOR_TOPICS:
+            yield SENSOR_TOPICS[sensor.kind]
+        if sensor.kind in STREAMS:
+            word, schema = STREAMS[sensor.kind]
+            yield f"{name}/{word}", schema
+    if robot.balancing is not None:
+        yield "drive/joints", ARM_TOPICS["joints"]
+    yield from ((f"{arm}/{kind}", schema) for arm in robot.arms for kind, schema in ARM_TOPICS.items())
+    if robot.arms or robot.balancing is not None:
+        yield from JOINTED_TOPICS.items()
+
+
+def _streaming(robots: Mapping[str, RobotInfo]) -> Iterator[tuple[str, str]]:
+    """Yield robot and name of each sensor with a stream of its readings."""
+    for robot, info in robots.items():
+        yield from ((robot, name) for name, sensor in info.sensors.items() if sensor.kind in STREAMS)
 
 
 def drawn_sensors(robots: Mapping[str, RobotInfo]) -> Iterator[tuple[DrawnTopic, str, str]]:

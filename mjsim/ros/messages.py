@@ -211,9 +211,17 @@ def picture(stamp: float, frame: str, image: Picture) -> Any:
     return _image(stamp, frame, (height, width), "rgb8", image)
 
 
-def depth_picture(stamp: float, frame: str, depth: Array) -> Any:
-    """Return the depth of each pixel along the optical axis, shape (height, width) [m], as single floats."""
-    return _image(stamp, frame, (depth.shape[0], depth.shape[1]), "32FC1", depth.astype("<f4"))
+def depth_picture(stamp: float, frame: str, depth: NDArray[Any]) -> Any:
+    """Return the depth of each pixel along the optical axis, as REP 118 has it.
+
+    Args:
+        stamp: When it was taken [s].
+        frame: Of the camera, optical.
+        depth: Shape (height, width): uint16 [mm], 0 for none; else floats [m], told as single ones.
+    """
+    whole = depth.dtype == np.uint16
+    pixels = depth.astype("<u2" if whole else "<f4")
+    return _image(stamp, frame, (depth.shape[0], depth.shape[1]), "16UC1" if whole else "32FC1", pixels)
 
 
 def _image(stamp: float, frame: str, size: tuple[int, int], encoding: str, pixels: NDArray[Any]) -> Any:

@@ -7,8 +7,10 @@ lidar has `/R/scan`, a further one `/R/LIDAR/scan`; so it is with 3-D lidars and
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import CameraFrame, Observation, RobotInfo
@@ -95,15 +97,30 @@ class RosRobot:
         image = messages.picture(frame.stamp, where, frame.image)
         yield Outgoing(self._camera_topic(camera, "image_raw", "sensor_msgs/msg/Image"), image)
         if frame.depth is not None:
-            depth = messages.depth_picture(frame.stamp, where, frame.depth)
-            yield Outgoing(self._camera_topic(camera, "depth/image_raw", "sensor_msgs/msg/Image"), depth)
+            yield self._depth(camera, frame.stamp, frame.depth)
         yield from self._calibration(camera, frame.stamp)
 
-    def compressed(self, camera: str, stamp: float, data: bytes, form: str) -> Iterator[Outgoing]:
-        """Yield the contents of a picture's file, of format 'jpeg' or 'png', and the calibration."""
+    def compressed(
+        self, camera: str, stamp: float, data: bytes, form: str, *, depth: NDArray[Any] | None
+    ) -> Iterator[Outgoing]:
+        """Yield a picture as it was recorded, its depth if there is one, and the calibration.
+
+        Args:
+            camera: Its name in the world.
+            stamp: When it was taken [s].
+            data: Contents of the picture's file.
+            form: 'jpeg' or 'png'.
+            depth: Shape (height, width); whole millimetres as uint16, 0 for none, or metres as floats.
+        """
         picture = messages.compressed_picture(stamp, self._frames.sensors[camera], data, form)
         yield Outgoing(self._camera_topic(camera, "image_raw/compressed", "sensor_msgs/msg/CompressedImage"), picture)
+        if depth is not None:
+            yield self._depth(camera, stamp, depth)
         yield from self._calibration(camera, stamp)
+
+    def _depth(self, camera: str, stamp: float, depth: NDArray[Any]) -> Outgoing:
+        message = messages.depth_picture(stamp, self._frames.sensors[camera], depth)
+        return Outgoing(self._camera_topic(camera, "depth/image_raw", "sensor_msgs/msg/Image"), message)
 
     def _calibration(self, camera: str, stamp: float) -> Iterator[Outgoing]:
         intrinsics = self._info.sensors[camera].intrinsics

@@ -158,13 +158,17 @@ from .language import world_schema as world_schema
 from .plan import MITRE_LIMIT as MITRE_LIMIT
 from .plan import SLICE as SLICE
 from .plan import THICKNESS as THICKNESS
+from .plan import Grid as Grid
 from .plan import Hung as Hung
 from .plan import Leaf as Leaf
 from .plan import PlacedTarget as PlacedTarget
 from .plan import Route as Route
+from .plan import cells_of as cells_of
+from .plan import cells_within as cells_within
 from .plan import extent as extent
 from .plan import footprint as footprint
 from .plan import from_above as from_above
+from .plan import grid_of as grid_of
 from .plan import hung as hung
 from .plan import leaves as leaves
 from .plan import look_beside as look_beside

@@ -28,7 +28,6 @@ from mjsim.geometry import Array
 from mjsim.world import sensors
 
 WORLDS = Path(__file__).resolve().parents[2] / "worlds"
-LIDAR = sensors.Lidar3d(lidar3d="top", preset="velodyne-vlp16", at=(0.0, 0.0, 2.0), noise={"range": 0.03})
 FARTHEST, VOXEL = 50.0, 0.5
 """What KISS-ICP looks at, and how coarse its map is [m]; its authors advise this for rooms (PRBonn/kiss-slam #17)."""
 
@@ -96,10 +95,12 @@ def main() -> None:
     """Print a row a world."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("worlds", nargs="*", default=["office", "warehouse"])
+    parser.add_argument("--lidar", default="velodyne-vlp16", help="preset of the 3-D lidar; 2 m above the floor")
     parser.add_argument("--seconds", type=float, help="how long each drive is; as its world says unless given")
     given = parser.parse_args()
+    lidar = sensors.Lidar3d(lidar3d="top", preset=given.lidar, at=(0.0, 0.0, 2.0))
     for name in given.worlds:
-        found, without = drive(world_with(name, LIDAR), given.seconds), drive(world_with(name), given.seconds)
+        found, without = drive(world_with(name, lidar), given.seconds), drive(world_with(name), given.seconds)
         points = sum(len(cloud.points) for cloud in found.clouds)
         pace = points / (found.seconds - without.seconds)
         way, largest, last, ate = kiss_errors(found)

@@ -28,9 +28,9 @@ import mjsim
 from mjsim.bench.robot_maps import Noise, mapped
 from mjsim.exchange import ESTIMATORS, with_robot
 from mjsim.exchange.fidelity import fidelity
-from mjsim.exchange.grid import Grid, read_grid, write_grid
+from mjsim.exchange.grid import read_grid, write_grid
 from mjsim.exchange.maps import specks, world_from_grid
-from mjsim.world import Use, load_world
+from mjsim.world import Grid, Use, load_world
 
 ROOT = Path(__file__).resolve().parents[2]
 HARSH = Noise(fray=0.3, missed=0.10, specks=2e-3)

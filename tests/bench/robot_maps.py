@@ -6,11 +6,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from mjsim.exchange.grid import Grid
 from mjsim.exchange.pixels import Cells
-from mjsim.exchange.raster import grid_of
 from mjsim.geometry import Pose
-from mjsim.world import World
+from mjsim.world import Grid, World, grid_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from mjsim.datasets import export_rosbag2
+from mjsim.datasets.recorded_robots import RecordedRobots
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
 from mjsim.record import Recording
@@ -73,6 +74,7 @@ def test_all_topics_are_there_with_their_types(bag: Bag):
         f"{robot}/imu": "sensor_msgs/msg/Imu",
         f"{robot}/proximity": "sensor_msgs/msg/Range",
         f"{robot}/eye/image_raw/compressed": "sensor_msgs/msg/CompressedImage",
+        f"{robot}/eye/depth/image_raw": "sensor_msgs/msg/Image",
         f"{robot}/eye/camera_info": "sensor_msgs/msg/CameraInfo",
         f"{robot}/wide/image_raw/compressed": "sensor_msgs/msg/CompressedImage",
         f"{robot}/wide/camera_info": "sensor_msgs/msg/CameraInfo",
@@ -150,6 +152,24 @@ def test_inertial_readings_are_those_of_the_recording(bag: Bag, run: Recording):
         assert message.orientation_covariance[0] == -1.0
         assert message.linear_acceleration_covariance.tolist() == (np.eye(3) * 0.02**2).ravel().tolist()
         assert message.angular_velocity_covariance.tolist() == (np.eye(3) * 0.002**2).ravel().tolist()
+
+
+def test_depth_is_what_the_recording_holds_in_whole_millimetres(bag: Bag, run: Recording):
+    given = list(run.depths("7.tip-top", "eye"))
+    told = bag.messages[f"/{SCOUT}/eye/depth/image_raw"]
+    assert len(given) == len(told) == len(bag.messages[f"/{SCOUT}/eye/camera_info"]) > 3
+    with RecordedRobots(run, redraw=True) as again:
+        ticks = [tick for tick in again.ticks("7.tip-top") if "eye" in tick.stamps]
+        exact = again.frame("7.tip-top", "eye", ticks[0].stamps["eye"]).depth
+    for (stamp, pixels), (time, message) in zip(given, told, strict=True):
+        assert time == round((stamp + 0.04) * 1e9)
+        assert nanoseconds(message.header) == round(stamp * 1e9)
+        assert (message.encoding, message.height, message.width, message.step) == ("16UC1", 48, 64, 128)
+        assert message.header.frame_id == f"{SCOUT}/eye_optical_frame"
+        np.testing.assert_array_equal(message.data.view("<u2").reshape(48, 64), pixels)
+    expected = np.where(np.isfinite(exact), np.rint(1000.0 * np.where(np.isfinite(exact), exact, 0.0)), 0.0)
+    np.testing.assert_allclose(given[0][1], expected, atol=1)
+    assert expected.max() > 500.0
 
 
 @pytest.mark.parametrize(("camera", "model", "late"), [("eye", "plumb_bob", 0.04), ("wide", "equidistant", 0.0)])

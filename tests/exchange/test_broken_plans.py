@@ -7,10 +7,10 @@ import pytest
 
 from mjsim.errors import UsageError
 from mjsim.exchange.bring import Reading, bring_drawing, bring_map
-from mjsim.exchange.grid import Grid
 from mjsim.exchange.maps import world_from_grid
 from mjsim.exchange.place import with_robot
 from mjsim.geometry import Pose
+from mjsim.world import Grid
 
 PLANS = Path(__file__).parents[1] / "data" / "plans"
 SVG = '<svg xmlns="http://www.w3.org/2000/svg">{}</svg>'

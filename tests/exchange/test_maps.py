@@ -12,8 +12,7 @@ from PIL import Image
 from mjsim.errors import UsageError
 from mjsim.exchange import fidelity, with_robot, world_from_map, write_map
 from mjsim.exchange.grid import read_grid
-from mjsim.exchange.raster import grid_of
-from mjsim.world import World, check_world, load_world, parse_world, solid
+from mjsim.world import World, check_world, grid_of, load_world, parse_world, solid
 
 WORLDS = Path(__file__).parents[2] / "worlds"
 ROOM = "mjsim: 1\nwalls: [{points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true}]\n"

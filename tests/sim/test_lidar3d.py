@@ -169,3 +169,22 @@ def test_what_cannot_be_is_said_in_one_line(keys, wrong):
     with pytest.raises(WorldError, match=wrong) as caught:
         parse_world(f"{ROOM}    sensors: [{{lidar3d: top, {keys}}}]\n")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("preset", "rings", "lowest", "highest", "finest"),
+    [
+        ("velodyne-vlp16", 16, -15.0, 15.0, 2.0),
+        ("velodyne-vlp32c", 32, -25.0, 15.0, 0.333),
+        ("ouster-os1-64", 64, -16.6, 16.6, 33.2 / 63),
+        ("ouster-os1-128", 128, -22.5, 22.5, 45.0 / 127),
+    ],
+)
+def test_a_turn_of_a_preset_looks_as_high_and_as_finely_as_its_data_sheet_says(preset, rings, lowest, highest, finest):
+    text = f"mjsim: 1\nrobots: [{{name: r, at: [0, 0], sensors: [{{lidar3d: top, preset: {preset}}}]}}]\n"
+    (lidar,) = parse_world(text).robots[0].sensors
+    elevations = np.sort(lidar.elevations_deg)
+    assert len(elevations) == rings
+    told = [elevations[0], elevations[-1], np.diff(elevations).min()]
+    # A data sheet rounds to a thousandth of a degree.
+    np.testing.assert_allclose(told, [lowest, highest, finest], atol=1e-3)

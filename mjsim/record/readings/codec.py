@@ -28,6 +28,17 @@ class Topic:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ReadingTopic:
+    """A topic of each sensor with a message for each reading, as programs of others plot them."""
+
+    name: str
+    """The topic of sensor S of robot R is '/R/S/NAME'."""
+    schema: Schema
+    messages: Callable[[str, Any], Iterable[tuple[str, Message]]]
+    """Robot and value of the field -> topic and message of each reading."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DrawnTopic:
     """Messages in a format that Foxglove draws, one for each reading of a sensor."""
 
@@ -94,6 +105,7 @@ class Codec:
     sensor: str | None = None
     """The kind of sensor whose readings these are."""
     topic: Topic | None = None
+    stream: ReadingTopic | None = None
     drawings: tuple[DrawnTopic, ...] = ()
     tables: Callable[[Sequence[tuple[float, Any]]], Iterable[SensorTable]] | None = None
     """When modules were given a value [s], and the value, of all ticks that have one -> a table for each sensor."""

@@ -9,10 +9,13 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.interface import ImuReading, Observation, RobotInfo
 from mjsim.record import json_schema as schema
-from mjsim.record.numbers import Message, packed, unpacked
-from mjsim.record.readings.codec import Box, Codec, SensorTable, Topic, axes
+from mjsim.record.numbers import Message, packed, stamp_json, unpacked
+from mjsim.record.readings.codec import Box, Codec, ReadingTopic, SensorTable, Topic, axes
 from mjsim.record.tick import Tick
 from mjsim.world import Imu, World
+
+UNKNOWN, NONE = [0.0] * 9, [-1.0, *[0.0] * 8]
+"""Covariances in `sensor_msgs/Imu`: of what nobody knows, and of what was not measured."""
 
 
 def _messages(readings: Sequence[ImuReading]) -> list[Message]:
@@ -46,6 +49,25 @@ def _topic_message(tick: Tick, robot: str) -> Message | None:
         for each in seen.imu
     ]
     return {"time": tick.time, "readings": readings}
+
+
+def _stream_messages(robot: str, readings: Sequence[ImuReading]) -> Iterator[tuple[str, Message]]:
+    """Yield topic and message of each reading, with the fields of `sensor_msgs/Imu`."""
+    for each in readings:
+        turns = bool(np.isfinite(each.turn).all())
+        yield (
+            f"/{robot}/{each.name}/imu",
+            {
+                "time": each.stamp,
+                "header": {"stamp": stamp_json(each.stamp), "frame_id": f"{robot}/{each.name}"},
+                "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
+                "orientation_covariance": NONE,
+                "angular_velocity": dict(zip("xyz", each.turn.tolist() if turns else (0.0, 0.0, 0.0), strict=True)),
+                "angular_velocity_covariance": UNKNOWN if turns else NONE,
+                "linear_acceleration": dict(zip("xyz", each.acceleration.tolist(), strict=True)),
+                "linear_acceleration_covariance": UNKNOWN,
+            },
+        )
 
 
 def _tables(given: Sequence[tuple[float, Sequence[ImuReading]]]) -> Iterator[SensorTable]:
@@ -117,6 +139,25 @@ IMU = Codec(
             },
         ),
         message=_topic_message,
+    ),
+    stream=ReadingTopic(
+        name="imu",
+        schema=schema.topic(
+            "sensor_msgs/Imu",
+            "A reading of an inertial sensor, with the fields of ROS.",
+            {
+                "header": schema.keyed({"stamp": schema.STAMP, "frame_id": schema.text("Of the sensor")}),
+                "orientation": schema.keyed(
+                    {axis: {"type": "number"} for axis in "xyzw"}, "Not measured, as its covariance says"
+                ),
+                "orientation_covariance": schema.numbers("-1 first: not measured", count=9),
+                "angular_velocity": schema.xyz("In the sensor's frame [rad/s]"),
+                "angular_velocity_covariance": schema.numbers("Zeros: unknown; -1 first: not measured", count=9),
+                "linear_acceleration": schema.xyz("Specific force in the sensor's frame [m/s^2]"),
+                "linear_acceleration_covariance": schema.numbers("Zeros: unknown", count=9),
+            },
+        ),
+        messages=_stream_messages,
     ),
     tables=_tables,
     boxes=_boxes,

@@ -2,6 +2,10 @@ from .corners import solid_pieces as solid_pieces
 from .doors import THICKNESS as THICKNESS
 from .doors import Leaf as Leaf
 from .doors import leaves as leaves
+from .grid import Grid as Grid
+from .grid import cells_of as cells_of
+from .grid import cells_within as cells_within
+from .grid import grid_of as grid_of
 from .hung import Hung as Hung
 from .hung import hung as hung
 from .outlines import footprint as footprint

@@ -1,18 +1,17 @@
-"""A world drawn on a grid: which cells are solid where a level plane cuts it, and which are inside."""
+"""The world on a grid: which cells are solid where a level plane cuts it, and which are inside."""
 
 import math
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjsim.errors import UsageError
-from mjsim.exchange.grid import FILES, Grid, write_grid
-from mjsim.exchange.pixels import Cells
 from mjsim.geometry import Array, Pose
 from mjsim.models import MOST_PIXELS
-from mjsim.output import free_paths
-from mjsim.world import SLICE, World, solid
+from mjsim.world.items import World
+from mjsim.world.plan.polygons import SLICE, solid
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -23,7 +22,29 @@ DOORWAY = 1.3
 """A gap between walls that is no wider than this does not make the inside an outside [m]."""
 
 
-def grid_of(world: World, *, resolution: float = 0.05, height: float = SLICE) -> Grid:
+@dataclass(frozen=True, slots=True, eq=False)
+class Grid:
+    """What is known of a floor, cell by cell; row 0 is the lowest in y, column 0 the lowest in x."""
+
+    occupied: NDArray[np.bool_]
+    """Shape (rows, columns)."""
+    free: NDArray[np.bool_]
+    """Shape (rows, columns); what is neither occupied nor free is unknown."""
+    resolution: float
+    """Side of a cell [m]."""
+    world_from_grid: Pose
+    """The corner where row 0 and column 0 begin, and where the columns point."""
+
+    def corners(self, cells: Array) -> Array:
+        """Return points in cells, (column, row) from the corner, in the world frame, shape (..., 2) [m]."""
+        return self.world_from_grid.transform(np.asarray(cells) * self.resolution)
+
+    def cells(self, points: Array) -> Array:
+        """Return points of the world, shape (..., 2) [m], in cells from the corner, (column, row)."""
+        return np.asarray(self.world_from_grid.inverse().transform(points) / self.resolution)
+
+
+def grid_of(world: World, *, resolution: float = 0.05, height: float = SLICE, most_cells: int | None = None) -> Grid:
     """Return the map of a world as a level lidar would make it, its cells on multiples of the resolution.
 
     A cell is occupied when its middle is in something solid; parts thinner than a cell are widened to one. Free is
@@ -34,6 +55,7 @@ def grid_of(world: World, *, resolution: float = 0.05, height: float = SLICE) ->
         world: What is to be drawn.
         resolution: Side of a cell [m].
         height: Of the plane above the floor [m].
+        most_cells: Cells are made larger where there would be more; without it, so many are refused.
 
     Raises:
         UsageError: Nothing is solid at this height, or the map would have more than 40 million cells.
@@ -44,6 +66,9 @@ def grid_of(world: World, *, resolution: float = 0.05, height: float = SLICE) ->
     if shape.is_empty:
         raise UsageError(f"nothing of this world is solid {height:g} m above the floor; there is no map to write")
     low_x, low_y, high_x, high_y = shape.bounds
+    if most_cells is not None:
+        area = (high_x - low_x + 2.0 * MARGIN) * (high_y - low_y + 2.0 * MARGIN)
+        resolution = max(resolution, math.sqrt(area / most_cells))
     first = np.floor((np.array([low_x, low_y]) - MARGIN) / resolution)
     last = np.ceil((np.array([high_x, high_y]) + MARGIN) / resolution)
     columns, rows = (last - first).astype(int).tolist()
@@ -51,36 +76,20 @@ def grid_of(world: World, *, resolution: float = 0.05, height: float = SLICE) ->
         raise UsageError(f"the map would have {rows * columns / 1e6:.0f} million cells; make the resolution coarser")
     corner = first * resolution
 
-    def drawn(part: "BaseGeometry") -> Cells:
-        return filled((_faces(_widened(part, resolution)) - corner) / resolution, rows=rows, columns=columns)
+    def drawn(part: "BaseGeometry") -> NDArray[np.bool_]:
+        thin = _thickened(part, resolution)
+        shapes = [_faces(each) for each in (part, thin) if not each.is_empty]
+        layers = [cells_within((faces - corner) / resolution, rows=rows, columns=columns) for faces in shapes]
+        return np.asarray(np.logical_or.reduce(layers))
 
     occupied = drawn(shape)
     starts = np.array([robot.at for robot in world.robots]).reshape(-1, 2)
-    closed = occupied | drawn(solid(_without_openings(world), height=height))
+    closed = occupied | drawn(solid(_closed_walls(world), height=height))
     inside = _inside(closed, round(DOORWAY / 2 / resolution), (starts - corner) / resolution)
     return Grid(occupied, inside & ~occupied, resolution, Pose(float(corner[0]), float(corner[1]), 0.0))
 
 
-def write_map(
-    world: World, folder: str | Path, *, resolution: float = 0.05, height: float = SLICE, overwrite: bool = False
-) -> Path:
-    """Write `map.yaml` and `map.pgm` of a world as Nav2 reads them, and return the path of `map.yaml`.
-
-    Args:
-        world: What is to be drawn.
-        folder: Is made when it is not there.
-        resolution: Side of a cell [m].
-        height: At which a level plane cuts the world [m].
-        overwrite: Whether files that exist may be replaced.
-
-    Raises:
-        UsageError: Nothing is solid at this height, the map would be too large, or a file exists or cannot be written.
-    """
-    free_paths(folder, FILES, overwrite=overwrite)
-    return write_grid(grid_of(world, resolution=resolution, height=height), folder, overwrite=overwrite)
-
-
-def filled(faces: Array, *, rows: int, columns: int) -> Cells:
+def cells_within(faces: Array, *, rows: int, columns: int) -> NDArray[np.bool_]:
     """Return the cells whose middles lie inside closed outlines.
 
     Args:
@@ -104,29 +113,29 @@ def filled(faces: Array, *, rows: int, columns: int) -> Cells:
     return np.asarray(np.bitwise_xor.accumulate(crossed & 1, axis=1)[:, :columns].astype(bool))
 
 
-def cells_of(shape: "BaseGeometry", grid: Grid) -> Cells:
+def cells_of(shape: "BaseGeometry", grid: Grid) -> NDArray[np.bool_]:
     """Return the cells of a grid whose middles lie in a shape of the world."""
     rows, columns = grid.occupied.shape
     if shape.is_empty:
         return np.zeros((rows, columns), dtype=bool)
     faces = _faces(shape)
-    return filled(grid.cells(faces), rows=rows, columns=columns)
+    return cells_within(grid.cells(faces), rows=rows, columns=columns)
 
 
-def _without_openings(world: World) -> World:
-    """Return a world whose walls have no doorways, gates and windows."""
-    walls = tuple(wall.model_copy(update={"openings": ()}) for wall in world.walls)
-    return world.model_copy(update={"walls": walls})
+def _closed_walls(world: World) -> World:
+    """Return the walls of a world that have doorways, gates and windows, without these."""
+    walls = tuple(wall.model_copy(update={"openings": ()}) for wall in world.walls if wall.openings)
+    return world.model_copy(update={"walls": walls, "obstacles": ()})
 
 
-def _widened(shape: "BaseGeometry", resolution: float) -> "BaseGeometry":
-    """Return a shape with parts that are thinner than a cell made thicker by one."""
+def _thickened(shape: "BaseGeometry", resolution: float) -> "BaseGeometry":
+    """Return the parts of a shape that are thinner than a cell, made thicker by one."""
     import shapely
 
-    half = resolution / 2
-    thin = shape.difference(shape.buffer(-half * 0.99, join_style="mitre").buffer(half, join_style="mitre"))
-    lost = [part for part in shapely.get_parts(thin) if part.area > resolution**2 / 2]
-    return shapely.union_all([shape, *(part.buffer(half) for part in lost)])
+    half, parts = resolution / 2, shapely.get_parts(shape)
+    opened = shapely.buffer(shapely.buffer(parts, -half * 0.99, join_style="mitre"), half, join_style="mitre")
+    thin = shapely.get_parts(shapely.difference(parts, opened))
+    return shapely.union_all(shapely.buffer(thin[shapely.area(thin) > resolution**2 / 2], half))
 
 
 def _faces(shape: "BaseGeometry") -> Array:
@@ -138,7 +147,7 @@ def _faces(shape: "BaseGeometry") -> Array:
     return np.concatenate([np.stack([ring[:-1], ring[1:]], axis=1) for ring in rings])
 
 
-def _inside(occupied: Cells, reach: int, starts: Array) -> Cells:
+def _inside(occupied: NDArray[np.bool_], reach: int, starts: Array) -> NDArray[np.bool_]:
     """Return the cells that nothing wider than a doorway leads to from the edge; all, when that leaves robots out."""
     import cv2
 

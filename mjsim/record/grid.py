@@ -1,0 +1,53 @@
+"""The map as a grid of cells, as Foxglove draws it below everything else."""
+
+import numpy as np
+from foxglove.messages import Grid, PackedElementField, PackedElementFieldNumericType, Quaternion, Vector2, Vector3
+from foxglove.messages import Pose as FoxglovePose
+
+from mjsim.errors import UsageError
+from mjsim.record.scene import stamp
+from mjsim.world import World, grid_of
+
+MOST_CELLS = 1_000_000
+"""Cells of a larger world are larger than 0.05 m."""
+OCCUPIED, FREE, UNKNOWN = 100, 0, -1
+"""As in `nav_msgs/OccupancyGrid`."""
+COLORS = {OCCUPIED: (40, 40, 40, 255), FREE: (254, 254, 254, 255), UNKNOWN: (205, 205, 205, 0)}
+"""Red, green, blue and alpha."""
+UINT8, INT8 = PackedElementFieldNumericType.Uint8, PackedElementFieldNumericType.Int8
+FIELDS = {"red": UINT8, "green": UINT8, "blue": UINT8, "alpha": UINT8, "occupancy": INT8}
+"""Of a cell, a byte each."""
+
+
+def grid_message(world: World) -> Grid | None:
+    """Return which cells of a world are occupied, free and unknown at the height where robots bump, as it is at first.
+
+    None where nothing is solid. The first cell has the smallest x and y; cells along x follow each other.
+    """
+    try:
+        grid = grid_of(world, most_cells=MOST_CELLS)
+    except UsageError:
+        return None
+    cells = np.zeros((*grid.occupied.shape, len(FIELDS)), dtype=np.int16)
+    for value, chosen in (
+        (UNKNOWN, ~grid.occupied & ~grid.free),
+        (FREE, grid.free),
+        (OCCUPIED, grid.occupied),
+    ):
+        cells[chosen] = (*COLORS[value], value)
+    _, columns, stride = cells.shape
+    corner = grid.world_from_grid
+    return Grid(
+        timestamp=stamp(0.0),
+        frame_id="world",
+        pose=FoxglovePose(position=Vector3(x=corner.x, y=corner.y), orientation=Quaternion(w=1.0)),
+        column_count=columns,
+        cell_size=Vector2(x=grid.resolution, y=grid.resolution),
+        row_stride=columns * stride,
+        cell_stride=stride,
+        fields=[
+            PackedElementField(name=name, offset=offset, type=kind)
+            for offset, (name, kind) in enumerate(FIELDS.items())
+        ],
+        data=(cells & 0xFF).astype(np.uint8).tobytes(),
+    )
