@@ -65,6 +65,8 @@ _REFUSED = {
     "hfield": "a height field",
 }
 """What no thing may have, as errors call it."""
+_INSTEAD = {"attach": "write both as one file, mujoco.MjSpec.from_file(FILE).to_xml()"}
+"""What would be right in place of it."""
 _URDF = {"link", "joint", "material"}
 _URDF_PARTS = {
     "link": {"inertial", "visual", "collision"},
@@ -193,7 +195,8 @@ class Gatherer:
         self.put_includes_in(root, 0)
         for element in root.iter():
             if element.tag in _REFUSED:
-                raise ValueError(f"'{self._path}' has {_REFUSED[element.tag]} (<{element.tag}>); make it of geoms")
+                instead = _INSTEAD.get(element.tag, "make it of geoms")
+                raise ValueError(f"'{self._path}' has {_REFUSED[element.tag]} (<{element.tag}>); {instead}")
         compilers = [dict(section.attrib) for section in root.findall("compiler")]
         settings = {key: value for compiler in compilers for key, value in compiler.items()}
         kept = ElementTree.Element("mujoco")

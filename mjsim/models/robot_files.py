@@ -16,6 +16,7 @@ import numpy as np
 
 from mjsim.models.files import ROBOT, Builder, Element, Gatherer, ModelFiles, Read
 from mjsim.models.inertias import mend_inertias, number_of
+from mjsim.models.mjcf_scenes import without_mjcf_rails, without_scenery
 from mjsim.models.places import ElementOrigin, PlacedError, element_of, numbered, plainly, starts
 from mjsim.models.reader import compiled
 from mjsim.models.scales import mend_scales
@@ -77,6 +78,7 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
     root.tag = root.tag.removeprefix(FOREIGN)
     if root.tag == "mujoco":
         gatherer.put_includes_in(root, 0)
+    cleared = [*without_scenery(root, path), *without_mjcf_rails(root, path)]
     said = tuple(_said_urdf(root) if root.tag == "robot" else _said_mjcf(root))
     driven = frozenset(_driven(root))
     speeds = dict(said_speeds(root))
@@ -90,7 +92,7 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
     model = _compiled(files, gatherer)
     _check_finite(model, path)
     speeds |= dict(_servo_speeds(model))
-    return RobotFiles(files, model, said, driven, speeds, (*mended, *gatherer.notes()))
+    return RobotFiles(files, model, said, driven, speeds, (*cleared, *mended, *gatherer.notes()))
 
 
 class _RobotBuilder(Builder):

@@ -134,6 +134,11 @@ MACRO = (
             r"urdf:2:49: MuJoCo cannot take <box>: attribute 'size' does not have",
         ),
         (TWO.replace("0.6 0.3 0.15", "1e400 1 1"), (), "size|no wheels|large|number"),
+        (
+            "<mujoco><worldbody><attach model='m' prefix='p'/></worldbody></mujoco>",
+            (),
+            r"has another model \(<attach>\); write both as one file",
+        ),
         ("<mujoco><worldbody><body name='b'><plugin/></body></worldbody></mujoco>", (), r"has plugins \(<plugin>\)"),
     ],
 )

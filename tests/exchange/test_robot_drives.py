@@ -97,6 +97,30 @@ def test_wheels_on_fixed_joints_turn_and_joints_that_move_the_whole_robot_do_not
     assert sum("is fixed; made to turn" in note or "moves the whole robot" in note for note in found.notes) == 3
 
 
+SCENE = """<mujoco><worldbody><geom type="plane" size="3 3 .1"/><geom name="wall" type="box" size=".1 3 1" pos="3 0 1"/>
+<body name="base" pos="0 0 .1"><joint name="x" type="slide" axis="1 0 0"/><joint name="turn" axis="0 0 1"/>
+<geom type="box" size=".2 .1 .05" pos="0 0 .05"/>
+<body pos="0 .15 0"><joint name="l" axis="0 1 0"/><geom type="cylinder" size=".1 .02" euler="90 0 0"/></body>
+<body pos="0 -.15 0"><joint name="r" axis="0 1 0"/><geom type="cylinder" size=".1 .02" euler="90 0 0"/></body></body>
+<body name="table" pos="1 0 .4"><geom type="box" size=".3 .3 .02"/></body>
+<body name="ball" pos="2 0 .1"><freejoint name="free"/><geom name="round" size=".1"/></body></worldbody>
+<contact><exclude body1="base" body2="ball"/></contact>
+<actuator><velocity joint="l" ctrlrange="-8 8"/><velocity joint="r" ctrlrange="-8 8"/><motor joint="x"/></actuator>
+</mujoco>"""
+
+
+def test_what_stands_around_a_robot_and_slides_it_in_a_scene_is_left_out(tmp_path):
+    (tmp_path / "scene.xml").write_text(SCENE)
+    found = gather_robot("scene.xml", lambda name: (tmp_path / name).read_bytes())
+    gear = find_gear(anatomy_of(found), RobotOptions(), file="scene.xml", urdf=False)
+    assert (gear.drive, [wheel.name for wheel in gear.wheels()]) == ("differential", ["l", "r"])
+    assert [found.model.joint(k).name for k in range(found.model.njnt)] == ["l", "r"]
+    assert found.model.ngeom == 3
+    assert found.model.nu == 2
+    assert "left out: what is beside the robot in scene.xml, 2 of them: 'table', 'ball'" in found.notes
+    assert sum("moves the whole robot; held" in note for note in found.notes) == 2
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "command", "moved"),

@@ -29,6 +29,7 @@ SMALL = 0.6
 """A wheel that does not drive is smaller than this, of the largest."""
 ROW = 0.5
 """Wheels this near to each other along the robot stand on one axle, in radii."""
+HINGELESS = "it has no level hinge at all; wheels, and the ends of tracks, turn on joints without limits"
 DRIVES = ("differential", "skid_steer", "ackermann", "tricycle", "mecanum", "omni3")
 """Kinds that robots from files have."""
 
@@ -115,11 +116,9 @@ def _guessed(anatomy: Anatomy, file: str) -> tuple[list[Round], list[Round]]:
         whole = [wheel for wheel in all_round if re.search("wheel", wheel.name, re.IGNORECASE)]
     if not whole:
         hinges = [joint.name for joint in anatomy.joints if not joint.slides and abs(joint.axis[2]) < LEVEL]
-        there = f"its level hinges are {_listed(hinges)}" if hinges else "it has no level hinge at all"
-        raise UsageError(
-            f"{file}: no wheels can be found: {_instead(anatomy) or there}; name them with --left-wheel JOINT and"
-            " --right-wheel JOINT"
-        )
+        there = _instead(anatomy) or (f"its level hinges are {_listed(hinges)}" if hinges else HINGELESS)
+        name_them = "; name them with --left-wheel JOINT and --right-wheel JOINT" if hinges else ""
+        raise UsageError(f"{file}: no wheels can be found: {there}{name_them}")
     lowest = min(wheel.bottom for wheel in whole)
     standing = [wheel for wheel in whole if wheel.bottom <= lowest + NEAR_FLOOR * max(wheel.radius, 0.02)]
     largest = max(wheel.radius for wheel in standing)
