@@ -35,6 +35,8 @@ def _lines(name: str, figures: dict[str, Any]) -> Iterator[str]:
     for contact in figures["missed"]:
         ((unit, value),) = figures["contacts"][contact].items()
         yield f"  {contact} is out of reach by {value:.1f} {unit.removeprefix('error_')}"
+    for each in figures["collisions"]:
+        yield f"  {each['segment']} goes {-1000 * each['distance_m']:.0f} mm into {each['thing']}"
     for target, each in figures["reach"].items():
         if each["short_m"] > 0.0:
             leaning = "leaning reaches it" if each["short_leaning_m"] == 0.0 else "leaning does not reach it"

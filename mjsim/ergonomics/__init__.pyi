@@ -1,5 +1,6 @@
 from .clearance import Clearance as Clearance
 from .clearance import clearances as clearances
+from .clearance import collisions as collisions
 from .reach import Envelope as Envelope
 from .reach import TargetReach as TargetReach
 from .reach import reach_envelope as reach_envelope

@@ -1,16 +1,21 @@
 """How near a person's body comes to what is around it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+
+from mjsim.world import Person
 
 FARTHEST = 0.3
 """Clearances beyond are not looked for [m]."""
 SOLID = (0, 3)
 """Geom groups that can be touched."""
 MOST = 12
-"""Clearances that are told, the least first."""
+"""Clearances that are told, the least first, beside all overlaps."""
+PRESSED = 0.01
+"""Flesh and soles give way by so much; what overlaps more goes through [m]; assumed, no source."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +37,7 @@ def clearances(model: mujoco.MjModel, data: mujoco.MjData, person: str, *, most:
         model: The compiled world.
         data: Its state after `mj_kinematics`.
         person: The name.
-        most: How many are returned.
+        most: How many are returned, or all overlaps if those are more.
     """
     bodies = np.array([model.body(int(body)).name.partition("/")[0] == person for body in range(model.nbody)])
     solid = np.isin(model.geom_group, SOLID) & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
@@ -49,8 +54,33 @@ def clearances(model: mujoco.MjModel, data: mujoco.MjData, person: str, *, most:
             key = model.body(int(model.geom_bodyid[geom])).name.partition("/")[2], _thing(model, other)
             if distance < found.get(key, FARTHEST):
                 found[key] = distance
-    ranked = sorted(found.items(), key=lambda item: item[1])[:most]
+    overlaps = sum(distance < 0.0 for distance in found.values())
+    ranked = sorted(found.items(), key=lambda item: item[1])[: max(most, overlaps)]
     return [Clearance(segment, thing, distance) for (segment, thing), distance in ranked]
+
+
+def collisions(found: Sequence[Clearance], person: Person) -> list[Clearance]:
+    """Return where a posture goes through things, the deepest first, one for each segment and thing of the world.
+
+    That a body presses into its seat, and that a hand or a foot overlaps the thing that it holds or steps on, is meant.
+
+    Args:
+        found: As `clearances` returns them.
+        person: Who sits there.
+    """
+    deepest: dict[tuple[str, str], Clearance] = {}
+    for each in sorted(found, key=lambda each: each.distance):
+        if each.distance < -PRESSED and not _is_meant(each, person):
+            deepest.setdefault((each.segment, each.thing.partition("/")[0]), each)
+    return list(deepest.values())
+
+
+def _is_meant(clearance: Clearance, person: Person) -> bool:
+    side, _, part = clearance.segment.partition("_")
+    held = {"hand": person.hands, "foot": person.feet}.get(part)
+    target = None if held is None else getattr(held, side)
+    meant = [name for name in (person.seat, target and target.rpartition(".")[0]) if name is not None]
+    return any(clearance.thing == name or clearance.thing.startswith(f"{name}/") for name in meant)
 
 
 def _thing(model: mujoco.MjModel, geom: int) -> str:

@@ -38,7 +38,7 @@ def _page(study: PersonStudy, drawn: dict[str, bytes]) -> str:
         f"{person.sex}, stature {1000 * person.figure.measures['stature']:.0f} mm, on {html.escape(str(person.seat))}, "
         f"set {along:+.0f} mm along and {up:+.0f} mm up from the middle of its travel"
     )
-    missed = "".join(f'<p class="fault">{html.escape(each)}</p>' for each in missed_lines(study))
+    missed = "".join(f'<p class="fault">{html.escape(each)}</p>' for each in fault_lines(study))
     eyes = "".join(images[kind] for kind in ("left_eye", "right_eye") if kind in images)
     sections = (
         f"{missed}{images.get('outside', '')}<h2>Posture</h2>{images['posture']}{_angles(study)}",
@@ -55,14 +55,18 @@ def _page(study: PersonStudy, drawn: dict[str, bytes]) -> str:
     )
 
 
-def missed_lines(study: PersonStudy) -> list[str]:
-    """Return a sentence for each contact that is out of reach."""
+def fault_lines(study: PersonStudy) -> list[str]:
+    """Return a sentence for each contact that is out of reach, and for each thing that the posture goes through."""
     errors = study.seated.errors
-    return [
+    missed = [
         f"{name} is off by {math.degrees(errors[name]):.1f} degrees"
         if name == "gaze"
         else f"{name} is out of reach by {1000 * errors[name]:.1f} mm"
         for name in study.seated.missed
+    ]
+    return [
+        *missed,
+        *(f"{each.segment} goes {-1000 * each.distance:.0f} mm into {each.thing}" for each in study.collisions),
     ]
 
 

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from mjsim.compile import compile_world
-from mjsim.ergonomics.clearance import Clearance, clearances
+from mjsim.ergonomics.clearance import Clearance, clearances, collisions
 from mjsim.ergonomics.reach import Envelope, TargetReach, reach_envelope, settled, target_reach
 from mjsim.ergonomics.sight import DisplayView, Eye, eyes_of, view_of
 from mjsim.errors import UsageError
@@ -53,6 +53,8 @@ class PersonStudy:
     views: Mapping[str, DisplayView]
     """By display."""
     clearances: Sequence[Clearance]
+    collisions: Sequence[Clearance]
+    """Where the posture goes through things."""
     settings: Sequence[SeatSetting]
     envelopes: Sequence[Envelope]
     eyes: tuple[Eye, Eye]
@@ -80,6 +82,7 @@ def _study(world: World, person: Person, model: mujoco.MjModel, data: mujoco.MjD
     reaches = [target_reach(still, place.goals, each) for each in place.targets.values()]
     eyes = eyes_of(figure, poses, gaze=place.goals.gaze)
     head = model.body(f"{person.name}/head").id
+    room = clearances(model, data, person.name)
     displays = {name: each for name, each in place.targets.items() if isinstance(each.target, DisplayTarget)}
     return PersonStudy(
         person=person,
@@ -89,7 +92,8 @@ def _study(world: World, person: Person, model: mujoco.MjModel, data: mujoco.MjD
         angles=posture_angles(figure, poses),
         reaches=[reach for reach in reaches if reach is not None],
         views={name: view_of(model, data, eyes, each, head=head) for name, each in displays.items()},
-        clearances=clearances(model, data, person.name),
+        clearances=room,
+        collisions=collisions(room, person),
         settings=seat_settings(place),
         envelopes=[reach_envelope(still, place.goals, side) for side in SIDES],
         eyes=eyes,
@@ -148,9 +152,8 @@ def figures_of(study: PersonStudy) -> dict[str, Any]:
             }
             for name, view in study.views.items()
         },
-        "clearances": [
-            {"segment": each.segment, "thing": each.thing, "distance_m": each.distance} for each in study.clearances
-        ],
+        "clearances": [_told(each) for each in study.clearances],
+        "collisions": [_told(each) for each in study.collisions],
         "seat_travel": [
             {
                 "sex": each.sex,
@@ -170,6 +173,10 @@ def figures_of(study: PersonStudy) -> dict[str, Any]:
 def contact_figure(name: str, error: float) -> dict[str, float]:
     """Return the error of a contact with its unit in the key: the gaze is a direction, all others are distances."""
     return {"error_deg": math.degrees(error)} if name == "gaze" else {"error_mm": 1000.0 * error}
+
+
+def _told(clearance: Clearance) -> dict[str, Any]:
+    return {"segment": clearance.segment, "thing": clearance.thing, "distance_m": clearance.distance}
 
 
 def _range(comfort: Any) -> dict[str, Any]:

@@ -1,4 +1,7 @@
-"""The ring of proximity rays around a robot."""
+"""The ring of proximity sensors around a robot."""
+
+import math
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
@@ -8,13 +11,26 @@ from mjsim.sim.rays import Fan
 from mjsim.world import PROXIMITY_HEIGHT, Robot, rims
 
 RAYS = 16
+PARTS = 6
+"""Rays that look for people, for each sensor of the ring: 3.75 degrees apart."""
+CONE = 4
+"""So many of them to each side of its own are within the cone of a sensor: 30 degrees, as of ultrasonic sensors."""
+LOWEST, APART = 0.015, 0.15
+"""Of the rows of these rays: height of the lowest, which meets toes, and at most from row to row [m]."""
 
 
 class ProximityRing:
-    """Sixteen level rays from the rim of a robot, first ahead, then counter-clockwise."""
+    """Sixteen sensors around a robot, first ahead, then counter-clockwise: level rays, for people cones."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> None:
-        """Keep the model and its state, which is read at each look, and where the rays of the robot begin."""
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, *, people: Sequence[str] = ()) -> None:
+        """Keep the model and its state, which is read at each look, and where the rays of the robot begin.
+
+        Args:
+            model: The compiled world.
+            data: Its state.
+            robot: Whose ring it is.
+            people: Names of the people of the world.
+        """
         self._data, self._fan = data, Fan(model, data, most=RAYS)
         self._base = model.body(f"{robot.name}/base").id
         angles = np.asarray(np.arange(RAYS) * (2.0 * np.pi / RAYS), dtype=float)
@@ -23,11 +39,12 @@ class ProximityRing:
         self._farthest = float(np.max(self._rims)) + self._reach
         self._start = np.array([0.0, 0.0, PROXIMITY_HEIGHT * robot.body.height])
         self._directions = np.empty((RAYS, 3))
+        self._people = PeopleCones(model, data, robot, people) if people else None
 
     def ranges(self) -> Array:
         """Return the free distance from the rim along each ray, shape (16,) [m]; +inf beyond its reach.
 
-        What touches the robot is at 0.
+        What touches the robot is at 0. People count where any part of them is in the cone of a sensor.
         """
         world_from_base = self._data.xmat[self._base].reshape(3, 3)
         np.matmul(self._rays, world_from_base.T, out=self._directions)
@@ -36,4 +53,60 @@ class ProximityRing:
         self._fan.cast(start, self._directions, exclude=self._base, limit=self._farthest)
         distances = self._fan.distances
         hit = (self._fan.geoms >= 0) & (distances <= self._rims + self._reach)
-        return np.where(hit, np.maximum(distances - self._rims, 0.0), np.inf)
+        found = np.where(hit, np.maximum(distances - self._rims, 0.0), np.inf)
+        return found if self._people is None else np.minimum(found, self._people.ranges())
+
+
+class PeopleCones:
+    """What a ring finds of people: legs that stand between two of its rays, and feet below all of them.
+
+    Each sensor looks for people in a cone, in rows from the floor to the height of the robot, as the thermal sensors do
+    that robots among people have beside their rays. Other things count by the rays alone.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, people: Sequence[str]) -> None:
+        """Keep the model and its state, which is read at each look.
+
+        Args:
+            model: The compiled world.
+            data: Its state.
+            robot: Whose ring it is.
+            people: Names of the people of the world.
+        """
+        self._data, self._base = data, model.body(f"{robot.name}/base").id
+        count = PARTS * RAYS
+        angles = np.asarray(np.arange(count) * (2.0 * np.pi / count), dtype=float)
+        self._rims, self._reach = rims(robot.body, angles), robot.proximity_range
+        self._rays = np.stack([np.cos(angles), np.sin(angles), np.zeros(count)], axis=-1)
+        self._farthest = float(np.max(self._rims)) + self._reach
+        top = max(robot.body.height, LOWEST)
+        self._heights = np.linspace(LOWEST, top, 1 + math.ceil((top - LOWEST) / APART))
+        self._cones = (PARTS * np.arange(RAYS)[:, None] + np.arange(-CONE, CONE + 1)) % count
+        roots = [model.body(f"{name}/pelvis").id for name in people]
+        self._is_person = np.isin(model.body_rootid[model.geom_bodyid], roots)
+        self._parts = np.flatnonzero(self._is_person)
+        self._sizes = model.geom_rbound[self._parts]
+        self._fan = Fan(model, data, most=count)
+
+    def ranges(self) -> Array:
+        """Return the least free distance from the rim to a person in each cone, shape (16,) [m]; +inf for nobody."""
+        place, axes = self._data.xpos[self._base], self._data.xmat[self._base].reshape(3, 3)
+        away = np.hypot(*(self._data.geom_xpos[self._parts, :2] - place[:2]).T) - self._sizes
+        if away.min() > self._farthest:
+            return np.full(RAYS, np.inf)
+        directions = np.ascontiguousarray(self._rays @ axes.T)
+        rows = [self._row(place + height * axes[:, 2], directions) for height in self._heights]
+        return np.asarray(np.min(rows, axis=0))
+
+    def _row(self, start: Array, directions: Array) -> Array:
+        """Return what `ranges` does, of the rays from one point of the robot's middle.
+
+        Args:
+            start: World frame, shape (3,) [m].
+            directions: Unit vectors, world frame, shape (96, 3).
+        """
+        self._fan.cast(start, directions, exclude=self._base, limit=self._farthest)
+        geoms, distances = self._fan.geoms, self._fan.distances
+        met = (geoms >= 0) & self._is_person[geoms] & (distances <= self._rims + self._reach)
+        free = np.where(met, np.maximum(distances - self._rims, 0.0), np.inf)
+        return np.asarray(free[self._cones].min(axis=1))

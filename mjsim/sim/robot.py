@@ -66,7 +66,7 @@ class SimulatedRobot:
         self.actuations: list[Actuation] = [ServoActuation(data, gear, servos, every=world.run.steps_per_tick)]
         """What its motors are told through, beside controllers."""
         self._pose = _pose_of(model, data, robot)
-        self._ring = ProximityRing(model, data, robot)
+        self._ring = ProximityRing(model, data, robot, people=[person.name for person in world.people])
         self._bumper = Bumper(model, data, robot)
 
         def mounting(sensor: AnySensor) -> Mounting:

@@ -5,8 +5,9 @@
 no bump, and on average for 75 % of the floor after 15 simulated minutes and 95 % after 45; with the avoidance off the
 robot bumps and stays, and passes no wall. Seeds that stand in the file of results already are not run again.
 
-`--robots 4`, `--movers 3` or both let so many go about in a room of 8 x 6 m, with fair starts, and print the bumps a
-robot and minute; and of these how often the robot itself drove into what it met, and was not run into standing.
+`--robots 4`, `--movers 3` and `--people 4` let so many go about or stand in a room of 8 x 6 m, with fair starts, and
+print the bumps a robot and minute; and of these how often the robot itself drove into what it met, and was not run into
+standing.
 """
 
 import argparse
@@ -77,15 +78,15 @@ CROWDED = (8.0, 6.0)
 APART = 1.6
 """At least so far from a robot begins all else [m]."""
 MOST = 8
-"""Robots and movers that surely find room to begin so."""
+"""Robots, movers and people that surely find room to begin so."""
 
 
-def crowd(robots: int, movers: int, *, seed: int) -> mjsim.World:
-    """Return a room with robots and movers, which leave a robot room to pass along the walls."""
-    rng = np.random.default_rng([seed, robots, movers])
+def crowd(robots: int, movers: int, people: int, *, seed: int) -> mjsim.World:
+    """Return a room with robots, movers, which leave a robot room to pass along the walls, and people who stand."""
+    rng = np.random.default_rng([seed, robots, movers, *([people] if people else [])])
     ways = [rng.uniform((1.0, 1.0), np.array(CROWDED) - 1.0, (3, 2)).round(2) for _ in range(movers)]
     taken = [way[0] for way in ways]
-    while len(taken) < movers + robots:
+    while len(taken) < movers + robots + people:
         place = rng.uniform((0.8, 0.8), np.array(CROWDED) - 0.8).round(2)
         if all(np.hypot(*(place - other)) > APART for other in taken):
             taken.append(place)
@@ -94,8 +95,12 @@ def crowd(robots: int, movers: int, *, seed: int) -> mjsim.World:
     for first, *on in (way.tolist() for way in ways):
         path = f"{{points: {on}, speed: {rng.uniform(0.3, 0.5):.2f}, closed: true}}"
         lines.append(f"  - {{cylinder: [0.25, 1.5], at: {first}, path: {path}}}")
+    lines += ["people:"] if people else []
+    for number, place in enumerate(taken[movers + robots :]):
+        body = f"sex: {rng.choice(['female', 'male'])}, percentile: {rng.integers(1, 100)}"
+        lines.append(f"  - {{name: p{number}, {body}, at: {place.tolist()}, heading_deg: {rng.integers(0, 360)}}}")
     lines.append("robots:")
-    for number, place in enumerate(taken[movers:]):
+    for number, place in enumerate(taken[movers : movers + robots]):
         heading = rng.integers(0, 360)
         lines.append(f"  - {{name: r{number}, preset: pioneer3dx, at: {place.tolist()}, heading_deg: {heading}}}")
     return parse_world("\n".join(lines))
@@ -118,12 +123,12 @@ def run_crowd(world: mjsim.World, *, seed: int, seconds: float) -> tuple[Array, 
         return np.hypot(*np.diff(places, axis=0).T) / sim.dt, met
 
 
-def measure_crowd(robots: int, movers: int, *, seeds: int, seconds: float) -> None:
+def measure_crowd(robots: int, movers: int, people: int, *, seeds: int, seconds: float) -> None:
     """Print a row a seed, and the bumps a robot and minute."""
     minutes, bumps, drove, pace = robots * seconds / 60.0, 0, 0, 0.0
-    print(f"robots {robots}, movers {movers}\nseed  bumps  drove into  speed")
+    print(f"robots {robots}, movers {movers}, people {people}\nseed  bumps  drove into  speed")
     for seed in range(1, seeds + 1):
-        speeds, met = run_crowd(crowd(robots, movers, seed=seed), seed=seed, seconds=seconds)
+        speeds, met = run_crowd(crowd(robots, movers, people, seed=seed), seed=seed, seconds=seconds)
         own = sum(speed > 0.05 for speed in met)
         bumps, drove, pace = bumps + len(met), drove + own, pace + float(speeds.mean()) / seeds
         print(f"{seed:4d}  {len(met):5d}  {own:10d}  {speeds.mean():.2f} m/s", flush=True)
@@ -151,11 +156,13 @@ def main() -> None:
     parser.add_argument("-o", type=Path, default=Path("out/avoidance.jsonl"), help="the file of results")
     parser.add_argument("--robots", type=int, default=1, help="in a room without clutter")
     parser.add_argument("--movers", type=int, default=0, help="in a room without clutter")
+    parser.add_argument("--people", type=int, default=0, help="in a room without clutter")
     given = parser.parse_args()
-    if given.robots + given.movers > MOST:
-        parser.error(f"there are {given.robots + given.movers} robots and movers; at most {MOST} have room")
-    if given.robots > 1 or given.movers:
-        measure_crowd(given.robots, given.movers, seeds=given.seeds, seconds=60.0 * given.minutes)
+    if (count := given.robots + given.movers + given.people) > MOST:
+        parser.error(f"there are {count} robots, movers and people; at most {MOST} have room")
+    if given.robots > 1 or given.movers or given.people:
+        seconds = 60.0 * given.minutes
+        measure_crowd(given.robots, given.movers, given.people, seeds=given.seeds, seconds=seconds)
         return
     given.o.parent.mkdir(parents=True, exist_ok=True)
     there = [json.loads(line) for line in given.o.read_text().splitlines()] if given.o.exists() else []

@@ -2,6 +2,7 @@
 
 import itertools
 
+import numpy as np
 import pytest
 
 import mjsim
@@ -31,12 +32,35 @@ def drive(heading, seconds, avoidance):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("heading", [180, 0])
-def test_with_a_lidar_and_room_for_feet_it_goes_round_a_person(heading):
-    end, bumps = drive(heading, 7.0, RingAvoidance(lidar="scan", clearance=0.22))
+@pytest.mark.parametrize(
+    ("heading", "avoidance"), [(180, True), (90, True), (0, RingAvoidance(lidar="scan", clearance=0.22))]
+)
+def test_it_goes_round_a_person(heading, avoidance):
+    end, bumps = drive(heading, 7.0, avoidance)
     assert bumps == 0
     # Well past, or well away to one side.
     assert end.x > 4.5 or abs(end.y - 3.0) > 0.6
+
+
+@pytest.mark.parametrize("heading", [180, 150])
+def test_the_ring_meets_the_nearest_foot_of_a_person_who_stands_between_its_rays(heading):
+    world = parse_world(WORLD.replace("HEADING", str(heading)))
+    (person,) = world.people
+    points = np.concatenate([outline for name, (outline, _, _) in person.prisms.items() if name.endswith("foot")])
+    gap = np.hypot(*(points - (2.6, 3.0)).T).min() - world.robots[0].body.radius
+    with mjsim.Simulation(world) as sim:
+        nearest = sim.sense("scout").proximity.min()
+    # The lowest row passes 15 mm above the floor, and its rays are 8 cm apart there.
+    assert gap - 0.005 < nearest < gap + 0.03
+
+
+def test_the_ring_does_not_meet_people_through_a_wall_or_beyond_its_reach():
+    wall = "walls: [{points: [[3.2, 0], [3.2, 6]], height: 0.5}]\n"
+    for more, far in ((wall, 4), ("", 6)):
+        world = parse_world(WORLD.replace("HEADING", "180").replace("at: [4, 3]", f"at: [{far}, 3]") + more)
+        with mjsim.Simulation(world) as sim:
+            ahead = sim.sense("scout").proximity[0]
+        assert ahead == (np.inf if far > 4 else pytest.approx(0.6 - 0.05 - world.robots[0].body.radius, abs=0.01))
 
 
 @pytest.mark.slow
