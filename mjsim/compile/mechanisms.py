@@ -1,7 +1,7 @@
 """Mechanisms as MuJoCo bodies: `MECHANISM/BODY`, joints and motors `MECHANISM/JOINT`, loops as equality constraints.
 
 Bodies stand as they start, so that the reference of every joint is its value there. A loop is cut at one joint: its two
-sides are held together by constraints as stiff as the period of the physics allows.
+sides are held together by constraints that bring them together within one step of the physics.
 """
 
 import math
@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from mjsim.compile.parts import DARK, MATERIAL, SEEN, make_decor
-from mjsim.compile.pictures import color_of
+from mjsim.compile.mechanism_bodies import add_shape, lowest, pose_keys, set_mass, thickness
+from mjsim.compile.parts import DARK, make_decor
 from mjsim.geometry import Array
-from mjsim.mechanics import Placement, Solid, inverted, is_valid, nearest_valid
+from mjsim.mechanics import Placement, Solid, inverted
 from mjsim.world import GROUND, CurvePoint, Mechanism, MechanismBody, MechanismJoint, Spring, World
 
 if TYPE_CHECKING:  # most worlds have no curve
     from mjsim.mechanics import SpaceCurve
 
 STIFFEST = 2.0
-"""Time constant of a constraint, in periods of the physics: MuJoCo's own bound."""
+"""Time constant of the end of a range, in periods of the physics: MuJoCo's own bound."""
 HARDEST = 0.9999
 """How little a constraint yields: MuJoCo's own bound of the impedance."""
 DIGITS = 12
@@ -51,8 +51,11 @@ def add_mechanisms(spec: mujoco.MjSpec, world: World) -> None:
 
 
 def stiff(equality: mujoco.MjsEquality, step: float) -> None:
-    """Make a constraint as stiff as a period of the physics allows [s]."""
-    equality.solref = [STIFFEST * step, 1.0]
+    """Let a constraint bring its residual to 0 in one period of the physics [s]: J a = -r' / h - r / h^2.
+
+    Softer ones take energy from what moves fast: a four-bar whose crank turns at 21 rad/s loses a fifth in 4 s at 4 ms.
+    """
+    equality.solref = [-HARDEST / step**2, -HARDEST / step]
     equality.solimp = [HARDEST, HARDEST, 0.001, 0.5, 2.0]
 
 
@@ -101,8 +104,8 @@ class _Builder:
         if parent == 0:
             pose = self._ground @ pose
         body = self._bodies[self._assembly.bodies[parent]].add_body(name=self._full(item.name), **pose_keys(pose))
-        _set_mass(body, item.solid())
-        _add_shape(body, item, self._full(item.name))
+        set_mass(body, item.solid())
+        add_shape(body, item, self._full(item.name))
         self._bodies[item.name] = body
 
     def _add_ghost(self, number: int, parent: int, name: str) -> None:
@@ -269,7 +272,7 @@ class _Builder:
         number = self._assembly.number(ends[1].body if ends[1].body != GROUND else ends[0].body)
         end = ends[1] if ends[1].body != GROUND else ends[0]
         body, pose = self._bodies[end.body], self._placed.poses[number]
-        radius = HUB * min(_thickness(self._mechanism.body(each.body)) for each in ends if each.body != GROUND)
+        radius = HUB * min(thickness(self._mechanism.body(each.body)) for each in ends if each.body != GROUND)
         axis = pose[:3, :3].T @ self._placed.axes[self._assembly.columns[joint.name].start]
         kinds = {part.kind for part in parts}
         if kinds == {"ball"}:
@@ -319,30 +322,6 @@ class _Builder:
                 self._spec.add_exclude(bodyname1="world", bodyname2=self._full(body.name))
 
 
-def lowest(body: MechanismBody, world_from_shape: Array) -> float:
-    """Return the height of the lowest point of a body [m]."""
-    rotation, height = world_from_shape[:3, :3], float(world_from_shape[2, 3])
-    down = -rotation[2]
-    match body:
-        case _ if hasattr(body, "rod"):
-            length, radius = body.rod
-            return height - radius + min(0.0, float(rotation[2, 0]) * length)
-        case _ if hasattr(body, "box"):
-            return height - float(np.abs(down) @ (np.array(body.box) / 2.0))
-        case _ if hasattr(body, "cylinder"):
-            radius, tall = body.cylinder
-            return height - radius * math.hypot(down[0], down[1]) - abs(float(down[2])) * tall / 2.0
-        case _:
-            return height - float(getattr(body, "sphere", 0.0))
-
-
-def pose_keys(pose: Array) -> dict[str, Array]:
-    """Return where a body is as MuJoCo has it: pos and quat."""
-    quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(pose[:3, :3]).ravel())
-    return {"pos": pose[:3, 3], "quat": quaternion}
-
-
 def _along(axis: Array, at: tuple[float, ...], *, which: int) -> Array:
     """Return a frame at a point, one of whose axes lies along another, shape (4, 4)."""
     pose, start = np.eye(4), np.eye(3)[int(np.argmin(np.abs(axis)))]
@@ -352,48 +331,6 @@ def _along(axis: Array, at: tuple[float, ...], *, which: int) -> Array:
     pose[:3, :3] = np.column_stack(columns[-which:] + columns[:-which])
     pose[:3, 3] = at
     return pose
-
-
-def _thickness(body: MechanismBody) -> float:
-    sizes = getattr(body, "rod", None) or getattr(body, "cylinder", None)
-    if sizes is not None:
-        return float(sizes[1] if hasattr(body, "rod") else min(sizes))
-    return float(min(body.box) / 2 if hasattr(body, "box") else 0.3 * getattr(body, "sphere", 0.1))
-
-
-def _set_mass(body: mujoco.MjsBody, solid: Solid) -> None:
-    given = solid if is_valid(solid) else nearest_valid(solid)
-    xx, yy, zz, xy, yz, xz = given.inertia
-    body.explicitinertial = True
-    body.mass, body.ipos = given.mass, given.center
-    body.fullinertia = [xx, yy, zz, xy, xz, yz]
-
-
-def _add_shape(body: mujoco.MjsBody, item: MechanismBody, name: str) -> None:
-    """Add what is seen and touched of a body."""
-    frame = item.frame()
-    common = {
-        "name": name,
-        "group": SEEN,
-        "material": MATERIAL,
-        "rgba": color_of(item.color),
-        "mass": 0.0,
-        "friction": [item.friction, 0.005, 0.0001],
-    }
-    match item:
-        case _ if hasattr(item, "rod"):
-            ends = [frame[:3, 3], frame[:3, :3] @ (item.rod[0], 0.0, 0.0) + frame[:3, 3]]
-            size = [item.rod[1], 0.0, 0.0]
-            body.add_geom(type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=np.concatenate(ends), size=size, **common)
-        case _ if hasattr(item, "box"):
-            size = [value / 2 for value in item.box]
-            body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=size, **pose_keys(frame), **common)
-        case _ if hasattr(item, "cylinder"):
-            size = [item.cylinder[0], item.cylinder[1] / 2, 0.0]
-            body.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=size, **pose_keys(frame), **common)
-        case _:
-            size = [getattr(item, "sphere", 0.0), 0.0, 0.0]
-            body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=size, **pose_keys(frame), **common)
 
 
 def solids_of(world: World) -> Iterator[tuple[str, Solid]]:

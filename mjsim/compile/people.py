@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from mjsim.compile.mechanisms import pose_keys
+from mjsim.compile.mechanism_bodies import pose_keys
 from mjsim.compile.parts import DARK, MATERIAL, SEEN, make_decor
 from mjsim.compile.pictures import color_of
 from mjsim.geometry import Array

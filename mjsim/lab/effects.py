@@ -52,8 +52,7 @@ class BodyPush:
         mujoco.mj_kinematics(self.model, data)
         mujoco.mj_comPos(self.model, data)
         data.ctrl[:], data.qfrc_applied[:] = 0.0, 0.0
-        self.push.apply(data, 0.0)
-        data.qfrc_applied[:] *= value
+        self.push.apply(data, value)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -1,9 +1,9 @@
 """Loops that stay closed: what the points that hold a loop together aim at.
 
 A constraint of MuJoCo pulls its residual r back by J a = -b r' - k r, and knows nothing of the part of r'' that speeds
-alone make, c = r'' - J a. With speeds half a step before positions, and b and k as stiff as the step allows, r comes to
-rest at -c / 2k (observed: scripts/measure/mechanisms.py). The point of one side is moved by that, so that bodies are
-where they should be. c is that of the step before, which leaves an error of the third order of the step.
+alone make, c = r'' - J a. With speeds half a step before positions, and b = 1 / h and k = 1 / h^2 as `mjsim.compile`
+has them, r is -c / 2k after one step. The point of one side is moved by that, so that bodies are where they should be.
+c is that of the step before, which leaves an error of the third order of the step.
 """
 
 import mujoco
@@ -28,9 +28,6 @@ class Closures:
         self._own = np.array([k for k in equalities if int(model.eq_type[k]) == CONNECT], dtype=int)
         self._sites = [(int(model.eq_obj1id[k]), int(model.eq_obj2id[k])) for k in self._own]
         self._rest = [model.site_pos[first].copy() for first, _ in self._sites]
-        damped = model.eq_solimp[self._own, 1] * model.eq_solref[self._own, 0] ** 2
-        self._yields = damped.tolist()
-        """1 / k of each [s^2]."""
 
     def aim(self, data: mujoco.MjData) -> None:
         """Move the points for the next step; the state still has the accelerations of the step before."""
@@ -41,13 +38,12 @@ class Closures:
         pulled = np.zeros(data.nefc)
         mujoco.mj_mulJacVec(self._model, data, pulled, data.qacc)
         rows = {int(k): row for row, k in reversed(list(enumerate(data.efc_id[:count])))}
-        for equality, (first, second), rest, yields in zip(
-            self._own.tolist(), self._sites, self._rest, self._yields, strict=True
-        ):
+        softness = self._model.opt.timestep**2
+        for equality, (first, second), rest in zip(self._own.tolist(), self._sites, self._rest, strict=True):
             row = rows[equality]
             alone = self._parting(data, first, second) - pulled[row : row + 3]
             turned = data.xmat[self._model.site_bodyid[first]].reshape(3, 3)
-            self._model.site_pos[first] = rest - yields / 2.0 * (turned.T @ alone)
+            self._model.site_pos[first] = rest - softness / 2.0 * (turned.T @ alone)
 
     def _parting(self, data: mujoco.MjData, first: int, second: int) -> Array:
         """Return by how much the first site accelerates away from the second, world frame, shape (3,) [m/s^2]."""

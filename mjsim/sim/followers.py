@@ -1,12 +1,14 @@
 """Motions that joints follow: what an equality constraint must aim at so that the joint is where its signal is.
 
 A constraint of MuJoCo pulls like a spring with a damper, k (y - q) - b q', and so lags behind what moves. It is led by
-what that lag would be: it aims at y + (b y' + y'') / k. The derivatives are those of the steps of the physics, which
-are exact for them: the speed of step n is (y[n] - y[n-1]) / h.
+what that lag would be: it aims at y + (b y' + y'') / k, with b = 1 / h and k = 1 / h^2 as `mjsim.compile` has it. The
+derivatives are those of the steps of the physics, which are exact for them: the speed of step n is (y[n] - y[n-1]) / h.
 """
 
 import mujoco
+import numpy as np
 
+from mjsim.geometry import Array
 from mjsim.world import Motion
 
 
@@ -52,15 +54,14 @@ class Course:
         self._go_to(n)
         return self._window[1]
 
-    @property
-    def last(self) -> float:
-        """Where the joint was a step ago [rad, m]."""
-        return self._window[0]
-
     def speed(self, n: int) -> float:
         """Return how fast the physics has it move at step n: half a step earlier than its goal [1/s]."""
         self._go_to(n)
         return (self._window[1] - self._window[0]) / self._h
+
+    def middle_speed(self, n: int) -> float:
+        """Return how fast it moves when it is at the goal of step n [1/s]."""
+        return self.speed(n) + self._h / 2.0 * self.acceleration(n)
 
     def acceleration(self, n: int) -> float:
         """Return its acceleration at step n [1/s^2]."""
@@ -83,24 +84,20 @@ class Follower(Course):
         """
         super().__init__(drive, step=float(model.opt.timestep), start=start)
         self._model, self.equality, self._rest = model, equality, start
-        time_constant, impedance = float(model.eq_solref[equality, 0]), float(model.eq_solimp[equality, 1])
-        self._damping = 2.0 / (impedance * time_constant)
-        self._stiffness = 1.0 / (impedance * time_constant**2)
 
-    def aim(self, n: int, data: mujoco.MjData) -> None:
-        """Set what the constraint aims at in step n; the state still has the forces of the step before."""
-        lead = (self._damping * self.speed(n) + self.acceleration(n)) / self._stiffness
-        self._model.eq_data[self.equality, 0] = (
-            self.goal(n) + lead + yielded(self._model, data, self.equality) - self._rest
-        )
+    def aim(self, n: int, *, gave: float) -> None:
+        """Set what the constraint aims at in step n; it gave way by so much in the step before [rad, m]."""
+        # So much further the joint shall be after the step.
+        lead = self._h * self.speed(n) + self._h**2 * self.acceleration(n)
+        self._model.eq_data[self.equality, 0] = self.goal(n) + lead + gave - self._rest
 
 
-def yielded(model: mujoco.MjModel, data: mujoco.MjData, equality: int) -> float:
-    """Return by how much a constraint of one row gave way to its force in the last step [rad, m].
+def yields(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Return by how much constraints gave way to their forces in the last step, by number, shape (neq,) [rad, m].
 
-    It is softened by R, so that its acceleration falls short by R f; what it aims at can make up for that.
+    Each is softened by R, so that its acceleration falls short by R f; what it aims at can make up for that. Of one of
+    several rows only the last is told.
     """
-    count = int(data.ne)
-    own = (data.efc_id[:count] == equality) & (data.efc_type[:count] == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
-    time_constant, impedance = float(model.eq_solref[equality, 0]), float(model.eq_solimp[equality, 1])
-    return float(data.efc_R[:count][own] @ data.efc_force[:count][own]) * impedance * time_constant**2
+    count, found = int(data.ne), np.zeros(model.neq)
+    found[data.efc_id[:count]] = data.efc_R[:count] * data.efc_force[:count] * model.opt.timestep**2
+    return found

@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 
 from mjsim.errors import PhysicsFault
+from mjsim.geometry import Array
 from mjsim.mechanics import JointMotion, SensorReadings, rates, residual, tracked
 from mjsim.sim.control import ControlActuation
 from mjsim.sim.mechanism_control import MechanismControls
@@ -27,6 +28,8 @@ class LedMechanism(MechanismAtWork):
 
     _power: tuple[float, float]
     """Time of the last tick, and the power of all motions then [s, W]."""
+    _work: float
+    """Of the motions up to then, by the trapezoidal rule over ticks [J]."""
 
     @property
     def moved(self) -> bool:
@@ -48,21 +51,25 @@ class LedMechanism(MechanismAtWork):
         self._put(step)
         self._exact(step, self._data.qvel.copy())
         mujoco.mj_rnePostConstraint(self._model, self._scratch)
-        return self._told(step)
-
-    def _count_work(self) -> None:
-        """Count nothing: the forces of the physics are not those that lead it."""
-
-    def _told(self, step: int) -> MechanismState:
-        """Return what the scratch state says of it, with the work of motions by the trapezoidal rule over ticks."""
-        now, time = super()._told(step), step * self._h
+        now, time = self._told(step, 0.0, 0.0), step * self._h
         power = float(now.efforts @ now.speeds) + sum(force * speed for force, speed in now.pulls.values())
         self._work += (power + self._power[1]) / 2.0 * (time - self._power[0])
         self._power = time, power
         return replace(now, work=self._work)
 
+    def _go_to(self, step: int) -> None:
+        """Note nothing: the forces of the physics are not those that lead it."""
+
+    def _found_fault(self) -> str:
+        """Return nothing: it is where its motions have it."""
+        return ""
+
+    def _lagging(self) -> Array:
+        """Return no forces: its speeds are those of now."""
+        return np.zeros(len(self._places.dofs))
+
     def _begin(self) -> None:
-        self._power = 0.0, 0.0
+        self._power, self._work = (0.0, 0.0), 0.0
         self._now = self._assembly.start.copy()
         self.act(0)
 
@@ -131,17 +138,17 @@ class Mechanisms:
             each.settle(tick * self._per_tick)
 
     def failing(self, tick: int, *, known: bool) -> str:
-        """Return why physics fails at a tick, in words: motions that a loop does not allow, or a loop that is torn.
+        """Return why physics fails at a tick, in words: motions that a loop does not allow, or a loop that gives way.
 
         Args:
             tick: Which.
             known: Whether it is known to fail.
         """
         for each in self._all:
-            if known or each.torn:
-                line = each.locked(tick * self._per_tick)
-                if line or not known:
-                    return line or f"a loop of mechanism '{each.mechanism.name}' is torn"
+            if known or each.fault:
+                line = each.locked(tick * self._per_tick) or each.fault
+                if line:
+                    return line
         return ""
 
     def motions(self, tick: int) -> dict[str, JointMotion]:

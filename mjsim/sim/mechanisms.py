@@ -20,10 +20,11 @@ from mjsim.mechanics import (
     turning,
 )
 from mjsim.sim.closures import Closures
-from mjsim.sim.followers import Follower, yielded
+from mjsim.sim.energy import EnergyCount
+from mjsim.sim.followers import Follower, yields
 from mjsim.sim.mechanism_sensors import MechanismState, Probe, probes_of
 from mjsim.sim.mechanism_state import Places, copy_state, equality_forces
-from mjsim.sim.pushes import Push, effort_signal
+from mjsim.sim.pushes import Push, around, effort_signal
 from mjsim.sim.streams import stream
 from mjsim.sim.tracks import Tracks
 from mjsim.world import ForceActuator, Mechanism, TorqueActuator
@@ -32,6 +33,8 @@ UNYIELDING = 1e-5
 """By which constraints yield less in what is read than in the physics."""
 TORN = 0.05
 """How far apart the sides of a loop are before it is torn, as a share of the mechanism's size."""
+WIDEST_TURN = 0.2
+"""How far joints of loops may turn in one step [rad]: till then they keep their energy within a tenth for a while."""
 SLIP = 1e-6
 """Of the step by which the change of a constraint's speed is found [s]."""
 
@@ -70,7 +73,8 @@ class MechanismAtWork:
         self._places = Places(model, mechanism)
         self._followers = self._make_followers()
         self._pushes: list[Push] = []
-        self._couplings = [model.equality(self._full(each.name)).id for each in self._assembly.couplings]
+        ties = [each.name for each in self._assembly.couplings] + [each.name for each in self._assembly.rods]
+        self._ties = [model.equality(self._full(name)).id for name in ties]
         self._efforts = self._make_efforts(seed, read)
         self._closures = Closures(model, self._places.equalities)
         kinds = model.eq_type[self._places.equalities]
@@ -79,10 +83,17 @@ class MechanismAtWork:
         self._tracks = Tracks(model, mechanism)
         self._cut_values = self._assembly.start.copy()
         self._probes: tuple[Probe, ...] = probes_of(model, mechanism)
-        self._step, self._work, self._lost = 0, 0.0, 0.0
-        self._lag = np.zeros(len(self._places.dofs))
-        self.torn = False
-        """Whether a loop or a curve did not hold in the last step."""
+        self._step, self._energy = 0, EnergyCount(model, self._places.dofs, self._followers)
+        self._lag, self._gave = np.zeros(len(self._places.dofs)), np.zeros(model.neq)
+        """By how much each constraint of one row gave way in the last step, by its number [rad, m]."""
+        self._before, self._gained = data.qvel.copy(), self._lag
+        """Speeds after the last step, of the whole world, and what its own gained in it [1/s]."""
+        turning = model.jnt_type[model.dof_jntid[self._places.dofs]] != mujoco.mjtJoint.mjJNT_SLIDE
+        self._turning = self._places.dofs[turning]
+        self._widest = 0.0
+        """How far a joint of a loop turned in one step at most [rad]."""
+        self.fault = ""
+        """Why the last step is not to be trusted, in words."""
         self._begin()
 
     def _make_followers(self) -> list[Follower]:
@@ -117,57 +128,74 @@ class MechanismAtWork:
         losses = losses or any(spring.damping for spring in self._assembly.springs)
         controlled = any(getattr(each, "controller", None) is not None for each in self.mechanism.actuators)
         return len(self._places.dofs) > 1 or bool(
-            controlled or self._followers or self._couplings or self._tracks or self._efforts or self._pushes or losses
+            controlled or self._followers or self._ties or self._tracks or self._efforts or self._pushes or losses
         )
 
     def act(self, step: int) -> None:
         """Write what moves it in the step of that number, counted from 0 at the start of the run."""
-        if step > self._step:
-            self._count_work()
-        self._step = step
+        self._go_to(step)
         for follower in self._followers:
-            follower.aim(step, self._data)
-        self._closures.aim(self._data)
-        for equality in self._couplings:
-            self._model.eq_data[equality, 0] = yielded(self._model, self._data, equality)
+            follower.aim(step, gave=float(self._gave[follower.equality]))
+        self._model.eq_data[self._ties, 0] = self._gave[self._ties]
         if self._tracks:
             copy_state(self._data, self._scratch, self._data.qpos, self._data.qvel)
-            self._tracks.aim(self._data, self._scratch)
-        for motor, signal in self._efforts:
-            self._data.ctrl[motor] = signal.value(step * self._h)
+            self._tracks.aim(self._gave, self._scratch)
         self._lag = self._lagging()
+        self._exert(lambda signal: around(signal, step, self._h))
+
+    def _exert(self, value: Callable[[TimeSignal], float]) -> None:
+        """Write torques and forces, and those of inertia that the physics lacks.
+
+        Args:
+            value: Gives that of a signal [N m, N].
+        """
+        for motor, signal in self._efforts:
+            self._data.ctrl[motor] = value(signal)
         self._data.qfrc_applied[self._places.dofs] = self._lag
         if self._pushes:
             mujoco.mj_kinematics(self._model, self._data)
             mujoco.mj_comPos(self._model, self._data)
             for push in self._pushes:
-                push.apply(self._data, step * self._h)
+                push.apply(self._data, value(push.signal))
 
     def _lagging(self) -> Array:
-        """Return the forces of inertia that half a step of the speeds makes, shape (own freedoms,) [N m, N].
+        """Return the forces that half a step of the speeds makes, shape (own freedoms,) [N m, N].
 
-        The physics has speeds of half a step ago when it works out forces that grow with their square; those of now are
-        known to the first order from the accelerations of the step before, which leaves an error of the second.
+        Where forces of inertia are worked out the physics has speeds of half a step ago, where joints are damped those
+        of half a step ahead; those of now are known to the first order from what was gained in the step before, which
+        leaves an error of the second.
         """
-        model, data, scratch, found = self._model, self._data, self._scratch, []
-        speeds = data.qvel.copy()
-        speeds[self._places.dofs] += self._h / 2.0 * data.qacc[self._places.dofs]
-        for each in (data.qvel, speeds):
-            copy_state(data, scratch, data.qpos, each)
-            mujoco.mj_kinematics(model, scratch)
-            mujoco.mj_comPos(model, scratch)
+        model, data, scratch, dofs, found = self._model, self._data, self._scratch, self._places.dofs, []
+        scratch.qpos[:], scratch.qvel[:], forces = data.qpos, data.qvel, np.zeros(model.nv)
+        mujoco.mj_kinematics(model, scratch)
+        mujoco.mj_comPos(model, scratch)
+        for gained in (0.0, self._gained / 2.0):
+            scratch.qvel[dofs] += gained
             mujoco.mj_comVel(model, scratch)
-            forces = np.zeros(model.nv)
             mujoco.mj_rne(model, scratch, 0, forces)
-            found.append(forces[self._places.dofs])
-        return np.asarray(found[0] - found[1])
+            found.append(forces[dofs])
+        return np.asarray(found[0] - found[1] + model.dof_damping[dofs] * self._gained / 2.0)
 
     def settle(self, step: int) -> None:
         """Bring it to where it is at the end of a tick, before the step of that number."""
-        self.torn = self._is_torn()
-        if self.moved and step > self._step:
-            self._count_work()
-            self._step = step
+        self.fault = self._found_fault()
+        if self.moved:
+            self._go_to(step)
+
+    def _go_to(self, step: int) -> None:
+        """Note what the step before the one of that number did, once, while the state still has its forces."""
+        if step == self._step:
+            return
+        self._energy.add(self._data, self._before, self._lag, self._step)
+        self._before, before = self._data.qvel.copy(), self._before
+        self._gained = (self._before - before)[self._places.dofs]
+        self._closures.aim(self._data)
+        self._gave = yields(self._model, self._data)
+        # Where motions lead it, they have the say, and not its energy.
+        if len(self._loops) and not self._followers:
+            turned = self._h * float(np.abs(self._before[self._turning]).max(initial=0.0))
+            self._widest = max(self._widest, turned)
+        self._step = step
 
     def locked(self, step: int) -> str:
         """Return how its motions ask for what its loops do not allow at a step, in words; '' where they do not."""
@@ -196,25 +224,20 @@ class MechanismAtWork:
         shown = f"{math.degrees(goal):.4g} degrees" if turns else f"{goal:.4g} m"
         return f"'{self.mechanism.actuators[drive.number].target}' at {shown}"
 
-    def _is_torn(self) -> bool:
-        """Return whether a loop or a curve is held no longer: sides are apart by a share of the mechanism's size."""
-        data = self._data
+    def _found_fault(self) -> str:
+        """Return how a loop is held no longer, or turns so far within a step that its energy is lost, in words."""
+        data, name = self._data, self.mechanism.name
+        if not len(self._loops):
+            return ""
         rows = np.flatnonzero(np.isin(data.efc_id[: data.ne], self._loops))
-        return bool(np.abs(data.efc_pos[rows]).max(initial=0.0) > self._most_apart)
-
-    def _count_work(self) -> None:
-        """Add what actuators put in during the last step, and what was lost to damping and friction [J]."""
-        data, dofs = self._data, self._places.dofs
-        speeds = data.qvel[dofs] * self._h
-        self._work += float((data.qfrc_actuator[dofs] + data.qfrc_applied[dofs] - self._lag) @ speeds)
-        self._lost -= float(data.qfrc_damper[dofs] @ speeds)
-        rows = np.flatnonzero(data.efc_type == mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
-        own = rows[np.isin(data.efc_id[rows], dofs)]
-        self._lost -= self._h * float(data.efc_force[own] @ data.qvel[data.efc_id[own]])
-        for follower in self._followers:
-            # Where it was a step ago, and where it is.
-            moved = follower.goal(self._step + 1) - follower.last
-            self._work += float(equality_forces(data, follower.equality).sum()) * moved
+        if np.abs(data.efc_pos[rows]).max(initial=0.0) > self._most_apart:
+            return f"a loop of mechanism '{name}' is torn"
+        if self._widest <= WIDEST_TURN:
+            return ""
+        return (
+            f"mechanism '{name}' turns by {math.degrees(self._widest):.0f} degrees in one step of the physics, too far"
+            " for its loops to keep their energy; drive it less, or take a smaller run: step_ms"
+        )
 
     def _begin(self) -> None:
         """Set speeds half a step before the start."""
@@ -222,7 +245,11 @@ class MechanismAtWork:
         self._places.set_speeds(self._data, self._assembly)
         self.act(0)
         self._exact(0, self._data.qvel)
-        self._data.qvel[dofs] -= self._h / 2.0 * self._scratch.qacc[dofs]
+        self._energy.begin(self._scratch)
+        self._gained = self._h * self._scratch.qacc[dofs]
+        self._data.qvel[dofs] -= self._gained / 2.0
+        self._before = self._data.qvel.copy()
+        self._closures.aim(self._scratch)
 
     def state(self, step: int) -> MechanismState:
         """Return how it moves now, before the step of that number.
@@ -231,15 +258,16 @@ class MechanismAtWork:
             step: Counted from 0 at the start of the run.
         """
         self.act(step)
+        self._exert(lambda signal: float(signal.value(step * self._h)))
         dofs, speeds = self._places.dofs, self._data.qvel.copy()
         self._exact(step, speeds)
         speeds[dofs] += self._h / 2.0 * self._scratch.qacc[dofs]
         self._exact(step, speeds)
         mujoco.mj_rnePostConstraint(self._model, self._scratch)
-        return self._told(step)
+        return self._told(step, *self._energy.now(self._scratch, step))
 
-    def _told(self, step: int) -> MechanismState:
-        """Return what the scratch state says of it."""
+    def _told(self, step: int, work: float, lost: float) -> MechanismState:
+        """Return what the scratch state says of it, with work and losses up to now [J]."""
         values, rates, accelerations = self._values()
         return MechanismState(
             model=self._model,
@@ -249,8 +277,8 @@ class MechanismAtWork:
             accelerations=accelerations,
             efforts=self._forces(),
             pulls={each.drive.name: self._pull(each, step) for each in self._followers if each.drive.column < 0},
-            work=self._work,
-            lost=self._lost,
+            work=work,
+            lost=lost,
         )
 
     def motion(self, step: int) -> tuple[JointMotion, SensorReadings]:
@@ -288,9 +316,9 @@ class MechanismAtWork:
         copy_state(data, scratch, data.qpos, speeds)
         bends = self._tracks.place(scratch) if self._tracks else {}
         copy_state(data, scratch, data.qpos, speeds)
-        flags = int(model.opt.disableflags)
+        flags, tolerance = int(model.opt.disableflags), float(model.opt.tolerance)
         # Islands would be solved with copies of what is changed below.
-        model.opt.disableflags = flags | int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
+        model.opt.disableflags, model.opt.tolerance = flags | int(mujoco.mjtDisableBit.mjDSBL_ISLAND), 0.0
         mujoco.mj_fwdPosition(model, scratch)
         mujoco.mj_fwdVelocity(model, scratch)
         # Here the speeds are those of now.
@@ -305,7 +333,7 @@ class MechanismAtWork:
         mujoco.mj_fwdActuation(model, scratch)
         mujoco.mj_fwdAcceleration(model, scratch)
         mujoco.mj_fwdConstraint(model, scratch)
-        model.opt.disableflags = flags
+        model.opt.disableflags, model.opt.tolerance = flags, tolerance
 
     def _accelerations(self, step: int) -> dict[int, float]:
         """Return what followed motions accelerate by at a step, by the number of the constraint [1/s^2]."""
@@ -351,7 +379,7 @@ class MechanismAtWork:
     def _pull(self, follower: Follower, step: int) -> tuple[float, float]:
         """Return the force that keeps two points apart, and how fast they part [N, m/s]."""
         force = float(equality_forces(self._scratch, follower.equality).sum())
-        return force, follower.speed(step) + self._h / 2.0 * follower.acceleration(step)
+        return force, follower.middle_speed(step)
 
     def _forces(self) -> Array:
         """Return torques and forces of the actuators at the joints, shape (values,) [N m, N]."""

@@ -28,6 +28,19 @@ def effort_signal(
     return actuator.signal.made(read, rng)
 
 
+def around(signal: TimeSignal, step: int, h: float) -> float:
+    """Return the mean of a signal over a period of the physics about a step of that number, none of it before step 0.
+
+    Speeds are half a period beside places, and a jump at a step is one in the middle of the period.
+
+    Args:
+        signal: Of a torque or force [N m, N].
+        step: Counted from 0 at the start of the run.
+        h: Period of the physics [s].
+    """
+    return float(signal.value(max(step - 0.25, 0.0) * h) + signal.value((step + 0.25) * h)) / 2.0
+
+
 class Push:
     """A torque on a body, or a force on a point of it, along an axis of the mechanism's frame."""
 
@@ -48,15 +61,17 @@ class Push:
         """
         points = {GROUND: dict[str, tuple[float, ...]](), **{body.name: body.points() for body in mechanism.bodies}}
         place = place_of(actuator.target, points)
-        self._model, self._signal, self._at = model, signal, np.array(place.at)
+        self.signal = signal
+        """The torque or force [N m, N]."""
+        self._model, self._at = model, np.array(place.at)
         self._body = model.body(f"{mechanism.name}/{place.body}").id
         axis = np.array(actuator.axis, dtype=float) / np.linalg.norm(actuator.axis or (0.0, 0.0, 1.0))
         self._axis = mechanism.world_from_ground[:3, :3] @ axis
         self._is_force = isinstance(actuator, ForceActuator)
 
-    def apply(self, data: mujoco.MjData, time: float) -> None:
-        """Add what it does at a time [s] to the forces of all freedoms."""
-        effort = float(self._signal.value(time)) * self._axis
+    def apply(self, data: mujoco.MjData, size: float) -> None:
+        """Add what a torque or force of a size [N m, N] does to the forces of all freedoms."""
+        effort = size * self._axis
         force, torque = (effort, np.zeros(3)) if self._is_force else (np.zeros(3), effort)
         point = data.xmat[self._body].reshape(3, 3) @ self._at + data.xpos[self._body]
         mujoco.mj_applyFT(self._model, data, force, torque, point, self._body, data.qfrc_applied)

@@ -23,6 +23,7 @@ from mjsim.sim.radio import RadioNet
 from mjsim.sim.robot import SimulatedRobot
 from mjsim.sim.snapshot import Snapshot
 from mjsim.sim.still import bring_up
+from mjsim.sim.streams import checked_seed
 from mjsim.sim.told import catalogue_of, map_of
 from mjsim.sim.world_script import WorldScript
 from mjsim.world import (
@@ -64,7 +65,7 @@ class Simulation(Closes):
                 MuJoCo can hold.
         """
         self.world = world
-        self.seed = _checked_seed(world.run.seed if seed is None else seed)
+        self.seed = checked_seed(world.run.seed if seed is None else seed)
         self.model: mujoco.MjModel = compile_world(world).compile()
         set_exact_masses(self.model, world)
         self.data = mujoco.MjData(self.model)
@@ -102,7 +103,7 @@ class Simulation(Closes):
         Raises:
             UsageError: The seed is negative.
         """
-        self.seed = _checked_seed(self.seed if seed is None else seed)
+        self.seed = checked_seed(self.seed if seed is None else seed)
         self._mechanisms.close()
         self._compiled.restore(self.model)
         mujoco.mj_resetData(self.model, self.data)
@@ -396,9 +397,3 @@ class Simulation(Closes):
         """Return the fault of a state that is no longer to be trusted, with its likely cause."""
         likely = f"; likely cause: {cause}" if (cause := likely_cause(self.model)) else ""
         return PhysicsFault(f"physics failed at {self.time:.2f} s: {what}{likely}")
-
-
-def _checked_seed(seed: int) -> int:
-    if seed < 0:
-        raise UsageError(f"seed is {seed}; it must be 0 or more")
-    return seed

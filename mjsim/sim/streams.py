@@ -5,8 +5,21 @@ from collections.abc import Callable
 import numpy as np
 from numpy.random import Generator
 
+from mjsim.errors import UsageError
+
 Streams = Callable[[str], Generator]
 """Purpose -> source of chance."""
+
+
+def checked_seed(seed: int) -> int:
+    """Return a seed.
+
+    Raises:
+        UsageError: It is negative.
+    """
+    if seed < 0:
+        raise UsageError(f"seed is {seed}; it must be 0 or more")
+    return seed
 
 
 def stream(seed: int, robot: str, purpose: str) -> Generator:

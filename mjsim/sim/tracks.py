@@ -20,7 +20,6 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.mechanics import cross
-from mjsim.sim.followers import yielded
 from mjsim.world import CurvePoint, Mechanism
 
 
@@ -48,22 +47,18 @@ class TrackAtWork:
         self._sites = [model.site(f"{full}.a{count}").id for count in self._ways]
         self._equalities = [model.equality(f"{full}.{count}").id for count in self._ways]
         self._lever = float(model.tendon_length0[names[f"{full}.{self._ways[0]}"]])
-        first = self._equalities[0]
-        self._yields = float(model.eq_solimp[first, 1] * model.eq_solref[first, 0] ** 2)
-        """1 / k of the constraints [s^2]."""
         self._slope, self._turn, self._change = (np.zeros((3, model.nv)) for _ in range(3))
 
-    def aim(self, data: mujoco.MjData, scratch: mujoco.MjData) -> None:
+    def aim(self, gave: Array, scratch: mujoco.MjData) -> None:
         """Set what the constraints aim at in the next step.
 
         Args:
-            data: With the forces of the step before.
+            gave: By how much constraints gave way in the step before, by their numbers, shape (neq,) [m].
             scratch: The state now, with kinematics and velocities worked out.
         """
-        gave = [yielded(self._model, data, equality) for equality in self._equalities]
-        alone = self.place(scratch)
-        for equality, own, change in zip(self._equalities, gave, alone.values(), strict=True):
-            self._model.eq_data[equality, 0] = own - self._yields / 2.0 * change
+        half = self._model.opt.timestep**2 / 2.0
+        for equality, change in self.place(scratch).items():
+            self._model.eq_data[equality, 0] = gave[equality] - half * change
 
     def place(self, scratch: mujoco.MjData) -> dict[int, float]:
         """Put the sites where the point is, and return how the lengths of the tendons change by the speeds alone.
@@ -117,11 +112,11 @@ class Tracks:
         """Whether there are any."""
         return bool(self._all)
 
-    def aim(self, data: mujoco.MjData, scratch: mujoco.MjData) -> None:
-        """Set what all aim at in the next step; `scratch` has the state of `data`, and is worked out here."""
+    def aim(self, gave: Array, scratch: mujoco.MjData) -> None:
+        """Set what all aim at in the next step; `scratch` has the state now, and is worked out here."""
         self._work_out(scratch)
         for each in self._all:
-            each.aim(data, scratch)
+            each.aim(gave, scratch)
 
     def place(self, scratch: mujoco.MjData) -> dict[int, float]:
         """Put all sites where the points are in a state, which is worked out here; `TrackAtWork.place` says more."""

@@ -1,0 +1,80 @@
+"""Bodies of mechanisms in MuJoCo: their masses, what is seen and touched of them, and their sizes."""
+
+import math
+
+import mujoco
+import numpy as np
+
+from mjsim.compile.parts import MATERIAL, SEEN
+from mjsim.compile.pictures import color_of
+from mjsim.geometry import Array
+from mjsim.mechanics import Solid, is_valid, nearest_valid
+from mjsim.world import MechanismBody
+
+
+def lowest(body: MechanismBody, world_from_shape: Array) -> float:
+    """Return the height of the lowest point of a body [m]."""
+    rotation, height = world_from_shape[:3, :3], float(world_from_shape[2, 3])
+    down = -rotation[2]
+    match body:
+        case _ if hasattr(body, "rod"):
+            length, radius = body.rod
+            return height - radius + min(0.0, float(rotation[2, 0]) * length)
+        case _ if hasattr(body, "box"):
+            return height - float(np.abs(down) @ (np.array(body.box) / 2.0))
+        case _ if hasattr(body, "cylinder"):
+            radius, tall = body.cylinder
+            return height - radius * math.hypot(down[0], down[1]) - abs(float(down[2])) * tall / 2.0
+        case _:
+            return height - float(getattr(body, "sphere", 0.0))
+
+
+def pose_keys(pose: Array) -> dict[str, Array]:
+    """Return where a body is as MuJoCo has it: pos and quat."""
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(pose[:3, :3]).ravel())
+    return {"pos": pose[:3, 3], "quat": quaternion}
+
+
+def thickness(body: MechanismBody) -> float:
+    """Return the radius or half the least size of a body [m]."""
+    sizes = getattr(body, "rod", None) or getattr(body, "cylinder", None)
+    if sizes is not None:
+        return float(sizes[1] if hasattr(body, "rod") else min(sizes))
+    return float(min(body.box) / 2 if hasattr(body, "box") else 0.3 * getattr(body, "sphere", 0.1))
+
+
+def set_mass(body: mujoco.MjsBody, solid: Solid) -> None:
+    """Set mass and inertia of a body, the nearest that MuJoCo takes."""
+    given = solid if is_valid(solid) else nearest_valid(solid)
+    xx, yy, zz, xy, yz, xz = given.inertia
+    body.explicitinertial = True
+    body.mass, body.ipos = given.mass, given.center
+    body.fullinertia = [xx, yy, zz, xy, xz, yz]
+
+
+def add_shape(body: mujoco.MjsBody, item: MechanismBody, name: str) -> None:
+    """Add what is seen and touched of a body."""
+    frame = item.frame()
+    common = {
+        "name": name,
+        "group": SEEN,
+        "material": MATERIAL,
+        "rgba": color_of(item.color),
+        "mass": 0.0,
+        "friction": [item.friction, 0.005, 0.0001],
+    }
+    match item:
+        case _ if hasattr(item, "rod"):
+            ends = [frame[:3, 3], frame[:3, :3] @ (item.rod[0], 0.0, 0.0) + frame[:3, 3]]
+            size = [item.rod[1], 0.0, 0.0]
+            body.add_geom(type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=np.concatenate(ends), size=size, **common)
+        case _ if hasattr(item, "box"):
+            size = [value / 2 for value in item.box]
+            body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=size, **pose_keys(frame), **common)
+        case _ if hasattr(item, "cylinder"):
+            size = [item.cylinder[0], item.cylinder[1] / 2, 0.0]
+            body.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=size, **pose_keys(frame), **common)
+        case _:
+            size = [getattr(item, "sphere", 0.0), 0.0, 0.0]
+            body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=size, **pose_keys(frame), **common)

@@ -1,0 +1,70 @@
+"""Work and losses of a mechanism, counted as its steps have them.
+
+Speeds are half a step before places, so that the forces of a step, which are those at its places, act from half a step
+before to half a step after them: what they do is force times the mean of both speeds, and at a tick half of it is done.
+"""
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.sim.followers import Follower
+from mjsim.sim.mechanism_state import equality_forces
+
+RUBBING = mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF
+
+
+class EnergyCount:
+    """What actuators put into a mechanism since the start, and what damping and friction took."""
+
+    def __init__(self, model: mujoco.MjModel, dofs: Array, followers: Sequence[Follower]) -> None:
+        """Begin with nothing.
+
+        Args:
+            model: The compiled world.
+            dofs: The mechanism's degrees of freedom, shape (n,).
+            followers: The motions that it follows.
+        """
+        self._model, self._dofs, self._followers = model, dofs, followers
+        self._h = float(model.opt.timestep)
+        self.work, self.lost = 0.0, 0.0
+        """[J]"""
+
+    def begin(self, data: mujoco.MjData) -> None:
+        """Take off the half of the first step that lies before the start, with all forces worked out."""
+        work, lost = self._powers(data, data.qvel, 0)
+        self.work, self.lost = -self._h / 2.0 * work, -self._h / 2.0 * lost
+
+    def add(self, data: mujoco.MjData, before: Array, lag: Array, step: int) -> None:
+        """Add the step that was taken.
+
+        Args:
+            data: After it, with its forces.
+            before: Speeds before it, of the whole world, shape (nv,).
+            lag: What of the applied forces is none of an actuator, shape (n,) [N m, N].
+            step: Its number.
+        """
+        dofs, middle = self._dofs, (before + data.qvel) / 2.0
+        work, lost = self._powers(data, middle, step)
+        self.work += self._h * (work - float(lag @ middle[dofs]))
+        # MuJoCo tells the damping at the speeds before the step; it is that at its middle.
+        slow = self._model.dof_damping[dofs] * (middle - before)[dofs]
+        self.lost += self._h * (lost + float(slow @ middle[dofs]))
+
+    def now(self, data: mujoco.MjData, step: int) -> tuple[float, float]:
+        """Return work and losses up to the places of a step, with all forces of these worked out [J]."""
+        work, lost = self._powers(data, data.qvel, step)
+        return self.work + self._h / 2.0 * work, self.lost + self._h / 2.0 * lost
+
+    def _powers(self, data: mujoco.MjData, speeds: Array, step: int) -> tuple[float, float]:
+        """Return what applied forces and actuators put in, and what is lost to damping and friction [W]."""
+        dofs = self._dofs
+        work = float((data.qfrc_actuator[dofs] + data.qfrc_applied[dofs]) @ speeds[dofs])
+        for each in self._followers:
+            work += float(equality_forces(data, each.equality).sum()) * each.middle_speed(step)
+        rows = np.flatnonzero(data.efc_type == RUBBING)
+        own = rows[np.isin(data.efc_id[rows], dofs)] if len(rows) else rows
+        rubbed = float(data.efc_force[own] @ speeds[data.efc_id[own]])
+        return work, -float(data.qfrc_damper[dofs] @ speeds[dofs]) - rubbed
