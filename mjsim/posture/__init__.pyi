@@ -15,6 +15,9 @@ from .contacts import PointContact as PointContact
 from .goals import TOOLS as TOOLS
 from .goals import Goals as Goals
 from .goals import Seating as Seating
+from .reaching import LED as LED
+from .reaching import LedPosture as LedPosture
+from .reaching import lead_hands as lead_hands
 from .sitting import SIGHT as SIGHT
 from .sitting import Seated as Seated
 from .sitting import Sitter as Sitter

@@ -20,6 +20,7 @@ from mjsim.web.local import HEADERS
 from mjsim.web.modules import modules_in
 from mjsim.web.parsed import Read, parsed
 from mjsim.web.pictures import MOST_BYTES, bring_picture, small_picture
+from mjsim.web.poses import PoseAsk, pose_json
 from mjsim.web.preview import Preview, PreviewRequest
 from mjsim.web.requests import Drivers, with_drivers
 from mjsim.web.trust import Trust
@@ -111,6 +112,7 @@ class EditApi:
             Route("/api/save", posted(SaveAsk, self._save), methods=["POST"]),
             Route("/api/trust", posted(TrustAsk, self._allow), methods=["POST"]),
             Route("/api/preview", posted(PreviewAsk, self._see), methods=["POST"]),
+            Route("/api/pose", posted(PoseAsk, self._pose), methods=["POST"]),
             Route("/api/upload", self._upload, methods=["POST"]),
             Route("/api/picture", asked(self._picture), methods=["GET"]),
         ]
@@ -176,8 +178,11 @@ class EditApi:
         data, taken = self._preview.picture(look)
         return Response(data, media_type="image/jpeg", headers={**HEADERS, "Server-Timing": f"draw;dur={taken:.1f}"})
 
+    def _pose(self, ask: PoseAsk) -> Json:
+        return pose_json(self._seen_world(ask.path, ask.text)[0], ask)
+
     def _seen_world(self, path: str, text: str) -> tuple[World, Signs]:
-        """Return the world of a text and the signs of its files; while a robot is dragged both stay the same."""
+        """Return the world of a text and the signs of its files; while something is dragged both stay the same."""
         last = self._seen
         if last is None or last[0] != (path, text) or last[2] != signs_of(self._folder, path, last[2]):
             world = self.world_of(path, text)

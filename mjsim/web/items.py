@@ -7,8 +7,21 @@ from typing import Any
 import numpy as np
 
 from mjsim.geometry import Array, Pose
-from mjsim.web.mechanism_items import outlines, turning_joints
-from mjsim.world import Model, Node, Opening, Wall, World, extent, footprint, hung, leaves, solid_pieces
+from mjsim.web.mechanism_poses import outlines, plan_joints, start_values
+from mjsim.world import (
+    Mechanism,
+    Model,
+    Node,
+    Opening,
+    Person,
+    Wall,
+    World,
+    extent,
+    footprint,
+    hung,
+    leaves,
+    solid_pieces,
+)
 
 EYE = 1.5
 """What of a wall begins above this is not drawn [m]."""
@@ -37,13 +50,12 @@ def scene_of(world: World, raw: Node | None = None) -> Json:
     text = _Text(world.source.written, raw)
     values = world.model_dump(mode="json")
     things = list(_things(world))
-    starts = _starts(world)
     items = [
         text.item(
             path,
             kind,
             model=model,
-            values={**_at(values, path), **starts.get(path, {})},
+            values={**_at(values, path), **(_starts(world, path) if kind == "joint" else {})},
             polygons=polygons,
             place=place,
         )
@@ -94,24 +106,38 @@ def _things(world: World) -> Iterator[Thing]:
     for index, robot in enumerate(world.robots):
         place = Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg))
         yield ("robots", index), "robot", robot, [place.transform(robot.body.outline())], place
-    for index, person in enumerate(world.people):
-        outlined = [outline for outline, _, _ in person.prisms.values()]
-        yield ("people", index), "person", person, outlined, person.place()
-    for index, mechanism in enumerate(world.mechanisms):
-        place = Pose(mechanism.at[0], mechanism.at[1], math.radians(mechanism.heading_deg))
-        yield ("mechanisms", index), "mechanism", mechanism, outlines(mechanism), place
-        for number, outline, joint_place, *_ in turning_joints(mechanism):
-            path = ("mechanisms", index, "joints", number)
-            yield path, "joint", mechanism.joints[number], [outline], joint_place
+    for kind in ("people", "mechanisms"):
+        for index, thing in enumerate(getattr(world, kind)):
+            yield from _moving(thing, (kind, index))
 
 
-def _starts(world: World) -> dict[Path, Json]:
-    """Return where the joints on the plan start [deg], and whether their axes point down, by their paths."""
+def _moving(thing: Mechanism | Person, path: Path) -> Iterator[Thing]:
+    """Yield a person, or a mechanism and those of its joints that can be moved on the plan."""
+    if isinstance(thing, Person):
+        yield path, "person", thing, [outline for outline, _, _ in thing.prisms.values()], thing.place()
+        return
+    yield path, "mechanism", thing, outlines(thing), Pose(thing.at[0], thing.at[1], math.radians(thing.heading_deg))
+    for number, outline, place in plan_joints(thing):
+        yield (*path, "joints", number), "joint", thing.joints[number], [outline], place
+
+
+def moving_items(thing: Mechanism | Person, path: Path) -> Iterator[Json]:
+    """Yield where things of the plan are that a mechanism or a person consists of: path, polygons, at, heading_deg."""
+    for own, _, _, polygons, place in _moving(thing, path):
+        yield {"path": list(own), **_placed(polygons, place)}
+
+
+def _placed(polygons: Sequence[Array], place: Pose | None) -> Json:
     return {
-        ("mechanisms", index, "joints", number): {"start_deg": round(start, 2), "down": is_down}
-        for index, mechanism in enumerate(world.mechanisms)
-        for number, _, _, start, is_down in turning_joints(mechanism)
+        "at": None if place is None else [_short(place.x), _short(place.y)],
+        "heading_deg": None if place is None else _degrees(place.heading),
+        "polygons": [np.round(outline, _DECIMALS).tolist() for outline in polygons],
     }
+
+
+def _starts(world: World, path: Path) -> Json:
+    """Return what a joint starts at, written or not: `start` and `start_deg`."""
+    return start_values(world.mechanisms[int(path[1])], int(path[3]))
 
 
 def _walls(world: World) -> Iterator[Thing]:
@@ -172,9 +198,7 @@ class _Text:
             "kind": kind,
             "name": name,
             "label": name or f"{kind} {int(path[-1]) + 1}",
-            "at": None if place is None else [_short(place.x), _short(place.y)],
-            "heading_deg": None if place is None else _degrees(place.heading),
-            "polygons": [np.round(outline, _DECIMALS).tolist() for outline in polygons],
+            **_placed(polygons, place),
             "values": values,
             "written": list(plain),
             "raw": plain,

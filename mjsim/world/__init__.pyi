@@ -102,6 +102,7 @@ from .items import Radio as Radio
 from .items import RampObstacle as RampObstacle
 from .items import ReactionSensor as ReactionSensor
 from .items import RemoveEvent as RemoveEvent
+from .items import Restart as Restart
 from .items import Robot as Robot
 from .items import RobotArm as RobotArm
 from .items import RollerDrive as RollerDrive
@@ -134,7 +135,9 @@ from .items import World as World
 from .items import WorldEvent as WorldEvent
 from .items import actuator_kind as actuator_kind
 from .items import arm_names as arm_names
+from .items import carried_body as carried_body
 from .items import first_looks as first_looks
+from .items import free_columns as free_columns
 from .items import is_preset_file as is_preset_file
 from .items import looks_after as looks_after
 from .items import misfits as misfits
@@ -143,10 +146,13 @@ from .items import name_of as name_of
 from .items import place_of as place_of
 from .items import preset_names as preset_names
 from .items import printed_share as printed_share
+from .items import pulled_values as pulled_values
+from .items import restarted as restarted
 from .items import rims as rims
 from .items import said_of as said_of
 from .items import sensor_names as sensor_names
 from .items import sensors as sensors
+from .items import shows_motion as shows_motion
 from .items import signal_of as signal_of
 from .items import step_misfit as step_misfit
 from .items import table_files as table_files

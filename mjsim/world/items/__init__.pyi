@@ -75,10 +75,16 @@ from .mechanisms import Motion as Motion
 from .mechanisms import MotorJoint as MotorJoint
 from .mechanisms import Place as Place
 from .mechanisms import ReactionSensor as ReactionSensor
+from .mechanisms import Restart as Restart
 from .mechanisms import Spring as Spring
 from .mechanisms import TorqueActuator as TorqueActuator
 from .mechanisms import actuator_kind as actuator_kind
+from .mechanisms import carried_body as carried_body
+from .mechanisms import free_columns as free_columns
 from .mechanisms import place_of as place_of
+from .mechanisms import pulled_values as pulled_values
+from .mechanisms import restarted as restarted
+from .mechanisms import shows_motion as shows_motion
 from .people import Person as Person
 from .people import PersonColors as PersonColors
 from .plants import Plant as Plant

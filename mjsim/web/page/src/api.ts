@@ -129,6 +129,49 @@ export interface Modules {
   avoidances: Module[];
 }
 
+/** What is done to a mechanism or a person; nothing: it is shown as it is. */
+export interface PoseWish {
+  /** Of joints [deg, m]. */
+  values?: Record<string, number>;
+  /** Where hands are led, in the world [m]. */
+  hands?: Record<string, [number, number, number]>;
+  pull?: { look: "above" | Look; part: string; start: Point; end: Point };
+}
+
+/** From where a drawing beside the plan shows it. */
+export type Look = "side" | "front";
+
+export interface PoseAsk extends PoseWish {
+  path: string;
+  text: string;
+  item: ["mechanisms" | "people", number];
+  look: Look;
+}
+
+/** A value of a joint [deg, m]. */
+export interface JointValue {
+  name: string;
+  value: number;
+  low: number;
+  high: number;
+  unit: string;
+  /** Whether it can start elsewhere. */
+  free: boolean;
+}
+
+/** A mechanism or a person as it is, or would be. */
+export interface Pose {
+  look: Look;
+  /** What of the plan it consists of, and where that is. */
+  items: Pick<Item, "path" | "polygons" | "at" | "heading_deg">[];
+  /** Its outlines from aside [m], with what is pulled by them. */
+  parts: { name: string; outline: Point[]; pull: string | null }[];
+  values: JointValue[];
+  hands: Record<string, [number, number, number]>;
+  changes: Change[];
+  note: string;
+}
+
 export interface PreviewAsk {
   path: string;
   text: string;
@@ -185,6 +228,7 @@ export const api = {
   dropDraft: (id: string) => postJson<Values>("/api/draft/drop", { id }),
   trust: (path: string, text: string, code: Code, drivers: Record<string, Values>) =>
     postJson<Values>("/api/trust", { path, text, code, drivers }),
+  pose: async (ask: PoseAsk): Promise<Pose> => ({ ...(await postJson<Omit<Pose, "look">>("/api/pose", ask)), look: ask.look }),
   preview: (ask: PreviewAsk) => postForBlob("/api/preview", ask),
   /** How often pictures have changed on disk; browsers keep those of an address. */
   version: 0,

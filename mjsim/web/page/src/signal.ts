@@ -48,19 +48,26 @@ export function throttled(work: () => void, wait: number): { (): void; now(): vo
   return call;
 }
 
-/** Do one piece of work at a time; of those asked for meanwhile only the newest is done. */
-export function newestWins<T>(work: (wanted: T) => Promise<void>): (wanted: T) => void {
-  let busy = false;
+/**
+ * Do one piece of work at a time; of those asked for meanwhile only the newest is done. What it returns ends when
+ * nothing is left to do.
+ */
+export function newestWins<T>(work: (wanted: T) => Promise<void>): (wanted: T) => Promise<void> {
+  let busy: Promise<void> | null = null;
   let next: { wanted: T } | null = null;
-  return async (wanted: T): Promise<void> => {
-    next = { wanted };
-    if (busy) return;
-    busy = true;
-    while (next) {
-      const { wanted: now }: { wanted: T } = next;
-      next = null;
-      await work(now);
+  const all = async (): Promise<void> => {
+    try {
+      while (next) {
+        const { wanted }: { wanted: T } = next;
+        next = null;
+        await work(wanted);
+      }
+    } finally {
+      busy = null;
     }
-    busy = false;
+  };
+  return (wanted: T): Promise<void> => {
+    next = { wanted };
+    return (busy ??= all());
   };
 }

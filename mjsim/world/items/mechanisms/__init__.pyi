@@ -19,6 +19,12 @@ from .motor_joint import MotorJoint as MotorJoint
 from .points import GROUND as GROUND
 from .points import Place as Place
 from .points import place_of as place_of
+from .restart import Restart as Restart
+from .restart import carried_body as carried_body
+from .restart import free_columns as free_columns
+from .restart import pulled_values as pulled_values
+from .restart import restarted as restarted
+from .restart import shows_motion as shows_motion
 from .sensors import ActuatorSensor as ActuatorSensor
 from .sensors import BodySensor as BodySensor
 from .sensors import JointSensor as JointSensor

@@ -114,6 +114,12 @@ class Assembly:
     found: Mapping[int, float] = field(default_factory=dict)
     """Torques and forces that trimming found, by the number of their actuator [N m, N]."""
 
+    @property
+    def closures(self) -> tuple[Rows, ...]:
+        """Loops that close, and points that are on their curves."""
+        loops = (Coincide(*pair) for pair in self.cuts.values())
+        return (*loops, *(Meet(each.ghost, each.spot) for each in self.tracks))
+
     def number(self, body: str) -> int:
         """Return the number of a body."""
         return self.bodies.index(body)

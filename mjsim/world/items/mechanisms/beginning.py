@@ -7,7 +7,7 @@ import numpy as np
 from pydantic_core import PydanticCustomError
 
 from mjsim.geometry import Array
-from mjsim.mechanics import Apart, Coincide, Linear, Linkage, Meet, Rows, close, jacobian, rates, tracked
+from mjsim.mechanics import Apart, Linear, Linkage, Rows, close, jacobian, rates, tracked
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.assembly import Assembly, Motion, rank_of
 from mjsim.world.items.mechanisms.masses import check_inertias
@@ -43,14 +43,10 @@ def assemble(mechanism: MechanismParts, read: Read) -> Assembly:
     tracks = tuple(track for track, _ in made)
     linkage = Linkage([*linkage.joints, *(joint for _, joint in made)])
     own = tuple(track.name for track in tracks)
-    closures: list[Rows] = [
-        *(Coincide(*pair) for pair in cuts.values()),
-        *(Meet(each.ghost, each.spot) for each in tracks),
-    ]
     found = Assembly(
         bodies=(*bodies, *("" for _ in tracks)),
         linkage=linkage,
-        rows=tuple(closures),
+        rows=(),
         cuts=cuts,
         places=places,
         names=(*names, *own),
@@ -63,7 +59,7 @@ def assemble(mechanism: MechanismParts, read: Read) -> Assembly:
     )
     couplings, rods = couplings_of(mechanism, found), rods_of(mechanism, found, points)
     springs = springs_of(mechanism, found, points)
-    found = dataclasses.replace(found, couplings=couplings, rods=rods, springs=springs)
+    found = dataclasses.replace(found, rows=found.closures, couplings=couplings, rods=rods, springs=springs)
     found = dataclasses.replace(found, drives=motions_of(mechanism, found, points, read))
     check_sensors(mechanism, found, points)
     return _started(mechanism, found)
@@ -73,7 +69,7 @@ def _started(mechanism: MechanismParts, found: Assembly) -> Assembly:
     """Return the assembly with its values and speeds at the start."""
     begin, held = _given(mechanism, found)
     begin_tracks(mechanism, found, begin, held)
-    rows = [*found.rows, *tied_rows(found, None), *driver_rows(found, 0.0)]
+    rows = first_rows(found)
     # Where a loop is cut, the joint follows what is said of the others.
     begin = tracked(found.linkage, rows, begin, columns=_unsaid_at_cuts(mechanism, found, held))
     closed = close(found.linkage, rows, begin, held=sorted(held))
@@ -96,6 +92,11 @@ def _unsaid_at_cuts(mechanism: MechanismParts, found: Assembly, held: set[int]) 
         if joint.name in found.cuts and not any(joint.spread("near")):
             columns += [column for column in found.columns[joint.name] if column not in held]
     return columns
+
+
+def first_rows(found: Assembly) -> list[Rows]:
+    """Return what holds at the start, whatever its values are."""
+    return [*found.closures, *tied_rows(found, None), *driver_rows(found, 0.0)]
 
 
 def driver_rows(found: Assembly, time: float) -> list[Rows]:

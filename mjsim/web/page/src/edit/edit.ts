@@ -6,6 +6,7 @@ import type { Values } from "../api";
 import { el, fill, icon } from "../dom";
 import { Panel } from "../panel/panel";
 import { uploadPicture } from "../panel/pictures";
+import { PosturePane } from "../panel/posture";
 import { SchemaBook } from "../panel/schema";
 import { Plan } from "../plan/plan";
 import { ICONS } from "../shell/icons";
@@ -90,7 +91,7 @@ class EditView {
     this.text = new TextPane(studio.document);
     this.panel = new Panel(this.editor, book);
     const preview = new Preview(this.editor);
-    this.panel.element.append(preview.element);
+    this.panel.element.append(new PosturePane(this.editor).element, preview.element);
     this.editor.asked.on(() => this.panel.focus());
     this.keys = new EditKeys(this.editor, this.tools, this.panel, () => this.toggleText());
     this.layOut();

@@ -5,6 +5,7 @@ import { keyOf, type Plan } from "../plan/plan";
 import type { Look } from "../plan/items";
 import type { Studio } from "../shell/view";
 import { debounced, Signal } from "../signal";
+import { Poser } from "./poser";
 import { canTurn, type Changed, moved, spun } from "./shapes";
 
 export class Editor {
@@ -16,6 +17,8 @@ export class Editor {
   adding = false;
   /** What is to be read out to who does not see the plan. */
   readonly said = new Signal<string>();
+  /** Poses of mechanisms and people. */
+  readonly poser: Poser;
   private hovered: string | null = null;
   private steps: { key: string; count: number; items: Item[]; make(item: Item, steps: number): Changed } | null = null;
   private readonly onTheWay = new Map<string, Item>();
@@ -27,6 +30,7 @@ export class Editor {
     readonly plan: Plan,
   ) {
     const { document } = studio;
+    this.poser = new Poser(this);
     document.opened.on(() => plan.forgetView());
     document.parsedChanged.on(() => this.show());
     document.selectionChanged.on(() => this.look());
@@ -112,11 +116,13 @@ export class Editor {
 
   /** Shift what is selected. Steps that follow each other quickly are one change, shown at once. */
   nudge(by: Point): void {
+    if (this.poser.nudge(by)) return;
     this.step("shift", (item, steps) => moved(item, [by[0] * steps, by[1] * steps], this.items), JSON.stringify(by));
   }
 
   /** Turn what is selected, each about its own middle. */
   turn(degrees: number): void {
+    if (this.poser.turn(degrees)) return;
     this.step(
       "turn",
       (item, steps) => (canTurn(item) ? spun(item, degrees * steps) : { ghost: item, changes: [] }),

@@ -14,6 +14,7 @@ import {
   faceNear,
   type Handle,
   handlesOf,
+  isJoint,
   isWall,
   moved,
   pivotOf,
@@ -30,6 +31,7 @@ type Drag =
   | { kind: "items"; items: Item[]; grabbed: Item }
   | { kind: "handle"; handle: Handle; item: Item }
   | { kind: "turn"; item: Item; pivot: Point; from: number }
+  | { kind: "pull"; part: string }
   | { kind: "band"; kept: Item[] };
 
 export class SelectTool implements Tool {
@@ -42,6 +44,7 @@ export class SelectTool implements Tool {
   private note = "";
 
   constructor(private readonly editor: Editor) {
+    editor.poser.changed.on(() => editor.plan.drawOver());
     editor.plan.overlay.push((context, plan) => editor.plan.tool === this && this.paint(context, plan));
   }
 
@@ -62,13 +65,15 @@ export class SelectTool implements Tool {
     this.moving ||= distance(spot.screen, this.from.screen) > THRESHOLD;
     if (!this.moving) return;
     if (this.held.kind === "band") this.editor.select([...this.held.kept, ...this.banded()]);
+    else if (this.held.kind === "pull") this.pull(this.held.part, this.from, spot);
     else this.editor.preview((this.changed = this.changes(this.held, spot)));
     this.editor.plan.drawOver();
   }
 
   up(): void {
     const drag = this.held;
-    if (drag && this.moving && drag.kind !== "band")
+    if (drag?.kind === "pull") void this.editor.poser.keep();
+    else if (drag && this.moving && drag.kind !== "band")
       void this.editor.apply(this.changed.flatMap(({ changes }) => changes));
     else if (drag?.kind === "items" && !this.from?.shift) this.editor.select([drag.grabbed]);
     else if (drag?.kind === "band" && !this.moving && !this.from?.shift) this.editor.select([]);
@@ -80,12 +85,13 @@ export class SelectTool implements Tool {
   cancel(): void {
     this.held = null;
     this.note = "";
+    this.editor.poser.forget();
     this.editor.forget();
   }
 
   hover(spot: Spot): void {
     const handle = this.handleAt(spot);
-    const turner = !handle && this.turnerAt(spot);
+    const turner = !handle && (this.handAt(spot) || this.turnerAt(spot));
     const item = handle || turner ? null : this.editor.plan.itemAt(spot.screen);
     this.editor.hover(item);
     this.editor.plan.host.style.cursor = handle ? handle.handle.cursor : turner ? "grab" : item ? "move" : "default";
@@ -98,7 +104,7 @@ export class SelectTool implements Tool {
   private grab(spot: Spot): Drag | null {
     const handle = this.handleAt(spot);
     if (handle) return { kind: "handle", ...handle };
-    const turner = this.turnerAt(spot);
+    const turner = this.handAt(spot) ?? this.turnerAt(spot);
     if (turner) return turner;
     const item = this.editor.plan.itemAt(spot.screen, spot.touch ? 12 : 6);
     if (item) return this.grabItem(item, spot.shift);
@@ -118,16 +124,37 @@ export class SelectTool implements Tool {
       );
     else if (!isIn) this.editor.select([item]);
     if (shift && isIn) return { kind: "band", kept: this.editor.selected };
+    if (isJoint(item) && item.name && this.alone())
+      return this.editor.free([item]).length ? { kind: "pull", part: item.name } : null;
     return { kind: "items", items: this.editor.selected, grabbed: item };
   }
 
   private changes(drag: Drag, spot: Spot): Changed[] {
     if (drag.kind === "handle") return [this.resized(drag.handle, spot)];
     if (drag.kind === "turn") return [this.spun(drag, spot)];
-    if (drag.kind === "band") return [];
+    if (drag.kind === "band" || drag.kind === "pull") return [];
     const items = drag.items.filter((item) => !item.fixed);
     if (items.length < drag.items.length && this.changed.length === 0) this.editor.free(drag.items);
     return items.length ? this.shifted(items, drag.grabbed, spot) : [];
+  }
+
+  /** Drag the body of a joint, or the hand of a person; what it is then, the server says. */
+  private pull(part: string, from: Spot, to: Spot): void {
+    this.editor.poser.follow({ pull: { look: "above", part, start: from.world, end: to.world } });
+  }
+
+  private handAt(spot: Spot): Drag | null {
+    const hands = Object.entries(this.hands());
+    const near = hands.find(([, [x, y]]) => {
+      return distance(this.editor.plan.view.toScreen([x, y]), spot.screen) <= (spot.touch ? 20 : 9);
+    });
+    return near ? { kind: "pull", part: near[0] } : null;
+  }
+
+  /** The hands of the person that is selected, that can be led. */
+  private hands(): Record<string, [number, number, number]> {
+    const item = this.alone();
+    return item?.type === "Person" && !item.fixed ? (this.editor.poser.pose?.hands ?? {}) : {};
   }
 
   private resized(handle: Handle, spot: Spot): Changed {
@@ -273,7 +300,8 @@ export class SelectTool implements Tool {
     if (item) this.paintHandles(context, plan, item);
     if (this.held?.kind === "band" && this.moving && this.from && this.now)
       paintBand(context, plan, this.from.screen, this.now.screen);
-    if (this.note && this.now && this.moving) paintNote(context, plan, this.now.screen, this.note);
+    const note = this.held?.kind === "pull" ? this.editor.poser.note : this.note;
+    if (note && this.now && this.moving) paintNote(context, plan, this.now.screen, note);
   }
 
   private paintHandles(context: CanvasRenderingContext2D, plan: Plan, item: Item): void {
@@ -286,6 +314,11 @@ export class SelectTool implements Tool {
       line(context, ...stem);
       context.globalAlpha = 1;
       disc(context, stem[1], 5.5);
+      context.fill();
+      context.stroke();
+    }
+    for (const [x, y] of Object.values(this.hands())) {
+      disc(context, plan.view.toScreen([x, y]), 5.5);
       context.fill();
       context.stroke();
     }

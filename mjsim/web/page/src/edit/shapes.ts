@@ -48,14 +48,19 @@ export function segmentsOf(wall: Item): [Point, Point][] {
   return ends.map((corner, index) => [corner, corners[(index + 1) % corners.length] ?? corner]);
 }
 
-/** Whether it is a joint of a mechanism, drawn as the body that it turns. */
+/** Whether it is a joint of a mechanism, drawn as the body that it moves. */
 export function isJoint(item: Item): boolean {
   return item.kind === "joint";
 }
 
+/** Whether it is a person who sits: where and how, the seat says. */
+function isSeated(item: Item): boolean {
+  return item.type === "Person" && typeof item.values["seat"] === "string";
+}
+
 /** Whether it has a heading of its own that can be turned. */
 export function canTurn(item: Item): boolean {
-  return isWall(item) || isJoint(item) || "heading_deg" in item.values;
+  return isWall(item) || ("heading_deg" in item.values && !isSeated(item));
 }
 
 /** Shift an item; an opening slides along its wall instead. */
@@ -66,7 +71,8 @@ export function moved(item: Item, by: Point, items: Item[]): Changed {
       cornersOf(item).map((corner) => rounded(add(corner, by))),
     );
   if (item.type === "Opening") return slid(item, by, items);
-  if (isJoint(item)) return swung(item, by);
+  // A joint is moved by the pose of its mechanism.
+  if (isJoint(item) || isSeated(item)) return { ghost: item, changes: [] };
   const at = item.values["at"];
   const place = isPoint(at) ? at : (item.at ?? [0, 0]);
   const own = rotate(by, -frameOf(item, items));
@@ -87,29 +93,18 @@ export function spun(item: Item, degrees: number): Changed {
       corners.map((corner) => rounded(add(pivot, rotate(minus(corner, pivot), degrees)))),
     );
   }
-  const key = isJoint(item) ? "start_deg" : "heading_deg";
-  const from = typeof item.values[key] === "number" ? item.values[key] : 0;
-  // About an axis that points down, a joint turns the other way.
-  const way = isJoint(item) && item.values["down"] === true ? -1 : 1;
-  const value = short(turned(from + way * degrees), 2);
+  const from = typeof item.values["heading_deg"] === "number" ? item.values["heading_deg"] : 0;
+  const value = short(turned(from + degrees), 2);
   const pivot = item.at ?? [0, 0];
-  const by = way * (value - from);
+  const by = value - from;
   const turn = (point: Point): Point => add(pivot, rotate(minus(point, pivot), by));
   const ghost = {
     ...item,
     polygons: item.polygons.map((polygon) => polygon.map(turn)),
-    values: { ...item.values, [key]: value },
+    values: { ...item.values, heading_deg: value },
   };
   ghost.heading_deg = (item.heading_deg ?? 0) + by;
-  return { ghost, changes: [{ op: "set", path: [...item.path, key], value }] };
-}
-
-/** Turn a joint as far as its body's middle is dragged about it. */
-function swung(item: Item, by: Point): Changed {
-  const pivot = pivotOf(item);
-  const corners = item.polygons.flat();
-  const centre = minus(times(corners.reduce((total, corner) => add(total, corner), [0, 0]), 1 / corners.length), pivot);
-  return spun(item, turned(heading(add(centre, by)) - heading(centre)));
+  return { ghost, changes: [{ op: "set", path: [...item.path, "heading_deg"], value }] };
 }
 
 /** About which point it turns. */

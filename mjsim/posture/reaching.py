@@ -1,0 +1,52 @@
+"""A hand that is led somewhere: the other joints follow, and stay as near to where they were as they can."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.people import SIDES, Figure
+from mjsim.posture.contacts import PointContact
+from mjsim.posture.goals import Seating
+from mjsim.posture.sitting import ROOT, Sitter
+from mjsim.posture.solve import Preference, limits, solve_posture
+
+LED = "grip"
+"""The landmark of a hand by which it is led."""
+LIMB, TRUNK = 0.2, 1.0
+"""How much deviations by the whole range count: a hand is led by its arm, and the back helps where it must."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LedPosture:
+    """A posture with hands led somewhere."""
+
+    values: Array
+    """Of the figure's joints, in their order, shape (n,) [rad]."""
+    short: Mapping[str, float]
+    """By side of a hand that does not get there: how far it is away [m]."""
+
+
+def lead_hands(figure: Figure, values: Array, root: Array, hands: Mapping[str, Array]) -> LedPosture:
+    """Return the posture nearest to another one in which hands are where they are led; the pelvis stays.
+
+    Args:
+        figure: Whose hands.
+        values: Of its joints before, in their order, shape (n,) [rad].
+        root: World from pelvis, shape (4, 4) [m].
+        hands: Where the grip of a hand is to be, by its side, world frame, shape (3,) each [m].
+    """
+    model = Sitter(figure, Seating(world_from_seat=root)).model
+    model.jnt_range[model.joint(ROOT[2]).id] = 0.0
+    names = [model.joint(number).name for number in range(model.njnt)]
+    own = np.array([names.index(name) for name in figure.joints])
+    before = np.zeros(model.nq)
+    before[own] = values
+    lower, upper = limits(model)
+    span = upper - lower
+    weights = np.divide(LIMB, span, out=np.zeros_like(span), where=span > 0.0)
+    weights[[names.index(name) for name in figure.joints if not name.startswith(SIDES)]] *= TRUNK / LIMB
+    contacts = [PointContact(name=side, site=f"{side}_{LED}", target=target) for side, target in hands.items()]
+    found = solve_posture(model, contacts, Preference(values=before, weights=weights))
+    return LedPosture(values=found.values[own], short={side: found.errors[side] for side in found.missed})

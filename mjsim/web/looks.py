@@ -1,0 +1,29 @@
+"""From where mechanisms and people are drawn on the page: from above as on the plan, from their right, from ahead."""
+
+import math
+from typing import Literal
+
+import numpy as np
+
+from mjsim.geometry import Array
+
+Look = Literal["above", "side", "front"]
+KeyChange = tuple[tuple[str | int, ...], float | list[float]]
+"""A key of a mechanism or a person by its path from there, and what is to be written [m, deg]."""
+ABOVE = np.eye(4)[:3]
+
+
+def look_at(look: Look, at: tuple[float, float], heading: float) -> Array:
+    """Return drawing_from_world: to the right, up, towards who looks, shape (3, 4) [m].
+
+    Args:
+        look: From above in the world frame, else upright, with the origin of the drawing below a thing, on the floor.
+        at: Where the thing is, world frame [m].
+        heading: Where it looks, counter-clockwise from x [rad]: to the right from the side, at us from ahead.
+    """
+    if look == "above":
+        return ABOVE
+    c, s = math.cos(heading), math.sin(heading)
+    ahead, left, up = (c, s, 0.0), (-s, c, 0.0), (0.0, 0.0, 1.0)
+    turned = np.array([ahead, up, (s, -c, 0.0)] if look == "side" else [left, up, ahead])
+    return np.column_stack([turned, -turned @ (*at, 0.0)])

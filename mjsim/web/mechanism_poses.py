@@ -1,0 +1,120 @@
+"""Mechanisms on the page: how they look at the start, and how they would start when a hand moves a joint."""
+
+import math
+from collections.abc import Iterator, Mapping
+
+from mjsim.geometry import Array, Pose
+from mjsim.video import body_outlines, posed
+from mjsim.web.looks import ABOVE, KeyChange
+from mjsim.world import Mechanism, carried_body, free_columns, pulled_values, restarted, shows_motion
+
+Json = dict[str, object]
+FREE_TURN, FREE_SLIDE = 180.0, 1.0
+"""How far sliders of joints without limits go to either side of 0, or of the value [deg, m]."""
+
+
+def outlines(mechanism: Mechanism) -> list[Array]:
+    """Return the outlines of all bodies from above as they start, world frame, shape (n, 2) each [m]."""
+    return [outline for _, outline in body_outlines(posed(mechanism, mechanism.assembly.start))]
+
+
+def plan_joints(mechanism: Mechanism) -> Iterator[tuple[int, Array, Pose]]:
+    """Yield the joints that a person may move on the plan: those free to start elsewhere whose motion shows there.
+
+    Yields:
+        Its number, the outline of the body that it carries, world frame, shape (n, 2) [m], and where the joint is, with
+        the heading of that body.
+    """
+    drawn = posed(mechanism, mechanism.assembly.start)
+    for number, body, outline in grips(mechanism, ABOVE):
+        x, y, _ = drawn.joint(mechanism.joints[number]).tolist()
+        along = drawn.poses[body][:2, 0]
+        yield number, outline, Pose(x, y, math.atan2(along[1], along[0]))
+
+
+def grips(mechanism: Mechanism, look: Array) -> Iterator[tuple[int, str, Array]]:
+    """Yield the joints that can be moved in a drawing: number, body, and its outline in the drawing, shape (n, 2) [m].
+
+    Args:
+        mechanism: As it starts.
+        look: drawing_from_world, shape (3, 4) [m].
+    """
+    found = mechanism.assembly
+    seen = dict(body_outlines(posed(mechanism, found.start, look)))
+    free = free_columns(mechanism)
+    for number, joint in enumerate(mechanism.joints):
+        body = found.bodies[carried_body(found, joint)]
+        if body in seen and free & set(found.columns[joint.name]) and shows_motion(mechanism, joint, look):
+            yield number, body, seen[body]
+
+
+def start_values(mechanism: Mechanism, number: int) -> Json:
+    """Return what keys of a joint hold at the start, whether they are written or follow [m, deg]."""
+    found, joint = mechanism.assembly, mechanism.joints[number]
+    values: dict[str, list[float]] = {}
+    for column in found.columns[joint.name]:
+        key, value = _shown(mechanism, column)
+        values.setdefault(key, []).append(value)
+    return {key: each[0] if len(each) == 1 else each for key, each in values.items()}
+
+
+def sliders(mechanism: Mechanism) -> Iterator[Json]:
+    """Yield each value of the joints: name, value, low, high, unit, and whether it is free to start elsewhere."""
+    found, free = mechanism.assembly, free_columns(mechanism)
+    for joint in mechanism.joints:
+        for column in found.columns[joint.name]:
+            slides = found.slides[column]
+            _, value = _shown(mechanism, column)
+            far = FREE_SLIDE if slides else FREE_TURN
+            low, high = (joint.range if slides else joint.range_deg) or (min(-far, value), max(far, value))
+            unit = "m" if slides else "°"
+            yield {
+                "name": found.names[column],
+                "value": value,
+                "low": low,
+                "high": high,
+                "unit": unit,
+                "free": column in free,
+            }
+
+
+def moved(mechanism: Mechanism, values: Mapping[str, float]) -> tuple[Mechanism, list[KeyChange]]:
+    """Return a mechanism with values of joints elsewhere [deg, m], and the changes of its text, from its own keys on.
+
+    Raises:
+        ValueError: There is no such value, or it cannot start so.
+    """
+    found = mechanism.assembly
+    wanted = {}
+    for name, value in values.items():
+        column = found.column(name)
+        wanted[column] = value if found.slides[column] else math.radians(value)
+    return _restarted(mechanism, wanted)
+
+
+def pulled(mechanism: Mechanism, name: str, look: Array, start: Array, end: Array) -> tuple[Mechanism, list[KeyChange]]:
+    """Return a mechanism of which a body was pulled in a drawing by the joint that carries it, as `moved` does.
+
+    Raises:
+        ValueError: There is no such joint, it carries nothing, or it cannot start so.
+    """
+    joint, found = mechanism.joint(name), mechanism.assembly
+    if found.bodies[carried_body(found, joint)] not in [body.name for body in mechanism.bodies]:
+        raise ValueError(f"joint '{name}' closes a loop; pull one of the others in it")
+    free = free_columns(mechanism)
+    values = pulled_values(mechanism, joint, look=look, start=start, end=end)
+    return _restarted(mechanism, {column: value for column, value in values.items() if column in free})
+
+
+def _restarted(mechanism: Mechanism, wanted: Mapping[int, float]) -> tuple[Mechanism, list[KeyChange]]:
+    begun = restarted(mechanism, wanted)
+    return begun.mechanism, [(("joints", *place), value) for place, value in begun.keys.items()]
+
+
+def _shown(mechanism: Mechanism, column: int) -> tuple[str, float]:
+    """Return key and value at the start of a column, as the text has them [m, deg]."""
+    found = mechanism.assembly
+    value = float(found.start[column])
+    if found.slides[column]:
+        return "start", round(value, 4) + 0.0
+    return "start_deg", round(math.degrees(value), 2) + 0.0

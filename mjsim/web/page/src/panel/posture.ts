@@ -1,0 +1,138 @@
+/** How a mechanism or a person starts: drawn from aside, with a slider for each value of a joint. */
+
+import type { Item, JointValue, Look, Pose } from "../api";
+import { el, fill, type Child } from "../dom";
+import type { Editor } from "../edit/editor";
+import type { Poser } from "../edit/poser";
+import { SideDrawing } from "./side";
+
+const LOOKS: Record<Look, string> = { side: "From the side", front: "From ahead" };
+const HELD = "The actuators, or the seat, say where this starts";
+const AXES = ["x", "y", "z"] as const;
+
+interface Row {
+  name: string;
+  slider: HTMLInputElement;
+  field: HTMLInputElement;
+}
+
+export class PosturePane {
+  readonly element = el("section", { class: "posture", "aria-label": "Pose", hidden: true });
+  private readonly poser: Poser;
+  private readonly look = el(
+    "select",
+    { "aria-label": "View of the pose", onchange: () => (this.poser.look = this.look.value as Look) },
+    ...Object.entries(LOOKS).map(([value, text]) => el("option", { value }, text)),
+  );
+  private readonly whole = el(
+    "button",
+    { class: "quiet", title: "Select the whole mechanism", onclick: () => this.selectWhole() },
+    "Whole",
+  );
+  private readonly note = el("p", { class: "hint posture-note", role: "status" });
+  private readonly rows = el("div", { class: "posture-rows" });
+  private readonly drawing: SideDrawing;
+  private sliders: Row[] = [];
+  private hands: { side: string; axis: number; field: HTMLInputElement }[] = [];
+  private built = "";
+
+  constructor(private readonly editor: Editor) {
+    this.poser = editor.poser;
+    this.drawing = new SideDrawing(this.poser, () => this.subject);
+    const head = el("div", { class: "preview-head" }, el("span", {}, "Pose"), this.whole, this.look);
+    this.element.append(head, this.drawing.element, this.note, this.rows);
+    this.poser.changed.on(() => this.draw());
+  }
+
+  private get subject(): Item | null {
+    return this.poser.subject;
+  }
+
+  private draw(): void {
+    const { pose, note } = this.poser;
+    const { subject } = this;
+    this.element.hidden = !subject || (!pose && !note);
+    this.whole.hidden = this.poser.joint === null;
+    this.note.textContent = note;
+    if (!subject || !pose) return this.drawing.clear();
+    this.build(pose, subject);
+    this.drawing.show(pose, subject);
+    for (const row of this.sliders) this.put(row, pose.values.find(({ name }) => name === row.name));
+    for (const { side, axis, field } of this.hands) put(field, pose.hands[side]?.[axis] ?? 0, 3);
+  }
+
+  private put(row: Row, value: JointValue | undefined): void {
+    if (!value) return;
+    if (document.activeElement !== row.slider) row.slider.value = String(value.value);
+    put(row.field, value.value, value.unit === "m" ? 4 : 2);
+  }
+
+  /** Make the rows, when they are those of another thing. */
+  private build(pose: Pose, subject: Item): void {
+    const key = JSON.stringify([subject.path, subject.fixed, pose.values.map(({ name, free }) => [name, free])]);
+    if (key === this.built) return;
+    this.built = key;
+    [this.sliders, this.hands] = [[], []];
+    const fixed = subject.fixed !== null;
+    const groups = new Map<string, HTMLElement[]>();
+    for (const value of pose.values) {
+      const group = subject.kind === "person" ? groupOf(value.name) : "";
+      groups.set(group, [...(groups.get(group) ?? []), this.row(value, fixed)]);
+    }
+    const made = [...groups].flatMap(([name, rows]): Child[] =>
+      name ? [el("details", { class: "posture-group" }, el("summary", {}, name), ...rows)] : rows,
+    );
+    fill(this.rows, ...Object.keys(pose.hands).map((side) => this.handRow(side, fixed)), ...made);
+  }
+
+  private row({ name, low, high, unit, free }: JointValue, fixed: boolean): HTMLElement {
+    const disabled = fixed || !free;
+    const title = free ? null : HELD;
+    const slider = el("input", { type: "range", min: low, max: high, step: "any", disabled, title, "aria-label": name });
+    const field = el("input", { type: "number", step: "any", disabled, title, "aria-label": `${name}, ${unit}` });
+    const give = (input: HTMLInputElement): void => {
+      if (input.value !== "") this.poser.follow({ values: { [name]: Number(input.value) } });
+    };
+    slider.addEventListener("input", () => give(slider));
+    slider.addEventListener("change", () => void this.poser.keep());
+    field.addEventListener("change", () => {
+      give(field);
+      void this.poser.keep();
+    });
+    this.sliders.push({ name, slider, field });
+    return el("div", { class: "posture-row" }, el("span", {}, name.replaceAll("_", " ")), slider, field, unit);
+  }
+
+  private handRow(side: string, fixed: boolean): HTMLElement {
+    const fields = AXES.map((axis, k) => {
+      const label = `${side} hand ${axis}`;
+      const field = el("input", { type: "number", step: 0.01, disabled: fixed, "aria-label": `${label}, m` });
+      field.addEventListener("change", () => this.lead(side));
+      this.hands.push({ side, axis: k, field });
+      return field;
+    });
+    return el("div", { class: "posture-row posture-hand" }, el("span", {}, `${side} hand`), ...fields, "m");
+  }
+
+  private lead(side: string): void {
+    const [x = 0, y = 0, z = 0] = this.hands.filter((hand) => hand.side === side).map(({ field }) => Number(field.value));
+    this.poser.follow({ hands: { [side]: [x, y, z] } });
+    void this.poser.keep();
+  }
+
+  private selectWhole(): void {
+    if (this.subject) this.editor.select([this.subject]);
+  }
+}
+
+/** Which part of a person a joint belongs to. */
+function groupOf(name: string): string {
+  if (name.startsWith("left_")) return "Left side";
+  return name.startsWith("right_") ? "Right side" : "Trunk and head";
+}
+
+/** Write a number into a field in which nobody types. */
+function put(field: HTMLInputElement, value: number, digits: number): void {
+  if (document.activeElement !== field) field.value = String(Number(value.toFixed(digits)));
+}
+

@@ -1,0 +1,111 @@
+/** A mechanism or a person from aside, to scale, above the floor; what moves there is dragged. */
+
+import type { Item, Point, Pose } from "../api";
+import { el, fill } from "../dom";
+import type { Poser } from "../edit/poser";
+
+const SPACE = "http://www.w3.org/2000/svg";
+/** Free paper around what is drawn, and the least height of it [m]. */
+const MARGIN = 0.08;
+const LEAST = 0.5;
+/** A drag begins after so many pixels. */
+const THRESHOLD = 3;
+
+export class SideDrawing {
+  readonly element = el("div", { class: "side" });
+  private readonly svg = document.createElementNS(SPACE, "svg");
+  private readonly shapes = document.createElementNS(SPACE, "g");
+  private readonly floor = document.createElementNS(SPACE, "line");
+  private held: { part: string; from: Point; screen: Point; moved: boolean } | null = null;
+
+  constructor(
+    private readonly poser: Poser,
+    private readonly subject: () => Item | null,
+  ) {
+    this.svg.setAttribute("role", "img");
+    this.shapes.setAttribute("transform", "scale(1 -1)");
+    this.floor.setAttribute("class", "side-floor");
+    this.svg.append(this.floor, this.shapes);
+    this.element.append(this.svg);
+    this.svg.addEventListener("pointerdown", (event) => this.down(event));
+    this.svg.addEventListener("pointermove", (event) => this.move(event));
+    this.svg.addEventListener("pointerup", () => this.up());
+    this.svg.addEventListener("pointercancel", () => this.cancel());
+    window.addEventListener("keydown", (event) => event.key === "Escape" && this.cancel());
+  }
+
+  clear(): void {
+    fill(this.shapes);
+  }
+
+  show(pose: Pose, subject: Item): void {
+    this.svg.setAttribute("aria-label", `${subject.label} from ${pose.look === "side" ? "the side" : "ahead"}`);
+    // While something is dragged the paper stays where it is.
+    if (!this.held) this.fit(pose);
+    const chosen = this.poser.joint?.name;
+    // A hand behind the body must be within reach, too.
+    const parts = subject.kind === "person" ? [...pose.parts].sort((a, b) => rank(a) - rank(b)) : pose.parts;
+    const drawn = parts.map(({ outline, pull, name }) => {
+      const shape = document.createElementNS(SPACE, "polygon");
+      shape.setAttribute("points", outline.map(([x, y]) => `${x},${y}`).join(" "));
+      shape.dataset["name"] = name;
+      if (pull && !subject.fixed) shape.dataset["pull"] = pull;
+      if (pull && pull === chosen) shape.classList.add("chosen");
+      return shape;
+    });
+    fill(this.shapes, ...drawn);
+  }
+
+  private fit({ parts }: Pose): void {
+    const points = parts.flatMap(({ outline }) => outline);
+    const [xs, ys] = [points.map(([x]) => x), points.map(([, y]) => y)];
+    const [left, right] = [Math.min(...xs), Math.max(...xs)];
+    const [low, high] = [Math.min(0, ...ys), Math.max(LEAST, ...ys)];
+    const margin = MARGIN * Math.max(right - left, high - low);
+    const [x, width] = [left - margin, right - left + 2 * margin];
+    this.svg.setAttribute("viewBox", `${x} ${-high - margin} ${width} ${high - low + 2 * margin}`);
+    for (const [key, value] of Object.entries({ x1: x - width, x2: x + 2 * width, y1: 0, y2: 0 }))
+      this.floor.setAttribute(key, String(value));
+  }
+
+  /** A point of the page in metres of the drawing. */
+  private place(event: PointerEvent): Point {
+    const matrix = this.shapes.getScreenCTM();
+    if (!matrix) return [0, 0];
+    const { x, y } = new DOMPoint(event.clientX, event.clientY).matrixTransform(matrix.inverse());
+    return [x, y];
+  }
+
+  private down(event: PointerEvent): void {
+    const part = event.target instanceof SVGElement ? event.target.dataset["pull"] : undefined;
+    if (!part || event.button !== 0 || !this.subject()) return;
+    event.preventDefault();
+    this.svg.setPointerCapture(event.pointerId);
+    this.held = { part, from: this.place(event), screen: [event.clientX, event.clientY], moved: false };
+  }
+
+  private move(event: PointerEvent): void {
+    const { held } = this;
+    if (!held) return;
+    const [x, y] = held.screen;
+    held.moved ||= Math.hypot(event.clientX - x, event.clientY - y) > THRESHOLD;
+    const end = this.place(event);
+    if (held.moved) this.poser.follow({ pull: { look: this.poser.look, part: held.part, start: held.from, end } });
+  }
+
+  private up(): void {
+    if (!this.held) return;
+    this.held = null;
+    void this.poser.keep();
+  }
+
+  private cancel(): void {
+    if (!this.held) return;
+    this.held = null;
+    this.poser.forget();
+  }
+}
+
+function rank({ pull }: Pose["parts"][number]): number {
+  return pull ? 1 : 0;
+}
