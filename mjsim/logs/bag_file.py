@@ -23,8 +23,8 @@ from mjsim.closing import Closes
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.logs.bag_parsing import BrokenBagError, parsing
 
-MAGICS = {".bag": b"#ROSBAG V", ".db3": b"SQLite format 3\x00", ".mcap": b"\x89MCAP"}
-"""How the files begin, by the ends of their names."""
+MAGICS = {b"#ROSBAG V": ".bag", b"SQLite format 3\x00": ".db3", b"\x89MCAP": ".mcap"}
+"""How files begin -> how the names of such files should end."""
 PROFILE = slice(17, 25)
 """Where an MCAP file says what it holds: behind its magic and the head of its first record."""
 ROS2 = b"\x04\x00\x00\x00ros2"
@@ -52,12 +52,7 @@ def is_bag(path: Path) -> bool:
     """Say whether a file begins as bags do, or a folder holds one."""
     if path.is_dir():
         return (path / METADATA).is_file() or bool(_files_in(path))
-    magic = MAGICS.get(path.suffix.lower())
-    if magic is None or not path.is_file():
-        return False
-    with path.open("rb") as file:
-        head = file.read(PROFILE.stop)
-    return head.startswith(magic) and (path.suffix.lower() != ".mcap" or head[PROFILE] == ROS2)
+    return path.is_file() and _kind_of(path) is not None
 
 
 class Bag(Closes):
@@ -78,7 +73,8 @@ class Bag(Closes):
             ) from None
         described = path if (path / METADATA).is_file() else None
         try:
-            self._reader, self.cut = open_reader(_files_of(path), described=described)
+            files = {file: _kind_of(file) or file.suffix.lower() for file in _files_of(path)}
+            self._reader, self.cut = open_reader(files, described=described)
             with parsing():
                 self.is_ros2, self._decode = decoder_of(self._reader)
         except BrokenBagError as error:
@@ -220,4 +216,14 @@ def _files_of(path: Path) -> list[Path]:
 
 
 def _files_in(folder: Path) -> list[Path]:
-    return sorted(file for file in folder.iterdir() if is_bag(file)) if folder.is_dir() else []
+    """Return the files of a folder that are called as those of bags, and are."""
+    named = (file for file in folder.iterdir() if file.suffix.lower() in MAGICS.values())
+    return sorted(file for file in named if file.is_file() and _kind_of(file) is not None)
+
+
+def _kind_of(file: Path) -> str | None:
+    """Return '.bag', '.db3' or '.mcap' by how a file begins, whatever its name; None for no bag."""
+    with file.open("rb") as stream:
+        head = stream.read(PROFILE.stop)
+    kind = next((kind for magic, kind in MAGICS.items() if head.startswith(magic)), None)
+    return None if kind == ".mcap" and head[PROFILE] != ROS2 else kind

@@ -8,6 +8,7 @@ yuv422 (UYVY), uyvy, yuv422_yuy2, yuyv       the same
 32FC1                                        depth [m], NaN for none
 """
 
+import re
 import struct
 from typing import Any
 
@@ -34,6 +35,7 @@ PLAIN = {
 }
 """Encoding -> order of channels, and bytes of each."""
 YUV = {"yuv422": "UYVY", "uyvy": "UYVY", "yuv422_yuy2": "YUY2", "yuyv": "YUY2"}
+BAYER = re.compile(r"bayer_(rggb|bggr|gbrg|grbg)(8|16)")
 DEPTH = ("16UC1", "32FC1")
 COMPRESSED_DEPTH = struct.Struct("<iff")
 """Before the file of a compressed depth picture: its kind, and how its values are scaled."""
@@ -48,13 +50,21 @@ def is_depth(message: Any, topic: str) -> bool:
     return "compressedDepth" in message.format or any(message.format.startswith(kind) for kind in DEPTH)
 
 
+def is_read(encoding: str) -> bool:
+    """Say whether the pictures of a `sensor_msgs/Image` of an encoding can be read."""
+    known = encoding.lower()
+    return encoding in DEPTH or known in PLAIN or known in YUV or bool(BAYER.fullmatch(known))
+
+
 def size_of(message: Any) -> tuple[int, int]:
     """Return width and height of a picture [px].
 
     Raises:
-        ValueError: It is broken.
+        ValueError: It is broken, or of an unknown encoding.
     """
     if hasattr(message, "encoding"):
+        if not is_read(message.encoding):
+            raise ValueError(f"pictures of encoding '{message.encoding}' are not read")
         return int(message.width), int(message.height)
     _, data = _unpacked(message)
     return any_picture_size(data)
@@ -115,7 +125,7 @@ def _picture(message: Any) -> Picture:
         channels = _channels(message, {"GRAY": 1, "RGBA": 4, "BGRA": 4}.get(order, 3), f"u{size}")
         picture = _upper(channels)
         return np.asarray(picture if order == "RGB" else cv2.cvtColor(picture, getattr(cv2, f"COLOR_{order}2RGB")))
-    if encoding.startswith("bayer_") and encoding[6:10] in ("rggb", "bggr", "gbrg", "grbg"):
+    if BAYER.fullmatch(encoding):
         size = 2 if encoding.endswith("16") else 1
         mosaic = _upper(_channels(message, 1, f"u{size}"))[:, :, 0]
         return np.asarray(cv2.cvtColor(mosaic, getattr(cv2, f"COLOR_Bayer{encoding[6:10].upper()}2RGB")))

@@ -1,7 +1,7 @@
 """Readers of bags: those of rosbags, and for files that were cut two that need no index."""
 
 from collections import defaultdict
-from collections.abc import Callable, Collection, Generator, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from heapq import merge
 from io import BytesIO
@@ -22,11 +22,11 @@ from mjsim.logs.bag_topics import TRANSFORMS
 MAGIC1 = b"#ROSBAG V2.0\n"
 
 
-def open_reader(files: Sequence[Path], *, described: Path | None) -> tuple[Any, str]:
+def open_reader(files: Mapping[Path, str], *, described: Path | None) -> tuple[Any, str]:
     """Return a reader of a bag, open, and why the bag is cut, empty if it is not.
 
     Args:
-        files: Of the bag.
+        files: Of the bag, and what each is: '.bag', '.db3' or '.mcap', whatever its name.
         described: The folder of the bag where it has metadata; if they are wrong its files are read without.
 
     Raises:
@@ -42,8 +42,8 @@ def open_reader(files: Sequence[Path], *, described: Path | None) -> tuple[Any, 
             reason = f"{error}"
     with ExitStack() as undo:
         parts, cuts = [], [reason]
-        for file in files:
-            reader, cut = _open_file(file)
+        for file, kind in files.items():
+            reader, cut = _open_file(file, kind)
             undo.callback(reader.close)
             parts.append(reader)
             cuts.append(f"{file.name}: {cut}" if cut and len(files) > 1 else cut)
@@ -51,11 +51,10 @@ def open_reader(files: Sequence[Path], *, described: Path | None) -> tuple[Any, 
     return parts[0] if len(parts) == 1 else _Joined(parts), "; ".join(filter(None, cuts))
 
 
-def _open_file(path: Path) -> tuple[Any, str]:
+def _open_file(path: Path, kind: str) -> tuple[Any, str]:
     """Return a reader of one file, open, and why the file is cut, empty if it is not."""
-    kind = path.suffix.lower()
     try:
-        return _opened(lambda: Reader1(path) if kind == ".bag" else Reader2(path)), ""
+        return _opened(lambda: Reader1(path) if kind == ".bag" else _NamedReader2(path, kind)), ""
     except BrokenBagError as error:
         # What is cut is tried without its index; the first error tells more of what is no bag at all.
         if kind not in (".bag", ".mcap"):
@@ -86,6 +85,14 @@ def decoder_of(reader: Any) -> tuple[bool, Callable[[bytes, str], Any]]:
         if name not in store.types:
             store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", name))
     return not is_ros1, store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
+
+
+class _NamedReader2(Reader2):
+    """A file of ROS 2 of a known kind, whatever its name."""
+
+    def __init__(self, path: Path, kind: str) -> None:
+        self.path, self.is_open = path, False
+        self.storage = self.STORAGE_PLUGINS[kind](path)
 
 
 class _Joined:

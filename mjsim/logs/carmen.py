@@ -19,7 +19,7 @@ References:
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -90,11 +90,14 @@ def read_carmen(path: Path) -> Log:
         try:
             _take(found, words)
         except (ValueError, IndexError) as error:
+            if not line.endswith("\n") and (found.odometry or found.scans):
+                found.left_out["last line, cut short,"] += 1
+                break
             why = str(error) if isinstance(error, ValueError) else f"{words[0]} has too few values"
             raise UsageError(f"{path}:{number}: {why}"[:LONGEST_MESSAGE]) from None
     if not found.odometry and not found.scans:
         raise UsageError(f"'{path}' holds neither odometry nor scans of CARMEN")
-    notes = {f"messages of {kind} left out": str(count) for kind, count in sorted(found.left_out.items())}
+    notes = {f"{kind} left out": str(count) for kind, count in sorted(found.left_out.items())}
     lasers = {}
     for name, scans in found.scans.items():
         ordered = _in_order(scans)
@@ -132,7 +135,7 @@ def _take(found: _Found, words: Sequence[str]) -> None:
     elif kind in LASERS:
         _take_new(found, words)
     else:
-        found.left_out[kind[:40]] += 1
+        found.left_out[f"messages of {kind[:40]}"] += 1
 
 
 def _take_old(found: _Found, words: Sequence[str]) -> None:
@@ -156,8 +159,9 @@ def _take_new(found: _Found, words: Sequence[str]) -> None:
     if not (0.0 < step < math.pi and -7.0 <= first <= 7.0 and farthest > 0.0):
         raise ValueError(f"{words[0]} begins at {first:g} rad, with {step:g} rad a beam and up to {farthest:g} m")
     at = 9 + count
-    strengths = _count(words[at], least=0)
-    at += 1 + strengths
+    told = _count(words[at], least=0)
+    strengths = _numbers(words, at + 1, at + 1 + told)
+    at += 1 + told
     name = "front" if LASERS[words[0]] == 1 else f"laser{LASERS[words[0]]}"
     if words[0].startswith("ROBOT"):
         laser, robot = _numbers(words, at, at + 3), _numbers(words, at + 3, at + 6)
@@ -166,7 +170,10 @@ def _take_new(found: _Found, words: Sequence[str]) -> None:
         found.mounts.setdefault(name, _seen_from(laser, robot))
     else:
         stamp = _stamp(words, at)
-    found.scans.setdefault(name, []).append(_scan(stamp, ranges, first, step, farthest=farthest))
+    scan = _scan(stamp, ranges, first, step, farthest=farthest)
+    if len(strengths) == len(ranges):
+        scan = replace(scan, intensities=np.array(strengths))
+    found.scans.setdefault(name, []).append(scan)
 
 
 def _scan(stamp: float, ranges: Sequence[float], first: float, step: float, *, farthest: float = math.inf) -> Scan:
@@ -191,10 +198,7 @@ def _without_returns(scans: Sequence[Scan]) -> list[Scan]:
         finite = ranges[np.isfinite(ranges)]
     declared = scans[0].range_max
     reach = declared if math.isfinite(declared) else max(1.0, math.ceil(float(finite.max(initial=1.0))))
-    return [
-        Scan(scan.stamp, row, scan.angle_min, scan.angle_increment, NEAREST, reach)
-        for scan, row in zip(scans, ranges, strict=True)
-    ]
+    return [replace(scan, ranges=row, range_max=reach) for scan, row in zip(scans, ranges, strict=True)]
 
 
 def _mounts(found: _Found) -> dict[str, Mount]:
@@ -233,7 +237,10 @@ def _numbers(words: Sequence[str], begin: int, end: int) -> list[float]:
     """Return the numbers at some places of a line."""
     if len(words) < end:
         raise ValueError(f"{words[0]} has {len(words) - 1} values; it must have at least {end - 1}")
-    values = [float(word) for word in words[begin:end]]
+    try:
+        values = [float(word) for word in words[begin:end]]
+    except ValueError as error:
+        raise ValueError(f"{words[0]}: {error}; numbers are written as 1.5") from None
     if not all(map(math.isfinite, values)):
         bad = next(word for word, value in zip(words[begin:end], values, strict=True) if not math.isfinite(value))
         raise ValueError(f"{words[0]} holds {bad[:40]!r}; numbers must be finite")

@@ -98,6 +98,8 @@ def _unknown(path: Path) -> str:
     """Return why a path is no log that is read here."""
     if path.name.lower().endswith(PACKED):
         return f"'{path}' is an archive; unpack it and name the folder"
+    if path.is_file() and not path.stat().st_size:
+        return f"'{path}' is empty"
     if path.is_file() and is_mcap(path):
         return f"'{path}' is an MCAP file but not of ROS 2; a recording of mjsim is replayed as it is"
     if path.is_file() and path.suffix.lower() in TABLES:

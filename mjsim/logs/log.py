@@ -162,6 +162,8 @@ def record_logs(
     rate = wishes.rate_hz or max(_rate_of(log) for log in logs)
     # What came last is told at the tick after it.
     last = max(lasts) if wishes.seconds is not None else max(lasts) + 1.0 / rate - 1e-6
+    if max(lasts) <= min(firsts):
+        raise UsageError(f"all readings in '{source}' are of one moment; a recording has two ticks at least")
     span = cut(min(firsts), last, begin=wishes.begin, seconds=wishes.seconds, rate_hz=rate)
     if span[1] - span[0] > LONGEST:
         raise UsageError(

@@ -1,6 +1,7 @@
 """Lines of text files, compressed or not, within bounds."""
 
 import bz2
+import codecs
 import gzip
 import lzma
 from collections.abc import Iterator
@@ -25,6 +26,8 @@ def lines_of(path: Path) -> Iterator[str]:
     try:
         with _opened(path) as file:
             while line := file.readline(LONGEST_LINE):
+                # What editors of Windows put before a text.
+                line = line if taken else line.removeprefix(codecs.BOM_UTF8)
                 taken += len(line)
                 if taken > MOST_BYTES:
                     raise UsageError(f"'{path}' holds more than {MOST_BYTES >> 30} GB of text; take a part of it")

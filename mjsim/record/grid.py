@@ -28,13 +28,9 @@ def grid_message(world: World) -> Grid | None:
         grid = grid_of(world, most_cells=MOST_CELLS)
     except UsageError:
         return None
-    cells = np.zeros((*grid.occupied.shape, len(FIELDS)), dtype=np.int16)
-    for value, chosen in (
-        (UNKNOWN, ~grid.occupied & ~grid.free),
-        (FREE, grid.free),
-        (OCCUPIED, grid.occupied),
-    ):
-        cells[chosen] = (*COLORS[value], value)
+    # A row of bytes for what is unknown, free and occupied; the last one is signed.
+    rows = np.array([(*COLORS[each], each & 0xFF) for each in (UNKNOWN, FREE, OCCUPIED)], dtype=np.uint8)
+    cells = rows.take(np.where(grid.occupied, 2, grid.free.view(np.uint8)), axis=0)
     _, columns, stride = cells.shape
     corner = grid.world_from_grid
     return Grid(
@@ -49,5 +45,5 @@ def grid_message(world: World) -> Grid | None:
             PackedElementField(name=name, offset=offset, type=kind)
             for offset, (name, kind) in enumerate(FIELDS.items())
         ],
-        data=(cells & 0xFF).astype(np.uint8).tobytes(),
+        data=cells.tobytes(),
     )

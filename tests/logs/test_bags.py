@@ -210,9 +210,9 @@ def test_every_form_of_a_bag_gives_its_messages_in_order_and_by_number(form, tmp
         assert not bag.cut
 
 
-def write_scans(path: Path, *, first: float = -0.3, step: float = 0.1) -> None:
+def write_scans(path: Path, form: str = "mcap", *, first: float = -0.3, step: float = 0.1) -> None:
     """Write a second of scans, and odometry that stands still."""
-    with new_bag(path) as bag:
+    with new_bag(path, form) as bag:
         for k in range(10):
             at = START + 0.1 * k
             ranges = np.array([np.nan, 0.0, 0.05, 1.0, 3.0, 9.0, np.inf])
@@ -339,6 +339,38 @@ def test_robots_with_namespaces_of_their_own_are_told_apart(tmp_path):
         assert seen.scans["scan"].ranges[0] == row + 1.0
     only = mjsim.import_log(tmp_path / "run", wishes=Wishes(robots=["bert"]))
     assert set(only.robots) == {"bert"}
+
+
+@pytest.mark.parametrize(
+    ("form", "name"),
+    [("bag", "run.mcap"), ("mcap", "run.bag"), ("mcap", "RUN.MCAP"), ("sqlite", "run.mcap"), ("bag", "run")],
+)
+def test_a_bag_is_known_by_what_it_holds_whatever_its_name(form, name, tmp_path):
+    first = tmp_path / "first.bag"
+    write_scans(first, form)
+    file = first if first.is_file() else next(each for each in first.iterdir() if each.name != "metadata.yaml")
+    file.rename(tmp_path / name)
+    log = mjsim.import_log(tmp_path / name)
+    assert sum(len(seen.scans) for seen in log.observations("robot")) > 3
+    assert "bag breaks off" not in log.metadata
+
+
+def test_a_camera_of_an_unknown_encoding_is_left_out_and_told(tmp_path):
+    with new_bag(tmp_path / "seen") as bag:
+        for k in range(5):
+            header = bag.header(START + 0.1 * k, "eye")
+            bag.put("/odom", START + 0.1 * k, bag.odometry(header, "base_link", Pose3(0, 0, 0, 0, 0, 0, 1)))
+            bag.put("/eye/image_raw", START + 0.1 * k, bag.image(header, "nv21", np.zeros((16, 16), np.uint8)))
+    log = mjsim.import_log(tmp_path / "seen")
+    assert log.metadata["/eye/image_raw messages left out"] == "5"
+    assert not log.cameras()
+
+
+def test_a_log_of_one_moment_is_refused(tmp_path):
+    with new_bag(tmp_path / "run") as bag:
+        bag.put("/scan", START, bag.scan(bag.header(START, "l"), np.ones(9), 0.0, 0.1, (0.1, 9.0)))
+    with pytest.raises(UsageError, match="are of one moment; a recording has two ticks at least"):
+        mjsim.import_log(tmp_path / "run")
 
 
 @pytest.mark.slow

@@ -85,6 +85,25 @@ def test_scans_that_were_logged_all_at_once_are_told_one_a_tick(tmp_path):
     assert rows[:6] == [10, 11, 12, 13, 14, 15]
 
 
+def test_a_log_with_a_byte_order_mark_that_was_cut_in_its_last_line_is_read_up_to_there(tmp_path):
+    write_carmen(tmp_path / "room.clf", seconds=1.0)
+    whole = mjsim.import_log(tmp_path / "room.clf")
+    data = (tmp_path / "room.clf").read_bytes()
+    (tmp_path / "cut.clf").write_bytes(b"\xef\xbb\xbf" + data + b"FLASER 180 1.0 2.0")
+    cut = mjsim.import_log(tmp_path / "cut.clf")
+    assert cut.metadata["last line, cut short, left out"] == "1"
+    np.testing.assert_array_equal(cut.robots["robot"].odometry, whole.robots["robot"].odometry)
+
+
+def test_strengths_of_returns_come_in(tmp_path):
+    tail = "0 0 0 0 0 0 0.5 0 0 0 0"
+    lines = [f"ROBOTLASER1 0 -0.5 1 0.5 9 0 1 3 1 2 3 3 0.25 {k} 1e3 {tail} {k / 10} h {k / 10}" for k in range(1, 9)]
+    (tmp_path / "room.log").write_text("\n".join(lines))
+    seen = mjsim.import_log(tmp_path / "room.log").observations("robot")
+    scans = [scan for each in seen for scan in each.scans.values()]
+    assert [scan.intensities.tolist() for scan in scans] == [[0.25, k, 1000.0] for k in range(1, 9)]
+
+
 def test_packed_logs_true_poses_and_unknown_messages_are_read(tmp_path):
     write_carmen(tmp_path / "room.clf", seconds=2.0)
     text = (tmp_path / "room.clf").read_text()
@@ -129,7 +148,7 @@ def test_files_that_are_no_logs_are_refused_in_one_line(tmp_path):
     for name, content, said in (
         ("a.tar.xz", b"x", "is an archive; unpack it and name the folder"),
         ("a.csv", b"t,x\n1,2\n", "is a table of numbers; describe its columns in a YAML file"),
-        ("a.clf", b"", "is no log that is read here"),
+        ("a.clf", b"", "is empty"),
         ("b.clf", b"\x00\xff" * 4000, "is no log that is read here"),
         ("a.xz", b"no xz at all", "cannot unpack"),
         ("a.gz", b"no gzip at all", "cannot unpack"),
