@@ -104,8 +104,7 @@ def _lines(name: str, figures: dict[str, Any]) -> list[str]:
     lines = [f"{name}: {figures['input']} -> {', '.join(figures['outputs'])}; states {', '.join(figures['states'])}"]
     lines.append(f"  poles {shown(figures['poles'])}; zeros {shown(figures['zeros'])}")
     if "nonlinear_fit_percent" in figures:
-        shares = ", ".join(f"{value:.2f} %" for value in figures["nonlinear_fit_percent"])
-        lines.append(f"  the linear step response fits the nonlinear one by {shares}")
+        lines.append(f"  {_nonlinear_text(figures, 'the linear step response', 'after its step')}")
     if "dry_friction" in figures:
         lines.append(
             f"  dry friction of up to {figures['dry_friction']:.4g} is left out of both; the page shows it too"
@@ -117,13 +116,13 @@ def _lines(name: str, figures: dict[str, Any]) -> list[str]:
         unstable = "" if all(real < 0.0 for real, _ in design["poles"]) else "; not stable"
         lines.append(f"  {design['name']}: closed-loop poles {shown(design['poles'])}{unstable}")
         if "nonlinear_seconds" in design:
-            lines.append(f"  {_loop_text(design)}")
+            lines.append(f"  {_nonlinear_text(design, 'its linear loop', 'under it')}")
     return lines
 
 
-def _loop_text(design: dict[str, Any]) -> str:
-    """Return how the nonlinear plant does under a design."""
-    if design["nonlinear_fit_percent"] is None:
-        return f"under it the nonlinear plant runs away after {design['nonlinear_seconds']:.3g} s"
-    shares = ", ".join(f"{value:.2f} %" for value in design["nonlinear_fit_percent"])
-    return f"its linear loop fits the nonlinear one by {shares}"
+def _nonlinear_text(figures: dict[str, Any], linear: str, when: str) -> str:
+    """Return how well the nonlinear plant does what the linear one does, or when it runs away."""
+    if figures["nonlinear_fit_percent"] is None:
+        return f"{when} the nonlinear plant runs away after {figures['nonlinear_seconds']:.3g} s"
+    shares = ", ".join(f"{value:.2f} %" for value in figures["nonlinear_fit_percent"])
+    return f"{linear} fits the nonlinear one by {shares}"

@@ -8,7 +8,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.lab.design import Design
 from mjsim.lab.identify import fit
-from mjsim.lab.scene import MOST_SIMULATED, Law, ScenePlant
+from mjsim.lab.scene import MOST_SIMULATED, Law, ScenePlant, bound_of
 from mjsim.lab.study import theory
 
 
@@ -46,7 +46,8 @@ def _simulated(scene: ScenePlant, design: Design, *, dry_friction: bool = False)
     """Return times and outputs, shapes (k,) and (outputs, k)."""
     dt = float(scene.model.opt.timestep)
     law = _law(design, scene.plant.amplitude, dt)
-    outputs = scene.controlled(law, _count(scene, design), dry_friction=dry_friction)
+    bound = bound_of(design.step * scene.plant.amplitude)
+    outputs = scene.controlled(law, _count(scene, design), dry_friction=dry_friction, bound=bound)
     return np.asarray(np.arange(outputs.shape[1]) * dt, dtype=float), outputs
 
 

@@ -14,7 +14,7 @@ from mjsim.lab.effects import LedJoint
 from mjsim.lab.identify import Identified, Samples, fit, identified
 from mjsim.lab.linear import LinearPlant
 from mjsim.lab.recorded import recorded
-from mjsim.lab.scene import MOST_SIMULATED, ScenePlant
+from mjsim.lab.scene import MOST_SIMULATED, ScenePlant, bound_of
 from mjsim.lab.study import Study, formula_plant, frequencies, study
 from mjsim.mechanics import Chirp, TimeSignal
 from mjsim.record import Recording
@@ -41,7 +41,7 @@ class Experiment:
     nonlinear_impulse: tuple[Array, Array] | None = None
     """The same for an impulse, all of it in one step of MuJoCo."""
     nonlinear_fit: list[float] | None = None
-    """How well the linear step response fits that, for each output [%]."""
+    """How well the linear step response fits that, for each output [%]; None where the nonlinear plant runs away."""
     dry_friction: float = 0.0
     """The largest of the plant's joints, which the linear plant and these responses leave out [N m, N]."""
     rough: tuple[Array, Array] | None = None
@@ -140,7 +140,7 @@ def _with_responses(found: Experiment, scene: ScenePlant) -> Experiment:
         found,
         nonlinear=(time, step),
         nonlinear_impulse=_simulated(scene, seen, amplitude, impulse=True),
-        nonlinear_fit=fit(step, linear).tolist(),
+        nonlinear_fit=fit(step, linear).tolist() if len(time) == _count(scene, seen) else None,
         rough=rough,
     )
 
@@ -148,13 +148,19 @@ def _with_responses(found: Experiment, scene: ScenePlant) -> Experiment:
 def _simulated(
     scene: ScenePlant, seen: Study, amplitude: float, *, impulse: bool = False, dry_friction: bool = False
 ) -> tuple[Array, Array]:
-    dt = float(scene.model.opt.timestep)
-    count = min(math.ceil(float(seen.time[-1]) / dt) + 1, MOST_SIMULATED)
+    dt, count = float(scene.model.opt.timestep), _count(scene, seen)
     inputs = np.full(count, amplitude)
     if impulse:
         inputs[:] = 0.0
         inputs[0] = amplitude / dt
-    return np.asarray(np.arange(count) * dt, dtype=float), scene.simulated(inputs, dry_friction=dry_friction)
+    bound = bound_of((seen.impulse if impulse else seen.step) * amplitude)
+    outputs = scene.simulated(inputs, dry_friction=dry_friction, bound=bound)
+    return np.asarray(np.arange(outputs.shape[1]) * dt, dtype=float), outputs
+
+
+def _count(scene: ScenePlant, seen: Study) -> int:
+    """Return for how many steps of MuJoCo it is worth looking at."""
+    return min(math.ceil(float(seen.time[-1]) / float(scene.model.opt.timestep)) + 1, MOST_SIMULATED)
 
 
 def _nearest(many: Array, poles: Array) -> Array:
@@ -163,7 +169,7 @@ def _nearest(many: Array, poles: Array) -> Array:
 
 
 def _swept(world: World, scene: ScenePlant, seen: Study, plant: Plant) -> Samples | None:
-    """Return samples of the nonlinear plant under its signal, or a chirp; None for one that would run away."""
+    """Return samples of the nonlinear plant under its signal, or a chirp; None for one that runs away."""
     if not (seen.poles.real < -1e-9).all():
         return None
     slowest = float(np.abs(seen.poles.real).min(initial=np.inf))
@@ -176,6 +182,8 @@ def _swept(world: World, scene: ScenePlant, seen: Study, plant: Plant) -> Sample
     held = not scene.leads_value
     inputs = np.repeat(signal.value(times[::stride]), stride) if held else np.asarray(signal.value(times))
     outputs = scene.simulated(inputs)[:, ::stride]
+    if outputs.shape[1] < count // stride:
+        return None
     source = "a simulated sweep"
     return Samples(time=times[::stride], inputs=inputs[::stride], outputs=outputs, source=source, held=held)
 

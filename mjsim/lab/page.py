@@ -58,6 +58,7 @@ def figures_of(experiment: Experiment) -> dict[str, Any]:
     }
     if experiment.nonlinear is not None:
         found["nonlinear_fit_percent"] = experiment.nonlinear_fit
+        found["nonlinear_seconds"] = float(experiment.nonlinear[0][-1])
     if experiment.dry_friction:
         found["dry_friction"] = experiment.dry_friction
     if (identified := experiment.identified) is not None:
@@ -163,8 +164,9 @@ def _facts(experiment: Experiment) -> str:
         ("stable", "yes" if study.is_stable else "no"),
         *_margin_rows(study.margins),
     ]
-    if experiment.nonlinear_fit is not None:
-        rows.append(("linear step response fits the nonlinear one", _shares(study.plant, experiment.nonlinear_fit)))
+    if experiment.nonlinear is not None:
+        shares = _shares(study.plant, experiment.nonlinear_fit, experiment.nonlinear[0])
+        rows.append(("linear step response fits the nonlinear one", shares))
     if experiment.dry_friction:
         text = f"{experiment.dry_friction:.4g} at most; without it the linear plant and the nonlinear one are compared"
         rows.append(("dry friction of its joints [N m, N]", text))
@@ -183,8 +185,10 @@ def _margin_rows(margins: Mapping[str, float | None]) -> list[tuple[str, str]]:
     return rows
 
 
-def _shares(plant: LinearPlant, shares: Sequence[float]) -> str:
-    """Return how well each output fits."""
+def _shares(plant: LinearPlant, shares: Sequence[float] | None, time: Array) -> str:
+    """Return how well each output fits, or when the nonlinear plant runs away."""
+    if shares is None:
+        return f"the nonlinear plant runs away after {time[-1]:.3g} s"
     return ", ".join(f"{name} {value:.2f} %" for name, value in zip(plant.outputs, shares, strict=True))
 
 
@@ -199,8 +203,7 @@ def _design_section(experiment: Experiment, design: Design, closed: ClosedLoop |
         rows.append(("numerator", ", ".join(f"{value:.6g}" for value in design.num)))
         rows.append(("denominator", ", ".join(f"{value:.6g}" for value in design.den)))
     if closed is not None:
-        gone = f"the nonlinear plant runs away after {closed.time[-1]:.3g} s"
-        rows.append(("linear loop fits the nonlinear one", gone if closed.fit is None else _shares(plant, closed.fit)))
+        rows.append(("linear loop fits the nonlinear one", _shares(plant, closed.fit, closed.time)))
     text = html.escape(module_text(experiment.plant, plant, design))
     return (
         f"<h2>{html.escape(design.name)}</h2>{_table([*rows, *_margin_rows(design.margins)])}<pre>{text}</pre>{image}"

@@ -25,10 +25,17 @@ MOST_STEPS = 50
 MOST_SIMULATED = 50_000
 """Steps of MuJoCo in one response of the nonlinear plant."""
 AWAY = 1e6
-"""An output that has grown so far has run away."""
+"""An output that has grown so far has run away, unless less is said."""
+FARTHER = 100.0
+"""So many times what the linear plant does is running away, too."""
 T = TypeVar("T")
 Law = Callable[[Array, Array], float]
 """Gives what is added to the input at the working point, for states and outputs less those of the working point."""
+
+
+def bound_of(linear: Array) -> float:
+    """Return how far outputs may go before the plant runs away, by what the linear one does, shape (outputs, k)."""
+    return min(FARTHER * float(np.abs(linear).max(initial=0.0)) or AWAY, AWAY)
 
 
 class ScenePlant:
@@ -87,55 +94,68 @@ class ScenePlant:
         """The largest dry friction of its joints, which no linear plant has [N m, N]; 0 without any."""
         return 0.0 if self._rough is None else float((self._rough.dof_frictionloss - self.model.dof_frictionloss).max())
 
-    def simulated(self, inputs: Array, *, dry_friction: bool = False) -> Array:
+    def simulated(self, inputs: Array, *, dry_friction: bool = False, bound: float = AWAY) -> Array:
         """Return the outputs of the nonlinear plant, step by step of MuJoCo, less those of the working point.
 
         Args:
             inputs: What is added to the input at the working point before each step, shape (k,).
             dry_friction: Whether joints have the dry friction that the world gives them.
+            bound: An output that has grown so far has run away.
 
         Returns:
-            Shape (outputs, k): what is measured before each step; after it where a joint follows the input.
+            Shape (outputs, k): what is measured before each step, after it where a joint follows the input; k is below
+            that of the inputs where the plant runs away.
         """
-        effect, at = self.effect, self.setting
-        model = self._rough if dry_friction and self._rough is not None else self.model
+        effect, model = self.effect, self._model_with(dry_friction)
         if isinstance(effect, LedJoint):
             model = copy.copy(model)
             model.dof_armature[effect.dof] = LOCKED
-            values = at.value + LOCKED * effect.accelerations(inputs, model.opt.timestep)
-        else:
-            values = at.value + inputs
-        data, found = mujoco.MjData(model), np.zeros((len(self._measures), len(inputs)))
-        data.qpos[:], data.act[:] = at.qpos + self._sunk, at.act
-        for k, value in enumerate(values.tolist()):
-            if not isinstance(effect, LedJoint):
-                found[:, k] = self.outputs(data.qpos, data.qvel)
-            effect.write(data, value)
-            mujoco.mj_step(model, data)
-            if isinstance(effect, LedJoint):
-                found[:, k] = self.outputs(data.qpos, data.qvel)
-        return found - self.outputs(at.qpos, np.zeros(model.nv))[:, None]
+            # One step more, as it follows an input by the end of its step.
+            forces = np.append(LOCKED * effect.accelerations(inputs, model.opt.timestep), 0.0)
+            return self._stepped(model, lambda k, data, found: float(forces[k]), len(forces), bound)[:, 1:]
+        return self._stepped(model, lambda k, data, found: float(inputs[k]), len(inputs), bound)
 
-    def controlled(self, law: Law, count: int, *, dry_friction: bool = False) -> Array:
+    def controlled(self, law: Law, count: int, *, dry_friction: bool = False, bound: float = AWAY) -> Array:
         """Return the outputs under a law, step by step of MuJoCo, less those of the working point.
 
         Args:
             law: Sets the input before each step; the plant is none that a joint leads.
             count: Of steps.
             dry_friction: Whether joints have the dry friction that the world gives them.
+            bound: An output that has grown so far has run away.
 
         Returns:
             Shape (outputs, k), measured before each step; k is below `count` where the plant runs away.
         """
-        model = self._rough if dry_friction and self._rough is not None else self.model
+        model = self._model_with(dry_friction)
+        return self._stepped(model, lambda k, data, found: law(self.states(data), found), count, bound)
+
+    def _model_with(self, dry_friction: bool) -> mujoco.MjModel:
+        return self._rough if dry_friction and self._rough is not None else self.model
+
+    def _stepped(
+        self,
+        model: mujoco.MjModel,
+        told: Callable[[int, mujoco.MjData, Array], float],
+        count: int,
+        bound: float,
+    ) -> Array:
+        """Return the outputs before each step until the plant runs away, shape (outputs, k).
+
+        Args:
+            model: With or without dry friction.
+            told: Gives what is added to the input, for the number of a step, the state, and the outputs.
+            count: Of steps.
+            bound: Of the outputs.
+        """
         at, data, found = self.setting, mujoco.MjData(model), np.zeros((len(self._measures), count))
         data.qpos[:], data.act[:] = at.qpos + self._sunk, at.act
         rest = self.outputs(at.qpos, np.zeros(model.nv))
         for k in range(count):
             found[:, k] = self.outputs(data.qpos, data.qvel) - rest
-            if not np.abs(found[:, k]).max() < AWAY:
+            if k and (data.warning.number.any() or not np.abs(found[:, k]).max() < bound):
                 return found[:, :k]
-            self.effect.write(data, at.value + law(self.states(data), found[:, k]))
+            self.effect.write(data, at.value + told(k, data, found[:, k]))
             mujoco.mj_step(model, data)
         return found
 

@@ -57,6 +57,13 @@ def test_a_plant_that_runs_away_is_followed_until_then():
     assert np.isfinite(found).all()
 
 
+def test_poles_too_fast_for_the_steps_of_mujoco_are_said_to_run_away():
+    scene = pole(1e-3)
+    found = closed_loop(scene, placed_design(scene.linear, [-3000.0, -4000.0]))
+    assert found.fit is None
+    assert np.isfinite(found.step).all()
+
+
 @pytest.mark.slow
 def test_the_page_shows_the_nonlinear_loop_and_says_how_well_the_linear_one_fits():
     world = mjsim.parse_world(POLE.replace("HEIGHT", "0.001"))
