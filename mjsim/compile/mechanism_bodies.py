@@ -11,6 +11,9 @@ from mjsim.geometry import Array
 from mjsim.mechanics import Solid, is_valid, nearest_valid
 from mjsim.world import MechanismBody
 
+COMPACT = 0.3
+"""Thickness of a body that is no rod, as a share of its least half size, so that joints do not hide it."""
+
 
 def lowest(body: MechanismBody, world_from_shape: Array) -> float:
     """Return the height of the lowest point of a body [m]."""
@@ -37,11 +40,16 @@ def pose_keys(pose: Array) -> dict[str, Array]:
 
 
 def thickness(body: MechanismBody) -> float:
-    """Return the radius or half the least size of a body [m]."""
-    sizes = getattr(body, "rod", None) or getattr(body, "cylinder", None)
-    if sizes is not None:
-        return float(sizes[1] if hasattr(body, "rod") else min(sizes))
-    return float(min(body.box) / 2 if hasattr(body, "box") else 0.3 * getattr(body, "sphere", 0.1))
+    """Return the radius of a rod, or a share of the least half size of another body [m]."""
+    match body:
+        case _ if hasattr(body, "rod"):
+            return float(body.rod[1])
+        case _ if hasattr(body, "box"):
+            return COMPACT * float(min(body.box)) / 2.0
+        case _ if hasattr(body, "cylinder"):
+            return COMPACT * float(min(body.cylinder[0], body.cylinder[1] / 2.0))
+        case _:
+            return COMPACT * float(getattr(body, "sphere", 0.1))
 
 
 def set_mass(body: mujoco.MjsBody, solid: Solid) -> None:

@@ -59,6 +59,13 @@ def stiff(equality: mujoco.MjsEquality, step: float) -> None:
     equality.solimp = [HARDEST, HARDEST, 0.001, 0.5, 2.0]
 
 
+def seen_box(mechanism: Mechanism) -> Array:
+    """Return corners of a box around all that is seen of a mechanism at the start, world frame, shape (2, 3) [m]."""
+    # The corner of a joint's cylinder is farther away than its radius.
+    margin = math.sqrt(2.0) * HUB * max(thickness(body) for body in mechanism.bodies)
+    return np.asarray(mechanism.spanned() + np.array([[-margin], [margin]]))
+
+
 class _Builder:
     """Adds one mechanism to a scene."""
 

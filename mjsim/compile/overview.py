@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mjsim.compile.arms import reached
+from mjsim.compile.mechanisms import seen_box
 from mjsim.compile.walls import WallBox, wall_boxes
 from mjsim.geometry import Array
 from mjsim.world import World, extent, hung, top
@@ -20,7 +21,7 @@ def scene_bounds(world: World, boxes: Sequence[WallBox]) -> tuple[Array, Array]:
     """Return the lowest and the highest corner of all that stands on the floor, shape (3,) each [m]."""
     points = [np.array([[*robot.at, 0.0], [*robot.at, robot.body.height]]) for robot in world.robots]
     points += [reached(robot) for robot in world.robots if robot.arms]
-    points += [mechanism.spanned() for mechanism in world.mechanisms]
+    points += [seen_box(mechanism) for mechanism in world.mechanisms]
     points += [person.spanned() for person in world.people]
     points += [np.array([[item.place.x, item.place.y, item.center + item.beacon.width / 2]]) for item in hung(world)]
     if boxes:

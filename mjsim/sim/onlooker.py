@@ -1,11 +1,14 @@
 """Any view of a world whose state is given: from outside, and what its onboard cameras would see without errors."""
 
 import math
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import mujoco
+import numpy as np
 
 from mjsim.closing import Closes
+from mjsim.compile import overview_of
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Picture
@@ -49,6 +52,10 @@ class Onlooker(Closes):
         self._canvases: dict[Quality, Canvas] = {}
         self._outside: dict[tuple[int, int, Quality], Renderer] = {}
         self._cameras: dict[tuple[str, str, bool, bool], OnboardCamera] = {}
+        self._moving: list[int] = []
+        """Geoms of mechanisms."""
+        self._reach: Array | None = None
+        """Corners of a box around all places of mechanisms that the overview showed, world frame, shape (2, 3) [m]."""
 
     def show(self, qpos: Array, looks: Looks | None) -> None:
         """Bring everything to a state.
@@ -85,6 +92,8 @@ class Onlooker(Closes):
         if isinstance(view, str):
             if view.endswith("/chase"):
                 bring_near(scene.model, scene.data, view)
+            elif view == "overview" and self._world.mechanisms:
+                self._widen(scene)
             return self._outside[key].render(scene.data, view)
         return self._outside[key].render(scene.data, _free_camera(view))
 
@@ -113,6 +122,18 @@ class Onlooker(Closes):
         for canvas in self._canvases.values():
             canvas.close()
 
+    def _widen(self, scene: StillScene) -> None:
+        """Let the overview show mechanisms where they are now, and where it showed them before."""
+        model, data = scene.model, scene.data
+        if not self._moving:
+            self._moving = _geoms_of(model, {item.name for item in self._world.mechanisms})
+        reach = box_around(model, data, self._moving)
+        if self._reach is not None:
+            reach = np.array([np.minimum(reach[0], self._reach[0]), np.maximum(reach[1], self._reach[1])])
+        if self._reach is None or (reach != self._reach).any():
+            self._reach, place = reach, overview_of(self._world, reach)
+            model.camera("overview").pos, data.cam_xpos[model.camera("overview").id] = place, place
+
     def _mounted(self, robot: str, camera: str, *, depth: bool, segmentation: bool) -> OnboardCamera:
         cameras = {
             (each.name, sensor.camera): (each, sensor)
@@ -140,6 +161,25 @@ class Onlooker(Closes):
         if self._scene is None:
             raise UsageError("nothing to draw yet; show a state first")
         return self._scene
+
+
+def _geoms_of(model: mujoco.MjModel, mechanisms: Collection[str]) -> list[int]:
+    """Return the geoms of all bodies of mechanisms, by the names of these."""
+    return [k for k in range(model.ngeom) if model.body(model.geom_bodyid[k]).name.partition("/")[0] in mechanisms]
+
+
+def box_around(model: mujoco.MjModel, data: mujoco.MjData, geoms: Sequence[int]) -> Array:
+    """Return corners of a box around geoms, world frame, shape (2, 3) [m].
+
+    Args:
+        model: The compiled world.
+        data: A state of it, with places worked out.
+        geoms: Their numbers; at least one.
+    """
+    turned, boxes = data.geom_xmat[geoms].reshape(-1, 3, 3), model.geom_aabb[geoms]
+    middle = data.geom_xpos[geoms] + np.einsum("kij,kj->ki", turned, boxes[:, :3])
+    half = np.einsum("kij,kj->ki", np.abs(turned), boxes[:, 3:])
+    return np.array([(middle - half).min(axis=0), (middle + half).max(axis=0)])
 
 
 def _free_camera(view: Orbit) -> mujoco.MjvCamera:

@@ -8,6 +8,7 @@ import pytest
 
 import mjsim
 from mjsim.compile import compile_world, overview_of
+from mjsim.sim import Onlooker
 from mjsim.video import draw_world
 from mjsim.video.diagrams import DiagramFrame, best_look
 from mjsim.video.ink import ESTIMATE, INK, PAPER, blend, parse_color
@@ -105,3 +106,16 @@ def test_a_distance_that_follows_a_motion_is_drawn_between_its_points():
     mechanism = mjsim.parse_world(text.replace("slope_deg: 90", "from: 2.5, slope: 0.1")).mechanisms[0]
     (ends,) = distances(posed(mechanism, mechanism.assembly.start, best_look(mechanism)), led=True)
     assert np.hypot(*(ends[1] - ends[0])) == pytest.approx(2.5)
+
+
+def test_the_overview_of_a_run_follows_a_mechanism_that_leaves_the_place_of_its_start():
+    world = mjsim.parse_world(
+        "mjsim: 1\nmechanisms:\n"
+        "  - {name: m, elevation: 1, bodies: [{name: s, box: [1, 1, 1], color: '#ff0000'}],"
+        " joints: [{prismatic: x, of: [ground, s], axis: [1, 0, 0]}]}\n"
+    )
+    with Onlooker(world) as onlooker:
+        for way in (0.0, 20.0):
+            onlooker.show(np.array([way]), None)
+            seen = onlooker.outside("overview", width=64, height=36).astype(int)
+            assert (seen[..., 0] > 2 * seen[..., 1] + 20).any()
