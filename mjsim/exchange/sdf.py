@@ -1,4 +1,4 @@
-"""A world as SDF, which Gazebo reads: walls, things, doors on hinges, beacons with their pictures, lamps.
+"""A world as SDF, which Gazebo reads: walls, things, people, doors on hinges, beacons with their pictures, lamps.
 
 Robots stay at home: Gazebo has drives and sensors of its own.
 """
@@ -22,6 +22,7 @@ from mjsim.world import (
     Leaf,
     ModelObstacle,
     Obstacle,
+    Person,
     RampObstacle,
     SphereObstacle,
     StepsObstacle,
@@ -49,8 +50,8 @@ DAMPING = 0.6
 def write_sdf(world: World, path: str | Path, *, overwrite: bool = False) -> Path:
     """Write a world as SDF 1.9, its pictures in a folder beside it, and return the path of the file.
 
-    Walls are boxes, ramps and models from files prisms on their outlines. A thing that goes its own path stands
-    where it begins. Beacons on robots and the robots themselves are left out.
+    Walls are boxes; ramps, models from files and the segments of people are prisms on their outlines. A thing that goes
+    its own path stands where it begins. Beacons on robots and the robots themselves are left out.
 
     Args:
         world: What is to be written.
@@ -72,6 +73,8 @@ def write_sdf(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
         _add_obstacle(place, obstacle, f"obstacle_{name}")
     for leaf in leaves(world):
         _add_door(place, leaf)
+    for person in world.people:
+        _add_person(place, person)
     folder = f"{path.stem}_pictures"
     for item in hung(world):
         if item.carrier is None or item.carrier not in world.robots:
@@ -143,6 +146,13 @@ def _box_around(outline: Array, low: float, high: float) -> tuple[list[float], t
     least, most = turned.min(axis=0), turned.max(axis=0)
     x, y = ((least + most) / 2 @ [[c, s], [-s, c]]).tolist()
     return [*(most - least).tolist(), high - low], (x, y, (low + high) / 2, 0.0, 0.0, heading)
+
+
+def _add_person(place: Element, person: Person) -> None:
+    """Add a person as upright prisms, one for each segment."""
+    link = add_link(place, f"person_{person.name}")
+    for segment, (outline, low, high) in person.prisms.items():
+        add_prism(link, segment, outline, high - low, at=(0, 0, low), look=Appearance(person.color_of(segment)))
 
 
 def _add_obstacle(place: Element, obstacle: Obstacle, name: str) -> None:

@@ -1,4 +1,4 @@
-"""A plan of a world as SVG, to scale: walls, windows, doors and how they swing, things, beacons, robots, names."""
+"""A plan of a world as SVG, to scale: walls, windows, doors that swing, things, beacons, people, robots, names."""
 
 import math
 from collections.abc import Sequence
@@ -11,7 +11,20 @@ from mjsim.errors import UsageError
 from mjsim.exchange.svg_in import UNIT
 from mjsim.geometry import Array, Pose
 from mjsim.output import write_file
-from mjsim.world import MITRE_LIMIT, SLICE, THICKNESS, Leaf, Opening, Wall, World, hung, item_names, leaves, prisms
+from mjsim.world import (
+    MITRE_LIMIT,
+    SLICE,
+    THICKNESS,
+    Leaf,
+    Opening,
+    Wall,
+    World,
+    from_above,
+    hung,
+    item_names,
+    leaves,
+    prisms,
+)
 
 NAMESPACE = "http://www.w3.org/2000/svg"
 PER_METRE = 100.0
@@ -48,6 +61,8 @@ def write_svg(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
     for name, draw in (("things", _things), ("walls", _walls), ("windows", _windows), ("doors", _doors)):
         draw(_group(root, name), world)
     _beacons(_group(root, "beacons"), world)
+    if world.people:
+        _people(_group(root, "people"), world)
     _robots(_group(root, "robots"), world)
     indent(root)
     register_namespace("", NAMESPACE)
@@ -58,8 +73,9 @@ def _sheet(world: World) -> Element:
     """Return an empty drawing around a world, with its name, its size and a bar of one metre."""
     corners = [point for wall in world.walls for point in wall.points] + [robot.at for robot in world.robots]
     corners += [tuple(point) for thing in world.obstacles for part in prisms(thing) for point in part[0].tolist()]
+    corners += [tuple(point) for person in world.people for point in person.spanned()[:, :2].tolist()]
     if not corners:
-        raise UsageError("this world has no walls, things or robots; there is no plan to draw")
+        raise UsageError("this world has no walls, things, people or robots; there is no plan to draw")
     low, high = np.min(corners, axis=0), np.max(corners, axis=0)
     left, top = low[0] - MARGIN, -high[1] - MARGIN - 2 * TITLE
     size = high - low + 2 * MARGIN + [0.0, 2 * TITLE]
@@ -158,6 +174,14 @@ def _beacons(group: Element, world: World) -> None:
         _line(group, item.place.transform(np.array([[0.0, -half], [0.0, half]])), BEACON, 2 * HAIR)
         x, y = item.place.transform(np.array([reach, 0.0])).tolist()
         _write(group, item.beacon.name, x, y, LETTERS * 0.8, middle=True, ink=BEACON)
+
+
+def _people(group: Element, world: World) -> None:
+    for person in world.people:
+        for outline, color in from_above(person):
+            _line(group, outline, SOFT, HAIR, closed=True, fill=color)
+        place = person.place()
+        _write(group, person.name, place.x, place.y - 2 * LETTERS, LETTERS, middle=True)
 
 
 def _robots(group: Element, world: World) -> None:

@@ -1,7 +1,7 @@
 """Where people of a world are: those who stand as they say, those who sit as their seats and targets let them."""
 
 import math
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -10,12 +10,26 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.posture.goals import Goals, Seating
-from mjsim.world import GripTarget, Person, PlacedTarget, World, item_names, placed_targets, world_from_seat
+from mjsim.world import (
+    GripTarget,
+    Obstacle,
+    Person,
+    PlacedTarget,
+    RampObstacle,
+    StepsObstacle,
+    World,
+    item_names,
+    placed_targets,
+    prisms,
+    world_from_seat,
+)
 
 if TYPE_CHECKING:  # brings mink and scipy, which only those need who sit
     from mjsim.people import Figure
     from mjsim.posture.sitting import Seated
 
+FEET_AHEAD, LEAST_BELOW = 0.45, 0.25
+"""Of the feet of one who sits, ahead of the hip point, and at least below it [m]; assumed."""
 KEPT = 64
 """Postures that are remembered: a command compiles its world several times, a session at each change."""
 
@@ -41,7 +55,9 @@ class Workstation:
         hands = {side: _held(targets[name]) for side, name in _sides(person.hands).items()}
         feet = {side: _point(targets[name]) for side, name in _sides(person.feet).items()}
         gaze = None if person.gaze is None else _point(targets[person.gaze])
-        return cls(seating, Goals(hands=hands, feet=feet, gaze=gaze), targets)
+        others = [each for each in world.obstacles if each is not thing]
+        floor = _floor_before(seating.world_from_seat, others)
+        return cls(seating, Goals(hands=hands, feet=feet, gaze=gaze, floor=floor), targets)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +107,25 @@ def poses_of(world: World, person: Person) -> dict[str, Array]:
         return person.poses()
     found = seated(world, person)
     return person.figure.poses(found.values, found.world_from_pelvis)
+
+
+def _floor_before(world_from_seat: Array, things: Sequence[Obstacle]) -> float:
+    """Return how high that stands on which the feet of one who sits rest [m]: the floor, or a platform on it.
+
+    Args:
+        world_from_seat: The hip point, x ahead, shape (4, 4) [m].
+        things: All but the seat.
+    """
+    spot, most = world_from_seat[:2] @ (FEET_AHEAD, 0.0, 0.0, 1.0), world_from_seat[2, 3] - LEAST_BELOW
+    level = [each for each in things if not isinstance(each, RampObstacle | StepsObstacle)]
+    tops = [high for each in level for outline, _, high in prisms(each) if high <= most and _holds(outline, spot)]
+    return max(tops, default=0.0)
+
+
+def _holds(outline: Array, spot: Array) -> bool:
+    """Return whether a convex outline, counter-clockwise, shape (n, 2), has a point in it, shape (2,) [m]."""
+    sides, ahead = np.roll(outline, -1, axis=0) - outline, spot - outline
+    return bool(np.all(sides[:, 0] * ahead[:, 1] - sides[:, 1] * ahead[:, 0] >= 0.0))
 
 
 def _sides(pair: object) -> dict[str, str]:

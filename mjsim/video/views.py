@@ -30,6 +30,7 @@ def known_views(recording: Recording) -> list[str]:
         "overview",
         *([DIAGRAMS] if recording.world.mechanisms else []),
         *("/".join(camera) for camera in recording.cameras()),
+        *(f"{person.name}/{side}_eye" for person in recording.world.people for side in ("left", "right")),
     ]
 
 
@@ -55,7 +56,7 @@ def scene_pictures(recording: Recording, rows: Sequence[int], view: str) -> Iter
     Args:
         recording: Whose states are drawn.
         rows: Which of them.
-        view: 'chase' (of the first robot), 'overview' or 'ROBOT/CAMERA'.
+        view: 'chase' (of the first robot), 'overview', 'ROBOT/CAMERA', 'PERSON/left_eye' or 'PERSON/right_eye'.
 
     Raises:
         UsageError: There is no such view.

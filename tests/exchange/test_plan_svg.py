@@ -64,5 +64,5 @@ def test_a_plan_comes_back_as_the_same_walls(name, tmp_path):
 def test_a_world_without_anything_has_no_plan(tmp_path):
     from mjsim.errors import UsageError
 
-    with pytest.raises(UsageError, match="no walls, things or robots; there is no plan to draw"):
+    with pytest.raises(UsageError, match="no walls, things, people or robots; there is no plan to draw"):
         write_svg(World(), tmp_path / "plan.svg")

@@ -10,7 +10,7 @@ import pytest
 import shapely
 from scipy.spatial.transform import Rotation
 
-from mjsim.exchange import write_sdf
+from mjsim.exchange import write_sdf, write_svg
 from mjsim.world import World, load_world, parse_world, solid
 
 WORLDS = Path(__file__).parents[2] / "worlds"
@@ -134,3 +134,16 @@ def test_pictures_hang_upright_face_the_room_and_lie_beside_the_file(tmp_path):
         assert wide == pytest.approx(width, rel=1e-6)
         assert high / wide == pytest.approx(picture.shape[0] / picture.shape[1], rel=0.01)
     assert owl.find("link/collision") is None
+
+
+@pytest.mark.slow
+def test_people_bump_in_gazebo_where_their_segments_are_and_are_drawn_on_plans(tmp_path):
+    world = parse_world("mjsim: 1\npeople: [{name: anna, sex: female, at: [1, 2]}]\n")
+    (anna,), path = world.people, written(world, tmp_path)
+    for segment, height in (("left_foot", 0.02), ("thorax", 1.2), ("head", 1.55)):
+        outline, low, high = anna.prisms[segment]
+        assert low < height < high
+        assert slices(path, height).buffer(1e-5).contains(shapely.Polygon(outline))
+    plan = write_svg(world, tmp_path / "plan.svg").read_text(encoding="utf-8")
+    assert "anna" in plan
+    assert plan.count("<polygon") == len(anna.prisms)

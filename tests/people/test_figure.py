@@ -18,6 +18,24 @@ ENDS = {
 }
 
 
+def spot(name):
+    return lambda spots, poses: spots[name]
+
+
+def origin(name):
+    return lambda spots, poses: poses[name][:3, 3]
+
+
+SPOTS = {
+    "thorax": (spot("suprasternale"), origin("thorax"), 2),
+    "abdomen": (origin("thorax"), origin("abdomen"), 2),
+    "pelvis": (origin("abdomen"), spot("h_point"), 2),
+    "hand": (origin("left_hand"), spot("left_fingertip"), 2),
+    "foot": (spot("left_heel"), spot("left_toe"), 0),
+}
+"""Endpoints of the other segments but the head, and the axis along which they are measured."""
+
+
 @pytest.mark.parametrize("sex", SEXES)
 def test_masses_and_centres_are_those_of_the_tables_and_add_up_to_the_weight(sex):
     figure = Figure.of(Measures.at_percentile(sex, 95, corpulence=90))
@@ -28,6 +46,12 @@ def test_masses_and_centres_are_those_of_the_tables_and_add_up_to_the_weight(sex
         if name != "head":
             segment = name if name in figure.segments else f"left_{name}"
             assert figure.segments[segment].solid.mass == pytest.approx(share.mass * weight, rel=2e-4), name
+    spots = figure.spots(poses)
+    for name, (upper, lower, axis) in SPOTS.items():
+        ends = [each[axis] for each in (upper(spots, poses), lower(spots, poses))]
+        segment = name if name in figure.segments else f"left_{name}"
+        found = poses[segment][:3, 3] + figure.segments[segment].solid.center
+        assert found[axis] == pytest.approx(ends[0] + SHARES[sex][name].center * (ends[1] - ends[0])), name
     for name, (upper, lower) in ENDS.items():
         center = poses[upper][:3, 3] + np.array(figure.segments[upper].solid.center)
         wanted = poses[upper][:3, 3] + SHARES[sex][name].center * (poses[lower][:3, 3] - poses[upper][:3, 3])

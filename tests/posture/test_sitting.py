@@ -9,7 +9,8 @@ import pytest
 from scipy.optimize import least_squares
 
 from mjsim.people import SEXES, Figure, Measures
-from mjsim.posture import Goals, Seating, Sitter, comfort_of, limits, posture_angles
+from mjsim.posture import Goals, Seating, Sitter, Workstation, comfort_of, limits, posture_angles
+from mjsim.world import parse_world
 
 HIP = (0.0, 0.0, 0.30)
 TRAVEL = (0.24, 0.06)
@@ -138,3 +139,16 @@ def test_a_high_stool_leaves_the_feet_above_the_floor():
     assert set(found.missed) == {
         f"{side} {spot} on the floor" for side in ("left", "right") for spot in ("heel", "ball")
     }
+
+
+def test_feet_rest_on_the_platform_that_the_seat_stands_on():
+    text = """mjsim: 1
+obstacles:
+  - {name: podium, box: [3, 2, 0.4], at: [4, 0]}
+  - {name: chair, box: [0.4, 0.5, 0.4], at: [4, 0], elevation: 0.4, seat: {at: [0, 0, 0.49], back_deg: 10}}
+  - {name: shelf, box: [0.5, 1, 0.05], at: [4.5, 0], elevation: 1.2}
+people: [{name: anna, sex: female, seat: chair}]
+"""
+    for more, floor in ((text, 0.4), (text.replace("box: [3, 2, 0.4]", "ramp: [3, 2, 0.4]"), 0.0)):
+        world = parse_world(more)
+        assert Workstation.of(world, world.people[0]).goals.floor == floor
