@@ -10,7 +10,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from mjsim.geometry import Array, wrap_angles
 
@@ -18,6 +18,14 @@ from .ekf_filter import EkfSlamFilter
 
 MOST_HYPOTHESES = 20_000
 """After so many the search takes the best it has; a room needs some dozens a moment."""
+
+
+def chi_square(share: float, freedoms: ArrayLike) -> Array:
+    """Return what this share of chi-square deviates with some degrees of freedom (...) stays below, shape (...).
+
+    `scipy.stats.chi2.ppf` is the same, but slow to import.
+    """
+    return np.asarray(2.0 * gammaincinv(0.5 * np.asarray(freedoms, dtype=float), share))
 
 
 def nearest_neighbour(
@@ -126,7 +134,7 @@ class _Candidates:
         nu[..., 1] = wrap_angles(nu[..., 1])
         S = spread + R[:, None]
         distance = np.einsum("kni,kni->kn", nu, np.linalg.solve(S, nu[..., None])[..., 0])
-        fits = distance < chi2.ppf(confidence, 2)
+        fits = distance < chi_square(confidence, 2)
         near = np.flatnonzero(fits.any(axis=0))
         chosen = [names[i] for i in near]
         return cls(chosen, nu[:, near], distance[:, near], fits[:, near], slam.expect_together(chosen), R)
@@ -174,7 +182,7 @@ class _Search:
         ]
         # The sightings with the fewest choices first: what is sure narrows the rest.
         self._order = sorted((row for row in rows if self._choices[row]), key=lambda row: len(self._choices[row]))
-        self._gates = chi2.ppf(confidence, 2 * np.arange(len(self._order) + 1).clip(1))
+        self._gates = chi_square(confidence, 2 * np.arange(len(self._order) + 1).clip(1))
         self._left = MOST_HYPOTHESES
 
     def go(self, hypothesis: _Hypothesis, depth: int = 0) -> None:

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 from numpy.random import Generator
-from scipy.stats import chi2
 
 from mjsim.geometry import Array, Pose, wrap_angle
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighting
 
+from .association import chi_square
 from .ekf_models import odometry_motion, range_bearing
 
 FLOOR = 1e-12
@@ -49,7 +49,7 @@ class _Localization(ABC):
         Args:
             confidence: Share of good sightings that count; others are taken for mistakes.
         """
-        self._gate = float(chi2.ppf(confidence, 2))
+        self._gate = float(chi_square(confidence, 2))
         self._places: dict[str, Array] = {}
         self._filter: Any = None
 

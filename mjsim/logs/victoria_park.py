@@ -13,7 +13,8 @@ it and 0.50 m to the left. These numbers, and the standard deviations below, are
 (src/rbphdslam_VictoriaPark.cpp, src/MeasurementModel_VictoriaPark.cpp, src/ProcessModel_Ackerman2D.cpp).
 
 The robot's origin is the middle of the rear axle: odometry, sightings, estimates and truth all are of that point. No
-source tells where the antenna is; fixes agree best with the place of the scanner, and are taken to be from there.
+source tells where the antenna is; fixes agree best with the place of the scanner, and are taken to be from there. How
+the car is turned is told by odometry, laid on the fixes of 20 s before and after.
 
 References:
     Guivant, Nebot, Optimization of the simultaneous localization and map-building algorithm for real-time
@@ -25,11 +26,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mjsim.geometry import Array, Pose, wrap_angles
+from mjsim.geometry import Array, Pose
 from mjsim.interface import Sighting
-from mjsim.logs.merge import MotionNoise
+from mjsim.logs.antenna import CarPoses, car_poses
+from mjsim.logs.merge import MotionNoise, motions
 from mjsim.logs.noise_file import UNBIASED, Bias
 from mjsim.logs.robot_log import RobotLog, write_robot_logs
 from mjsim.logs.table import TIME, read_table
@@ -52,8 +53,6 @@ RATE = 25.0
 """Ticks a second, unless asked for."""
 GAP = 0.5
 """Fixes come every 0.2 s; where they are farther apart, too many were lost to tell where the car was [s]."""
-COURSE = 1.0
-"""A heading is the direction between fixes at least so far before and after [m]."""
 NAME = "car"
 
 
@@ -72,8 +71,8 @@ def import_victoria_park(
 ) -> Recording:
     """Return the data set as a recording of the robot 'car', whose sightings have no names.
 
-    The car begins at the first fix, looking along the first metres of its way, or at the origin, looking along x,
-    without gps.dat. Truth is the middle of the rear axle, where fixes of the antenna are near in time.
+    The car begins at the first fix, or at the origin, looking along x, without gps.dat. Truth is of the middle of the
+    rear axle, where fixes of the antenna are near in time; those that jump away from the others are left out.
 
     Args:
         folder: Where the text files are.
@@ -97,16 +96,20 @@ def import_victoria_park(
     inputs = read_table(folder / "inputs.dat", (TIME, "velocity", "steering"))
     seen = read_table(folder / "measurements.dat", (TIME, "range", "bearing", "diameter"), positive={"range"})
     gps = folder / "gps.dat"
-    truth = car_poses(with_course(read_table(gps, (TIME, "x", "y"))), inputs) if gps.exists() else None
+    twists = twists_of(inputs)
+    found = _fixed(read_table(gps, (TIME, "x", "y")), twists) if gps.exists() else None
+    truth = None if found is None else found.rows
     span = cut(float(inputs[0, 0]), float(inputs[-1, 0]), begin=begin, seconds=seconds, rate_hz=rate_hz)
     log = RobotLog(
-        twists=twists_of(inputs),
+        twists=twists,
         sightings=[sighting_of(row, np.diag(np.square(sighting))) for row in seen],
         truth=truth if truth is not None and len(truth) else None,
         gap=GAP,
     )
     world = _world(folder, _first(truth, span[0]), span, rate_hz=rate_hz, sighting=sighting)
-    metadata = {"log": "victoria park", "log folder": str(folder)}
+    metadata = {"log": "victoria park", "log folder": str(folder), "truth is of": "the middle of the rear axle"}
+    if found is not None:
+        metadata["gps fixes left out that had jumped"] = str(found.jumped)
     return write_robot_logs(
         world,
         {NAME: log},
@@ -150,64 +153,14 @@ def sighting_of(row: Array, covariance: Array) -> Sighting:
     return Sighting(stamp, None, away, math.atan2(y, x), J @ covariance @ J.T)
 
 
-def with_course(fixes: Array) -> Array:
-    """Return fixes with headings: where the car went from a metre before to a metre after.
-
-    A car that stands has the heading in which it came and went on. What goes backwards is not told from what turned.
+def _fixed(fixes: Array, twists: Array) -> CarPoses:
+    """Return where the middle of the rear axle was at fixes of the antenna.
 
     Args:
         fixes: Rows of time [s], x and y [m].
-
-    Returns:
-        Rows of time [s], x, y [m] and heading [rad], without those from whose neighbours the car never went away.
+        twists: Rows of time [s], forward [m/s] and turn [rad/s] of the middle of the rear axle.
     """
-    ends = np.flatnonzero(np.diff(fixes[:, 0]) > GAP) + 1
-    parts = [np.column_stack([part, _courses(part[:, 1:])]) for part in np.split(fixes, ends)]
-    rows = np.concatenate(parts)
-    return np.asarray(rows[np.isfinite(rows[:, 3])])
-
-
-def car_poses(fixes: Array, inputs: Array) -> Array:
-    """Return where the middle of the rear axle was, and how the car was turned, of fixes of its antenna.
-
-    Of a car whose way has the curvature k, a point `ahead` of the axle and `left` of its middle moves towards
-    (1 - k left, k ahead), seen from the car; backwards if the car does.
-
-    Args:
-        fixes: Rows of time [s], x, y [m] and course [rad] of the antenna.
-        inputs: Rows of time [s], velocity of the left rear wheel [m/s] and steering angle [rad].
-
-    Returns:
-        Rows of time [s], x, y [m] and heading [rad].
-    """
-    held = (np.searchsorted(inputs[:, 0], fixes[:, 0], side="right") - 1).clip(0)
-    curvature, (ahead, left) = np.tan(inputs[held, 2]) / WHEELBASE, ANTENNA
-    aside = np.arctan2(curvature * ahead, 1.0 - curvature * left) + np.where(inputs[held, 1] < 0.0, np.pi, 0.0)
-    heading = wrap_angles(fixes[:, 3] - aside)
-    c, s = np.cos(heading), np.sin(heading)
-    x, y = fixes[:, 1] - c * ahead + s * left, fixes[:, 2] - s * ahead - c * left
-    return np.stack([fixes[:, 0], x, y, heading], axis=-1)
-
-
-def _courses(places: Array) -> Array:
-    """Return the heading at each of some places (N, 2) that follow each other closely, NaN where there was no way."""
-    ahead = _away(places)
-    back = len(places) - 1 - _away(places[::-1])[::-1]
-    way = places[ahead] - places[back]
-    # Of a car that stands, the nearest fixes that tell its way may lie on one side only.
-    moved = np.hypot(*way.T) >= COURSE / 2
-    return np.where(moved, np.arctan2(way[:, 1], way[:, 0]), np.nan)
-
-
-def _away(places: Array) -> NDArray[np.intp]:
-    """Return, for each place, the first after it that is `COURSE` away, else the last."""
-    found, last = np.empty(len(places), dtype=np.intp), 0
-    for row, place in enumerate(places):
-        last = max(last, row)
-        while last < len(places) - 1 and np.hypot(*(places[last] - place)) < COURSE:
-            last += 1
-        found[row] = last
-    return found
+    return car_poses(fixes, motions(twists, fixes[:, 0], MOTION), ANTENNA)
 
 
 def _first(truth: Array | None, start: float) -> Pose:

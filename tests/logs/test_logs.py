@@ -1,5 +1,6 @@
 """Logs of real robots become recordings; here they are written from motions that are known exactly."""
 
+import itertools
 import json
 from collections import Counter
 from pathlib import Path
@@ -11,8 +12,8 @@ import mjsim
 from mjsim.algorithms.ekf_slam import EkfSlam
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, wrap_angle, wrap_angles
+from mjsim.logs.antenna import car_poses
 from mjsim.logs.merge import MotionNoise, motions, places_at
-from mjsim.logs.victoria_park import with_course
 from mjsim.report import statistics
 from tests.real_logs import (
     CAR,
@@ -167,17 +168,10 @@ def test_the_car_of_victoria_park_follows_its_wheel_and_its_steering(park):
     speed, steering = CAR
     way = circle(start, speed, speed * np.tan(steering) / 2.83, recording.time)
     known = np.isfinite(track.truth).all(axis=1)
-    # The antenna is 3.8 m from the axle: what its course is off at the ends of a stretch shifts the axle, below.
-    off = np.hypot(*(track.truth[known, :2] - way[known, :2]).T)
-    assert np.median(off) < 0.015
-    assert off.max() < 3.81 * 0.6 * np.tan(steering) / 2.83 * 1.4
+    assert np.hypot(*(track.truth[known, :2] - way[known, :2]).T).max() < 0.01
     assert not known[(recording.time > 8.0) & (recording.time < 11.9)].any()
     assert known[(recording.time < 7.7) | ((recording.time > 12.3) & (recording.time < 19.7))].all()
-    # Courses at the ends of a stretch of fixes look one way only: off by half of what is turned in a metre.
-    turned = wrap_angles(track.truth[known, 2] - way[known, 2])
-    assert np.abs(turned).max() < 0.6 * np.tan(steering) / 2.83 * 1.4
-    assert np.median(np.abs(turned)) < 0.003
-    # The car is taken to begin along its first metres, so its dead reckoning is turned by that error.
+    assert np.abs(wrap_angles(track.truth[known, 2] - way[known, 2])).max() < 0.003
     ends = [poses[-1, :2] - poses[0, :2] for poses in (track.odometry, way)]
     assert np.linalg.norm(ends[0]) == pytest.approx(np.linalg.norm(ends[1]), abs=0.01)
     assert recording.world.robots[0].drive.type == "ackermann"
@@ -205,7 +199,6 @@ def test_a_filter_that_pairs_anonymous_sightings_finds_the_trees(park):
     assert len(track.landmarks.names) == len(TREES)
     figures = statistics(again)["car"]
     assert figures["landmark_error_m"]["count"] == len(TREES)
-    # The frame is turned by the error of the first course, 0.018 rad, which is 0.5 m at 30 m; aligned it is small.
     assert figures["ate_m"]["rmse"] < 0.1
 
 
@@ -219,15 +212,47 @@ def test_without_fixes_there_is_no_truth_and_the_rest_works(park, tmp_path):
     assert statistics(blind)["car"]["position_error_m"] is None
 
 
-def test_courses_are_the_direction_of_the_way_even_while_the_car_stands():
-    times = np.arange(0.0, 20.0, 0.2)
-    x = np.clip(times - 5.0, 0.0, 6.0)
-    rows = with_course(np.column_stack([times, x, 0.5 * x]))
-    assert len(rows) == len(times)
-    np.testing.assert_allclose(rows[:, 3], np.arctan(0.5), atol=1e-12)
-    # Two fixes that are alone between gaps tell no heading.
-    alone = np.array([[0.0, 0.0, 0.0], [0.2, 0.1, 0.0], [9.0, 5.0, 0.0], [9.2, 5.1, 0.0]])
-    assert len(with_course(alone)) == 0
+def drive_with_fixes(jumps=()):
+    """Return the truth, fixes of an antenna, and odometry of a car that stands, goes ahead in a bow, and backs."""
+    times = np.arange(0.0, 60.0, 0.2)
+    speed = np.select([times < 8, times < 30, times < 36], [0.0, 2.0, 0.0], -1.5)
+    twists = np.column_stack([times, speed, 0.08 * speed])
+    steps = motions(twists, times, MotionNoise(distance=0.04, turn=0.0, veer=0.01))
+    poses = list(
+        itertools.accumulate(steps, lambda pose, step: pose @ Pose(step.forward, step.left, step.turn), initial=BEGIN)
+    )
+    fixes = np.array([pose.transform(ANTENNA) for pose in poses]) + np.random.default_rng(1).normal(0, 0.05, (300, 2))
+    fixes[list(jumps)] += (4.0, -3.0)
+    return np.array([pose.as_array() for pose in poses]), np.column_stack([times, fixes]), steps
+
+
+BEGIN, ANTENNA = Pose(3.0, -2.0, 2.0), (3.78, 0.5)
+
+
+def test_fixes_tell_where_a_car_is_and_odometry_how_it_is_turned_even_while_it_stands_or_backs():
+    truth, fixes, steps = drive_with_fixes()
+    found = car_poses(fixes, steps, ANTENNA)
+    assert len(found.rows) == len(fixes)
+    assert np.degrees(np.abs(wrap_angles(found.rows[:, 3] - truth[:, 2]))).max() < 0.5
+    # A fix errs by 0.05 m in each direction.
+    assert np.hypot(*(found.rows[:, 1:3] - truth[:, :2]).T).max() < 0.25
+
+
+def test_fixes_that_jump_are_left_out_and_counted_and_turn_nothing():
+    jumps = range(120, 140)
+    truth, fixes, steps = drive_with_fixes(jumps)
+    found = car_poses(fixes, steps, ANTENNA)
+    assert found.jumped == len(jumps)
+    kept = np.delete(np.arange(len(fixes)), jumps)
+    np.testing.assert_array_equal(found.rows[:, 0], fixes[kept, 0])
+    assert np.degrees(np.abs(wrap_angles(found.rows[:, 3] - truth[kept, 2]))).max() < 0.5
+
+
+def test_fixes_of_a_car_that_never_moves_tell_no_heading():
+    times = np.arange(0.0, 4.0, 0.2)
+    still = motions(np.array([[0.0, 0.0, 0.0]]), times, MotionNoise(distance=0.04, turn=0.0, veer=0.01))
+    found = car_poses(np.column_stack([times, np.ones((20, 2))]), still, ANTENNA)
+    assert (len(found.rows), found.jumped) == (0, 0)
 
 
 @pytest.mark.parametrize(
