@@ -17,6 +17,7 @@ from mjsim.exchange.grid import read_bounded
 from mjsim.exchange.maps import name_of
 from mjsim.exchange.plan_in import read_plan
 from mjsim.exchange.roles import Role, role_of
+from mjsim.geometry import Array
 from mjsim.world import World
 
 MOST_ENTITIES = 20_000
@@ -25,6 +26,10 @@ LINES = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE",
 """Kinds of entities that are lines."""
 FILLED = ("SOLID", "TRACE", "HATCH", "MPOLYGON")
 """Kinds of entities that are filled shapes."""
+FLAT = 1e-9
+"""Lengths below this share of the size of a drawing are none; areas, below this share of its square."""
+FACE = "3DFACE"
+"""Kind of the triangles and quadrangles of bodies in space, of which many make one wall."""
 
 
 def world_from_dxf(
@@ -66,8 +71,8 @@ def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
     try:
         with _quiet("ezdxf"):
             document, audit = recover.readfile(str(path))
-        shown = _layers(document, layers, path)
-        lines, left = _lines(document, shown, walls={name.lower() for name in layers}, path=path)
+        hidden = _hidden_layers(document, layers, path)
+        lines, left = _lines(document, hidden, walls={name.lower() for name in layers}, path=path)
     except (DXFError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise UsageError(f"'{path}' cannot be read as DXF ({error!s:.80}); save it as DXF R2000 or later") from error
     except RecursionError:
@@ -92,29 +97,38 @@ def _quiet(name: str) -> Iterator[None]:
         logger.disabled = before
 
 
-def _layers(document: Any, names: Sequence[str], path: Path) -> set[str]:
-    """Return the names of the layers that are shown, or that the user says hold walls, in lower case."""
+def _hidden_layers(document: Any, names: Sequence[str], path: Path) -> set[str]:
+    """Return the names of the layers that are off or frozen, in lower case.
+
+    Raises:
+        UsageError: A layer that the user says holds walls is not there.
+    """
     there = {layer.dxf.name.lower(): layer.dxf.name for layer in document.layers}
-    there |= {entity.dxf.layer.lower(): entity.dxf.layer for entity in document.modelspace()}
+    # A file may leave layers out of its table; the model space is one of the blocks.
+    there |= {entity.dxf.layer.lower(): entity.dxf.layer for block in document.blocks for entity in block}
     if missing := [name for name in names if name.lower() not in there]:
         raise UsageError(
             f"'{path}' has no layer '{missing[0]:.60}'; layers are {', '.join(sorted(there.values())[:20])}"
         )
-    off = {layer.dxf.name.lower() for layer in document.layers if layer.is_off() or layer.is_frozen()}
-    return set(there) - off
+    return {layer.dxf.name.lower() for layer in document.layers if layer.is_off() or layer.is_frozen()}
 
 
-def _lines(document: Any, shown: set[str], *, walls: set[str], path: Path) -> tuple[list[Line], Counter[str]]:
+def _lines(document: Any, hidden: set[str], *, walls: set[str], path: Path) -> tuple[list[Line], Counter[str]]:
     """Return the lines on layers that are shown, and how many entities of which other kinds are there."""
     found: list[Line] = []
     left: Counter[str] = Counter()
+    faces: dict[_Place, list[Array]] = {}
     corners = 0
     for number, placed in enumerate(_entities(document.modelspace(), _Place())):
         if number >= MOST_ENTITIES or corners > 4 * MOST_CORNERS:
             raise UsageError(f"'{path}' has too many lines to be walls; name their --layer")
-        if placed.layer not in shown:
+        if placed.layer in hidden:
             continue
-        kind, role = placed.entity.dxftype(), _role(placed, walls)
+        kind, role = _kind(placed.entity), _role(placed, walls)
+        if kind == FACE:
+            whole = _Place(None, placed.layer, placed.block, placed.part)
+            faces.setdefault(whole, []).append(np.array([tuple(place)[:2] for place in placed.entity.wcs_vertices()]))
+            continue
         patterned = kind in ("HATCH", "MPOLYGON") and (not placed.entity.dxf.solid_fill or role not in (None, "wall"))
         if (kind not in LINES and kind not in FILLED) or patterned:
             left[kind] += kind != "INSERT"
@@ -123,7 +137,16 @@ def _lines(document: Any, shown: set[str], *, walls: set[str], path: Path) -> tu
         for line in _filled(placed.entity) if kind in FILLED else _of_entity(placed.entity):
             found.append(replace(line, role=role, block=placed.block, part=placed.part, path=number))
             corners += len(line.points)
+    for number, (placed, outlines) in enumerate(faces.items(), start=MOST_ENTITIES):
+        for line in _from_above(outlines):
+            found.append(replace(line, role=_role(placed, walls), block=placed.block, part=placed.part, path=number))
     return found, +left
+
+
+def _kind(entity: Any) -> str:
+    """Return the kind of an entity; a polyline that is a mesh is one of its own."""
+    kind = str(entity.dxftype())
+    return "MESH" if kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline) else kind
 
 
 def _is_external(insert: Any) -> bool:
@@ -132,7 +155,7 @@ def _is_external(insert: Any) -> bool:
     return block is None or bool(block.block.is_xref or block.block.is_xref_overlay)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class _Place:
     """An entity, or where those of a block are placed."""
 
@@ -182,6 +205,28 @@ def _filled(entity: Any) -> Iterator[Line]:
     places = [(place.x, place.y) for place in entity.wcs_vertices()]
     points = np.array([here for here, before in zip(places, [None, *places], strict=False) if here != before])
     yield Line(points, closed=True, dark=1.0)
+
+
+def _from_above(faces: Sequence[Array]) -> Iterator[Line]:
+    """Yield what faces of bodies show from above: outlines of all together, lines where they all stand upright.
+
+    Args:
+        faces: Corners of each, shape (n, 2), in the units of the drawing.
+    """
+    import shapely
+
+    size = float(np.ptp(np.concatenate(faces), axis=0).max())
+    level = [shape for corners in faces if (shape := shapely.Polygon(corners)).area > FLAT * size**2]
+    if not level:
+        edges = [shapely.LineString(corners) for corners in faces]
+        yield from (
+            Line(shapely.get_coordinates(part)[:, :2], False) for part in shapely.get_parts(shapely.union_all(edges))
+        )
+        return
+    together = shapely.union_all([shapely.make_valid(shape) for shape in level], grid_size=FLAT * size)
+    for part in shapely.get_parts(together):
+        for ring in (part.exterior, *part.interiors) if isinstance(part, shapely.Polygon) else ():
+            yield Line(shapely.get_coordinates(ring)[:-1], closed=True, dark=1.0)
 
 
 def _of_entity(entity: Any) -> Iterator[Line]:

@@ -157,7 +157,9 @@ def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) ->
     seen = _bars_of_walls(singles)
     panes = _joined_pieces(pieces, lines)
     bars, holes = doors_and_windows(bars, panes, all_arcs, doors, windows)
-    _, more = doors_and_windows(seen, panes, all_arcs, doors, windows) if seen else ([], [])
+    whole, more = doors_and_windows(seen, panes, all_arcs, doors, windows) if seen else ([], [])
+    if len(whole) < len(seen):  # Doors in gaps between them join them.
+        singles = _by_bars(whole, thickness)
     more += painted_over(solid_bars, lines.patches, pens.filled, filled=True)
     more += painted_over([bar for bar in [*bars, *seen] if bar not in solid_bars], lines.patches, lines.walls)
     walls = [*_by_bars(bars, thickness), *walls_of(curves, bars, thickness), *singles]

@@ -172,6 +172,60 @@ def test_what_is_left_out_is_counted(tmp_path):
     assert "left out: 1 HATCH, 1 TEXT, 1 external references" in plan.notes
 
 
+def test_a_plan_in_a_block_shows_on_layers_that_no_table_has(tmp_path):
+    def draw(document, space, place):
+        whole()(document, document.blocks.new("PLAN"), place)
+        document.blocks.new("OUTER").add_blockref("PLAN", (0, 0), dxfattribs={"layer": "PLACED"})
+        space.add_blockref("OUTER", (0, 0))
+
+    assert_is_the_flat(plan_of(dxf(tmp_path / "flat.dxf", draw), Reading())[0])
+
+
+def test_triangles_of_a_body_in_space_are_its_walls_from_above(tmp_path):
+    def draw(document, space, place):
+        for triangle in shapely.constrained_delaunay_triangles(walls()).geoms:
+            corners = [place(corner) for corner in shapely.get_coordinates(triangle)[[0, 1, 2, 2]]]
+            space.add_3dface([(x, y, 2700.0) for x, y in corners], dxfattribs={"layer": "WALLS"})
+        leaves(space, place)
+        panes(space, place)
+
+    assert_is_the_flat(plan_of(dxf(tmp_path / "flat.dxf", draw), Reading())[0])
+
+
+def test_upright_faces_of_a_body_in_space_are_the_faces_of_walls(tmp_path):
+    def draw(document, space, place):
+        for ring in outlines():
+            for start, end in zip(ring, np.roll(ring, -1, axis=0), strict=True):
+                upright = [(*place(point), z) for point, z in ((start, 0), (end, 0), (end, 2700), (start, 2700))]
+                space.add_3dface(upright, dxfattribs={"layer": "WALLS"})
+        leaves(space, place)
+        panes(space, place)
+
+    assert_is_the_flat(plan_of(dxf(tmp_path / "flat.dxf", draw), Reading())[0])
+
+
+def test_meshes_among_polylines_are_left_out(tmp_path):
+    def draw(document, space, place):
+        whole()(document, space, place)
+        space.add_polymesh((3, 3))
+
+    plan, _ = plan_of(dxf(tmp_path / "flat.dxf", draw), Reading())
+    assert_is_the_flat(plan)
+    assert "left out: 1 MESH" in plan.notes
+
+
+def test_a_door_in_the_gap_of_a_wall_of_one_line_is_an_opening(tmp_path):
+    def draw(document, space, place):
+        for ends in ([(3, 0), (0, 0), (0, 4), (6, 4), (6, 0), (4, 0)], [(3, 4), (3, 2)], [(3, 1), (3, 0)]):
+            space.add_lwpolyline([place(point) for point in ends], dxfattribs={"layer": "WALLS"})
+        for hinge, begin in (((3, 0), 0), ((3, 2), 180)):
+            space.add_arc(place(hinge), 1000.0, begin, begin + 90, dxfattribs={"layer": "DOORS"})
+
+    plan, _ = plan_of(dxf(tmp_path / "flat.dxf", draw), Reading())
+    assert counted(plan) == (2, 0)
+    assert sum(math.dist(*segment) for wall in plan.world.walls for segment in wall.segments()) == pytest.approx(24)
+
+
 def test_an_absurd_unit_is_refused_with_the_likely_scale(tmp_path):
     path = dxf(tmp_path / "flat.dxf", whole(), units=6, metre=1000.0)
     with pytest.raises(UsageError, match=r"give another --scale, 0.001 for millimetres$"):
