@@ -17,5 +17,7 @@ from .retake import Retake as Retake
 from .sensors import OnboardCamera as OnboardCamera
 from .shares import slip_shares as slip_shares
 from .simulation import Simulation as Simulation
+from .solid import moving_bodies as moving_bodies
+from .still import StillScene as StillScene
 from .streams import stream as stream
 from .streams import streams_of as streams_of

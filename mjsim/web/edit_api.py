@@ -23,6 +23,7 @@ from mjsim.web.pictures import MOST_BYTES, bring_picture, small_picture
 from mjsim.web.poses import PoseAsk, pose_json
 from mjsim.web.preview import Preview, PreviewRequest
 from mjsim.web.requests import Drivers, with_drivers
+from mjsim.web.scene_3d import Scene3dShelf
 from mjsim.web.trust import Trust
 from mjsim.web.watch import Signs, signs_of
 from mjsim.world import Change, UnwritableError, World, edited, panel_schema, parse_world
@@ -99,7 +100,7 @@ class EditApi:
             saved: Called when a file was written.
         """
         self._folder, self._trust, self._world, self._saved = folder, trust, world, saved
-        self._preview = Preview()
+        self._preview, self._solids = Preview(), Scene3dShelf()
         self._seen: tuple[tuple[str, str], World, Signs] | None = None
         self.routes: Sequence[BaseRoute] = [
             Route("/api/folder", asked(self._list), methods=["GET"]),
@@ -113,6 +114,7 @@ class EditApi:
             Route("/api/trust", posted(TrustAsk, self._allow), methods=["POST"]),
             Route("/api/preview", posted(PreviewAsk, self._see), methods=["POST"]),
             Route("/api/pose", posted(PoseAsk, self._pose), methods=["POST"]),
+            Route("/api/scene", posted(TextAsk, self._scene), methods=["POST"]),
             Route("/api/upload", self._upload, methods=["POST"]),
             Route("/api/picture", asked(self._picture), methods=["GET"]),
         ]
@@ -180,6 +182,12 @@ class EditApi:
 
     def _pose(self, ask: PoseAsk) -> Json:
         return pose_json(self._seen_world(ask.path, ask.text)[0], ask)
+
+    def _scene(self, ask: TextAsk) -> Response:
+        """Return the answer that gives what a text looks like in 3-D."""
+        world, _ = self._seen_world(ask.path, ask.text)
+        self._trust.check(world)
+        return self._solids.of(world).surfaces()
 
     def _seen_world(self, path: str, text: str) -> tuple[World, Signs]:
         """Return the world of a text and the signs of its files; while something is dragged both stay the same."""

@@ -55,6 +55,8 @@ class ReviewApi:
             Route("/api/recording", asked(self._whole), methods=["GET"]),
             Route("/api/recording/tick", asked(self._tick), methods=["GET"]),
             Route("/api/recording/picture", asked(self._picture), methods=["GET"]),
+            Route("/api/recording/scene", asked(self._scene_in_3d), methods=["GET"]),
+            Route("/api/recording/poses", asked(self._poses), methods=["GET"]),
             Route("/api/recording/statistics", asked(self._statistics), methods=["GET"]),
             Route("/api/recording/video", posted(FilmAsk, self._film), methods=["POST"]),
             Route("/api/recording/upload", self._upload, methods=["POST"]),
@@ -87,6 +89,14 @@ class ReviewApi:
             )
         data = opened.picture(_number(request, "time"), request.query_params.get("view", "overview"), orbit=orbit)
         return Response(data, media_type="image/jpeg", headers=HEADERS)
+
+    def _scene_in_3d(self, request: Request) -> Response:
+        """Return the answer that gives what the world of a recording looks like."""
+        return self._opened(request)[1].solids().surfaces()
+
+    def _poses(self, request: Request) -> Response:
+        """Return the answer that gives where the bodies of a recording are at a time."""
+        return self._opened(request)[1].poses(_number(request, "time"))
 
     def _statistics(self, request: Request) -> dict[str, Any]:
         _, opened = self._opened(request)

@@ -5,7 +5,9 @@ import contextlib
 import math
 from collections.abc import Mapping, Sequence
 
-from starlette.routing import BaseRoute, WebSocketRoute
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from mjsim.errors import MjsimError, UsageError, WorldError, did_you_mean
@@ -14,7 +16,7 @@ from mjsim.modules import missing_modules
 from mjsim.output import NewFile
 from mjsim.record import is_mcap, reserve_next
 from mjsim.session import Session
-from mjsim.web.answers import RefusedError
+from mjsim.web.answers import RefusedError, asked
 from mjsim.web.files import source_of
 from mjsim.web.folder import Folder
 from mjsim.web.requests import (
@@ -31,6 +33,7 @@ from mjsim.web.requests import (
     read_request,
     with_drivers,
 )
+from mjsim.web.scene_3d import Scene3d, Scene3dShelf
 from mjsim.web.stage import Scene, Stage
 from mjsim.web.trust import Code, Trust
 from mjsim.web.viewer import Viewer
@@ -52,11 +55,29 @@ class RunApi:
         self.stage = Stage(scene)
         self._starting = asyncio.Lock()
         self._code: Mapping[str, Code] | None = None
-        self.routes: Sequence[BaseRoute] = [WebSocketRoute("/api/run", self._serve)]
+        self._shelf = Scene3dShelf()
+        self.routes: Sequence[BaseRoute] = [
+            WebSocketRoute("/api/run", self._serve),
+            Route("/api/run/scene", asked(lambda _: self._solids().surfaces()), methods=["GET"]),
+            Route("/api/run/poses", asked(self._poses), methods=["GET"]),
+        ]
 
     def close(self) -> None:
         """End the run, tell who watches, and let them go; from another thread than the server's."""
         self.stage.close()
+
+    def _solids(self) -> Scene3d:
+        """Return what the world of the run looks like in 3-D."""
+        if self.stage.world is None:
+            raise RefusedError(409, "no run has begun; start one")
+        return self._shelf.of(self.stage.world)
+
+    def _poses(self, _: Request) -> Response:
+        """Return the answer that gives where the bodies of the run are at its newest tick."""
+        solids, tick = self._solids(), self.stage.feed.newest
+        if tick is None:
+            raise RefusedError(409, "the run has not begun; wait for its first tick")
+        return solids.poses(tick.time, tick.qpos, tick.looks)
 
     async def _serve(self, socket: WebSocket) -> None:
         """Serve a browser until it disconnects."""

@@ -5,10 +5,13 @@ from collections import OrderedDict
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from starlette.responses import Response
+
 from mjsim.record import Recording, read_recording
 from mjsim.sim import Onlooker, Orbit
 from mjsim.web.answers import RefusedError
 from mjsim.web.reviewing import row_at
+from mjsim.web.scene_3d import Scene3d, Scene3dShelf
 from mjsim.web.shots import depth_shown, jpeg, segmentation_shown
 
 OPEN = 3
@@ -23,7 +26,7 @@ class Opened:
     def __init__(self, recording: Recording) -> None:
         """Get ready; nothing is compiled before the first picture."""
         self.recording = recording
-        self._onlooker = Onlooker(recording.world)
+        self._onlooker, self._solids = Onlooker(recording.world), Scene3dShelf()
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="mjsim-review")
 
     def picture(self, time: float, view: str, *, orbit: Orbit | None = None) -> bytes:
@@ -38,14 +41,35 @@ class Opened:
             RefusedError: The recording has no states, as those of real robots.
             UsageError: There is no such view.
         """
-        if not self.recording.qpos.shape[1]:
-            raise RefusedError(409, "this recording holds no states to draw; it is of a real robot")
+        self._require_states()
         return self._thread.submit(self._draw, time, view, orbit=orbit).result()
+
+    def solids(self) -> Scene3d:
+        """Return what its world looks like in 3-D.
+
+        Raises:
+            RefusedError: The recording has no states, as those of real robots.
+        """
+        self._require_states()
+        return self._solids.of(self.recording.world)
+
+    def poses(self, time: float) -> Response:
+        """Return the answer that gives where the bodies of its world are at the newest tick of a time [s].
+
+        Raises:
+            RefusedError: The recording has no states, as those of real robots.
+        """
+        row = row_at(self.recording, time)
+        return self.solids().poses(float(self.recording.time[row]), self.recording.qpos[row], self.recording.looks(row))
 
     def close(self) -> None:
         """Give back what drew it."""
         self._thread.submit(self._onlooker.close)
         self._thread.shutdown()
+
+    def _require_states(self) -> None:
+        if not self.recording.qpos.shape[1]:
+            raise RefusedError(409, "this recording holds no states to draw; it is of a real robot")
 
     def _draw(self, time: float, view: str, *, orbit: Orbit | None) -> bytes:
         recording, row = self.recording, row_at(self.recording, time)

@@ -1,4 +1,4 @@
-"""Make the pictures of the studio for the README: docs/images/studio-edit.png, studio-run.png, studio-review.png.
+"""Make the pictures of the studio: docs/images/studio-edit.png, studio-3d.png, studio-run.png and studio-review.png.
 
 Drives the real page over the gallery in chromium: opens it, runs a quarter of its way while it is recorded, and marks a
 part of the recording.
@@ -32,13 +32,14 @@ PATIENCE = 900_000
 
 
 def main() -> None:
-    """Make all three."""
+    """Make all four."""
     expect.set_options(timeout=PATIENCE)
     with tempfile.TemporaryDirectory() as folder, chromium() as browser:
         Path(folder, "gallery.yaml").write_text(GALLERY.read_text())
         with Studio(folder, world="gallery.yaml") as studio:
             page = window(browser, studio.url, "light")
             edit(page)
+            solids(page)
             run(page)
             review(window(browser, studio.url, "dark"))
 
@@ -70,6 +71,15 @@ def edit(page: Page) -> None:
     # The whale hangs across a corner of the east room.
     page.mouse.click(box["x"] + left + 12.593 * scale, box["y"] + top - 4.923 * scale)
     keep(page, "studio-edit")
+
+
+def solids(page: Page) -> None:
+    """Show the same picture beside the plan in 3-D."""
+    press = page.locator("#view-edit").get_by_title("View in 3-D")
+    press.click()
+    page.locator("#view-edit .scene[data-filled]").wait_for()
+    keep(page, "studio-3d")
+    press.click()
 
 
 def run(page: Page) -> None:

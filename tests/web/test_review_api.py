@@ -16,6 +16,7 @@ from mjsim.web.folder import Folder
 from mjsim.web.review_api import ReviewApi
 from mjsim.web.server import Server
 from tests.record_ticks import hand_made_ticks, record
+from tests.solids import names_of
 
 pytestmark = pytest.mark.slow
 ROOM = """
@@ -229,3 +230,16 @@ def test_a_state_that_is_not_of_the_world_cannot_be_drawn_but_all_else_is_told(f
         400,
         {"error": "a state of 14 numbers cannot be drawn; this world has 18"},
     )
+
+
+def test_bodies_stand_in_3d_where_they_were(page, recording):
+    names = names_of(get(page, "/scene").content)
+    for row in (0, 40):
+        data = get(page, "/poses", time=0.04 * row).content
+        assert np.frombuffer(data[:8], "<f8") == pytest.approx(0.04 * row)
+        poses = dict(zip(names, np.frombuffer(data[8:], "<f4").reshape(-1, 7), strict=True))
+        x, y, heading = recording.robots["scout"].truth[row]
+        robot = poses["scout/base"]
+        np.testing.assert_allclose(robot[:2], [x, y], atol=1e-5)
+        assert 2.0 * math.atan2(robot[5], robot[6]) == pytest.approx(heading, abs=1e-3)
+        np.testing.assert_array_equal(poses["world"], [0, 0, 0, 0, 0, 0, 1])

@@ -10,10 +10,11 @@ import mjsim.web
 
 WEB = Path(mjsim.web.__file__).parent
 PAGE, STATIC = WEB / "page", WEB / "static"
+PACKED = {"index.html", "studio.js", "scene.js", "studio.css", "LICENSES.txt"}
 BESIDE = ("build.mjs", "index.html", "package.json", "package-lock.json", "tsconfig.json")
 
 
-@pytest.mark.parametrize("name", ["studio.js", "studio.css"])
+@pytest.mark.parametrize("name", ["studio.js", "scene.js", "studio.css"])
 def test_the_bundle_was_made_from_the_sources_beside_it(name):
     sources = {path.relative_to(PAGE).as_posix(): path for path in (PAGE / "src").rglob("*") if path.is_file()}
     digest = hashlib.sha256()
@@ -29,11 +30,18 @@ def test_the_page_is_the_one_beside_the_sources():
 
 
 def test_the_bundle_is_small_and_loads_nothing_from_elsewhere():
-    program = (STATIC / "studio.js").read_text(encoding="utf-8")
     style = (STATIC / "studio.css").read_text(encoding="utf-8")
-    assert len(program) < 1_000_000
+    programs = [(STATIC / name).read_text(encoding="utf-8") for name in ("studio.js", "scene.js")]
+    assert all(len(program) < 1_000_000 for program in programs)
     assert not re.search(r"(@import|url\()\s*['\"]?(https?:)?//", style)
-    assert not re.search(r"(fetch|import|Worker|WebSocket)\(\s*['\"](https?:)?//", program)
+    for program in programs:
+        assert not re.search(r"(fetch|import|Worker|WebSocket)\(\s*['\"](https?:)?//", program)
+
+
+def test_the_page_begins_without_what_draws_in_3d():
+    program, scene = ((STATIC / name).read_text(encoding="utf-8") for name in ("studio.js", "scene.js"))
+    assert "WebGLRenderer" in scene
+    assert "WebGLRenderer" not in program
 
 
 def test_the_licences_of_what_is_bundled_go_along():
@@ -46,7 +54,7 @@ def test_the_licences_of_what_is_bundled_go_along():
 def test_a_package_has_the_bundle_and_not_its_sources():
     settings = tomllib.loads((WEB.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
     assert settings["exclude-package-data"]["mjsim.web"] == ["page/**"]
-    assert {path.name for path in STATIC.iterdir()} == {"index.html", "studio.js", "studio.css", "LICENSES.txt"}
+    assert {path.name for path in STATIC.iterdir()} == PACKED
 
 
 def test_the_libraries_of_the_page_stand_at_exact_versions_and_name_no_registry():

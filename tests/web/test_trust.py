@@ -200,13 +200,14 @@ def test_modules_that_are_chosen_for_a_run_are_asked_for_like_those_of_its_world
     assert ran(studio.folder) == "one"
 
 
-def test_a_drive_is_code_too_and_a_preview_asks_for_it(studio):
+def test_a_drive_is_code_too_and_previews_ask_for_it(studio):
     (studio.folder / "rover.xml").write_text(ROVER)
     (studio.folder / "tank.py").write_text(EVIL + TANK)
     text = ROOM.replace("drive:", "sensors: [{camera: front, width: 32, height: 24}], drive:")
     shown = asks(studio, "/api/preview", text, robot="rover", camera="front", at=[0, 0])
     assert shown.status_code == 403
     assert list(shown.json()["needs_trust"]) == ["tank.py"]
+    assert asks(studio, "/api/scene", text).json() == shown.json()
     assert ran(studio.folder) is None
     allow(studio, text)
     assert asks(studio, "/api/preview", text, robot="rover", camera="front", at=[0, 0]).status_code == 200

@@ -31,12 +31,13 @@ function licences(inputs) {
     const { version } = JSON.parse(readFileSync(join(folder, "package.json"), "utf8"));
     return `${name} ${version}\n\n${readFileSync(join(folder, file), "utf8").trim()}\n`;
   });
-  return `studio.js and studio.css contain these packages.\n\n${texts.join("\n----\n\n")}`;
+  return `studio.js, scene.js and studio.css contain these packages.\n\n${texts.join("\n----\n\n")}`;
 }
 
 const first = `/* sources ${sourceHash()} */`;
 const { metafile } = await build({
-  entryPoints: { studio: join(here, "src", "main.ts") },
+  // The view in 3-D is fetched when it is first opened.
+  entryPoints: { studio: join(here, "src", "main.ts"), scene: join(here, "src", "scene", "scene.ts") },
   outdir: target,
   bundle: true,
   minify: true,

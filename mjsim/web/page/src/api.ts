@@ -205,6 +205,11 @@ export async function postJson<T>(address: string, body: unknown): Promise<T> {
   return (await (await post(address, body)).json()) as T;
 }
 
+/** Ask the server for bytes. Raises ApiError. */
+export async function getBytes(address: string): Promise<ArrayBuffer> {
+  return (await answer(address, {})).arrayBuffer();
+}
+
 /** Send JSON and get back the bytes of a picture. Raises ApiError. */
 export async function postForBlob(address: string, body: unknown): Promise<Blob> {
   return (await post(address, body)).blob();
@@ -229,6 +234,7 @@ export const api = {
   trust: (path: string, text: string, code: Code, drivers: Record<string, Values>) =>
     postJson<Values>("/api/trust", { path, text, code, drivers }),
   pose: async (ask: PoseAsk): Promise<Pose> => ({ ...(await postJson<Omit<Pose, "look">>("/api/pose", ask)), look: ask.look }),
+  scene: async (path: string, text: string) => (await postForBlob("/api/scene", { path, text })).arrayBuffer(),
   preview: (ask: PreviewAsk) => postForBlob("/api/preview", ask),
   /** How often pictures have changed on disk; browsers keep those of an address. */
   version: 0,

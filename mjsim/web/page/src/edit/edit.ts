@@ -9,6 +9,8 @@ import { uploadPicture } from "../panel/pictures";
 import { PosturePane } from "../panel/posture";
 import { SchemaBook } from "../panel/schema";
 import { Plan } from "../plan/plan";
+import { remembered, toggle } from "../run/controls";
+import { Door } from "../scene/door";
 import { ICONS } from "../shell/icons";
 import type { Studio, View } from "../shell/view";
 import { TextPane } from "../text/text";
@@ -60,6 +62,10 @@ class EditView {
   private readonly tools: Tools;
   private readonly text: TextPane;
   private readonly panel: Panel;
+  private readonly solids = new Door(
+    () => this.studio.api.scene(this.studio.document.path ?? "", this.studio.document.text),
+    () => this.studio.askTrust(),
+  );
   private readonly problems = el("div", { class: "problems" });
   private readonly firstWord = el("p", {}, "An empty floor.");
   private readonly firstSteps = el(
@@ -105,6 +111,7 @@ class EditView {
   shown(): void {
     const { document } = this.studio;
     if (document.isOpen) this.plan.setItems(document.items, document.parsed.bounds);
+    this.showSolids();
     this.text.view.requestMeasure();
   }
 
@@ -138,9 +145,32 @@ class EditView {
     const said = el("p", { class: "sr", role: "status", "aria-live": "polite" });
     this.editor.said.on((text) => (said.textContent = text));
     const stage = el("div", { class: "stage" }, this.tools.strip, this.host, zoom, show, said);
-    stage.append(this.firstSteps, this.stale);
+    stage.append(this.firstSteps, this.stale, this.solids.element);
+    this.tools.strip.append(this.solidsSwitch(stage));
     const split = splitter(this.element);
     fill(this.element, this.tools.bar, stage, split, this.dock, this.panel.element, emptyState(this.studio));
+  }
+
+  /** Opens and shuts the view in 3-D beside the plan. */
+  private solidsSwitch(stage: HTMLElement): HTMLElement {
+    const open = (on: boolean): void => {
+      stage.classList.toggle("with-scene", on);
+      this.showSolids();
+      this.solids.set(on, this.studio.document.text);
+    };
+    const was = remembered("edit.scene") === "yes";
+    const press = toggle({ class: "quiet", title: "View in 3-D" }, was, (on) => {
+      remembered("edit.scene", on ? "yes" : "no");
+      open(on);
+    }, "3-D");
+    if (was) open(true);
+    return press;
+  }
+
+  private showSolids(): void {
+    const { items, selectedItems, isOpen, text } = this.studio.document;
+    this.solids.show(items, selectedItems);
+    if (isOpen) this.solids.want(text);
   }
 
   private zoomButton(name: keyof typeof ICONS, title: string, onclick: () => void): HTMLElement {
@@ -153,6 +183,9 @@ class EditView {
     this.element.addEventListener("keydown", (event) => this.region(event));
     document.parsedChanged.on(() => this.showProblems());
     document.parsedChanged.on(() => this.showFirstSteps());
+    document.parsedChanged.on(() => this.showSolids());
+    document.selectionChanged.on(() => this.showSolids());
+    this.solids.chosen.on((item) => this.editor.select(item ? [item] : []));
     this.tools.changed.on(() => this.showFirstSteps());
     this.host.addEventListener("dragover", (event) => event.preventDefault());
     this.host.addEventListener("drop", (event) => void this.drop(event));

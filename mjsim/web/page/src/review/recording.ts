@@ -1,6 +1,6 @@
 /** What the server knows of a recording. */
 
-import { getJson, postJson, type Bounds, type Item } from "../api";
+import { getBytes, getJson, postJson, type Bounds, type Item } from "../api";
 import type { EventNews, Outside, RobotFacts, TickNews, TrackHistory } from "../run/protocol";
 
 export interface Recording {
@@ -49,6 +49,8 @@ export const recordings = {
     postJson<{ job: string }>("/api/recording/video", { path, from, to, view }),
   job: (id: string) => getJson<Job>(query("/api/job", { id })),
   file: (path: string) => query("/api/file", { path }),
+  scene: (path: string) => getBytes(query("/api/recording/scene", { path })),
+  poses: (path: string, time: number) => getBytes(query("/api/recording/poses", { path, time })),
   picture: (path: string, time: number, view: string, outside?: Outside) => {
     const from = outside && {
       azimuth_deg: outside.azimuth_deg,

@@ -16,6 +16,7 @@ import { Tabs } from "../run/tabs";
 import { Stage } from "../run/tile";
 import { Film } from "./film";
 import { Library } from "./library";
+import { SolidsTile } from "../scene/tile";
 import { Pictures } from "./pictures";
 import { Player } from "./player";
 import { recordings, type Recording } from "./recording";
@@ -40,6 +41,11 @@ export class ReviewView implements View {
   private readonly floor = new Floor(this.record);
   private readonly stage = new Stage();
   private readonly pictures = new Pictures(() => this.arrange());
+  private readonly solids = new SolidsTile(
+    "review.scene",
+    () => recordings.scene(this.recording?.path ?? ""),
+    () => this.arrange(),
+  );
   private readonly scrub = new Scrub((time) => this.player.seek(time));
   private readonly film = new Film();
   private readonly events = new EventList("Nothing happened in this recording.", (time) => this.player.seek(time));
@@ -224,6 +230,8 @@ export class ReviewView implements View {
     this.scrub.load(recording.seconds, recording.dt, recording.events);
     this.film.load(recording);
     this.pictures.load(recording);
+    this.solids.want(recording);
+    this.solids.door.show(recording.scene.items, []);
     this.arrange();
     this.floor.scene(recording.scene.items, recording.scene.bounds);
     fill(this.robot, ...recording.robots.map(({ name }) => el("option", { value: name }, name)));
@@ -237,7 +245,7 @@ export class ReviewView implements View {
   }
 
   private arrange(): void {
-    if (this.recording) this.stage.show([this.floor.tile, ...this.pictures.tiles()]);
+    if (this.recording) this.stage.show([this.floor.tile, ...this.solids.tiles(), ...this.pictures.tiles()]);
   }
 
   private choose(robot: string): void {
@@ -266,6 +274,7 @@ export class ReviewView implements View {
     this.showFloor(recording, time);
     this.askTick(time);
     this.pictures.show(time);
+    this.solids.door.poses(() => recordings.poses(this.recording?.path ?? "", time));
   }
 
   /** Draw robots where the tracks have them, with what the last tick that came had seen. */

@@ -1,8 +1,9 @@
 /** All that is seen of a run, and what is done to it. */
 
-import { getJson, type Modules } from "../api";
+import { getBytes, getJson, type Modules } from "../api";
 import { el, fill } from "../dom";
 import { KINDS, Sheet, type Kind } from "../charts/sheet";
+import { SolidsTile } from "../scene/tile";
 import type { Studio, View } from "../shell/view";
 import { Advice } from "./advice";
 import { ArmPanel } from "./arms";
@@ -46,6 +47,11 @@ export class RunView implements View {
   private readonly pad = new Pad(this.wheel);
   private readonly cameras = new Cameras(
     (request) => void this.link?.send(request),
+    () => this.arrange(),
+  );
+  private readonly solids = new SolidsTile(
+    "run.scene",
+    () => getBytes("/api/run/scene"),
     () => this.arrange(),
   );
   private readonly banner = el("p", { class: "run-banner", role: "alert", hidden: true });
@@ -136,6 +142,8 @@ export class RunView implements View {
       chips.append(toggle({ class: "quiet run-small" }, now.has(kind), (on) => this.chooseChart(now, kind, on), label));
     }
     this.floor.host.append(this.pad.element);
+    this.cameras.switches.append(this.solids.switch);
+    this.solids.door.chosen.on((item) => item?.kind === "robot" && this.chooseRobot(item.name ?? ""));
     this.bar.element.prepend(this.sideSwitch(side));
     const dock = el(
       "div",
@@ -175,7 +183,7 @@ export class RunView implements View {
   private arrange(): void {
     const pictures = this.cameras.tiles();
     this.noPictures.hidden = pictures.length > 0;
-    this.stage.show([this.floor.tile, ...pictures]);
+    this.stage.show([this.floor.tile, ...this.solids.tiles(), ...pictures]);
   }
 
   private chooseChart(now: Set<Kind>, kind: Kind, on: boolean): void {
@@ -224,6 +232,8 @@ export class RunView implements View {
     else if (news.kind === "scene") {
       this.floor.scene(news.items, news.bounds);
       this.cameras.scene(news.bounds);
+      this.solids.want(news);
+      this.solids.door.show(news.items, []);
     } else {
       this.record.fill(news.robots);
       this.events.fill(news.events);
@@ -270,6 +280,7 @@ export class RunView implements View {
     if (this.newest && news.time < this.newest.time) this.forget();
     this.newest = news;
     this.record.add(news);
+    if (this.visible) this.solids.door.poses(() => getBytes("/api/run/poses"));
     this.soon();
   }
 
@@ -369,7 +380,7 @@ export class RunView implements View {
 
   private chooseRobot(name: string): void {
     this.wheel.releaseAll();
-    this.chosen = name;
+    this.chosen = this.robot.value = name;
     const robot = this.run?.robots.find((each) => each.name === name);
     this.pad.canStrafe(robot?.can_strafe ?? false);
     this.floor.run(this.run?.robots ?? [], name);

@@ -1,0 +1,104 @@
+/** The way to the view in 3-D: its program is fetched when it is first opened. */
+
+import { ApiError } from "../api";
+import { newestWins, Signal } from "../signal";
+import { el } from "../dom";
+import { themeChanged } from "../shell/theme";
+import type { Item } from "../api";
+import type { SceneView } from "./scene";
+import "./scene.css";
+
+const PROGRAM = "/scene.js";
+
+/** A view in 3-D that is there once it is opened, and asks for what it shows only while it is seen. */
+export class Door {
+  readonly element = el("div", { class: "scene-door", "data-view": "scene" });
+  readonly chosen = new Signal<Item | null>();
+  private view: SceneView | null = null;
+  private open = false;
+  private loaded: unknown = null;
+  private order: (() => Promise<ArrayBuffer>) | null = null;
+  private shown: [Item[], Item[]] = [[], []];
+  private readonly wanted: (key: unknown) => void;
+  private readonly moved: (order: () => Promise<ArrayBuffer>) => void;
+
+  constructor(
+    /** Gives the scene as glTF. */
+    private readonly scene: () => Promise<ArrayBuffer>,
+    /** Lets the person allow the world's own code; true: it may run. */
+    private readonly allow: () => Promise<boolean> = () => Promise.resolve(false),
+  ) {
+    // The program that is fetched later has no part in the page's own signals.
+    themeChanged.on(() => this.view?.recolor());
+    this.wanted = newestWins((key: unknown) => this.load(key));
+    this.moved = newestWins((order: () => Promise<ArrayBuffer>) => this.move(order));
+  }
+
+  get isOpen(): boolean {
+    return this.open;
+  }
+
+  /** Open or shut it; `key` tells one scene from another. */
+  set(open: boolean, key: unknown): void {
+    this.open = open;
+    if (key !== null) this.want(key);
+  }
+
+  /** The scene of this key is to be seen; it is asked for unless it is there. */
+  want(key: unknown): void {
+    if (!this.open) return;
+    if (this.loaded === key && this.view) this.view.shown();
+    else {
+      this.order = null;
+      this.wanted(key);
+    }
+  }
+
+  /** What can be picked, and what of it is selected. */
+  show(items: Item[], selected: Item[]): void {
+    this.shown = [items, selected];
+    this.view?.show(items, selected);
+  }
+
+  /** Ask where things are now, when there is time for it. */
+  poses(order: () => Promise<ArrayBuffer>): void {
+    this.order = order;
+    if (this.open && this.view && this.loaded !== null) this.moved(order);
+  }
+
+  private async load(key: unknown): Promise<void> {
+    if (!this.open || this.loaded === key) return;
+    try {
+      const view = await this.made();
+      await view.load(await this.scene());
+      this.loaded = key;
+      if (this.order) this.moved(this.order);
+      this.element.dataset["scene"] = "there";
+    } catch (error) {
+      if (!(error instanceof Error)) throw error;
+      this.view?.say(error.message);
+      if (!this.view) this.element.textContent = error.message;
+      const asks = error instanceof ApiError && error.data["needs_trust"] !== undefined;
+      if (asks && (await this.allow())) this.wanted(key);
+    }
+  }
+
+  private async move(order: () => Promise<ArrayBuffer>): Promise<void> {
+    try {
+      this.view?.pose(await order());
+    } catch (error) {
+      // The next news ask again.
+      if (!(error instanceof ApiError)) throw error;
+    }
+  }
+
+  private async made(): Promise<SceneView> {
+    if (this.view) return this.view;
+    const program = (await import(PROGRAM)) as typeof import("./scene");
+    const view = new program.SceneView();
+    view.chosen.on((item) => this.chosen.emit(item));
+    view.show(...this.shown);
+    this.element.replaceChildren(view.element);
+    return (this.view = view);
+  }
+}

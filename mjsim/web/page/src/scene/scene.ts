@@ -1,0 +1,195 @@
+/** The view in 3-D of Edit, Run and Review: the scene, what is done with the mouse, and a bar with its switches. */
+
+import { Box3, Group, Line, LineBasicMaterial, Vector3, type Intersection, type Mesh } from "three";
+import type { Item } from "../api";
+import { el, fill } from "../dom";
+import { color } from "../shell/theme";
+import { Signal } from "../signal";
+import { itemAt, markOf, points } from "./marks";
+import { dispose, pose, readSolids, thingOf, type Solids } from "./solids";
+import { ABOVE, Stage3d } from "./stage";
+
+export class SceneView {
+  readonly element = el("div", { class: "scene" });
+  /** What was picked; null: nothing of the world. */
+  readonly chosen = new Signal<Item | null>();
+  private readonly stage = new Stage3d("The world in 3-D; drag, wheel, arrows, + - and 0 move the view");
+  private readonly said = el("output", { class: "scene-said" });
+  private readonly note = el("p", { class: "hint scene-note", role: "status" }, "Loading …");
+  private readonly follow = el("select", { "aria-label": "Follow" });
+  private readonly eye = el("select", { "aria-label": "Look from" });
+  private readonly ruler: HTMLButtonElement;
+  private solids: Solids | null = null;
+  private items: Item[] = [];
+  private selected: Item[] = [];
+  private readonly marks = new Group();
+  private readonly measure = new Group();
+  private ends: Vector3[] = [];
+  private followed: Vector3 | null = null;
+
+  constructor() {
+    this.ruler = el(
+      "button",
+      { class: "quiet", type: "button", "aria-pressed": "false", onclick: () => this.setRuler(!this.measuring) },
+      "Measure",
+    );
+    const whole = el("button", { class: "quiet", type: "button", onclick: () => this.fit() }, "Show all");
+    const bar = el("div", { class: "scene-bar", role: "group", "aria-label": "3-D" });
+    bar.append(this.eye, this.follow, whole, this.ruler, this.said);
+    this.element.append(this.stage.canvas, bar, this.note);
+    this.stage.over.add(this.marks, this.measure);
+    this.stage.picked.on((hit) => this.pick(hit));
+    this.follow.addEventListener("change", () => this.setFollowed());
+    this.eye.addEventListener("change", () => this.setEye());
+  }
+
+  /** Show another scene; the view stays where it is unless there was none. */
+  async load(data: ArrayBuffer): Promise<void> {
+    const solids = await readSolids(data);
+    const first = this.solids === null;
+    if (this.solids) dispose(this.solids);
+    this.solids = solids;
+    this.stage.show(solids.root);
+    this.offer(solids);
+    this.mark();
+    this.note.hidden = true;
+    this.element.toggleAttribute("data-filled", true);
+    if (first) this.fit();
+  }
+
+  /** Say why there is nothing to see. */
+  say(text: string): void {
+    this.note.hidden = false;
+    this.note.textContent = text;
+  }
+
+  /** Put what moves where it is. */
+  pose(data: ArrayBuffer): void {
+    if (!this.solids) return;
+    const time = pose(this.solids, data);
+    this.canvas.dataset["time"] = String(time);
+    this.goAlong();
+    this.stage.soon();
+  }
+
+  /** What can be picked, and what of it is selected. */
+  show(items: Item[], selected: Item[]): void {
+    this.items = items;
+    this.selected = selected;
+    this.mark();
+  }
+
+  /** It has come on the screen. */
+  shown(): void {
+    this.stage.soon();
+  }
+
+  /** Take up the colours of the theme. */
+  recolor(): void {
+    this.stage.recolor();
+    this.mark();
+  }
+
+  dispose(): void {
+    if (this.solids) dispose(this.solids);
+    this.stage.dispose();
+  }
+
+  get canvas(): HTMLCanvasElement {
+    return this.stage.canvas;
+  }
+
+  private get measuring(): boolean {
+    return this.ruler.getAttribute("aria-pressed") === "true";
+  }
+
+  private fit(): void {
+    this.eye.value = "";
+    this.stage.fit();
+  }
+
+  private mark(): void {
+    this.marks.clear();
+    if (this.solids && this.selected.length) this.marks.add(markOf(this.selected, this.solids.root));
+    this.canvas.dataset["selected"] = this.selected.map((item) => item.label).join();
+    this.stage.soon();
+  }
+
+  private pick(hit: Intersection | null): void {
+    if (this.measuring) return this.lay(hit);
+    const thing = hit && typeof hit.faceIndex === "number" ? thingOf(hit.object as Mesh, hit.faceIndex) : "";
+    this.chosen.emit(hit ? itemAt(this.items, thing, hit.point) : null);
+  }
+
+  private setRuler(on: boolean): void {
+    this.ruler.setAttribute("aria-pressed", String(on));
+    this.ends = [];
+    this.measure.clear();
+    this.said.value = on ? "Press two places" : "";
+    this.stage.soon();
+  }
+
+  /** Lay one end of the ruler; with the second one the distance is said. */
+  private lay(hit: Intersection | null): void {
+    if (!hit) return;
+    if (this.ends.length > 1) this.ends = [];
+    this.ends.push(hit.point.clone());
+    this.measure.clear();
+    const [from, to] = this.ends;
+    if (!from || !to) {
+      this.said.value = "Press the other place";
+      return;
+    }
+    const line = new Line(points([...from.toArray(), ...to.toArray()]), new LineBasicMaterial({ color: color("--seen"), depthTest: false }));
+    line.renderOrder = 3;
+    this.measure.add(line);
+    const [along, rise] = [Math.hypot(to.x - from.x, to.y - from.y), to.z - from.z];
+    this.said.value = `${from.distanceTo(to).toFixed(3)} m; level ${along.toFixed(3)} m, up ${rise.toFixed(3)} m`;
+    this.stage.soon();
+  }
+
+  private offer({ bodies, cameras }: Solids): void {
+    const names = bodies.slice(1).map((body) => String(body.userData["name"]));
+    const robots = names.filter((name) => name.endsWith("/base"));
+    refill(this.follow, [["", "Follow nothing"], ...robots.map((name) => [name, `Follow ${name.split("/")[0]}`] as const)]);
+    const aboard = [...cameras.keys()].filter((name) => name.includes("/") && !name.endsWith("/chase"));
+    refill(this.eye, [["", "From anywhere"], ...aboard.map((name) => [name, `Camera ${name}`] as const)]);
+    this.follow.hidden = robots.length === 0;
+    this.eye.hidden = aboard.length === 0;
+    this.setEye();
+    this.followed = this.place();
+  }
+
+  private setEye(): void {
+    this.stage.ride(this.solids?.cameras.get(this.eye.value) ?? null);
+  }
+
+  private setFollowed(): void {
+    this.followed = this.place();
+    const body = this.followedBody();
+    if (!body || !this.followed) return;
+    const size = new Box3().setFromObject(body).getSize(new Vector3()).length();
+    this.stage.lookAt(this.followed, 8 * size, ABOVE);
+    this.eye.value = "";
+  }
+
+  private followedBody(): Solids["bodies"][number] | null {
+    return this.solids?.bodies.find((body) => this.follow.value !== "" && body.userData["name"] === this.follow.value) ?? null;
+  }
+
+  private place(): Vector3 | null {
+    return this.followedBody()?.position.clone() ?? null;
+  }
+
+  private goAlong(): void {
+    const now = this.place();
+    if (now && this.followed) this.stage.shift(now.clone().sub(this.followed));
+    this.followed = now;
+  }
+}
+
+function refill(list: HTMLSelectElement, options: (readonly [string, string])[]): void {
+  const kept = list.value;
+  fill(list, ...options.map(([value, label]) => el("option", { value }, label)));
+  list.value = options.some(([value]) => value === kept) ? kept : "";
+}

@@ -1,0 +1,97 @@
+/** The scene as the server gives it: glTF, drawn with simple light, and the nodes of its bodies in their order. */
+
+import {
+  Camera,
+  Group,
+  Material,
+  Mesh,
+  MeshLambertMaterial,
+  MeshStandardMaterial,
+  Object3D,
+  Texture,
+  TextureLoader,
+  type BufferGeometry,
+} from "three";
+import { GLTFLoader, type GLTF, type GLTFParser } from "three/addons/loaders/GLTFLoader.js";
+
+/** Bytes of one body among the poses: x, y, z, and a quaternion, as numbers of 4 bytes. */
+const ROW = 7;
+
+export interface Solids {
+  /** Holds all, z up. */
+  root: Group;
+  /** Each body, what stands still first. */
+  bodies: Object3D[];
+  /** What is aboard robots, by its name. */
+  cameras: Map<string, Camera>;
+}
+
+/** Read a scene. Raises Error when it is none. */
+export async function readSolids(data: ArrayBuffer): Promise<Solids> {
+  const loader = new GLTFLoader();
+  // As elements of the page: the page may not fetch what it made itself.
+  loader.register((parser: GLTFParser) => {
+    (parser as unknown as { textureLoader: TextureLoader }).textureLoader = new TextureLoader();
+    return { name: "pictures" };
+  });
+  const gltf: GLTF = await loader.parseAsync(data, "");
+  const root = new Group();
+  const turned = gltf.scene.children[0];
+  if (!turned) throw new Error("the scene has no root");
+  const bodies = [...turned.children];
+  root.add(...bodies);
+  root.traverse((object) => object instanceof Mesh && plain(object));
+  const cameras = new Map<string, Camera>();
+  root.traverse((object) => object instanceof Camera && cameras.set(String(object.userData["name"]), object));
+  return { root, bodies, cameras };
+}
+
+/** Put the bodies where they are at a moment, and return its time [s]. */
+export function pose(solids: Solids, data: ArrayBuffer): number {
+  const numbers = new Float32Array(data, 8);
+  solids.bodies.forEach((body, k) => {
+    body.position.fromArray(numbers, ROW * k);
+    body.quaternion.fromArray(numbers, ROW * k + 3);
+  });
+  return new DataView(data).getFloat64(0, true);
+}
+
+/** Give back what the graphics card holds of it. */
+export function dispose(solids: Solids): void {
+  solids.root.traverse((object) => {
+    if (!(object instanceof Mesh)) return;
+    (object.geometry as BufferGeometry).dispose();
+    const material = object.material as MeshLambertMaterial;
+    material.map?.dispose();
+    material.dispose();
+  });
+}
+
+/** The name of the geom that a triangle of a mesh belongs to. */
+export function thingOf(mesh: Mesh, triangle: number): string {
+  let left = triangle;
+  for (const [name, count] of thingsOf(mesh)) {
+    if (left < count) return name;
+    left -= count;
+  }
+  return "";
+}
+
+/** The names of the geoms in a mesh, with how many triangles each has. */
+export function thingsOf(mesh: Mesh): [string, number][] {
+  return ((mesh.geometry as BufferGeometry).userData["things"] ?? []) as [string, number][];
+}
+
+/** Replace the costly material of glTF by one without gloss. */
+function plain(mesh: Mesh): void {
+  const given = mesh.material as MeshStandardMaterial;
+  const map: Texture | null = given.map;
+  const made: Material = new MeshLambertMaterial({
+    map,
+    vertexColors: true,
+    transparent: given.transparent,
+    depthWrite: !given.transparent,
+  });
+  given.dispose();
+  mesh.material = made;
+}

@@ -1,0 +1,263 @@
+/** A canvas with a scene: looked at from where one likes, drawn only when something has changed, as sharp as time allows. */
+
+import {
+  AmbientLight,
+  Box3,
+  Color,
+  DirectionalLight,
+  Group,
+  Mesh,
+  PerspectiveCamera,
+  Raycaster,
+  Scene,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+  type Camera,
+  type Intersection,
+  type Object3D,
+} from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { el } from "../dom";
+import { Signal } from "../signal";
+import { color } from "../shell/theme";
+
+/** A picture is to take between so long [ms]; beyond, the next ones have fewer or more pixels. */
+const LONGEST = 40;
+const SHORTEST = 20;
+/** Least share of the pixels along a side. */
+const COARSEST = 0.35;
+/** All pixels are drawn once nothing has changed for so long [ms]. */
+const CALM = 250;
+const FIELD = 50;
+const FROM = new Vector3(-0.55, -0.75, 0.7);
+/** From where a robot that is followed is seen over the walls. */
+export const ABOVE = new Vector3(-0.3, -0.4, 1);
+/** A press that moves less than this picks [px]. */
+const STILL = 5;
+
+export class Stage3d {
+  readonly canvas = el("canvas", { class: "scene-canvas", tabindex: 0, role: "img" });
+  readonly scene = new Scene();
+  /** Things that are drawn over the scene, and are no part of it. */
+  readonly over = new Group();
+  readonly orbit = new PerspectiveCamera(FIELD, 1, 0.02, 500);
+  readonly controls: OrbitControls;
+  /** A press without a move: what it met first, if anything. */
+  readonly picked = new Signal<Intersection | null>();
+  /** Told before each picture. */
+  readonly drawing = new Signal();
+  private readonly renderer: WebGLRenderer;
+  private readonly content = new Group();
+  private eye: Camera = this.orbit;
+  private share = 1;
+  private asked = 0;
+  private calm = 0;
+  /** Whether all pixels are drawn though there is no time for it. */
+  private sharpened = false;
+  private pressed: [number, number] | null = null;
+  private drawn = 0;
+  private readonly endings: (() => void)[] = [];
+
+  constructor(label: string) {
+    this.canvas.setAttribute("aria-label", label);
+    this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: !isSlow(drawnBy()) });
+    this.orbit.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.orbit, this.canvas);
+    this.controls.maxPolarAngle = 0.98 * Math.PI;
+    this.controls.zoomToCursor = true;
+    this.controls.listenToKeyEvents(this.canvas);
+    this.controls.addEventListener("change", () => this.soon());
+    const lamp = new DirectionalLight("white", 1.6);
+    lamp.position.set(-0.4, 0.6, 1);
+    this.orbit.add(lamp);
+    this.scene.add(this.content, this.over, this.orbit, new AmbientLight("white", 1.7));
+    this.recolor();
+    this.listen();
+  }
+
+  dispose(): void {
+    for (const end of this.endings) end();
+    this.controls.dispose();
+    this.renderer.dispose();
+  }
+
+  /** Show this in the place of what was shown. */
+  show(root: Object3D): void {
+    this.content.clear();
+    this.content.add(root);
+    this.soon();
+  }
+
+  /** Look at all of it from a corner. */
+  fit(): void {
+    const box = new Box3().setFromObject(this.content);
+    if (box.isEmpty()) box.set(new Vector3(-5, -5, 0), new Vector3(5, 5, 1));
+    const middle = box.getCenter(new Vector3());
+    const reach = 0.5 * box.getSize(new Vector3()).length();
+    const half = (0.5 * FIELD * Math.PI) / 180;
+    const narrow = Math.atan(Math.tan(half) * Math.min(this.orbit.aspect, 1));
+    this.lookAt(middle, (0.85 * reach) / Math.sin(narrow));
+  }
+
+  /** Turn to a place and stand so far off [m]. */
+  lookAt(place: Vector3, distance: number, from = FROM): void {
+    this.orbit.position.copy(place).addScaledVector(from.clone().normalize(), distance);
+    this.controls.target.copy(place);
+    this.ride(null);
+    this.controls.update();
+    this.soon();
+  }
+
+  /** Move with a place that is followed. */
+  shift(by: Vector3): void {
+    this.orbit.position.add(by);
+    this.controls.target.add(by);
+    this.controls.update();
+  }
+
+  /** Look through a camera; null: from where one likes. */
+  ride(camera: Camera | null): void {
+    this.eye = camera ?? this.orbit;
+    this.controls.enabled = camera === null;
+    this.soon();
+  }
+
+  zoom(factor: number): void {
+    const way = this.orbit.position.clone().sub(this.controls.target).multiplyScalar(factor);
+    this.orbit.position.copy(this.controls.target).add(way);
+    this.controls.update();
+    this.soon();
+  }
+
+  /** Draw with the next frame of the screen, once. */
+  soon(): void {
+    this.asked ||= requestAnimationFrame(() => {
+      this.asked = 0;
+      this.draw();
+    });
+  }
+
+  /** What lies under a place of the page first. */
+  under(clientX: number, clientY: number): Intersection | null {
+    const box = this.canvas.getBoundingClientRect();
+    const at = new Vector2((2 * (clientX - box.left)) / box.width - 1, 1 - (2 * (clientY - box.top)) / box.height);
+    const ray = new Raycaster();
+    this.content.updateMatrixWorld();
+    ray.setFromCamera(at, this.eye);
+    return ray.intersectObject(this.content).find((hit) => hit.object instanceof Mesh) ?? null;
+  }
+
+  private draw(): void {
+    if (!this.canvas.isConnected || !this.canvas.clientWidth) return;
+    this.drawing.emit();
+    this.near();
+    if (this.sharpened) this.resize();
+    const eye = this.eye;
+    if (eye instanceof PerspectiveCamera && eye !== this.orbit) this.widen(eye);
+    const began = performance.now();
+    this.renderer.render(this.scene, eye);
+    this.await();
+    this.pace(performance.now() - began);
+    this.canvas.dataset["frames"] = String(++this.drawn);
+    window.clearTimeout(this.calm);
+    if (this.share < 1) this.calm = window.setTimeout(() => this.sharpen(), CALM);
+  }
+
+  /** Keep the planes of the view near what is looked at, so that surfaces close to each other do not mix. */
+  private near(): void {
+    const distance = this.orbit.position.distanceTo(this.controls.target);
+    this.orbit.near = Math.max(0.01, distance / 200);
+    this.orbit.far = Math.max(100, 60 * distance);
+    this.orbit.updateProjectionMatrix();
+  }
+
+  /** Let a robot's camera see as much as it does, and more to the sides where the canvas is wider. */
+  private widen(eye: PerspectiveCamera): void {
+    eye.aspect = this.canvas.clientWidth / Math.max(this.canvas.clientHeight, 1);
+    eye.updateProjectionMatrix();
+  }
+
+  /** Wait until the picture is drawn: commands of WebGL return before. */
+  private await(): void {
+    const context = this.renderer.getContext();
+    context.readPixels(0, 0, 1, 1, context.RGBA, context.UNSIGNED_BYTE, new Uint8Array(4));
+  }
+
+  /** Choose by how long pictures take [ms] how many pixels the next ones have. */
+  private pace(took: number): void {
+    if (took > LONGEST) this.sharp(this.share * 0.85);
+    else if (took < SHORTEST && this.share < 1) this.sharp(this.share * 1.05);
+  }
+
+  private sharp(share: number): void {
+    const next = Math.min(1, Math.max(COARSEST, share));
+    if (next === this.share) return;
+    this.share = next;
+    this.resize();
+  }
+
+  private sharpen(): void {
+    this.resize(1);
+    this.renderer.render(this.scene, this.eye);
+  }
+
+  private resize(share = this.share): void {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (!width || !height) return;
+    this.orbit.aspect = width / height;
+    this.sharpened = share !== this.share;
+    this.renderer.setPixelRatio(share * Math.min(window.devicePixelRatio, 2));
+    this.renderer.setSize(width, height, false);
+    this.canvas.dataset["share"] = share.toFixed(2);
+  }
+
+  /** Take up the colours of the theme. */
+  recolor(): void {
+    this.scene.background = new Color(color("--ground"));
+    this.soon();
+  }
+
+  private listen(): void {
+    const sizes = new ResizeObserver(() => {
+      this.resize();
+      this.soon();
+    });
+    sizes.observe(this.canvas);
+    this.endings.push(() => sizes.disconnect());
+    this.canvas.addEventListener("pointerdown", (event) => (this.pressed = [event.clientX, event.clientY]));
+    this.canvas.addEventListener("pointerup", (event) => this.release(event));
+    this.canvas.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  private release(event: PointerEvent): void {
+    const from = this.pressed;
+    this.pressed = null;
+    if (!from || event.button || Math.hypot(event.clientX - from[0], event.clientY - from[1]) > STILL) return;
+    this.picked.emit(this.under(event.clientX, event.clientY));
+  }
+
+  private key(event: KeyboardEvent): void {
+    const factor = { "+": 0.8, "=": 0.8, "-": 1.25 }[event.key];
+    if (factor) this.zoom(factor);
+    else if (event.key === "0") this.fit();
+    else if (!event.key.startsWith("Arrow")) return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+}
+
+/** What draws the pictures, by its own name. Raises Error when nothing does. */
+function drawnBy(): string {
+  const context = document.createElement("canvas").getContext("webgl2");
+  if (!context) throw new Error("This browser draws nothing in 3-D here: switch on its graphics acceleration (WebGL 2).");
+  const known = context.getExtension("WEBGL_debug_renderer_info");
+  const name = known ? String(context.getParameter(known.UNMASKED_RENDERER_WEBGL)) : "";
+  context.getExtension("WEBGL_lose_context")?.loseContext();
+  return name;
+}
+
+/** Whether pictures are drawn by the processor, where smooth edges cost most of the time. */
+function isSlow(name: string): boolean {
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}

@@ -1,0 +1,49 @@
+"""The view in 3-D, in a real browser: what is picked there is selected everywhere, and a run moves in it."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.windows import PATIENCE
+
+pytestmark = pytest.mark.slow
+ROOM = """
+mjsim: 1
+obstacles:
+  - {name: tower, box: [6, 6, 4], at: [0, 0]}
+  - {name: post, cylinder: [0.2, 1], at: [8, 0]}
+robots: [{name: scout, at: [-8, 0]}]
+"""
+
+
+def opened(page, view):
+    """Open the view in 3-D of Edit or Run, and return its canvas once there is a scene in it."""
+    page.locator(f"#view-{view}").get_by_title("View in 3-D").click()
+    shown = page.locator(f"#view-{view} .scene")
+    expect(shown).to_have_attribute("data-filled", "", timeout=PATIENCE)
+    return shown.locator("canvas")
+
+
+def test_things_are_picked_in_3d_measured_and_followed_through_a_run(sheet):
+    page = sheet.page
+    canvas = opened(page, "edit")
+    sheet.click(8, 0)
+    expect(canvas).to_have_attribute("data-selected", "post")
+    # The tower stands in the middle of all there is, and of the view.
+    canvas.click()
+    expect(canvas).to_have_attribute("data-selected", "tower")
+    expect(sheet.title).to_have_text("tower")
+    page.get_by_role("button", name="Measure").click()
+    box = canvas.bounding_box()
+    canvas.click(position={"x": box["width"] / 2 - 5, "y": box["height"] / 2})
+    canvas.click(position={"x": box["width"] / 2 + 5, "y": box["height"] / 2})
+    expect(page.locator(".scene-said")).to_have_text(re.compile(r"^\d+\.\d{3} m; level \d+\.\d{3} m, up -?\d"))
+    expect(canvas).to_have_attribute("data-selected", "tower")
+    page.get_by_role("tab", name="Run").click()
+    page.locator(".run-main").click()
+    canvas = opened(page, "run")
+    expect(canvas).to_have_attribute("data-time", re.compile("[1-9]"), timeout=PATIENCE)
+    page.get_by_label("Follow").and_(page.locator("#view-run select")).select_option("scout/base")
+    before = int(canvas.get_attribute("data-frames"))
+    page.wait_for_function(f"() => Number(document.querySelector('#view-run .scene canvas').dataset.frames) > {before}")
