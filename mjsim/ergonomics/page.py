@@ -11,16 +11,15 @@ from mjsim.ergonomics.sight import STEEPEST
 from mjsim.ergonomics.study import PersonStudy, contact_figure, figures_of
 from mjsim.posture import ANGLES, comfort_of
 from mjsim.report import STYLE, picture, png_of
-from mjsim.world import World
 
 Row = Sequence[str]
 
 
-def page_files(world: World, study: PersonStudy) -> dict[str, bytes]:
+def page_files(study: PersonStudy) -> dict[str, bytes]:
     """Return the files of a person by their names: page, figures as JSON, plots, and pictures where there is OpenGL."""
     name = study.person.name
     drawn = {"posture": png_of(posture_plot(study)), "sight": png_of(sight_plot(study))}
-    drawn |= pictures_of(world, name, study.eyes)
+    drawn |= pictures_of(study.model, name, study.eyes)
     figures = json.dumps(figures_of(study), indent=1, allow_nan=False) + "\n"
     return {
         f"{name}.html": _page(study, drawn).encode(),

@@ -4,12 +4,10 @@ import cv2
 import mujoco
 import numpy as np
 
-from mjsim.compile import compile_world
 from mjsim.ergonomics.sight import Eye
 from mjsim.errors import OpenGLError
 from mjsim.progress import say
 from mjsim.sim import SEEN_FROM_OUTSIDE, Renderer
-from mjsim.world import World
 
 LOOKING = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 """Eye from camera: the camera's right, up and back in the axes of an eye, as columns."""
@@ -19,9 +17,14 @@ VIEW = 2.6, 62.0, -16.0
 """From where a person is seen: distance [m], azimuth and elevation from the seat [deg]."""
 
 
-def pictures_of(world: World, person: str, eyes: tuple[Eye, Eye]) -> dict[str, bytes]:
-    """Return the pictures of a person by their names, none where nothing can be drawn, which is said."""
-    model = compile_world(world).compile()
+def pictures_of(model: mujoco.MjModel, person: str, eyes: tuple[Eye, Eye]) -> dict[str, bytes]:
+    """Return the pictures of a person by their names, none where nothing can be drawn, which is said.
+
+    Args:
+        model: The compiled world.
+        person: The name.
+        eyes: Which way the person looks.
+    """
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     pelvis = model.body(f"{person}/pelvis").id

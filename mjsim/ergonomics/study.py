@@ -42,6 +42,8 @@ class SeatSetting:
 class PersonStudy:
     """A person at a workplace."""
 
+    model: mujoco.MjModel
+    """The compiled world."""
     person: Person
     place: Workstation
     seated: Seated
@@ -85,6 +87,7 @@ def _study(world: World, person: Person, model: mujoco.MjModel, data: mujoco.MjD
     room = clearances(model, data, person.name)
     displays = {name: each for name, each in place.targets.items() if isinstance(each.target, DisplayTarget)}
     return PersonStudy(
+        model=model,
         person=person,
         place=place,
         seated=posture,

@@ -29,6 +29,6 @@ def write_ergonomics(world: World, folder: Path, *, overwrite: bool = False) -> 
     figures = {}
     for study in studies(world):
         name = study.person.name
-        write_set(folder, page_files(world, study), of=f"person {name}", overwrite=overwrite)
+        write_set(folder, page_files(study), of=f"person {name}", overwrite=overwrite)
         figures[name] = figures_of(study)
     return figures
