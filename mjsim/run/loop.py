@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from threadpoolctl import threadpool_limits
 
 from mjsim.errors import ModuleFault, UsageError, did_you_mean
+from mjsim.geometry import Pose3
 from mjsim.interface import ControlLoop, Observation
 from mjsim.modules import ROLES, make_module, name_of
 from mjsim.output import NewFile, temporary_file
@@ -62,9 +63,9 @@ def ticks(
             seen = {name: sim.sense(name) for name in pilots}
             sensing = time.perf_counter() - began
             orders = {name: timed(pilot.decide(seen[name]), sim.control_times(name)) for name, pilot in pilots.items()}
-            yield _tick(
-                sim, seen, falls.noted(orders, sim.poses(), sim.time), timing={"sense": sensing, "step": physics}
-            )
+            poses = sim.poses()
+            noted = falls.noted(orders, poses, sim.time)
+            yield _tick(sim, poses, seen, noted, timing={"sense": sensing, "step": physics})
             began = time.perf_counter()
             for name, order in orders.items():
                 sim.apply(name, order.command)
@@ -81,10 +82,14 @@ def timed(order: Order, times: Mapping[str, float]) -> Order:
 
 
 def _tick(
-    sim: "Simulation", seen: Mapping[str, Observation], orders: Mapping[str, Order], *, timing: Mapping[str, float]
+    sim: "Simulation",
+    poses: Mapping[str, Pose3],
+    seen: Mapping[str, Observation],
+    orders: Mapping[str, Order],
+    *,
+    timing: Mapping[str, float],
 ) -> Tick:
     qpos, qvel = sim.state()
-    poses = sim.poses()
     return Tick(
         time=sim.time,
         truth={name: pose.planar() for name, pose in poses.items()},
