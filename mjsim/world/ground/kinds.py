@@ -4,7 +4,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pydantic import BaseModel, GetCoreSchemaHandler
+from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
 
@@ -31,11 +32,32 @@ class OneOf:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Return what pydantic checks an item by."""
-        choices = {f"<{kind}>": handler.generate_schema(model) for kind, model in self.kinds.items()}
+        choices = {f"<{kind}>": _when_met(model) for kind, model in self.kinds.items()}
         return core_schema.tagged_union_schema(
-            choices, self._tag, custom_error_type="kind", custom_error_message=self.wrong
+            choices,
+            self._tag,
+            custom_error_type="kind",
+            custom_error_message=self.wrong,
+            serialization=core_schema.simple_ser_schema("any"),
         )
+
+    def __get_pydantic_json_schema__(self, _: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """Return the JSON Schema: one of those of the models."""
+        for model in self.kinds.values():
+            model.model_rebuild()
+        models = (core_schema.definitions_schema(model.__pydantic_core_schema__, []) for model in self.kinds.values())
+        return {"oneOf": [handler(model) for model in models]}
 
     def _tag(self, item: object) -> str | None:
         kind = self.kind_of(item, self.kinds)
         return None if kind is None else f"<{kind}>"
+
+
+def _when_met(model: type[BaseModel]) -> CoreSchema:
+    """Return what checks an item by a model whose validator is built for the first one: a world has few kinds."""
+
+    def check(item: Any, info: ValidationInfo) -> BaseModel:
+        made: BaseModel = model.__pydantic_validator__.validate_python(item, context=info.context)
+        return made
+
+    return core_schema.with_info_plain_validator_function(check)
