@@ -1,4 +1,4 @@
-"""What moves a plant: motors, forces at joints and on bodies, and motions that a joint follows."""
+"""What moves a plant: motors, forces at joints, on bodies and between points, and motions that a joint follows."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -53,6 +53,28 @@ class BodyPush:
         mujoco.mj_comPos(self.model, data)
         data.ctrl[:], data.qfrc_applied[:] = 0.0, 0.0
         self.push.apply(data, value)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PointsPush:
+    """A force that pushes two points apart, in place of an actuator that keeps their distance."""
+
+    unit: str
+    model: mujoco.MjModel
+    sites: tuple[int, int]
+    equality: int
+    """The constraint that keeps their distance."""
+
+    def write(self, data: mujoco.MjData, value: float) -> None:
+        """Set the applied forces, which depend on where the points are."""
+        mujoco.mj_kinematics(self.model, data)
+        mujoco.mj_comPos(self.model, data)
+        data.ctrl[:], data.qfrc_applied[:] = 0.0, 0.0
+        ends = data.site_xpos[list(self.sites)]
+        force = value * (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+        for site, end, sign in zip(self.sites, ends, (-1.0, 1.0), strict=True):
+            body = int(self.model.site_bodyid[site])
+            mujoco.mj_applyFT(self.model, data, sign * force, np.zeros(3), end, body, data.qfrc_applied)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

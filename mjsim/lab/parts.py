@@ -9,7 +9,7 @@ import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
-from mjsim.lab.effects import BodyPush, ForceEffect, InputEffect, LedJoint
+from mjsim.lab.effects import BodyPush, ForceEffect, InputEffect, LedJoint, PointsPush
 from mjsim.lab.reduced import Setting
 from mjsim.mechanics import Constant
 from mjsim.sim import Push, Simulation
@@ -191,9 +191,28 @@ def _linked(model: mujoco.MjModel, of: str, *, lockable: bool, mechanism: Mechan
         dofs=_dofs(model, of),
         lockable=lockable,
         effects=effects,
-        measures={name: (JOINTS[int(model.jnt_type[j])], _value(model, j)) for name, j in joints.items()},
+        measures={
+            **{name: (JOINTS[int(model.jnt_type[j])], _value(model, j)) for name, j in joints.items()},
+            **{
+                name.removesuffix(".force"): ("m", _distance(model, effect.sites))
+                for name, effect in effects.items()
+                if isinstance(effect, PointsPush)
+            },
+        },
         joints=joints,
     )
+
+
+def _distance(model: mujoco.MjModel, sites: tuple[int, int]) -> Measure:
+    """Return what gives the distance of two points [m]."""
+    data = mujoco.MjData(model)
+
+    def distance(qpos: Array) -> float:
+        data.qpos[:] = qpos
+        mujoco.mj_kinematics(model, data)
+        return float(np.linalg.norm(data.site_xpos[sites[1]] - data.site_xpos[sites[0]]))
+
+    return distance
 
 
 def _joint_effects(model: mujoco.MjModel, name: str, joint: int) -> dict[str, InputEffect]:
@@ -212,10 +231,17 @@ def _joint_effects(model: mujoco.MjModel, name: str, joint: int) -> dict[str, In
 def _actuator_effects(
     model: mujoco.MjModel, mechanism: Mechanism, joints: Mapping[str, InputEffect]
 ) -> dict[str, InputEffect]:
-    """Return what the actuators of a mechanism do by their names; those on bodies also by what they act on."""
+    """Return what the actuators of a mechanism do by their names; those on bodies also by what they act on.
+
+    Of one that keeps a distance it is the force between its points, `NAME.force`.
+    """
     found: dict[str, InputEffect] = {}
     for actuator in mechanism.actuators:
         if actuator_kind(actuator) == "distance":
+            full = f"{mechanism.name}/{actuator.target}"
+            sites = (model.site(f"{full}.a").id, model.site(f"{full}.b").id)
+            force = PointsPush(unit="N", model=model, sites=sites, equality=model.equality(full).id)
+            found[f"{actuator.target}.force"] = force
             continue
         if (effect := joints.get(f"{actuator.target}.{actuator_kind(actuator)}")) is None:
             assert isinstance(actuator, TorqueActuator | ForceActuator)

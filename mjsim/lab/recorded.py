@@ -8,7 +8,7 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Command
-from mjsim.lab.effects import BodyPush, ForceEffect, LedJoint
+from mjsim.lab.effects import BodyPush, ForceEffect, LedJoint, PointsPush
 from mjsim.lab.identify import Samples
 from mjsim.lab.scene import ScenePlant
 from mjsim.record import JointTrack, Recording
@@ -49,7 +49,7 @@ def recorded(recording: Recording, scene: ScenePlant) -> Samples:
 def _inputs(recording: Recording, scene: ScenePlant, robot: Robot | None) -> tuple[Array, bool]:
     """Return the input of each tick, shape (N,), and whether it is held until the next."""
     effect, of = scene.effect, str(scene.plant.of)
-    if isinstance(effect, BodyPush):
+    if isinstance(effect, BodyPush | PointsPush):
         raise UsageError(f"a recording does not tell {scene.plant.input} of {of}; take a joint's force as input")
     if robot is not None and "/" not in of:
         assert isinstance(effect, ForceEffect)

@@ -10,7 +10,7 @@ import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
-from mjsim.lab.effects import LedJoint, led
+from mjsim.lab.effects import LedJoint, PointsPush, led
 from mjsim.lab.linear import COUPLED, LinearPlant, kept_states, linearised, slope
 from mjsim.lab.parts import JOINTS, Measure, PlantPart, base_of, moved_joint, part_of, settled, working_point
 from mjsim.lab.reduced import Reduced, Setting
@@ -57,6 +57,8 @@ class ScenePlant:
         moved = moved_joint(part, plant.input)
         if moved is not None:
             _release(self.model, world, plant.of, self.model.joint(moved).name)
+        if isinstance(self.effect, PointsPush):
+            self.model.eq_active0[self.effect.equality] = 0
         self._measures = [_found(part.measures, base_of(name), "output", plant) for name in plant.outputs]
         joints = {part.joints[name] for name in map(base_of, plant.outputs) if name in part.joints}
         joints |= set() if moved is None else {moved}

@@ -102,11 +102,15 @@ class SpaceCurve:
 
     def normals(self, along: float) -> Array:
         """Return two directions across it at a length, shape (2, 3): in its plane and along its axis if it is flat."""
-        tangent = self.at(along)[1]
+        return self.across(self.at(along)[1])
+
+    def across(self, tangent: Array) -> Array:
+        """Return the same two directions by its tangent there, shape (3,)."""
         across = cross(self.axis, tangent)
-        first = across / np.linalg.norm(across) if np.linalg.norm(across) > 1e-6 else plane(tangent)[0]
+        size = math.sqrt(float(across @ across))
+        first = across / size if size > 1e-6 else plane(tangent)[0]
         second = cross(tangent, first)
-        return np.array([first, second / np.linalg.norm(second)])
+        return np.array([first, second / math.sqrt(float(second @ second))])
 
     def sampled(self, count: int) -> Array:
         """Return points along it, shape (count + 1, 3) [m]; the last of a closed one is the first."""

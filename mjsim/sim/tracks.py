@@ -84,7 +84,7 @@ class TrackAtWork:
         speed = float(tangent @ (ends[0][0] - ends[1][0])) / float(tangent @ tangent)
         turning = 2.0 * speed * cross(ends[1][2], tangent)
         gap = ends[0][1] - ends[1][1] - turning - bend * speed**2
-        found, normals = {}, self._curve.normals(self._along)
+        found, normals = {}, self._curve.across(slope)
         for site, equality, way in zip(self._sites, self._equalities, self._ways, strict=True):
             across = normals[way]
             model.site_pos[site] = pose[:3, :3] @ (on + self._lever * across) + pose[:3, 3]

@@ -139,3 +139,28 @@ def test_a_four_bar_passes_on_an_angle_as_its_loop_does():
 def test_an_input_that_cannot_be_is_one_line(keys, message):
     with pytest.raises(UsageError, match=re.escape(message)):
         driven(keys)
+
+
+def test_the_force_of_a_distance_moves_an_arm_by_its_lever():
+    world = mjsim.parse_world(
+        """
+mjsim: 1
+mechanisms:
+  - name: m
+    elevation: 4
+    bodies: [{name: arm, rod: [1.0, 0.03]}]
+    joints: [{revolute: a, of: [ground, arm], axis: [0, 1, 0], near_deg: 30}]
+    actuators: [{distance: [{ground: [0, 0, -2]}, arm.end], name: ram, signal: {constant: {value: 1.7}}}]
+plants: [{name: p, of: m, input: ram.force, outputs: [a, ram]}]
+"""
+    )
+    scene = ScenePlant(world, world.plants[0])
+    angle = float(scene.setting.qpos[0])
+    mass = 1000 * np.pi * 0.03**2
+    inertia = mass * (1 / 3 + 0.03**2 / 4)
+    # d^2 = 5 - 4 sin(a), so that the distance changes by -2 cos(a) / d.
+    lever = -2 * np.cos(angle) / 1.7
+    assert 5 - 4 * np.sin(angle) == pytest.approx(1.7**2)
+    assert scene.setting.value == pytest.approx(-mass * 9.81 / 2 * np.cos(angle) / lever, rel=1e-6)
+    np.testing.assert_allclose(scene.linear.B[-1], lever / inertia, rtol=1e-6)
+    np.testing.assert_allclose(scene.outputs(scene.setting.qpos, np.zeros(1)), [angle, 1.7], rtol=1e-9)
