@@ -191,15 +191,20 @@ def _reaction(loop: Any) -> tuple[float, float, float]:
     """Return gain, dead time and time constant of the plant's step response, by its steepest tangent [s]."""
     if not (loop.poles().real < 0.0).all():
         raise UsageError(f"the plant does not settle by itself; {OTHERWISE}")
+    if not len(loop.poles()):
+        raise UsageError("the plant is a gain alone, without a lag that a rule could go by; any integral gain holds it")
     control, gain = theory(), float(np.real(loop.dcgain()))
     if abs(gain) < 1e-9 * float(np.abs(loop.D).max() + np.abs(loop.C @ loop.B).max(initial=0.0)) or gain == 0.0:
         raise UsageError(f"the plant comes back to 0 after a step, so that no PID can hold it elsewhere; {OTHERWISE}")
     time = np.linspace(0.0, 1.5 * shown_seconds(loop.poles()), 20_000)
     _, response = control.step_response(loop, time)
-    rate = np.gradient(response, time) * np.sign(gain)
+    response = response * np.sign(gain)
+    # Before it rises for good lie a response the wrong way, and what Pade's approximation makes of a delay.
+    rising = np.arange(len(time)) > np.flatnonzero(response <= 0.0).max(initial=-1)
+    rate = np.where(rising, np.gradient(response, time), 0.0) if rising.any() else np.gradient(response, time)
     steepest = int(np.argmax(rate))
     constant = abs(gain) / float(rate[steepest])
-    return gain, max(float(time[steepest] - abs(response[steepest]) / rate[steepest]), 0.0), constant
+    return gain, max(float(time[steepest] - response[steepest] / rate[steepest]), 0.0), constant
 
 
 def _ziegler_nichols(loop: Any) -> Parameters:

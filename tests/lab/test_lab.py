@@ -235,6 +235,12 @@ def test_what_swings_for_ever_is_shown_for_five_periods():
     assert formula("fast").time[-1] == pytest.approx(1.2e-5)
 
 
+def test_a_rule_sees_past_a_delay_and_a_response_that_goes_the_wrong_way_first():
+    text = "mjsim: 1\nplants: [{name: p, tf: {num: [1, -1], den: [1, 2, 1], delay: 0.3}}]\n"
+    world = mjsim.parse_world(text)
+    assert pid_design(experiment(world, world.plants[0]).study.plant, "simc").is_stable
+
+
 def test_simc_tunes_a_plant_that_integrates():
     # 1 / s with a lag of 0.1 s, which counts as dead time: gain 1 / (2 0.1), integral time 8 0.1.
     design = pid_design(formula("position").plant, "simc")
