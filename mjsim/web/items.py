@@ -27,7 +27,7 @@ EYE = 1.5
 """What of a wall begins above this is not drawn [m]."""
 THICKNESS = 0.03
 """Of a beacon as it is drawn [m]."""
-_LISTS = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms", "people")
+LISTS = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms", "people")
 _DECIMALS = 4
 
 Path = tuple[str | int, ...]
@@ -68,10 +68,10 @@ def world_values(world: World, raw: Node | None = None) -> Json:
     """Return the values of a world that belong to no item: `values`, `written` and `raw`."""
     node = world.source.written
     keys = list(node.items) if isinstance(node, Node) else []
-    written = [key for key in (keys if raw is None else raw.items) if key not in _LISTS]
+    written = [key for key in (keys if raw is None else raw.items) if key not in LISTS]
     source = node if raw is None else raw
     plain = {key: source.value[key] for key in written} if isinstance(source, Node) else {}
-    return {"values": world.model_dump(mode="json", exclude={*_LISTS}), "written": written, "raw": plain}
+    return {"values": world.model_dump(mode="json", exclude={*LISTS}), "written": written, "raw": plain}
 
 
 def _bounds(world: World, things: Sequence[Thing]) -> list[float]:

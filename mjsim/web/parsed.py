@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from mjsim.errors import Problem, WorldError
 from mjsim.modules import check_modules
 from mjsim.record import named_files
-from mjsim.web.items import Json, Path, scene_of, world_values
+from mjsim.web.items import LISTS, Json, Path, scene_of, world_values
 from mjsim.web.watch import named_in
 from mjsim.world import (
     MOST,
@@ -26,7 +26,6 @@ from mjsim.world import (
     read_text,
 )
 
-LISTS = ("walls", "obstacles", "beacons", "lamps", "robots")
 _PATIENCE = 3
 """So often items are left out until the rest is a world."""
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import groupby, pairwise
 from typing import Any, Literal
 
 from mjsim.world.edit.edited_text import EditedText, Path, UnwritableError, same, shown_path
@@ -54,8 +55,12 @@ def edited(text: str, changes: Iterable[Change], *, source: Source = BUILT) -> t
         UnwritableError: A value is not written in this text, or not once, or is computed; nothing is changed then.
     """
     editor = _Editor(EditedText(text, source))
-    for op, path, value in _joined(changes):
-        editor.make(op, path, value)
+    for (op, outer), steps in groupby(_joined(changes), key=lambda step: (step[0], step[1][:-1])):
+        if op == "remove":
+            editor.remove([path[-1] for _, path, _ in steps], outer)
+        else:
+            for _, path, value in steps:
+                editor.make(op, path, value)
     return editor.draft.finished()
 
 
@@ -72,8 +77,7 @@ class _Editor:
         # What was set is put off; whoever looks at it again must see it.
         seen = path in self._around or any(path[:count] in self._set_paths for count in range(1, len(path) + 1))
         if seen or op != "set":
-            self.draft.settle()
-            self._set_paths, self._around = set(), set()
+            self._settle()
         if op == "set":
             self._set(path, value)
             self._set_paths.add(path)
@@ -84,6 +88,25 @@ class _Editor:
             self._rename(path, value)
         else:
             self._take_out(path, op)
+
+    def _settle(self) -> None:
+        self.draft.settle()
+        self._set_paths, self._around = set(), set()
+
+    def remove(self, steps: Sequence[str | int], outer: Path) -> None:
+        """Remove items of one list: those that come from the last to the first are read and taken out at once."""
+        falling = all(isinstance(a, int) and isinstance(b, int) and a > b for a, b in pairwise(steps))
+        together = steps[:-1] if falling else []
+        if together:
+            self._settle()
+            places = [self.draft.place((*outer, step)) for step in together]
+            if any(each.rest or each.elsewhere is not None or each.chain[-2].flow for each in places):
+                together = []
+            else:
+                self.draft.take_out(*places)
+        # The last one may leave the list empty.
+        for step in steps[len(together) :]:
+            self.make("remove", (*outer, step), None)
 
     def _set(self, path: Path, value: Any) -> None:
         place = self.draft.place(path)

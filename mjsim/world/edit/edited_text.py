@@ -205,17 +205,24 @@ class EditedText:
         lines = keyed(first, value, span.column)
         self._restructure(put_in(self._text, span, index, line=f"{scalar(first)}: {inline(value)}", lines=lines))
 
-    def take_out(self, place: TextPlace) -> None:
-        """Take out a key or an item, with the comments beside it and in it."""
-        if place.span.shared:
-            raise UnwritableError(place.path, _SHARED)
-        self.settle_at(place)
-        parent = place.chain[-2]
-        if len(place.entries) == 1 and len(parent.entries) == 1:
-            raise UnwritableError(place.path, "is all that the text says; it cannot be left out")
-        del self._at(place.own[:-1])[place.own[-1]]
-        holder = place.entries[-2] if len(place.entries) > 1 else None
-        self._restructure(taken_out(self._text, parent, parent.entries.index(place.entries[-1]), holder))
+    def take_out(self, *places: TextPlace) -> None:
+        """Take out a key or an item, with the comments beside it and in it.
+
+        Args:
+            places: One; or several items of a list without brackets, from the last to the first, which keeps others.
+        """
+        cuts: list[Cut] = []
+        for place in places:
+            if place.span.shared:
+                raise UnwritableError(place.path, _SHARED)
+            self.settle_at(place)
+            parent = place.chain[-2]
+            if len(place.entries) == 1 and len(parent.entries) == 1:
+                raise UnwritableError(place.path, "is all that the text says; it cannot be left out")
+            del self._at(place.own[:-1])[place.own[-1]]
+            holder = place.entries[-2] if len(place.entries) > 1 else None
+            cuts += taken_out(self._text, parent, _index(parent.entries, place.entries[-1]), holder)
+        self._restructure(cuts)
 
     def rename(self, place: TextPlace, name: str) -> None:
         """Give a key another name."""
@@ -330,3 +337,8 @@ def _check_free(path: Path, whole: Path, inner: Node | None) -> None:
 
 def _written(value: Any, span: Span) -> str:
     return inline(value) if isinstance(value, (dict, list)) else scalar(value, style=span.style)
+
+
+def _index(entries: Sequence[Entry], entry: Entry) -> int:
+    """Return which of the entries one is: itself, whatever the others say."""
+    return next(number for number, each in enumerate(entries) if each is entry)

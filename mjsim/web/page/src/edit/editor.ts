@@ -154,7 +154,9 @@ export class Editor {
   remove(): void {
     const items = this.free(this.selected);
     // From the last to the first, so that the places of the others hold; what lies within another goes with it.
-    const whole = items.filter((item) => !items.some((other) => other !== item && isWithin(item.path, other.path)));
+    const keys = new Set(items.map(({ path }) => keyOf(path)));
+    const isPart = ({ path }: Item): boolean => path.some((_, count) => count && keys.has(keyOf(path.slice(0, count))));
+    const whole = items.filter((item) => !isPart(item));
     const changes: Change[] = whole
       .sort((a, b) => comparePaths(b.path, a.path))
       .map(({ path }) => ({ op: "remove", path }));

@@ -10,7 +10,10 @@ import { objectRows, type Sheet, type Subject } from "./rows";
 import type { SchemaBook } from "./schema";
 
 /** Keys of the world that have a plan of their own, and those that nobody needs to see. */
-const LISTS = ["walls", "obstacles", "beacons", "robots", "lamps", "mjsim", "include", "variables"];
+const LISTS = [
+  ...["walls", "obstacles", "beacons", "robots", "lamps", "mechanisms", "people"],
+  ...["mjsim", "include", "variables"],
+];
 const KINDS: Record<string, string> = {
   Opening: "Opening",
   Wall: "Wall",

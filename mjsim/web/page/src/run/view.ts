@@ -9,7 +9,7 @@ import { Advice } from "./advice";
 import { ArmPanel } from "./arms";
 import { Bar } from "./bar";
 import { Cameras } from "./cameras";
-import { remembered, setPressed, sign, toggle } from "./controls";
+import { remembered, toggle } from "./controls";
 import { EventList } from "./events";
 import { Floor } from "./floor";
 import { Wheel, type Push } from "./keys";
@@ -19,6 +19,7 @@ import { Pad } from "./pad";
 import type { News, RunRequest, RefusedNews, RunNews, TickNews } from "./protocol";
 import { RunRecord } from "./record";
 import { Setup } from "./setup";
+import { sideSwitch } from "./side";
 import { Tabs } from "./tabs";
 import { Stage } from "./tile";
 
@@ -144,7 +145,7 @@ export class RunView implements View {
     this.floor.host.append(this.pad.element);
     this.cameras.switches.append(this.solids.switch);
     this.solids.door.chosen.on((item) => item?.kind === "robot" && this.chooseRobot(item.name ?? ""));
-    this.bar.element.prepend(this.sideSwitch(side));
+    this.bar.element.prepend(sideSwitch(side));
     const dock = el(
       "div",
       { class: "run-dock" },
@@ -159,25 +160,6 @@ export class RunView implements View {
       el("div", { class: "run-body" }, side, middle, rail),
       dock,
     );
-  }
-
-  private sideSwitch(side: HTMLElement): HTMLButtonElement {
-    const narrow = window.matchMedia("(max-width: 1100px)");
-    const put = (open: boolean): void => {
-      side.hidden = !open;
-      setPressed(button, open);
-    };
-    const button = toggle(
-      { class: "quiet square", title: "Setup, noise and events" },
-      true,
-      (open) => {
-        put(open);
-        remembered("run.side", open ? "yes" : "no");
-      },
-      sign("side"),
-    );
-    put(remembered("run.side") === null ? !narrow.matches : remembered("run.side") === "yes");
-    return button;
   }
 
   private arrange(): void {

@@ -15,8 +15,9 @@ export type Origin = "open" | "type" | "edit" | "history" | "draft";
 export class WorldDocument {
   path: string | null = null;
   parsed: Parsed = EMPTY;
-  /** Those of the last text that could be read. */
-  items: Item[] = [];
+  private there: Item[] = [];
+  /** Items by the key of their path. */
+  private places = new Map<string, Item>();
   stamp: string | null = null;
   selection: Path[] = [];
   /** Another world was opened. */
@@ -51,6 +52,16 @@ export class WorldDocument {
   private readonly readSoon = debounced(() => void this.read(), PAUSE);
 
   constructor(private readonly api: Api) {}
+
+  /** Those of the last text that could be read. */
+  get items(): Item[] {
+    return this.there;
+  }
+
+  private set items(items: Item[]) {
+    this.there = items;
+    this.places = new Map(items.map((item) => [JSON.stringify(item.path), item]));
+  }
 
   get text(): string {
     return this.history.text;
@@ -229,9 +240,10 @@ export class WorldDocument {
   /** What was set stands in the text, be it right or wrong. */
   private noteRaw(changes: Change[]): void {
     for (const change of changes) {
+      if (change.op !== "set") continue;
       const item = this.items.find((other) => isIn(change.path, other.path));
       const [key, ...deeper] = change.path.slice(item?.path.length);
-      if (change.op !== "set" || !item?.raw || typeof key !== "string" || deeper.length) continue;
+      if (!item?.raw || typeof key !== "string" || deeper.length) continue;
       item.raw = { ...item.raw, [key]: change.value };
       item.written = [...new Set([...item.written, key])];
     }
@@ -268,8 +280,7 @@ export class WorldDocument {
   }
 
   itemAt(path: Path): Item | null {
-    const key = JSON.stringify(path);
-    return this.items.find((item) => JSON.stringify(item.path) === key) ?? null;
+    return this.places.get(JSON.stringify(path)) ?? null;
   }
 
   get selectedItems(): Item[] {

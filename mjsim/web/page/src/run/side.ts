@@ -1,0 +1,23 @@
+/** Whether the column with setup, noise and events is shown: as it was left, else where there is room for it. */
+
+import { remembered, setPressed, sign, toggle } from "./controls";
+
+/** A button that shows and hides the column. */
+export function sideSwitch(side: HTMLElement): HTMLButtonElement {
+  const narrow = window.matchMedia("(max-width: 1100px)");
+  const put = (open: boolean): void => {
+    side.hidden = !open;
+    setPressed(button, open);
+  };
+  const button = toggle(
+    { class: "quiet square", title: "Setup, noise and events" },
+    true,
+    (open) => {
+      put(open);
+      remembered("run.side", open ? "yes" : "no");
+    },
+    sign("side"),
+  );
+  put(remembered("run.side") === null ? !narrow.matches : remembered("run.side") === "yes");
+  return button;
+}
