@@ -115,3 +115,9 @@ def test_of_a_joint_with_several_values_all_are_written_at_once():
     plate = alone("{planar: j, of: [ground, rod], axis: [0, 0, 1], start: [0, 0.5]}")
     assert restarted(plate, {0: 0.25}).keys == {(0, "start"): [0.25, 0.5]}
     assert restarted(plate, {2: math.pi / 2}).keys == {(0, "start_deg"): 90.0}
+
+
+def test_a_weld_has_nothing_that_moves():
+    weld = alone("{weld: j, of: [ground, rod]}")
+    assert free_columns(weld) == set()
+    assert not shows_motion(weld, weld.joints[0], ABOVE)

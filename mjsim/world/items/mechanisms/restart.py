@@ -45,7 +45,7 @@ def free_columns(mechanism: Mechanism) -> set[int]:
     found = mechanism.assembly
     matrix = jacobian(found.linkage, first_rows(found), found.start)
     *_, singular, ways = np.linalg.svd(np.concatenate([matrix, np.zeros((1, found.linkage.size))]))
-    rank = int((singular > NO_RANK * max(singular[0], 1.0)).sum())
+    rank = int((singular > NO_RANK * singular.max(initial=1.0)).sum())
     return set(np.flatnonzero(np.abs(ways[rank:]).max(axis=0, initial=0.0) > NO_RANK).tolist())
 
 
