@@ -5,7 +5,7 @@ import { el, fill } from "../dom";
 import type { Poser } from "../edit/poser";
 
 const SPACE = "http://www.w3.org/2000/svg";
-/** Free paper around what is drawn, and the least height of it [m]. */
+/** Free paper around what is drawn, as a share of its size, and the least height of it [m]. */
 const MARGIN = 0.08;
 const LEAST = 0.5;
 /** A drag begins after so many pixels. */
@@ -60,7 +60,10 @@ export class SideDrawing {
     const points = parts.flatMap(({ outline }) => outline);
     const [xs, ys] = [points.map(([x]) => x), points.map(([, y]) => y)];
     const [left, right] = [Math.min(...xs), Math.max(...xs)];
-    const [low, high] = [Math.min(0, ...ys), Math.max(LEAST, ...ys)];
+    const [bottom, top] = [Math.min(...ys), Math.max(...ys)];
+    // The floor is shown below what is not far above it.
+    const size = Math.max(LEAST, right - left, top - bottom);
+    const [low, high] = [bottom < size ? Math.min(0, bottom) : bottom, Math.max(bottom + LEAST, top)];
     const margin = MARGIN * Math.max(right - left, high - low);
     const [x, width] = [left - margin, right - left + 2 * margin];
     this.svg.setAttribute("viewBox", `${x} ${-high - margin} ${width} ${high - low + 2 * margin}`);
