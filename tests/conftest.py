@@ -1,8 +1,38 @@
 """What all tests have in common: nothing is written into the home of who runs them."""
 
 import gc
+from collections import Counter
+from pathlib import Path
 
 import pytest
+
+TESTS = Path(__file__).parent
+LONGEST = (
+    "worlds/test_gallery_run.py",
+    "exchange/test_map_figures.py",
+    "web/test_studio_newcomer.py",
+    "algorithms/test_cooperative_slam.py",
+    "exchange/test_robot_drives.py",
+    "record/test_record_bounds.py",
+    "world/test_fuzz.py",
+    "world/test_large_world.py",
+    "worlds/test_matlab_world.py",
+    "web/test_studio_screen_page.py",
+)
+"""Files that take most of a minute and more; `--durations` tells which."""
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config, items):
+    """Where processes share the tests, start the longest files first: else all wait for the last of them.
+
+    After those that are named come the others, the more slow tests they hold the sooner.
+    """
+    if hasattr(config, "workerinput"):
+        ranks = {TESTS / name: rank for rank, name in enumerate(LONGEST)}
+        slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
+        places = {path: place for place, path in enumerate(dict.fromkeys(item.path for item in items))}
+        items.sort(key=lambda item: (ranks.get(item.path, len(ranks)), -slow[item.path], places[item.path]))
 
 
 @pytest.hookimpl(wrapper=True)

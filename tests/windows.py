@@ -1,15 +1,16 @@
 """A real chromium for tests of the page; they are skipped where there is none."""
 
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Page
 
 from mjsim.bench.chromium import PATIENCE, chromium_path, page_at
 from mjsim.bench.chromium import chromium as chromium_or_error
 
-__all__ = ["PATIENCE", "chromium", "page_at"]
+__all__ = ["PATIENCE", "agreed", "chromium", "page_at"]
 
 
 @contextmanager
@@ -19,3 +20,12 @@ def chromium() -> Iterator[Browser]:
         pytest.skip("no chromium on this machine; 'apt-get install chromium', or name one in MJSIM_CHROMIUM")
     with chromium_or_error() as browser:
         yield browser
+
+
+def agreed(page: Page, first: Callable[[], str], second: Callable[[], str]) -> str:
+    """Wait until two values that both still change are the same, and return it: each may be behind the other."""
+    until = time.monotonic() + PATIENCE / 1000
+    while (one := first()) != (other := second()):
+        assert time.monotonic() < until, f"{one[:200]} is not {other[:200]}"
+        page.wait_for_timeout(50)  # the page goes on meanwhile
+    return one

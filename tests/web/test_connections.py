@@ -79,6 +79,7 @@ def cookie_for(server):
         return cookie_of(client)["Cookie"]
 
 
+@pytest.mark.slow
 def test_strangers_that_say_nothing_or_stop_are_closed(server, sockets):
     late = [
         sockets(server),
@@ -90,6 +91,7 @@ def test_strangers_that_say_nothing_or_stop_are_closed(server, sockets):
     assert all(is_closed_within(raw, 10.0) for raw in late)
 
 
+@pytest.mark.slow
 def test_a_stranger_that_says_something_now_and_then_gains_no_time(server, sockets):
     raw, began = sockets(server, head(server)), time.monotonic()
     with suppress(ConnectionError):

@@ -179,6 +179,7 @@ def test_the_token_is_taken_from_the_page_itself_alone(studio, stranger):
     assert log_in(stranger, TOKEN, Origin=studio.address.rstrip("/")).status_code == 303
 
 
+@pytest.mark.slow
 def test_without_a_token_of_the_users_none_lets_in(folder):
     with (
         Studio(folder) as page,
@@ -240,6 +241,7 @@ def test_a_closed_connection_is_nobodys(studio):
         assert set(os.listdir(browser.get("/api/folder").json()["folder"])) == before
 
 
+@pytest.mark.slow
 def test_wrong_tokens_are_answered_later_each_time(stranger, folder):
     assert [delay(n) for n in (1, 2, 3, 4, 5, 60)] == [FIRST, 2 * FIRST, 4 * FIRST, 8 * FIRST, LONGEST, LONGEST]
     with Studio(folder, token=TOKEN) as page, httpx.Client(base_url=page.address, trust_env=False) as browser:

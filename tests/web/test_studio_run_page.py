@@ -16,7 +16,7 @@ import mjsim
 from mjsim.web import LiveView, Studio
 from mjsim.web.local import listen
 from tests.browser import browser as listener
-from tests.windows import PATIENCE, chromium, page_at
+from tests.windows import PATIENCE, agreed, chromium, page_at
 
 pytestmark = pytest.mark.slow
 DT = 0.04
@@ -93,10 +93,6 @@ def wait_for_another(page: Page, view: str, before: str) -> None:
     page.wait_for_function(script, arg=[view, before], timeout=PATIENCE)
 
 
-def shown_time(page: Page) -> float:
-    return float(page.locator(".run-time").inner_text().split(" s")[0])
-
-
 def test_the_gallery_starts_from_the_page_and_its_pictures_come(chrome, folder):
     with Studio(folder, world="gallery.yaml") as studio, run_page(chrome, studio.url) as page:
         start(page)
@@ -129,10 +125,11 @@ def open_world(page: Page, name: str) -> None:
 
 
 def test_a_single_tick_takes_the_run_on_by_one_tick_exactly(started):
-    page, _ = started
+    page, studio = started
     pause(page)
-    page.wait_for_timeout(300)
-    before = shown_time(page)
+    with listener(studio.url) as watcher:
+        before = watcher.until("tick")["time"]
+    expect(page.locator(".run-time")).to_contain_text(f"{before:.2f} s", timeout=PATIENCE)
     for count in range(1, 4):
         page.get_by_role("button", name="Single tick").click()
         expect(page.locator(".run-time")).to_contain_text(f"{before + count * DT:.2f} s", timeout=PATIENCE)
@@ -177,8 +174,8 @@ def test_two_browsers_see_the_same_run_also_who_comes_late(chrome, started):
     pause(page)
     with run_page(chrome, studio.url) as late:
         is_in(late, "Paused")
-        expect(late.locator(".run-time")).to_have_text(page.locator(".run-time").inner_text(), timeout=PATIENCE)
-        assert picture_of(late, "scout/front") == picture_of(page, "scout/front")
+        agreed(page, page.locator(".run-time").inner_text, late.locator(".run-time").inner_text)
+        agreed(page, lambda: picture_of(late, "scout/front"), lambda: picture_of(page, "scout/front"))
         late.get_by_role("button", name="Go on").click()
         is_in(page, "Running")
 

@@ -229,6 +229,7 @@ def show(page, opened):
     page.say("show", path=opened["path"], stamp=opened["stamp"], files=opened["files"])
 
 
+@pytest.mark.slow
 def test_a_page_is_told_when_its_file_changes_goes_and_comes_back(studio, client, folder):
     with browser(studio.url, TAB) as page:
         opened = told(client, "open", path="room.yaml")
@@ -282,6 +283,7 @@ def png(value):
     return cv2.imencode(".png", np.full((40, 30, 3), value, np.uint8))[1].tobytes()
 
 
+@pytest.mark.slow
 def test_a_page_is_told_when_files_change_that_its_world_names_or_that_they_name(studio, client, folder):
     (folder / "deep").mkdir()
     hall, near = folder / "deep" / "hall.yaml", folder / "deep" / "near.png"
@@ -321,6 +323,7 @@ def test_what_is_no_word_of_the_page_ends_its_connection(studio, shown):
             page.until("the end")
 
 
+@pytest.mark.slow
 def test_files_outside_of_the_folder_are_not_watched(studio, client, folder):
     secret = folder.parent / "secret.yaml"
     secret.write_text("1")
