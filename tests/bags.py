@@ -13,6 +13,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from mjsim.geometry import Array, Pose3
 
+START = 1_700_000_000.25
+"""Time of the robot's clock when a log begins [s]."""
 FORMS = ("bag", "bag-bz2", "bag-lz4", "sqlite", "sqlite-file", "mcap", "mcap-message", "mcap-storage")
 MODES = {
     "file": CompressionMode.FILE,
@@ -189,3 +191,14 @@ def new_bag(path: Path, form: str = "mcap") -> Iterator[Bag]:
         store = get_typestore(Stores.LATEST)
     with writer:
         yield Bag(writer, store, ros1=storage == "bag")
+
+
+def write_scans(path: Path, form: str = "mcap", *, first: float = -0.3, step: float = 0.1) -> None:
+    """Write a second of scans, and odometry that stands still."""
+    with new_bag(path, form) as bag:
+        for k in range(10):
+            at = START + 0.1 * k
+            ranges = np.array([np.nan, 0.0, 0.05, 1.0, 3.0, 9.0, np.inf])
+            told = bag.scan(bag.header(at, "laser"), ranges, first, step, (0.1, 5.0))
+            bag.put("/scan", at, told)
+            bag.put("/odom", at, bag.odometry(bag.header(at, "odom"), "base_link", Pose3(0, 0, 0, 0, 0, 0, 1)))

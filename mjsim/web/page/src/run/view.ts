@@ -7,6 +7,7 @@ import { SolidsTile } from "../scene/tile";
 import type { Studio, View } from "../shell/view";
 import { Advice } from "./advice";
 import { ArmPanel } from "./arms";
+import { Banner } from "./banner";
 import { Bar } from "./bar";
 import { Cameras } from "./cameras";
 import { remembered, toggle } from "./controls";
@@ -55,7 +56,7 @@ export class RunView implements View {
     () => getBytes("/api/run/scene"),
     () => this.arrange(),
   );
-  private readonly banner = el("p", { class: "run-banner", role: "alert", hidden: true });
+  private readonly banner = new Banner();
   private readonly advice = new Advice({
     open: () => void this.studio.askOpen(),
     make: () => void this.studio.askNew(),
@@ -156,7 +157,7 @@ export class RunView implements View {
     const middle = el("div", { class: "run-middle" }, this.stage.element, this.advice.element);
     this.element.append(
       this.bar.element,
-      this.banner,
+      this.banner.element,
       el("div", { class: "run-body" }, side, middle, rail),
       dock,
     );
@@ -189,11 +190,7 @@ export class RunView implements View {
     // A page of one run is over with it; a studio is wanted back.
     const lost = state === "lost" || (state === "closed" && !this.live);
     this.bar.connection(lost ? "lost" : state);
-    this.banner.hidden = !lost && state !== "out";
-    this.banner.textContent =
-      state === "out"
-        ? "mjsim was started anew and does not know this browser. Open the address that it printed; this page then goes on by itself."
-        : "The server does not answer. Is mjsim still running? This page goes on by itself once it is back.";
+    this.banner.connection(state, lost);
     if (state === "open" && this.visible) this.cameras.watch();
     if (state !== "open") this.wheel.releaseAll();
   }
@@ -249,8 +246,7 @@ export class RunView implements View {
     this.offerRobots(news);
     this.cameras.run(news.robots);
     this.noise.show(news.noise ?? [], this.running() && news.controllable);
-    if (news.state === "failed" && news.error) this.say(news.error);
-    else if (this.banner.dataset["kind"] === "failed") this.say(null);
+    this.banner.run(news.state === "failed" ? (news.error ?? null) : null);
     this.showArms();
     this.pad.element.hidden = !this.canDrive();
     this.element.dataset["state"] = news.state;
@@ -335,7 +331,7 @@ export class RunView implements View {
     const wrong = parsed.problems.find((problem) => problem.kind === "error");
     if (wrong) return toasts.error(`Line ${wrong.line} of the world is wrong: ${wrong.message}`);
     if (Object.keys(parsed.needs_trust).length && !(await this.studio.askTrust())) return;
-    this.say(null);
+    this.banner.clear();
     this.send({ do: "start", path, text, speed: this.bar.speed, ...this.setup.settings() });
   }
 
@@ -394,12 +390,5 @@ export class RunView implements View {
     const { path, items } = this.studio.document;
     const world = path === null ? null : { path, hasRobot: items.some((item) => item.kind === "robot") };
     this.advice.show({ run: this.run, world, live: this.live, robot: this.chosen, driven: this.driven, other: this.other });
-  }
-
-  /** Say above the views why the run failed; null takes it away. */
-  private say(error: string | null): void {
-    this.banner.hidden = error === null;
-    this.banner.textContent = error ?? "";
-    this.banner.dataset["kind"] = error === null ? "" : "failed";
   }
 }

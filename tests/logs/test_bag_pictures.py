@@ -1,0 +1,84 @@
+"""Pictures in bags: encodings, orders of bytes, sizes."""
+
+import struct
+
+import cv2
+import numpy as np
+import pytest
+
+from mjsim.interface import Intrinsics
+from mjsim.logs.bag_pictures import depth_of, frame_of
+from mjsim.record import filed_frame
+from mjsim.record.logged_frame import decode_picture
+
+
+class _Image:
+    """A `sensor_msgs/Image` of an array."""
+
+    def __init__(self, encoding: str, pixels: np.ndarray, *, big: bool = False) -> None:
+        pixels = pixels.astype(pixels.dtype.newbyteorder(">")) if big else pixels
+        self.height, self.width = pixels.shape[:2]
+        self.encoding, self.is_bigendian = encoding, int(big)
+        self.step = pixels.nbytes // self.height + 3
+        rows = np.frombuffer(pixels.tobytes(), dtype=np.uint8).reshape(self.height, -1)
+        self.data = np.hstack([rows, np.full((self.height, 3), 9, dtype=np.uint8)]).ravel()
+
+
+def test_pictures_of_every_encoding_show_the_same():
+    size = Intrinsics(16, 16, 10.0, 10.0, 7.5, 7.5)
+    rgb = np.zeros((16, 16, 3), dtype=np.uint8)
+    rgb[:] = 200, 120, 40
+    clear = np.full((16, 16, 1), 255, dtype=np.uint8)
+    grey = np.full((16, 16), 77, dtype=np.uint8)
+    mosaic = np.empty((16, 16), dtype=np.uint8)
+    mosaic[::2, ::2], mosaic[1::2, 1::2] = 200, 40
+    mosaic[::2, 1::2] = mosaic[1::2, ::2] = 120
+    for encoding, pixels in (
+        ("rgb8", rgb),
+        ("bgr8", rgb[..., ::-1]),
+        ("rgba8", np.concatenate([rgb, clear], axis=2)),
+        ("bgra8", np.concatenate([rgb[..., ::-1], clear], axis=2)),
+        ("bgr16", rgb[..., ::-1].astype(np.uint16) << 8),
+        ("bayer_rggb8", mosaic),
+        ("bayer_bggr8", np.roll(mosaic, (1, 1), axis=(0, 1))),
+    ):
+        frame = frame_of(_Image(encoding, np.ascontiguousarray(pixels)), 1.0, size)
+        np.testing.assert_array_equal(frame.image[4:12, 4:12], rgb[4:12, 4:12], err_msg=encoding)
+        assert frame.form == "png"
+    for encoding, pixels in (("mono8", grey), ("8UC1", grey), ("mono16", grey.astype(np.uint16) << 8)):
+        for big in (False, True):
+            frame = frame_of(_Image(encoding, pixels, big=big), 1.0, size)
+            assert (frame.image == 77).all()
+    with pytest.raises(ValueError, match="encoding 'yuv999' are not read"):
+        frame_of(_Image("yuv999", grey), 1.0, size)
+    metres = np.full((16, 16), 1.25, dtype=np.float32)
+    metres[0, :2] = np.nan, 0.0
+    assert np.isinf(depth_of(_Image("32FC1", metres), size)[0, :2]).all()
+    counts = np.full((16, 16), 1250, dtype=np.uint16)
+    counts[0, 0] = 0
+    far = depth_of(_Image("16UC1", counts, big=True), size)
+    assert far[1, 1] == np.float32(1.25)
+    assert far[0, 0] == np.inf
+
+
+def test_a_jpeg_that_says_it_was_turned_keeps_its_rows():
+    pixels = np.zeros((16, 32, 3), dtype=np.uint8)
+    pixels[:, :16] = 250
+    data = cv2.imencode(".jpg", pixels)[1].tobytes()
+    # EXIF with one entry: orientation 6, a quarter turn; behind the mark that a JPEG begins with.
+    exif = b"Exif\0\0" + struct.pack("<2sHIHHHIHHI", b"II", 42, 8, 1, 0x0112, 3, 1, 6, 0, 0)
+    turned = data[:2] + struct.pack(">2sH", b"\xff\xe1", len(exif) + 2) + exif + data[2:]
+    assert cv2.imdecode(np.frombuffer(turned, dtype=np.uint8), cv2.IMREAD_COLOR).shape == (32, 16, 3)
+    frame = filed_frame(turned, 0.0, Intrinsics(32, 16, 10.0, 10.0, 15.5, 7.5))
+    assert frame.encoded == turned
+    np.testing.assert_array_equal(frame.image, decode_picture(data))
+
+
+def test_a_picture_that_claims_to_be_huge_is_not_decoded():
+    plain = cv2.imencode(".png", np.zeros((16, 32), dtype=np.uint8))[1].tobytes()
+    size = Intrinsics(32, 16, 10.0, 10.0, 15.5, 7.5)
+    assert filed_frame(plain, 0.0, size).image.shape == (16, 32, 3)
+    for width, height, said in ((9000, 2, "a picture of 9000 x 2 pixels among others"), (40000, 40000, "megapixels")):
+        # Its checksum is wrong too: who decoded it would call it broken.
+        with pytest.raises(ValueError, match=said):
+            filed_frame(plain[:16] + struct.pack(">II", width, height) + plain[24:], 0.0, size)
