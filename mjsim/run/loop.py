@@ -158,7 +158,8 @@ def run(
             given. It appears with the first tick.
         watch: Called with each tick, after it is recorded.
         realtime: Go no faster than the clock.
-        pictures: Whether the recording holds those of the cameras, which are most of it; they can be drawn again.
+        pictures: Whether the recording holds those of the cameras, which are most of it, and the map as a grid; they
+            can be drawn again.
         overwrite: Whether `record` may replace a file; that stays until the first tick of the new one is written.
 
     Raises:
