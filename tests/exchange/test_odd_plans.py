@@ -14,6 +14,8 @@ from mjsim.exchange.bring import plan_of
 from mjsim.world import solid
 from tests.exchange.odd_plans import DOORS, dxf, faces, leaves, outlines, panes, thickness_at, walls
 
+pytestmark = pytest.mark.slow  # Each draws and reads a plan.
+
 
 def counted(plan):
     """Return the doorways and windows of a plan."""

@@ -78,7 +78,6 @@ def test_it_drives_as_far_as_odometry_tells_and_stays_level(presets, name):
         assert abs(sim.poses()[robot.name].z) < 0.002
 
 
-@pytest.mark.slow
 def test_sensors_stand_where_the_file_has_them(presets):
     (waffle,) = load_world(presets["turtlebot3_waffle"][0]).robots
     sensors = {sensor.kind: sensor for sensor in waffle.sensors}

@@ -11,6 +11,8 @@ from mjsim.cli import main
 from mjsim.web import Studio
 from tests.browser import browser
 
+pytestmark = pytest.mark.slow  # Each starts a server.
+
 JSON = {"Content-Type": "application/json"}
 ROOM = "mjsim: 1\nrobots: [{name: scout, preset: pioneer3dx, at: [1, 1]}]\n"
 DEEP = "[" * 100_000

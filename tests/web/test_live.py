@@ -17,6 +17,8 @@ from mjsim.world import parse_world
 from tests.browser import PATIENCE, browser
 from tests.record_ticks import hand_made_ticks, hand_made_world
 
+pytestmark = pytest.mark.slow  # Each starts a server.
+
 WORLD = hand_made_world()
 TICKS = list(hand_made_ticks(40))
 CAMERA = "scout/front"

@@ -14,6 +14,8 @@ from mjsim.web.trust import Trust
 from tests.browser import browser
 from tests.web.rounds import ROOM, scene, start
 
+pytestmark = pytest.mark.slow  # Each starts a server.
+
 
 @pytest.fixture
 def page(tmp_path):

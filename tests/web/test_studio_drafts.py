@@ -16,6 +16,8 @@ from mjsim.world.files.saving import LEFT_BEHIND, NEW
 from tests.asking import ROOM, told
 from tests.browser import browser
 
+pytestmark = pytest.mark.slow  # Each starts a server.
+
 PATIENCE = 60.0
 """No answer takes this long [s], on however loaded a machine."""
 ONE, OTHER = "1" * 16, "2" * 16

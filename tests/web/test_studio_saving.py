@@ -19,6 +19,8 @@ from mjsim.world.files.saving import LEFT_BEHIND, write_new, write_whole
 from tests.asking import ROOM, told
 from tests.browser import browser
 
+pytestmark = pytest.mark.slow  # Each starts a server.
+
 PATIENCE = 60.0
 """No answer takes this long [s], on however loaded a machine."""
 TAB = "/api/tab?tab=" + "1" * 16

@@ -19,6 +19,8 @@ from tests.browser import browser
 from tests.rover import ROVER, TANK
 from tests.rover import WORLD as ROOM
 
+pytestmark = pytest.mark.slow  # Each starts a server.
+
 CODE = """
 import helper, mjsim
 class Go:
