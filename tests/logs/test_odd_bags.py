@@ -14,6 +14,8 @@ from mjsim.logs.bag_file import Bag as RosBag
 from tests.bags import START, new_bag, write_scans
 from tests.real_logs import run_command
 
+pytestmark = pytest.mark.slow  # Each writes bags.
+
 
 def test_ranges_that_are_no_numbers_and_scans_from_left_to_right_are_told_as_ours(tmp_path):
     write_scans(tmp_path / "plain")

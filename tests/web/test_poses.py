@@ -6,6 +6,9 @@ from mjsim.web.poses import PoseAsk, pose_json
 from mjsim.world import Change, edit_text, parse_world
 from tests.asking import told
 
+pytestmark = pytest.mark.slow  # Each solves postures.
+
+
 WORLD = """\
 mjsim: 1
 mechanisms:

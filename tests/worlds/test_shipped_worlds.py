@@ -53,6 +53,7 @@ def test_nothing_is_wrong_with_it_and_it_is_called_as_its_file(name):
     assert shipped(name).name == name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in ("gallery", "museum")])
 def test_it_compiles_with_every_robot_and_every_beacon(name):
     world, spec = shipped(name), mjsim.compile_world(shipped(name))
