@@ -246,6 +246,7 @@ class Episodes:
     def _wrong(self, part: str, function: object, value: object, right: str) -> ModuleFault:
         try:
             shown = one_line(repr(value)[:_LONGEST])
+        # Its `__repr__` is the user's, too.
         except Exception:
             shown = kind_of(value)
         return self._fault(part, function, f"returned {shown}; it must be {right}")

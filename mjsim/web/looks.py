@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.world import drawing_from_world
 
 Look = Literal["above", "side", "front"]
 KeyChange = tuple[tuple[str | int, ...], float | list[float]]
@@ -26,4 +27,4 @@ def look_at(look: Look, at: tuple[float, float], heading: float) -> Array:
     c, s = math.cos(heading), math.sin(heading)
     ahead, left, up = (c, s, 0.0), (-s, c, 0.0), (0.0, 0.0, 1.0)
     turned = np.array([ahead, up, (s, -c, 0.0)] if look == "side" else [left, up, ahead])
-    return np.column_stack([turned, -turned @ (*at, 0.0)])
+    return drawing_from_world(turned, np.array([*at, 0.0]))

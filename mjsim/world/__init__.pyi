@@ -171,6 +171,7 @@ from .plan import PlacedTarget as PlacedTarget
 from .plan import Route as Route
 from .plan import cells_of as cells_of
 from .plan import cells_within as cells_within
+from .plan import drawing_from_world as drawing_from_world
 from .plan import extent as extent
 from .plan import footprint as footprint
 from .plan import from_above as from_above

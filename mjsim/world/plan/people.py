@@ -42,7 +42,7 @@ def look_beside(poses: Mapping[str, Array]) -> Array:
         poses: World from segment, shape (4, 4) each [m].
     """
     ahead, left, at = _around(poses)
-    return _look(np.array([ahead, (0.0, 0.0, 1.0), -left]), at)
+    return drawing_from_world(np.array([ahead, (0.0, 0.0, 1.0), -left]), at)
 
 
 def look_over(poses: Mapping[str, Array]) -> Array:
@@ -52,7 +52,7 @@ def look_over(poses: Mapping[str, Array]) -> Array:
         poses: World from segment, shape (4, 4) each [m].
     """
     ahead, left, at = _around(poses)
-    return _look(np.array([ahead, left, (0.0, 0.0, 1.0)]), at)
+    return drawing_from_world(np.array([ahead, left, (0.0, 0.0, 1.0)]), at)
 
 
 def _around(poses: Mapping[str, Array]) -> tuple[Array, Array, Array]:
@@ -63,6 +63,11 @@ def _around(poses: Mapping[str, Array]) -> tuple[Array, Array, Array]:
     return np.array([left[1], -left[0], 0.0]), left, np.array([pelvis[0, 3], pelvis[1, 3], 0.0])
 
 
-def _look(axes: Array, at: Array) -> Array:
-    """Return drawing_from_world for the axes of a drawing in the world and its origin, shape (3, 4) [m]."""
+def drawing_from_world(axes: Array, at: Array) -> Array:
+    """Return how the world stands to a drawing, shape (3, 4) [m].
+
+    Args:
+        axes: Of the drawing, world frame, rows: to the right, up, towards who looks; shape (3, 3).
+        at: Its origin, world frame, shape (3,) [m].
+    """
     return np.column_stack([axes, -axes @ at])
