@@ -88,7 +88,7 @@ def own_modules(folder: Path) -> Iterator[None]:
     finally:
         sys.path[:] = path
         # A cluster's other thread may be at the end of a run too, and take modules away meanwhile.
-        for name, module in list(sys.modules.items()):
+        for name, module in sys.modules.copy().items():  # A list of the items is not made in one go.
             file = None if name in known else getattr(module, "__file__", None)
             if file is not None and Path(file).is_relative_to(folder):
                 sys.modules.pop(name, None)

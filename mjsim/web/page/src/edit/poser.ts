@@ -26,6 +26,8 @@ export class Poser {
   private keeping = false;
   private later: { wish: PoseWish; keep: boolean } | null = null;
   private shown = "";
+  /** What did not come out as it was asked last: it stays beside the text that came of it. */
+  private left = "";
   private owner = "";
   private nudged: Point = [0, 0];
   private turned = 0;
@@ -83,14 +85,14 @@ export class Poser {
     if (this.answered !== this.wish) await this.ask(this.wish);
     if (this.good.length) await this.editor.apply(this.good);
     else this.editor.forget();
-    this.end();
+    this.end(this.note);
   }
 
   /** Give up what was dragged. */
   forget(): void {
     if (!this.busy || this.keeping) return;
     this.editor.forget();
-    this.end();
+    this.end("");
   }
 
   /** Shift the body of the selected joint by a step of the keyboard; false when no joint is selected. */
@@ -120,25 +122,25 @@ export class Poser {
     this.keepSoon();
   }
 
-  private end(): void {
+  private end(note: string): void {
     [this.wish, this.good, this.keeping] = [null, [], false];
     [this.nudged, this.turned] = [[0, 0], 0];
     this.shown = "";
-    this.rest();
+    this.rest(note);
     const { later } = this;
     this.later = null;
     if (later) this.follow(later.wish);
     if (later?.keep) void this.keep();
   }
 
-  /** Show what is selected as the text has it. */
-  private rest(): void {
+  /** Show what is selected as the text has it, with what is left to say of how it came to that. */
+  private rest(left = ""): void {
     const { subject } = this;
     const { path, text } = this.editor.document;
     if (this.busy) return;
     const key = subject ? JSON.stringify([path, subject.path, this.look, text]) : "";
     if (key === this.shown) return;
-    this.shown = key;
+    [this.shown, this.left] = [key, left];
     const owner = subject ? keyOf(subject.path) : "";
     if (owner !== this.owner) this.show(null, "");
     this.owner = owner;
@@ -176,8 +178,9 @@ export class Poser {
       });
       this.editor.preview(ghosts.map((ghost, k) => ({ ghost, changes: k ? [] : pose.changes })));
     }
-    if (Object.keys(wish).length === 0) this.resting = pose;
-    this.show(pose, pose.note);
+    const resting = Object.keys(wish).length === 0;
+    if (resting) this.resting = pose;
+    this.show(pose, resting ? this.left : pose.note);
   }
 }
 
