@@ -14,6 +14,9 @@ from mjsim.progress import say, tracked
 if TYPE_CHECKING:
     from mjsim.logs import Calibration
 
+TOLD = ("bag breaks off", "calibration", "clock", "odometry", "place of")
+"""How facts begin that are said of an imported log; others are in its metadata."""
+
 
 def import_log(
     source: Annotated[
@@ -58,7 +61,7 @@ def import_log(
     with tracked(f"import {source.name}", total=100.0, unit="%") as advance:
         recording = recorded(source, wishes=wishes, record=output, progress=advance, overwrite=overwrite)
     for fact, value in recording.metadata.items():
-        if "left out" in fact and value != "0":
+        if fact.startswith(TOLD) or ("left out" in fact and value != "0"):
             say(f"{fact}: {value}")
     print(output)
 

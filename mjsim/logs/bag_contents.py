@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,16 +17,13 @@ from mjsim.logs.bag_frames import BASES, FrameTree, frame_name, matrix_of
 from mjsim.logs.bag_messages import imu_of, pose_of, scan_of, twist_of
 from mjsim.logs.bag_pictures import is_depth, size_of
 from mjsim.logs.bag_topics import INFO, TRANSFORMS, RobotTopics
+from mjsim.logs.merge import track_of
 from mjsim.logs.readings import rising
 
 MOST_TRANSFORMS = 5000
 """Of each topic, from which the places of sensors are taken."""
 LATEST, SLACK = 10.0, 3600.0
 """Times that are farther from the middle than so many lengths of the bag, and so many seconds, are wrong [1, s]."""
-
-
-FASTEST = 1e6
-"""Whatever is faster is no command of a robot [m/s, rad/s]."""
 
 
 @dataclass(slots=True)
@@ -61,10 +59,24 @@ class Moves:
 
     rows: list[tuple[float, ...]] = field(default_factory=list)
     """Time [s], then x, y, z [m] and quaternion x, y, z, w."""
-    twists: list[tuple[float, float, float]] = field(default_factory=list)
-    """Time [s], forward [m/s] and turn [rad/s]; of odometry."""
+    twists: list[tuple[float, ...]] = field(default_factory=list)
+    """Time [s], forward [m/s], turn [rad/s] and left [m/s]."""
     child: str = ""
     """Name of the frame whose poses they are."""
+
+    def planar(self) -> Array | None:
+        """Return time, x, y [m] and heading [rad] of its poses, or, where these never change, by its twists, shape (N, 4)."""
+        if self.by_twists():
+            return track_of(self.table(self.twists))
+        if not self.rows:
+            return None
+        rows = self.table(self.rows)
+        places = (Pose3(*row).planar().as_array() for row in rows[:, 1:].tolist())
+        return np.array([[time, *place] for time, place in zip(rows[:, 0].tolist(), places, strict=True)])
+
+    def by_twists(self) -> bool:
+        """Say whether its twists alone tell how it moved: it has no poses, or they never change."""
+        return any(any(row[1:]) for row in self.twists) and all(row[1:] == self.rows[0][1:] for row in self.rows)
 
     def table(self, rows: Sequence[tuple[float, ...]]) -> Array:
         """Return rows in the order of time, shape (N, columns)."""
@@ -132,7 +144,7 @@ class Contents:
             return
         for each in transforms:
             outer, inner = frame_name(each.header.frame_id), frame_name(each.child_frame_id)
-            if outer.rpartition("/")[2] == "odom" and inner.rpartition("/")[2] in BASES:
+            if outer.rpartition("/")[2].startswith("odom") and inner.rpartition("/")[2] in BASES:
                 stamp = each.header.stamp
                 time = (stamp.sec + 1e-9 * stamp.nanosec) or message.time * 1e-9
                 moves = self.carried.setdefault(inner, Moves(child=inner))
@@ -146,18 +158,17 @@ class Contents:
     def _take_pose(self, message: RosMessage) -> None:
         told, time = self._bag.decode(message), self._stamp(message)
         moves = self.moves.setdefault(message.topic, Moves(child=frame_name(getattr(told, "child_frame_id", ""))))
-        moves.rows.append((time, *Pose3.from_matrix(pose_of(told)).as_array().tolist()))
         if hasattr(told, "twist"):
-            moves.twists.append((time, *twist_of(told)))
+            with suppress(ValueError):
+                moves.twists.append((time, *twist_of(told)))
+        # Of a message whose pose is none the twist still counts.
+        moves.rows.append((time, *Pose3.from_matrix(pose_of(told)).as_array().tolist()))
 
     def _take_command(self, message: RosMessage) -> None:
         told = self._bag.decode(message)
         # A plain Twist has no header.
         time = self._stamp(message) if hasattr(told, "header") else message.time * 1e-9
-        twist = twist_of(told)
-        if not all(abs(value) < FASTEST for value in twist):
-            raise ValueError(f"a command of {twist[0]:g} m/s and {twist[1]:g} rad/s")
-        self.moves.setdefault(message.topic, Moves()).twists.append((time, *twist))
+        self.moves.setdefault(message.topic, Moves()).twists.append((time, *twist_of(told)))
 
     def _take_imu(self, message: RosMessage) -> None:
         told = self._bag.decode(message)

@@ -55,6 +55,10 @@ class FrameTree:
             self._inner.setdefault(outer, {})[inner] = matrix
             self._inner.setdefault(inner, {})[outer] = np.asarray(np.linalg.inv(matrix), dtype=float)
 
+    def __contains__(self, frame: str) -> bool:
+        """Say whether anything is known of a frame."""
+        return frame in self._inner
+
     def base(self, namespace: str) -> str | None:
         """Return the frame of a robot by its usual names, None if there is none."""
         names = [f"{namespace}/{base}" for base in BASES if namespace] + list(BASES)

@@ -13,6 +13,8 @@ NEAREST, FARTHEST = 0.01, 100.0
 """What a lidar measures whose messages do not tell [m]."""
 ASSUMED_FOV = math.radians(60.0)
 """Of a camera without calibration, to the side."""
+FASTEST = 1e6
+"""Whatever is faster is no twist of a robot [m/s, rad/s]."""
 UPSIDE_DOWN = -0.5
 """Of a lidar whose axis points down: what of its z axis is along the robot's is less than this."""
 
@@ -42,7 +44,7 @@ def scan_of(message: Any, stamp: float, *, upside_down: bool) -> Scan:
     ranges[~(ranges >= nearest)] = -np.inf
     ranges[ranges >= farthest] = np.inf
     strengths = _first_echoes(message.intensities, none=0.0)
-    intensities = strengths.copy() if len(strengths) == len(ranges) and np.isfinite(strengths).all() else None
+    intensities = np.where(np.isfinite(strengths), strengths, 0.0) if len(strengths) == len(ranges) else None
     if upside_down:
         first, step = -first, -step
     if step < 0.0:
@@ -93,14 +95,20 @@ def pose_of(message: Any) -> Array:
     return matrix_of(pose.position, pose.orientation)
 
 
-def twist_of(message: Any) -> tuple[float, float]:
-    """Return the forward velocity [m/s] and the turn [rad/s] of a message that tells a twist.
+def twist_of(message: Any) -> tuple[float, float, float]:
+    """Return the velocity forward [m/s], the turn [rad/s] and the velocity to the left [m/s] that a message tells.
 
     `nav_msgs/Odometry`, and Twist and TwistStamped of `geometry_msgs`.
+
+    Raises:
+        ValueError: They are no numbers that a robot moves by.
     """
     twist = getattr(message, "twist", message)
     twist = getattr(twist, "twist", twist)
-    return float(twist.linear.x), float(twist.angular.z)
+    told = float(twist.linear.x), float(twist.angular.z), float(twist.linear.y)
+    if not all(abs(value) < FASTEST for value in told):
+        raise ValueError(f"a twist of {told[0]:g} m/s and {told[1]:g} rad/s")
+    return told
 
 
 def intrinsics_of(message: Any, *, width: int, height: int, rectified: bool) -> Intrinsics | None:

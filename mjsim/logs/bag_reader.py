@@ -1,5 +1,7 @@
 """Readers of bags: those of rosbags, and for files that were cut two that need no index."""
 
+import sys
+from bz2 import BZ2Decompressor
 from collections import defaultdict
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
@@ -8,10 +10,20 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from lz4.frame import LZ4FrameDecompressor
 from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Reader as Reader1
 from rosbags.rosbag1 import ReaderError as ReaderError1
-from rosbags.rosbag1.reader import ChunkInfo, Header, IndexData, RecordType, read_bytes, read_uint32
+from rosbags.rosbag1.reader import (
+    Chunk,
+    ChunkInfo,
+    Header,
+    IndexData,
+    RecordType,
+    decompressors,
+    read_bytes,
+    read_uint32,
+)
 from rosbags.rosbag2 import Reader as Reader2
 from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -19,7 +31,20 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from mjsim.logs.bag_parsing import BrokenBagError, parsing
 from mjsim.logs.bag_topics import TRANSFORMS
 
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
+
 MAGIC1 = b"#ROSBAG V2.0\n"
+ZSTD = b"\x28\xb5\x2f\xfd"
+"""How what zstd packed begins; messages of CDR begin with a zero."""
+BEGUN: Mapping[str, Callable[[bytes], bytes]] = {
+    "none": lambda data: data,
+    "bz2": lambda data: BZ2Decompressor().decompress(data),
+    "lz4": lambda data: LZ4FrameDecompressor().decompress(data),
+}
+"""What unpacks the beginning of a chunk of ROS 1."""
 
 
 def open_reader(files: Mapping[Path, str], *, described: Path | None) -> tuple[Any, str]:
@@ -94,6 +119,13 @@ class _NamedReader2(Reader2):
         self.path, self.is_open = path, False
         self.storage = self.STORAGE_PLUGINS[kind](path)
 
+    def messages(
+        self, connections: Collection[Connection] = (), start: int | None = None, stop: int | None = None
+    ) -> Generator[tuple[Connection, int, bytes], None, None]:
+        """Yield messages, unpacked where the recorder packed each: what says so is metadata that may be missing."""
+        for connection, time, data in super().messages(connections, start, stop):
+            yield connection, time, zstd.decompress(data) if data[:4] == ZSTD else data
+
 
 class _Joined:
     """Files of one bag, read together in the order of time."""
@@ -119,7 +151,7 @@ class _Joined:
 
 
 class _CutReader1(Reader1):
-    """A bag of ROS 1 without its index: the chunks that are whole are looked through."""
+    """A bag of ROS 1 without its index: its chunks are looked through, the last as far as it goes."""
 
     def open(self) -> None:
         """Open it and find its messages."""
@@ -150,14 +182,24 @@ class _CutReader1(Reader1):
             read_bytes(self.bio, read_uint32(self.bio))
             return
         self.bio.seek(position)
-        chunk = self.read_chunk()
+        chunk = self._rest_of(self.read_chunk())
         self.bio.seek(chunk.datapos)
         content = chunk.decompressor(read_bytes(self.bio, chunk.datasize))
-        self._list(content, position, found, indexes)
+        # Where the disk was not written the chunk is zeros.
+        with suppress(ReaderError1):
+            self._list(content, position, found, indexes)
         self.chunks[position] = chunk
         entries = [entry.time for index in indexes.values() for entry in index if entry.chunk_pos == position]
         if entries:
             self.chunk_infos.append(ChunkInfo(position, min(entries), max(entries) + 1, {}))
+
+    def _rest_of(self, chunk: Chunk) -> Chunk:
+        """Return a chunk, or what there is of it where the file ends in it."""
+        there = self.path.stat().st_size - chunk.datapos
+        if there >= chunk.datasize:
+            return chunk
+        packed = next(name for name, each in decompressors.items() if each is chunk.decompressor)
+        return Chunk(there, chunk.datapos, BEGUN[packed])
 
     def _list(
         self, content: bytes, position: int, found: dict[int, Connection], indexes: dict[int, list[IndexData]]
@@ -171,13 +213,15 @@ class _CutReader1(Reader1):
                 records.seek(offset)
                 # The parent reads it from its file.
                 self.bio = records
-                connection = self.read_connection()
-                self.bio = kept
+                try:
+                    connection = self.read_connection()
+                finally:
+                    self.bio = kept
                 found.setdefault(connection.id, connection)
                 continue
+            read_bytes(records, read_uint32(records))
             if header.get_uint8("op") == RecordType.MSGDATA:
                 indexes[header.get_uint32("conn")].append(IndexData(header.get_time("time"), position, offset))
-            read_bytes(records, read_uint32(records))
 
 
 class _CutMcap(McapReader):

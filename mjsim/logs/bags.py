@@ -80,20 +80,32 @@ class _Robot:
         self._bag, self._contents, self._messages, self._topics = bag, contents, messages, topics
         self._notes: dict[str, str] = {}
         self._odometry = self._moves(topics.odometry) or self._transformed()
+        self._track = None if self._odometry is None else self._odometry.planar()
+        if self._track is None:
+            self._notes.setdefault("odometry", "none; the robot stands still")
+        elif self._odometry is not None and self._odometry.by_twists():
+            self._notes["odometry"] = f"twists of topic {topics.odometry}; its poses are none, or never change"
+        self._base = self._base_frame()
+
+    def _base_frame(self) -> str | None:
+        """Return the frame of the robot: the one that odometry moves, or the usual one where /tf knows nothing of that."""
         child = self._odometry.child if self._odometry is not None else ""
-        self._base = child or contents.frames.base("" if topics.name == "robot" else topics.name)
+        usual = self._contents.frames.base("" if self._topics.name == "robot" else self._topics.name)
+        if child and usual is not None and child not in self._contents.frames:
+            self._notes["odometry's frame"] = f"{child} is not in /tf; it is taken for {usual}"
+            return usual
+        return child or usual
 
     def log(self) -> Log:
         """Return what it logged."""
-        topics, odometry = self._topics, self._odometry
+        topics = self._topics
         mounts, scans = self._scans()
         cameras, frames = self._cameras()
         clouds, tops = self._clouds()
         readings, places = self._imu()
-        rows = None if odometry is None else odometry.table(odometry.rows)
         robot = RobotLog(
             twists=self._twists(),
-            track=None if rows is None else _planar(rows),
+            track=self._track,
             scans=scans,
             clouds=clouds,
             cameras=frames,
@@ -115,11 +127,13 @@ class _Robot:
         )
 
     def _twists(self) -> Array:
-        """Return what the robot was told, else how odometry has it move, rows of time and twist, shape (N, 3)."""
+        """Return what the robot was told, else how odometry has it move, rows as of `RobotLog.twists`."""
         told = self._contents.moves.get(self._topics.command or "")
         if told is not None and told.twists:
             source = f"topic {self._topics.command}"
-            self._notes["commands"] = source if self._odometry is not None else f"{source}; odometry is what they say"
+            self._notes["commands"] = source
+            if self._track is None:
+                self._notes["odometry"] = f"none; the robot is told to do what {source} says"
             return told.table(told.twists)
         if self._odometry is None or not self._odometry.twists:
             return np.zeros((0, 3))
@@ -127,9 +141,7 @@ class _Robot:
 
     def _moves(self, topic: str | None) -> Moves | None:
         moves = self._contents.moves.get(topic or "")
-        if moves is None or not moves.rows:
-            return None
-        return moves
+        return moves if moves is not None and (moves.rows or moves.by_twists()) else None
 
     def _transformed(self) -> Moves | None:
         """Return odometry that only /tf tells."""
@@ -149,7 +161,7 @@ class _Robot:
     def _truth(self) -> Array | None:
         """Return the pose of the robot's frame as the truth has it, rows of time and pose in space, shape (N, 8)."""
         moves = self._moves(self._topics.truth)
-        if moves is None:
+        if moves is None or not moves.rows:
             return None
         self._notes["truth"] = f"topic {self._topics.truth}"
         table = moves.table(moves.rows)
@@ -301,12 +313,6 @@ class _Robot:
             turned = place[:3, :3]
             readings += [ImuReading(each.stamp, turned @ each.acceleration, turned @ each.turn, name) for each in told]
         return sorted(readings, key=lambda each: each.stamp), mounts
-
-
-def _planar(rows: Array) -> Array:
-    """Return rows of time and pose in space, shape (N, 8), as time, x, y [m] and heading [rad], shape (N, 4)."""
-    planar = [Pose3(*row).planar() for row in rows[:, 1:].tolist()]
-    return np.array([[time, *pose.as_array()] for time, pose in zip(rows[:, 0].tolist(), planar, strict=True)])
 
 
 def _mount(place: Array) -> Mount:

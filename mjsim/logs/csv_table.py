@@ -2,6 +2,7 @@
 
 import csv
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,8 +13,10 @@ from mjsim.errors import LONGEST_MESSAGE, UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.logs.text import lines_of
 
-SEPARATORS = (",", ";", "\t")
-"""Tried in this order; else blanks."""
+DECIMAL = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
+"""A number with a decimal comma."""
+SEPARATORS = (";", "\t", ",")
+"""Tried in this order; else blanks. Where it is no comma, a number may have a decimal comma."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,9 +123,15 @@ def read_csv(path: Path) -> CsvTable:
 
 
 def _words(lines: Sequence[str], separator: str | None) -> list[list[str]]:
-    if separator is None:
-        return [line.split() for line in lines]
-    return [[word.strip() for word in row] for row in csv.reader(lines, delimiter=separator)]
+    if separator == ",":
+        return [[word.strip() for word in row] for row in csv.reader(lines)]
+    rows = map(str.split, lines) if separator is None else csv.reader(lines, delimiter=separator)
+    return [[_with_point(word.strip()) for word in row] for row in rows]
+
+
+def _with_point(word: str) -> str:
+    """Return a number that has a decimal comma with a point, every other word as it is."""
+    return word.replace(",", ".") if DECIMAL.fullmatch(word) else word
 
 
 def _is_number(word: str) -> bool:

@@ -48,6 +48,7 @@ READ = (
     " a CARMEN log, a YAML file that describes tables (log: tables)"
 )
 TABLES = (".csv", ".tsv", ".dat")
+ZSTD = (".zst", ".zstd")
 PACKED = (".tar", ".tgz", ".txz", ".zip", ".tar.gz", ".tar.xz", ".tar.bz2", ".7z")
 
 
@@ -98,6 +99,8 @@ def _unknown(path: Path) -> str:
     """Return why a path is no log that is read here."""
     if path.name.lower().endswith(PACKED):
         return f"'{path}' is an archive; unpack it and name the folder"
+    if packed := [each.name for each in (path.iterdir() if path.is_dir() else [path]) if each.suffix in ZSTD]:
+        return f"'{path}' holds {packed[0]}, packed by zstd, and no metadata.yaml that says so; unpack it (unzstd)"
     if path.is_file() and not path.stat().st_size:
         return f"'{path}' is empty"
     if path.is_file() and is_mcap(path):

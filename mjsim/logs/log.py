@@ -168,7 +168,7 @@ def record_logs(
     if span[1] - span[0] > LONGEST:
         raise UsageError(
             f"'{source}' lasts {span[1] - span[0]:.0f} s; a recording lasts at most {LONGEST:.0f}: choose a part with"
-            " --begin and --seconds"
+            " --begin and --seconds, or say the unit of its times if they are not seconds"
         )
     notes = {key: value for log in logs for key, value in log.notes.items()}
     return write_robot_logs(

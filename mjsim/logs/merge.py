@@ -1,5 +1,6 @@
 """Logs with times of their own -> ticks: motion is integrated, truth is taken from its neighbours in time."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,8 +33,8 @@ def motions(twists: Array, edges: Array, noise: MotionNoise) -> list[Odometry]:
     """Return the motion from each edge to the next, as an arc for each twist that held on the way.
 
     Args:
-        twists: Rows of time [s], forward [m/s] and turn [rad/s], in the order of time; each holds until the next, and
-            before the first the robot rests.
+        twists: Rows of time [s], forward [m/s], turn [rad/s] and, of what moves aside, left [m/s], shape (N, 3 or 4), in
+            the order of time; each holds until the next, and before the first the robot rests.
         edges: Times of the ticks, shape (K,), ascending [s].
         noise: Makes the covariances.
 
@@ -78,15 +79,33 @@ def track_motions(track: Array, edges: Array, noise: MotionNoise) -> list[Odomet
     ]
 
 
+def track_of(twists: Array) -> Array:
+    """Return where twists lead from the origin: rows of time [s], x, y [m] and heading [rad], shape (N, 4).
+
+    Args:
+        twists: As of `motions`, shape (N, 3 or 4).
+    """
+    place, rows = Pose(0.0, 0.0, 0.0), []
+    exact = MotionNoise(distance=0.0, turn=0.0, veer=0.0, aside=0.0)
+    rest = Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
+    for time, step in zip(twists[:, 0].tolist(), [rest, *motions(twists, twists[:, 0], exact)], strict=True):
+        place = place @ Pose(step.forward, step.left, step.turn)
+        rows.append([time, place.x, place.y, place.heading])
+    return np.array(rows)
+
+
 def _motion(twists: Array, begin: float, end: float, noise: MotionNoise) -> Odometry:
     """Return the motion from one time to another, under the twists that hold between them."""
     place, heading, way, turned = Pose(0.0, 0.0, 0.0), 0.0, 0.0, 0.0
     rows = twists.tolist()
-    for (since, forward, turn), until in zip(rows, [row[0] for row in rows[1:]] + [end], strict=False):
-        seconds = max(until - max(since, begin), 0.0)
-        place = place @ Pose(*arc_end(forward * seconds, turn * seconds), turn * seconds)
+    for (since, forward, turn, *left), until in zip(rows, [row[0] for row in rows[1:]] + [end], strict=False):
+        seconds, aside = max(until - max(since, begin), 0.0), sum(left)
+        x, y = arc_end(forward * seconds, turn * seconds)
+        # The same arc, begun to the left.
+        ahead, back = arc_end(aside * seconds, turn * seconds)
+        place = place @ Pose(x - back, y + ahead, turn * seconds)
         heading += turn * seconds
-        way, turned = way + abs(forward) * seconds, turned + abs(turn) * seconds
+        way, turned = way + math.hypot(forward, aside) * seconds, turned + abs(turn) * seconds
     return Odometry(place.x, place.y, heading, _covariance(way, turned, heading, noise))
 
 

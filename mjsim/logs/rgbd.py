@@ -61,11 +61,11 @@ def read_rgbd(path: Path) -> Log:
     Raises:
         UsageError: A file is not there or not as it must be; names file and line.
     """
-    stamps, pictures = _list(path / "rgb.txt")
     notes: dict[str, str] = {}
+    stamps, pictures = _list(path / "rgb.txt", notes)
     width, height = _size(pictures[0], pictures[0].read_bytes())
     intrinsics = _intrinsics(path, width, height, notes)
-    depth_stamps, depths = _list(path / "depth.txt") if (path / "depth.txt").is_file() else (np.zeros(0), [])
+    depth_stamps, depths = _list(path / "depth.txt", notes) if (path / "depth.txt").is_file() else (np.zeros(0), [])
     partner = partners(stamps, depth_stamps, tolerance=TOGETHER).tolist()
     if depths:
         notes["pictures without depth"] = str(sum(other < 0 for other in partner))
@@ -84,9 +84,9 @@ def read_rgbd(path: Path) -> Log:
     return Log(kind="TUM RGB-D", robot=robot, name="robot", cameras={CAMERA: camera}, notes=notes)
 
 
-def _list(path: Path) -> tuple[Array, list[Path]]:
-    """Return when pictures were taken, ascending [s], and their files."""
-    stamps, files = [], []
+def _list(path: Path, notes: dict[str, str]) -> tuple[Array, list[Path]]:
+    """Return when pictures were taken, ascending [s], and their files; those that are not there are counted."""
+    stamps, files, missing = [], [], []
     for number, line in enumerate(lines_of(path), start=1):
         words = line.partition("#")[0].split(maxsplit=1)
         if not words:
@@ -99,11 +99,13 @@ def _list(path: Path) -> tuple[Array, list[Path]]:
         if not np.isfinite(stamp) or not file.resolve().is_relative_to(path.parent.resolve()):
             raise UsageError(f"{path}:{number}: {line.strip()[:60]!r}; the time is finite, the path in the folder")
         if not file.is_file():
-            raise UsageError(f"{path}:{number}: no file '{name}'"[:LONGEST_MESSAGE])
+            missing.append(f"{path}:{number}: no file '{name}'"[:LONGEST_MESSAGE])
+            continue
         stamps.append(stamp)
         files.append(file)
     if not files:
-        raise UsageError(f"'{path}' lists no pictures")
+        raise UsageError(missing[0] if missing else f"'{path}' lists no pictures")
+    notes[f"files of {path.name} that are not there left out"] = str(len(missing))
     order = rising(np.array(stamps))
     return np.array(stamps)[order], [files[k] for k in order.tolist()]
 

@@ -31,7 +31,8 @@ class RobotLog:
     """What one robot logged; all times are of one clock, in ascending order [s]."""
 
     twists: Array = field(default_factory=lambda: np.zeros((0, 3)))
-    """Rows of time [s], forward [m/s] and turn [rad/s]; each holds until the next, shape (N, 3)."""
+    """Rows of time [s], forward [m/s], turn [rad/s] and, of what moves aside, left [m/s]; each holds until the next, shape
+    (N, 3 or 4)."""
     track: Array | None = None
     """Rows of time [s], x, y [m] and heading [rad] in a frame that drifts, shape (K, 4): odometry, where the log has
     poses. Twists are the commands then."""
@@ -241,5 +242,5 @@ def _held(twists: Array, edges: Array) -> Array:
     if not len(twists):
         return np.zeros((len(edges), 3))
     held: NDArray[np.intp] = np.searchsorted(twists[:, 0], edges, side="right") - 1
-    forward, turn = np.where((held >= 0)[:, None], twists[np.maximum(held, 0), 1:], 0.0).T
-    return np.column_stack([forward, np.zeros(len(edges)), turn])
+    forward, turn, *left = np.where((held >= 0)[:, None], twists[np.maximum(held, 0), 1:], 0.0).T
+    return np.column_stack([forward, left[0] if left else np.zeros(len(edges)), turn])

@@ -24,7 +24,11 @@ def lines_of(path: Path) -> Iterator[str]:
     """
     taken = 0
     try:
-        with _opened(path) as file:
+        with _opened(path) as packed:
+            wide = packed.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+            packed.seek(0)
+            # What spreadsheets call Unicode text.
+            file = codecs.EncodedFile(packed, "utf-8", "utf-16", errors="replace") if wide else packed
             while line := file.readline(LONGEST_LINE):
                 # What editors of Windows put before a text.
                 line = line if taken else line.removeprefix(codecs.BOM_UTF8)

@@ -249,3 +249,26 @@ def test_robots_that_only_tf_tells_apart_are_not_mixed(tmp_path):
     run = mjsim.import_log(tmp_path / "run")
     assert run.metadata["odometry"] == "none; /tf has several frames that move, anna/base_link, bert/base_link"
     assert not run.robots["robot"].odometry[:, :2].any()
+
+
+def test_the_beginning_of_a_chunk_that_was_cut_is_read(tmp_path):
+    write_scans(tmp_path / "run.bag", form="bag")
+    whole = (tmp_path / "run.bag").read_bytes()
+    # Connections and their definitions come first, then the messages, then the index.
+    part = whole[: whole.index(b"ranges") + (whole.rindex(b"/scan") - whole.index(b"ranges")) * 3 // 4]
+    for name, data in (("cut", part), ("zeros", part + bytes(20_000))):
+        (tmp_path / f"{name}.bag").write_bytes(data)
+        with RosBag(tmp_path / f"{name}.bag") as bag:
+            found = list(bag.messages(["/scan"]))
+            assert 0 < len(found) < 10
+            assert bag.cut
+
+
+def test_messages_that_zstd_packed_are_read_without_metadata(tmp_path):
+    with new_bag(tmp_path / "run", "mcap-message") as bag:
+        bag.put("/scan", START, bag.scan(bag.header(START, "laser"), np.arange(3.0), 0.0, 0.1, (0.1, 9.0)))
+    (tmp_path / "run" / "metadata.yaml").unlink()
+    with RosBag(tmp_path / "run") as bag:
+        (found,) = bag.messages(["/scan"])
+        assert bag.stamp(found) == pytest.approx(START, abs=1e-6)
+        assert bag.decode(found).ranges.tolist() == [0.0, 1.0, 2.0]

@@ -114,3 +114,11 @@ def test_depth_that_says_it_has_gigabytes_is_not_decoded(folder, tmp_path):
     file.write_bytes(data)
     with pytest.raises(UsageError, match="900 megapixels"):
         mjsim.import_log(tmp_path / "huge")
+
+
+def test_files_that_a_list_names_and_nobody_has_are_left_out_and_counted(folder, tmp_path):
+    shutil.copytree(folder[0], tmp_path / "tum")
+    sorted((tmp_path / "tum" / "depth").iterdir())[1].unlink()
+    log = mjsim.import_log(tmp_path / "tum")
+    assert log.metadata["files of depth.txt that are not there left out"] == "1"
+    assert log.metadata["pictures without depth"] == "1"

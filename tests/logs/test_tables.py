@@ -17,6 +17,7 @@ from mjsim.errors import MjsimError, UsageError
 from mjsim.geometry import Pose
 from mjsim.interface import Message, Observation, Odometry, Scan, Sighting, WheelTicks
 from mjsim.logs import Wishes, write_log
+from mjsim.logs.csv_table import read_csv
 from mjsim.run import drivers_of
 from tests.real_logs import circle, run_command
 
@@ -297,3 +298,11 @@ def test_observations_that_make_no_recording_are_refused_in_one_line(tmp_path):
         with pytest.raises(MjsimError, match=said):
             write_log(tmp_path / "own.mcap", given, **keys)
         assert not (tmp_path / "own.mcap").exists()
+
+
+@pytest.mark.parametrize("text", ["t;x\r\n1,5;-2,25e1\r\n", "1,5\t-22,5\r\n", "t\tx\n1.5\t-22.5\n"])
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_tables_of_spreadsheets_have_decimal_commas_and_wide_letters(text, encoding, tmp_path):
+    (tmp_path / "a.csv").write_bytes(text.encode(encoding))
+    table = read_csv(tmp_path / "a.csv")
+    assert [float(table.column(table.names[k])[0]) for k in range(2)] == [1.5, -22.5]
