@@ -65,7 +65,7 @@ class Moves:
     """Name of the frame whose poses they are."""
 
     def planar(self) -> Array | None:
-        """Return time, x, y [m] and heading [rad] of its poses, or, where these never change, by its twists, shape (N, 4)."""
+        """Return time, x, y [m] and heading [rad] of its poses, or its twists if only they tell, shape (N, 4)."""
         if self.by_twists():
             return track_of(self.table(self.twists))
         if not self.rows:

@@ -88,7 +88,7 @@ class _Robot:
         self._base = self._base_frame()
 
     def _base_frame(self) -> str | None:
-        """Return the frame of the robot: the one that odometry moves, or the usual one where /tf knows nothing of that."""
+        """Return the frame of the robot: the one that odometry moves, or the usual one where /tf does not know that."""
         child = self._odometry.child if self._odometry is not None else ""
         usual = self._contents.frames.base("" if self._topics.name == "robot" else self._topics.name)
         if child and usual is not None and child not in self._contents.frames:

@@ -33,8 +33,8 @@ def motions(twists: Array, edges: Array, noise: MotionNoise) -> list[Odometry]:
     """Return the motion from each edge to the next, as an arc for each twist that held on the way.
 
     Args:
-        twists: Rows of time [s], forward [m/s], turn [rad/s] and, of what moves aside, left [m/s], shape (N, 3 or 4), in
-            the order of time; each holds until the next, and before the first the robot rests.
+        twists: Rows of time [s], forward [m/s], turn [rad/s] and, of what moves aside, left [m/s], shape (N, 3 or 4),
+            in the order of time; each holds until the next, and before the first the robot rests.
         edges: Times of the ticks, shape (K,), ascending [s].
         noise: Makes the covariances.
 

@@ -31,8 +31,8 @@ class RobotLog:
     """What one robot logged; all times are of one clock, in ascending order [s]."""
 
     twists: Array = field(default_factory=lambda: np.zeros((0, 3)))
-    """Rows of time [s], forward [m/s], turn [rad/s] and, of what moves aside, left [m/s]; each holds until the next, shape
-    (N, 3 or 4)."""
+    """Rows of time [s], forward [m/s], turn [rad/s] and, of what moves aside, left [m/s], shape (N, 3 or 4); each holds
+    until the next."""
     track: Array | None = None
     """Rows of time [s], x, y [m] and heading [rad] in a frame that drifts, shape (K, 4): odometry, where the log has
     poses. Twists are the commands then."""
