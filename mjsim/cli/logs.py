@@ -21,7 +21,9 @@ TOLD = ("bag breaks off", "calibration", "clock", "odometry", "place of")
 def import_log(
     source: Annotated[
         Path,
-        typer.Argument(metavar="LOG", help="Of MRCLAM, Victoria Park, TUM RGB-D, CARMEN; a ROS bag; tables in YAML."),
+        typer.Argument(
+            metavar="LOG", help="Of MRCLAM, Victoria Park, TUM RGB-D, EuRoC, CARMEN; a ROS bag; YAML of tables."
+        ),
     ],
     output: Annotated[Path, typer.Option("-o", metavar="RUN.mcap", help="The recording to write.")],
     robot: Annotated[list[str] | None, typer.Option(metavar="R", help="Of MRCLAM or a bag; may be repeated.")] = None,

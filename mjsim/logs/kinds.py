@@ -9,6 +9,7 @@ from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.logs import columns, mrclam, victoria_park
 from mjsim.logs.bags import is_bag, read_bag
 from mjsim.logs.carmen import is_carmen, read_carmen
+from mjsim.logs.euroc import is_euroc, read_euroc
 from mjsim.logs.log import Log, Wishes, record_logs, require_motion
 from mjsim.logs.rgbd import is_rgbd, read_rgbd
 from mjsim.record import Recording, is_mcap
@@ -40,12 +41,13 @@ KINDS: Sequence[Kind] = (
     ),
     Kind(name="a bag of ROS", is_one=is_bag, read=read_bag, robots=True, topics=True),
     Kind(name="an RGB-D folder of TUM", is_one=is_rgbd, read=lambda path, *_: [read_rgbd(path)]),
+    Kind(name="a folder of EuRoC", is_one=is_euroc, read=lambda path, *_: [read_euroc(path)]),
     Kind(name="a CARMEN log", is_one=is_carmen, read=lambda path, *_: [read_carmen(path)]),
 )
 """In the order in which they are tried; MRCLAM and Victoria Park are folders of their own."""
 READ = (
-    "a folder of MRCLAM (Barcodes.dat), Victoria Park (inputs.dat) or TUM RGB-D (rgb.txt), a bag of ROS 1 or ROS 2,"
-    " a CARMEN log, a YAML file that describes tables (log: tables)"
+    "a folder of MRCLAM (Barcodes.dat), Victoria Park (inputs.dat), TUM RGB-D (rgb.txt) or EuRoC (mav0),"
+    " a bag of ROS 1 or ROS 2, a CARMEN log, a YAML file that describes tables (log: tables)"
 )
 TABLES = (".csv", ".tsv", ".dat")
 ZSTD = (".zst", ".zstd")

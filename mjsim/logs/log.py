@@ -124,12 +124,12 @@ class Log:
     """What was left out, and other facts for the recording's metadata."""
 
     def times(self) -> tuple[float, float]:
-        """Return when the first and the last of its readings were taken that a robot moves by [s]."""
+        """Return when the first and the last of its readings were taken, truth aside [s]."""
         robot = self.robot
         moves = robot.track if robot.track is not None else robot.twists
-        seen = np.array([sighting.stamp for sighting in robot.sightings])
+        seen, felt = (np.array([each.stamp for each in told]) for told in (robot.sightings, robot.imu))
         streams = [each.stamps for part in (robot.scans, robot.cameras, robot.clouds) for each in part.values()]
-        columns = [column for column in (moves[:, 0], seen, *streams) if len(column)]
+        columns = [column for column in (moves[:, 0], seen, felt, *streams) if len(column)]
         return min(float(column[0]) for column in columns), max(float(column[-1]) for column in columns)
 
 

@@ -26,20 +26,18 @@ from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array, Pose3
 from mjsim.interface import ImuReading, Intrinsics
 from mjsim.logs.log import AHEAD, Log
-from mjsim.logs.readings import TOGETHER, Readings, partners, rising
+from mjsim.logs.picture_files import frame_in, listed_pictures, size_in
+from mjsim.logs.readings import TOGETHER, Readings, partners
 from mjsim.logs.robot_log import RobotLog
-from mjsim.logs.table import TIME, read_table
+from mjsim.logs.table import TIME, read_table, with_unit_quaternions
 from mjsim.logs.text import lines_of
-from mjsim.models import any_picture_size
-from mjsim.record import LoggedCamera, LoggedFrame, filed_frame
+from mjsim.record import LoggedCamera, LoggedFrame
 
 CAMERA = "camera"
 PER_METRE = np.float32(5000.0)
 """Of the numbers of depth."""
 GAP = 0.1
 """Between two poses of the truth that are farther apart nothing is known [s]."""
-UNIT = 0.01
-"""How far the length of a quaternion in a file may be off 1."""
 CALIBRATIONS = {
     1: (517.3, 516.5, 318.6, 255.3, 0.2624, -0.9531, -0.0054, 0.0026, 1.1633),
     2: (520.9, 521.0, 325.1, 249.7, 0.2312, -0.7849, -0.0033, -0.0001, 0.9172),
@@ -62,16 +60,17 @@ def read_rgbd(path: Path) -> Log:
         UsageError: A file is not there or not as it must be; names file and line.
     """
     notes: dict[str, str] = {}
-    stamps, pictures = _list(path / "rgb.txt", notes)
-    width, height = _size(pictures[0], pictures[0].read_bytes())
+    stamps, pictures = listed_pictures(path / "rgb.txt", notes)
+    width, height = size_in(pictures[0], pictures[0].read_bytes())
     intrinsics = _intrinsics(path, width, height, notes)
-    depth_stamps, depths = _list(path / "depth.txt", notes) if (path / "depth.txt").is_file() else (np.zeros(0), [])
+    lists = path / "depth.txt"
+    depth_stamps, depths = listed_pictures(lists, notes) if lists.is_file() else (np.zeros(0), [])
     partner = partners(stamps, depth_stamps, tolerance=TOGETHER).tolist()
     if depths:
         notes["pictures without depth"] = str(sum(other < 0 for other in partner))
 
     def take(number: int) -> LoggedFrame:
-        frame = _frame(pictures[number], float(stamps[number]), intrinsics)
+        frame = frame_in(pictures[number], float(stamps[number]), intrinsics)
         other = partner[number]
         return frame if other < 0 else replace(frame, depth=_depth(depths[other], intrinsics))
 
@@ -84,56 +83,15 @@ def read_rgbd(path: Path) -> Log:
     return Log(kind="TUM RGB-D", robot=robot, name="robot", cameras={CAMERA: camera}, notes=notes)
 
 
-def _list(path: Path, notes: dict[str, str]) -> tuple[Array, list[Path]]:
-    """Return when pictures were taken, ascending [s], and their files; those that are not there are counted."""
-    stamps, files, missing = [], [], []
-    for number, line in enumerate(lines_of(path), start=1):
-        words = line.partition("#")[0].split(maxsplit=1)
-        if not words:
-            continue
-        try:
-            stamp, name = float(words[0]), words[1].strip()
-        except (ValueError, IndexError):
-            raise UsageError(f"{path}:{number}: {line.strip()[:60]!r}; a line has a time and a path") from None
-        file = path.parent / name
-        if not np.isfinite(stamp) or not file.resolve().is_relative_to(path.parent.resolve()):
-            raise UsageError(f"{path}:{number}: {line.strip()[:60]!r}; the time is finite, the path in the folder")
-        if not file.is_file():
-            missing.append(f"{path}:{number}: no file '{name}'"[:LONGEST_MESSAGE])
-            continue
-        stamps.append(stamp)
-        files.append(file)
-    if not files:
-        raise UsageError(missing[0] if missing else f"'{path}' lists no pictures")
-    notes[f"files of {path.name} that are not there left out"] = str(len(missing))
-    order = rising(np.array(stamps))
-    return np.array(stamps)[order], [files[k] for k in order.tolist()]
-
-
-def _frame(file: Path, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
-    try:
-        return filed_frame(file.read_bytes(), stamp, intrinsics)
-    except ValueError as error:
-        raise UsageError(f"'{file}' holds {error}; it needs {intrinsics.width} x {intrinsics.height}") from None
-
-
 def _depth(file: Path, intrinsics: Intrinsics) -> Array:
     """Return the depth in a file, shape (height, width) [m]; +inf for none."""
     data = file.read_bytes()
     # What is too large is not decoded.
-    fits = _size(file, data) == (intrinsics.width, intrinsics.height)
+    fits = size_in(file, data) == (intrinsics.width, intrinsics.height)
     values = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED) if fits else None
     if values is None or values.dtype != np.uint16 or values.ndim != 2:
         raise UsageError(f"'{file}' is no depth of {intrinsics.width} x {intrinsics.height} pixels of 16 bits")
     return np.where(values > 0, values.astype(np.float32) / PER_METRE, np.inf).astype(float)
-
-
-def _size(file: Path, data: bytes) -> tuple[int, int]:
-    """Return width and height of the picture that a file holds [px]."""
-    try:
-        return any_picture_size(data)
-    except ValueError as error:
-        raise UsageError(f"'{file}' {error}") from None
 
 
 def _intrinsics(path: Path, width: int, height: int, notes: dict[str, str]) -> Intrinsics:
@@ -184,11 +142,7 @@ def _truth(path: Path, notes: dict[str, str]) -> Array | None:
     if not file.is_file():
         return None
     rows = read_table(file, (TIME, "x", "y", "z", "qx", "qy", "qz", "qw"))
-    lengths = np.linalg.norm(rows[:, 4:], axis=1)
-    odd = np.flatnonzero(np.abs(lengths - 1.0) > UNIT)
-    if len(odd):
-        raise UsageError(f"'{file}': the quaternion at {rows[odd[0], 0]:.3f} s has length {lengths[odd[0]]:.3g}, not 1")
-    rows[:, 4:] /= lengths[:, None]
+    rows = with_unit_quaternions(file, rows)
     optical_from_body = np.linalg.inv(np.vstack([np.column_stack([AHEAD[:3, :3], np.zeros(3)]), [0.0, 0.0, 0.0, 1.0]]))
     for row in rows:
         row[1:] = Pose3.from_matrix(Pose3(*row[1:].tolist()).matrix() @ optical_from_body).as_array()

@@ -11,6 +11,8 @@ from mjsim.geometry import Array
 
 TIME = "time"
 """Name of a column whose values never fall from one line to the next."""
+UNIT = 0.01
+"""How far the length of a quaternion in a file may be off 1."""
 
 
 def read_table(path: Path, columns: Sequence[str], *, positive: Collection[str] = ()) -> Array:
@@ -66,6 +68,22 @@ def _row(words: Sequence[str], columns: Sequence[str], positive: Collection[str]
             raise ValueError(f"{column} is {value:g}; it must be above 0")
         row.append(value)
     return row
+
+
+def with_unit_quaternions(path: Path, rows: Array) -> Array:
+    """Return rows of time [s], x, y, z [m] and quaternion with quaternions of length 1, shape (N, 8).
+
+    Args:
+        path: The file that they were read from.
+        rows: Shape (N, 8).
+
+    Raises:
+        UsageError: A quaternion is none of a rotation.
+    """
+    lengths = np.linalg.norm(rows[:, 4:], axis=1)
+    if len(odd := np.flatnonzero(np.abs(lengths - 1.0) > UNIT)):
+        raise UsageError(f"'{path}': the quaternion at {rows[odd[0], 0]:.3f} s has length {lengths[odd[0]]:.3g}, not 1")
+    return np.column_stack([rows[:, :4], rows[:, 4:] / lengths[:, None]])
 
 
 def whole_numbers(path: Path, values: Array, column: str) -> list[int]:

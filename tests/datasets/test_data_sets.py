@@ -2,6 +2,8 @@
 
 import csv
 import math
+import re
+import shutil
 from pathlib import Path
 
 import cv2
@@ -15,7 +17,7 @@ from mjsim.datasets import export_carmen, export_euroc, export_rosbag2, export_t
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
 from mjsim.logs import import_log
-from mjsim.record import Recording
+from mjsim.record import LoggedPictures, Recording
 from tests.datasets.conftest import WORLD
 
 ROBOT = "7.tip-top"
@@ -246,6 +248,46 @@ def test_depth_of_tum_comes_in_again_and_goes_out_the_same(alone: Recording, tmp
     for (_, old), (_, new) in zip(listed(first / "depth.txt"), listed(second / "depth.txt"), strict=True):
         before, after = (cv2.imread(str(path), cv2.IMREAD_UNCHANGED) for path in (first / old, second / new))
         np.testing.assert_array_equal(before, after)
+
+
+def test_euroc_comes_in_again(euroc: Path, run: Recording, tmp_path: Path):
+    again = import_log(euroc.parent, record=tmp_path / "again.mcap")
+    (robot,) = again.robots
+    for number, camera in enumerate(("eye", "wide")):
+        before, after = run.pictures(ROBOT, camera), again.pictures(robot, f"cam{number}")
+        assert [data for _, data, _ in after] == [data for _, data, _ in before]
+    told, given = (
+        [reading for seen in each.observations(name) for reading in seen.imu]
+        for each, name in ((again, robot), (run, ROBOT))
+    )
+    for new, old in zip(told, given, strict=True):
+        np.testing.assert_array_equal([new.turn, new.acceleration], [old.turn, old.acceleration])
+    eye = LoggedPictures(again, robot).cameras["cam0"]
+    np.testing.assert_allclose(eye.robot_from_camera, np.linalg.inv(robot_from_imu()) @ robot_from_eye(), atol=1e-9)
+    np.testing.assert_allclose(eye.intrinsics.matrix()[:2, 2], [31.5, 23.5])
+    # A tick with a picture is of the moment of that; the body is the inertial sensor.
+    then = np.searchsorted(run.time, [stamp - 1e-6 for stamp, _, _ in run.pictures(ROBOT, "eye")])
+    here = np.searchsorted(again.time, [stamp - 1e-6 for stamp, _, _ in again.pictures(robot, "cam0")])
+    for new, old in zip(again.robots[robot].truth_pose[here], run.robots[ROBOT].truth_pose[then], strict=True):
+        np.testing.assert_allclose(Pose3(*new).matrix(), Pose3(*old).matrix() @ robot_from_imu(), atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("resolution: [", "resolution: ]", "is no YAML"),
+        ("T_BS:", "T_CB:", "T_BS is no pose; its data are 16 numbers of a rigid transform"),
+        ("intrinsics: [", "intrinsics: [0, ", "they are fu, fv, cu, cv in pixels"),
+        ("equidistant", "omni", "a lens of model 'omni'; radial-tangential,"),
+    ],
+)
+def test_a_calibration_of_euroc_that_is_not_as_it_must_be_is_one_line(old, new, said, euroc: Path, tmp_path: Path):
+    shutil.copytree(euroc / "cam1", tmp_path / "cam1")
+    sheet = tmp_path / "cam1" / "sensor.yaml"
+    sheet.write_text(sheet.read_text().replace(old, new))
+    with pytest.raises(UsageError, match=re.escape(said)) as caught:
+        import_log(tmp_path)
+    assert "\n" not in str(caught.value)
 
 
 def test_data_sets_that_exist_are_kept_unless_asked(tum: Path, euroc: Path, carmen: Path, run: Recording):

@@ -1,0 +1,154 @@
+"""EuRoC (ASL) folders: cameras and inertial sensors that are fixed to one body.
+
+    mav0/camN/data.csv                         time [ns], name of a picture in camN/data
+    mav0/imuN/data.csv                         time [ns], angular velocity [rad/s], specific force [m/s^2]
+    mav0/*/sensor.yaml                         T_BS: body_from_sensor; intrinsics, distortion
+    mav0/state_groundtruth_estimate0/data.csv  time [ns], x, y, z [m], quaternion w, x, y, z of the body in the world
+    mav0/mocap0/data.csv                       the same, of TUM VI
+
+The robot's frame is the body's, whichever way that lies on its carrier. There is no odometry. Ground truth of positions
+alone (leica0) is not read.
+
+References:
+    Burri et al., The EuRoC micro aerial vehicle datasets, IJRR 35(10), 2016, section 4.
+    Schubert et al., The TUM VI benchmark for evaluating visual-inertial odometry, IROS 2018.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+
+from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.geometry import Array
+from mjsim.interface import ImuReading, Intrinsics
+from mjsim.logs.csv_table import read_csv
+from mjsim.logs.log import Log, Mount
+from mjsim.logs.picture_files import frame_in, listed_pictures, size_in
+from mjsim.logs.readings import Readings
+from mjsim.logs.robot_log import RobotLog
+from mjsim.logs.table import with_unit_quaternions
+from mjsim.logs.text import lines_of
+from mjsim.record import LoggedCamera, LoggedFrame
+
+NANOSECOND = 1e-9
+TRUTHS = ("state_groundtruth_estimate0", "mocap0")
+GAP = 0.1
+"""Between two poses of the truth that are farther apart nothing is known [s]."""
+UNIT = 0.01
+"""How far the determinant of a rotation in a file may be off 1."""
+LENSES = {"radial-tangential": "brown", "radtan": "brown", "plumb_bob": "brown", "equidistant": "fisheye"}
+
+
+def is_euroc(path: Path) -> bool:
+    """Say whether a folder holds a camera or an inertial sensor of such a data set."""
+    return bool(path.is_dir() and _sensors(path, "cam", "imu"))
+
+
+def read_euroc(path: Path) -> Log:
+    """Return what the sensors of a folder gave.
+
+    Raises:
+        UsageError: A file is not there or not as it must be; names file and line.
+    """
+    notes: dict[str, str] = {}
+    cameras: dict[str, LoggedCamera] = {}
+    frames: dict[str, Readings[LoggedFrame]] = {}
+    for folder in _sensors(path, "cam"):
+        cameras[folder.name], frames[folder.name] = _camera(folder, notes)
+    inertial = {folder.name: _imu(folder) for folder in _sensors(path, "imu")}
+    readings = sorted((each for _, told in inertial.values() for each in told), key=lambda each: each.stamp)
+    truth = next((folder for name in TRUTHS for folder in _sensors(path, name)), None)
+    notes["truth"] = "not in the folder" if truth is None else truth.name
+    robot = RobotLog(cameras=frames, imu=readings, poses=None if truth is None else _poses(truth), gap=GAP)
+    mounts = {name: mount for name, (mount, _) in inertial.items()}
+    return Log(kind="EuRoC", robot=robot, cameras=cameras, mounts=mounts, notes=notes)
+
+
+def _sensors(path: Path, *kinds: str) -> list[Path]:
+    """Return the folders of sensors of some kinds that hold data, in the order of their names."""
+    root = path / "mav0" if (path / "mav0").is_dir() else path
+    return sorted(
+        folder for folder in root.iterdir() if folder.name.startswith(kinds) and (folder / "data.csv").is_file()
+    )
+
+
+def _camera(folder: Path, notes: dict[str, str]) -> tuple[LoggedCamera, Readings[LoggedFrame]]:
+    stamps, files = listed_pictures(folder / "data.csv", notes, folder="data", separator=",", second=NANOSECOND)
+    width, height = size_in(files[0], files[0].read_bytes())
+    sheet = _sheet(folder)
+    intrinsics = _intrinsics(folder / "sensor.yaml", sheet, width, height)
+
+    def take(number: int) -> LoggedFrame:
+        return frame_in(files[number], float(stamps[number]), intrinsics)
+
+    return LoggedCamera(intrinsics, _body_from_sensor(folder, sheet)), Readings(stamps, take)
+
+
+def _imu(folder: Path) -> tuple[Mount, list[ImuReading]]:
+    """Return where an inertial sensor is, and its readings along the axes of the body."""
+    place = _body_from_sensor(folder, _sheet(folder))
+    table = read_csv(folder / "data.csv")
+    times, *values = (table.column(k) for k in range(1, 8))
+    turns, forces = np.split(np.column_stack(values), 2, axis=1)
+    rows = zip((times * NANOSECOND).tolist(), forces @ place[:3, :3].T, turns @ place[:3, :3].T, strict=True)
+    x, y, z = place[:3, 3].tolist()
+    return Mount(at=(x, y, z)), [ImuReading(stamp, force, turn, folder.name) for stamp, force, turn in rows]
+
+
+def _poses(folder: Path) -> Array:
+    """Return rows of time and pose of the body, shape (N, 8)."""
+    table = read_csv(folder / "data.csv")
+    rows = np.column_stack([table.column(k) for k in (1, 2, 3, 4, 6, 7, 8, 5)])
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    rows[:, 0] *= NANOSECOND
+    return with_unit_quaternions(folder / "data.csv", rows)
+
+
+def _sheet(folder: Path) -> Mapping[str, Any]:
+    """Return what sensor.yaml tells."""
+    file = folder / "sensor.yaml"
+    # OpenCV begins such files with %YAML:1.0, which is no directive of YAML.
+    text = "".join(line for line in lines_of(file) if not line.startswith("%"))
+    try:
+        told = YAML(typ="safe", pure=True).load(text)
+    except YAMLError as error:
+        raise UsageError(f"'{file}' is no YAML: {' '.join(str(error).split())}"[:LONGEST_MESSAGE]) from None
+    if not isinstance(told, dict):
+        raise UsageError(f"'{file}' holds no keys; it needs T_BS")
+    return told
+
+
+def _body_from_sensor(folder: Path, sheet: Mapping[str, Any]) -> Array:
+    """Return T_BS, shape (4, 4) [m]."""
+    told = sheet.get("T_BS")
+    matrix = _numbers(told.get("data") if isinstance(told, dict) else None)
+    if matrix.shape != (16,) or abs(np.linalg.det(matrix.reshape(4, 4)[:3, :3]) - 1.0) > UNIT:
+        raise UsageError(f"'{folder / 'sensor.yaml'}': T_BS is no pose; its data are 16 numbers of a rigid transform")
+    return matrix.reshape(4, 4)
+
+
+def _intrinsics(file: Path, sheet: Mapping[str, Any], width: int, height: int) -> Intrinsics:
+    """Return the calibration of a camera, for pictures of some size [px]."""
+    numbers, lens = (_numbers(sheet.get(key)) for key in ("intrinsics", "distortion_coefficients"))
+    if numbers.shape != (4,) or min(numbers[:2]) <= 0.0:
+        raise UsageError(f"'{file}': intrinsics are {sheet.get('intrinsics')}; they are fu, fv, cu, cv in pixels")
+    fx, fy, cx, cy = numbers.tolist()
+    if not lens.any():
+        return Intrinsics(width, height, fx, fy, cx, cy)
+    model = LENSES.get(str(sheet.get("distortion_model")))
+    if model is None or not 4 <= len(lens) <= (5 if model == "brown" else 4):
+        raise UsageError(f"'{file}': a lens of model {sheet.get('distortion_model')!r}; {', '.join(LENSES)} are read")
+    return Intrinsics(width, height, fx, fy, cx, cy, model, tuple(lens.tolist()))
+
+
+def _numbers(values: Any) -> Array:
+    """Return a list of finite numbers, empty for anything else, shape (N,)."""
+    try:
+        numbers = np.array(values if values is not None else [], dtype=float).ravel()
+    except (TypeError, ValueError):
+        return np.zeros(0)
+    return numbers if np.isfinite(numbers).all() else np.zeros(0)
