@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from mjsim.ergonomics.sight import name_of
 from mjsim.world import Person
 
 FARTHEST = 0.3
@@ -51,7 +52,7 @@ def clearances(model: mujoco.MjModel, data: mujoco.MjData, person: str, *, most:
             if between > model.geom_rbound[geom] + model.geom_rbound[other] + FARTHEST:
                 continue
             distance = mujoco.mj_geomDistance(model, data, geom, other, FARTHEST, None)
-            key = model.body(int(model.geom_bodyid[geom])).name.partition("/")[2], _thing(model, other)
+            key = model.body(int(model.geom_bodyid[geom])).name.partition("/")[2], name_of(model, other)
             if distance < found.get(key, FARTHEST):
                 found[key] = distance
     overlaps = sum(distance < 0.0 for distance in found.values())
@@ -81,9 +82,3 @@ def _is_meant(clearance: Clearance, person: Person) -> bool:
     target = None if held is None else getattr(held, side)
     meant = [name for name in (person.seat, target and target.rpartition(".")[0]) if name is not None]
     return any(clearance.thing == name or clearance.thing.startswith(f"{name}/") for name in meant)
-
-
-def _thing(model: mujoco.MjModel, geom: int) -> str:
-    """Return the part of the world that a geom is, by its name."""
-    name = str(model.geom(geom).name or model.body(int(model.geom_bodyid[geom])).name)
-    return name.removeprefix("obstacle/") or "an unnamed part"

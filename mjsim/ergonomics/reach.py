@@ -1,6 +1,7 @@
 """How far hands reach: to targets, and in every direction."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -63,7 +64,7 @@ def target_reach(sitter: Sitter, goals: Goals, placed: PlacedTarget) -> TargetRe
     if not isinstance(placed.target, GripTarget | PedalTarget):
         return None
     tried = []
-    for side in SIDES:
+    for side in _nearer_first(sitter.seating, placed):
         aimed, name = _aimed(goals, placed, side)
         short = _short(sitter, aimed, name)
         tried.append((short, side, aimed, name))
@@ -72,6 +73,13 @@ def target_reach(sitter: Sitter, goals: Goals, placed: PlacedTarget) -> TargetRe
     short, side, aimed, name = min(tried, key=lambda each: each[0])
     leaning = 0.0 if short == 0.0 else _short(sitter, replace(aimed, leans=False), name)
     return TargetReach(placed.name, side, short, min(leaning, short))
+
+
+def _nearer_first(seating: Seating, placed: PlacedTarget) -> Sequence[str]:
+    """Return both sides of a body, first the one on which a target lies."""
+    to_target = placed.world_from_target[:3, 3] - seating.world_from_seat[:3, 3]
+    left = float(to_target @ seating.world_from_seat[:3, 1]) >= 0.0
+    return SIDES if left else SIDES[::-1]
 
 
 def _aimed(goals: Goals, placed: PlacedTarget, side: str) -> tuple[Goals, str]:

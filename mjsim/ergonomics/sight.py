@@ -151,6 +151,7 @@ def name_of(model: mujoco.MjModel, geom: int) -> str:
     """Return what people call what a geom belongs to: a thing by its name, a segment as PERSON/SEGMENT."""
     if geom in (BEYOND, BEHIND):
         return "outside the field" if geom == BEYOND else "facing away"
-    name = str(model.geom(geom).name or model.body(int(model.geom_bodyid[geom])).name)
-    kind, _, rest = name.partition("/")
-    return rest if kind == "obstacle" and rest else name or "an unnamed part"
+    name, body = str(model.geom(geom).name), str(model.body(int(model.geom_bodyid[geom])).name)
+    # Further parts of a segment are named SEGMENT-2 and so on.
+    whole = body if not name or name.startswith(f"{body}-") else name
+    return whole.removeprefix("obstacle/") or "an unnamed part"

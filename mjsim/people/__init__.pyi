@@ -9,6 +9,7 @@ from .loft import Mesh as Mesh
 from .measures import OUTSIDE as OUTSIDE
 from .measures import MeasureError as MeasureError
 from .measures import Measures as Measures
+from .standing import stand as stand
 from .surface import hair as hair
 from .surface import surfaces as surfaces
 from .survey import PERCENTILES as PERCENTILES

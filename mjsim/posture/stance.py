@@ -18,9 +18,9 @@ from mjsim.world import (
     RampObstacle,
     StepsObstacle,
     World,
+    height_under,
     item_names,
     placed_targets,
-    prisms,
     world_from_seat,
 )
 
@@ -118,14 +118,7 @@ def _floor_before(world_from_seat: Array, things: Sequence[Obstacle]) -> float:
     """
     spot, most = world_from_seat[:2] @ (FEET_AHEAD, 0.0, 0.0, 1.0), world_from_seat[2, 3] - LEAST_BELOW
     level = [each for each in things if not isinstance(each, RampObstacle | StepsObstacle)]
-    tops = [high for each in level for outline, _, high in prisms(each) if high <= most and _holds(outline, spot)]
-    return max(tops, default=0.0)
-
-
-def _holds(outline: Array, spot: Array) -> bool:
-    """Return whether a convex outline, counter-clockwise, shape (n, 2), has a point in it, shape (2,) [m]."""
-    sides, ahead = np.roll(outline, -1, axis=0) - outline, spot - outline
-    return bool(np.all(sides[:, 0] * ahead[:, 1] - sides[:, 1] * ahead[:, 0] >= 0.0))
+    return height_under(level, spot, most=most)
 
 
 def _sides(pair: object) -> dict[str, str]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.interface import Picture
+from mjsim.people import SIDES
 from mjsim.posture import poses_of
 from mjsim.video.ink import BEACON, INK, MUTED, PAPER, SEMIBOLD, Letters, blend, parse_color
 from mjsim.video.paper import Paper, px
@@ -135,12 +136,21 @@ def _row(panels: Sequence[Picture], width: int) -> Picture:
     return row
 
 
+def _floor(person: Person, poses: Mapping[str, Array]) -> float:
+    """Return the height of the line below a person [m]: the floor of who sits, the lowest sole of who stands."""
+    if person.seat is not None:
+        return 0.0
+    spots = person.figure.spots(poses)
+    return min(float(spots[f"{side}_{part}"][2]) for side in SIDES for part in ("heel", "ball"))
+
+
 def _panel(world: World, person: Person, ratio: float, letters: Letters, *, names: bool) -> Picture:
     """Return a person from the right, the floor as a line, and below that from above."""
     poses, scale = poses_of(world, person), px(1000.0) / ratio
     views = [person_view(world, person, poses, look(poses)) for look in (look_beside, look_over)]
     bounds = [view.bounds for view in views]
-    bounds[0][0, 1] = min(bounds[0][0, 1], 0.0)
+    floor = _floor(person, poses)
+    bounds[0][0, 1] = min(bounds[0][0, 1], floor)
     left, right = min(each[0, 0] for each in bounds), max(each[1, 0] for each in bounds)
     width = math.ceil(max((right - left) * scale + 2 * px(MARGIN), px(NARROWEST)))
     middle = (left + right) / 2
@@ -150,7 +160,7 @@ def _panel(world: World, person: Person, ratio: float, letters: Letters, *, name
         plan = PlanView(middle - width / 2 / scale, float(high[1]) + px(MARGIN) / scale, scale, width, len(image))
         paper = Paper(image, plan, letters)
         if is_beside:
-            paper.line([(left, 0.0), (right, 0.0)], INK, 0.25)
+            paper.line([(left, floor), (right, floor)], INK, 0.25)
         draw_view(paper, view)
         parts.append(image)
     head = np.full((round(px(HEAD)), width, 3), PAPER, np.uint8)

@@ -53,6 +53,7 @@ def turned(person: Person, values: Mapping[str, float]) -> tuple[Person, list[Ke
     }
     plain = person.model_dump(exclude_unset=True)
     posed = Person.model_validate({**plain, "joints_deg": {**person.joints_deg, **within}})
+    posed.stand_among(person.floors)
     return posed, [(("joints_deg", name), value) for name, value in within.items()]
 
 

@@ -138,6 +138,7 @@ from .items import arm_names as arm_names
 from .items import carried_body as carried_body
 from .items import first_looks as first_looks
 from .items import free_columns as free_columns
+from .items import height_under as height_under
 from .items import is_preset_file as is_preset_file
 from .items import looks_after as looks_after
 from .items import misfits as misfits

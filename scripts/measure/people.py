@@ -2,12 +2,13 @@
 
 python scripts/measure/people.py [--people N]
 
-Expected values are computed here from the survey's table and from de Leva's, not by the package.
+Expected values are computed here from the survey's table and from de Leva's, not by the package. What is drawn comes
+with its standard error: of 100 people a scatter of 26 mm is found as 22 to 30 mm.
 """
 
 import argparse
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib import resources
 
 import numpy as np
@@ -15,7 +16,6 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.people import OUTSIDE, SEXES, Figure, MeasureError, Measures, Sex, measured
 from mjsim.people.deleva import PAIRED, SHARES
-from mjsim.people.frame import THUMB_TIP
 from mjsim.people.survey import SURVEY_NAMES
 
 TABLE = json.loads(resources.files("mjsim.assets").joinpath("people/ansur2.json").read_text(encoding="utf-8"))
@@ -53,6 +53,14 @@ class Population:
         step = inverse[np.ix_(rest, here)] @ (found[here] - self.mean[here])
         found[rest] -= np.linalg.solve(inverse[np.ix_(rest, rest)], step)
         return dict(zip(names, found.tolist(), strict=True))
+
+    def scatter(self, name: str, known: Iterable[str]) -> float:
+        """Return the standard deviation of a measure among people who have the same known ones, by its regression."""
+        names = list(SURVEY_NAMES)
+        here, place = [names.index(each) for each in known], names.index(name)
+        among = self.covariance[np.ix_(here, here)]
+        shared = self.covariance[here, place]
+        return float(np.sqrt(self.covariance[place, place] - shared @ np.linalg.solve(among, shared)))
 
 
 def percentiles(people: Population) -> None:
@@ -98,13 +106,12 @@ def reach(people: Population, count: int, rng: np.random.Generator) -> None:
         except MeasureError:
             continue
         errors.append(measured(figure)["thumb_tip_reach"] - person["thumb_tip_reach"])
-    weights = {"thumb_tip_reach": 1.0, "upper_arm_length": -1.0, "forearm_length": -1.0, "hand_length": -THUMB_TIP}
-    sums = np.array([weights.get(name, 0.0) for name in SURVEY_NAMES])
-    survey = float(np.sqrt(sums @ people.covariance @ sums))
-    bias, scatter = 1000 * np.mean(errors), 1000 * np.std(errors)
+    survey, found = people.scatter("thumb_tip_reach", ARM), len(errors)
+    bias, scatter = 1000 * np.mean(errors), 1000 * np.std(errors, ddof=1)
     print(
-        f"{people.sex}: thumb-tip reach of {len(errors)} people by {len(ARM)} measures: bias {bias:+.1f} mm, scatter"
-        f" {scatter:.1f} mm; of the survey about the sum of its own lengths {1000 * survey:.1f} mm"
+        f"{people.sex}: thumb-tip reach of {found} people by {len(ARM)} measures: bias {bias:+.1f} +- "
+        f"{scatter / np.sqrt(found):.1f} mm, scatter {scatter:.1f} +- {scatter / np.sqrt(2 * found):.1f} mm "
+        f"(standard errors); of the survey among people with the same {len(ARM)} measures {1000 * survey:.1f} mm"
     )
 
 

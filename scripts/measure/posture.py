@@ -12,10 +12,10 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from mjsim.compile import compile_world
-from mjsim.ergonomics import hiders, points_on, studies
+from mjsim.ergonomics import clearances, collisions, hiders, points_on, studies
 from mjsim.people import SEXES, Figure, Measures
 from mjsim.posture import Goals, Sitter, Workstation, limits
-from mjsim.world import DisplayTarget, World, load_checked
+from mjsim.world import DisplayTarget, World, load_checked, with_settings
 
 WORLDS = ("driving_seat", "forklift", "control_desk")
 PERCENTILES = (5.0, 50.0, 95.0)
@@ -69,6 +69,21 @@ def print_postures(name: str, place: Workstation) -> None:
                 f"{name}, {sex} p{percentile:g}: worst contact {1000 * worst:.2g} mm, within limits: {within}, "
                 f"two solvers apart {apart:.2g} deg, {took:.0f} ms, out of reach: {', '.join(found.missed) or 'none'}"
             )
+
+
+def print_room(name: str, world: World) -> None:
+    """Print what small, middle and tall women and men go through, more than 1 cm and not meant."""
+    (person,) = world.people
+    for sex in SEXES:
+        for percentile in PERCENTILES:
+            key = f"people.{person.name}"
+            placed = with_settings(world, [f"{key}.sex={sex}", f"{key}.percentile={percentile:g}"])
+            model = compile_world(placed).compile()
+            data = mujoco.MjData(model)
+            mujoco.mj_kinematics(model, data)
+            found = collisions(clearances(model, data, person.name), placed.people[0])
+            through = ", ".join(f"{each.segment} {-1000 * each.distance:.0f} mm into {each.thing}" for each in found)
+            print(f"{name}, {sex} p{percentile:g}: goes through {through or 'nothing'}")
 
 
 def print_too_far(name: str, place: Workstation, figure: Figure) -> None:
@@ -179,6 +194,7 @@ def main() -> None:
         (person,) = world.people
         place = Workstation.of(world, person)
         print_postures(name, place)
+        print_room(name, world)
         print_too_far(name, place, person.figure)
         print_rays(name, world)
         for study in studies(world):

@@ -18,6 +18,7 @@ obstacles:
     at: [0, 0]
     targets:
       - {grip: near, at: [0.4, 0.2, 0.7]}
+      - {grip: beside, at: [0.4, -0.2, 0.7]}
       - {grip: leaning, at: [0.95, 0.0, 0.9]}
       - {grip: far, at: [3, 0, 1]}
       - {sight: clock, at: [3, 0, 1]}
@@ -34,8 +35,10 @@ def sitter():
 
 @pytest.mark.slow
 def test_targets_are_reached_reached_by_leaning_or_out_of_reach_by_their_distance(sitter):
-    near, leaning, far, clock = (target_reach(sitter, Goals(), each) for each in placed_targets(parse_world(TARGETS)))
+    placed = placed_targets(parse_world(TARGETS))
+    near, beside, leaning, far, clock = (target_reach(sitter, Goals(), each) for each in placed)
     assert (near.short, near.limb) == (0.0, "left")
+    assert (beside.short, beside.limb) == (0.0, "right")
     assert leaning.short > 0.05
     assert leaning.leaning == 0.0
     assert 1.0 < far.leaning < far.short < 2.5

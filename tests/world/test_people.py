@@ -106,6 +106,62 @@ def test_a_person_stands_on_the_floor_whatever_the_joints():
         assert spots["glabella"][1] > spots["occiput"][1] + 0.15
 
 
+FLOORS = """mjsim: 1
+obstacles:
+  - {name: ramp, ramp: [4, 2, 0.7], at: [2, 0]}
+  - {name: platform, box: [4, 2, 0.35], at: [2, 4]}
+  - {name: stairs, steps: [0.9, 2, 0.45], at: [6, 0]}
+  - {name: table, box: [2, 2, 0.74], at: [9, 0]}
+  - {name: crate, box: [1, 1, 0.3], at: [12, 0], movable: true}
+people: [{name: anna, sex: female, percentile: 50, WHERE}]
+"""
+
+
+def soles(where):
+    """Return the person, and how high heels, balls and toes are above the floor, left ones first [m]."""
+    (anna,) = parse_world(FLOORS.replace("WHERE", where)).people
+    spots = anna.figure.spots(anna.poses())
+    places = [spots[f"{side}_{part}"] for side in ("left", "right") for part in ("heel", "ball", "toe")]
+    return anna, np.array(places)
+
+
+@pytest.mark.parametrize("heading", [0, 45, 90, 180, -90])
+def test_whole_soles_are_on_a_ramp_whichever_way_one_looks(heading):
+    anna, places = soles(f"at: [1.5, 0], heading_deg: {heading}")
+    np.testing.assert_allclose(places[:, 2], 0.7 * places[:, 0] / 4, atol=1e-12)
+    assert anna.poses()["thorax"][2, 2] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("where", "height"),
+    [
+        ("at: [2, 4]", 0.35),  # a platform
+        ("at: [6, 0], heading_deg: 90", 0.30),  # the second of three steps
+        ("at: [9, 0]", 0.0),  # a table is in the way
+        ("at: [9, 0], elevation: 0.74", 0.74),
+        ("at: [12, 0]", 0.0),  # what can be pushed is in the way too
+        ("at: [2, 0], elevation: 0", 0.0),
+    ],
+)
+def test_soles_are_as_high_as_what_is_below(where, height):
+    np.testing.assert_allclose(soles(where)[1][:, 2], height, atol=1e-12)
+
+
+def test_one_foot_on_a_step_bends_its_knee_and_joints_that_are_given_stay():
+    at = "at: [6.15, 0], heading_deg: 90"  # the right foot is on the third step, the left one on the second
+    anna, places = soles(at)
+    np.testing.assert_allclose(places[:, 2], [0.3] * 3 + [0.45] * 3, atol=1e-12)
+    _, stiff = soles(f"{at}, joints_deg: {{right_knee_flexion: 0}}")
+    assert stiff[0, 2] == pytest.approx(0.45)
+    assert stiff[3, 2] == pytest.approx(0.45)
+
+
+def test_who_stands_on_a_ramp_is_not_inside_it_and_who_stands_in_a_table_is():
+    told = [check_world(parse_world(FLOORS.replace("WHERE", where))) for where in ("at: [1.5, 0]", "at: [9, 0]")]
+    assert [len(problems) for problems in told] == [0, 1]
+    assert "stands inside obstacle 'table'" in str(told[1][0])
+
+
 def test_arms_hang_beside_the_hips_and_joints_that_are_given_are_kept():
     anna, bob = parse_world(GOOD).people
     names = list(anna.figure.joints)

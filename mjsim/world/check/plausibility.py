@@ -9,7 +9,7 @@ import numpy as np
 
 from mjsim.errors import Problem
 from mjsim.world.check.movers import misled
-from mjsim.world.check.standing import SPARE, Doubt, Solids, disc, pair
+from mjsim.world.check.standing import SPARE, Doubt, Solids, called, disc, pair
 from mjsim.world.items import Robot, Wall, World, sensors
 from mjsim.world.plan import Hung, hung
 from mjsim.world.yaml import problems_at
@@ -89,9 +89,11 @@ def _people_in_things(world: World, solids: Solids) -> Iterator[Doubt]:
     for index, person in enumerate(world.people):
         if person.seat is not None:
             continue  # on a seat and among its controls; `mjsim ergonomics` tells the clearances
-        own = f"person '{person.name}'"
+        below = person.floors if person.elevation is None else ()
+        stood_on = (called(thing, number) for number, thing in enumerate(world.obstacles) if thing in below)
+        own = f"person '{person.name}'", *stood_on
         inside = (
-            solids.reached(outline, depth=SOFT, low=low + SOFT, high=high, but=(own,))
+            solids.reached(outline, depth=SOFT, low=low + SOFT, high=high, but=own)
             for outline, low, high in person.prisms.values()
         )
         found = next(filter(None, inside), None)

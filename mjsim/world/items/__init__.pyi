@@ -137,4 +137,5 @@ from .things import Obstacle as Obstacle
 from .things import RampObstacle as RampObstacle
 from .things import SphereObstacle as SphereObstacle
 from .things import StepsObstacle as StepsObstacle
+from .underfoot import height_under as height_under
 from .world import World as World

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, PrivateAttr, model_validator
@@ -52,6 +52,9 @@ class Person(Model):
     """In the scene, segments are `NAME/SEGMENT` and eyes are the cameras `NAME/left_eye` and `NAME/right_eye`."""
     at: Point = (0.0, 0.0)
     """Below the hips, [x, y] [m]; of one who stands upright, between the ankles. Who sits is where the seat is."""
+    elevation: Annotated[float, Field(ge=0, le=1e3)] | None = None
+    """Of what is below the feet above the floor [m]; unless given that of the ramp, of the steps, or of what is level,
+    fixed and no higher than 0.5 m there."""
     heading_deg: Degrees = 0.0
     """Where the person looks, counter-clockwise from x; who sits looks where the seat does."""
     seat: Name | None = None
@@ -78,6 +81,7 @@ class Person(Model):
     colors: PersonColors = PersonColors()
     """Of skin, hair and clothes."""
     _thing: "Obstacle | None" = PrivateAttr(default=None)
+    _floors: "tuple[Obstacle, ...]" = PrivateAttr(default=())
 
     @model_validator(mode="after")
     def _sits_or_stands(self) -> Self:
@@ -88,7 +92,7 @@ class Person(Model):
             for key in ("hands", "feet", "gaze"):
                 if getattr(self, key) != type(self).model_fields[key].default:
                     raise fault(f"'{key}' is for one who sits; add seat: THING, or leave out '{key}'", key)
-        for key in ("at", "heading_deg", "joints_deg") if self.seat is not None else ():
+        for key in ("at", "elevation", "heading_deg", "joints_deg") if self.seat is not None else ():
             if getattr(self, key) != type(self).model_fields[key].default:
                 raise fault(f"who sits is where the seat and its targets say; leave out '{key}'", key)
         return self
@@ -132,6 +136,15 @@ class Person(Model):
         """Note the thing that `seat` names."""
         self._thing = thing
 
+    @property
+    def floors(self) -> "tuple[Obstacle, ...]":
+        """Things on which people stand in the world of this one."""
+        return self._floors
+
+    def stand_among(self, floors: "tuple[Obstacle, ...]") -> None:
+        """Note the things on which people stand; see `floors`."""
+        self._floors = floors
+
     def color_of(self, segment: str) -> str:
         """Return the colour of a segment, '#rrggbb'."""
         return str(getattr(self.colors, WORN.get(segment.removeprefix("left_").removeprefix("right_"), "skin")))
@@ -145,10 +158,10 @@ class Person(Model):
         return values
 
     def poses(self) -> "dict[str, Array]":
-        """Return world from segment by the segment's name, shape (4, 4) each [m]; the lowest sole is on the floor.
+        """Return world from segment by the segment's name, shape (4, 4) each [m]; a sole touches what is below it.
 
-        Of one who sits with thighs level and shanks upright, as plans show it; `mjsim.posture` finds the posture that
-        seat and targets ask for.
+        On ramps and steps see `mjsim.people.stand`. Of one who sits with thighs level and shanks upright;
+        `mjsim.posture` finds the posture that seat and targets ask for.
         """
         from mjsim.mechanics import placed
 
@@ -157,7 +170,13 @@ class Person(Model):
             return self.figure.poses(self.figure.values(SITTING), self._thing.world_from_thing() @ hip)
         root = placed((*self.at, self.figure.segments["pelvis"].at[2]), (0.0, 0.0, math.radians(self.heading_deg)))
         values = self.posture()
-        root[2, 3] -= self.figure.lowest(values)
+        if self.elevation is None and self._floors:
+            from mjsim.people import stand
+            from mjsim.world.items.underfoot import height_under
+
+            values, root = stand(self.figure, values, root, partial(height_under, self._floors), held=self.joints_deg)
+        else:
+            root[2, 3] += (self.elevation or 0.0) - self.figure.lowest(values)
         return self.figure.poses(values, root)
 
     def place(self) -> "Pose":

@@ -17,6 +17,7 @@ from mjsim.world.items.robots import Robot
 from mjsim.world.items.running import Run
 from mjsim.world.items.structure import Ceiling, Floor, Wall
 from mjsim.world.items.things import Beacon, Obstacle
+from mjsim.world.items.underfoot import floors
 
 
 class World(Model):
@@ -68,7 +69,10 @@ class World(Model):
         for message, path in misfits(self.model_dump(include={*NAMED, "run"})):
             raise fault(message, *path)
         things = {thing.name: thing for thing in self.obstacles}
+        below = floors(self.obstacles) if self.people else ()
         for person in self.people:
             if person.seat is not None:
                 person.sit_on(things[person.seat])
+            else:
+                person.stand_among(below)
         return self
