@@ -149,7 +149,7 @@ def test_soles_are_as_high_as_what_is_below(where, height):
 
 def test_one_foot_on_a_step_bends_its_knee_and_joints_that_are_given_stay():
     at = "at: [6.15, 0], heading_deg: 90"  # the right foot is on the third step, the left one on the second
-    anna, places = soles(at)
+    _, places = soles(at)
     np.testing.assert_allclose(places[:, 2], [0.3] * 3 + [0.45] * 3, atol=1e-12)
     _, stiff = soles(f"{at}, joints_deg: {{right_knee_flexion: 0}}")
     assert stiff[0, 2] == pytest.approx(0.45)
