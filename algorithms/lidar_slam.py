@@ -6,11 +6,11 @@ import numpy as np
 from numpy.random import Generator
 
 from mjsim.geometry import Array, Pose, wrap_angle
-from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Scan
+from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Scan, Shown
 
 from .ekf_models import odometry_motion
 from .map_parts import Keyframe, PartsMap
-from .occupancy import OccupancyGrid, lidar_of
+from .occupancy import OccupancyGrid, lidar_of, shown_grid
 from .odometry_bias import OdometryBias
 from .pose_graph import PoseGraph, compose
 from .scan_matching import surface_of
@@ -47,6 +47,7 @@ class LidarSlam:
         loop_distance: float = 3.0,
         loop_share: float = 0.75,
         odometry_scale: float = 2.0,
+        show_every: float = 0.0,
     ) -> None:
         """Set the rules.
 
@@ -58,7 +59,11 @@ class LidarSlam:
                 the robot may have drifted.
             loop_share: Of the walls seen near old ones, the share that must lie on them for a loop to count.
             odometry_scale: Factor on the standard deviation of odometry, for slip that its data sheet leaves out.
+            show_every: The map is shown as a grid, made anew after so long [s]; 0: never.
         """
+        if show_every < 0.0:
+            raise ValueError(f"show_every is {show_every:g} s; it must be at least 0")
+        self._show_every = show_every
         self._lidar = lidar
         self._distance, self._turn = distance, np.radians(turn_deg)
         self._loop_distance, self._loop_share = loop_distance, loop_share
@@ -72,6 +77,7 @@ class LidarSlam:
         self._way: list[tuple[float, int, Array]] = []
         self._reached: list[Array] = []
         self._bias = OdometryBias()
+        self._shown, self._next_shown = tuple[Shown, ...](), 0.0
         self._rest()
 
     def _rest(self) -> None:
@@ -118,6 +124,8 @@ class LidarSlam:
             self._extend(seen.scans[self._name])
             self._map.work()
         self._way.append((seen.time, len(self.keyframes) - 1, self._step))
+        if self._show_every and seen.time >= self._next_shown:
+            self._shown, self._next_shown = (shown_grid(self.grid()),), seen.time + self._show_every
         return self._belief()
 
     def path(self) -> Sequence[tuple[float, Pose]]:
@@ -178,7 +186,7 @@ class LidarSlam:
         pose, covariance = self._map.belief() if self.keyframes else (self._prior, self._prior_covariance)
         pose, F, G = self._motion(pose, self._step)
         covariance = F @ covariance @ F.T + G @ self._step_covariance @ G.T
-        return Estimate(Pose.from_array(pose), covariance)
+        return Estimate(Pose.from_array(pose), covariance, show=self._shown)
 
 
 def _size(step: Array) -> float:

@@ -15,7 +15,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose, wrap_angle, wrap_angles
-from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Scan, Sighting, WorldMap
+from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Scan, Shown, ShownPoints, Sighting, WorldMap
 
 from .distance_grid import DistanceGrid
 
@@ -59,6 +59,7 @@ class MonteCarloLocalization:
         random: float = 0.05,
         weight: float = 4.0,
         odometry_scale: float = 1.5,
+        show: int = 0,
     ) -> None:
         """Set the rules.
 
@@ -72,6 +73,7 @@ class MonteCarloLocalization:
             weight: How many independent beams a scan counts for; neighbours tell the same story, and so does the next
                 scan from nearly the same place. With more the belief is surer of itself than it is right.
             odometry_scale: Factor on the standard deviation of odometry.
+            show: With each scan so many of the particles are shown, and the scan itself; 0: none.
         """
         if start not in ("prior", "global"):
             raise ValueError(f"start is {start!r}; it must be 'prior' or 'global'")
@@ -79,6 +81,9 @@ class MonteCarloLocalization:
             raise ValueError(f"particles is {particles} and beams {beams}; give at least 100 and 1")
         self._lidar, self._start, self._most, self._beams = lidar, start, particles, beams
         self._sigma, self._random, self._weight, self._scale = sigma, random, weight, odometry_scale
+        if show < 0:
+            raise ValueError(f"show is {show}; it must be at least 0")
+        self._show, self._shown = show, tuple[Shown, ...]()
         self._field: DistanceGrid | None = None
 
     def take_map(self, map: WorldMap | None) -> None:
@@ -124,6 +129,7 @@ class MonteCarloLocalization:
         looks = [sighting for sighting in seen.sightings if sighting.name in self._beacons]
         if len(points) or looks:
             self._weigh(points, looks)
+            self._shown = self._picture(points) if self._show else ()
         return self._belief()
 
     def _known_field(self) -> DistanceGrid:
@@ -245,7 +251,13 @@ class MonteCarloLocalization:
         near = np.all(np.abs(_apart(P, mean)) < 2.0 * BIN, axis=1)
         mean = _mean(P[near], w[near])
         apart = _apart(P, mean)
-        return Estimate(Pose.from_array(mean), (apart * w[:, None]).T @ apart + 1e-12 * np.eye(3))
+        return Estimate(Pose.from_array(mean), (apart * w[:, None]).T @ apart + 1e-12 * np.eye(3), show=self._shown)
+
+    def _picture(self, points: Array) -> tuple[Shown, ...]:
+        """Return some of the particles, and the ends of a scan (n, 2) as seen from where the belief is."""
+        few = self._particles[:: -(-len(self._particles) // self._show), :2]
+        scan = ShownPoints(name="scan as believed", frame="estimate", points=points, size=0.06, color="#2f9e44")
+        return (ShownPoints(name="particles", points=few, size=0.04, color="#e8590c"), scan)
 
 
 def log_likelihood(field: DistanceGrid, points: Array, *, sigma: float, random: float) -> Array:

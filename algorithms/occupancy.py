@@ -8,7 +8,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose
-from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Scan
+from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Scan, ShownGrid
 
 from .distance_grid import DistanceGrid
 from .ekf_models import odometry_motion
@@ -89,6 +89,17 @@ class OccupancyGrid:
             column, row = have - low
             grown[row : row + self.log_odds.shape[0], column : column + self.log_odds.shape[1]] = self.log_odds
         self.lower, self.log_odds = low * self.cell, grown
+
+
+def shown_grid(grid: OccupancyGrid) -> ShownGrid:
+    """Return a grid as it is shown: the part that is known, as odds from 0 for free to 1 for occupied."""
+    rows, columns = (np.flatnonzero((grid.log_odds != 0.0).any(axis=axis)) for axis in (1, 0))
+    if not len(rows):
+        return ShownGrid(name="map", cells=np.full((1, 1), np.nan), resolution=grid.cell)
+    known = grid.log_odds[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    cells = np.where(known == 0.0, np.nan, 1.0 / (1.0 + np.exp(-known)))
+    x, y = (grid.lower + grid.cell * np.array([columns[0], rows[0]])).tolist()
+    return ShownGrid(name="map", cells=cells, resolution=grid.cell, origin=Pose(x, y, 0.0))
 
 
 def lidar_of(robot: RobotInfo, name: str | None) -> tuple[str, Pose]:

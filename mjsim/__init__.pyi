@@ -48,6 +48,12 @@ from .interface import PointCloud as PointCloud
 from .interface import RobotInfo as RobotInfo
 from .interface import Scan as Scan
 from .interface import SensorInfo as SensorInfo
+from .interface import Shown as Shown
+from .interface import ShownFrame as ShownFrame
+from .interface import ShownGrid as ShownGrid
+from .interface import ShownLines as ShownLines
+from .interface import ShownPoints as ShownPoints
+from .interface import ShownText as ShownText
 from .interface import Sighting as Sighting
 from .interface import TakesMap as TakesMap
 from .interface import WheelCommand as WheelCommand

@@ -16,6 +16,10 @@ from mjsim.interface import (
     Odometry,
     RobotInfo,
     SensorInfo,
+    ShownGrid,
+    ShownLines,
+    ShownPoints,
+    ShownText,
     Sighting,
     WheelCommand,
 )
@@ -25,6 +29,12 @@ from tests.robots import pioneer
 
 ROBOTS = ("scout", "7.tip_top-2")
 DT = 0.04
+_SHOWN = (
+    ShownPoints(name="particles", points=[[1.5, 2.25], [0.1, -3.0]]),
+    ShownLines(name="path", points=[[0, 0, 1], [1, 0.3, 1]], frame="estimate"),
+    ShownGrid(name="map", cells=[[0.0, 1.0]], resolution=0.5),
+    ShownText(name="note", text="here", at=(1.0, 2.0)),
+)
 TEXT = """mjsim: 1
 name: hand-made  # a comment that stays
 walls:
@@ -150,6 +160,7 @@ def _order(rng: np.random.Generator, now: float, k: int, landmarks: dict) -> Ord
             landmarks=landmarks,
             innovations=tuple((name, rng.normal(size=2), _covariance(rng, 2)) for name in list(landmarks)[:2]),
             joint_covariance=joint,
+            show=_SHOWN if k == 3 else (),
         ),
         dead_reckoning=_pose(rng),
         dead_reckoning_covariance=_covariance(rng, 3),

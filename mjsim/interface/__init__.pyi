@@ -31,6 +31,17 @@ from .readings import Scan as Scan
 from .readings import Sighting as Sighting
 from .readings import WheelTicks as WheelTicks
 from .readings import message_text as message_text
+from .shown import LONGEST_TEXT as LONGEST_TEXT
+from .shown import MOST_CELLS as MOST_CELLS
+from .shown import MOST_ITEMS as MOST_ITEMS
+from .shown import MOST_POINTS as MOST_POINTS
+from .shown import Shown as Shown
+from .shown import ShownFrame as ShownFrame
+from .shown import ShownGrid as ShownGrid
+from .shown import ShownLines as ShownLines
+from .shown import ShownPoints as ShownPoints
+from .shown import ShownText as ShownText
+from .shown import require_bounds as require_bounds
 from .trees import Named as Named
 from .trees import Numbers as Numbers
 from .trees import RecordList as RecordList

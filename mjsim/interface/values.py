@@ -9,6 +9,7 @@ import numpy as np
 
 from mjsim.geometry import Array, Pose
 from mjsim.interface.readings import Intrinsics, Picture, Sighting
+from mjsim.interface.shown import Shown
 
 if TYPE_CHECKING:  # most robots have no arm
     from mjsim.mechanics import Arm
@@ -94,6 +95,8 @@ class Estimate:
     """Of this tick: name, nu (2,) [m, rad], S (2, 2)."""
     joint_covariance: Array | None = None
     """Of the pose, then each landmark in the order of `landmarks`, shape (3 + 2 n, 3 + 2 n); optional."""
+    show: tuple[Shown, ...] = field(default=(), kw_only=True)
+    """What it wants people to see: points, lines, grids and texts; recorded, and drawn by the page and by Foxglove."""
 
 
 @dataclass(frozen=True, slots=True)

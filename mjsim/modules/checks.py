@@ -10,8 +10,25 @@ import numpy as np
 
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array, Pose
-from mjsim.interface import Command, Estimate, JointGoal, RobotInfo, Sighting, WheelCommand, message_text
+from mjsim.interface import (
+    Command,
+    Estimate,
+    JointGoal,
+    RobotInfo,
+    Shown,
+    ShownGrid,
+    ShownLines,
+    ShownPoints,
+    ShownText,
+    Sighting,
+    WheelCommand,
+    message_text,
+    require_bounds,
+)
 from mjsim.modules.covariances import Unfit, covariance, has_good_diagonal, is_plainly_good, real_array
+
+SHOWN = (ShownPoints, ShownLines, ShownGrid, ShownText)
+SHOWN_KINDS = ", ".join(kind.__name__ for kind in SHOWN)
 
 
 def checked_command(command: object, robot: RobotInfo) -> Command | WheelCommand:
@@ -60,6 +77,8 @@ def checked_estimate(belief: object, *, whole: bool = True) -> Estimate:
         checked = _checked_joint(joint, 3 + 2 * len(landmarks), whole=whole)
         if checked is not joint:
             fit["joint_covariance"] = checked
+    if type(belief.show) is not tuple or belief.show:
+        fit["show"] = _checked_show(belief.show)
     return replace(belief, **fit) if fit else belief
 
 
@@ -232,6 +251,19 @@ def _checked_innovations(innovations: object) -> tuple[tuple[Hashable, Array, Ar
         about = f"the innovation of {_short(name)}"
         fit.append((name, real_array(about, nu, (2,)), covariance(f"the covariance of {about}", S, 2)))
     return tuple(fit)
+
+
+def _checked_show(show: object) -> tuple[Shown, ...]:
+    if not isinstance(show, (tuple, list)):
+        raise Unfit(f"returned a show that is {kind_of(show)}; it must be a tuple of {SHOWN_KINDS}")
+    for item in show:
+        if not isinstance(item, SHOWN):
+            raise Unfit(f"returned {kind_of(item)} in its show; each must be one of {SHOWN_KINDS}")
+    try:
+        require_bounds(show)
+    except ValueError as error:
+        raise Unfit(f"returned a show in which {error}") from None
+    return tuple(show)
 
 
 def _checked_joint(joint: Any, size: int, *, whole: bool) -> Array:

@@ -40,6 +40,7 @@ from .recording import Landmarks as Landmarks
 from .recording import Recording as Recording
 from .recording import Track as Track
 from .recording import check_fit as check_fit
+from .shown import grid_png as grid_png
 from .tick import Order as Order
 from .tick import RobotEvent as RobotEvent
 from .tick import Tick as Tick

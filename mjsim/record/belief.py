@@ -1,20 +1,31 @@
 """What the modules of a robot believe at a tick, as messages."""
 
-from collections.abc import Hashable
+import operator
+from collections.abc import Hashable, Sequence
 
+from mjsim.interface import Shown
 from mjsim.record.messages import innovations_message, landmarks_message, map_arrays, pose_message, sightings_message
 from mjsim.record.numbers import Message
+from mjsim.record.shown import show_message
 from mjsim.record.tick import Order
 
-BELIEF_TOPICS = frozenset({"estimate", "landmarks", "sightings", "innovations", "covariance", "path"})
+BELIEF_TOPICS = frozenset({"estimate", "landmarks", "sightings", "innovations", "covariance", "path", "show"})
 """Topics of a robot that its observer and its estimator make."""
 _EMPTY_MAP = ((), b"", b"")
 
 
 class BeliefMessages:
-    """The beliefs of one robot, tick after tick; a map is told again only when it has changed."""
+    """The beliefs of one robot, tick after tick.
 
-    def __init__(self) -> None:
+    A map is told again only when it has changed, and what is shown unless it is the very same values.
+
+    Args:
+        robot: Whose they are.
+    """
+
+    def __init__(self, robot: str) -> None:
+        self._robot = robot
+        self._shown: tuple[Shown, ...] = ()
         self._held: tuple[tuple[Hashable, ...], bytes, bytes] = _EMPTY_MAP
 
     def of(self, now: float, order: Order) -> list[tuple[str, Message]]:
@@ -35,4 +46,12 @@ class BeliefMessages:
             messages.append(("sightings", sightings_message(now, order.sightings)))
         if estimate.innovations:
             messages.append(("innovations", innovations_message(now, estimate.innovations)))
+        if estimate.show is not self._shown and not _same(estimate.show, self._shown):
+            messages.append(("show", show_message(now, self._robot, estimate.show)))
+        self._shown = estimate.show
         return messages
+
+
+def _same(items: Sequence[Shown], others: Sequence[Shown]) -> bool:
+    """Return whether both hold the very same values, which cannot change."""
+    return len(items) == len(others) and all(map(operator.is_, items, others))

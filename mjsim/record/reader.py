@@ -10,7 +10,7 @@ import numpy as np
 
 from mjsim.errors import RecordingError, WorldError
 from mjsim.geometry import Array
-from mjsim.interface import Sighting
+from mjsim.interface import Shown, Sighting
 from mjsim.models import picture_size
 from mjsim.record.file import FILES, METADATA_NAME, WORLD_NAME, Head, RawMessage, raw_messages
 from mjsim.record.joints import JointRows
@@ -32,6 +32,7 @@ from mjsim.record.parse import FAULTS, content_of, misfit, unfit
 from mjsim.record.readings import identities_of, sightings_of
 from mjsim.record.recording import Landmarks, Recording, Track
 from mjsim.record.schemas import ARM_TOPICS
+from mjsim.record.shown import shown_of
 from mjsim.record.tick import RobotEvent
 from mjsim.record.writer import named_pictures
 from mjsim.world import Source, World, WorldEvent, parse_world
@@ -266,6 +267,7 @@ _READ: dict[str, Callable[[Message], Any]] = {
     "innovations": innovations_of,
     "events": event_of,
     "path": path_rows,
+    "show": shown_of,
 }
 """Topics of a robot that make its track, and what is made of their messages."""
 
@@ -284,6 +286,7 @@ class _Robot:
         self._sightings: list[tuple[Sighting, ...]] = []
         self._identities: list[tuple[str | None, ...]] = []
         self._innovations: list[tuple[tuple[Hashable, Array, Array], ...]] = []
+        self._shown: list[tuple[Shown, ...]] = []
         self._events: list[RobotEvent] = []
         self._path: Array = np.zeros((0, 4))
 
@@ -312,6 +315,8 @@ class _Robot:
         self._sightings.append(tick.get("sightings", ()))
         self._identities.append(tick.get("identities", ()))
         self._innovations.append(tick.get("innovations", ()))
+        # It stays until something else is shown.
+        self._shown.append(tick["show"] if "show" in tick else self._shown[-1] if self._shown else ())
         self._count += 1
 
     def track(self, time: Array) -> Track:
@@ -329,6 +334,7 @@ class _Robot:
             sightings=tuple(self._sightings),
             identities=tuple(self._identities),
             innovations=tuple(self._innovations),
+            shown=tuple(self._shown),
             events=tuple(self._events),
             path=self._path,
         )

@@ -94,7 +94,7 @@ class Recorder:
         dt = min((info.dt for info in robots.values()), default=KEPT_BACK)
         self._is_drawn = pictures
         self._queue: queue.Queue[Batch | None] = queue.Queue(min(max(round(KEPT_BACK / dt), 2), 64))
-        self._beliefs: dict[str, BeliefMessages] = {}
+        self._beliefs = {robot: BeliefMessages(robot) for robot in robots}
         self._began = time.perf_counter()
         self._failure: BaseException | None = None
         self._closed = False
@@ -191,7 +191,7 @@ class Recorder:
         messages = [
             ("odometry", pose_message(now, order.dead_reckoning, order.dead_reckoning_covariance)),
             ("command", command_message(now, order)),
-            *self._beliefs.setdefault(robot, BeliefMessages()).of(now, order),
+            *self._beliefs[robot].of(now, order),
             *(("events", event_message(robot, event)) for event in order.events),
         ]
         return [(f"/{robot}/{kind}", message) for kind, message in messages]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
-from mjsim.interface import Observation, Picture, Sighting
+from mjsim.interface import Observation, Picture, Shown, Sighting
 from mjsim.models import picture_size
 from mjsim.record.file import RawMessage, picture_of, raw_messages
 from mjsim.record.joints import JointTrack
@@ -73,6 +73,8 @@ class Track:
     nothing."""
     innovations: tuple[tuple[tuple[Hashable, Array, Array], ...], ...]
     """One tuple a tick: name, nu (2,), S (2, 2)."""
+    shown: tuple[tuple[Shown, ...], ...] = ()
+    """One tuple a tick: what the estimator had to show."""
     events: tuple[RobotEvent, ...]
     path: Array = field(default_factory=lambda: np.zeros((0, 4)))
     """Final trajectory of the estimator, where it offers one: rows of time, x, y and heading, shape (M, 4)."""
@@ -94,6 +96,7 @@ class Track:
             sightings=tuple(self.sightings[row] for row in chosen),
             identities=tuple(self.identities[row] for row in chosen) if self.identities else (),
             innovations=tuple(self.innovations[row] for row in chosen),
+            shown=tuple(self.shown[row] for row in chosen) if self.shown else (),
         )
 
 

@@ -21,6 +21,7 @@ from mjsim.record.json_schema import (
     topic,
 )
 from mjsim.record.readings import CODECS, SIGHTINGS_SCHEMA
+from mjsim.record.shown import SHOW
 from mjsim.record.tick import EventKind
 
 _XYZ: Schema = {axis: {"type": "number"} for axis in "xyz"}
@@ -258,6 +259,7 @@ ROBOT_TOPICS = {
     "sightings": SIGHTINGS,
     "innovations": INNOVATIONS,
     "path": PATH,
+    "show": SHOW,
     "command": COMMAND,
     "events": EVENT,
 }

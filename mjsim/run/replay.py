@@ -165,7 +165,7 @@ class _Again:
         self._driver, self._looks_anew = driver, driver.observer is not None
         self._last = round(float(run.time[-1]) * 1e9)
         self._made_anew = {f"/{robot}/{kind}" for kind in BELIEF_TOPICS}
-        self._beliefs = BeliefMessages()
+        self._beliefs = BeliefMessages(robot)
         self._row = 0
         self._order: Order | None = None
         self._began = time.perf_counter()

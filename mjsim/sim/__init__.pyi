@@ -15,6 +15,7 @@ from .renderer import SEEN_FROM_OUTSIDE as SEEN_FROM_OUTSIDE
 from .renderer import Renderer as Renderer
 from .retake import Retake as Retake
 from .sensors import OnboardCamera as OnboardCamera
+from .sensors import lidar_places as lidar_places
 from .shares import slip_shares as slip_shares
 from .simulation import Simulation as Simulation
 from .solid import moving_bodies as moving_bodies

@@ -7,8 +7,11 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from mjsim.interface import CameraFrame, Sighting
+from mjsim.geometry import Array, Pose3
+from mjsim.interface import CameraFrame, PointCloud, Scan, Sighting
 from mjsim.record import Tick
+from mjsim.sim import lidar_places
+from mjsim.web.measured import SHOWN_FOR, lidar_points, lidar_readings
 from mjsim.web.news import EventNews, PastNews
 from mjsim.web.past import Past
 from mjsim.web.telling import events_told, tick_told
@@ -43,6 +46,8 @@ class Feed:
         self.newest: Tick | None = None
         self.shots: dict[str, Shot] = {}
         """The newest of each camera, by 'ROBOT/CAMERA'."""
+        self._places: dict[str, Array] = {}
+        self._scans: dict[str, tuple[Pose3, Scan | PointCloud]] = {}
         self._told: tuple[int, str] = (0, "")
         self._looking: dict[str, str] = {}
         self._pasts: dict[str, Past] = {}
@@ -53,7 +58,7 @@ class Feed:
     def begin(self, world: World) -> None:
         """Forget the past: the run of a world begins."""
         with self._lock:
-            self._looking = _cameras_of_observers(world)
+            self._looking, self._places = _cameras_of_observers(world), lidar_places(world)
             self._forget()
         self._wake()
 
@@ -67,6 +72,8 @@ class Feed:
             for robot in tick.orders:
                 self._pasts.setdefault(robot, Past()).take(tick, robot)
                 self._take_shots(tick, robot)
+                for lidar, reading in lidar_readings(tick.seen[robot]).items():
+                    self._scans[f"{robot}/{lidar}"] = tick.poses[robot], reading
             for event in events_told(tick):
                 self._event_count += 1
                 self._events.append((self._event_count, event))
@@ -90,8 +97,20 @@ class Feed:
         if newest is None:
             return None
         if self._told[0] != number:
-            self._told = number, json.dumps(tick_told(newest, number=number, pace=pace), allow_nan=False)
+            self._told = (
+                number,
+                json.dumps(tick_told(newest, number=number, pace=pace, scans=self._points(newest)), allow_nan=False),
+            )
         return self._told
+
+    def _points(self, tick: Tick) -> dict[str, dict[str, Array]]:
+        """Return what the lidars of each robot measured last, world frame, unless that is long ago."""
+        found: dict[str, dict[str, Array]] = {}
+        for name, (pose, reading) in self._scans.copy().items():
+            robot, _, lidar = name.partition("/")
+            if name in self._places and abs(tick.time - reading.stamp) < SHOWN_FOR:
+                found.setdefault(robot, {})[lidar] = lidar_points(reading, pose.matrix() @ self._places[name])
+        return found
 
     def events(self, after: int) -> tuple[int, list[EventNews]]:
         """Return the number of the newest event, and all after one of a number."""
@@ -108,7 +127,7 @@ class Feed:
     def _forget(self) -> None:
         self.run += 1
         self.newest = None
-        self.shots, self._pasts = {}, {}
+        self.shots, self._pasts, self._scans = {}, {}, {}
         self._events.clear()
         self._paced.clear()
 

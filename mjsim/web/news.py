@@ -83,6 +83,8 @@ class RobotFacts(TypedDict):
     """[m]"""
     outline: list[tuple[float, float]] | None
     """Of its footprint, in its own frame [m]."""
+    rims: list[float]
+    """From its origin to where the rays of the ring begin, the first one ahead, counter-clockwise [m]."""
     color: str | None
     cameras: list[CameraFacts]
     can_strafe: bool
@@ -182,6 +184,31 @@ class PastNews(TypedDict):
 
 
 @_TOLD
+class ShownNews(TypedDict):
+    """Something that an estimator shows: points, lines, a grid or a text; which it is, its keys tell."""
+
+    name: str
+    frame: Literal["world", "estimate", "base"]
+    """Of its numbers: the world, the robot as estimated, or as it truly is."""
+    color: str
+    points: NotRequired[list[float]]
+    """x, y, z of one after the other; of a text where it stands [m]."""
+    lines: NotRequired[list[float]]
+    """The same, of lines through them."""
+    joined: NotRequired[bool]
+    """Whether each point of lines is joined to the next; else every two are a line."""
+    size: NotRequired[float]
+    """Across a point, a line or a cell [m]."""
+    text: NotRequired[str]
+    png: NotRequired[str]
+    """Cells of a grid as grey levels, the first row at the top: 0 occupied to 254 free, 255 unknown; base64."""
+    origin: NotRequired[PlanarPose]
+    """Of the lower left corner of a grid."""
+    cells: NotRequired[tuple[int, int]]
+    """Columns and rows of a grid."""
+
+
+@_TOLD
 class RobotTick(TypedDict):
     """One robot at one tick."""
 
@@ -209,6 +236,10 @@ class RobotTick(TypedDict):
     """Bearings of contacts now [rad]."""
     arms: NotRequired[dict[str, ArmTick]]
     """By name."""
+    scans: NotRequired[dict[str, list[float]]]
+    """Where the beams of each lidar met something: x, y, z of one after the other, world frame [m]."""
+    show: NotRequired[list[ShownNews]]
+    """What the estimator shows; left out for nothing."""
 
 
 @_TOLD

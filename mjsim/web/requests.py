@@ -102,7 +102,7 @@ class Watch(_Request):
     outside: Outside | None = None
 
 
-class Shown(_Request):
+class FrameShown(_Request):
     """A picture has been shown: another may come."""
 
     do: Literal["shown"]
@@ -118,10 +118,10 @@ REQUESTS: tuple[type[BaseModel], ...] = (
     MoveTool,
     SetNoise,
     Watch,
-    Shown,
+    FrameShown,
 )
 RunRequest = Annotated[
-    Start | Simple | SetSpeed | DriveByHand | MoveJoints | MoveTool | SetNoise | Watch | Shown,
+    Start | Simple | SetSpeed | DriveByHand | MoveJoints | MoveTool | SetNoise | Watch | FrameShown,
     Field(discriminator="do"),
 ]
 _REQUEST: TypeAdapter[RunRequest] = TypeAdapter(RunRequest)

@@ -75,7 +75,8 @@ class ReviewApi:
 
     def _tick(self, request: Request) -> TickNews:
         _, opened = self._opened(request)
-        return row_told(opened.recording, row_at(opened.recording, _number(request, "time")))
+        row = row_at(opened.recording, _number(request, "time"))
+        return row_told(opened.recording, row, measured=opened.measured)
 
     def _picture(self, request: Request) -> Response:
         _, opened = self._opened(request)

@@ -10,8 +10,10 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.record import Recording, Track
 from mjsim.report import metrics
+from mjsim.web.measured import SensorPast, row_of
 from mjsim.web.news import EventNews, RobotTick, TickNews, TrackHistory
 from mjsim.web.past import plain, track_told
+from mjsim.web.showing import shown_told
 from mjsim.web.telling import recognised_told, robots_told
 from mjsim.world import EVENT_KINDS, kind_of, said_of
 
@@ -48,16 +50,22 @@ def recording_told(recording: Recording, *, path: str, scene: Mapping[str, Any])
 
 def row_at(recording: Recording, time: float) -> int:
     """Return the row of the newest tick at a time [s]; the first one before all."""
-    return max(int(np.searchsorted(recording.time, time + 1e-6, side="right")) - 1, 0)
+    return row_of(recording.time, time)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # an estimate may be anywhere
-def row_told(recording: Recording, row: int) -> TickNews:
-    """Return a recorded tick in the JSON form of a live one."""
+def row_told(recording: Recording, row: int, *, measured: SensorPast | None = None) -> TickNews:
+    """Return a recorded tick in the JSON form of a live one.
+
+    Args:
+        recording: Where it is from.
+        row: Of the tick.
+        measured: What its sensors measured; left out unless given.
+    """
     first = row_at(recording, float(recording.time[row]) - PACED_OVER)
     took = float(recording.clock[row] - recording.clock[first])
     robots = {
-        name: _robot(recording, name, row=row)
+        name: _robot(recording, name, row=row, measured=measured)
         for name, track in recording.robots.items()
         if np.isfinite(track.estimate[row]).all()
     }
@@ -118,13 +126,13 @@ def _timing(recording: Recording, robot: str) -> dict[str, Array]:
     }
 
 
-def _robot(recording: Recording, name: str, *, row: int) -> RobotTick:
+def _robot(recording: Recording, name: str, *, row: int, measured: SensorPast | None) -> RobotTick:
     track = recording.robots[name]
     truth, estimate, P = track.truth[row], track.estimate[row], track.covariance[row]
     marks = track.landmarks
     mapped = [k for k in range(len(marks.names)) if np.isfinite(marks.mean[row, k]).all()]
     timing = {part: float(1e3 * seconds[row]) for part, seconds in _timing(recording, name).items()}
-    return {
+    told: RobotTick = {
         "truth": plain(truth),
         "estimate": plain(estimate),
         "odometry": plain(track.odometry[row]),
@@ -144,3 +152,8 @@ def _robot(recording: Recording, name: str, *, row: int) -> RobotTick:
         "timing": {part: round(ms, 3) for part, ms in timing.items() if math.isfinite(ms)},
         "command": plain(track.command[row]),
     }
+    if track.shown and track.shown[row]:
+        told["show"] = shown_told(track.shown[row])
+    if measured is not None:
+        measured.add_to(told, name, row)
+    return told

@@ -21,12 +21,12 @@ from mjsim.web.files import source_of
 from mjsim.web.folder import Folder
 from mjsim.web.requests import (
     DriveByHand,
+    FrameShown,
     MoveJoints,
     MoveTool,
     RunRequest,
     SetNoise,
     SetSpeed,
-    Shown,
     Simple,
     Start,
     Watch,
@@ -113,7 +113,7 @@ class RunApi:
         match request:
             case Watch():
                 viewer.watch(request)
-            case Shown():
+            case FrameShown():
                 viewer.shown(request)
             case Start():
                 async with self._starting:

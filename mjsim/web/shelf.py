@@ -10,6 +10,7 @@ from starlette.responses import Response
 from mjsim.record import Recording, read_recording
 from mjsim.sim import Onlooker, Orbit
 from mjsim.web.answers import RefusedError
+from mjsim.web.measured import SensorPast
 from mjsim.web.reviewing import row_at
 from mjsim.web.scene_3d import Scene3d, Scene3dShelf
 from mjsim.web.shots import depth_shown, jpeg, segmentation_shown
@@ -27,6 +28,7 @@ class Opened:
         """Get ready; nothing is compiled before the first picture."""
         self.recording = recording
         self._onlooker, self._solids = Onlooker(recording.world), Scene3dShelf()
+        self.measured = SensorPast(recording)
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="mjsim-review")
 
     def picture(self, time: float, view: str, *, orbit: Orbit | None = None) -> bytes:
@@ -63,7 +65,8 @@ class Opened:
         return self.solids().poses(float(self.recording.time[row]), self.recording.qpos[row], self.recording.looks(row))
 
     def close(self) -> None:
-        """Give back what drew it."""
+        """Give back what drew it, and stop reading."""
+        self.measured.close()
         self._thread.submit(self._onlooker.close)
         self._thread.shutdown()
 

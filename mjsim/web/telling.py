@@ -5,10 +5,12 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from mjsim.geometry import Array
 from mjsim.interface import Command, Observation, Sighting, WheelCommand
 from mjsim.mechanics import Arm, inverted, rpy_of
 from mjsim.record import Tick
 from mjsim.report import metrics
+from mjsim.web.measured import flat_points
 from mjsim.web.news import (
     ArmTick,
     Chosen,
@@ -21,23 +23,37 @@ from mjsim.web.news import (
     TickNews,
 )
 from mjsim.web.past import plain
-from mjsim.world import EVENT_KINDS, Camera, Modules, Robot, Use, World, kind_of, noise_figures, said_of
+from mjsim.web.showing import shown_told
+from mjsim.world import EVENT_KINDS, Camera, Modules, Robot, Use, World, kind_of, noise_figures, rims, said_of
+
+_RING = np.asarray(np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False), dtype=float)
+"""Directions of the rays of the ring, left positive [rad]."""
 
 
-def tick_told(tick: Tick, *, number: int, pace: float) -> TickNews:
-    """Return a tick; `pace` is in simulated seconds a second."""
+def tick_told(
+    tick: Tick, *, number: int, pace: float, scans: Mapping[str, Mapping[str, Array]] | None = None
+) -> TickNews:
+    """Return a tick.
+
+    Args:
+        tick: One of a run.
+        number: Of the tick, over all runs.
+        pace: Simulated seconds a second.
+        scans: Robot -> lidar -> where its beams met something, world frame, shape (n, 3) [m].
+    """
+    found = scans or {}
     return {
         "kind": "tick",
         "number": number,
         "time": round(tick.time, 6),
         "pace": round(pace, 3),
-        "robots": {name: _robot_told(tick, name) for name in tick.orders},
+        "robots": {name: _robot_told(tick, name, found.get(name, {})) for name in tick.orders},
         "things": {name: plain(pose.as_array()) for name, pose in tick.things.items()},
     }
 
 
 @np.errstate(over="ignore", invalid="ignore")  # an estimate may be anywhere
-def _robot_told(tick: Tick, name: str) -> RobotTick:
+def _robot_told(tick: Tick, name: str, scans: Mapping[str, Array]) -> RobotTick:
     seen, order, truth = tick.seen[name], tick.orders[name], tick.truth[name].as_array()
     belief = order.estimate
     estimate, P = belief.pose.as_array(), np.asarray(belief.covariance, dtype=float)
@@ -62,6 +78,10 @@ def _robot_told(tick: Tick, name: str) -> RobotTick:
     }
     if arms := _arms_told(tick, name):
         told["arms"] = arms
+    if scans:
+        told["scans"] = {lidar: flat_points(points) for lidar, points in scans.items()}
+    if belief.show:
+        told["show"] = shown_told(belief.show)
     return told
 
 
@@ -136,6 +156,7 @@ def _facts(robot: Robot) -> RobotFacts:
         "name": robot.name,
         "radius": robot.body.radius,
         "outline": None if outline is None else plain(outline),
+        "rims": plain(rims(robot.body, _RING)),
         "color": getattr(robot.body, "color", None),
         "cameras": [
             {"name": sensor.camera, "width": sensor.width, "height": sensor.height}

@@ -13,7 +13,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from mjsim.errors import MjsimError
 from mjsim.record import Tick
 from mjsim.web.feed import Shot
-from mjsim.web.requests import Outside, Shown, Watch
+from mjsim.web.requests import FrameShown, Outside, Watch
 from mjsim.web.shots import FAR, NEAR, depth_shown, jpeg, segmentation_shown
 from mjsim.web.stage import Stage
 from mjsim.web.telling import recognised_told
@@ -67,7 +67,7 @@ class Viewer:
         self._views = {name: self._views.get(name, _View()) for name in names}
         self.news.set()
 
-    def shown(self, shown: Shown) -> None:
+    def shown(self, shown: FrameShown) -> None:
         """Take note that a picture was shown; another may come."""
         for view in self._views.values():
             view.on_the_way.discard(shown.number)

@@ -97,6 +97,8 @@ est.ids = [2 0 77];
 est.innovations = [0.1; 0.2];
 est.innovation_covariance = eye(2);
 est.innovation_ids = 1;
+est.show = {struct('points', [1 2; 3 4], 'name', 'cloud'), struct('lines', [0 0]), ...
+            struct('grid', [0 1; NaN 1], 'resolution', 0.5), struct('text', 'hi', 'at', [1 2])};
 end
 """
 LOOKER = """function [cmd, state] = looker(obs, est, robot, state)
@@ -129,6 +131,10 @@ def test_a_function_gets_what_the_docs_say_and_its_answer_arrives_whole(tmp_path
     ((name, nu, S),) = track.innovations[-1]
     assert (name, nu.tolist(), S.tolist()) == ("lion", [0.1, 0.2], np.eye(2).tolist())
     assert track.command[-1].tolist()[:3:2] == [0.2, 0.1]
+    cloud, line, grid, text = track.shown[-1]
+    assert (cloud.name, cloud.points.tolist()) == ("cloud", [[1, 2, 0], [3, 4, 0]])
+    assert (line.points.tolist(), text.text, text.at.tolist()) == ([[0, 0, 0]], "hi", [1, 2, 0])
+    np.testing.assert_array_equal(grid.cells, [[0, 1], [np.nan, 1]])
 
 
 REACH = """function [cmd, state] = reach(obs, est, robot, state)

@@ -9,13 +9,14 @@ from mjsim.errors import did_you_mean
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Command, Estimate, JointGoal, Numbers, Observation, Sighting, WheelCommand
 from mjsim.modules.covariances import Unfit
+from mjsim.modules.foreign.shown import shown_of
 
 Answer = Mapping[str, Any]
 """By field: an array, nested lists, or a text that tells what it is."""
 FIELDS: Mapping[str, Sequence[str]] = {
     "estimator": (
         *("pose", "covariance", "landmarks", "landmark_covariance", "ids", "joint_covariance"),
-        *("innovations", "innovation_covariance", "innovation_ids"),
+        *("innovations", "innovation_covariance", "innovation_ids", "show"),
     ),
     "navigator": ("forward", "left", "turn", "wheels", "joints", "messages"),
     "observer": ("id", "range", "bearing", "R"),
@@ -53,6 +54,7 @@ def estimate_of(answer: Answer, numbers: Numbers, *, counts_last: bool) -> Estim
         landmarks=dict(zip(names, zip(means, covariances, strict=True), strict=True)),
         innovations=tuple(zip(about, nu, S, strict=True)),
         joint_covariance=None if joint is None else take.matrix("joint_covariance"),
+        show=shown_of(take.get("show")),
     )
 
 

@@ -20,7 +20,9 @@ packed = vertcat(parts{:});
 end
 
 function part = mjsim_part(value, name)
-if (isnumeric(value) || islogical(value)) && isreal(value)
+if strcmp(name, 'show')
+    part = mjsim_text(3, jsonencode(value));
+elseif (isnumeric(value) || islogical(value)) && isreal(value)
     part = [1; ndims(value); size(value)'; full(double(value(:)))];
 elseif isnumeric(value)
     part = mjsim_text(2, 'complex');

@@ -3,21 +3,15 @@
 import { el } from "../dom";
 import type { Bounds, Item } from "../api";
 import { Plan } from "../plan/plan";
-import { button, isPressed, remembered, setPressed, sign, toggle } from "./controls";
-import { Overlay, type Shown } from "./overlay";
+import { button, isPressed, setPressed, sign, toggle } from "./controls";
+import { Evidence } from "./evidence";
+import { Grids } from "./grids";
+import { Layers } from "./layers";
+import { Overlay } from "./overlay";
 import type { PlanarPose, RobotFacts, RobotTick } from "./protocol";
 import type { RunRecord } from "./record";
 import { makeTile, type Tile } from "./tile";
 
-const LAYERS: [keyof Shown, string][] = [
-  ["truth", "Truth"],
-  ["estimate", "Estimate"],
-  ["odometry", "Odometry"],
-  ["trails", "Trails"],
-  ["ellipses", "95 % ellipses"],
-  ["landmarks", "Landmarks"],
-  ["sightings", "Sightings"],
-];
 /** While following, so much of the world is seen at least [px/m]. */
 const CLOSE = 90;
 
@@ -32,17 +26,15 @@ export class Floor {
   readonly host = el("div", { class: "run-floor", tabindex: 0, role: "group", "aria-label": "Plan; + - and 0 zoom" });
   private readonly plan: Plan;
   private readonly follow: HTMLButtonElement;
-  private readonly shown: Shown;
+  private readonly layers = new Layers();
+  private readonly grids = new Grids(() => this.plan.drawOver());
   private robots: RobotFacts[] = [];
   private moment: Moment | null = null;
   private chosen = "";
   private names = new Set<string>();
 
   constructor(private readonly record: RunRecord) {
-    const kept = remembered("run.layers");
-    this.shown = Object.fromEntries(
-      LAYERS.map(([key]) => [key, kept === null || kept.split(" ").includes(key)]),
-    ) as unknown as Shown;
+    this.layers.changed.on(() => this.plan.drawOver());
     this.follow = toggle(
       { class: "quiet square", title: "Follow the robot (F)" },
       false,
@@ -56,7 +48,7 @@ export class Floor {
       this.host,
       legend(),
       el("span", { class: "run-spring" }),
-      this.menu(),
+      this.layers.element,
       this.follow,
       fit,
     );
@@ -67,6 +59,7 @@ export class Floor {
 
   scene(items: Item[], bounds: Bounds): void {
     this.plan.stands.clear();
+    this.layers.forget();
     const same = bounds.join() === this.plan.bounds.join() && this.names.size > 0;
     this.names = new Set(items.flatMap((item) => item.name ?? []));
     this.plan.setItems(items, bounds);
@@ -88,6 +81,7 @@ export class Floor {
 
   show(moment: Moment): void {
     this.moment = moment;
+    for (const tick of Object.values(moment.robots)) this.layers.offer((tick.show ?? []).map((item) => item.name));
     if (this.move(moment.things)) this.plan.refresh();
     const pose = moment.robots[this.chosen]?.truth;
     if (pose && isPressed(this.follow)) this.plan.follow([pose[0], pose[1]]);
@@ -136,45 +130,21 @@ export class Floor {
 
   private draw(context: CanvasRenderingContext2D): void {
     const { left, top, scale } = this.plan.view;
-    const overlay = new Overlay(context, { x: left, y: top, scale }, this.shown, this.names);
-    for (const robot of this.robots) overlay.trails(this.record.of(robot.name).trails);
-    for (const robot of this.robots) {
+    const { shown, hidden } = this.layers;
+    const view = { x: left, y: top, scale };
+    const overlay = new Overlay(context, view, shown, this.names);
+    const evidence = new Evidence(context, view, this.grids, hidden);
+    const ticks = this.robots.flatMap((robot) => {
       const tick = this.moment?.robots[robot.name];
-      if (tick) overlay.robot(robot, tick, { named: this.robots.length > 1 });
+      return tick ? [[robot, tick] as const] : [];
+    });
+    for (const [robot, tick] of ticks) {
+      if (shown.show) evidence.shown(tick);
+      if (shown.scans) evidence.scans(tick);
+      if (shown.ring) evidence.ring(robot, tick);
     }
-  }
-
-  private menu(): HTMLElement {
-    const boxes = LAYERS.map(([key, label]) => {
-      const box = el("input", { type: "checkbox", onchange: () => this.setLayer(key, box.checked) });
-      box.checked = this.shown[key];
-      return el("label", {}, box, label);
-    });
-    const list = el("div", { class: "run-menu", role: "group", "aria-label": "What is shown" }, ...boxes);
-    const summary = el(
-      "summary",
-      { class: "button quiet square", title: "What is shown", "aria-label": "What is shown" },
-      sign("layers"),
-    );
-    const details = el("details", { class: "run-layers" }, summary, list);
-    document.addEventListener("pointerdown", (event) => {
-      if (!details.contains(event.target as Node)) details.open = false;
-    });
-    details.addEventListener("keydown", (event) => {
-      if (event.key === "Escape") details.open = false;
-    });
-    return details;
-  }
-
-  private setLayer(key: keyof Shown, on: boolean): void {
-    this.shown[key] = on;
-    remembered(
-      "run.layers",
-      LAYERS.map(([each]) => each)
-        .filter((each) => this.shown[each])
-        .join(" "),
-    );
-    this.plan.drawOver();
+    for (const robot of this.robots) overlay.trails(this.record.of(robot.name).trails);
+    for (const [robot, tick] of ticks) overlay.robot(robot, tick, { named: this.robots.length > 1 });
   }
 }
 

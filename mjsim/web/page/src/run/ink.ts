@@ -7,6 +7,7 @@ const NAMES = [
   "estimate",
   "odometry",
   "seen",
+  "scanned",
   "beacon",
   "accent",
   "paper",

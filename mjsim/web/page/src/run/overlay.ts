@@ -20,6 +20,10 @@ export interface Shown {
   ellipses: boolean;
   landmarks: boolean;
   sightings: boolean;
+  scans: boolean;
+  ring: boolean;
+  /** What modules show. */
+  show: boolean;
 }
 
 export interface Trails {

@@ -138,6 +138,8 @@ export interface RobotFacts {
   radius: number;
   /** Of its footprint, in its own frame [m]. */
   outline: [number, number][] | null;
+  /** From its origin to where the rays of the ring begin, the first one ahead, counter-clockwise [m]. */
+  rims: number[];
   color: string | null;
   cameras: CameraFacts[];
   can_strafe: boolean;
@@ -170,6 +172,10 @@ export interface RobotTick {
   bump?: number[];
   /** By name. */
   arms?: Record<string, ArmTick>;
+  /** Where the beams of each lidar met something: x, y, z of one after the other, world frame [m]. */
+  scans?: Record<string, number[]>;
+  /** What the estimator shows; left out for nothing. */
+  show?: ShownNews[];
 }
 
 /** What the run is and does. */
@@ -202,6 +208,29 @@ export interface SceneNews {
   kind: "scene";
   items: Item[];
   bounds: [number, number, number, number];
+}
+
+/** Something that an estimator shows: points, lines, a grid or a text; which it is, its keys tell. */
+export interface ShownNews {
+  name: string;
+  /** Of its numbers: the world, the robot as estimated, or as it truly is. */
+  frame: "world" | "estimate" | "base";
+  color: string;
+  /** x, y, z of one after the other; of a text where it stands [m]. */
+  points?: number[];
+  /** The same, of lines through them. */
+  lines?: number[];
+  /** Whether each point of lines is joined to the next; else every two are a line. */
+  joined?: boolean;
+  /** Across a point, a line or a cell [m]. */
+  size?: number;
+  text?: string;
+  /** Cells of a grid as grey levels, the first row at the top: 0 occupied to 254 free, 255 unknown; base64. */
+  png?: string;
+  /** Of the lower left corner of a grid. */
+  origin?: PlanarPose;
+  /** Columns and rows of a grid. */
+  cells?: [number, number];
 }
 
 /** Name, null when anonymous; horizontal range [m]; bearing [rad, left positive]. */
@@ -246,6 +275,12 @@ export interface DriveByHand {
   turn?: number | null;
 }
 
+/** A picture has been shown: another may come. */
+export interface FrameShown {
+  do: "shown";
+  number: number;
+}
+
 /** Move the joints of an arm by hand [rad, m]; null gives it back to its navigator. */
 export interface MoveJoints {
   do: "joints";
@@ -284,12 +319,6 @@ export interface SetSpeed {
   value?: number | null;
 }
 
-/** A picture has been shown: another may come. */
-export interface Shown {
-  do: "shown";
-  number: number;
-}
-
 /** A request without arguments. */
 export interface Simple {
   do: "pause" | "go" | "tick" | "restart" | "stop";
@@ -316,4 +345,4 @@ export interface Watch {
   outside?: Outside | null;
 }
 
-export type RunRequest = Start | Simple | SetSpeed | DriveByHand | MoveJoints | MoveTool | SetNoise | Watch | Shown;
+export type RunRequest = Start | Simple | SetSpeed | DriveByHand | MoveJoints | MoveTool | SetNoise | Watch | FrameShown;

@@ -1,0 +1,207 @@
+"""What an estimator shows beside its estimate: points, lines, grids and texts, for the page and for Foxglove."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mjsim.geometry import Array, Pose
+
+MOST_ITEMS = 64
+"""Of one estimate."""
+MOST_POINTS = 20_000
+"""Of all items of an estimate together."""
+MOST_CELLS = 1 << 20
+"""The same for the cells of grids."""
+LONGEST_TEXT = 200
+"""Characters of a text or of a name."""
+_ORIGIN: Final = Pose(0.0, 0.0, 0.0)
+_COLOR = re.compile(r"#[0-9a-fA-F]{6}")
+
+ShownFrame = Literal["world", "estimate", "base"]
+"""world: the frame of the estimate's own pose; estimate: that of the robot where the estimate has it; base: that of the
+robot where it truly is, as for what a sensor has just measured."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shown:
+    """What all that is shown has; a value is checked and copied when it is made, and does not change after."""
+
+    name: str
+    """What it is; the page writes it beside the others and has a switch for all of one name."""
+    frame: ShownFrame = "world"
+    """In which its numbers are."""
+    color: str = "#e8590c"
+    """'#rrggbb'"""
+
+    def __post_init__(self) -> None:
+        """Check it; ValueError says what is wrong."""
+        _require_text("name", self.name)
+        if self.frame not in get_args(ShownFrame):
+            raise ValueError(f"frame is {self.frame!r:.40}; it must be one of {', '.join(get_args(ShownFrame))}")
+        if not isinstance(self.color, str) or not _COLOR.fullmatch(self.color):
+            raise ValueError(f"color is {self.color!r:.40}; it must be a text such as '#e8590c'")
+
+    @property
+    def points_count(self) -> int:
+        """How many points it has."""
+        return 0
+
+    @property
+    def cells_count(self) -> int:
+        """How many cells it has."""
+        return 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ShownPoints(Shown):
+    """Points, such as particles or what a scan has hit."""
+
+    points: Array
+    """Shape (n, 2) on the floor, or (n, 3) [m]; kept as (n, 3)."""
+    size: float = 0.05
+    """Across each of them [m]."""
+
+    def __post_init__(self) -> None:
+        """Check it; ValueError says what is wrong."""
+        Shown.__post_init__(self)
+        object.__setattr__(self, "points", _places("points", self.points))
+        object.__setattr__(self, "size", _length("size", self.size))
+
+    @property
+    def points_count(self) -> int:
+        """How many points it has."""
+        return len(self.points)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ShownLines(Shown):
+    """A line through points, such as a planned path; or many straight lines, such as matches."""
+
+    points: Array
+    """Shape (n, 2) on the floor, or (n, 3) [m]; kept as (n, 3)."""
+    joined: bool = True
+    """Whether each point is joined to the next; else every two of them are a line."""
+    width: float = 0.02
+    """[m]"""
+
+    def __post_init__(self) -> None:
+        """Check it; ValueError says what is wrong."""
+        Shown.__post_init__(self)
+        object.__setattr__(self, "points", _places("points", self.points))
+        object.__setattr__(self, "width", _length("width", self.width))
+        if not self.joined and len(self.points) % 2:
+            raise ValueError(f"{len(self.points)} points of lines that are not joined; there must be two for each")
+
+    @property
+    def points_count(self) -> int:
+        """How many points it has."""
+        return len(self.points)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ShownGrid(Shown):
+    """A grid of cells on the floor, such as an occupancy map."""
+
+    cells: Array
+    """From 0 for free to 1 for occupied, NaN for unknown, shape (rows, columns): columns along x, rows along y."""
+    resolution: float
+    """Side of a cell [m]."""
+    origin: Pose = _ORIGIN
+    """Of the outer corner of cell (0, 0), x along its row."""
+
+    def __post_init__(self) -> None:
+        """Check it; ValueError says what is wrong."""
+        Shown.__post_init__(self)
+        cells = _numbers("cells", self.cells)
+        if cells.ndim != 2 or not cells.size:
+            raise ValueError(f"cells have shape {cells.shape}; it must be (rows, columns), each at least 1")
+        known = cells[~np.isnan(cells)]
+        if len(known) and not (known.min() >= 0.0 and known.max() <= 1.0):
+            raise ValueError(f"cells are from {known.min():g} to {known.max():g}; they must be from 0 to 1, or NaN")
+        if not isinstance(self.origin, Pose) or not np.isfinite(self.origin.as_array()).all():
+            raise ValueError(f"origin is {self.origin!r:.80}; it must be a Pose with finite numbers")
+        object.__setattr__(self, "cells", _sealed(cells))
+        object.__setattr__(self, "resolution", _length("resolution", self.resolution))
+
+    @property
+    def cells_count(self) -> int:
+        """How many cells it has."""
+        return int(self.cells.size)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ShownText(Shown):
+    """A text at a place."""
+
+    text: str
+    at: Array
+    """Where it begins, shape (2,) on the floor, or (3,) [m]; kept as (3,)."""
+
+    def __post_init__(self) -> None:
+        """Check it; ValueError says what is wrong."""
+        Shown.__post_init__(self)
+        _require_text("text", self.text)
+        object.__setattr__(self, "at", _places("at", np.reshape(_numbers("at", self.at), (1, -1)))[0])
+
+    @property
+    def points_count(self) -> int:
+        """A text counts as a point."""
+        return 1
+
+
+def require_bounds(items: Sequence[Shown]) -> None:
+    """Check that what is shown together is not too much.
+
+    Raises:
+        ValueError: It is; says by how much.
+    """
+    counts = (
+        ("items", len(items), MOST_ITEMS),
+        ("points", sum(item.points_count for item in items), MOST_POINTS),
+        ("cells", sum(item.cells_count for item in items), MOST_CELLS),
+    )
+    for what, count, most in counts:
+        if count > most:
+            raise ValueError(f"{count} {what} are shown at once; there must be at most {most}")
+
+
+def _require_text(what: str, text: object) -> None:
+    if not isinstance(text, str) or not text.isprintable() or not 0 < len(text) <= LONGEST_TEXT:
+        raise ValueError(f"{what} is {text!r:.60}; it must be 1 to {LONGEST_TEXT} printable characters")
+
+
+def _numbers(what: str, values: ArrayLike) -> Array:
+    """Return a copy as doubles."""
+    try:
+        array: Array = np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{what} hold something other than numbers, or rows that differ") from None
+    return array
+
+
+def _places(what: str, values: ArrayLike) -> Array:
+    """Return points as they are kept, shape (n, 3) [m]; those on the floor have z = 0."""
+    array = _numbers(what, values)
+    if not array.size:
+        return _sealed(np.zeros((0, 3)))
+    if array.ndim != 2 or array.shape[1] not in (2, 3):
+        raise ValueError(f"{what} have shape {array.shape}; it must be (n, 2) or (n, 3)")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{what} hold numbers that are not finite; leave those points out")
+    return _sealed(np.pad(array, ((0, 0), (0, 3 - array.shape[1]))))
+
+
+def _length(what: str, value: Any) -> float:
+    array = _numbers(what, value)
+    if array.ndim or not 0.0 < array < np.inf:
+        raise ValueError(f"{what} is {value!r:.40}; it must be above 0 m")
+    return float(array)
+
+
+def _sealed(array: Array) -> Array:
+    array.flags.writeable = False
+    return array

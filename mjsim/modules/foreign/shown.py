@@ -1,0 +1,65 @@
+"""What modules in other languages show: objects with `points`, `lines`, `grid` or `text`, turned into values."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from mjsim.errors import did_you_mean
+from mjsim.geometry import Pose
+from mjsim.interface import MOST_ITEMS, Shown, ShownGrid, ShownLines, ShownPoints, ShownText
+from mjsim.modules.covariances import Unfit
+
+_HEAD = ("name", "frame", "color")
+_KEYS: Mapping[str, tuple[str, ...]] = {
+    "points": ("size",),
+    "lines": ("joined", "width"),
+    "grid": ("resolution", "origin"),
+    "text": ("at",),
+}
+"""What tells one kind from another -> its further keys."""
+
+
+def shown_of(answer: Any) -> tuple[Shown, ...]:
+    """Return what an answer shows; one item may stand without a list.
+
+    Args:
+        answer: As JSON gave it: an object, or a list of them; None for nothing.
+    """
+    items = [] if answer is None else answer if isinstance(answer, list) else [answer]
+    if len(items) > MOST_ITEMS:
+        raise Unfit(f"returned a show of {len(items)} items; there must be at most {MOST_ITEMS}")
+    return tuple(_item(item, number) for number, item in enumerate(items, start=1))
+
+
+def _item(item: Any, number: int) -> Shown:
+    where = f"item {number} of est.show"
+    if not isinstance(item, Mapping):
+        raise Unfit(f"returned {where} that is no object; it must have points, lines, grid or text")
+    kinds = [kind for kind in _KEYS if kind in item]
+    if len(kinds) != 1:
+        raise Unfit(f"returned {where} with {' and '.join(kinds) or 'none'} of {', '.join(_KEYS)}; it must have one")
+    known = (kinds[0], *_HEAD, *_KEYS[kinds[0]])
+    for key in item:
+        if key not in known:
+            raise Unfit(f"returned {where} with the key '{key}'{did_you_mean(key, known)}")
+    try:
+        return _made(kinds[0], {"name": kinds[0], **item})
+    except (KeyError, TypeError, ValueError) as error:
+        what = f"lacks the key {error}" if isinstance(error, KeyError) else str(error)
+        raise Unfit(f"returned {where} which is not right: {what}") from None
+
+
+def _made(kind: str, item: Mapping[str, Any]) -> Shown:
+    head = {key: item[key] for key in _HEAD if key in item}
+    rest = {key: item[key] for key in _KEYS[kind] if key in item}
+    if kind == "text":
+        return ShownText(**head, text=item["text"], at=item["at"])
+    if kind == "grid":
+        x, y, heading = np.append(np.array(rest.get("origin", (0.0, 0.0)), dtype=float), 0.0)[:3].tolist()
+        cells = np.atleast_2d(np.array(item["grid"], dtype=float))
+        return ShownGrid(**head, cells=cells, resolution=item["resolution"], origin=Pose(x, y, heading))
+    points = np.array(item[kind], dtype=float)
+    # Octave writes a single row as a plain list.
+    places = points[None] if points.ndim == 1 and points.size else points
+    return ShownPoints(**head, points=places, **rest) if kind == "points" else ShownLines(**head, points=places, **rest)

@@ -1,0 +1,122 @@
+"""What lidars measured, as points in the world that the page draws; of recordings, read once in the background."""
+
+import contextlib
+import threading
+from bisect import bisect_right
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.errors import MjsimError
+from mjsim.geometry import Array, Pose3
+from mjsim.interface import Observation, PointCloud, Scan
+from mjsim.record import Recording
+from mjsim.sim import lidar_places
+from mjsim.web.news import RobotTick
+from mjsim.web.past import plain
+
+SAME_TIME = 1e-6
+"""Times that differ less are the same [s]."""
+MOST_POINTS = 1500
+"""Of one reading that are drawn; of more, as many evenly among them."""
+MOST_BYTES = 1 << 28
+"""Of the points of one recording that are kept; what comes later is not drawn."""
+SHOWN_FOR = 0.5
+"""So long a reading is drawn after it was taken [s]."""
+
+
+def lidar_points(reading: Scan | PointCloud, world_from_sensor: Array) -> Array:
+    """Return where beams met something, world frame, shape (n, 3) [m].
+
+    Args:
+        reading: Of one turn.
+        world_from_sensor: Shape (4, 4) [m].
+    """
+    points = np.asarray(reading.points() if isinstance(reading, Scan) else reading.points, dtype=float)
+    points = points[:: -(-len(points) // MOST_POINTS) or 1]
+    rotation, place = world_from_sensor[:3, :3], world_from_sensor[:3, 3]
+    return points @ rotation[:, : points.shape[1]].T + place
+
+
+def flat_points(points: NDArray[Any]) -> list[float]:
+    """Return points as the page takes them: x, y, z of one after the other, in millimetres' precision."""
+    rows: list[float] = np.round(points, 3).ravel().tolist()
+    return rows
+
+
+def lidar_readings(seen: Observation) -> dict[str, Scan | PointCloud]:
+    """Return the readings of all lidars that came with an observation, by name."""
+    return {**seen.scans, **seen.clouds}
+
+
+_Row = tuple[float, Mapping[str, NDArray[np.float32]], Array, tuple[float, ...]]
+"""Time [s], points of each lidar in the world [m], the ring [m], bearings of contacts [rad]."""
+
+
+class SensorPast:
+    """What the sensors of a recording measured at each tick, as far as it has been read."""
+
+    def __init__(self, recording: Recording) -> None:
+        """Begin to read, in a thread of its own."""
+        self._recording, self._places = recording, lidar_places(recording.world)
+        self._robots: dict[str, list[_Row]] = {robot: [] for robot in recording.robots}
+        self._ended = threading.Event()
+        self.whole = threading.Event()
+        """Whether all of it has been read."""
+        self._thread = threading.Thread(target=self._read, name="mjsim-measured", daemon=True)
+        self._thread.start()
+
+    def add_to(self, told: RobotTick, robot: str, row: int) -> None:
+        """Add to a tick what was measured then: the ring, contacts, and the newest reading of each lidar."""
+        rows, now = self._robots[robot], float(self._recording.time[row])
+        last = bisect_right(rows, now + SAME_TIME, key=_time_of) - 1
+        if last < 0 or rows[last][0] < now - SAME_TIME:
+            return
+        _, _, ring, bump = rows[last]
+        told["proximity"], told["bump"] = plain(ring, 3), plain(bump, 3)
+        first = bisect_right(rows, now - SHOWN_FOR, key=_time_of)
+        recent = {name: points for _, clouds, _, _ in rows[first : last + 1] for name, points in clouds.items()}
+        told["scans"] = {name: flat_points(points) for name, points in recent.items()}
+
+    def close(self) -> None:
+        """Stop reading."""
+        self._ended.set()
+        self._thread.join()
+
+    def _read(self) -> None:
+        # Of a recording that is not as it should be, what comes before is drawn.
+        with contextlib.suppress(MjsimError):
+            for robot in self._recording.robots:
+                self._read_robot(robot)
+        self.whole.set()
+
+    def _read_robot(self, robot: str) -> None:
+        left = MOST_BYTES // max(len(self._recording.robots), 1)
+        for seen in self._recording.observations(robot):
+            clouds = self._clouds(robot, seen) if left > 0 else {}
+            left -= sum(points.nbytes for points in clouds.values())
+            self._robots[robot].append((seen.time, clouds, seen.proximity, seen.bump))
+            if self._ended.is_set():
+                return
+
+    def _clouds(self, robot: str, seen: Observation) -> dict[str, NDArray[np.float32]]:
+        """Return the points of each lidar in the world, by where the robot was when they were measured."""
+        found, track = {}, self._recording.robots[robot]
+        for name, reading in lidar_readings(seen).items():
+            mount = self._places.get(f"{robot}/{name}")
+            pose = track.truth_pose[row_of(track.time, reading.stamp)]
+            if mount is not None and np.isfinite(pose).all():
+                world_from_sensor = Pose3(*pose.tolist()).matrix() @ mount
+                found[name] = lidar_points(reading, world_from_sensor).astype(np.float32)
+        return found
+
+
+def _time_of(row: _Row) -> float:
+    return row[0]
+
+
+def row_of(times: Array, time: float) -> int:
+    """Return the row of the newest of some times, shape (n,), that is not after one [s]; the first before all."""
+    return max(int(np.searchsorted(times, time + SAME_TIME, side="right")) - 1, 0)

@@ -1,0 +1,91 @@
+/** The menu of what is drawn on the plan: a switch for each layer, and one for each thing that modules show. */
+
+import { el } from "../dom";
+import { Signal } from "../signal";
+import { remembered, sign } from "./controls";
+import type { Shown } from "./overlay";
+
+const LAYERS: [keyof Shown, string][] = [
+  ["truth", "Truth"],
+  ["estimate", "Estimate"],
+  ["odometry", "Odometry"],
+  ["trails", "Trails"],
+  ["ellipses", "95 % ellipses"],
+  ["landmarks", "Landmarks"],
+  ["sightings", "Sightings"],
+  ["scans", "Lidar scans"],
+  ["ring", "Proximity ring"],
+  ["show", "Shown by modules"],
+];
+/** Layers that are off until somebody wants them. */
+const OFF: (keyof Shown)[] = ["ring"];
+/** So many things that modules show have switches of their own. */
+const MOST_NAMES = 40;
+
+export class Layers {
+  readonly element: HTMLDetailsElement;
+  readonly changed = new Signal();
+  readonly shown: Shown;
+  /** Names of what modules show that is not to be seen. */
+  readonly hidden: Set<string>;
+  private readonly names = new Set<string>();
+  private readonly own = el("div", { class: "run-menu-own", role: "group", "aria-label": "Shown by modules" });
+
+  constructor() {
+    // What was chosen is kept as differences, so that layers that come later begin as they should.
+    const kept = new Set((remembered("plan.layers") ?? OFF.map((key) => `-${key}`).join(" ")).split(" "));
+    this.shown = Object.fromEntries(LAYERS.map(([key]) => [key, !kept.has(`-${key}`)])) as unknown as Shown;
+    this.hidden = new Set(JSON.parse(remembered("plan.hidden") ?? "[]") as string[]);
+    this.element = this.menu();
+  }
+
+  /** Offer a switch for each thing that modules show. */
+  offer(names: Iterable<string>): void {
+    for (const name of names) {
+      if (this.names.has(name) || this.names.size >= MOST_NAMES) continue;
+      this.names.add(name);
+      this.own.append(box(name, !this.hidden.has(name), (on) => this.hide(name, !on)));
+    }
+  }
+
+  /** Another run is shown: what its modules show is not known yet. */
+  forget(): void {
+    this.names.clear();
+    this.own.replaceChildren();
+  }
+
+  private menu(): HTMLDetailsElement {
+    const boxes = LAYERS.map(([key, label]) => box(label, this.shown[key], (on) => this.set(key, on)));
+    const list = el("div", { class: "run-menu", role: "group", "aria-label": "What is shown" }, ...boxes, this.own);
+    const title = { title: "What is shown", "aria-label": "What is shown" };
+    const summary = el("summary", { class: "button quiet square", ...title }, sign("layers"));
+    const details = el("details", { class: "run-layers" }, summary, list);
+    document.addEventListener("pointerdown", (event) => {
+      if (!details.contains(event.target as Node)) details.open = false;
+    });
+    details.addEventListener("keydown", (event) => {
+      if (event.key === "Escape") details.open = false;
+    });
+    return details;
+  }
+
+  private set(key: keyof Shown, on: boolean): void {
+    this.shown[key] = on;
+    const off = LAYERS.filter(([each]) => !this.shown[each]).map(([each]) => `-${each}`);
+    remembered("plan.layers", off.join(" "));
+    this.changed.emit();
+  }
+
+  private hide(name: string, hidden: boolean): void {
+    if (hidden) this.hidden.add(name);
+    else this.hidden.delete(name);
+    remembered("plan.hidden", JSON.stringify([...this.hidden].slice(-MOST_NAMES)));
+    this.changed.emit();
+  }
+}
+
+function box(label: string, on: boolean, set: (on: boolean) => void): HTMLElement {
+  const input = el("input", { type: "checkbox", onchange: () => set(input.checked) });
+  input.checked = on;
+  return el("label", {}, input, el("span", {}, label));
+}

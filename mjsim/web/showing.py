@@ -1,0 +1,33 @@
+"""What estimators show, as the page draws it."""
+
+import base64
+from collections.abc import Sequence
+
+from mjsim.interface import Shown, ShownGrid, ShownLines, ShownPoints, ShownText
+from mjsim.record import grid_png
+from mjsim.web.measured import flat_points
+from mjsim.web.news import ShownNews
+
+
+def shown_told(items: Sequence[Shown]) -> list[ShownNews]:
+    """Return what is shown; its numbers are in the frame that each names."""
+    return [_told(item) for item in items]
+
+
+def _told(item: Shown) -> ShownNews:
+    told: ShownNews = {"name": item.name, "frame": item.frame, "color": item.color}
+    if isinstance(item, ShownPoints):
+        told |= {"points": flat_points(item.points), "size": item.size}
+    elif isinstance(item, ShownLines):
+        told |= {"lines": flat_points(item.points), "joined": item.joined, "size": item.width}
+    elif isinstance(item, ShownText):
+        told |= {"text": item.text, "points": flat_points(item.at)}
+    elif isinstance(item, ShownGrid):
+        rows, columns = item.cells.shape
+        told |= {
+            "png": base64.b64encode(grid_png(item)).decode(),
+            "size": item.resolution,
+            "origin": (item.origin.x, item.origin.y, item.origin.heading),
+            "cells": (columns, rows),
+        }
+    return told
