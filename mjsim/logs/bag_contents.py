@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose3
 from mjsim.interface import ImuReading
+from mjsim.logs.bag_clocks import Clocks
 from mjsim.logs.bag_clouds import end_of
 from mjsim.logs.bag_file import Bag, RosMessage
 from mjsim.logs.bag_frames import BASES, FrameTree, frame_name, matrix_of
@@ -88,7 +89,18 @@ class Contents:
     """What a bag holds."""
 
     def __init__(self, bag: Bag, robots: Sequence[RobotTopics]) -> None:
-        """Read the bag once."""
+        """Read the bag once, and again if clocks were set meanwhile."""
+        self._bag, self._clocks = bag, Clocks()
+        self._takes = self._roles(robots)
+        self._wants_odometry = any(robot.odometry is None for robot in robots)
+        self._read()
+        self.notes = self._clocks.settle()
+        """What people are told of clocks."""
+        if self.notes:
+            self._read()
+
+    def _read(self) -> None:
+        """Read the bag."""
         self.frames = FrameTree()
         self.streams: dict[str, Stream] = {}
         self.moves: dict[str, Moves] = {}
@@ -100,11 +112,8 @@ class Contents:
         self.infos: dict[str, Any] = {}
         self.left_out: Counter[str] = Counter()
         self._transforms: Counter[str] = Counter()
-        self._bag = bag
-        self._takes = self._roles(robots)
-        self._wants_odometry = any(robot.odometry is None for robot in robots)
         first, last = 0, 0
-        for message in bag.messages(self._takes):
+        for message in self._bag.messages(self._takes):
             first, last = first or message.time, max(last, message.time)
             try:
                 self._takes[message.topic](message)
@@ -132,7 +141,8 @@ class Contents:
         return roles
 
     def _stamp(self, message: RosMessage) -> float:
-        return self._bag.stamp(message) or message.time * 1e-9
+        recorded = message.time * 1e-9
+        return self._clocks.time(message.topic, recorded, self._bag.stamp(message) or recorded)
 
     def _take_transforms(self, message: RosMessage) -> None:
         self._transforms[message.topic] += 1
@@ -145,8 +155,9 @@ class Contents:
         for each in transforms:
             outer, inner = frame_name(each.header.frame_id), frame_name(each.child_frame_id)
             if outer.rpartition("/")[2].startswith("odom") and inner.rpartition("/")[2] in BASES:
-                stamp = each.header.stamp
-                time = (stamp.sec + 1e-9 * stamp.nanosec) or message.time * 1e-9
+                stamp, recorded = each.header.stamp, message.time * 1e-9
+                told = (stamp.sec + 1e-9 * stamp.nanosec) or recorded
+                time = self._clocks.time(f"{inner} in {message.topic}", recorded, told)
                 moves = self.carried.setdefault(inner, Moves(child=inner))
                 pose = matrix_of(each.transform.translation, each.transform.rotation)
                 moves.rows.append((time, *Pose3.from_matrix(pose).as_array().tolist()))

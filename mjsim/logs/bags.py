@@ -60,7 +60,7 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
     contents = Contents(bag, robots)
     messages = BagMessages(bag, times_of(contents.streams))
     first, *others = (_Robot(bag, contents, messages, robot).log() for robot in robots)
-    return [replace(first, notes={**first.notes, **_unread(bag, robots)}), *others]
+    return [replace(first, notes={**first.notes, **contents.notes, **_unread(bag, robots)}), *others]
 
 
 def _unread(bag: Bag, robots: Sequence[RobotTopics]) -> dict[str, str]:

@@ -1,0 +1,56 @@
+"""Clocks that were set while a bag was recorded."""
+
+import numpy as np
+import pytest
+
+import mjsim
+from mjsim.geometry import Pose, Pose3
+from mjsim.logs.bag_clocks import Clocks
+from tests.bags import START, new_bag
+
+
+def _heard(recorded: np.ndarray, stamps: np.ndarray) -> tuple[np.ndarray, dict[str, str]]:
+    """Return the times that two readings of a bag end with, and what is said."""
+    clocks = Clocks()
+    for pair in zip(recorded, stamps, strict=True):
+        clocks.time("/odom", *pair)
+    notes = clocks.settle()
+    return np.array([clocks.time("/odom", *pair) for pair in zip(recorded, stamps, strict=True)]), dict(notes)
+
+
+@pytest.mark.parametrize("step", [-5.0, 120.0, -1.6e9])
+def test_times_go_on_where_a_clock_was_set_and_set_again(step):
+    true = START + 0.1 * np.arange(90)
+    late = np.random.default_rng(0).uniform(0.0, 0.02, 90)
+    stamps = true + np.repeat([0.0, step, 3.0], 30)
+    times, notes = _heard(true + late, stamps)
+    np.testing.assert_allclose(times, true, atol=0.05)
+    assert notes["clock of /odom"].startswith(f"set 2 times ({step:+.0f}"[:-2])
+
+
+@pytest.mark.parametrize("wrong", [-1e9, -30.0, 30.0])
+def test_single_wrong_times_pauses_and_recorders_that_tell_nothing_set_no_clock(wrong):
+    true = START + 0.1 * np.arange(60)
+    stamps = true.copy()
+    stamps[[20, 40]] += wrong
+    pause = np.where(true > true[30], true + 500.0, true)
+    for recorded, told in ((true, stamps), (pause, pause), (np.full(60, START), pause), (np.arange(60.0), true)):
+        times, notes = _heard(recorded, told)
+        assert not notes
+        np.testing.assert_array_equal(times, told)
+
+
+@pytest.mark.slow
+def test_a_clock_that_is_set_back_does_not_mix_two_parts_of_a_drive(tmp_path):
+    with new_bag(tmp_path / "run") as bag:
+        for k in range(40):
+            recorded = START + 0.1 * k
+            at = recorded - (2.0 if k >= 20 else 0.0)
+            pose = Pose3.from_planar(Pose(0.05 * k, 0.0, 0.0))
+            bag.put("/odom", recorded, bag.odometry(bag.header(at, "odom"), "base_link", pose))
+            bag.put("/scan", recorded, bag.scan(bag.header(at, "laser"), np.full(5, 1.0 + k), 0.0, 0.1, (0.1, 90.0)))
+    run = mjsim.import_log(tmp_path / "run")
+    seen = [each.scans["scan"].ranges[0] for each in run.observations("robot") if each.scans]
+    assert seen == [1.0 + k for k in range(40)]
+    assert min(each.odometry.forward for each in run.observations("robot")) >= 0.0
+    assert run.metadata["clock of /scan"] == "set 1 times (-2.0 s); its times go on as before"
