@@ -2,7 +2,7 @@
 
     DIR/R/mav0/cam0/data/NANOSECONDS.png, data.csv, sensor.yaml     a camera each; camN in the order of the world
     DIR/R/mav0/imu0/data.csv, sensor.yaml                           an inertial sensor each
-    DIR/R/mav0/state_groundtruth_estimate0/data.csv, sensor.yaml    the truth at every tick
+    DIR/R/mav0/state_groundtruth_estimate0/data.csv, sensor.yaml    the truth at every tick that has one
     DIR/R/mav0/body.yaml
 
 The body frame is that of imu0, as VIO programs expect, or the robot's without one; `T_BS` of a sensor is
@@ -87,9 +87,10 @@ def _write(recorded: RecordedRobots, robot: str, folder: Path) -> None:
     for number, (name, sheet) in enumerate(imus.items()):
         _begin(folder / f"imu{number}", _imu_yaml(f"{robot}/{name}", sheet, body_from_base @ sheet.robot_from_sensor))
         _list(folder / f"imu{number}", IMU_HEAD, _readings(recorded, robot, name))
-    truth = folder / "state_groundtruth_estimate0"
-    _begin(truth, _yaml("truth", "visual-inertial", "the simulated truth", np.eye(4)))
-    _list(truth, TRUTH_HEAD, _states(recorded, robot, base_from_body))
+    if states := _states(recorded, robot, base_from_body):
+        truth = folder / "state_groundtruth_estimate0"
+        _begin(truth, _yaml("truth", "visual-inertial", "the truth of the recording", np.eye(4)))
+        _list(truth, TRUTH_HEAD, states)
     (folder / "body.yaml").write_text(f"%YAML:1.0\ncomment: robot {robot} of mjsim\n")
 
 

@@ -2,7 +2,8 @@
 
     DIR/R_CAMERA/rgb/STAMP.png        pictures, and rgb.txt with `stamp file`
     DIR/R_CAMERA/depth/STAMP.png      depth along the optical axis, 16 bits, 5000 a metre, 0 for none; and depth.txt
-    DIR/R_CAMERA/groundtruth.txt      `stamp tx ty tz qx qy qz qw` of the optical frame in the world, at every tick
+    DIR/R_CAMERA/groundtruth.txt      `stamp tx ty tz qx qy qz qw` of the optical frame in the world, at every tick,
+                                      if the recording knows any
     DIR/R_CAMERA/accelerometer.txt    `stamp ax ay az` of the robot's first inertial sensor, if it has one
     DIR/R_CAMERA/camera.yaml          calibration, as ORB-SLAM reads it
 
@@ -80,7 +81,9 @@ def _write(recorded: RecordedRobots, robot: str, camera: str, folder: Path) -> N
     _list(folder / "rgb.txt", "color images\n# timestamp filename", pictures)
     if depth:
         _list(folder / "depth.txt", f"depth maps, {DEPTH_SCALE:g} a metre\n# timestamp filename", depths)
-    _list(folder / "groundtruth.txt", "ground truth trajectory\n# timestamp tx ty tz qx qy qz qw", truth)
+    # Of a log that has none there is no file, as programs that read it expect.
+    if truth:
+        _list(folder / "groundtruth.txt", "ground truth trajectory\n# timestamp tx ty tz qx qy qz qw", truth)
     if imu is not None:
         _list(folder / "accelerometer.txt", "accelerometer data\n# timestamp ax ay az", felt)
     intrinsics = recorded.infos[robot].sensors[camera].intrinsics

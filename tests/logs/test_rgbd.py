@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mjsim
-from mjsim.datasets import export_tum_rgbd
+from mjsim.datasets import export_euroc, export_tum_rgbd
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose3
 from mjsim.logs.readings import partners
@@ -125,3 +125,16 @@ def test_files_that_a_list_names_and_nobody_has_are_left_out_and_counted(folder,
     log = mjsim.import_log(tmp_path / "tum")
     assert log.metadata["files of depth.txt that are not there left out"] == "1"
     assert log.metadata["pictures without depth"] == "1"
+
+
+@pytest.mark.slow
+def test_a_log_without_truth_goes_out_without_one_and_comes_in_again(folder, tmp_path):
+    shutil.copytree(folder[0], tmp_path / "tum")
+    (tmp_path / "tum" / "groundtruth.txt").unlink()
+    log = mjsim.import_log(tmp_path / "tum")
+    (again,) = export_tum_rgbd(log, tmp_path / "again")
+    (euroc,) = export_euroc(log, tmp_path / "euroc")
+    assert not [*again.glob("groundtruth*"), *euroc.glob("mav0/state*")]
+    for path, camera in ((again, "camera"), (euroc, "cam0")):
+        pictures = mjsim.import_log(path).pictures("robot", camera)
+        assert [data for _, data, _ in pictures] == [data for _, data, _ in log.pictures("robot", "camera")]
