@@ -92,8 +92,11 @@ def _imu(folder: Path) -> tuple[Mount, list[ImuReading]]:
     """Return where an inertial sensor is, and its readings along the axes of the body."""
     place = _body_from_sensor(folder, _sheet(folder))
     table = read_csv(folder / "data.csv")
-    times, *values = (table.column(k) for k in range(1, 8))
-    turns, forces = np.split(np.column_stack(values), 2, axis=1)
+    times, values = table.column(1), table.block(2, but=1)
+    if values.shape[1] < 6:
+        raise UsageError(f"'{table.path}' has {values.shape[1]} columns beside time; it needs 3 rates, 3 accelerations")
+    # What an accelerometer alone does not know is no number.
+    turns, forces = values[:, :3], values[:, 3:6]
     rows = zip((times * NANOSECOND).tolist(), forces @ place[:3, :3].T, turns @ place[:3, :3].T, strict=True)
     x, y, z = place[:3, 3].tolist()
     return Mount(at=(x, y, z)), [ImuReading(stamp, force, turn, folder.name) for stamp, force, turn in rows]
