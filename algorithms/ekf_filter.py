@@ -290,8 +290,12 @@ class EkfSlamFilter:
 
     def _renew(self, places: np.ndarray[tuple[int], np.dtype[np.intp]]) -> None:
         """Take the newest estimates for the first ones of landmarks whose first look was poor."""
-        self._looks[places] += 1
-        columns = places[self._looks[places] <= YOUNG][:, None] + (0, 1)
+        looks = self._looks[places] + 1
+        self._looks[places] = looks
+        young = looks <= YOUNG
+        if not young.any():
+            return
+        columns = places[young][:, None] + (0, 1)
         apart = np.hypot(*(self._mean[columns] - self._anchor[columns]).T)
         strayed = columns[apart > STRAYED * np.hypot(*(self._mean[columns] - self._mean[:2]).T)]
         self._anchor[strayed] = self._mean[strayed]

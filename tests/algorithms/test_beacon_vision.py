@@ -111,6 +111,7 @@ def test_a_plain_image_or_an_empty_catalogue_gives_nothing(studio: Studio, beaco
     assert PictureBeacons({}).detect(studio.before("lion", 2.0, 0.0).image, INTRINSICS) == []
 
 
+@pytest.mark.slow
 def test_a_mirrored_picture_is_not_reported(studio: Studio, beacons: PictureBeacons):
     shot = studio.before("lion", 1.5, 0.0)
     assert beacons.detect(shot.image, INTRINSICS)
@@ -144,6 +145,7 @@ def test_a_picture_cut_by_the_edge_of_the_image_is_right_or_withheld(studio: Stu
     assert seen > 0
 
 
+@pytest.mark.slow
 def test_following_a_picture_measures_the_same_as_finding_it(studio: Studio, beacons: PictureBeacons):
     for distance, yaw in ((1.5, 0.0), (2.5, 25.0), (4.0, -35.0)):
         shot = studio.before("anchor", distance, yaw, rng=np.random.default_rng(3))

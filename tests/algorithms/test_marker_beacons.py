@@ -58,6 +58,7 @@ def test_a_dictionary_that_is_not_there_is_told():
         MarkerBeacons("4x4_51", 0.3)
 
 
+@pytest.mark.slow
 def test_the_observer_follows_a_marker_of_the_catalogue(studio):
     vision = BeaconVision()
     camera = SensorInfo(kind="camera", robot_from_sensor=np.eye(4), rate_hz=12.5, intrinsics=INTRINSICS)

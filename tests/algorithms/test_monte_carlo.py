@@ -53,6 +53,7 @@ def apart(pose, belief):
     return np.hypot(pose.x - belief.pose.x, pose.y - belief.pose.y)
 
 
+@pytest.mark.slow
 def test_from_the_prior_it_follows_the_robot():
     rng = np.random.default_rng(2)
     pose, belief = drive(started(Pose(4, 2, 0), np.diag([0.2, 0.2, 0.1]) ** 2), Pose(4.1, 1.9, 0.05), 100, rng)

@@ -71,6 +71,7 @@ def test_where_a_box_stands_that_the_map_lacks_it_goes_around():
     assert bumps == 0
 
 
+@pytest.mark.slow
 def test_a_constant_twist_drives_a_circle():
     poses, bumps = drive(ConstantCommand(forward=0.3, turn=0.5), 15.0, text=ROOMS.replace("at: [1, 1]", "at: [6, 2]"))
     radii = np.hypot(*(poses[125:, :2] - (6.0, 2.6)).T)
@@ -80,6 +81,7 @@ def test_a_constant_twist_drives_a_circle():
         ConstantCommand(forward=math.nan)
 
 
+@pytest.mark.slow
 def test_where_there_is_no_way_it_waits():
     shut = ROOMS.replace(", openings: [{segment: 0, at: 3.2, width: 1.2}]", "")
     poses, bumps = drive(GoToGoal([7, 1]), 8.0, text=shut)

@@ -41,6 +41,7 @@ def miss(learner, truth):
     return np.sqrt(wrong.mean() / ((Y @ (PUMA.parameters() - truth.parameters())) ** 2).mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [0.8, 1.3])
 def test_torques_of_new_motions_are_right_after_two_seconds(scale):
     truth = believed(PUMA, scale)

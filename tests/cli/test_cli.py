@@ -104,6 +104,7 @@ def test_a_module_that_fails_ends_the_run_with_one_line_and_a_readable_file(room
     assert len(mjsim.read_recording("run.mcap").time) == 13
 
 
+@pytest.mark.slow
 def test_a_module_may_import_a_file_beside_it(room, capsys, monkeypatch):
     monkeypatch.setattr(sys, "path", [*sys.path])
     Path("my_speeds.py").write_text("SLOW = 0.1\n")

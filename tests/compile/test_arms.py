@@ -78,6 +78,7 @@ def test_flange_and_jacobian_are_those_of_another_toolbox(name, file, scale):
         np.testing.assert_allclose(compiled.jacobian(), jacobian, atol=ROUNDING)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [pytest.param(n, marks=[] if n in ("Puma 560", "with a slide") else [pytest.mark.slow]) for n in ARMS]
 )

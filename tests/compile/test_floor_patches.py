@@ -56,6 +56,7 @@ def test_a_robot_on_the_plain_floor_beside_the_ice_brakes_as_ever():
     assert places[0] == places[1]
 
 
+@pytest.mark.slow
 def test_the_edge_of_a_patch_is_no_bump_and_turns_nobody_aside():
     sim = drive(
         """

@@ -69,6 +69,7 @@ def test_a_marker_on_the_wall_is_read_and_lies_where_the_world_says(dictionary, 
     np.testing.assert_allclose(place.ravel(), [-0.3, -0.15, 2.0], atol=0.012)
 
 
+@pytest.mark.slow
 def test_a_marker_is_read_eight_metres_away():
     seen("4x4_50", 49, x=-4.0)
 

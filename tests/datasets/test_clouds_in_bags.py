@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 from rosbags.highlevel import AnyReader
 
 import mjsim
@@ -18,6 +19,7 @@ KINDS = {4: "<u2", 7: "<f4"}
 """UINT16 and FLOAT32 of sensor_msgs/PointField."""
 
 
+@pytest.mark.slow
 def test_clouds_have_every_point_with_its_time_ring_and_intensity(tmp_path: Path):
     with mjsim.Simulation(parse_world(WORLD)) as sim:
         run = mjsim.run(sim, seconds=0.2, record=tmp_path / "run.mcap")

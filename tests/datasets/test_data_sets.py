@@ -242,6 +242,7 @@ def test_a_bag_comes_in_again_and_goes_out_the_same(alone: Recording, tmp_path: 
         np.testing.assert_allclose(pose, Pose3(*row).matrix() @ robot_from_eye(), atol=1e-8)
 
 
+@pytest.mark.slow
 def test_depth_of_tum_comes_in_again_and_goes_out_the_same(alone: Recording, tmp_path: Path):
     first, _ = export_tum_rgbd(alone, tmp_path / "first", redraw=True)
     (second,) = export_tum_rgbd(import_log(first, record=tmp_path / "again.mcap"), tmp_path / "second")
@@ -302,6 +303,7 @@ def test_data_sets_that_exist_are_kept_unless_asked(tum: Path, euroc: Path, carm
     assert (euroc / "notes.txt").read_text() == "mine"
 
 
+@pytest.mark.slow
 def test_a_run_without_pictures_says_that_they_can_be_drawn_again(run: Recording, tmp_path: Path):
     with mjsim.Simulation(run.world) as sim:
         bare = mjsim.run(sim, seconds=0.2, record=tmp_path / "bare.mcap", pictures=False)
@@ -311,6 +313,7 @@ def test_a_run_without_pictures_says_that_they_can_be_drawn_again(run: Recording
     assert [each.name for each in tmp_path.iterdir()] == ["bare.mcap"]
 
 
+@pytest.mark.slow
 def test_what_no_robot_has_is_one_line(tmp_path: Path):
     with mjsim.Simulation(mjsim.parse_world("mjsim: 1\nrobots: [{name: a, at: [0, 0]}]\nrun: {seconds: 0.2}\n")) as sim:
         plain = mjsim.run(sim, record=tmp_path / "plain.mcap")

@@ -265,6 +265,7 @@ def test_pictures_drawn_again_are_raw_and_hold_depth(run: Recording, tmp_path: P
     assert (tmp_path / "raw" / "raw.db3").exists()
 
 
+@pytest.mark.slow
 def test_a_folder_that_exists_is_replaced_only_when_asked_and_when_it_is_a_bag(run: Recording, tmp_path: Path):
     export_rosbag2(run, tmp_path / "bag")
     with pytest.raises(UsageError, match=r"'.*bag' exists; name another folder, or add --overwrite"):

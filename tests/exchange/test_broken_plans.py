@@ -87,6 +87,7 @@ def test_faults_of_a_drawing_that_were_mended_are_counted_not_printed(tmp_path, 
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.slow
 def test_specks_of_a_map_do_not_stand_in_the_way_of_its_robot():
     occupied = np.zeros((400, 500), dtype=bool)
     occupied[::399], occupied[:, ::499] = True, True

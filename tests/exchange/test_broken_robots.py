@@ -217,6 +217,7 @@ def test_an_inertia_that_physics_refuses_is_mended_and_said(tmp_path, has, what)
     assert "measured: +" in said
 
 
+@pytest.mark.slow
 def test_files_outside_of_the_robots_folders_are_not_opened(tmp_path):
     deep = tmp_path / "a" / "b" / "c" / "d" / "e"
     deep.mkdir(parents=True)

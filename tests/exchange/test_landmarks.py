@@ -35,6 +35,7 @@ def new(folder: Path, *words: str) -> int:
     return left.value.code
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("writer", ["scipy", pytest.param("octave", marks=needs_octave)])
 def test_landmarks_are_reflectors_and_waypoints_the_way(tmp_path, capsys, writer):
     if writer == "scipy":

@@ -40,6 +40,7 @@ def brought(name: str) -> tuple[Grid, World]:
 LARGE = {"cave", "depot", "house"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] if n in LARGE else []) for n in FIGURES])
 def test_a_world_explains_the_map_of_others_in_few_walls(name):
     grid, world = brought(name)

@@ -36,6 +36,7 @@ def apart(one: World, other: World) -> float:
     return float(solid(one).boundary.hausdorff_distance(solid(other).boundary))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["empty", "maze", "museum", "dark", "cloister"])
 def test_a_world_that_goes_out_as_a_map_comes_back_within_half_a_cell(name, tmp_path):
     world = load_world(WORLDS / f"{name}.yaml")

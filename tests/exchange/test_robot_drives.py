@@ -28,6 +28,7 @@ from tests.exchange.odd_robots import (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "text", "drive", "track", "radius"),
     [

@@ -27,10 +27,22 @@ RACECAR = CAR.with_name("racecar.xml")
 DEPOT = DATA.parent / "maps" / "depot.yaml"
 
 
+class Presets(dict):
+    """Robots by their names, each brought in when it is asked for the first time."""
+
+    def __init__(self, folder):
+        super().__init__()
+        self.folder = folder
+
+    def __missing__(self, name):
+        file = next(path for path in (BURGER, WAFFLE, CAR, RACECAR) if path.stem == name)
+        self[name] = brought(file, self.folder)
+        return self[name]
+
+
 @pytest.fixture(scope="module")
 def presets(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("presets")
-    return {path.stem: brought(path, folder) for path in (BURGER, WAFFLE, CAR, RACECAR)}
+    return Presets(tmp_path_factory.mktemp("presets"))
 
 
 @pytest.mark.slow
@@ -78,6 +90,7 @@ def test_it_drives_as_far_as_odometry_tells_and_stays_level(presets, name):
         assert abs(sim.poses()[robot.name].z) < 0.002
 
 
+@pytest.mark.slow
 def test_sensors_stand_where_the_file_has_them(presets):
     (waffle,) = load_world(presets["turtlebot3_waffle"][0]).robots
     sensors = {sensor.kind: sensor for sensor in waffle.sensors}
@@ -96,6 +109,7 @@ def test_a_lidar_does_not_see_the_robot_that_carries_it(presets, tmp_path):
             assert not np.isfinite(scan.ranges).any()
 
 
+@pytest.mark.slow
 def test_what_is_missing_is_counted(presets):
     _, said = presets["turtlebot3_waffle"]
     assert "left out: missing meshes, 2 of them; shapes for collisions stand in" in said
@@ -104,6 +118,7 @@ def test_what_is_missing_is_counted(presets):
     assert "left out: missing meshes, 8 of them" in said
 
 
+@pytest.mark.slow
 def test_front_is_told_by_names_where_x_is_not_ahead(presets):
     _, said = presets["car"]
     # Its front_bumper lies at -y, its back_bumper at +y.
@@ -187,8 +202,10 @@ def test_arguments_of_xacro_become_names(tmp_path):
     assert 'joint: "left_wheel_left_joint"' in text
 
 
+@pytest.mark.slow
 def test_a_text_written_by_the_command_is_a_world(presets):
-    for preset, _ in presets.values():
+    for name in ("turtlebot3_burger", "turtlebot3_waffle", "car", "racecar"):
+        preset, _ = presets[name]
         world = parse_world(preset.read_text(), source=load_world(preset).source)
         assert world == load_world(preset)
 
@@ -239,6 +256,7 @@ def sphere_stl(count: int, *, text: bool) -> bytes:
     return bytes(80) + len(triangles).to_bytes(4, "little") + records.tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("count", "text", "said"), [(2000, True, False), pytest.param(64_000, False, True, marks=pytest.mark.slow)]
 )

@@ -95,6 +95,7 @@ def driven(keys: str) -> ScenePlant:
     return ScenePlant(world, world.plants[0])
 
 
+@pytest.mark.slow
 def test_a_force_on_a_body_is_that_on_its_joint():
     by_body, by_joint = (driven(f"of: cart, input: {name}, outputs: [x, q]").linear for name in ("push", "x.force"))
     np.testing.assert_allclose(by_body.A, by_joint.A, atol=1e-8)

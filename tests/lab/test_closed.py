@@ -28,6 +28,7 @@ def pole(height: float) -> ScenePlant:
     return ScenePlant(world, world.plants[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "designer", [partial(placed_design, poles=[-6.0, -8.0]), partial(lead_design, margin_deg=50.0, crossover=8.0)]
 )

@@ -235,6 +235,7 @@ def test_what_swings_for_ever_is_shown_for_five_periods():
     assert formula("fast").time[-1] == pytest.approx(1.2e-5)
 
 
+@pytest.mark.slow
 def test_a_rule_sees_past_a_delay_and_a_response_that_goes_the_wrong_way_first():
     text = "mjsim: 1\nplants: [{name: p, tf: {num: [1, -1], den: [1, 2, 1], delay: 0.3}}]\n"
     world = mjsim.parse_world(text)

@@ -98,6 +98,7 @@ def test_a_joint_of_an_arm_is_held_against_gravity_and_moves_as_its_inertia_says
     np.testing.assert_allclose(lab.linear.B, [[0], [1 / inertia]], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_dry_friction_is_left_out_of_the_comparison_and_shown_beside_it():
     keys = "of: puma/arm, input: joint3, outputs: joint3, around: {joint3_deg: 20}, amplitude: 0.02"
     world = mjsim.parse_world(WORLD.replace("KEYS", keys).replace("STEP", "4"))

@@ -87,6 +87,7 @@ def write_frames(bag: Bag, info) -> None:
     bag.put("/tf_static", START, bag.make("tf2_msgs/TFMessage", transforms=fixed))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["bag-lz4", "mcap-storage"])
 def test_a_run_that_another_program_wrote_as_a_bag_comes_back_field_by_field(form, driven, tmp_path):
     path = tmp_path / ("run.bag" if form.startswith("bag") else "run")

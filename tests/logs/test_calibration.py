@@ -41,6 +41,7 @@ def log(tmp_path_factory):
     return mjsim.write_log(path, observations, truth=np.array(truth), landmarks=PLACES)
 
 
+@pytest.mark.slow
 def test_noise_and_bias_of_a_log_come_back(log):
     found = mjsim.calibrate(log)["robot"]
     motion, looks = found.motion, found.sightings
@@ -53,6 +54,7 @@ def test_noise_and_bias_of_a_log_come_back(log):
     assert looks.outliers == pytest.approx(60, abs=25)
 
 
+@pytest.mark.slow
 def test_the_command_says_it_and_writes_it_once(log, tmp_path, capsys):
     assert run_command("calibrate", log.path, "-o", tmp_path / "noise.yaml") == 0
     assert "robot odometry: way +" in capsys.readouterr().out
@@ -93,6 +95,7 @@ def test_an_import_tells_the_measured_noise_and_takes_the_bias_away(tmp_path):
     np.testing.assert_allclose(after.covariance, np.diag([0.04**2, np.radians(1.5) ** 2]))
 
 
+@pytest.mark.slow
 def test_what_calibrate_writes_is_read_back_and_noise_asked_for_comes_first(log, tmp_path):
     assert run_command("calibrate", log.path, "-o", tmp_path / "noise.yaml") == 0
     wishes = Wishes(range_noise=0.2).measured_by(tmp_path / "noise.yaml")

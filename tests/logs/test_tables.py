@@ -262,6 +262,7 @@ def test_the_example_of_the_page_runs_and_keeps_its_pictures(tmp_path, monkeypat
     assert seen == [10 * k for k in range(20)]
 
 
+@pytest.mark.slow
 def test_sightings_of_marks_that_nobody_surveyed_are_replayed_too(tmp_path):
     run = write_log(tmp_path / "own.mcap", observations())
     again = mjsim.replay(run, robot="robot", estimator=EkfSlam())

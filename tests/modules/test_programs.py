@@ -244,6 +244,7 @@ for line in sys.stdin:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_every_message_follows_the_schema_of_the_docs(tmp_path, camera):
     script(tmp_path, "echo", ECHO.replace("GOOD", repr(GOOD)))
@@ -315,6 +316,7 @@ def test_programs_move_arms_as_the_schema_says(tmp_path):
     assert gone(str(tmp_path))
 
 
+@pytest.mark.slow
 def test_what_a_program_prints_is_shown_with_its_robot_within_bounds(tmp_path, capfd):
     noise = "print(chr(27) + 'x' * 10_000, file=sys.stderr); [print(i, file=sys.stderr) for i in range(500)]"
     script(

@@ -110,6 +110,7 @@ def test_a_sitting_posture_is_that_of_another_solver():
     assert np.abs(np.degrees(found.values - other.x))[angles].max() < AGREES
 
 
+@pytest.mark.slow
 def test_a_target_too_far_is_out_of_reach_by_its_distance_and_the_rest_holds(driver):
     place, _ = driver
     near, far = GOALS.hands["left"], GOALS.hands["right"][1] + [1.2, 0.0, 0.0]
@@ -131,6 +132,7 @@ def test_feet_without_pedals_stand_flat_on_the_floor():
         assert spots[name][2] == pytest.approx(0.0, abs=HOLDS)
 
 
+@pytest.mark.slow
 def test_a_high_stool_leaves_the_feet_above_the_floor():
     pose = np.eye(4)
     pose[:3, 3] = (0.0, 0.0, 1.3)

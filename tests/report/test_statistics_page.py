@@ -3,6 +3,8 @@
 import re
 from pathlib import Path
 
+import pytest
+
 import mjsim
 from mjsim.report import statistics_file
 from mjsim.report.statistics import robot_statistics
@@ -24,6 +26,7 @@ def keys_of(figures):
             yield from keys_of(value)
 
 
+@pytest.mark.slow
 def test_every_key_stands_in_the_page_and_its_examples_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for name in ("run.mcap", "other.mcap"):

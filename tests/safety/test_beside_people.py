@@ -54,6 +54,7 @@ def test_the_ring_meets_the_nearest_foot_of_a_person_who_stands_between_its_rays
     assert gap - 0.005 < nearest < gap + 0.03
 
 
+@pytest.mark.slow
 def test_the_ring_does_not_meet_people_through_a_wall_or_beyond_its_reach():
     wall = "walls: [{points: [[3.2, 0], [3.2, 6]], height: 0.5}]\n"
     for more, far in ((wall, 4), ("", 6)):

@@ -58,6 +58,7 @@ def test_depth_is_along_the_optical_axis_in_metres_and_instances_have_names():
     np.testing.assert_allclose(seen.depth[floor], 0.5 * FOCAL / v, rtol=0.01)
 
 
+@pytest.mark.slow
 def test_a_camera_gives_neither_depth_nor_instances_unless_asked():
     seen = frame("blur: 0.5")
     assert (seen.depth, seen.segmentation, seen.instances) == (None, None, ())
@@ -189,6 +190,7 @@ def test_an_open_shutter_blurs_what_moves_through_the_picture_and_not_a_camera_a
     assert moving.mean() == pytest.approx(still.mean(), abs=6)
 
 
+@pytest.mark.slow
 def test_nothing_is_rendered_that_is_not_due(monkeypatch: pytest.MonkeyPatch):
     from mjsim.sim import Renderer
 

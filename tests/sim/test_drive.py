@@ -171,6 +171,7 @@ def test_noise_on_the_twist_is_white_with_the_density_given_whatever_the_rate():
         assert abs(np.corrcoef(twists[1:, 0], twists[:-1, 0])[0, 1]) < 4 / math.sqrt(5000)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "rate", [pytest.param(12.5, marks=pytest.mark.slow), 25, pytest.param(50, marks=pytest.mark.slow)]
 )

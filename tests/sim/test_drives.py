@@ -76,6 +76,7 @@ def test_straight_on_the_way_is_speed_times_time(speed):
         assert abs(moved.heading) < 0.005, name
 
 
+@pytest.mark.slow
 def test_on_the_spot_those_that_can_turn_by_rate_times_time():
     for name, path in driven(ON_THE_SPOT, Command(turn=-0.8), 2.0).items():
         assert turned(path) == pytest.approx(-1.6, rel=0.02), name

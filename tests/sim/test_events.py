@@ -234,6 +234,7 @@ def test_what_python_does_between_ticks_is_in_the_next_one():
         assert next(loop).events == ()
 
 
+@pytest.mark.slow
 def test_events_and_things_are_told_in_tables_and_in_the_report(recorded, tmp_path: Path):
     recording = read_recording(recorded[0])
     export_csv(recording, tmp_path)

@@ -112,6 +112,7 @@ LOCKING = """
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", ["forward", "kinematics"])
 def test_a_loop_that_locks_is_named_with_the_motion_that_it_does_not_allow(mode):
     with pytest.raises(PhysicsFault, match=r"at 0.2\d? s|at 0.19 s") as caught:

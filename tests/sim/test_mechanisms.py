@@ -42,6 +42,7 @@ QUICK = {"screw", "gear", "distance driver"}
 ASKED = [name for name, form in FORMS.items() if not math.isnan(form.asked[0])]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in QUICK else [pytest.mark.slow]) for n in ASKED])
 def test_mechanisms_move_as_closed_forms_say(name):
     form = FORMS[name]

@@ -58,6 +58,7 @@ class Ahead:
         return mjsim.Command(forward=0.4)
 
 
+@pytest.mark.slow
 def test_a_lidar_sees_a_mechanism_where_it_is_while_it_moves():
     with mjsim.Simulation(mjsim.parse_world(MOVING)) as sim:
         for _ in range(40):
@@ -69,6 +70,7 @@ def test_a_lidar_sees_a_mechanism_where_it_is_while_it_moves():
     assert face < 2.6  # it came nearer
 
 
+@pytest.mark.slow
 def test_a_camera_sees_a_mechanism_grow_as_it_comes_nearer():
     shares = []
     with mjsim.Simulation(mjsim.parse_world(MOVING)) as sim:

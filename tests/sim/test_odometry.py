@@ -47,6 +47,7 @@ def drive(odometry: str, command: Command, seconds: float) -> tuple[Pose, Pose]:
     return start.inverse() @ sim.truth("r"), told
 
 
+@pytest.mark.slow
 def test_the_end_of_an_arc_is_what_many_small_steps_add_up_to():
     for distance, turn in [(0.5, 1.2), (-0.3, 2.5), (1.0, -0.7), (0.2, 1e-6), (0.0, 1.0), (0.4, 0.0)]:
         pose, n = Pose(0.0, 0.0, 0.0), 4000

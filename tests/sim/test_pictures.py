@@ -125,6 +125,7 @@ def _warped(image: NDArray[np.uint8], pixels: NDArray[np.float64]) -> NDArray[np
     return cv2.warpPerspective(image, transform, (width, height), flags=cv2.INTER_LINEAR)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quality", ["normal", pytest.param("high", marks=pytest.mark.slow)])
 def test_a_picture_hangs_upright_and_unmirrored_in_its_own_colours_at_any_angle(quality: str):
     world = parse_world(ROOM, source=Source(attached={"flag.png": png(CORNERED)}))

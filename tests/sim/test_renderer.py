@@ -41,6 +41,7 @@ def renderer(model: mujoco.MjModel, canvas: Canvas) -> Renderer:
     return Renderer(model, width=WIDTH, height=HEIGHT, canvas=canvas)
 
 
+@pytest.mark.slow
 def test_a_picture_is_what_mujoco_reads_turned_upright(model: mujoco.MjModel, canvas: Canvas):
     data, width, height = forwarded(model), 317, 201
     image = Renderer(model, width=width, height=height, canvas=canvas).render(data, "scout/front")

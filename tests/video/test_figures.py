@@ -44,6 +44,7 @@ def test_from_the_right_the_right_arm_is_in_front_and_from_above_the_head():
     assert np.hypot(*middle) < 0.12
 
 
+@pytest.mark.slow
 def test_the_sheet_has_people_below_the_plan():
     with_anna = draw_world(parse_world(STANDING))
     top = with_anna[:, : with_anna.shape[1] // 3]

@@ -60,6 +60,7 @@ def test_a_diagram_looks_along_the_axes_of_a_mechanism_in_a_plane(axis, toward):
     np.testing.assert_allclose(look @ look.T, np.eye(3), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_sheet_shows_a_mechanism_and_what_moves_it():
     page = draw_world(mjsim.parse_world(ARM % "[0, 1, 0]"))
     body = blend(parse_color("#b06a4a"), PAPER, 0.6)
@@ -68,6 +69,7 @@ def test_the_sheet_shows_a_mechanism_and_what_moves_it():
     assert page[1].min() == 255  # nothing runs into the edge
 
 
+@pytest.mark.slow
 def test_diagrams_move_with_the_joints_and_hold_the_whole_motion():
     world = mjsim.parse_world(ARM % "[0, 1, 0]")
     motion = np.linspace(0.0, 2.0 * math.pi, 60)[:, None]

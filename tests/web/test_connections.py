@@ -167,6 +167,7 @@ def test_a_websocket_that_never_reads_is_dropped(tmp_path):
         quick.until("refused")
 
 
+@pytest.mark.slow
 def test_the_oldest_strangers_make_room_and_who_is_known_stays(server, sockets):
     with client_of(server.url) as client:
         first = [sockets(server) for _ in range(SHORT.strangers)]

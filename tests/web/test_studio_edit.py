@@ -183,6 +183,7 @@ def test_walls_are_drawn_as_they_are_with_gaps_and_leaves(client):
     assert opened["bounds"] == [-0.05, -0.05, 6.05, 4.05]
 
 
+@pytest.mark.slow
 def test_what_cannot_be_changed_here_says_so(client):
     opened = told(client, "open", path="room.yaml")
     for index in (1, 2):

@@ -326,6 +326,7 @@ def test_ends_of_lines_stay_as_they_are():
     assert new.count("\n") == new.count("\r\n") == ROOM.count("\n") + 1
 
 
+@pytest.mark.slow
 def test_what_is_not_written_here_once_is_refused_in_a_line(tmp_path):
     (tmp_path / "hall.yaml").write_text(
         "walls: [{points: [[0, 0], [4, 0]]}]\nfloor: {friction: 0.5}\nradio: {range: 3}\n"

@@ -66,6 +66,7 @@ def test_a_loop_that_cannot_close_says_by_how_much_it_misses():
         restarted(mechanism, {mechanism.assembly.column("q4"): 0.0})
 
 
+@pytest.mark.slow
 def test_a_loop_keeps_its_shape_when_the_crank_goes_round():
     mechanism = fourbar()
     before = mechanism.assembly.start

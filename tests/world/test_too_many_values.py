@@ -10,6 +10,7 @@ FLOW = f"mjsim: 1\nwalls: [{{points: [{', '.join(f'[{i}.5, 2.25]' for i in range
 BLOCK = "mjsim: 1\nwalls:\n- points:\n" + "".join(f"  - - {i}.5\n    - 2.25\n" for i in range(130_000))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", [FLOW, BLOCK])
 def test_megabytes_of_points_are_refused_at_once(text):
     assert len(text) > 2_000_000

@@ -184,6 +184,7 @@ def test_a_text_that_uses_none_of_the_three_is_not_expanded():
     assert parse_world('mjsim: 1\nlight: "\\x24{1 + 1}"\n').light == 2
 
 
+@pytest.mark.slow
 def test_expansion_takes_time_in_proportion():
     taken = {2000: [], 8000: []}
     gc.disable()  # what other tests have left would be looked through again and again

@@ -220,6 +220,7 @@ def test_what_is_wrong_with_some_repetitions_is_told_once_and_with_which():
     ]
 
 
+@pytest.mark.slow
 def test_thousands_of_faults_of_one_repeat_are_one_line_and_found_soon():
     text = "beacons: [{name: b, at: [0, 0], on: nobody, widht: 3, repeat: {times: 5000}}]\n"
     start = time.process_time()

@@ -71,6 +71,7 @@ def in_view(world: mjsim.World, poses: Array, *, within: float) -> Array:
     return seen
 
 
+@pytest.mark.slow
 def test_two_pictures_are_in_view_within_5_m_on_90_percent_of_the_tour(world, tour):
     assert np.mean(in_view(world, tour, within=5.0).sum(axis=1) >= 2) > 0.9
 
