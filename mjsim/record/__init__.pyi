@@ -10,6 +10,7 @@ from .export import export_npz as export_npz
 from .export import export_tum as export_tum
 from .file import RawMessage as RawMessage
 from .file import numeric_topics as numeric_topics
+from .file import raw_messages as raw_messages
 from .file import same_run as same_run
 from .joints import JointTrack as JointTrack
 from .logged import LOGGED_CAMERAS as LOGGED_CAMERAS

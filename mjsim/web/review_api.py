@@ -20,6 +20,7 @@ from mjsim.record import read_recording
 from mjsim.report import statistics_file
 from mjsim.sim import Orbit
 from mjsim.web.answers import Ask, RefusedError, answered, asked, posted, refusal
+from mjsim.web.fields import column_told, fields_told
 from mjsim.web.films import Films
 from mjsim.web.folder import Folder
 from mjsim.web.local import HEADERS
@@ -57,6 +58,8 @@ class ReviewApi:
             Route("/api/recording/picture", asked(self._picture), methods=["GET"]),
             Route("/api/recording/scene", asked(self._scene_in_3d), methods=["GET"]),
             Route("/api/recording/poses", asked(self._poses), methods=["GET"]),
+            Route("/api/recording/fields", asked(self._fields), methods=["GET"]),
+            Route("/api/recording/column", asked(self._column), methods=["GET"]),
             Route("/api/recording/statistics", asked(self._statistics), methods=["GET"]),
             Route("/api/recording/video", posted(FilmAsk, self._film), methods=["POST"]),
             Route("/api/recording/upload", self._upload, methods=["POST"]),
@@ -98,6 +101,13 @@ class ReviewApi:
     def _poses(self, request: Request) -> Response:
         """Return the answer that gives where the bodies of a recording are at a time."""
         return self._opened(request)[1].poses(_number(request, "time"))
+
+    def _fields(self, request: Request) -> list[tuple[str, str]]:
+        return fields_told(self._opened(request)[1].recording)
+
+    def _column(self, request: Request) -> dict[str, list[float | None]]:
+        topic, field = (request.query_params.get(name, "") for name in ("topic", "field"))
+        return column_told(self._opened(request)[1].recording, topic, field)
 
     def _statistics(self, request: Request) -> dict[str, Any]:
         _, opened = self._opened(request)

@@ -1,6 +1,7 @@
 /** What the server knows of a recording. */
 
 import { getBytes, getJson, postJson, type Bounds, type Item } from "../api";
+import type { Column, Field } from "../charts/plotter";
 import type { EventNews, Outside, RobotFacts, TickNews, TrackHistory } from "../run/protocol";
 
 export interface Recording {
@@ -43,6 +44,9 @@ function query(address: string, values: Record<string, string | number>): string
 export const recordings = {
   open: (path: string) => getJson<Recording>(query("/api/recording", { path })),
   tick: (path: string, time: number) => getJson<TickNews>(query("/api/recording/tick", { path, time })),
+  fields: (path: string) => getJson<Field[]>(query("/api/recording/fields", { path })),
+  column: (path: string, [topic, field]: Field) =>
+    getJson<Column>(query("/api/recording/column", { path, topic, field })),
   statistics: (path: string, from: number, to: number) =>
     getJson<Figures>(query("/api/recording/statistics", { path, from, to })),
   film: (path: string, from: number, to: number, view: string) =>

@@ -2,6 +2,7 @@
 
 import { ApiError } from "../api";
 import { rowAt, type Marks } from "../charts/chart";
+import { Plotter } from "../charts/plotter";
 import { KINDS, Sheet, type Kind } from "../charts/sheet";
 import { el, fill } from "../dom";
 import { newestWins } from "../signal";
@@ -53,6 +54,7 @@ export class ReviewView implements View {
   private readonly library: Library;
   private readonly tabs: Tabs;
   private readonly sheet: Sheet;
+  private readonly plotter: Plotter;
   private readonly robot = el("select", {
     "aria-label": "Robot",
     hidden: true,
@@ -79,14 +81,22 @@ export class ReviewView implements View {
   constructor(private readonly studio: Studio) {
     this.table = new Table((text) => this.studio.toasts.done(text));
     this.library = new Library(studio, (path) => void this.open(path));
-    this.sheet = new Sheet(
-      FIRST_CHARTS,
-      { pick: (time) => this.player.seek(time), select: (from, to) => this.mark({ from, to }) },
-      "review",
+    const handlers = {
+      pick: (time: number) => this.player.seek(time),
+      select: (from: number, to: number) => this.mark({ from, to }),
+    };
+    this.sheet = new Sheet(FIRST_CHARTS, handlers, "review");
+    this.plotter = new Plotter(
+      this.sheet.element,
+      () => recordings.fields(this.recording?.path ?? ""),
+      (field) => recordings.column(this.recording?.path ?? "", field),
+      handlers,
+      (error) => this.studio.toasts.error(error),
     );
     this.tabs = new Tabs("review.tab", [
       ["recordings", "Recordings", this.library.element],
       ["figures", "Figures", el("div", {}, this.table.element, this.film.element)],
+      ["plot", "Plot", this.plotter.element],
       ["events", "Events", this.events.element],
     ]);
     this.content = this.build();
@@ -242,6 +252,7 @@ export class ReviewView implements View {
     this.choose(recording.robots[0]?.name ?? "");
     this.mark({ from: null, to: null });
     this.player.load(recording.seconds, recording.dt);
+    void this.plotter.load();
   }
 
   private arrange(): void {
@@ -257,7 +268,13 @@ export class ReviewView implements View {
 
   private drawCharts(): void {
     this.sheet.show(this.whole.of(this.chosen).history);
-    this.sheet.mark(this.marks());
+    this.markCharts();
+  }
+
+  private markCharts(): void {
+    const marks = this.marks();
+    this.sheet.mark(marks);
+    this.plotter.mark(marks);
   }
 
   private marks(): Marks {
@@ -270,7 +287,7 @@ export class ReviewView implements View {
     if (!recording) return;
     write(this.time, `${clock(time)} of ${clock(recording.seconds)}`);
     this.scrub.show(time);
-    this.sheet.mark(this.marks());
+    this.markCharts();
     this.showFloor(recording, time);
     this.askTick(time);
     this.pictures.show(time);
@@ -322,7 +339,7 @@ export class ReviewView implements View {
   private mark(part: Part): void {
     this.part = part;
     this.scrub.mark(part);
-    this.sheet.mark(this.marks());
+    this.markCharts();
     const { from, to } = part;
     const whole = from === null && to === null;
     this.film.mark(from ?? 0, to ?? this.recording?.seconds ?? 0, !whole);

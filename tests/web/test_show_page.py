@@ -1,0 +1,87 @@
+"""What modules show, and any number of a recording, in a real browser."""
+
+import csv
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+import mjsim
+from mjsim.web import Studio
+from tests.windows import PATIENCE, page_at
+
+pytestmark = pytest.mark.slow
+COLOR = "#ff00fe"
+NAME = "<img src=x onerror=document.title='owned'>"
+COUNT = """() => [...document.querySelectorAll('.run-floor canvas')].reduce((sum, canvas) => {
+  const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+  for (let k = 0; k < data.length; k += 4) sum += data[k] > 240 && data[k + 1] < 10 && data[k + 2] > 240;
+  return sum;
+}, 0)"""
+
+
+class Showing:
+    """Stands still, and shows a path of an odd name."""
+
+    def start(self, robot, catalogue, rng):
+        self.prior = robot.prior
+
+    def update(self, seen):
+        line = mjsim.ShownLines(name=NAME, points=[[-1, -1], [1, 1]], width=0.2, color=COLOR)
+        return mjsim.Estimate(self.prior, 0.01 * np.eye(3), show=(line,))
+
+
+@pytest.fixture
+def review(browser, tmp_path):
+    """The Review view with a recording open; the page and the recording."""
+    (tmp_path / "out").mkdir()
+    path = tmp_path / "out" / "run.mcap"
+    world = mjsim.parse_world("robots: [{name: scout, at: [0, 0]}]\nwalls: [{points: [[-2, -2], [2, -2], [2, 2]]}]")
+    with mjsim.Simulation(world) as sim:
+        recording = mjsim.run(sim, drivers={"scout": mjsim.Driver(estimator=Showing())}, seconds=0.8, record=path)
+    with Studio(tmp_path) as studio, page_at(browser, studio.url) as page:
+        page.get_by_role("tab", name="Review", exact=True).click()
+        page.locator("[data-path='out/run.mcap']").click()
+        expect(page.locator(".run-time")).to_contain_text("of 0.76 s", timeout=PATIENCE)
+        yield page, recording
+
+
+def until_drawn(page, *, drawn):
+    """Wait until the line is on the plan, or is not."""
+    until = time.monotonic() + PATIENCE / 1000
+    while (page.evaluate(COUNT) > 50) != drawn:
+        assert time.monotonic() < until
+        page.wait_for_timeout(50)  # the page goes on meanwhile
+
+
+def test_what_an_estimator_shows_is_drawn_and_switched_off_by_its_name_which_is_no_markup(review):
+    page, _ = review
+    until_drawn(page, drawn=True)
+    page.get_by_label("What is shown").first.click()
+    box = page.get_by_role("checkbox", name=NAME)
+    expect(box).to_be_checked(timeout=PATIENCE)
+    box.uncheck()
+    until_drawn(page, drawn=False)
+    assert page.title() != "owned"
+    page.get_by_role("checkbox", name=NAME).check()
+    until_drawn(page, drawn=True)
+
+
+def test_any_number_is_found_drawn_kept_and_given_away_as_csv(review):
+    page, recording = review
+    page.get_by_role("tab", name="Plot", exact=True).click()
+    page.get_by_label("Search topics and fields").fill("observation forward")
+    page.get_by_role("button", name="/scout/observation.odometry.forward", exact=True).click()
+    expect(page.locator(".plotter-chart .run-chart")).to_have_count(1, timeout=PATIENCE)
+    with page.expect_download(timeout=PATIENCE) as waiting:
+        page.get_by_role("button", name="Save CSV").click()
+    head, *rows = csv.reader(Path(waiting.value.path()).read_text().splitlines())
+    assert head == ["time", "/scout/observation.odometry.forward"]
+    told = [seen.odometry.forward for seen in recording.observations("scout")]
+    np.testing.assert_allclose([float(value) for _, value in rows], told, atol=1e-9)
+    page.reload()
+    page.get_by_role("tab", name="Recordings", exact=True).click()
+    page.locator("[data-path='out/run.mcap']").click()
+    expect(page.locator(".plotter-chart .run-chart")).to_have_count(1, timeout=PATIENCE)
