@@ -14,7 +14,7 @@ from .occupancy import OccupancyGrid, lidar_of, shown_grid
 from .odometry_bias import OdometryBias
 from .pose_graph import PoseGraph, compose
 from .scan_matching import surface_of
-from .scan_search import lay
+from .scan_search import Laid, lay
 
 SLIP = np.array([0.05, 0.05, 0.02])
 """What odometry may err by beyond its data sheet: shares of the way, of the way sideways, and of the turn."""
@@ -164,15 +164,15 @@ class LidarSlam:
         """Lay a scan on the last ones, and add it to the map."""
         sensor = self._robot_from_lidar
         surface = surface_of(sensor.transform(scan.points()), origin=(sensor.x, sensor.y))
-        step, covariance = self._step, self._step_covariance
+        laid = Laid(self._step, self._step_covariance, self._step_covariance)
         if self.keyframes:
-            before = covariance + self._slip()
-            step, covariance = lay(surface, self._map.recent_walls(), self._step, before)
-            off = step - self._step
+            before = self._step_covariance + self._slip()
+            laid = lay(surface, self._map.recent_walls(), self._step, before, scans=self._map.recent)
+            off = laid.pose - self._step
             off[2] = wrap_angle(float(off[2]))
             self._reached.append(self._step)
-            self._bias.learn(self._told, self._driven, self._moving, off, before, covariance)
-        self._map.add(scan, surface, step, covariance)
+            self._bias.learn(self._told, self._driven, self._moving, off, before, laid.covariance)
+        self._map.add(scan, surface, laid)
         self._rest()
 
     def _slip(self) -> Array:

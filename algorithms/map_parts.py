@@ -12,6 +12,7 @@ from .ekf_models import odometry_motion
 from .loop_closing import Loop, agree, find_loop
 from .pose_graph import PoseGraph, carried, compose, step_between
 from .scan_matching import Surface, joined
+from .scan_search import Laid
 
 LOCAL = 6
 """Scans back that make up the walls on which a new one is laid."""
@@ -73,30 +74,44 @@ class PartsMap:
         self._untried: deque[tuple[int, int, Array]] = deque()
         self._unconfirmed: list[Loop] = []
         self._moving = False
-        self._place: Array = np.zeros(3)
-        self._place_covariance: Array = np.zeros((3, 3))
+        self._begin_way()
 
-    def add(self, scan: Scan, surface: Surface, step: Array, covariance: Array) -> None:
+    def _begin_way(self) -> None:
+        """Count the way from the newest part's frame from here.
+
+        Loops are looked for in windows that are cautious, as if each match erred for itself; what is told of the
+        robot's pose is what matches err by.
+        """
+        self._place, self._cautious = np.zeros(3), np.zeros((3, 3))
+        self._lasting, self._passing = np.zeros((3, 3)), np.zeros((3, 3))
+
+    def add(self, scan: Scan, surface: Surface, laid: Laid) -> None:
         """Add a scan.
 
         Args:
             scan: As it came.
             surface: The walls that it shows, in the robot's frame.
-            step: Pose of the robot in the frame of the scan before, or of the prior, shape (3,).
-            covariance: Of the step, shape (3, 3).
+            laid: The robot in the frame of the scan before, or of the prior.
         """
-        self._place, self._place_covariance = self._after(self._place, self._place_covariance, step, covariance)
+        _, self._passing = self._after(self._place, np.zeros((3, 3)), laid.pose, laid.covariance - laid.lasting)
+        _, self._cautious = self._after(self._place, self._cautious, laid.pose, laid.covariance)
+        self._place, self._lasting = self._after(self._place, self._lasting, laid.pose, laid.lasting)
         if len(self.keyframes) - self._begins[-1] >= PART:
             self._begin_part()
         self.keyframes.append(Keyframe(scan, surface, len(self._begins) - 1, self._place))
 
     def belief(self) -> tuple[Array, Array]:
         """Return the pose of the newest scan in the world, shape (3,), and its covariance, shape (3, 3)."""
-        return self._after(self.graph.poses[-1], self._covariance, self._place, self._place_covariance)
+        return self._after(self.graph.poses[-1], self._covariance, self._place, self._spread)
 
     def poses(self) -> Array:
         """Return the poses of all scans in the world, shape (n, 3)."""
         return np.array([self._pose(each) for each in self.keyframes]).reshape(-1, 3)
+
+    @property
+    def recent(self) -> int:
+        """How many scans show the recent walls."""
+        return min(len(self.keyframes), LOCAL)
 
     def recent_walls(self) -> Surface:
         """Return the walls of the last few scans in the frame of the newest one; at least one scan is there."""
@@ -117,6 +132,11 @@ class PartsMap:
         while self._untried or self._moving:
             self.work()
 
+    @property
+    def _spread(self) -> Array:
+        """Covariance of the newest place in its part: what adds up on the way, and what the last match errs by."""
+        return self._lasting + self._passing
+
     def _pose(self, keyframe: Keyframe) -> Array:
         return compose(self.graph.poses[keyframe.part], keyframe.place)
 
@@ -131,12 +151,12 @@ class PartsMap:
         self._walls.append(joined([each.surface.moved(each.place) for each in members]))
         old = self._near(part)
         self._untried.extend(zip(old, [part] * len(old), self._step_covariances(old, part), strict=True))
-        information = np.asarray(np.linalg.inv(self._place_covariance + 1e-10 * np.eye(3)), dtype=float)
+        information = np.asarray(np.linalg.inv(self._cautious + 1e-10 * np.eye(3)), dtype=float)
         pose, self._covariance = self.belief()
         self.graph.add_pose(pose)
-        self.graph.add_step(part, part + 1, self._place, information)
-        self._since = self._after(*self._since, self._place, self._place_covariance)
-        self._place, self._place_covariance = np.zeros(3), np.zeros((3, 3))
+        self.graph.add_step(part, part + 1, self._place, information, self._spread)
+        self._since = self._after(*self._since, self._place, self._cautious)
+        self._begin_way()
         self._begins.append(len(self.keyframes))
 
     def _step_covariances(self, ones: list[int], other: int) -> list[Array]:

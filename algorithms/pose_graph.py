@@ -30,7 +30,9 @@ class PoseGraph:
     steps: Array = field(default_factory=lambda: np.zeros((0, 3)))
     """Pose of the second in the frame of the first, shape (k, 3)."""
     informations: Array = field(default_factory=lambda: np.zeros((0, 3, 3)))
-    """Inverse of each step's covariance, shape (k, 3, 3)."""
+    """Weight of each step, the inverse of a covariance, shape (k, 3, 3)."""
+    spreads: Array = field(default_factory=lambda: np.zeros((0, 3, 3)))
+    """Covariance of what each step errs by, shape (k, 3, 3); weights may be more cautious."""
     _factors: SuperLU | None = field(default=None, init=False, repr=False)
     """Factors of the normal equations of the last round."""
 
@@ -39,11 +41,21 @@ class PoseGraph:
         self.poses = np.concatenate([self.poses, pose[None]])
         return len(self.poses) - 1
 
-    def add_step(self, one: int, other: int, step: Array, information: Array) -> None:
-        """Add a measured step from one pose to another."""
+    def add_step(self, one: int, other: int, step: Array, information: Array, spread: Array | None = None) -> None:
+        """Add a measured step from one pose to another.
+
+        Args:
+            one: Number of the pose that it leads from.
+            other: Number of the pose that it leads to.
+            step: Pose of the second in the frame of the first, shape (3,).
+            information: Its weight, shape (3, 3).
+            spread: Covariance of what it errs by, shape (3, 3); the inverse of the weight unless given.
+        """
+        spread = np.asarray(np.linalg.inv(information), dtype=float) if spread is None else spread
         self.ends = np.concatenate([self.ends, np.array([[one, other]], dtype=np.intp)])
         self.steps = np.concatenate([self.steps, step[None]])
         self.informations = np.concatenate([self.informations, information[None]])
+        self.spreads = np.concatenate([self.spreads, spread[None]])
 
     def solve(self, *, rounds: int = 8) -> float:
         """Move the poses to where they agree with all steps best; return the mean squared error left, in units."""
@@ -62,12 +74,28 @@ class PoseGraph:
         """Forget steps between far poses whose squared error is above a limit, in units; return how many."""
         _, _, squared = self._errors()
         kept = (np.abs(self.ends[:, 0] - self.ends[:, 1]) == 1) | (squared <= limit)
-        self.ends, self.steps, self.informations = self.ends[kept], self.steps[kept], self.informations[kept]
+        self.ends, self.steps = self.ends[kept], self.steps[kept]
+        self.informations, self.spreads = self.informations[kept], self.spreads[kept]
         return int(np.sum(~kept))
 
     def covariance(self, number: int) -> Array:
-        """Return the covariance of one pose, given the first, shape (3, 3)."""
-        return self.covariances([number])
+        """Return the covariance of one pose, given the first, by what the steps err by, shape (3, 3).
+
+        With weights that are the inverses of the spreads it is that of `covariances`.
+
+        References:
+            White, A heteroskedasticity-consistent covariance matrix estimator, Econometrica 48, 1980: least squares
+            whose weights are not those of the errors.
+        """
+        if self.solved < len(self.poses):
+            self.factorise()
+        columns = self._columns([number]).reshape(-1, 3, 3)
+        _, J, squared = self._errors()
+        first, second = self.ends.T
+        change = J[:, :, :3] @ columns[first] + J[:, :, 3:] @ columns[second]
+        weighed = self.informations @ change
+        each = weighed.transpose(0, 2, 1) @ self.spreads @ weighed
+        return np.asarray(np.einsum("k,kij->ij", self._weights(squared), each))
 
     @property
     def solved(self) -> int:
@@ -79,17 +107,11 @@ class PoseGraph:
         self._factors = _factors(self._system()[0])
 
     def covariances(self, numbers: Sequence[int]) -> Array:
-        """Return the joint covariance of k poses, given the first of the graph, shape (3 k, 3 k).
+        """Return the joint covariance of k poses, given the first of the graph, by the weights, shape (3 k, 3 k).
 
         It is that of the last solution where that has all of these poses.
         """
-        if self._factors is None or max(numbers) >= self.solved:
-            self.factorise()
-        assert self._factors is not None
-        rows = (3 * np.asarray(numbers)[:, None] + np.arange(3)).ravel()
-        columns = np.zeros((3 * self.solved, len(rows)))
-        columns[rows, np.arange(len(rows))] = 1.0
-        return np.asarray(self._factors.solve(columns)[rows], dtype=float)
+        return self._columns(numbers)[_rows(numbers)]
 
     def step_covariances(self, ones: Sequence[int], other: int) -> list[Array]:
         """Return the covariances of the steps from some poses to another, shape (3, 3) each."""
@@ -103,6 +125,22 @@ class PoseGraph:
             found.append(np.asarray(J @ joint[np.ix_(both, both)] @ J.T, dtype=float))
         return found
 
+    def _columns(self, numbers: Sequence[int]) -> Array:
+        """Return the columns of the inverse of H that belong to k poses, shape (3 n, 3 k)."""
+        if self._factors is None or max(numbers) >= self.solved:
+            self.factorise()
+        assert self._factors is not None
+        rows = _rows(numbers)
+        columns = np.zeros((3 * self.solved, len(rows)))
+        columns[rows, np.arange(len(rows))] = 1.0
+        return np.asarray(self._factors.solve(columns), dtype=float)
+
+    def _weights(self, squared: Array) -> Array:
+        """Return how much each step counts beside its information, by its squared error in units, shape (k,)."""
+        # Steps along the way are trusted; those that close a loop might be wrong.
+        far = np.abs(self.ends[:, 0] - self.ends[:, 1]) > 1
+        return np.where(far, np.minimum(1.0, HUBER / np.sqrt(np.maximum(squared, 1e-12))), 1.0)
+
     def _errors(self) -> tuple[Array, Array, Array]:
         """Return each step's error (k, 3), its derivatives by both poses (k, 3, 6), and its square in units (k,)."""
         first, second = self.ends.T
@@ -114,10 +152,7 @@ class PoseGraph:
         """Return H (3 n, 3 n) and b (3 n,) of the normal equations, and each step's squared error."""
         number, ends = len(self.poses), self.ends
         error, J, squared = self._errors()
-        # Steps along the way are trusted; those that close a loop might be wrong.
-        far = np.abs(ends[:, 0] - ends[:, 1]) > 1
-        weight = np.where(far, np.minimum(1.0, HUBER / np.sqrt(np.maximum(squared, 1e-12))), 1.0)
-        weighted = J.transpose(0, 2, 1) @ (self.informations * weight[:, None, None])
+        weighted = J.transpose(0, 2, 1) @ (self.informations * self._weights(squared)[:, None, None])
         at = 3 * ends[:, :, None] + np.arange(3)
         b = np.asarray(np.bincount(at.ravel(), (weighted @ error[:, :, None]).ravel(), 3 * number), dtype=float)
         blocks = (weighted @ J).reshape(-1, 2, 3, 2, 3).transpose(0, 1, 3, 2, 4).reshape(-1, 3, 3)
@@ -126,6 +161,11 @@ class PoseGraph:
         rows = np.append(np.repeat(ends, 2, axis=1), 0)
         columns = np.append(np.tile(ends, (1, 2)), 0)
         return _of_blocks(blocks, rows, columns, number), b, squared
+
+
+def _rows(numbers: Sequence[int]) -> NDArray[np.intp]:
+    """Return where the states of k poses stand, shape (3 k,)."""
+    return (3 * np.asarray(numbers)[:, None] + np.arange(3)).ravel()
 
 
 def _of_blocks(blocks: Array, rows: NDArray[np.intp], columns: NDArray[np.intp], number: int) -> csc_array:

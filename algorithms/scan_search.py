@@ -1,5 +1,7 @@
 """Where does a scan lie on walls that were seen before? All hypotheses within a window are tried, coarse to fine."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from mjsim.geometry import Array, wrap_angle, wrap_angles
@@ -32,7 +34,19 @@ FEWEST = 20
 """Elements that a scan and the walls must have to be compared."""
 
 
-def lay(scan: Surface, walls: Surface, step: Array, covariance: Array) -> tuple[Array, Array]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Laid:
+    """Where a new scan lies in the frame of older walls."""
+
+    pose: Array
+    """Of the scan's frame in that of the walls, shape (3,) [m, m, rad]."""
+    covariance: Array
+    """Of the pose, shape (3, 3)."""
+    lasting: Array
+    """The part of the covariance that adds up along a way of such poses, shape (3, 3)."""
+
+
+def lay(scan: Surface, walls: Surface, step: Array, covariance: Array, *, scans: int = 1) -> Laid:
     """Return where a new scan lies in the frame of older walls, by the walls and by odometry, and how sure that is.
 
     A match must hold much of the scan and be one that odometry allows. If none does, the scan is looked for farther
@@ -44,12 +58,10 @@ def lay(scan: Surface, walls: Surface, step: Array, covariance: Array) -> tuple[
         walls: Seen before.
         step: What odometry tells, shape (3,) [m, m, rad].
         covariance: Of it, shape (3, 3).
-
-    Returns:
-        Pose of the scan's frame in that of the walls, (3,), and its covariance, (3, 3).
+        scans: How many scans show the walls.
     """
     if len(walls.points) < FEWEST or len(scan.points) < FEWEST:
-        return step, covariance
+        return Laid(step, covariance, covariance)
     field, information = WallField(walls), np.asarray(np.linalg.inv(covariance), dtype=float)
     window = np.clip(3.0 * np.sqrt(np.diag(covariance)), NARROWEST, WIDEST)
     found = hypotheses(field, scan, step, information, window)
@@ -57,11 +69,11 @@ def lay(scan: Surface, walls: Surface, step: Array, covariance: Array) -> tuple[
     # Odometry may have slipped: it counts for a tenth of its standard deviation's inverse.
     weak = 0.01 * information
     if held and not _pulled(field, scan, found[0], step, covariance, weak):
-        return found[0].pose, _spread(found)
+        return _laid(found, scans)
     freed = hypotheses(field, scan, step, weak, LOST, most=5)
     if freed[0].share > 0.6 and freed[0].conflict < 0.2 and not is_ambiguous(freed):
-        return freed[0].pose, _spread(freed)
-    return (found[0].pose, _spread(found)) if held else (step, 4.0 * covariance)
+        return _laid(freed, scans)
+    return _laid(found, scans) if held else Laid(step, 4.0 * covariance, 4.0 * covariance)
 
 
 def _pulled(field: WallField, scan: Surface, best: Match, step: Array, covariance: Array, weak: Array) -> bool:
@@ -151,15 +163,25 @@ def _surprise(match: Match, step: Array, covariance: Array) -> float:
     return float(off @ np.linalg.solve(covariance + np.minimum(seen, 1.0), off))
 
 
-def _spread(found: list[Match]) -> Array:
-    """Return the covariance of the best of some hypotheses, the others weighed by their likelihood, shape (3, 3)."""
-    best = found[0]
-    total = np.asarray(np.linalg.inv(best.information), dtype=float)
+def _laid(found: list[Match], scans: int) -> Laid:
+    """Return the best of some hypotheses on walls that some scans show, the others weighed by their likelihood.
+
+    A pose on the walls of the last n scans is as far off as the mean of theirs, and by an error of its own; one by
+    odometry as far off as the last. So an error of its own lives on in the share 1 / m, m being the number of steps
+    that the pose is measured over: (n + 1) / 2 on average as far as walls tell it, one as far as odometry does.
+
+    References:
+        Beveridge, Nelson, A new approach to decomposition of economic time series, Journal of Monetary Economics 7,
+        1981: the lasting part of an autoregression with a unit root.
+    """
+    best, others = found[0], np.zeros((3, 3))
     for other in found[1:]:
         off = other.pose - best.pose
         off[2] = wrap_angle(float(off[2]))
-        total = total + np.exp(-0.5 * (other.cost - best.cost)) * np.outer(off, off)
-    return total
+        others = others + np.exp(-0.5 * (other.cost - best.cost)) * np.outer(off, off)
+    P = np.asarray(np.linalg.inv(best.information), dtype=float)
+    share = np.linalg.inv(np.eye(3) + 0.5 * (scans - 1) * P @ best.seen)
+    return Laid(best.pose, P + others, share @ P @ share.T + others)
 
 
 def _lattice(guess: Array, window: Array, step: float, turn: float) -> Array:

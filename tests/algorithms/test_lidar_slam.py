@@ -18,6 +18,7 @@ from mjsim.geometry import Pose, wrap_angle
 from mjsim.world import with_settings
 
 CORNERS = [(0, 0), (6, 0), (6, 3), (4, 3), (4, 5), (0, 5)]
+SPREAD = 1e-4 * np.eye(3)
 ROOM = shapely.LinearRing(CORNERS)
 
 
@@ -75,13 +76,13 @@ def test_what_odometry_does_not_allow_is_believed_only_where_nothing_else_fits()
     step = step_between(one.as_array(), other.as_array())
     sure = np.diag([0.02, 0.02, 0.01]) ** 2
     slipped = step + np.array([0.5, 0.3, 0.25])
-    pose, covariance = lay(surface_at(other), surface_at(one), slipped, sure)
-    np.testing.assert_allclose(pose, step, atol=0.01)
+    laid = lay(surface_at(other), surface_at(one), slipped, sure)
+    np.testing.assert_allclose(laid.pose, step, atol=0.01)
     # Scans of other rooms tell nothing: odometry stands, and is less sure.
     elsewhere = Surface(surface_at(one).points + 30.0, surface_at(one).normals)
-    pose, covariance = lay(surface_at(other), elsewhere, slipped, sure)
-    np.testing.assert_array_equal(pose, slipped)
-    assert (np.diag(covariance) > np.diag(sure)).all()
+    laid = lay(surface_at(other), elsewhere, slipped, sure)
+    np.testing.assert_array_equal(laid.pose, slipped)
+    assert (np.diag(laid.covariance) > np.diag(sure)).all()
 
 
 def test_a_small_slip_does_not_pull_a_scan_off_the_walls():
@@ -91,8 +92,8 @@ def test_a_small_slip_does_not_pull_a_scan_off_the_walls():
     seen = surface_at(other, noise=0.01)
     few = Surface(seen.points[::8], seen.normals[::8])
     slipped = step + np.array([0.12, 0.03, 0.05])
-    pose, _ = lay(few, surface_at(one, noise=0.01), slipped, np.diag([0.03, 0.03, 0.007]) ** 2)
-    np.testing.assert_allclose(pose, step, atol=0.005)
+    laid = lay(few, surface_at(one, noise=0.01), slipped, np.diag([0.03, 0.03, 0.007]) ** 2)
+    np.testing.assert_allclose(laid.pose, step, atol=0.005)
 
 
 def comb(beams=181):
@@ -110,10 +111,10 @@ def comb(beams=181):
 def test_a_corridor_that_repeats_itself_makes_the_answer_unsure_not_wrong():
     wall = surface_of(comb())
     scan = Surface(wall.points[60:-60], wall.normals[60:-60])
-    pose, covariance = lay(scan, wall, np.array([0.37, 0.0, 0.0]), np.diag([0.3, 0.05, 0.05]) ** 2)
-    assert abs(pose[0]) < 0.05 or abs(pose[0] - 0.8) < 0.05
-    assert np.sqrt(covariance[0, 0]) > 0.2
-    assert np.sqrt(covariance[1, 1]) < 0.05
+    laid = lay(scan, wall, np.array([0.37, 0.0, 0.0]), np.diag([0.3, 0.05, 0.05]) ** 2)
+    assert abs(laid.pose[0]) < 0.05 or abs(laid.pose[0] - 0.8) < 0.05
+    assert np.sqrt(laid.covariance[0, 0]) > 0.2
+    assert np.sqrt(laid.covariance[1, 1]) < 0.05
 
 
 def test_along_a_bare_corridor_the_guess_decides():
@@ -121,10 +122,45 @@ def test_along_a_bare_corridor_the_guess_decides():
     reach = np.minimum(1.0 / np.maximum(np.abs(np.sin(angles)), 1e-9), 6.0)
     points = np.stack([reach * np.cos(angles), reach * np.sin(angles)], axis=-1)[reach < 5.9]
     wall = surface_of(points)
-    pose, covariance = lay(wall, wall, np.array([0.25, 0.05, 0.02]), np.diag([0.1, 0.1, 0.1]) ** 2)
-    assert pose[0] == pytest.approx(0.25, abs=0.05)
-    np.testing.assert_allclose(pose[1:], 0.0, atol=0.005)
-    assert covariance[0, 0] > 50 * covariance[1, 1]
+    laid = lay(wall, wall, np.array([0.25, 0.05, 0.02]), np.diag([0.1, 0.1, 0.1]) ** 2, scans=6)
+    assert laid.pose[0] == pytest.approx(0.25, abs=0.05)
+    np.testing.assert_allclose(laid.pose[1:], 0.0, atol=0.005)
+    assert laid.covariance[0, 0] > 50 * laid.covariance[1, 1]
+    # Odometry is off as far as the last scan; a match on six scans as their mean, whose errors even out.
+    np.testing.assert_allclose(laid.lasting[0, 0], laid.covariance[0, 0], rtol=0.1)
+    np.testing.assert_allclose(laid.lasting[1, 1], laid.covariance[1, 1] / 3.5**2, rtol=0.1)
+
+
+def test_errors_of_matches_on_the_last_six_scans_add_up_as_the_lasting_part_says():
+    # One dimension, in units of the error of a match: each place is the mean of the last six as their scans show them.
+    rng = np.random.default_rng(0)
+    off = np.zeros((200, 400))
+    for k in range(1, len(off)):
+        off[k] = off[max(0, k - 6) : k].mean(axis=0) + rng.normal(size=off.shape[1])
+    gained = (off[150:].var(axis=1).mean() - off[50:100].var(axis=1).mean()) / 100
+    room = surface_at(Pose(2, 2, 0.3))
+    laid = lay(room, room, np.zeros(3), np.eye(3), scans=6)
+    np.testing.assert_allclose(np.diag(laid.lasting), gained * np.diag(laid.covariance), rtol=0.15)
+
+
+def weighted_graph(errors):
+    """Return five poses on a line and a loop, steps that err by `errors` (5, 3), every other one weighed too high."""
+    graph = PoseGraph(np.zeros((1, 3)))
+    for k in range(1, 5):
+        graph.add_pose(np.array([k, 0.0, 0.0]))
+        graph.add_step(k - 1, k, np.array([1.0, 0.0, 0.0]) + errors[k], 1e4 * 25.0 ** (k % 2) * np.eye(3), SPREAD)
+    graph.add_step(0, 4, np.array([4.0, 0.0, 0.0]) + errors[0], np.linalg.inv(SPREAD))
+    graph.solve()
+    return graph
+
+
+def test_the_covariance_is_that_of_what_steps_err_by_whatever_their_weights():
+    graph, P = weighted_graph(np.zeros((5, 3))), np.zeros((3, 3))
+    for error in np.eye(15).reshape(15, 5, 3):
+        slope = (weighted_graph(1e-4 * error).poses[4] - weighted_graph(-1e-4 * error).poses[4]) / 2e-4
+        P += SPREAD[0, 0] * np.outer(slope, slope)
+    np.testing.assert_allclose(graph.covariance(4), P, rtol=1e-4, atol=1e-9)
+    assert P[2, 2] > 1.1 * graph.covariances([4])[2, 2]
 
 
 def test_a_ring_of_noisy_steps_is_bent_until_it_closes():
