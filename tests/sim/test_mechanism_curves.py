@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mjsim
+from mjsim.bench.closed_forms import CAM, FORMS
 from mjsim.errors import PhysicsFault
 
 HEAD = "mjsim: 1\nmechanisms:\n  - name: m\n    elevation: 3\n"
@@ -15,25 +16,11 @@ BEAD = """
     constraints: [{curve: bead, %s}]
     sensors: [{joint: curve1}, {reaction: curve1}]
 """
-CAM = """
-    bodies: [{name: cam, cylinder: [0.3, 0.05], rpy_deg: [90, 0, 0]}, {name: follower, rod: [0.8, 0.02]}]
-    joints:
-      - {revolute: a, of: [ground, cam], axis: [0, 1, 0]}
-      - {prismatic: s, of: [ground, follower], rpy_deg: [0, -90, 0], axis: [0, 0, 1], near: 0.4}
-    constraints: [{curve: follower, on: cam, circle: 0.3, at: [0.1, 0, 0]}]
-    actuators: [{angle: a, signal: {ramp: {slope_deg: 180}}}]
-"""
 HELIX = """
     bodies: [{name: bead, sphere: 0.05, mass: 1}]
     joints: [{six_dof: b, of: [ground, bead]}]
     constraints: [{curve: bead, points: %s, start: 0.1}]
 """
-
-
-def cycloid(radius, most):
-    turns = np.linspace(-most, most, 81)
-    points = np.column_stack([turns + np.sin(turns), 0 * turns, -1 - np.cos(turns)]) * radius
-    return f"points: {points.tolist()}"
 
 
 def moved(text, *, step, seconds):
@@ -47,20 +34,12 @@ def moved(text, *, step, seconds):
     return tuple(np.array(column) for column in zip(*rows, strict=True))
 
 
-def cycloid_error(step, amplitude):
-    text = BEAD % cycloid(0.5, 0.85 * math.pi)
-    middle = 2.0 * math.sin(0.85 * math.pi / 2)  # 4 r sin(turn / 2) from the lowest point
-    text = text.replace("}]\n    sensors", f", start: {middle - amplitude}}}]\n    sensors")
-    times, positions, _, _ = moved(text, step=step, seconds=1.0)
-    return np.abs(positions[:, 2] - middle + amplitude * np.cos(math.sqrt(9.81 / 2.0) * times)).max()
-
-
 @pytest.mark.slow
 def test_beads_on_a_cycloid_swing_in_the_same_time_from_near_and_far():
-    for amplitude in (0.3, 1.4):
-        coarse, fine = cycloid_error(4, amplitude), cycloid_error(2, amplitude)
-        assert fine < 1e-5
-        assert math.log2(coarse / fine) > 1.8
+    error = FORMS["beads on a cycloid"].error
+    coarse, fine = error(4), error(2)
+    assert fine < 1e-5
+    assert math.log2(coarse / fine) > 1.8
 
 
 def test_a_bead_on_a_circle_is_pressed_as_a_pendulum_is():
@@ -71,11 +50,9 @@ def test_a_bead_on_a_circle_is_pressed_as_a_pendulum_is():
     np.testing.assert_allclose(np.linalg.norm(numbers[:, 4:7], axis=1), pressed, rtol=2e-4)
 
 
+@pytest.mark.slow
 def test_a_follower_rises_as_an_eccentric_cam_has_it():
-    times, positions, _, _ = moved(CAM, step=4, seconds=0.4)
-    turned = np.pi * times
-    lift = -0.1 * np.sin(turned) + np.sqrt(0.3**2 - (0.1 * np.cos(turned)) ** 2)
-    assert np.abs(positions[:, 1] - lift).max() < 1e-6
+    assert FORMS["cam"].error(4) < 1e-6
 
 
 @pytest.mark.slow
