@@ -10,7 +10,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from mjsim.bench.entering import client_of, cookie_of, socket_of
 
-PATIENCE = 30.0
+PATIENCE = 60.0
 """No answer takes this long [s], on however loaded a machine."""
 
 

@@ -60,6 +60,6 @@ def on_a_terminal(program):
             shown += chunk
     except OSError:
         pass  # the other end has closed: all is read
-    assert process.wait(timeout=30) == 0
+    assert process.wait(timeout=120) == 0
     os.close(ours)
     return shown.decode()

@@ -165,7 +165,7 @@ def test_ctrl_c_closes_the_recording_and_gives_130(room):
     process = shell("run", "room.yaml", "-o", "run.mcap", "--seconds", "600", "--realtime")
     wait_for_ticks("run.mcap")
     process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=30)
+    _, err = process.communicate(timeout=120)
     assert process.returncode == 130
     assert "Traceback" not in err
     assert err.splitlines()[-1] == "mjsim: interrupted; what was recorded until then is closed and readable"
@@ -179,6 +179,6 @@ def test_a_killed_run_leaves_a_recording_that_can_be_reported(room, capsys):
     process = shell("run", "room.yaml", "-o", "run.mcap", "--seconds", "600", "--realtime")
     wait_for_ticks("run.mcap")
     os.kill(process.pid, signal.SIGKILL)
-    process.communicate(timeout=30)
+    process.communicate(timeout=120)
     assert not mjsim.read_recording("run.mcap").whole
     assert typed("report", "run.mcap", "-o", "report", capsys=capsys)[0] == 0

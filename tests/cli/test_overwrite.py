@@ -60,7 +60,7 @@ class TestTheCommandRun:
             assert first.poll() is None
         finally:
             os.kill(first.pid, signal.SIGKILL)
-            first.communicate(timeout=30)
+            first.communicate(timeout=120)
         killed = mjsim.read_recording("run.mcap")
         assert not killed.whole
         assert typed("run", "room.yaml", "-o", "run.mcap", capsys=capsys)[0] == 2

@@ -12,7 +12,7 @@ def left_running(word: str) -> list[str]:
     return [line for line in lines if word in line and "ps -eww" not in line]
 
 
-def gone(word: str, seconds: float = 2.0) -> bool:
+def gone(word: str, seconds: float = 30.0) -> bool:
     """Wait until no process has a word in its command line; False when one stays."""
     until = time.monotonic() + seconds
     while left_running(word) and time.monotonic() < until:

@@ -193,7 +193,7 @@ def test_what_a_thread_of_a_module_raises_ends_the_run_even_where_ctrl_c_is_igno
 
 @pytest.mark.slow
 def test_a_thread_that_does_not_end_is_named(tmp_path):
-    start = "import time; threading.Thread(target=time.sleep, args=(3,), name='mapper').start()"
+    start = "threading.Thread(target=threading.main_thread().join, name='mapper').start()"
     done = shell(tmp_path, "sys.exit(1)", start=start)
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == "mjsim: waiting for thread 'mapper' of a module; end it, or make it a daemon"
@@ -209,7 +209,7 @@ def test_keyboard_interrupt_means_ctrl_c_whoever_raises_it(tmp_path):
 
 @pytest.mark.slow
 def test_a_module_that_kills_the_process_leaves_what_was_written(tmp_path):
-    done = shell(tmp_path, "import os, time\nif seen.time > 2: time.sleep(1.5); os._exit(7)\nreturn mjsim.Command()")
+    done = shell(tmp_path, "import os, time\nif seen.time > 2: time.sleep(3.0); os._exit(7)\nreturn mjsim.Command()")
     assert done.returncode == 7
     recording = mjsim.read_recording(tmp_path / "run.mcap")
     assert not recording.whole

@@ -31,7 +31,7 @@ robots:
 run: {seconds: 2}
 """
 WORLD = mjsim.parse_world(ROOM)
-PATIENCE = 20.0
+PATIENCE = 60.0
 """Nothing takes this long [s], on however loaded a machine."""
 
 

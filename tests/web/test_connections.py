@@ -21,7 +21,7 @@ from mjsim.web.trust import Trust
 from mjsim.world import parse_world
 from tests.browser import browser
 
-PATIENCE = 30.0
+PATIENCE = 60.0
 """Nothing takes this long [s], on however loaded a machine."""
 SHORT = Limits(strangers=20, known=12, stranger=1.0, idle=1.5, ping=0.5)
 FILES = 1024
@@ -58,16 +58,17 @@ def sockets():
         yield raw
 
 
-def is_closed_within(raw, seconds):
-    """Read until the other end closes, and return whether that was in time; what came is thrown away."""
-    began = time.monotonic()
+def is_closed(raw):
+    """Read until the other end closes; what came is thrown away. False when nothing comes for too long."""
     raw.settimeout(PATIENCE)
     try:
         while raw.recv(65536):
             pass
+    except TimeoutError:
+        return False
     except ConnectionError:
         pass
-    return time.monotonic() - began < seconds
+    return True
 
 
 def head(server, cookie="", method="GET", path="/"):
@@ -87,8 +88,7 @@ def test_strangers_that_say_nothing_or_stop_are_closed(server, sockets):
         sockets(server, head(server)),
         sockets(server, head(server, method="POST", path="/login") + b"Content-Length: 100\r\n\r\ntok"),
     ]
-    # Loaded machines take longer, but not for ever.
-    assert all(is_closed_within(raw, 10.0) for raw in late)
+    assert all(is_closed(raw) for raw in late)
 
 
 @pytest.mark.slow
@@ -98,17 +98,17 @@ def test_a_stranger_that_says_something_now_and_then_gains_no_time(server, socke
         while time.monotonic() - began < PATIENCE:
             raw.sendall(b"X-More: 1\r\n")
             time.sleep(0.1)
-    assert time.monotonic() - began < 10.0
+        pytest.fail("it is heard still")
 
 
 def test_a_stranger_is_answered_once_and_not_kept(server, sockets):
     raw = sockets(server, head(server) + b"\r\n")
     assert b"401" in raw.recv(12)
-    assert is_closed_within(raw, 10.0)
+    assert is_closed(raw)
     # A body is not read for somebody who may not send it.
     raw = sockets(server, head(server, method="POST", path="/api/x") + b"Content-Length: 1000000000\r\n\r\n")
     assert b"401" in raw.recv(12)
-    assert is_closed_within(raw, 10.0)
+    assert is_closed(raw)
 
 
 @pytest.mark.slow
@@ -123,7 +123,7 @@ def test_who_is_known_may_be_slow_but_not_stop(server, sockets):
     stopped = sockets(server, first)
     assert b"200" in stopped.recv(12)
     stopped.sendall(head(server, cookie))
-    assert is_closed_within(stopped, 10.0)
+    assert is_closed(stopped)
 
 
 @pytest.mark.slow
@@ -139,7 +139,7 @@ def test_an_answer_that_is_not_read_ends_its_connection(tmp_path, sockets):
             asked = head(server, cookie_for(server), path="/studio.js") + b"\r\n"
             raw.sendall(asked)
             time.sleep(4 * SHORT.idle)
-            assert is_closed_within(raw, 10.0)
+            assert is_closed(raw)
             assert not server._connections._known
 
 
@@ -173,7 +173,7 @@ def test_the_oldest_strangers_make_room_and_who_is_known_stays(server, sockets):
         first = [sockets(server) for _ in range(SHORT.strangers)]
         client.get("/")
         more = [sockets(server) for _ in range(SHORT.strangers)]
-        assert all(is_closed_within(raw, 0.9 * PATIENCE) for raw in first)
+        assert all(is_closed(raw) for raw in first)
         assert client.get("/").status_code == 200
         assert len(server._connections._strangers) <= SHORT.strangers
         assert len(more) == SHORT.strangers
@@ -241,11 +241,8 @@ def test_a_flood_of_half_open_connections_keeps_nobody_out(tmp_path, held):
     with many_files(), ExitStack() as stack, studio_with_few_files(tmp_path, held) as (urls, process):
         client = stack.enter_context(client_of(urls[0]))
         flood(stack, client.base_url.port)
-        answers = []
         for _ in range(10):
-            began = time.monotonic()
-            assert client.get("/api/folder", headers={"Connection": "close"}).status_code == 200
-            answers.append(time.monotonic() - began)
+            assert client.get("/api/folder", headers={"Connection": "close"}, timeout=PATIENCE).status_code == 200
         # A connection that is new, and a browser that is.
         stack.enter_context(client_of(urls[1]))
         with browser_of(client) as run:
@@ -256,7 +253,6 @@ def test_a_flood_of_half_open_connections_keeps_nobody_out(tmp_path, held):
         told = process.stderr.read().splitlines()
     assert "Traceback" not in "".join(told)
     assert len(told) <= 1
-    assert max(answers) < 10.0
 
 
 @contextmanager
@@ -273,7 +269,7 @@ def test_what_is_no_http_fills_no_terminal(tmp_path, capfd):
         for data in (b"\x16\x03\x01\x02\x00\x01", b"GET\r\n\r\n", b"GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n"):
             with socket.create_connection(("127.0.0.1", server.port), PATIENCE) as raw:
                 raw.sendall(data)
-                assert is_closed_within(raw, 10.0)
+                assert is_closed(raw)
         upgrade = {"Connection": "upgrade", "Upgrade": "other"}
         assert httpx.get(server.address, headers=upgrade, trust_env=False).status_code == 401
         with socket.create_connection(("127.0.0.1", server.port), PATIENCE) as raw, suppress(ConnectionError):

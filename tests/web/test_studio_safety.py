@@ -22,7 +22,7 @@ from mjsim.web.pictures import LARGEST, MOST_BYTES
 
 pytestmark = pytest.mark.slow  # Each starts a server.
 
-PATIENCE = 30.0
+PATIENCE = 60.0
 """No answer takes this long [s], on however loaded a machine."""
 ROOM = "mjsim: 1\nwalls: [{points: [[0, 0], [4, 0], [4, 4], [0, 4]], closed: true}]\n"
 

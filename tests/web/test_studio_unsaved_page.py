@@ -4,7 +4,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from contextlib import contextmanager
 
 import pytest
@@ -135,16 +134,18 @@ def command(folder):
             process.kill()
 
 
-def test_a_server_that_is_killed_while_somebody_types_loses_the_last_second_at_most(browser, tmp_path):
+def test_a_server_that_is_killed_while_somebody_types_loses_nothing_that_it_kept_meanwhile(browser, tmp_path):
     (tmp_path / "room.yaml").write_text(ROOM)
     expect.set_options(timeout=PATIENCE)
     with command(tmp_path) as (url, process), page_at(browser, url) as page:
         sheet = opened(page)
         write_line(sheet, "# ")
-        typed = [time.monotonic()]
-        while typed[-1] < typed[0] + 4.0:  # without a pause
-            sheet.type(f"{len(typed)},")
-            typed.append(time.monotonic())
+        texts, count = set(), 0
+        while len(texts) < 3:  # without a pause
+            assert count < 5000, texts
+            count += 1
+            sheet.type(f"{count},")
+            texts.update(drafts())
         process.send_signal(signal.SIGKILL)
         process.wait()
         write_line(sheet, "late")
@@ -152,13 +153,12 @@ def test_a_server_that_is_killed_while_somebody_types_loses_the_last_second_at_m
         with page.expect_download() as download:
             found.get_by_role("button", name="Download").click()
         assert download.value.suggested_filename == "room.yaml"
-        assert download.value.path().read_text().endswith(f"{len(typed) - 1},late")
+        assert download.value.path().read_text().endswith(f"{count},late")
     with command(tmp_path) as (url, _), page_at(browser, url) as page:
         page.get_by_role("button", name="Restore").click()
         opened(page, "# 1,2,3")
         last = int(re.findall(r"(\d+),", page.locator(".cm-line").last.inner_text())[-1])  # it may end within a number
-        # 0.4 s pass before anything is sent; the rest is for a machine that does other work.
-        assert typed[-1] - typed[last] < 3.0
+        assert last >= max(int(line.split(",")[-1]) for text in texts for line in re.findall(r"# ([\d,]+),", text))
 
 
 def test_what_is_typed_without_a_pause_is_kept_meanwhile(sheet):
@@ -171,7 +171,7 @@ def test_what_is_typed_without_a_pause_is_kept_meanwhile(sheet):
             break
     else:
         pytest.fail("nothing was kept in 1000 words")
-    assert sheet.text.inner_text().rstrip().endswith(f"{number},")
+    expect(sheet.text).to_have_text(re.compile(rf"\b{number},\s*$"))
 
 
 def test_a_page_that_crashes_loses_nothing_that_is_older(browser, tmp_path):
