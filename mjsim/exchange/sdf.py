@@ -14,6 +14,7 @@ from mjsim.exchange.sdf_parts import Appearance, add_box, add_geometry, add_link
 from mjsim.exchange.shown import BeaconFace, shown_of
 from mjsim.geometry import Array
 from mjsim.output import write_files
+from mjsim.posture import columns_of
 from mjsim.world import (
     THICKNESS,
     BoxObstacle,
@@ -74,7 +75,7 @@ def write_sdf(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
     for leaf in leaves(world):
         _add_door(place, leaf)
     for person in world.people:
-        _add_person(place, person)
+        _add_person(place, world, person)
     folder = f"{path.stem}_pictures"
     for item in hung(world):
         if item.carrier is None or item.carrier not in world.robots:
@@ -148,10 +149,10 @@ def _box_around(outline: Array, low: float, high: float) -> tuple[list[float], t
     return [*(most - least).tolist(), high - low], (x, y, (low + high) / 2, 0.0, 0.0, heading)
 
 
-def _add_person(place: Element, person: Person) -> None:
+def _add_person(place: Element, world: World, person: Person) -> None:
     """Add a person as upright prisms, one for each segment."""
     link = add_link(place, f"person_{person.name}")
-    for segment, (outline, low, high) in person.prisms.items():
+    for segment, (outline, low, high) in columns_of(world, person).items():
         add_prism(link, segment, outline, high - low, at=(0, 0, low), look=Appearance(person.color_of(segment)))
 
 

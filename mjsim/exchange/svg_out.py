@@ -11,6 +11,7 @@ from mjsim.errors import UsageError
 from mjsim.exchange.svg_in import UNIT
 from mjsim.geometry import Array, Pose
 from mjsim.output import write_file
+from mjsim.posture import from_above
 from mjsim.world import (
     MITRE_LIMIT,
     SLICE,
@@ -19,7 +20,6 @@ from mjsim.world import (
     Opening,
     Wall,
     World,
-    from_above,
     hung,
     item_names,
     leaves,
@@ -73,7 +73,12 @@ def _sheet(world: World) -> Element:
     """Return an empty drawing around a world, with its name, its size and a bar of one metre."""
     corners = [point for wall in world.walls for point in wall.points] + [robot.at for robot in world.robots]
     corners += [tuple(point) for thing in world.obstacles for part in prisms(thing) for point in part[0].tolist()]
-    corners += [tuple(point) for person in world.people for point in person.spanned()[:, :2].tolist()]
+    corners += [
+        tuple(point)
+        for person in world.people
+        for outline, _ in from_above(world, person)
+        for point in outline.tolist()
+    ]
     if not corners:
         raise UsageError("this world has no walls, things, people or robots; there is no plan to draw")
     low, high = np.min(corners, axis=0), np.max(corners, axis=0)
@@ -178,7 +183,7 @@ def _beacons(group: Element, world: World) -> None:
 
 def _people(group: Element, world: World) -> None:
     for person in world.people:
-        for outline, color in from_above(person):
+        for outline, color in from_above(world, person):
             _line(group, outline, SOFT, HAIR, closed=True, fill=color)
         place = person.place()
         _write(group, person.name, place.x, place.y - 2 * LETTERS, LETTERS, middle=True)

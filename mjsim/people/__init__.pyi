@@ -1,3 +1,4 @@
+from .columns import Column as Column
 from .columns import columns as columns
 from .columns import silhouettes as silhouettes
 from .figure import Figure as Figure

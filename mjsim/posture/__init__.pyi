@@ -29,5 +29,7 @@ from .solve import range_preference as range_preference
 from .solve import solve_posture as solve_posture
 from .solve import stretch_posture as stretch_posture
 from .stance import Workstation as Workstation
+from .stance import columns_of as columns_of
+from .stance import from_above as from_above
 from .stance import poses_of as poses_of
 from .stance import seated as seated

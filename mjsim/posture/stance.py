@@ -1,7 +1,7 @@
 """Where people of a world are: those who stand as they say, those who sit as their seats and targets let them."""
 
 import math
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -25,7 +25,7 @@ from mjsim.world import (
 )
 
 if TYPE_CHECKING:  # brings mink and scipy, which only those need who sit
-    from mjsim.people import Figure
+    from mjsim.people import Column, Figure
     from mjsim.posture.sitting import Seated
 
 FEET_AHEAD, LEAST_BELOW = 0.45, 0.25
@@ -107,6 +107,30 @@ def poses_of(world: World, person: Person) -> dict[str, Array]:
         return person.poses()
     found = seated(world, person)
     return person.figure.poses(found.values, found.world_from_pelvis)
+
+
+def columns_of(world: World, person: Person) -> "Mapping[str, Column]":
+    """Return upright prisms that hold the segments of a person as he or she stands or sits; see `Person.prisms`."""
+    if person.seat is None:
+        return person.prisms
+    return _seated_columns(_Asked.of(person.figure, Workstation.of(world, person)))
+
+
+@lru_cache(maxsize=KEPT)
+def _seated_columns(asked: _Asked) -> "Mapping[str, Column]":
+    from mjsim.people import columns, surfaces
+
+    found = _solved(asked)
+    return columns(surfaces(asked.figure), asked.figure.poses(found.values, found.world_from_pelvis))
+
+
+def from_above(world: World, person: Person) -> Iterator[tuple[Array, str]]:
+    """Yield outlines of a person's segments, the lowest first, each with its colour.
+
+    Outlines are convex, in the world frame, counter-clockwise, shape (n, 2) [m].
+    """
+    for segment, (outline, _, _) in columns_of(world, person).items():
+        yield outline, person.color_of(segment)
 
 
 def _floor_before(world_from_seat: Array, things: Sequence[Obstacle]) -> float:

@@ -23,6 +23,7 @@ from foxglove.messages import Pose as FoxglovePose
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose
+from mjsim.posture import columns_of
 from mjsim.record.scene import stamp
 from mjsim.world import (
     Beacon,
@@ -106,7 +107,7 @@ def _looked(world: World, files: Mapping[str, bytes], looks: Looks, *, time: flo
 def _people(world: World) -> Iterator[SceneEntity]:
     """Yield people, each as prisms in the colours of the clothes."""
     for person in world.people:
-        body = [_prism(*prism, person.color_of(segment)) for segment, prism in person.prisms.items()]
+        body = [_prism(*prism, person.color_of(segment)) for segment, prism in columns_of(world, person).items()]
         yield _entity(f"person/{person.name}", triangles=body)
 
 

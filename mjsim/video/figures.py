@@ -1,7 +1,7 @@
 """People on a sheet: each from the right and, below that, from above, all to one scale."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -88,14 +88,25 @@ def draw_figure(drawing: Paper, person: Person, poses: Mapping[str, Array], look
 
 def draw_view(drawing: Paper, view: PersonView) -> None:
     """Draw a person over the lines of the workplace; targets are crosses."""
-    for outline in view.things:
-        drawing.line(outline, blend(MUTED, PAPER, 0.4), 0.15, closed=True)
+    for line in _around(view):
+        drawing.line(line, blend(MUTED, PAPER, 0.4), 0.15)
     for outline, color in view.body:
         _draw_outline(drawing, outline, color)
     arm = drawing.metres(0.8)
     for x, y in view.targets:
         for ends in ([(x - arm, y - arm), (x + arm, y + arm)], [(x - arm, y + arm), (x + arm, y - arm)]):
             drawing.line(ends, BEACON, 0.25)
+
+
+def _around(view: PersonView) -> Iterator[Array]:
+    """Yield the lines of the workplace within the bounds of a view, shape (n, 2) each [m]."""
+    from shapely import LinearRing, box, get_coordinates, get_parts, line_merge
+
+    frame = box(*view.bounds.ravel().tolist())
+    for outline in view.things:
+        within = LinearRing(outline).intersection(frame)
+        merged = line_merge(within) if within.geom_type == "MultiLineString" else within
+        yield from (get_coordinates(part) for part in get_parts(merged) if part.length > 0.0)
 
 
 def _draw_outline(drawing: Paper, outline: Array, color: str) -> None:

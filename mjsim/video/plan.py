@@ -7,6 +7,7 @@ import numpy as np
 
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Picture
+from mjsim.posture import from_above
 from mjsim.video.ink import (
     BEACON,
     INK,
@@ -22,7 +23,7 @@ from mjsim.video.ink import (
 )
 from mjsim.video.labels import Label, place_labels
 from mjsim.video.view import PlanView, format_metres, round_step
-from mjsim.world import Beacon, Obstacle, World, extent, footprint, from_above, solid_pieces, stays, wall_polygons
+from mjsim.world import Beacon, Obstacle, World, extent, footprint, solid_pieces, stays, wall_polygons
 from mjsim.world import hung as beacons_of
 
 MOST_NAMES = 1000
@@ -36,7 +37,7 @@ def world_bounds(world: World) -> Array:
     outlines = [*wall_polygons(world), *(extent(obstacle) for obstacle in world.obstacles)]
     marks = [item.at for item in hung(world)] + [item.at for item in world.robots]
     outlines += [mechanism.spanned()[:, :2] for mechanism in world.mechanisms]
-    outlines += [person.spanned()[:, :2] for person in world.people]
+    outlines += [outline for person in world.people for outline, _ in from_above(world, person)]
     points = np.concatenate([*outlines, np.reshape(np.array(marks, dtype=float), (-1, 2))])
     if not len(points):
         return np.array([[-5.0, -5.0], [5.0, 5.0]])
@@ -84,7 +85,7 @@ def draw_background(
     for obstacle in _standing(world, removed):
         draw_outline(image, view.pixels(footprint(obstacle)), parse_color(obstacle.color))
     for person in world.people:
-        for outline, color in from_above(person):
+        for outline, color in from_above(world, person):
             draw_outline(image, view.pixels(outline), parse_color(color))
     _draw_walls(image, world, view)
     for beacon in hung(world, removed):

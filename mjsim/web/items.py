@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from mjsim.geometry import Array, Pose
+from mjsim.posture import columns_of
 from mjsim.web.mechanism_poses import outlines, plan_joints, start_values
 from mjsim.world import (
     Mechanism,
@@ -108,22 +109,22 @@ def _things(world: World) -> Iterator[Thing]:
         yield ("robots", index), "robot", robot, [place.transform(robot.body.outline())], place
     for kind in ("people", "mechanisms"):
         for index, thing in enumerate(getattr(world, kind)):
-            yield from _moving(thing, (kind, index))
+            yield from _moving(world, thing, (kind, index))
 
 
-def _moving(thing: Mechanism | Person, path: Path) -> Iterator[Thing]:
+def _moving(world: World, thing: Mechanism | Person, path: Path) -> Iterator[Thing]:
     """Yield a person, or a mechanism and those of its joints that can be moved on the plan."""
     if isinstance(thing, Person):
-        yield path, "person", thing, [outline for outline, _, _ in thing.prisms.values()], thing.place()
+        yield path, "person", thing, [outline for outline, _, _ in columns_of(world, thing).values()], thing.place()
         return
     yield path, "mechanism", thing, outlines(thing), Pose(thing.at[0], thing.at[1], math.radians(thing.heading_deg))
     for number, outline, place in plan_joints(thing):
         yield (*path, "joints", number), "joint", thing.joints[number], [outline], place
 
 
-def moving_items(thing: Mechanism | Person, path: Path) -> Iterator[Json]:
+def moving_items(world: World, thing: Mechanism | Person, path: Path) -> Iterator[Json]:
     """Yield where things of the plan are that a mechanism or a person consists of: path, polygons, at, heading_deg."""
-    for own, _, _, polygons, place in _moving(thing, path):
+    for own, _, _, polygons, place in _moving(world, thing, path):
         yield {"path": list(own), **_placed(polygons, place)}
 
 

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from mjsim.geometry import Array
 from mjsim.people import silhouettes
+from mjsim.posture import poses_of
 from mjsim.video import body_outlines, posed
 from mjsim.web import mechanism_poses, person_poses
 from mjsim.web.answers import Ask, RefusedError
@@ -71,9 +72,9 @@ def pose_json(world: World, ask: PoseAsk) -> Json:
     except ValueError as error:
         raise RefusedError(409, str(error)) from None
     thing, path = found.thing, (kind, index)
-    own = _mechanism_json(thing, ask.look) if isinstance(thing, Mechanism) else _person_json(thing, ask.look)
+    own = _mechanism_json(thing, ask.look) if isinstance(thing, Mechanism) else _person_json(world, thing, ask.look)
     changes = [{"op": "set", "path": [*path, *keys], "value": value} for keys, value in found.changes]
-    return {"items": list(moving_items(thing, path)), "changes": changes, "note": found.note, **own}
+    return {"items": list(moving_items(world, thing, path)), "changes": changes, "note": found.note, **own}
 
 
 def _posed(thing: Mechanism | Person, ask: PoseAsk) -> _Posed:
@@ -120,8 +121,8 @@ def _mechanism_json(mechanism: Mechanism, look: Look) -> Json:
     return {"parts": parts, "values": list(mechanism_poses.sliders(mechanism)), "hands": {}}
 
 
-def _person_json(person: Person, look: Look) -> Json:
-    outlines = silhouettes(person.skins, person.poses(), _look(person, look))
+def _person_json(world: World, person: Person, look: Look) -> Json:
+    outlines = silhouettes(person.skins, poses_of(world, person), _look(person, look))
     pulls = {f"{side}_hand": side for side in HANDS if person.seat is None}
     parts = [{"name": name, "outline": _short(each), "pull": pulls.get(name)} for name, each in outlines]
     hands = {side: _short(at) for side, at in person_poses.hands(person).items()} if person.seat is None else {}

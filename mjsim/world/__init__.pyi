@@ -175,7 +175,6 @@ from .plan import cells_within as cells_within
 from .plan import drawing_from_world as drawing_from_world
 from .plan import extent as extent
 from .plan import footprint as footprint
-from .plan import from_above as from_above
 from .plan import grid_of as grid_of
 from .plan import hung as hung
 from .plan import leaves as leaves

@@ -9,8 +9,8 @@ import pytest
 from scipy.optimize import least_squares
 
 from mjsim.people import SEXES, Figure, Measures
-from mjsim.posture import Goals, Seating, Sitter, Workstation, comfort_of, limits, posture_angles
-from mjsim.world import parse_world
+from mjsim.posture import Goals, Seating, Sitter, Workstation, columns_of, comfort_of, limits, posture_angles
+from mjsim.world import load_checked, parse_world, placed_targets
 
 HIP = (0.0, 0.0, 0.30)
 TRAVEL = (0.24, 0.06)
@@ -154,3 +154,18 @@ people: [{name: anna, sex: female, seat: chair}]
     for more, floor in ((text, 0.4), (text.replace("box: [3, 2, 0.4]", "ramp: [3, 2, 0.4]"), 0.0)):
         world = parse_world(more)
         assert Workstation.of(world, world.people[0]).goals.floor == floor
+
+
+@pytest.mark.slow
+def test_plans_show_who_sits_as_the_posture_is_and_who_stands_as_he_or_she_stands():
+    world = load_checked("driving_seat")
+    (driver,) = world.people
+    found = columns_of(world, driver)
+    outline, low, high = found["left_hand"]
+    grip = next(each for each in placed_targets(world) if each.name == "car.wheel_left").world_from_target[:3, 3]
+    assert low < grip[2] < high
+    beside = np.maximum(outline.min(axis=0) - grip[:2], grip[:2] - outline.max(axis=0))
+    assert beside.max() < 0.02  # a fist holds beside its bones
+    assert columns_of(world, driver) is found
+    (anna,) = parse_world("mjsim: 1\npeople: [{name: anna, sex: female, at: [1, 2]}]\n").people
+    assert columns_of(world, anna) is anna.prisms

@@ -14,7 +14,6 @@ from .outlines import stays as stays
 from .outlines import top as top
 from .outlines import world_from_obstacle as world_from_obstacle
 from .people import drawing_from_world as drawing_from_world
-from .people import from_above as from_above
 from .people import look_beside as look_beside
 from .people import look_over as look_over
 from .people import person_outlines as person_outlines
