@@ -93,7 +93,7 @@ def tour(make, seed, *, steps=100, talk=True):
 def test_robots_that_talk_know_more_are_nearer_the_truth_and_honest_about_it():
     # The ticks of a run resemble each other, so one twenty of runs differs from the next: among five twenties the share
     # in the band was 0.69 to 1.00 where landmarks enter the state at their third look, 0.83 to 1.00 at their first.
-    runs, twenties = 20, 3
+    runs, twenties = 20, 2
     low, high = chi2.ppf([0.025, 0.975], 3 * runs) / runs
     with threadpool_limits(1, user_api="blas"):
         together = [tour(CooperativeSlam, seed) for seed in range(runs * twenties)]

@@ -1,4 +1,4 @@
-"""A newcomer at the studio: from an empty folder to a running world, and fifty edits of one full of comments."""
+"""A newcomer at the studio: from an empty folder to a running world, and thirty edits of one full of comments."""
 
 import random
 import re
@@ -16,7 +16,7 @@ from tests.sheet import DRAWN, Sheet, sheet_of
 from tests.windows import PATIENCE, page_at
 
 pytestmark = pytest.mark.slow
-EDITS = 50
+EDITS = 30
 """Each of the six kinds is done several times."""
 WIDE, DEEP = 12, 8
 """How large the room is in which they are made [m]."""
@@ -93,7 +93,7 @@ def watch_it_run(page: Page) -> None:
     page.wait_for_function(seen, timeout=PATIENCE)
 
 
-def test_comments_outlive_fifty_edits_and_undo_leads_back_to_the_same_bytes(browser, tmp_path):
+def test_comments_outlive_thirty_edits_and_undo_leads_back_to_the_same_bytes(browser, tmp_path):
     text = commented(resources.files("mjsim.worlds").joinpath("dark.yaml").read_text(encoding="utf-8"))
     with sheet_of(browser, tmp_path, text) as sheet:
         scribe = Scribe(sheet, tmp_path / "room.yaml", seed=1)

@@ -1,4 +1,4 @@
-"""Hostile world files end in lines, not in tracebacks; `scripts/fuzz/worlds.py` reads some hundred times as many."""
+"""Hostile world files end in lines, not in tracebacks; `scripts/fuzz/worlds.py` reads thousands of them."""
 
 import runpy
 from pathlib import Path
@@ -10,10 +10,10 @@ FUZZ = runpy.run_path(str(Path(__file__).parents[2] / "scripts" / "fuzz" / "worl
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["run_changed", "run_built"])
-def test_hundreds_of_hostile_worlds_are_read_or_refused_in_lines(engine, tmp_path):
+def test_a_hundred_hostile_worlds_are_read_or_refused_in_lines(engine, tmp_path):
     trial = FUZZ["WorldTrial"](tmp_path)
-    FUZZ[engine](trial, 200, seed=7)
-    assert trial.count >= 200
+    FUZZ[engine](trial, 100, seed=7)
+    assert trial.count >= 100
     assert trial.worlds > 2
     assert trial.laid > 10
 
