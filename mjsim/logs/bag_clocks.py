@@ -1,5 +1,6 @@
 """Clocks that were set while a bag was recorded: times in headers go on as if they had not been."""
 
+from array import array
 from bisect import bisect_right
 from collections.abc import Mapping
 from itertools import accumulate
@@ -22,7 +23,7 @@ class Clocks:
 
     def __init__(self) -> None:
         """Begin with clocks that nobody sets."""
-        self._seen: dict[str, list[tuple[float, float]]] = {}
+        self._seen: dict[str, array[float]] = {}
         self._jumps: dict[str, tuple[list[float], list[float]]] = {}
 
     def time(self, topic: str, recorded: float, stamp: float) -> float:
@@ -33,7 +34,7 @@ class Clocks:
             recorded: When the message was recorded [s].
             stamp: In its header [s].
         """
-        self._seen.setdefault(topic, []).append((recorded, stamp))
+        self._seen.setdefault(topic, array("d")).extend((recorded, stamp))
         if topic not in self._jumps:
             return stamp
         since, steps = self._jumps[topic]
@@ -42,8 +43,9 @@ class Clocks:
     def settle(self) -> Mapping[str, str]:
         """Find the jumps of all that was seen, for the next reading, and return what people are told of them."""
         notes = {}
-        for topic, pairs in self._seen.items():
-            recorded, stamps = np.array(sorted(pairs, key=lambda pair: pair[0])).T
+        for topic, numbers in self._seen.items():
+            pairs = np.array(numbers).reshape(-1, 2)
+            recorded, stamps = pairs[np.argsort(pairs[:, 0], kind="stable")].T
             rows, steps = _jumps(recorded, stamps)
             if len(rows):
                 self._jumps[topic] = recorded[rows].tolist(), list(accumulate(steps.tolist(), initial=0.0))
