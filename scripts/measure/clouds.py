@@ -69,10 +69,10 @@ def drive(world: mjsim.World, seconds: float | None) -> Drive:
         return Drive(clouds, np.array(poses), time.process_time() - began)
 
 
-def kiss_errors(found: Drive) -> tuple[float, float, float, float]:
-    """Return the length of the way, and the error of KISS-ICP: the largest, the last, and the ATE [m]."""
+def kiss_errors(found: Drive, *, voxel: float) -> tuple[float, float, float, float]:
+    """Return the length of the way, and the error of KISS-ICP with voxels of a size: largest, last, ATE [m]."""
     config = KISSConfig()
-    config.data.max_range, config.mapping.voxel_size = FARTHEST, VOXEL
+    config.data.max_range, config.mapping.voxel_size = FARTHEST, voxel
     config.registration.max_num_threads = 1
     kiss, poses = KissICP(config), []
     for cloud in found.clouds:
@@ -97,13 +97,14 @@ def main() -> None:
     parser.add_argument("worlds", nargs="*", default=["office", "warehouse"])
     parser.add_argument("--lidar", default="velodyne-vlp16", help="preset of the 3-D lidar; 2 m above the floor")
     parser.add_argument("--seconds", type=float, help="how long each drive is; as its world says unless given")
+    parser.add_argument("--voxel", type=float, default=VOXEL, help="of the map of KISS-ICP [m]")
     given = parser.parse_args()
     lidar = sensors.Lidar3d(lidar3d="top", preset=given.lidar, at=(0.0, 0.0, 2.0))
     for name in given.worlds:
         found, without = drive(world_with(name, lidar), given.seconds), drive(world_with(name), given.seconds)
         points = sum(len(cloud.points) for cloud in found.clouds)
         pace = points / (found.seconds - without.seconds)
-        way, largest, last, ate = kiss_errors(found)
+        way, largest, last, ate = kiss_errors(found, voxel=given.voxel)
         print(
             f"{name:10s} {points:,} points, {pace:,.0f} a second of the processor with recording   KISS-ICP: way "
             f"{way:.1f} m, largest error {1e3 * largest:.0f} mm, last {1e3 * last:.0f} mm: {last / way:.3%} of the way,"
