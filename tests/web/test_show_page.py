@@ -64,9 +64,15 @@ def test_what_an_estimator_shows_is_drawn_and_switched_off_by_its_name_which_is_
     expect(box).to_be_checked(timeout=PATIENCE)
     box.uncheck()
     until_drawn(page, drawn=False)
+    page.keyboard.press("Escape")
+    page.get_by_title("View in 3-D").locator("visible=true").click()
+    scene = page.locator(".scene-canvas").locator("visible=true")
+    drawn = int(scene.get_attribute("data-thoughts", timeout=PATIENCE) or 0)
+    page.get_by_label("What is shown").first.click()
     assert page.title() != "owned"
     page.get_by_role("checkbox", name=NAME).check()
     until_drawn(page, drawn=True)
+    expect(scene).to_have_attribute("data-thoughts", str(drawn + 1), timeout=PATIENCE)
 
 
 def test_any_number_is_found_drawn_kept_and_given_away_as_csv(review):

@@ -85,7 +85,7 @@ export class Plotter {
     const words = this.search.value.toLowerCase().split(/\s+/);
     const fit = this.all.filter((field) => words.every((word) => title(field).toLowerCase().includes(word)));
     this.note.textContent =
-      fit.length > OFFERED ? `${fit.length} numbers; the first ${OFFERED} are listed` : `${fit.length} numbers`;
+      fit.length > OFFERED ? `${fit.length} numbers; the first ${OFFERED} are listed` : `${fit.length} ${fit.length === 1 ? "number" : "numbers"}`;
     fill(
       this.found,
       ...fit.slice(0, OFFERED).map((field) => {

@@ -101,6 +101,7 @@ export class ReviewView implements View {
     ]);
     this.content = this.build();
     this.library.takeDrops(this.element);
+    this.floor.layers.changed.on(() => this.show(this.player.time));
     this.player.changed.on((time) => this.show(time));
     this.player.playingChanged.on((playing) =>
       fill(this.playButton, sign(playing ? "pause" : "play"), playing ? "Pause" : "Play"),
@@ -146,6 +147,7 @@ export class ReviewView implements View {
 
   private build(): HTMLElement {
     const bar = this.bar();
+    this.pictures.switches.append(this.solids.switch);
     const side = el("aside", { class: "run-side" }, this.tabs.element);
     const body = el(
       "div",
@@ -310,6 +312,7 @@ export class ReviewView implements View {
       trails.odometry.fill(track.odometry.slice(0, k + 1));
     }
     this.floor.show({ robots, things: this.tick?.things ?? {} });
+    this.solids.door.think({ robots, shown: this.floor.layers.shown, hidden: this.floor.layers.hidden });
   }
 
   private async fetchTick(time: number): Promise<void> {

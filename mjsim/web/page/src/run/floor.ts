@@ -26,7 +26,8 @@ export class Floor {
   readonly host = el("div", { class: "run-floor", tabindex: 0, role: "group", "aria-label": "Plan; + - and 0 zoom" });
   private readonly plan: Plan;
   private readonly follow: HTMLButtonElement;
-  private readonly layers = new Layers();
+  /** What is drawn. */
+  readonly layers = new Layers();
   private readonly grids = new Grids(() => this.plan.drawOver());
   private robots: RobotFacts[] = [];
   private moment: Moment | null = null;

@@ -103,6 +103,7 @@ export class RunView implements View {
     this.arrange();
     studio.document.parsedChanged.on(() => this.visible && this.takeWorld());
     studio.document.opened.on(() => this.leave());
+    this.floor.layers.changed.on(() => this.soon());
     window.setInterval(() => this.bar.rate(this.cameras.rate()), 500);
   }
 
@@ -283,6 +284,7 @@ export class RunView implements View {
     if (this.newest) {
       this.bar.tick(this.newest);
       this.floor.show(this.newest);
+      this.solids.door.think({ robots: this.newest.robots, shown: this.floor.layers.shown, hidden: this.floor.layers.hidden });
       this.arms.tick(this.newest.robots[this.chosen]);
     }
     const now = performance.now();

@@ -6,6 +6,7 @@ import { el } from "../dom";
 import { themeChanged } from "../shell/theme";
 import type { Item } from "../api";
 import type { SceneView } from "./scene";
+import type { Thoughts } from "./thoughts";
 import "./scene.css";
 
 const PROGRAM = "/scene.js";
@@ -19,6 +20,7 @@ export class Door {
   private loaded: unknown = null;
   private order: (() => Promise<ArrayBuffer>) | null = null;
   private shown: [Item[], Item[]] = [[], []];
+  private thought: Thoughts | null = null;
   private readonly wanted: (key: unknown) => void;
   private readonly moved: (order: () => Promise<ArrayBuffer>) => void;
 
@@ -41,6 +43,7 @@ export class Door {
   /** Open or shut it; `key` tells one scene from another. */
   set(open: boolean, key: unknown): void {
     this.open = open;
+    if (open) this.view?.think(this.thought);
     if (key !== null) this.want(key);
   }
 
@@ -58,6 +61,12 @@ export class Door {
   show(items: Item[], selected: Item[]): void {
     this.shown = [items, selected];
     this.view?.show(items, selected);
+  }
+
+  /** What robots measure, believe and show now. */
+  think(thought: Thoughts): void {
+    this.thought = thought;
+    if (this.open) this.view?.think(thought);
   }
 
   /** Ask where things are now, when there is time for it. */
@@ -98,6 +107,7 @@ export class Door {
     const view = new program.SceneView();
     view.chosen.on((item) => this.chosen.emit(item));
     view.show(...this.shown);
+    view.think(this.thought);
     this.element.replaceChildren(view.element);
     return (this.view = view);
   }

@@ -2,12 +2,14 @@
 
 import { Box3, Group, Line, LineBasicMaterial, Vector3, type Intersection, type Mesh } from "three";
 import type { Item } from "../api";
+import { Grids } from "../run/grids";
 import { el, fill } from "../dom";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
 import { itemAt, markOf, points } from "./marks";
 import { dispose, pose, readSolids, thingOf, type Solids } from "./solids";
 import { ABOVE, Stage3d } from "./stage";
+import { forget, thoughtsOf, type Thoughts } from "./thoughts";
 
 export class SceneView {
   readonly element = el("div", { class: "scene" });
@@ -24,6 +26,9 @@ export class SceneView {
   private selected: Item[] = [];
   private readonly marks = new Group();
   private readonly measure = new Group();
+  private thoughts = new Group();
+  private thought: Thoughts | null = null;
+  private readonly grids = new Grids(() => this.think(this.thought));
   private ends: Vector3[] = [];
   private followed: Vector3 | null = null;
 
@@ -69,6 +74,16 @@ export class SceneView {
     const time = pose(this.solids, data);
     this.canvas.dataset["time"] = String(time);
     this.goAlong();
+    this.stage.soon();
+  }
+
+  /** Draw what robots measure, believe and show; null for nothing. */
+  think(thought: Thoughts | null): void {
+    this.thought = thought;
+    forget(this.thoughts);
+    this.stage.over.remove(this.thoughts);
+    if (thought) this.stage.over.add((this.thoughts = thoughtsOf(thought, this.grids)));
+    this.canvas.dataset["thoughts"] = String(this.thoughts.children.length);
     this.stage.soon();
   }
 
