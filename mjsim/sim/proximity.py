@@ -1,4 +1,4 @@
-"""The ring of proximity sensors around a robot."""
+"""The ring of proximity sensors around a robot: level rays, and cones for what rays may miss."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from mjsim.world import PROXIMITY_HEIGHT, Robot, rims
 
 RAYS = 16
 PARTS = 6
-"""Rays that look for people, for each sensor of the ring: 3.75 degrees apart."""
+"""Rays of cones, for each sensor of the ring: 3.75 degrees apart."""
 CONE = 4
 """So many of them to each side of its own are within the cone of a sensor: 30 degrees, as of ultrasonic sensors."""
 LOWEST, APART = 0.015, 0.15
@@ -20,16 +20,16 @@ LOWEST, APART = 0.015, 0.15
 
 
 class ProximityRing:
-    """Sixteen sensors around a robot, first ahead, then counter-clockwise: level rays, for people cones."""
+    """Sixteen sensors around a robot, first ahead, then counter-clockwise: level rays, and cones."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, *, people: Sequence[str] = ()) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, *, sought: Sequence[int] = ()) -> None:
         """Keep the model and its state, which is read at each look, and where the rays of the robot begin.
 
         Args:
             model: The compiled world.
             data: Its state.
             robot: Whose ring it is.
-            people: Names of the people of the world.
+            sought: Geoms that count wherever they are in the cone of a sensor, others by the rays alone.
         """
         self._data, self._fan = data, Fan(model, data, most=RAYS)
         self._base = model.body(f"{robot.name}/base").id
@@ -39,12 +39,12 @@ class ProximityRing:
         self._farthest = float(np.max(self._rims)) + self._reach
         self._start = np.array([0.0, 0.0, PROXIMITY_HEIGHT * robot.body.height])
         self._directions = np.empty((RAYS, 3))
-        self._people = PeopleCones(model, data, robot, people) if people else None
+        self._cones = Cones(model, data, robot, sought) if len(sought) else None
 
     def ranges(self) -> Array:
         """Return the free distance from the rim along each ray, shape (16,) [m]; +inf beyond its reach.
 
-        What touches the robot is at 0. People count where any part of them is in the cone of a sensor.
+        What touches the robot is at 0. What is sought counts where any part of it is in the cone of a sensor.
         """
         world_from_base = self._data.xmat[self._base].reshape(3, 3)
         np.matmul(self._rays, world_from_base.T, out=self._directions)
@@ -54,24 +54,24 @@ class ProximityRing:
         distances = self._fan.distances
         hit = (self._fan.geoms >= 0) & (distances <= self._rims + self._reach)
         found = np.where(hit, np.maximum(distances - self._rims, 0.0), np.inf)
-        return found if self._people is None else np.minimum(found, self._people.ranges())
+        return found if self._cones is None else np.minimum(found, self._cones.ranges())
 
 
-class PeopleCones:
-    """What a ring finds of people: legs that stand between two of its rays, and feet below all of them.
+class Cones:
+    """What a ring finds in cones: what stands between two of its rays, as legs do, and below all of them, as feet.
 
-    Each sensor looks for people in a cone, in rows from the floor to the height of the robot, as the thermal sensors do
-    that robots among people have beside their rays. Other things count by the rays alone.
+    Each sensor looks for chosen geoms in a cone, in rows from the floor to the height of the robot, as the thermal
+    sensors do that robots among people have beside their rays.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, people: Sequence[str]) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, sought: Sequence[int]) -> None:
         """Keep the model and its state, which is read at each look.
 
         Args:
             model: The compiled world.
             data: Its state.
             robot: Whose ring it is.
-            people: Names of the people of the world.
+            sought: Geoms that are looked for.
         """
         self._data, self._base = data, model.body(f"{robot.name}/base").id
         count = PARTS * RAYS
@@ -82,14 +82,14 @@ class PeopleCones:
         top = max(robot.body.height, LOWEST)
         self._heights = np.linspace(LOWEST, top, 1 + math.ceil((top - LOWEST) / APART))
         self._cones = (PARTS * np.arange(RAYS)[:, None] + np.arange(-CONE, CONE + 1)) % count
-        roots = [model.body(f"{name}/pelvis").id for name in people]
-        self._is_person = np.isin(model.body_rootid[model.geom_bodyid], roots)
-        self._parts = np.flatnonzero(self._is_person)
+        self._is_sought = np.zeros(model.ngeom, dtype=bool)
+        self._is_sought[sought] = True
+        self._parts = np.flatnonzero(self._is_sought)
         self._sizes = model.geom_rbound[self._parts]
         self._fan = Fan(model, data, most=count)
 
     def ranges(self) -> Array:
-        """Return the least free distance from the rim to a person in each cone, shape (16,) [m]; +inf for nobody."""
+        """Return the least free distance from the rim to what is sought in each cone, shape (16,) [m]; or +inf."""
         place, axes = self._data.xpos[self._base], self._data.xmat[self._base].reshape(3, 3)
         away = np.hypot(*(self._data.geom_xpos[self._parts, :2] - place[:2]).T) - self._sizes
         if away.min() > self._farthest:
@@ -107,6 +107,6 @@ class PeopleCones:
         """
         self._fan.cast(start, directions, exclude=self._base, limit=self._farthest)
         geoms, distances = self._fan.geoms, self._fan.distances
-        met = (geoms >= 0) & self._is_person[geoms] & (distances <= self._rims + self._reach)
+        met = (geoms >= 0) & self._is_sought[geoms] & (distances <= self._rims + self._reach)
         free = np.where(met, np.maximum(distances - self._rims, 0.0), np.inf)
         return np.asarray(free[self._cones].min(axis=1))

@@ -66,7 +66,7 @@ class SimulatedRobot:
         self.actuations: list[Actuation] = [ServoActuation(data, gear, servos, every=world.run.steps_per_tick)]
         """What its motors are told through, beside controllers."""
         self._pose = _pose_of(model, data, robot)
-        self._ring = ProximityRing(model, data, robot, people=[person.name for person in world.people])
+        self._ring = ProximityRing(model, data, robot, sought=_geoms_of_people(model, world))
         self._bumper = Bumper(model, data, robot)
 
         def mounting(sensor: AnySensor) -> Mounting:
@@ -239,6 +239,13 @@ class SimulatedRobot:
             arms={name: arm.info for name, arm in self._arms.items()},
             balancing=balancing_info(self._model, robot) if isinstance(drive, BalancingDrive) else None,
         )
+
+
+def _geoms_of_people(model: mujoco.MjModel, world: World) -> list[int]:
+    """Return the geoms of all people."""
+    roots = [model.body(f"{person.name}/pelvis").id for person in world.people]
+    found: list[int] = np.flatnonzero(np.isin(model.body_rootid[model.geom_bodyid], roots)).tolist()
+    return found
 
 
 def _pose_of(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> Array:
