@@ -3,16 +3,13 @@
 import html
 import json
 import math
-from collections.abc import Iterable, Sequence
 
 from mjsim.ergonomics.pictures import pictures_of
 from mjsim.ergonomics.plots import posture_plot, sight_plot
 from mjsim.ergonomics.sight import STEEPEST
 from mjsim.ergonomics.study import PersonStudy, contact_figure, figures_of
 from mjsim.posture import ANGLES, comfort_of
-from mjsim.report import STYLE, picture, png_of
-
-Row = Sequence[str]
+from mjsim.report import html_page, html_table, picture, png_of
 
 
 def page_files(study: PersonStudy) -> dict[str, bytes]:
@@ -30,7 +27,6 @@ def page_files(study: PersonStudy) -> dict[str, bytes]:
 
 def _page(study: PersonStudy, drawn: dict[str, bytes]) -> str:
     person = study.person
-    title = html.escape(person.name)
     images = {kind: picture(f"{kind} of {person.name}", data) for kind, data in drawn.items()}
     along, up = (1000.0 * value for value in study.seated.set_by)
     head = (
@@ -47,11 +43,7 @@ def _page(study: PersonStudy, drawn: dict[str, bytes]) -> str:
         f"<h2>Sight</h2>{images['sight']}{_views(study)}{eyes}",
         f"<h2>Clearance</h2>{_clearances(study)}<h2>Seat</h2>{_settings(study)}",
     )
-    return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title} - mjsim ergonomics</title>'
-        f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style>'
-        f'<h1>{title}</h1><p class="run">{head}</p>{"".join(sections)}</html>\n'
-    )
+    return html_page(person.name, "mjsim ergonomics", f'<p class="run">{head}</p>', *sections)
 
 
 def fault_lines(study: PersonStudy) -> list[str]:
@@ -77,7 +69,7 @@ def _angles(study: PersonStudy) -> str:
         side = "" if bare == name else name.removesuffix(f"_{bare}") + ", "
         told = "; ".join(f"{each.low:g} to {each.high:g} ({each.source})" for each in ranges)
         rows.append((side + ANGLES[bare], f"{value:.0f}", told or "none"))
-    return _table(("angle", "[deg]", "published comfort [deg]"), rows)
+    return html_table(("angle", "[deg]", "published comfort [deg]"), rows, wide=True)
 
 
 def _contacts(study: PersonStudy) -> str:
@@ -85,12 +77,12 @@ def _contacts(study: PersonStudy) -> str:
     for name, error in study.seated.errors.items():
         ((unit, value),) = contact_figure(name, error).items()
         rows.append((name, f"{value:.4f} {unit.removeprefix('error_')}"))
-    return _table(("contact", "error"), rows)
+    return html_table(("contact", "error"), rows, wide=True)
 
 
 def _reaches(study: PersonStudy) -> str:
     rows = [(each.target, each.limb, _short(each.short), _short(each.leaning)) for each in study.reaches]
-    return _table(("target", "limb", "back on the backrest", "leaning"), rows)
+    return html_table(("target", "limb", "back on the backrest", "leaning"), rows, wide=True)
 
 
 def _short(short: float) -> str:
@@ -108,12 +100,12 @@ def _views(study: PersonStudy) -> str:
     note = (
         f"<p>The angle is that of the line of sight to the face; NUREG-0700 rev. 3 asks for {STEEPEST:g} or more.</p>"
     )
-    return _table(heads, rows) + note if rows else "<p>There is no display.</p>"
+    return html_table(heads, rows, wide=True) + note if rows else "<p>There is no display.</p>"
 
 
 def _clearances(study: PersonStudy) -> str:
     rows = [(each.segment, each.thing, f"{1000 * each.distance:.0f}") for each in study.clearances]
-    return _table(("segment", "thing", "[mm]"), rows)
+    return html_table(("segment", "thing", "[mm]"), rows, wide=True)
 
 
 def _settings(study: PersonStudy) -> str:
@@ -125,10 +117,4 @@ def _settings(study: PersonStudy) -> str:
         )
         for each in study.settings
     ]
-    return _table(("figure", "along [mm]", "up [mm]", "wished along", "wished up", "out of reach"), rows)
-
-
-def _table(heads: Row, rows: Iterable[Row]) -> str:
-    head = "".join(f"<th>{html.escape(each)}</th>" for each in heads)
-    body = "".join("<tr>" + "".join(f"<td>{html.escape(each)}</td>" for each in row) + "</tr>" for row in rows)
-    return f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+    return html_table(("figure", "along [mm]", "up [mm]", "wished along", "wished up", "out of reach"), rows, wide=True)

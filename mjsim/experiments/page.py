@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mjsim.experiments.finding import Finding, Result
 from mjsim.output import write_files
-from mjsim.report import STYLE
+from mjsim.report import html_page
 
 MORE = """
 .holds { color: #1a7f37; } .fails { color: #c62828; }
@@ -64,12 +64,7 @@ def _json(results: Sequence[Result]) -> str:
 
 
 def _page(results: Sequence[Result]) -> str:
-    body = "".join(_section(result) for result in results)
-    return (
-        '<!doctype html><html lang="en"><meta charset="utf-8"><title>The classic experiments - mjsim</title>'
-        f'<meta name="viewport" content="width=device-width"><style>{STYLE}{MORE}</style>'
-        f"<h1>The classic experiments</h1>{body}</html>\n"
-    )
+    return html_page("The classic experiments", "mjsim", *map(_section, results), style=MORE)
 
 
 def _section(result: Result) -> str:
@@ -85,6 +80,6 @@ def _section(result: Result) -> str:
     )
     return (
         f"<h2>{html.escape(result.title)}</h2><p>{html.escape(result.question)}</p>"
-        "<table><thead><tr><th></th><th>measured</th><th>wanted</th><th></th></tr></thead>"
+        "<table><thead><tr><td></td><th>measured</th><th>wanted</th><td></td></tr></thead>"
         f"<tbody>{rows}</tbody></table>{figures}"
     )

@@ -1,6 +1,5 @@
 """The page of a plant: matrices, figures, plots and controllers in one HTML file that opens offline."""
 
-import base64
 import html
 import io
 import json
@@ -15,7 +14,7 @@ from mjsim.lab.design import Design
 from mjsim.lab.experiment import Experiment
 from mjsim.lab.linear import LinearPlant
 from mjsim.lab.modules import module_text
-from mjsim.report import STYLE, png_of
+from mjsim.report import html_page, html_table, picture, png_of
 
 MATRIX_STYLE = """
 pre { background: rgba(128, 128, 128, 0.12); padding: 0.7rem 1rem; border-radius: 6px; overflow-x: auto; }
@@ -125,11 +124,7 @@ def _figures(experiment: Experiment) -> dict[str, Any]:
 
 def _page(experiment: Experiment, pictures: Mapping[str, bytes]) -> str:
     plant, study = experiment.study.plant, experiment.study
-    images = {
-        key: f'<img alt="{key} of {html.escape(experiment.name)}" src="data:image/png;base64,'
-        f'{base64.b64encode(data).decode()}">'
-        for key, data in pictures.items()
-    }
+    images = {key: picture(f"{key} of {experiment.name}", data) for key, data in pictures.items()}
     matrices = "".join(
         f"<h3>{name}</h3>{_matrix(getattr(plant, name), rows, columns)}"
         for name, rows, columns in (
@@ -144,15 +139,15 @@ def _page(experiment: Experiment, pictures: Mapping[str, bytes]) -> str:
         _design_section(experiment, design, closed, images[f"design_{number}"])
         for number, (design, closed) in enumerate(zip(experiment.designs, experiment.closed, strict=True), start=1)
     )
-    title = html.escape(experiment.name)
     more = f"<h2>Identification</h2>{images['identification']}" if "identification" in images else ""
-    return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title} - mjsim lab</title>'
-        f'<meta name="viewport" content="width=device-width"><style>{STYLE}{MATRIX_STYLE}</style>'
-        f'<h1>{title}</h1><p class="run">{html.escape(experiment.about)}</p>'
-        f"<h2>Linear plant</h2><p>x' = A x + B u, y = C x + D u</p>{matrices}"
-        f"<h2>Figures</h2>{_facts(experiment)}<h2>Responses</h2>{general}{more}{designs}"
-        f'<p class="run">{len(study.poles)} states; numbers by python-control.</p></html>\n'
+    return html_page(
+        experiment.name,
+        "mjsim lab",
+        f'<p class="run">{html.escape(experiment.about)}</p>',
+        f"<h2>Linear plant</h2><p>x' = A x + B u, y = C x + D u</p>{matrices}",
+        f"<h2>Figures</h2>{_facts(experiment)}<h2>Responses</h2>{general}{more}{designs}",
+        f'<p class="run">{len(study.poles)} states; numbers by python-control.</p>',
+        style=MATRIX_STYLE,
     )
 
 
@@ -173,7 +168,7 @@ def _facts(experiment: Experiment) -> str:
     if experiment.step_poles is not None:
         text = ", ".join(map(complex_text, experiment.step_poles)) + " rad/s"
         rows.append(("nearest poles of MuJoCo's step (mjd_transitionFD), log(z) / dt", text))
-    return _table(rows)
+    return html_table((), rows)
 
 
 def _margin_rows(margins: Mapping[str, float | None]) -> list[tuple[str, str]]:
@@ -205,24 +200,13 @@ def _design_section(experiment: Experiment, design: Design, closed: ClosedLoop |
     if closed is not None:
         rows.append(("linear loop fits the nonlinear one", _shares(plant, closed.fit, closed.time)))
     text = html.escape(module_text(experiment.plant, plant, design))
-    return (
-        f"<h2>{html.escape(design.name)}</h2>{_table([*rows, *_margin_rows(design.margins)])}<pre>{text}</pre>{image}"
-    )
+    table = html_table((), [*rows, *_margin_rows(design.margins)])
+    return f'<h2>{html.escape(design.name)}</h2>{table}<pre tabindex="0">{text}</pre>{image}'
 
 
 def _matrix(values: Array, rows: Sequence[str], columns: Sequence[str]) -> str:
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in columns)
-    body = "".join(
-        f"<tr><td>{html.escape(name)}</td>{''.join(f'<td>{value:.8g}</td>' for value in row)}</tr>"
-        for name, row in zip(rows, values.tolist(), strict=True)
-    )
-    table = f"<thead><tr><th></th>{head}</tr></thead><tbody>{body}</tbody>"
-    return f'<div class="wide"><table class="matrix">{table}</table></div>'
-
-
-def _table(rows: Sequence[tuple[str, str]]) -> str:
-    body = "".join(f"<tr><td>{html.escape(name)}</td><td>{html.escape(value)}</td></tr>" for name, value in rows)
-    return f"<table><tbody>{body}</tbody></table>"
+    cells = [(name, *(f"{value:.8g}" for value in row)) for name, row in zip(rows, values.tolist(), strict=True)]
+    return html_table(("", *columns), cells, kind="matrix", wide=True)
 
 
 def complex_text(value: complex) -> str:

@@ -14,9 +14,10 @@ from .drawings import parse_formats as parse_formats
 from .drawings import png_of as png_of
 from .drawings import require_formats as require_formats
 from .figures import largest as largest
+from .html_page import html_page as html_page
+from .html_page import html_table as html_table
+from .html_page import picture as picture
 from .page import REPORT_FILES as REPORT_FILES
-from .page import STYLE as STYLE
-from .page import picture as picture
 from .page import write_report as write_report
 from .paired import CONFIDENCE as CONFIDENCE
 from .paired import fewest_pairs as fewest_pairs

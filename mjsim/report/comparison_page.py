@@ -18,7 +18,7 @@ from mjsim.report.comparison_tables import (
 )
 from mjsim.report.drawings import drawing_files, png_of, require_formats
 from mjsim.report.figures import FIGURES
-from mjsim.report.page import STYLE, picture
+from mjsim.report.html_page import html_page, html_table, picture
 
 COMPARISON_FILES = ("comparison.json", "table.csv", "table.tex", "comparison.html")
 """Of every comparison."""
@@ -56,42 +56,34 @@ def write_comparison(
 
 
 def _page(comparison: Comparison, pictures: dict[str, bytes]) -> str:
-    title = " and ".join(group.label for group in comparison.groups[:4])
     know = "".join(f"<li>{html.escape(told)}</li>" for told in (*comparison.consistency, *comparison.remarks))
-    return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(title)} - mjsim compare</title>'
-        f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style>'
-        f"<h1>{html.escape(title)}</h1>"
-        f"<h2>What is certain</h2>{_verdicts(comparison)}"
-        + (f"<h2>What to know</h2><ul>{know}</ul>" if know else "")
-        + f"<h2>Figures: {told_in_cells(comparison.groups)}</h2>{_table(comparison)}"
-        + "".join(picture(name, data) for name, data in pictures.items())
-        + "</html>\n"
+    return html_page(
+        " and ".join(group.label for group in comparison.groups[:4]),
+        "mjsim compare",
+        f"<h2>What is certain</h2>{_verdicts(comparison)}",
+        f"<h2>What to know</h2><ul>{know}</ul>" if know else "",
+        f"<h2>Figures: {told_in_cells(comparison.groups)}</h2>{_table(comparison)}",
+        *(picture(name, data) for name, data in pictures.items()),
     )
 
 
 def _verdicts(comparison: Comparison) -> str:
     """Return the table of what is certain."""
-    rows = "".join(
-        f"<tr><td>{html.escape(item.better)}</td><td>{html.escape(item.worse)}</td>"
-        f"<td>{html.escape(item.figure.title)}</td><td>{item.size}</td><td>{item.difference.pairs}</td></tr>"
+    rows = [
+        (item.better, item.worse, item.figure.title, item.size, str(item.difference.pairs))
         for item in comparison.differences
         if item.difference.verdict
-    )
+    ]
     if not rows:
         return "<p>No figure is certain to be better in one than in another.</p>"
-    heads = "".join(f"<th>{head}</th>" for head in ("better", "than", "in", "by [interval]", "pairs"))
-    return f'<div class="wide"><table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table></div>'
+    return html_table(("better", "than", "in", "by [interval]", "pairs"), rows, wide=True)
 
 
 def _table(comparison: Comparison) -> str:
     groups = comparison.groups
-    heads = "".join(f"<th>{html.escape(group.label)}</th>" for group in groups)
-    rows = "".join(
-        f"<tr><td>{html.escape(figure.heading)}</td>"
-        + "".join(f"<td>{interval_text(figure, group)}</td>" for group in groups)
-        + "</tr>"
+    rows = [
+        (figure.heading, *(interval_text(figure, group) for group in groups))
         for figure in FIGURES
         if any(figure.key in group.spreads for group in groups)
-    )
-    return f'<div class="wide"><table><thead><tr><th></th>{heads}</tr></thead><tbody>{rows}</tbody></table></div>'
+    ]
+    return html_table(("", *(group.label for group in groups)), rows, wide=True)

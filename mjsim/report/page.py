@@ -1,6 +1,5 @@
 """A report as files: `statistics.json`, the plots, and one HTML page that opens offline."""
 
-import base64
 import html
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,32 +12,13 @@ from mjsim.output import free_paths, write_set
 from mjsim.record import Recording, Track
 from mjsim.report.arms import slides_of
 from mjsim.report.drawings import drawing_files, png_of, require_formats
+from mjsim.report.html_page import html_page, html_table, picture
 from mjsim.report.statistics import known_part, stands, statistics_file
 from mjsim.report.tables import csv_table, key_figures, latex_table
 from mjsim.world import World, said_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-STYLE = """
-:root { color-scheme: light dark; --ink: #1c1c1c; --paper: #fdfdfb; --soft: #6b6b6b; --line: #ddddd8;
-  --bad: #a5201a; }
-@media (prefers-color-scheme: dark) {
-  :root { --ink: #e8e8e4; --paper: #1b1c1e; --soft: #a5a5a0; --line: #3a3b3e; --bad: #ff9d94; }
-}
-body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 60rem;
-  margin: 2rem auto; padding: 0 1rem; }
-h1 { font-size: 1.6rem; margin-bottom: 0; } h2 { font-size: 1.2rem; margin-top: 2.5rem; }
-.wide { overflow-x: auto; } .wide td { white-space: nowrap; }
-p.fault { color: var(--bad); }
-p.run { color: var(--soft); margin-top: 0.2rem; }
-table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
-th, td { text-align: right; padding: 0.3rem 0.6rem; border-bottom: 1px solid var(--line); }
-th:first-child, td:first-child { text-align: left; }
-thead th { color: var(--soft); font-weight: 500; }
-img { width: 100%; height: auto; margin: 1rem 0; background: #fff; border-radius: 6px; }
-"""
-
 
 REPORT_FILES = ("statistics.json", "report.html", "table.csv", "table.tex")
 """Of every report."""
@@ -139,45 +119,25 @@ def _arm_sections(robot: str, pictures: Mapping[str, Mapping[str, bytes]]) -> It
         yield f"<h2>{html.escape(robot)}/{html.escape(arm)}</h2>{images}"
 
 
-def picture(title: str, png: bytes) -> str:
-    """Return a picture that is part of its page."""
-    return f'<img alt="{html.escape(title)}" src="data:image/png;base64,{base64.b64encode(png).decode()}">'
-
-
 def _section(robot: str, figures: dict[str, Any], pictures: Mapping[str, bytes]) -> str:
-    rows = "".join(
-        f"<tr><td>{html.escape(what)}</td><td>{estimate}</td><td>{odometry}</td></tr>"
-        for what, estimate, odometry in key_figures(figures)
-    )
     images = "".join(picture(f"{name} of {robot}", png) for name, png in pictures.items())
     fault = f'<p class="fault">{html.escape(figures["fault"])}</p>' if figures["fault"] else ""
-    return (
-        f"<h2>{html.escape(robot)}</h2>{fault}<table><thead><tr><th></th><th>estimate</th><th>odometry</th></tr></thead>"
-        f"<tbody>{rows}</tbody></table>{images}"
-    )
+    table = html_table(("", "estimate", "odometry"), key_figures(figures))
+    return f"<h2>{html.escape(robot)}</h2>{fault}{table}{images}"
 
 
 def _times(run: dict[str, Any]) -> str:
     """Return the table of what each module and part of the loop cost."""
-    rows = "".join(
-        f"<tr><td>{html.escape(part)}</td><td>{cost['mean']:.3f}</td><td>{cost['p99']:.3f}</td></tr>"
-        for part, cost in sorted(run["milliseconds"].items(), key=lambda item: -item[1]["mean"])
-    )
-    heads = "<thead><tr><th></th><th>mean [ms]</th><th>99 % below [ms]</th></tr></thead>"
-    return f"<h2>Time on the clock, each tick</h2><table>{heads}<tbody>{rows}</tbody></table>" if rows else ""
+    costs = sorted(run["milliseconds"].items(), key=lambda item: -item[1]["mean"])
+    rows = [(part, f"{cost['mean']:.3f}", f"{cost['p99']:.3f}") for part, cost in costs]
+    table = html_table(("", "mean [ms]", "99 % below [ms]"), rows)
+    return f"<h2>Time on the clock, each tick</h2>{table}" if rows else ""
 
 
 def _page(recording: Recording, run: dict[str, Any], sections: list[str]) -> str:
-    name = html.escape(recording.world.name)
     factor = "" if run["real_time_factor"] is None else f", {run['real_time_factor']:.1f} times real time"
-    happened = "".join(
-        f"<tr><td>{html.escape(said_of(event))}</td><td>{event.time:.2f} s</td></tr>" for event in recording.events
-    )
-    story = f"<h2>What happened to the world</h2><table><tbody>{happened}</tbody></table>" if happened else ""
+    happened = [(said_of(event), f"{event.time:.2f} s") for event in recording.events]
+    story = f"<h2>What happened to the world</h2>{html_table((), happened)}" if happened else ""
     cut = "" if run["whole"] else "; the file ends before its end: the run was killed, or the file was cut"
     about = f"{run['sim_seconds']:.1f} s simulated{factor}, seed {run['seed']}{cut}"
-    return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{name} - mjsim report</title>'
-        f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style>'
-        f'<h1>{name}</h1><p class="run">{about}</p>{"".join(sections)}{story}{_times(run)}</html>\n'
-    )
+    return html_page(recording.world.name, "mjsim report", f'<p class="run">{about}</p>', *sections, story, _times(run))

@@ -1,0 +1,77 @@
+"""axe-core finds no fault in any view of the studio, nor in the pages of results, light and dark."""
+
+import re
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import expect
+
+import mjsim
+from mjsim.web import Studio
+from tests.cli.shell import typed
+from tests.windows import PATIENCE, page_at
+
+pytestmark = pytest.mark.slow
+ROOM = """\
+mjsim: 1
+walls: [{points: [[-3, -3], [3, -3]]}]
+beacons: [{name: poster, image: posters/lion.jpg, at: [2.9, 0], heading_deg: 180}]
+robots: [{name: scout, preset: pioneer3dx, at: [0, 0], driver: {use: "mjsim.algorithms.navigators:ConstantTwist"}}]
+people: [{name: eve, sex: female, at: [1, 2]}]
+run: {seconds: 1}
+"""
+COLOURS = ("light", "dark")
+
+
+def assert_faultless(page):
+    """Fail with what axe-core finds on a page, in light and in dark colours."""
+    for colours in COLOURS:
+        page.emulate_media(color_scheme=colours)
+        found = Axe().run(page)
+        assert found.violations_count == 0, f"{colours}: {found.generate_report()}"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with a world and a run of it."""
+    place = tmp_path_factory.mktemp("axe")
+    (place / "room.yaml").write_text(ROOM)
+    with mjsim.Simulation(mjsim.load_world(place / "room.yaml")) as sim:
+        mjsim.run(sim, record=place / "run.mcap")
+    return place
+
+
+def test_every_view_of_the_studio_is_faultless(browser, folder):
+    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url) as page:
+        expect.set_options(timeout=PATIENCE)
+        expect(page.locator("#view-edit .plan")).to_have_attribute("data-view", re.compile(","))
+        page.keyboard.press("Control+a")
+        assert_faultless(page)
+        page.get_by_role("tab", name="Run", exact=True).click()
+        page.get_by_role("button", name="Start", exact=True).click()
+        expect(page.locator(".run-chart:not(.unknown)", has_text="Time")).to_be_visible()
+        assert_faultless(page)
+        page.get_by_role("tab", name="Review", exact=True).click()
+        page.locator("[data-path='run.mcap']").click()
+        expect(page.locator(".run-time:visible")).to_contain_text("of 0.96 s")
+        assert_faultless(page)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("report", "{run}"),
+        ("compare", "{run}", "{run}"),
+        ("lab", "worlds/lab/lab-1-step.yaml"),
+        ("ergonomics", "worlds/people/control_desk.yaml"),
+    ],
+    ids=lambda command: command[0],
+)
+def test_every_page_of_results_is_faultless(browser, folder, tmp_path, capsys, command):
+    words = [word.format(run=folder / "run.mcap") for word in command]
+    assert typed(*words, "-o", str(tmp_path / "pages"), capsys=capsys)[0] == 0
+    pages = sorted((tmp_path / "pages").glob("*.html"))
+    assert pages
+    for path in pages:
+        with page_at(browser, path.as_uri()) as page:
+            assert_faultless(page)
