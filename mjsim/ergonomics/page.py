@@ -5,7 +5,7 @@ import json
 import math
 
 from mjsim.ergonomics.pictures import pictures_of
-from mjsim.ergonomics.plots import posture_plot, sight_plot
+from mjsim.ergonomics.plots import posture_plot, reach_plot, sight_plot
 from mjsim.ergonomics.sight import STEEPEST
 from mjsim.ergonomics.study import PersonStudy, contact_figure, figures_of
 from mjsim.posture import ANGLES, comfort_of
@@ -15,7 +15,8 @@ from mjsim.report import html_page, html_table, picture, png_of
 def page_files(study: PersonStudy) -> dict[str, bytes]:
     """Return the files of a person by their names: page, figures as JSON, plots, and pictures where there is OpenGL."""
     name = study.person.name
-    drawn = {"posture": png_of(posture_plot(study)), "sight": png_of(sight_plot(study))}
+    plots = {"posture": posture_plot, "reach": reach_plot, "sight": sight_plot}
+    drawn = {kind: png_of(plot(study)) for kind, plot in plots.items()}
     drawn |= pictures_of(study.model, name, study.eyes)
     figures = json.dumps(figures_of(study), indent=1, allow_nan=False) + "\n"
     return {
@@ -39,7 +40,7 @@ def _page(study: PersonStudy, drawn: dict[str, bytes]) -> str:
         f"{missed}{images.get('outside', '')}<h2>Posture</h2>{images['posture']}{_angles(study)}",
         "<p>Published ranges are shown as they are; there is no score. Of joints without one the middle position is "
         "preferred, and each deviation counts as a fraction of the joint's range.</p>",
-        f"<h2>Contacts</h2>{_contacts(study)}<h2>Reach</h2>{_reaches(study)}",
+        f"<h2>Contacts</h2>{_contacts(study)}<h2>Reach</h2>{images['reach']}{_reaches(study)}",
         f"<h2>Sight</h2>{images['sight']}{_views(study)}{eyes}",
         f"<h2>Clearance</h2>{_clearances(study)}<h2>Seat</h2>{_settings(study)}",
     )

@@ -1,5 +1,6 @@
-"""Drawings of a study: the posture from the side and from above with the reach, and what the eyes see as angles."""
+"""Drawings of a study: posture from the side and from above, reach as surfaces, and what the eyes see as angles."""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -45,6 +46,31 @@ def posture_plot(study: PersonStudy) -> "Figure":
     return figure
 
 
+def reach_plot(study: PersonStudy) -> "Figure":
+    """Return the surfaces that the thumbs reach, with the figure and the targets near it, in the frame of the seat."""
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
+    figure = Figure(figsize=(8, 6.5), layout="constrained")
+    axes = figure.add_subplot(projection="3d", computed_zorder=False)
+    for line in _body_lines(study):
+        axes.plot(*line.T, "-o", color=BODY, lw=3, ms=4, zorder=1)
+    for target in study.place.targets.values():
+        at = _local(study, target.world_from_target[:3, 3])
+        if np.linalg.norm(at) <= DRAWN:
+            axes.plot(*at[:, None], "x", color=TARGET, zorder=2)
+            axes.text(*at, f" {target.target.name}", fontsize=7, color=TARGET, zorder=4)
+    for envelope, color in zip(study.envelopes, (LEFT, RIGHT), strict=True):
+        points = np.moveaxis(_local(study, envelope.points), -1, 0)
+        axes.plot_surface(*points, color=color, alpha=0.25, edgecolor=color, lw=0.4, shade=False, zorder=3)
+    axes.set(xlabel="ahead of the hip point [m]", ylabel="left [m]", zlabel="up [m]")
+    axes.set_aspect("equal")
+    axes.view_init(elev=20.0, azim=-55.0)
+    patches = [Patch(color=color, alpha=0.5) for color in (LEFT, RIGHT)]
+    axes.legend(patches, [f"reach of the {each.side} thumb" for each in study.envelopes], loc="upper right", fontsize=8)
+    return figure
+
+
 def sight_plot(study: PersonStudy) -> "Figure":
     """Return the fields of both eyes and the displays in them, as angles from the line of sight."""
     from matplotlib.figure import Figure
@@ -84,13 +110,18 @@ def _local(study: PersonStudy, points: Array) -> Array:
     return np.asarray((points - pose[:3, 3]) @ pose[:3, :3])
 
 
-def _draw_body(axes: "Axes", study: PersonStudy, across: int) -> None:
+def _body_lines(study: PersonStudy) -> Iterator[Array]:
+    """Yield the chains of the figure's joints in the frame of the seat, shape (n, 3) [m]."""
     spots = study.person.figure.spots(study.poses)
     for chain in CHAINS:
         places = [study.poses[name][:3, 3] for name in chain]
         last = chain[-1]
         end = ENDS.get(last, last.replace("foot", "toe"))
-        line = _local(study, np.array([*places, spots[end]]))
+        yield _local(study, np.array([*places, spots[end]]))
+
+
+def _draw_body(axes: "Axes", study: PersonStudy, across: int) -> None:
+    for line in _body_lines(study):
         axes.plot(line[:, 0], line[:, across], "-o", color=BODY, lw=4, ms=5, alpha=0.8)
 
 

@@ -13,7 +13,7 @@ from mjsim.world import load_checked
 
 PICTURES = Path(__file__).resolve().parents[2] / "docs" / "images" / "ergonomics"
 SHOWN = {
-    "driving_seat": ("outside", "left_eye", "posture", "sight"),
+    "driving_seat": ("outside", "left_eye", "posture", "reach", "sight"),
     "forklift": ("outside", "left_eye"),
     "control_desk": ("outside", "left_eye"),
 }
