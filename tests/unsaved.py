@@ -5,7 +5,7 @@ import time
 
 from playwright.sync_api import expect
 
-from mjsim.web.drafts import drafts_folder
+from mjsim.web.drafts import ID, drafts_folder
 from tests.sheet import Sheet
 from tests.windows import PATIENCE
 
@@ -45,8 +45,11 @@ def kept(text):
 
 
 def drafts():
+    """Return all drafts as they are kept; a file that is still being written beside its place is none."""
     found = []
     for file in drafts_folder().glob("*-*"):
+        if not ID.fullmatch(file.name):
+            continue
         try:
             found.append(file.read_text())
         except FileNotFoundError:
