@@ -47,7 +47,8 @@ class DisplayView:
     shares: Mapping[str, float]
     """Visible share by eye, 'left' and 'right', of 'both' at once, and of 'either'."""
     hidden_by: Mapping[str, float]
-    """Share that neither eye sees, by what is in the way; 'outside the field' and 'facing away' stand for that."""
+    """Share that neither eye sees, by what is in the way of each eye, half and half; 'outside the field' and 'facing
+    away' stand for that. Their sum is 1 minus the share of 'either'."""
     distance: float
     """From between the eyes to the middle of the display [m]."""
     incidence_deg: float
@@ -136,12 +137,12 @@ def view_of(
     left, right = (each == VISIBLE for each in by_eye)
     shares = {"left": left, "right": right, "both": left & right, "either": left | right}
     neither = ~(left | right)
-    names = Counter(name_of(model, geom) for geom in by_eye[0][neither].tolist())
+    names = Counter(name_of(model, geom) for each in by_eye for geom in each[neither].tolist())
     way = display.world_from_target[:3, 3] - (eyes[0].place + eyes[1].place) / 2
     distance = float(np.linalg.norm(way))
     return DisplayView(
         shares={name: float(seen.mean()) for name, seen in shares.items()},
-        hidden_by={name: count / len(points) for name, count in names.most_common()},
+        hidden_by={name: count / (2 * len(points)) for name, count in names.most_common()},
         distance=distance,
         incidence_deg=math.degrees(math.asin(float(np.clip(-way @ facing / distance, -1.0, 1.0)))),
     )

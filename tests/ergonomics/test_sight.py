@@ -88,6 +88,14 @@ def test_two_eyes_see_past_what_hides_a_part_from_each():
     assert view.shares["left"] == pytest.approx(view.shares["right"], abs=0.03)
 
 
+def test_what_hides_from_each_eye_is_told():
+    # A shade before the left eye, and the right one on the far side of the display: nobody sees it.
+    eyes = eye("left"), eye("right", place=(4.0, 0.0, 1.2), yaw=math.pi)
+    view = seen(SHADE.format(width=1.6, y=0.0), eyes)
+    assert view.shares["either"] == 0.0
+    assert view.hidden_by == {"shade": 0.5, "facing away": 0.5}
+
+
 def test_a_display_behind_the_field_or_turned_away_is_not_seen():
     turned = eye("left", yaw=math.pi), eye("right", yaw=math.pi)
     assert seen(eyes=turned).hidden_by == {"outside the field": 1.0}
