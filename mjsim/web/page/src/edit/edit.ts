@@ -2,20 +2,22 @@
 
 import "./edit.css";
 import "../panel/panel.css";
-import type { Values } from "../api";
+import type { Item, Point, Values } from "../api";
 import { el, fill, icon } from "../dom";
 import { Panel } from "../panel/panel";
 import { uploadPicture } from "../panel/pictures";
 import { PosturePane } from "../panel/posture";
 import { SchemaBook } from "../panel/schema";
-import { Plan } from "../plan/plan";
+import { keyOf, Plan } from "../plan/plan";
 import { remembered, toggle } from "../run/controls";
 import { Door } from "../scene/door";
 import { ICONS } from "../shell/icons";
 import type { Studio, View } from "../shell/view";
 import { TextPane } from "../text/text";
+import { openContextMenu } from "./context_menu";
 import { Editor } from "./editor";
 import { EditKeys } from "./keys";
+import { Outliner } from "./outliner";
 import { Preview } from "./preview";
 import { splitter } from "./splitter";
 import { emptyState } from "./start";
@@ -62,6 +64,8 @@ class EditView {
   private readonly tools: Tools;
   private readonly text: TextPane;
   private readonly panel: Panel;
+  private readonly outliner: Outliner;
+  private solidsButton!: HTMLButtonElement;
   private readonly solids = new Door(
     () => this.studio.api.scene(this.studio.document.path ?? "", this.studio.document.text),
     () => this.studio.askTrust(),
@@ -99,7 +103,12 @@ class EditView {
     const preview = new Preview(this.editor);
     this.panel.element.append(new PosturePane(this.editor).element, preview.element);
     this.editor.asked.on(() => this.panel.focus());
-    this.keys = new EditKeys(this.editor, this.tools, this.panel, () => this.toggleText());
+    this.outliner = new Outliner(this.editor, book, (at) => this.openMenu(at));
+    this.keys = new EditKeys(this.editor, this.tools, this.panel, {
+      toggleText: () => this.toggleText(),
+      rename: (item) => this.outliner.rename(item),
+      menu: () => this.openMenu(),
+    });
     this.layOut();
     this.listen();
     this.showState();
@@ -147,8 +156,9 @@ class EditView {
     const stage = el("div", { class: "stage" }, this.tools.strip, this.host, zoom, show, said);
     stage.append(this.firstSteps, this.stale, this.solids.element);
     this.tools.strip.append(this.solidsSwitch(stage));
+    const side = el("div", { class: "side-column" }, this.outliner.element, this.panel.element);
     const split = splitter(this.element);
-    fill(this.element, this.tools.bar, stage, split, this.dock, this.panel.element, emptyState(this.studio));
+    fill(this.element, this.tools.bar, stage, split, this.dock, side, emptyState(this.studio));
   }
 
   /** Opens and shuts the view in 3-D beside the plan. */
@@ -164,7 +174,27 @@ class EditView {
       open(on);
     }, "3-D");
     if (was) open(true);
+    this.solidsButton = press;
     return press;
+  }
+
+  /** Open the menu of what is selected where it was asked for [px]; by keys, at the thing itself. */
+  private openMenu(at?: Point): void {
+    const box = this.host.getBoundingClientRect();
+    const place = this.editor.selected[0]?.at ?? this.editor.selected[0]?.polygons[0]?.[0];
+    const [x, y] = place ? this.plan.view.toScreen(place) : [box.width / 2, box.height / 2];
+    const ways = {
+      text: (item: Item) => this.goToText(item.line),
+      solid: () => this.solidsButton.getAttribute("aria-pressed") === "true" || this.solidsButton.click(),
+      rename: (item: Item) => this.outliner.rename(item),
+      canRename: (item: Item) => this.outliner.canRename(item),
+    };
+    openContextMenu(this.editor, ways, at ?? [box.left + x, box.top + y]);
+  }
+
+  private goToText(line: number): void {
+    if (this.element.classList.contains("no-text")) this.toggleText();
+    this.text.goTo(line);
   }
 
   private showSolids(): void {
@@ -187,6 +217,12 @@ class EditView {
     document.selectionChanged.on(() => this.showSolids());
     this.solids.chosen.on((item) => this.editor.select(item ? [item] : []));
     this.tools.changed.on(() => this.showFirstSteps());
+    this.plan.menuAsked = (spot, at) => {
+      const item = this.plan.itemAt(spot.screen, spot.touch ? 12 : 6);
+      const isChosen = this.editor.selected.some((other) => item && keyOf(other.path) === keyOf(item.path));
+      if (!isChosen) this.editor.select(item ? [item] : []);
+      this.openMenu(at);
+    };
     this.host.addEventListener("dragover", (event) => event.preventDefault());
     this.host.addEventListener("drop", (event) => void this.drop(event));
     this.host.addEventListener("focus", () => this.host.matches(":focus-visible") && this.editor.said.emit("Plan"));

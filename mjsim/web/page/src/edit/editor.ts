@@ -5,6 +5,7 @@ import { keyOf, type Plan } from "../plan/plan";
 import type { Look } from "../plan/items";
 import type { Studio } from "../shell/view";
 import { debounced, Signal } from "../signal";
+import { arranged, type Arrangement } from "./arrange";
 import { Poser } from "./poser";
 import { canTurn, type Changed, moved, spun } from "./shapes";
 
@@ -175,6 +176,11 @@ export class Editor {
     if (items.length) this.said.emit(`${items.length === 1 ? items[0]?.label : `${items.length} things`} copied`);
   }
 
+  /** Whether something was copied. */
+  get canPaste(): boolean {
+    return this.copied.length > 0;
+  }
+
   cut(): void {
     this.copy();
     this.remove();
@@ -189,6 +195,11 @@ export class Editor {
   duplicate(): void {
     const items = this.selected.filter((item) => item.type !== "Opening");
     void this.insert(items.map((item) => ({ list: String(item.path[0]), value: asWritten(item) })));
+  }
+
+  /** Align what is selected, or spread it evenly, as one change. */
+  arrange(how: Arrangement): void {
+    void this.apply(arranged(this.free(this.selected), how, this.items).flatMap(({ changes }) => changes));
   }
 
   selectAll(): void {

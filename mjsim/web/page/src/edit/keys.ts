@@ -1,6 +1,6 @@
 /** The keys of the Edit view: the plan can be worked without a mouse. */
 
-import type { Point } from "../api";
+import type { Item, Point } from "../api";
 import { isCommand } from "../dom";
 import type { Spot } from "../plan/gestures";
 import type { Editor } from "./editor";
@@ -20,7 +20,7 @@ export class EditKeys {
     private readonly editor: Editor,
     private readonly tools: Tools,
     private readonly panel: { focus(): void },
-    private readonly toggleText: () => void,
+    private readonly ways: { toggleText(): void; rename(item: Item): void; menu(): void },
   ) {
     tools.changed.on(() => (this.cross = null));
     editor.plan.host.addEventListener("pointermove", () => (this.cross = null));
@@ -54,12 +54,14 @@ export class EditKeys {
   }
 
   private letter(key: string): boolean {
-    if (key.toLowerCase() === "t") return (this.toggleText(), true);
+    if (key.toLowerCase() === "t") return (this.ways.toggleText(), true);
     return key.length === 1 && this.tools.takeKey(key);
   }
 
   private act(event: KeyboardEvent): boolean {
     const { key } = event;
+    if (key === "ContextMenu" || (key === "F10" && event.shiftKey)) return (this.ways.menu(), true);
+    if (key === "F2") return this.rename();
     if (key === "Escape") return this.escape();
     if (key === "Enter") return this.enter();
     if (key === " " && this.cross) return (this.place(), true);
@@ -67,6 +69,12 @@ export class EditKeys {
     if (key === "[" || key === "{") return (this.editor.turn(event.shiftKey ? 1 : 15), true);
     if (key === "]" || key === "}") return (this.editor.turn(event.shiftKey ? -1 : -15), true);
     return false;
+  }
+
+  private rename(): boolean {
+    const [item, ...more] = this.editor.selected;
+    if (item && more.length === 0) this.ways.rename(item);
+    return true;
   }
 
   private remove(): boolean {

@@ -2,6 +2,7 @@
 
 import type { Change, Item, Problem, Values } from "../api";
 import { el, fill, icon, type Child } from "../dom";
+import { arrangeable, type Arrangement, ARRANGEMENTS } from "../edit/arrange";
 import { type Editor, itemOf } from "../edit/editor";
 import { keyOf } from "../plan/plan";
 import { ICONS } from "../shell/icons";
@@ -134,6 +135,7 @@ export class Panel {
     const counted = `${items.length} selected`;
     const title = types.size === 1 && first ? (KINDS[first.type] ?? kindName(first)) : "Several things";
     const rows: Child[] = [this.head(title, counted, this.buttons(true))];
+    rows.push(this.arranger(items));
     const schema = types.size === 1 && first ? this.book.definition(first.type) : null;
     if (schema && first)
       rows.push(
@@ -141,6 +143,22 @@ export class Panel {
       );
     else rows.push(el("p", { class: "hint pad" }, "Drag them together, turn them with [ and ], or delete them."));
     fill(this.body, ...rows);
+  }
+
+  /** Buttons that align things and spread them evenly. */
+  private arranger(items: Item[]): Child {
+    const count = arrangeable(items.filter((item) => !item.fixed)).length;
+    if (count < 2) return null;
+    const offered = (Object.keys(ARRANGEMENTS) as Arrangement[]).filter((how) => count > 2 || !["across", "upright"].includes(how));
+    const buttons = offered.map((how) => {
+      const title = ARRANGEMENTS[how];
+      return el(
+        "button",
+        { class: "quiet square", title, "aria-label": title, "data-id": how, onclick: () => this.editor.arrange(how) },
+        icon(ICONS[how]),
+      );
+    });
+    return el("div", { class: "arranger", role: "group", "aria-label": "Align and distribute" }, ...buttons);
   }
 
   private sheet(items: Item[] = []): Sheet {

@@ -34,7 +34,12 @@ export interface Paper {
   toWorld(screen: Point): Point;
   panBy(dx: number, dy: number): void;
   zoomAt(factor: number, screen: Point): void;
+  /** The menu of what lies there is wanted, at a place of the page [px]. */
+  menuAsked?: ((spot: Spot, at: Point) => void) | null;
 }
+
+/** The right button may slip so far and is still a click [px]. */
+const SLIP = 4;
 
 type Mode = "none" | "pan" | "tool" | "pinch";
 
@@ -43,6 +48,8 @@ export class Gestures {
   private mode: Mode = "none";
   private last: Point = [0, 0];
   private space = false;
+  /** Where the right button went down; null when it moved the paper since. */
+  private right: Point | null = null;
   private readonly over = new AbortController();
 
   constructor(private readonly paper: Paper) {
@@ -56,7 +63,7 @@ export class Gestures {
     host.addEventListener("pointerleave", () => this.mode === "none" && paper.tool?.leave?.(), { signal });
     host.addEventListener("dblclick", (event) => paper.tool?.double?.(this.spot(event)), { signal });
     host.addEventListener("wheel", (event) => this.wheel(event), { signal, passive: false });
-    host.addEventListener("contextmenu", (event) => event.preventDefault(), { signal });
+    host.addEventListener("contextmenu", (event) => this.menu(event), { signal });
     window.addEventListener("keydown", (event) => this.held(event, true), { signal });
     window.addEventListener("keyup", (event) => this.held(event, false), { signal });
   }
@@ -95,6 +102,7 @@ export class Gestures {
     this.last = this.screen(event);
     if (this.pointers.size === 2) return this.beginPinch();
     if (this.pointers.size > 2) return;
+    this.right = event.button === 2 ? this.last : null;
     const pan = event.button === 1 || event.button === 2 || this.space;
     this.mode = !pan && this.paper.tool?.down(this.spot(event)) ? "tool" : "pan";
     this.showCursor();
@@ -109,6 +117,8 @@ export class Gestures {
     const now = this.screen(event);
     if (this.mode === "none") return this.paper.tool?.hover?.(this.spot(event));
     if (this.mode === "pinch") return this.pinch(event.pointerId, now);
+    if (this.right && distance(this.right, now) <= SLIP) return;
+    this.right = null;
     if (this.mode === "pan") this.paper.panBy(now[0] - this.last[0], now[1] - this.last[1]);
     else this.paper.tool?.drag?.(this.spot(event));
     this.last = now;
@@ -133,6 +143,18 @@ export class Gestures {
     this.mode = "none";
     if (was === "tool") this.paper.tool?.up?.(this.spot(event));
     this.showCursor();
+    if (this.right) this.paper.menuAsked?.(this.spot(event), [event.clientX, event.clientY]);
+    this.right = null;
+  }
+
+  /** A long press asks for the menu at once; the right button when it goes up, for it may move the paper until then. */
+  private menu(event: MouseEvent): void {
+    event.preventDefault();
+    if (!(event instanceof PointerEvent) || event.pointerType !== "touch") return;
+    this.cancel();
+    this.mode = "none";
+    this.pointers.clear();
+    this.paper.menuAsked?.(this.spot(event), [event.clientX, event.clientY]);
   }
 
   private lost(event: PointerEvent): void {

@@ -21,7 +21,7 @@ import type { Bounds, Item, Path, Point } from "../api";
 import { Signal } from "../signal";
 import { themeChanged } from "../shell/theme";
 import { boundsOf, distance, distanceTo, overlaps } from "./geometry";
-import { Gestures, type Tool } from "./gestures";
+import { Gestures, type Spot, type Tool } from "./gestures";
 import { drawGrid, drawRulers, RULER } from "./grid";
 import { drawItem, inOrder, outlines, type Look, type Stand } from "./items";
 import { drawLabels } from "./labels";
@@ -43,6 +43,8 @@ export class Plan {
   looks = new Map<string, Look>();
   readonly hiddenKinds = new Set<string>();
   readonly overlay: Painter[] = [];
+  /** What a click of the right button or a long press opens, at a place of the page [px]. */
+  menuAsked: ((spot: Spot, at: Point) => void) | null = null;
   rulers = true;
   palette: Palette = readPalette();
   items: Item[] = [];

@@ -17,6 +17,8 @@ const KEYS: [string, string][] = [
   ["[  ]", "turn by 15°; with Shift by 1°"],
   ["Ctrl D, Delete", "duplicate, delete"],
   ["Ctrl C, Ctrl X, Ctrl V, Ctrl A", "copy, cut, paste, select all"],
+  ["F2", "rename"],
+  ["Shift F10, right click", "menu of what is selected"],
   ["+  −  0", "zoom in, zoom out, show all"],
   ["Alt while dragging", "do not snap"],
   ["F6", "from the tools to the plan, the text, the fields"],

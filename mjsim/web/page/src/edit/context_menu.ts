@@ -1,0 +1,64 @@
+/** What can be done with what is selected, in a menu where it was asked for. */
+
+import type { Item } from "../api";
+import { type Entry, openMenu } from "../shell/menu";
+import type { Editor } from "./editor";
+import { canTurn } from "./shapes";
+
+/** Ways from a thing to other places of the Edit view. */
+export interface Ways {
+  /** Go to its line of the text. */
+  text(item: Item): void;
+  /** Show it in 3-D. */
+  solid(): void;
+  rename(item: Item): void;
+  canRename(item: Item): boolean;
+}
+
+/** Open the menu of what is selected; of the free paper when nothing is. */
+export function openContextMenu(editor: Editor, ways: Ways, at: [number, number]): void {
+  const { selected } = editor;
+  const [first] = selected;
+  const name = selected.length === 1 && first ? first.label : selected.length ? `${selected.length} things` : "Plan";
+  openMenu(name, first ? ofThings(editor, ways, selected, first) : ofPaper(editor), at);
+}
+
+function ofPaper(editor: Editor): Entry[][] {
+  return [
+    [
+      ...(editor.canPaste ? [paste(editor)] : []),
+      { text: "Select all", keys: "Ctrl A", act: () => editor.selectAll() },
+      { text: "Show all", keys: "0", act: () => editor.plan.fit() },
+    ],
+  ];
+}
+
+function ofThings(editor: Editor, ways: Ways, selected: Item[], first: Item): Entry[][] {
+  const free = selected.every((item) => !item.fixed);
+  const copies = selected.some((item) => item.type !== "Opening");
+  const turns = free && selected.some(canTurn);
+  const alone = selected.length === 1;
+  const offered: [boolean, Entry][][] = [
+    [
+      [free && copies, { text: "Cut", keys: "Ctrl X", act: () => editor.cut() }],
+      [copies, { text: "Copy", keys: "Ctrl C", act: () => editor.copy() }],
+      [editor.canPaste, paste(editor)],
+      [copies, { text: "Duplicate", keys: "Ctrl D", act: () => editor.duplicate() }],
+      [free, { text: "Delete", keys: "Del", act: () => editor.remove() }],
+    ],
+    [
+      [alone && ways.canRename(first), { text: "Rename", keys: "F2", act: () => ways.rename(first) }],
+      [turns, { text: "Turn 90° left", act: () => editor.turn(90) }],
+      [turns, { text: "Turn 90° right", act: () => editor.turn(-90) }],
+    ],
+    [
+      [alone, { text: `Go to line ${first.line} of the text`, act: () => ways.text(first) }],
+      [true, { text: "Show in 3-D", act: () => ways.solid() }],
+    ],
+  ];
+  return offered.map((group) => group.flatMap(([applies, entry]) => (applies ? [entry] : [])));
+}
+
+function paste(editor: Editor): Entry {
+  return { text: "Paste", keys: "Ctrl V", act: () => editor.paste() };
+}

@@ -1,0 +1,88 @@
+import pytest
+from playwright.sync_api import expect
+
+from mjsim.world import load_world
+from tests.sheet import sheet_of
+
+pytestmark = pytest.mark.slow
+
+ROOM = """\
+mjsim: 1
+walls:
+  - {points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true}
+robots:
+  - {name: scout, preset: pioneer3dx, at: [1, 1]}
+run:
+  drivers:
+    scout: {avoidance: true}
+obstacles:
+  - {name: crate, box: [0.6, 0.4, 0.5], at: [2, 2]}
+  - {name: bin, cylinder: [0.2, 0.5], at: [3.5, 2.5]}
+  - {name: chest, box: [0.4, 0.4, 0.5], at: [5, 3]}
+  - {name: "post", cylinder: [0.02, 1], at: [1, 3.5], repeat: {times: 1200, offset: [0.004, 0]}}
+"""
+
+
+def chosen(sheet):
+    return sheet.page.locator(".outline-row[aria-selected=true]")
+
+
+def row(sheet, name):
+    return sheet.page.get_by_role("treeitem").filter(has_text=name)
+
+
+def test_the_outliner_is_tied_to_the_plan_searched_and_worked_by_keys(sheet):
+    tree, search = sheet.page.get_by_role("tree"), sheet.page.get_by_label("Search things")
+    expect(sheet.page.locator(".outline-head .count")).to_have_text("1205")
+    assert sheet.page.get_by_role("treeitem").count() < 40  # of 1205 things and four kinds
+    sheet.click(2, 2)
+    expect(chosen(sheet)).to_contain_text("crate")
+    search.fill("POST-119")
+    expect(sheet.page.locator(".outline-head .count")).to_have_text("11 of 1205")
+    row(sheet, "post-1199").click()
+    expect(sheet.title).to_have_text("post-1199")
+    expect(chosen(sheet)).to_contain_text("one repetition")
+    search.fill("pioneer")
+    search.press("ArrowDown")
+    sheet.press("Home", "ArrowDown")
+    expect(tree).to_be_focused()
+    expect(sheet.title).to_have_text("scout")
+    sheet.press("F2")
+    expect(sheet.page.get_by_label("New name")).to_be_focused()
+    sheet.type("rover")
+    sheet.press("Enter")
+    sheet.reads("name: rover", "rover: {avoidance: true}")
+
+
+def test_the_menu_offers_what_applies_by_mouse_and_by_keys(sheet):
+    menu = sheet.page.get_by_role("menu")
+    sheet.page.mouse.click(*sheet.pixel(2, 2), button="right")
+    expect(menu).to_have_accessible_name("crate")
+    expect(menu.get_by_role("menuitem", name="Paste")).to_have_count(0)
+    menu.get_by_role("menuitem", name="Turn 90° left").click()
+    sheet.reads("heading_deg: 90")
+    sheet.plan.focus()
+    sheet.press("Shift+F10")
+    expect(menu.get_by_role("menuitem", name="Cut")).to_be_focused()
+    sheet.press("Escape")
+    expect(menu).to_have_count(0)
+    expect(sheet.plan).to_be_focused()
+    sheet.press("Shift+F10", "ArrowUp", "ArrowUp", "Enter")
+    expect(sheet.text).to_be_focused()
+    sheet.page.mouse.click(*sheet.pixel(2, 3.5), button="right")
+    expect(menu.get_by_role("menuitem", name="Copy")).to_be_visible()
+    expect(menu.get_by_role("menuitem", name="Delete")).to_have_count(0)  # one repetition of several
+
+
+def test_several_things_are_aligned_and_distributed_each_by_one_step_of_undo(browser, tmp_path):
+    with sheet_of(browser, tmp_path, ROOM) as sheet:
+        places = lambda: [thing.at for thing in load_world(tmp_path / "room.yaml").obstacles[:3]]  # noqa: E731
+        row(sheet, "crate").click()
+        row(sheet, "chest").click(modifiers=["Shift"])
+        expect(sheet.title).to_have_text("3 selected")
+        sheet.button("Align bottom edges").click()
+        sheet.reads("at: [5, 2]")
+        sheet.save()
+        assert places() == [(2, 2), (3.5, 2), (5, 2)]
+        sheet.press("Control+z")
+        sheet.reads("at: [5, 3]", "at: [3.5, 2.5]")
