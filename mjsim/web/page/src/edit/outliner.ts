@@ -58,7 +58,8 @@ export class Outliner {
     this.search.addEventListener("keydown", (event) => event.key === "ArrowDown" && this.tree.focus());
     this.tree.addEventListener("scroll", () => this.draw());
     this.tree.addEventListener("keydown", (event) => this.key(event));
-    this.tree.addEventListener("click", (event) => this.press(event));
+    // Not on "click": rows drawn anew between press and release would get none.
+    this.tree.addEventListener("mousedown", (event) => event.button === 0 && this.press(event));
     this.tree.addEventListener("dblclick", (event) => this.rowAt(event) && editor.asked.emit());
     this.tree.addEventListener("contextmenu", (event) => this.menu(event));
     new ResizeObserver(() => this.draw()).observe(this.tree);
