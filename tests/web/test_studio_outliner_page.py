@@ -1,3 +1,5 @@
+"""Things are found in the outliner, have a menu, and are aligned and spread, in a real browser."""
+
 import pytest
 from playwright.sync_api import expect
 
@@ -17,7 +19,7 @@ run:
     scout: {avoidance: true}
 obstacles:
   - {name: crate, box: [0.6, 0.4, 0.5], at: [2, 2]}
-  - {name: bin, cylinder: [0.2, 0.5], at: [3.5, 2.5]}
+  - {name: bin, cylinder: [0.2, 0.5], at: [3.25, 2.5]}
   - {name: chest, box: [0.4, 0.4, 0.5], at: [5, 3]}
   - {name: "post", cylinder: [0.02, 1], at: [1, 3.5], repeat: {times: 1200, offset: [0.004, 0]}}
 """
@@ -76,13 +78,20 @@ def test_the_menu_offers_what_applies_by_mouse_and_by_keys(sheet):
 
 def test_several_things_are_aligned_and_distributed_each_by_one_step_of_undo(browser, tmp_path):
     with sheet_of(browser, tmp_path, ROOM) as sheet:
-        places = lambda: [thing.at for thing in load_world(tmp_path / "room.yaml").obstacles[:3]]  # noqa: E731
+
+        def places():
+            return [thing.at for thing in load_world(tmp_path / "room.yaml").obstacles[:3]]
+
         row(sheet, "crate").click()
         row(sheet, "chest").click(modifiers=["Shift"])
         expect(sheet.title).to_have_text("3 selected")
         sheet.button("Align bottom edges").click()
         sheet.reads("at: [5, 2]")
         sheet.save()
-        assert places() == [(2, 2), (3.5, 2), (5, 2)]
+        assert places() == [(2, 2), (3.25, 2), (5, 2)]
         sheet.press("Control+z")
-        sheet.reads("at: [5, 3]", "at: [3.5, 2.5]")
+        sheet.reads("at: [5, 3]", "at: [3.25, 2.5]")
+        sheet.button("Distribute left to right").click()
+        sheet.reads("at: [3.5, 2.5]", "at: [5, 3]")
+        sheet.press("Control+z")
+        sheet.reads("at: [3.25, 2.5]")
