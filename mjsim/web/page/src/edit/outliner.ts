@@ -7,21 +7,12 @@ import type { SchemaBook } from "../panel/schema";
 import { remembered } from "../run/controls";
 import { ICONS } from "../shell/icons";
 import type { Editor } from "./editor";
+import { HEADINGS } from "./kinds";
 import "./outliner.css";
 
 /** Height of a row [px], as in the style sheet; rows beyond the window that are drawn too. */
 const ROW = 26;
 const SPARE = 6;
-const KINDS: Record<string, string> = {
-  walls: "Walls",
-  obstacles: "Obstacles",
-  beacons: "Beacons",
-  lamps: "Lamps",
-  robots: "Robots",
-  mechanisms: "Mechanisms",
-  people: "People",
-  floor: "Patches of floor",
-};
 
 type Row = { list: string; count: number } | { item: Item; level: number; place: number; size: number };
 
@@ -155,7 +146,7 @@ export class Outliner {
     const common = { id: `outline-${index}`, role: "treeitem", "data-key": id, class: `outline-row${id === this.at ? " active" : ""}`, style: `top: ${index * ROW}px` };
     if ("list" in row) {
       const shut = !this.search.value.trim() && this.shut.has(row.list);
-      const parts = [icon(ICONS.down), el("b", {}, KINDS[row.list] ?? row.list), el("span", { class: "count" }, String(row.count))];
+      const parts = [icon(ICONS.down), el("b", {}, HEADINGS[row.list] ?? row.list), el("span", { class: "count" }, String(row.count))];
       return el("div", { ...common, "aria-level": 1, "aria-expanded": String(!shut), "aria-selected": "false" }, ...parts);
     }
     const { item, level, place, size } = row;
@@ -284,7 +275,7 @@ export class Outliner {
 
 /** The rows of things: lists in the order of the text of a world, what is part of a thing below it. */
 function rowsOf(items: Item[], shut: Set<string>): Row[] {
-  const lists = new Map<string, Item[]>(Object.keys(KINDS).map((list) => [list, []]));
+  const lists = new Map<string, Item[]>(Object.keys(HEADINGS).map((list) => [list, []]));
   for (const item of items) lists.get(String(item.path[0]))?.push(item);
   return [...lists].flatMap(([list, own]): Row[] => {
     if (own.length === 0) return [];

@@ -4,6 +4,7 @@ import type { Change, Item, Problem, Values } from "../api";
 import { el, fill, icon, type Child } from "../dom";
 import { arrangeable, type Arrangement, ARRANGEMENTS } from "../edit/arrange";
 import { type Editor, itemOf } from "../edit/editor";
+import { kindName } from "../edit/kinds";
 import { keyOf } from "../plan/plan";
 import { ICONS } from "../shell/icons";
 import { choosePicture } from "./pictures";
@@ -15,14 +16,6 @@ const LISTS = [
   ...["walls", "obstacles", "beacons", "robots", "lamps", "mechanisms", "people"],
   ...["mjsim", "include", "variables"],
 ];
-const KINDS: Record<string, string> = {
-  Opening: "Opening",
-  Wall: "Wall",
-  Beacon: "Beacon",
-  Robot: "Robot",
-  Lamp: "Lamp",
-  FloorPatch: "Patch of floor",
-};
 
 export class Panel {
   readonly element = el("aside", { class: "panel", "aria-label": "Properties" });
@@ -89,7 +82,7 @@ export class Panel {
     };
     fill(
       this.body,
-      this.head(KINDS[item.type] ?? kindName(item), item.name ?? item.label, this.buttons(item.type !== "Opening")),
+      this.head(kindName(item), item.name ?? item.label, this.buttons(item.type !== "Opening")),
       item.fixed ? el("p", { class: "note" }, icon(ICONS.lock), item.fixed) : null,
       ...this.general(item),
       ...(schema
@@ -133,7 +126,7 @@ export class Panel {
     const types = new Set(items.map((item) => item.type));
     const [first] = items;
     const counted = `${items.length} selected`;
-    const title = types.size === 1 && first ? (KINDS[first.type] ?? kindName(first)) : "Several things";
+    const title = types.size === 1 && first ? kindName(first) : "Several things";
     const rows: Child[] = [this.head(title, counted, this.buttons(true))];
     rows.push(this.arranger(items));
     const schema = types.size === 1 && first ? this.book.definition(first.type) : null;
@@ -281,9 +274,4 @@ function common(items: Item[]): Subject {
   );
   const written = first.written.filter((key) => same(key));
   return { path: first.path, values, raw: undefined, written, fixed: items.some((item) => item.fixed !== null) };
-}
-
-function kindName(item: Item): string {
-  const words = item.type.replace(/Obstacle$/, "") || item.kind;
-  return words.charAt(0).toUpperCase() + words.slice(1).toLowerCase();
 }
