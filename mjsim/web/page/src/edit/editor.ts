@@ -198,8 +198,10 @@ export class Editor {
   }
 
   /** Align what is selected, or spread it evenly, as one change. */
-  arrange(how: Arrangement): void {
-    void this.apply(arranged(this.free(this.selected), how, this.items).flatMap(({ changes }) => changes));
+  async arrange(how: Arrangement): Promise<void> {
+    // Just after an undo, things are still where the text before had them.
+    await this.document.settled();
+    await this.apply(arranged(this.free(this.selected), how, this.items).flatMap(({ changes }) => changes));
   }
 
   selectAll(): void {

@@ -147,7 +147,7 @@ export class Panel {
       const title = ARRANGEMENTS[how];
       return el(
         "button",
-        { class: "quiet square", title, "aria-label": title, "data-id": how, onclick: () => this.editor.arrange(how) },
+        { class: "quiet square", title, "aria-label": title, "data-id": how, onclick: () => void this.editor.arrange(how) },
         icon(ICONS[how]),
       );
     });

@@ -32,7 +32,8 @@ export function openMenu(name: string, groups: Entry[][], [x, y]: [number, numbe
   window.addEventListener("pointerdown", leave, { capture: true, signal: over.signal });
   window.addEventListener("focusin", leave, { signal: over.signal });
   window.addEventListener("blur", () => close(false), { signal: over.signal });
-  document.body.append(menu);
+  // Within the main landmark: a reader of screens finds it where it was asked for.
+  (document.querySelector("main") ?? document.body).append(menu);
   const { width, height } = menu.getBoundingClientRect();
   menu.style.left = `${Math.max(4, Math.min(x, window.innerWidth - width - 4))}px`;
   menu.style.top = `${Math.max(4, Math.min(y, window.innerHeight - height - 4))}px`;
