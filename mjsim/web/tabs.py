@@ -33,6 +33,8 @@ class StepAsk(Ask):
     begin: Annotated[int, Field(ge=0, alias="from")]
     old: Annotated[str, Field(max_length=MOST_LETTERS)]
     fresh: Annotated[str, Field(max_length=MOST_LETTERS)]
+    what: Annotated[str, Field(max_length=100)] = "Change"
+    """What the step did, for the list of undo steps."""
 
 
 class PastAsk(Ask):

@@ -258,7 +258,7 @@ def test_where_they_cannot_be_kept_a_line_says_so(client, state):
 
 
 def test_the_steps_that_led_to_a_text_are_kept_with_it_within_bounds(client):
-    past = {"steps": [{"from": 0, "old": "é\n", "fresh": "\U0001f916\u2028"}] * 3, "at": 2}
+    past = {"steps": [{"from": 0, "old": "é\n", "fresh": "\U0001f916\u2028", "what": "Move crate"}] * 3, "at": 2}
     keep(client, "# mine\n", past=past)
     (draft,) = drafts(client)
     assert ask(client, "read", id=draft["id"])["past"] == past
@@ -268,6 +268,7 @@ def test_the_steps_that_led_to_a_text_are_kept_with_it_within_bounds(client):
         {"steps": [{**step, "fresh": "a" * 400_001}]},
         {"steps": [{**step, "fresh": "a" * 300_000}] * 2},
         {"steps": [{**step, "from": -1}]},
+        {"steps": [{**step, "what": "a" * 101}]},
         {"steps": [step], "at": 2},
         {"steps": [{"from": 0}]},
     ):

@@ -81,9 +81,9 @@ export interface DraftText extends Draft {
   past: Past;
 }
 
-/** The steps around a text, so that it can be undone: at `from` stood `old`, then `fresh`; `at` of them lead to it. */
+/** The steps around a text, so that it can be undone: at `from` stood `old`, then `fresh`; `what` that did. `at` of them lead to it. */
 export interface Past {
-  steps: { from: number; old: string; fresh: string }[];
+  steps: { from: number; old: string; fresh: string; what?: string }[];
   at: number;
 }
 

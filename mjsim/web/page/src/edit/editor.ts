@@ -83,6 +83,8 @@ export class Editor {
 
   /** Write changes into the text; the plan shows them when the server has read it. */
   async apply(changes: Change[]): Promise<boolean> {
+    // Steps that are still put together come first: these changes may take away what they are about.
+    this.write.now();
     const done = await this.document.change(changes);
     if (!done) this.forget();
     return done;

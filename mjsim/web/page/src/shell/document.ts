@@ -2,7 +2,9 @@
 
 import { type Api, ApiError, type Change, type Edited, type Item, type Opened, type Parsed, type Past, type Path } from "../api";
 import { debounced, newestWins, Signal } from "../signal";
+import { difference } from "../text/difference";
 import { History } from "./history";
+import { named } from "./naming";
 
 const EMPTY: Parsed = { problems: [], items: [], bounds: [0, 0, 10, 8], name: "", run: {}, needs_trust: {}, files: {} };
 /** Typing is read after so long a pause [ms]. */
@@ -151,7 +153,7 @@ export class WorldDocument {
   async restore(text: string, past: Past): Promise<void> {
     this.typedAt = 0;
     [this.draft, this.sketched] = [null, false];
-    if (this.isEdited) this.history.push(text, false);
+    if (this.isEdited) this.history.push(text, false, "Restore unsaved changes");
     else this.history.restore(text, past);
     this.textChanged.emit("edit");
     this.stateChanged.emit();
@@ -165,7 +167,7 @@ export class WorldDocument {
     this.typedAt = 0;
     this.asked++;
     this.edition++;
-    this.push(world.text, false);
+    this.push(world.text, false, "Load from disk");
     this.textChanged.emit("edit");
     this.stateChanged.emit();
     this.adopt(world);
@@ -192,7 +194,7 @@ export class WorldDocument {
     const now = Date.now();
     const goesOn = now - this.typedAt < STROKE && this.canUndo;
     this.typedAt = now;
-    this.push(text, goesOn);
+    this.push(text, goesOn, `Type in line ${lineOfChange(this.text, text)}`);
     this.textChanged.emit("type");
     this.stateChanged.emit();
     this.readSoon();
@@ -222,7 +224,7 @@ export class WorldDocument {
     if (this.text !== text) return false;
     this.asked++;
     this.typedAt = 0;
-    this.push(edited.text, false);
+    this.push(edited.text, false, named(changes, (at) => this.itemAround(at)));
     this.textChanged.emit("edit");
     this.stateChanged.emit();
     this.noteRaw(changes);
@@ -259,12 +261,23 @@ export class WorldDocument {
 
   async undo(): Promise<void> {
     await this.finish();
-    if (this.canUndo) this.go(() => this.history.undo());
+    if (this.canUndo) this.go(this.steps.at - 1);
   }
 
   async redo(): Promise<void> {
     await this.finish();
-    if (this.canRedo) this.go(() => this.history.redo());
+    if (this.canRedo) this.go(this.steps.at + 1);
+  }
+
+  /** What each step of undo did, the oldest first, and how many of them lead to the text. */
+  get steps(): { names: string[]; at: number } {
+    return this.history.told;
+  }
+
+  /** Go to the text after so many of the steps. */
+  async goTo(count: number): Promise<void> {
+    await this.finish();
+    if (count !== this.steps.at) this.go(count);
   }
 
   /** Wait until what is under way is a step of its own. */
@@ -326,14 +339,20 @@ export class WorldDocument {
     );
   }
 
-  private push(text: string, joined: boolean): void {
+  private push(text: string, joined: boolean, what: string): void {
     [this.draft, this.sketched] = [null, false];
-    this.history.push(text, joined);
+    this.history.push(text, joined, what);
   }
 
-  private go(step: () => void): void {
+  /** The innermost item at or around a path. */
+  private itemAround(path: Path): Item | null {
+    const item = this.itemAt(path);
+    return item || path.length === 0 ? item : this.itemAround(path.slice(0, -1));
+  }
+
+  private go(count: number): void {
     [this.draft, this.sketched] = [null, false];
-    step();
+    this.history.goTo(count);
     this.typedAt = 0;
     this.textChanged.emit("history");
     this.stateChanged.emit();
@@ -349,6 +368,11 @@ export class WorldDocument {
     this.parsedChanged.emit();
     if (lost) this.selectionChanged.emit();
   }
+}
+
+/** The line in which two texts begin to differ, counted from 1. */
+function lineOfChange(old: string, fresh: string): number {
+  return fresh.slice(0, difference(old, fresh).from).split("\n").length;
 }
 
 function isIn(path: Path, outer: Path): boolean {

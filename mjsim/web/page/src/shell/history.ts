@@ -8,6 +8,8 @@ type Step = Past["steps"][number];
 /** Of what is kept beside a draft: so many steps, and so many letters in them. */
 const MOST_STEPS = 500;
 const MOST_LETTERS = 200_000;
+/** The name of a step has so many letters at most. */
+const LONGEST_NAME = 100;
 
 export class History {
   private steps: Step[] = [];
@@ -23,29 +25,28 @@ export class History {
     return this.at < this.steps.length;
   }
 
-  /** Take another text, as a step of its own or joined to the last one. What was undone is gone. */
-  push(text: string, joined: boolean): void {
+  /** What each step did, the oldest first, and how many of them lead to the text. */
+  get told(): { names: string[]; at: number } {
+    return { names: this.steps.map(({ what }) => what ?? "Change"), at: this.at };
+  }
+
+  /** Take another text, as a step of its own or joined to the last one, which keeps its name. What was undone is gone. */
+  push(text: string, joined: boolean, what: string): void {
     if (text === this.text) return;
     this.steps.length = this.at;
     const last = joined ? this.steps.pop() : undefined;
     const before = last ? undone(this.text, last) : this.text;
-    if (text !== before) this.steps.push(stepBetween(before, text));
+    if (text !== before) this.steps.push({ ...stepBetween(before, text), what: last?.what ?? what.slice(0, LONGEST_NAME) });
     this.at = this.steps.length;
     this.text = text;
   }
 
-  undo(): void {
-    const step = this.steps[this.at - 1];
-    if (!step) return;
-    this.text = undone(this.text, step);
-    this.at--;
-  }
-
-  redo(): void {
-    const step = this.steps[this.at];
-    if (!step) return;
-    this.text = redone(this.text, step);
-    this.at++;
+  /** Go to the text after so many of the steps. */
+  goTo(count: number): void {
+    const later = this.steps.slice(this.at, count);
+    const sooner = this.steps.slice(count, this.at);
+    this.text = later.reduce(redone, sooner.reduceRight(undone, this.text));
+    this.at += later.length - sooner.length;
   }
 
   /** The steps nearest to the text, within bounds. */
@@ -65,9 +66,9 @@ export class History {
   restore(text: string, { steps, at }: Past): void {
     const before = (later: string | null, step: Step): string | null => (later === null ? null : checked(later, step));
     const first = steps.slice(0, at).reduceRight(before, text as string | null);
-    if (first === null) return this.push(text, false);
+    if (first === null) return this.push(text, false, "Restore unsaved changes");
     this.steps.length = this.at;
-    this.push(first, false);
+    this.push(first, false, "Restore unsaved changes");
     this.steps.push(...steps);
     this.at += at;
     this.text = text;

@@ -6,6 +6,9 @@ import "./menu.css";
 export interface Entry {
   text: string;
   keys?: string;
+  /** One of several that may hold: whether it does, and whether it lies behind the one that does. */
+  checked?: boolean;
+  faint?: boolean;
   act(): void;
 }
 
@@ -37,16 +40,17 @@ export function openMenu(name: string, groups: Entry[][], [x, y]: [number, numbe
   const { width, height } = menu.getBoundingClientRect();
   menu.style.left = `${Math.max(4, Math.min(x, window.innerWidth - width - 4))}px`;
   menu.style.top = `${Math.max(4, Math.min(y, window.innerHeight - height - 4))}px`;
-  menu.querySelector("button")?.focus();
+  (menu.querySelector<HTMLElement>("[aria-checked=true]") ?? menu.querySelector("button"))?.focus();
 }
 
-function button({ text, keys, act }: Entry, close: () => void): HTMLButtonElement {
+function button({ text, keys, checked, faint, act }: Entry, close: () => void): HTMLButtonElement {
   const press = (): void => {
     close();
     act();
   };
   const shown = keys ? el("kbd", { "aria-hidden": "true" }, keys) : null;
-  return el("button", { class: "quiet", role: "menuitem", tabindex: -1, onclick: press }, el("span", {}, text), shown);
+  const role = checked === undefined ? { role: "menuitem" } : { role: "menuitemradio", "aria-checked": String(checked) };
+  return el("button", { class: faint ? "quiet faint" : "quiet", ...role, tabindex: -1, onclick: press }, el("span", {}, text), shown);
 }
 
 function steer(event: KeyboardEvent, menu: HTMLElement, close: () => void): void {

@@ -13,6 +13,7 @@ import { ICONS } from "./icons";
 import { askInvite } from "./invite";
 import { Notices } from "./notices";
 import { TabLink } from "./tab";
+import { stepsButton } from "./steps";
 import { switchTheme, theme, themeChanged } from "./theme";
 import { Toasts } from "./toasts";
 import { askTrust, type RunCode } from "./trust";
@@ -45,6 +46,7 @@ export class Shell implements Studio {
   private readonly save = tool("save", "Save (Ctrl+S)", () => void this.files.save());
   private readonly undo = tool("undo", "Undo (Ctrl+Z)", () => void this.document.undo());
   private readonly redo = tool("redo", "Redo (Ctrl+Shift+Z)", () => void this.document.redo());
+  private readonly steps = stepsButton(this.document);
   private now: ViewName | null = null;
 
   constructor(
@@ -138,7 +140,7 @@ export class Shell implements Studio {
       { class: "bar" },
       el("span", { class: "brand" }, "mjsim"),
       ...(live ? [] : [world, tool("new", "New world", () => void this.files.askNew()), this.save]),
-      ...(live ? [] : [el("span", { class: "divider" }), this.undo, this.redo]),
+      ...(live ? [] : [el("span", { class: "divider" }), this.undo, this.redo, this.steps]),
       el("span", { class: "space" }),
       live ? null : this.tabList(),
       el("span", { class: "space" }),
@@ -182,6 +184,7 @@ export class Shell implements Studio {
     this.save.disabled = !world.isOpen;
     this.undo.disabled = !world.canUndo;
     this.redo.disabled = !world.canRedo;
+    this.steps.disabled = !world.canUndo && !world.canRedo;
     document.title = world.isOpen ? `${world.isChanged ? "• " : ""}${called} – mjsim studio` : "mjsim studio";
   }
 

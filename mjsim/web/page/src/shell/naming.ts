@@ -1,0 +1,51 @@
+/** What a step of undo is called, from the changes that it made. */
+
+import type { Change, Item, Path, Values } from "../api";
+
+/** Keys of an item and what changing them does; of several, the first one tells. */
+const VERBS: [string, string[]][] = [
+  ["Rename", ["name"]],
+  ["Resize", ["box", "cylinder", "sphere", "ramp", "steps", "size", "width"]],
+  ["Turn", ["heading_deg"]],
+  ["Move", ["at", "points", "path", "route"]],
+  ["Pose", ["start", "start_deg", "joints_deg", "targets"]],
+];
+
+/** The innermost item at or around a path; null when it belongs to none. */
+type ItemAt = (path: Path) => Item | null;
+
+/** What changes do, in two or three words: "Move crate", "Delete 3 things", "Set floor.friction". */
+export function named(changes: Change[], itemAt: ItemAt): string {
+  const [first] = changes;
+  if (!first) return "Change";
+  // What goes along with these, such as the driver of a robot, is not told.
+  if (first.op === "add" || first.op === "rename") return withThings(first.op === "add" ? "Add" : "Rename", changes.filter(({ op }) => op === first.op).map(newName));
+  const deleted = changes.filter(({ op, path }) => op === "remove" && typeof path.at(-1) === "number");
+  if (deleted.length) return withThings("Delete", deleted.map(({ path }) => itemAt(path)?.label ?? shown(path)));
+  const things = [...new Set(changes.map(({ path }) => itemAt(path)?.label ?? ""))];
+  if (things[0] === "") return `${first.op === "set" ? "Set" : "Reset"} ${shown(first.path)}`;
+  const keys = changes.map(({ path }) => String(path[itemAt(path)?.path.length ?? 0]));
+  const [verb] = VERBS.find(([, of]) => keys.some((key) => of.includes(key))) ?? [];
+  if (verb === "Rename") return `Rename ${things[0]}`;
+  if (verb) return withThings(verb, things);
+  const what = new Set(keys).size === 1 ? keys[0] : "fields";
+  return withThings(`${first.op === "set" ? "Set" : "Reset"} ${what} of`, things);
+}
+
+function withThings(verb: string, things: string[]): string {
+  return `${verb} ${things.length === 1 ? things[0] : `${things.length} things`}`;
+}
+
+/** What an item that is added will be called: by its name, else by its shape or its list. */
+function newName({ path, ...change }: Change): string {
+  const value = "value" in change ? change.value : null;
+  const keys: Values = typeof value === "object" ? { ...value } : { name: value };
+  if (typeof keys["name"] === "string") return keys["name"];
+  const list = String(path.findLast((step) => typeof step === "string"));
+  if (list === "obstacles") return Object.keys(keys)[0] ?? "obstacle";
+  return { people: "person", patches: "patch" }[list] ?? list.replace(/s$/, "");
+}
+
+function shown(path: Path): string {
+  return path.join(".");
+}

@@ -1,0 +1,25 @@
+/** The list of undo steps: what each did, the newest first; pressing one goes to the text after it. */
+
+import { el, icon } from "../dom";
+import type { WorldDocument } from "./document";
+import { ICONS } from "./icons";
+import { openMenu } from "./menu";
+
+export function stepsButton(world: WorldDocument): HTMLButtonElement {
+  const title = "Undo steps";
+  const attributes = { class: "quiet square", title, "aria-label": title, "aria-haspopup": "menu" };
+  const button = el("button", { ...attributes, onclick: () => open(world, button) }, icon(ICONS.steps));
+  return button;
+}
+
+function open(world: WorldDocument, button: HTMLElement): void {
+  const { names, at } = world.steps;
+  const entries = ["Opened", ...names].map((text, step) => ({
+    text,
+    checked: step === at,
+    faint: step > at,
+    act: () => void world.goTo(step),
+  }));
+  const { left, bottom } = button.getBoundingClientRect();
+  openMenu("Undo steps", [entries.reverse()], [left, bottom + 4]);
+}
