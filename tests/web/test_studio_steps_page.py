@@ -34,9 +34,7 @@ def test_steps_of_undo_are_named_and_gone_to(sheet):
     sheet.reads("# the end")
     steps.click()
     entries = menu.get_by_role("menuitemradio")
-    expect(entries).to_have_text(
-        ["Type in line 6", "Add box", "Delete 3 things", "Turn crate", "Move crate", "Opened"]
-    )
+    expect(entries).to_have_text(["Type in line 6", "Add box", "Delete 3 things", "Turn crate", "Move crate", "Opened"])
     expect(entries.first).to_be_focused()
     expect(entries.first).to_be_checked()
     menu.get_by_text("Move crate").click()
