@@ -14,6 +14,7 @@ from mjsim.geometry import Array, Pose
 from mjsim.interface import BeaconInfo, CameraFrame, Observation, RobotInfo, Sighting, sightings_from
 
 from .balance import TickLean
+from .level_scan import leaning
 from .marker_beacons import MarkerBeacons
 from .picture_beacons import FoundPicture, PictureBeacons, PreparedImage
 from .rectification import Rectifier
@@ -79,7 +80,7 @@ class BeaconVision:
         self._moved = Pose(0.0, 0.0, 0.0)
         detections = [picture.detection for picture in found]
         # Sightings are level; the camera of a robot that balances leans with it.
-        level_from_camera = _leaning(pitch) @ self._robot_from_camera if pitch else self._robot_from_camera
+        level_from_camera = leaning(pitch) @ self._robot_from_camera if pitch else self._robot_from_camera
         sightings = sightings_from(detections, level_from_camera, stamp=frame.stamp)
         return tuple(each for each in sightings if self._nearest <= each.range <= self._farthest)
 
@@ -117,14 +118,6 @@ class BeaconVision:
         now_from_before = np.eye(4)
         now_from_before[:2, :2], now_from_before[:2, 3] = back.matrix()[:2, :2], back.matrix()[:2, 2]
         return np.linalg.inv(self._robot_from_camera) @ now_from_before @ self._robot_from_camera
-
-
-def _leaning(pitch: float) -> Array:
-    """Return level_from_robot of a body that leans forward [rad], shape (4, 4)."""
-    level_from_robot = np.eye(4)
-    c, s = math.cos(pitch), math.sin(pitch)
-    level_from_robot[:3, :3] = [[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]
-    return level_from_robot
 
 
 def _finders(catalogue: Mapping[str, BeaconInfo]) -> list[PictureBeacons | MarkerBeacons]:

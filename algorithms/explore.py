@@ -12,7 +12,8 @@ from mjsim.geometry import Array
 from mjsim.interface import Command, Estimate, Observation, RobotInfo, WorldMap
 
 from .grid_search import a_star, length, straightened
-from .occupancy import OccupancyGrid, lidar_of
+from .level_scan import LevelLidar
+from .occupancy import OccupancyGrid
 from .waypoints import Waypoints
 
 REPLAN = 4.0
@@ -54,7 +55,7 @@ class Explore:
             ValueError: The robot has no such lidar.
         """
         self._robot, self._rng = robot, rng
-        self._name, self._robot_from_lidar = lidar_of(robot, self._lidar)
+        self._scans = LevelLidar(robot, self._lidar)
         self.grid = OccupancyGrid(cell=self.grid.cell, farthest=self.grid.farthest)
         self._follow: Waypoints | None = None
         self._planned = -np.inf
@@ -62,8 +63,8 @@ class Explore:
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
         """Return the twist that leads to the next frontier; zero when none is left."""
-        if self._name in seen.scans:
-            self.grid.add(belief.pose @ self._robot_from_lidar, seen.scans[self._name])
+        if (looked := self._scans.update(seen)) is not None:
+            self.grid.add(belief.pose @ looked.robot_from_lidar, looked.scan)
         if self.grid.log_odds.size and seen.time >= self._planned + REPLAN:
             self._planned = seen.time
             self._plan(belief)

@@ -11,6 +11,7 @@ from mjsim.interface import Command, Estimate, Observation, RobotInfo, WorldMap
 
 from .distance_grid import DistanceGrid
 from .grid_search import a_star, straightened
+from .level_scan import LevelLidar
 from .waypoints import Waypoints
 
 RING = np.arange(16) * (2.0 * np.pi / 16)
@@ -59,6 +60,8 @@ class GoToGoal:
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
         """Take the map; nothing is planned yet."""
         self._robot, self._rng = robot, rng
+        lidars = [name for name, sensor in robot.sensors.items() if sensor.kind == "lidar"]
+        self._lidars = [LevelLidar(robot, name) for name in lidars]
         ends = np.concatenate([self._goals, [[robot.prior.x, robot.prior.y]]])
         corners = np.concatenate([ends, map.segments.reshape(-1, 2) if map else ends])
         # A margin in which one may drive around what stands outside.
@@ -93,9 +96,8 @@ class GoToGoal:
         near = np.isfinite(seen.proximity)
         reach = seen.proximity[near] + self._robot.radius
         hits = [np.stack([reach * np.cos(RING[near]), reach * np.sin(RING[near])], axis=-1)]
-        for name, scan in seen.scans.items():
-            frame = self._robot.sensors[name].robot_from_sensor
-            hits.append(scan.points() @ frame[:2, :2].T + frame[:2, 3])
+        looked = [lidar.update(seen) for lidar in self._lidars]
+        hits += [scan.points() for scan in looked if scan is not None]
         points = belief.pose.transform(np.concatenate(hits))
         points = points[self._walls.at(points) > NEW_THING]
         cells, first = np.unique(np.floor(points / self._cell).astype(int), axis=0, return_index=True)

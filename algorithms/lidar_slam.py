@@ -6,11 +6,12 @@ import numpy as np
 from numpy.random import Generator
 
 from mjsim.geometry import Array, Pose, wrap_angle
-from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Scan, Shown
+from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Shown
 
 from .ekf_models import odometry_motion
+from .level_scan import LevelLidar, LevelScan
 from .map_parts import Keyframe, PartsMap
-from .occupancy import OccupancyGrid, lidar_of, shown_grid
+from .occupancy import OccupancyGrid, shown_grid
 from .odometry_bias import OdometryBias
 from .pose_graph import PoseGraph, compose
 from .scan_matching import surface_of
@@ -91,7 +92,7 @@ class LidarSlam:
         Raises:
             ValueError: The robot has no such lidar.
         """
-        self._name, self._robot_from_lidar = lidar_of(robot, self._lidar)
+        self._scans = LevelLidar(robot, self._lidar)
         self._motion = odometry_motion()
         self._begin(robot.prior.as_array(), np.asarray(robot.prior_covariance, dtype=float))
 
@@ -120,8 +121,9 @@ class LidarSlam:
         covariance = seen.odometry.covariance * self._scale**2
         self._step_covariance = F @ self._step_covariance @ F.T + G @ covariance @ G.T
         far = np.hypot(*self._step[:2]) > self._distance or abs(self._step[2]) > self._turn
-        if self._name in seen.scans and (far or not self.keyframes):
-            self._extend(seen.scans[self._name])
+        looked = self._scans.update(seen)
+        if looked is not None and (far or not self.keyframes):
+            self._extend(looked)
             self._map.work()
         self._way.append((seen.time, len(self.keyframes) - 1, self._step))
         if self._show_every and seen.time >= self._next_shown:
@@ -157,13 +159,13 @@ class LidarSlam:
         """Return the map as a grid of odds; the keys are those of `OccupancyGrid`."""
         grid = OccupancyGrid(**keys)
         for pose, keyframe in zip(self._map.poses(), self.keyframes, strict=True):
-            grid.add(Pose.from_array(pose) @ self._robot_from_lidar, keyframe.scan)
+            grid.add(Pose.from_array(pose) @ keyframe.looked.robot_from_lidar, keyframe.looked.scan)
         return grid
 
-    def _extend(self, scan: Scan) -> None:
+    def _extend(self, looked: LevelScan) -> None:
         """Lay a scan on the last ones, and add it to the map."""
-        sensor = self._robot_from_lidar
-        surface = surface_of(sensor.transform(scan.points()), origin=(sensor.x, sensor.y))
+        sensor = looked.robot_from_lidar
+        surface = surface_of(looked.points(), origin=(sensor.x, sensor.y))
         laid = Laid(self._step, self._step_covariance, self._step_covariance)
         if self.keyframes:
             before = self._step_covariance + self._slip()
@@ -172,7 +174,7 @@ class LidarSlam:
             off[2] = wrap_angle(float(off[2]))
             self._reached.append(self._step)
             self._bias.learn(self._told, self._driven, self._moving, off, before, laid.covariance)
-        self._map.add(scan, surface, laid)
+        self._map.add(looked, surface, laid)
         self._rest()
 
     def _slip(self) -> Array:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.interface import Scan
 
 from .ekf_models import odometry_motion
+from .level_scan import LevelScan
 from .loop_closing import Loop, agree, find_loop
 from .pose_graph import PoseGraph, carried, compose, step_between
 from .scan_matching import Surface, joined
@@ -34,7 +34,7 @@ SETTLED = 0.005
 class Keyframe:
     """A scan that stays in the map."""
 
-    scan: Scan
+    looked: LevelScan
     surface: Surface
     """The walls that it shows, in the robot's frame."""
     part: int
@@ -85,11 +85,11 @@ class PartsMap:
         self._place, self._cautious = np.zeros(3), np.zeros((3, 3))
         self._lasting, self._passing = np.zeros((3, 3)), np.zeros((3, 3))
 
-    def add(self, scan: Scan, surface: Surface, laid: Laid) -> None:
+    def add(self, looked: LevelScan, surface: Surface, laid: Laid) -> None:
         """Add a scan.
 
         Args:
-            scan: As it came.
+            looked: As it came.
             surface: The walls that it shows, in the robot's frame.
             laid: The robot in the frame of the scan before, or of the prior.
         """
@@ -98,7 +98,7 @@ class PartsMap:
         self._place, self._lasting = self._after(self._place, self._lasting, laid.pose, laid.lasting)
         if len(self.keyframes) - self._begins[-1] >= PART:
             self._begin_part()
-        self.keyframes.append(Keyframe(scan, surface, len(self._begins) - 1, self._place))
+        self.keyframes.append(Keyframe(looked, surface, len(self._begins) - 1, self._place))
 
     def belief(self) -> tuple[Array, Array]:
         """Return the pose of the newest scan in the world, shape (3,), and its covariance, shape (3, 3)."""

@@ -15,9 +15,10 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose, wrap_angle, wrap_angles
-from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Scan, Shown, ShownPoints, Sighting, WorldMap
+from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Shown, ShownPoints, Sighting, WorldMap
 
 from .distance_grid import DistanceGrid
+from .level_scan import LevelLidar, LevelScan
 
 FAST, SLOW, LOSING = 0.3, 0.03, 0.0005
 """Share of the newest scan in the fast average of the likelihood, and in the slow one when scans fit better and when
@@ -104,11 +105,7 @@ class MonteCarloLocalization:
         """
         if self._field is None:
             self.take_map(None)
-        lidars = [name for name, sensor in robot.sensors.items() if sensor.kind == "lidar"]
-        if not lidars or self._lidar not in (None, *lidars):
-            raise ValueError(f"robot '{robot.name}' has no lidar '{self._lidar or ''}'; it has {lidars or 'none'}")
-        self._name = self._lidar or lidars[0]
-        self._robot_from_lidar = robot.sensors[self._name].robot_from_sensor
+        self._scans = LevelLidar(robot, self._lidar)
         self._rng = rng
         self._beacons = {name: info.pose.as_array()[:2] for name, info in catalogue.items() if info.pose is not None}
         self._places = self._known_field().largest_region(robot.radius)
@@ -125,7 +122,8 @@ class MonteCarloLocalization:
     def update(self, seen: Observation) -> Estimate:
         """Return the belief after this tick's odometry and, when one is due, its scan."""
         self._move(seen)
-        points = self._points(seen.scans[self._name]) if self._name in seen.scans else np.zeros((0, 2))
+        scan = self._scans.update(seen)
+        points = self._points(scan) if scan is not None else np.zeros((0, 2))
         looks = [sighting for sighting in seen.sightings if sighting.name in self._beacons]
         if len(points) or looks:
             self._weigh(points, looks)
@@ -172,11 +170,10 @@ class MonteCarloLocalization:
         self._slow += ((SLOW if mean > self._slow else LOSING) if self._slow else 1.0) * (mean - self._slow)
         return max(0.0, 1.0 - 1.5 * self._fast / self._slow)
 
-    def _points(self, scan: Scan) -> Array:
+    def _points(self, scan: LevelScan) -> Array:
         """Return where some of the beams ended, in the robot's frame, shape (n, 2) [m]."""
         points = scan.points()
-        points = points[np.linspace(0, len(points) - 1, min(self._beams, len(points))).astype(int)]
-        return np.asarray(points @ self._robot_from_lidar[:2, :2].T + self._robot_from_lidar[:2, 3])
+        return np.asarray(points[np.linspace(0, len(points) - 1, min(self._beams, len(points))).astype(int)])
 
     def _scan_fit(self, poses: Array, points: Array, sigma: float) -> Array:
         """Return the mean log-likelihood of a beam of a scan, with ends (n, 2), from poses (k, 3), shape (k,)."""

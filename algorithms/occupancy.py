@@ -12,6 +12,7 @@ from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Scan, 
 
 from .distance_grid import DistanceGrid
 from .ekf_models import odometry_motion
+from .level_scan import LevelLidar
 
 FREE, HIT = -0.4, 1.7
 """What a beam that passes, and one that ends, adds to a cell's log-odds: it is occupied with 40 %, with 85 %."""
@@ -102,23 +103,6 @@ def shown_grid(grid: OccupancyGrid) -> ShownGrid:
     return ShownGrid(name="map", cells=cells, resolution=grid.cell, origin=Pose(x, y, 0.0))
 
 
-def lidar_of(robot: RobotInfo, name: str | None) -> tuple[str, Pose]:
-    """Return the name of a robot's lidar and robot_from_lidar in the plane.
-
-    Args:
-        robot: What is told of the robot.
-        name: Of the lidar; None for its first.
-
-    Raises:
-        ValueError: It has no such lidar.
-    """
-    lidars = [key for key, sensor in robot.sensors.items() if sensor.kind == "lidar"]
-    if not lidars or name not in (None, *lidars):
-        raise ValueError(f"robot '{robot.name}' has no lidar{f' {name!r}' if name else ''}; it has {lidars or 'none'}")
-    matrix = robot.sensors[name or lidars[0]].robot_from_sensor
-    return name or lidars[0], Pose(matrix[0, 3], matrix[1, 3], float(np.arctan2(matrix[1, 0], matrix[0, 0])))
-
-
 class OccupancyMapping:
     """Believes the wheels, and draws what the lidar sees into `grid`: the plainest map maker there is."""
 
@@ -138,7 +122,7 @@ class OccupancyMapping:
         Raises:
             ValueError: The robot has no such lidar.
         """
-        self._name, self._robot_from_lidar = lidar_of(robot, self._lidar)
+        self._scans = LevelLidar(robot, self._lidar)
         self.grid = OccupancyGrid(cell=self.grid.cell, farthest=self.grid.farthest)
         self._pose, self._covariance = robot.prior.as_array(), np.array(robot.prior_covariance, dtype=float)
         self._motion = odometry_motion()
@@ -148,6 +132,6 @@ class OccupancyMapping:
         moved = seen.odometry
         self._pose, F, G = self._motion(self._pose, np.array([moved.forward, moved.left, moved.turn]))
         self._covariance = F @ self._covariance @ F.T + G @ moved.covariance @ G.T
-        if self._name in seen.scans:
-            self.grid.add(Pose.from_array(self._pose) @ self._robot_from_lidar, seen.scans[self._name])
+        if (looked := self._scans.update(seen)) is not None:
+            self.grid.add(Pose.from_array(self._pose) @ looked.robot_from_lidar, looked.scan)
         return Estimate(Pose.from_array(self._pose), self._covariance)

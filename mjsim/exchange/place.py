@@ -134,7 +134,9 @@ def _robot(
         height = round(min(bare.body.height + MAST, HIGHEST), 3)
         scan = {"lidar": "scan", "preset": lidar, "at": [0.0, 0.0, height]}
         others = [sensor for sensor in bare.sensors if sensor.kind != "lidar"]
-        keys["sensors"] = [*(sensor.model_dump(exclude_unset=True) for sensor in others), scan]
+        # The scan of a robot that leans is made level by what an inertial sensor tells.
+        lean = [bare.own_imu.model_copy(update={"imu": "imu"})] if bare.own_imu is not None else []
+        keys["sensors"] = [*(sensor.model_dump(exclude_unset=True) for sensor in [*others, *lean]), scan]
     if errs:
         keys["odometry"] = {**bare.odometry.model_dump(exclude_unset=True), "noise": ODOMETRY_NOISE}
     return robot_of(keys, folder)

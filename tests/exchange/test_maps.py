@@ -12,7 +12,7 @@ from PIL import Image
 from mjsim.errors import UsageError
 from mjsim.exchange import fidelity, with_robot, world_from_map, write_map
 from mjsim.exchange.grid import read_grid
-from mjsim.world import World, check_world, grid_of, load_world, parse_world, solid
+from mjsim.world import World, check_world, format_world, grid_of, load_world, parse_world, solid
 
 WORLDS = Path(__file__).parents[2] / "worlds"
 ROOM = "mjsim: 1\nwalls: [{points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true}]\n"
@@ -135,6 +135,14 @@ def test_a_robot_stands_in_the_widest_place_of_a_map(tmp_path):
     assert not check_world(world)
     x, y = world.robots[0].at
     assert min(x, 6 - x, y, 4 - y) == pytest.approx(2.0, abs=0.05)
+
+
+def test_a_robot_that_balances_gets_the_inertial_sensor_that_levels_its_scans(tmp_path):
+    bare = world_from_map(write_map(parse_world(ROOM), tmp_path))
+    for preset, kinds in [("balancer", ["imu", "lidar"]), ("turtlebot3_burger", ["lidar"])]:
+        world = with_robot(bare, preset=preset, lidar="lds-02")
+        assert parse_world(format_world(world)) == world
+        assert [sensor.kind for sensor in world.robots[0].sensors] == kinds
 
 
 @pytest.mark.slow
