@@ -106,14 +106,16 @@ def schema() -> None:
 def _is_right(path: str) -> bool:
     """Return whether nothing is wrong with a world file; print what is."""
     from mjsim.modules import check_modules
-    from mjsim.world import ModelBody, ModelObstacle, check_world, load_world
+    from mjsim.world import MechanismModel, ModelBody, ModelObstacle, check_world, load_world
 
     try:
         world = load_world(path)
         if problems := [*check_world(world), *check_modules(world)]:
             raise WorldError(problems)
+        parts = (body for mechanism in world.mechanisms for body in mechanism.bodies)
         bodies = (robot.body for robot in world.robots)
-        if any(isinstance(item, ModelObstacle | ModelBody) for item in (*world.obstacles, *bodies)):
+        kinds = ModelObstacle | ModelBody | MechanismModel
+        if any(isinstance(item, kinds) for item in (*world.obstacles, *bodies, *parts)):
             from mjsim.compile import check_models
 
             check_models(world)

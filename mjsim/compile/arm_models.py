@@ -8,8 +8,9 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.bodies import TOUCHED
+from mjsim.compile.mechanism_bodies import pose_keys
 from mjsim.compile.model_looks import LookOf
-from mjsim.compile.models import LoadedFile, mesh_of
+from mjsim.compile.models import LoadedFile, copy_geom
 from mjsim.compile.parts import DECOR, SEEN
 from mjsim.geometry import Array
 from mjsim.mechanics import Solid, is_valid, nearest_valid
@@ -66,31 +67,17 @@ def add_shapes(
         if not (seen[number] or touched[number]):
             continue
         own = file.model.geom(number).name
-        geom = body.add_geom(
-            name=f"{name}/{own}" if own and _free(spec, f"{name}/{own}") else "",
-            type=int(file.model.geom_type[number]),
-            size=file.model.geom_size[number],
-            pos=shape.pose[:3, 3],
-            quat=_quaternion(shape.pose),
-            mass=0.0,
-            **_solid(file.model, number, seen=bool(seen[number]), touched=bool(touched[number])),
-            **original.looks.of_geom(number, plain=plain),
-        )
-        if geom.type == mujoco.mjtGeom.mjGEOM_MESH:
-            geom.meshname = mesh_of(spec, original, int(file.model.geom_dataid[number]), 1.0)
+        keys = solid_keys(file.model, number, seen=bool(seen[number]), touched=bool(touched[number]))
+        keys |= original.looks.of_geom(number, plain=plain) | pose_keys(shape.pose)
+        keys["name"] = f"{name}/{own}" if own and _free(spec, f"{name}/{own}") else ""
+        copy_geom(spec, body, original, number, scale=1.0, **keys)
 
 
 def _free(spec: mujoco.MjSpec, name: str) -> bool:
     return spec.geom(name) is None
 
 
-def _quaternion(pose: Array) -> Array:
-    quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(pose[:3, :3]).ravel())
-    return quaternion
-
-
-def _solid(model: mujoco.MjModel, number: int, *, seen: bool, touched: bool) -> dict[str, Any]:
+def solid_keys(model: mujoco.MjModel, number: int, *, seen: bool, touched: bool) -> dict[str, Any]:
     """Return how a geom of the file stands in the scene: as what is seen, what is touched, or both."""
     if not touched:
         return {"group": DECOR, "contype": 0, "conaffinity": 0}

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from mjsim.compile.mechanism_models import check_mechanism_files
 from mjsim.compile.obstacles import check_things
 from mjsim.compile.robots import check_robots
 from mjsim.errors import Problem, WorldError
@@ -15,7 +16,7 @@ def check_models(world: World) -> None:
 
 
 def _problems(world: World) -> Iterator[Problem]:
-    for check in (check_things, check_robots):
+    for check in (check_things, check_robots, check_mechanism_files):
         try:
             check(world)
         except WorldError as error:

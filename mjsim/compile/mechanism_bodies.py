@@ -25,6 +25,8 @@ def lowest(body: MechanismBody, world_from_shape: Array) -> float:
             return height - radius + min(0.0, float(rotation[2, 0]) * length)
         case _ if hasattr(body, "box"):
             return height - float(np.abs(down) @ (np.array(body.box) / 2.0))
+        case _ if hasattr(body, "model"):
+            return height + float((np.array(body.spans()[0]) @ rotation[2]).min())
         case _ if hasattr(body, "cylinder"):
             radius, tall = body.cylinder
             return height - radius * math.hypot(down[0], down[1]) - abs(float(down[2])) * tall / 2.0
@@ -46,6 +48,8 @@ def thickness(body: MechanismBody) -> float:
             return float(body.rod[1])
         case _ if hasattr(body, "box"):
             return COMPACT * float(min(body.box)) / 2.0
+        case _ if hasattr(body, "model"):
+            return COMPACT * float(np.ptp(body.spans()[0], axis=0).min()) / 2.0
         case _ if hasattr(body, "cylinder"):
             return COMPACT * float(min(body.cylinder[0], body.cylinder[1] / 2.0))
         case _:

@@ -13,10 +13,12 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.mechanism_bodies import add_shape, lowest, pose_keys, set_mass, thickness
+from mjsim.compile.mechanism_models import add_file_shape
+from mjsim.compile.models import LoadedFile, original
 from mjsim.compile.parts import DARK, make_decor
 from mjsim.geometry import Array
 from mjsim.mechanics import Placement, Solid, inverted
-from mjsim.world import GROUND, CurvePoint, Mechanism, MechanismBody, MechanismJoint, Spring, World
+from mjsim.world import GROUND, CurvePoint, Mechanism, MechanismBody, MechanismJoint, MechanismModel, Spring, World
 
 if TYPE_CHECKING:  # most worlds have no curve
     from mjsim.mechanics import SpaceCurve
@@ -46,8 +48,9 @@ BELOW = 1e-3
 
 def add_mechanisms(spec: mujoco.MjSpec, world: World) -> None:
     """Add all mechanisms as they start, each with motors that do nothing by themselves."""
+    files: dict[str, LoadedFile] = {}
     for mechanism in world.mechanisms:
-        _Builder(spec, mechanism, world.run.step).build()
+        _Builder(spec, mechanism, world.run.step, files).build()
 
 
 def stiff(equality: mujoco.MjsEquality, step: float) -> None:
@@ -69,8 +72,8 @@ def seen_box(mechanism: Mechanism) -> Array:
 class _Builder:
     """Adds one mechanism to a scene."""
 
-    def __init__(self, spec: mujoco.MjSpec, mechanism: Mechanism, step: float) -> None:
-        self._spec, self._mechanism, self._step = spec, mechanism, step
+    def __init__(self, spec: mujoco.MjSpec, mechanism: Mechanism, step: float, files: dict[str, LoadedFile]) -> None:
+        self._spec, self._mechanism, self._step, self._files = spec, mechanism, step, files
         self._assembly = mechanism.assembly
         self._placed: Placement = self._assembly.linkage.place(self._assembly.start)
         self._ground = mechanism.world_from_ground
@@ -112,8 +115,17 @@ class _Builder:
             pose = self._ground @ pose
         body = self._bodies[self._assembly.bodies[parent]].add_body(name=self._full(item.name), **pose_keys(pose))
         set_mass(body, item.solid())
-        add_shape(body, item, self._full(item.name))
+        self._add_shape(body, item)
         self._bodies[item.name] = body
+
+    def _add_shape(self, body: mujoco.MjsBody, item: MechanismBody) -> None:
+        if not isinstance(item, MechanismModel):
+            add_shape(body, item, self._full(item.name))
+            return
+        if item.model not in self._files:
+            key = f"mechanism:model{len(self._files) + 1}"
+            self._files[item.model] = original(self._spec, item.shape, key=key)
+        add_file_shape(self._spec, body, item, self._files[item.model], name=self._full(item.name))
 
     def _add_ghost(self, number: int, parent: int, name: str) -> None:
         """Add a body that is nothing but the far side of a joint at which a loop is cut; it weighs next to nothing."""

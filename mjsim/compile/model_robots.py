@@ -16,7 +16,7 @@ import numpy as np
 
 from mjsim.compile.bodies import BUMPER_FRICTION, TOUCHED
 from mjsim.compile.joints import lock
-from mjsim.compile.models import LoadedFile, mesh_of
+from mjsim.compile.models import LoadedFile, copy_geom
 from mjsim.compile.own_parts import exclude_parts
 from mjsim.compile.parts import DARK, DECOR, FITTINGS, RUNNING_GEAR, SEEN
 from mjsim.compile.running_gear import add_motor
@@ -376,21 +376,13 @@ def _ways(*, seen: bool, touches: bool, base: bool, housing: bool) -> list[dict[
 
 
 def _add_geom(build: _Build, part: Rigid, number: int, keys: Mapping[str, Any]) -> None:
-    model, data = build.original.model, build.rest.data
+    data = build.rest.data
     origin, axes = build.frames[part.root]
     turn = axes.T @ build.robot_from_file[:, :3] @ data.geom_xmat[number].reshape(3, 3)
     look = {} if keys["group"] in (TOUCHED, RUNNING_GEAR) else build.original.looks.of_geom(number, plain=None)
-    geom = build.made[part.root].add_geom(
-        type=int(model.geom_type[number]),
-        size=model.geom_size[number],
-        pos=axes.T @ (build.point(data.geom_xpos[number]) - origin),
-        quat=_quaternion(turn),
-        mass=0.0,
-        **keys,
-        **(look or {"rgba": DARK}),
-    )
-    if geom.type == mujoco.mjtGeom.mjGEOM_MESH:
-        geom.meshname = mesh_of(build.spec, build.original, int(model.geom_dataid[number]), 1.0)
+    place = {"pos": axes.T @ (build.point(data.geom_xpos[number]) - origin), "quat": _quaternion(turn)}
+    own = {**place, **keys, **(look or {"rgba": DARK})}
+    copy_geom(build.spec, build.made[part.root], build.original, number, scale=1.0, **own)
 
 
 def _quaternion(turn: Array) -> Array:

@@ -94,19 +94,31 @@ def add_model(
         keys["group"] = COLLISION if not seen[number] else SEEN if touched[number] else VISUAL
         if touched[number] and "friction" not in keys:
             keys["friction"] = model.geom_friction[number]
-        geom = bodies[int(model.geom_bodyid[number])].add_geom(
-            name=_below(name, model.geom(number).name),
-            type=int(model.geom_type[number]),
-            size=model.geom_size[number] * scale,
-            pos=model.geom_pos[number] * scale,
-            quat=model.geom_quat[number],
-            mass=0.0,
-            **keys,
-            **original.looks.of_geom(number, plain=plain),
-        )
-        if geom.type == mujoco.mjtGeom.mjGEOM_MESH:
-            geom.meshname = mesh_of(spec, original, int(model.geom_dataid[number]), scale)
+        keys |= original.looks.of_geom(number, plain=plain)
+        keys |= {"name": _below(name, model.geom(number).name), "quat": model.geom_quat[number]}
+        place = model.geom_pos[number] * scale
+        copy_geom(spec, bodies[int(model.geom_bodyid[number])], original, number, scale=scale, pos=place, **keys)
     _add_excludes(spec, model, bodies)
+
+
+def copy_geom(
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, original: LoadedFile, number: int, *, scale: float, **keys: Any
+) -> None:
+    """Add a geom of a file to a body of the scene; it weighs nothing, as masses are those of bodies.
+
+    Args:
+        spec: The scene.
+        body: In the scene.
+        original: The file.
+        number: Of the geom in the file.
+        scale: Metres to one unit of length of the file.
+        keys: What else it has: place, looks, contacts.
+    """
+    model = original.model
+    size = model.geom_size[number] * scale
+    geom = body.add_geom(type=int(model.geom_type[number]), size=size, mass=0.0, **keys)
+    if geom.type == mujoco.mjtGeom.mjGEOM_MESH:
+        geom.meshname = _mesh_of(spec, original, int(model.geom_dataid[number]), scale)
 
 
 def _below(name: str, own: str) -> str:
@@ -172,7 +184,7 @@ def _add_joint(body: mujoco.MjsBody, model: mujoco.MjModel, number: int, *, scal
         joint.range = model.jnt_range[number] * unit
 
 
-def mesh_of(spec: mujoco.MjSpec, original: LoadedFile, number: int, scale: float) -> str:
+def _mesh_of(spec: mujoco.MjSpec, original: LoadedFile, number: int, scale: float) -> str:
     """Return the name of a mesh in the scene, which is added if it is not there."""
     name = original.meshes.get((number, scale))
     if name is not None:

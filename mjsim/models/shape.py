@@ -12,6 +12,8 @@ from mjsim.models.files import ModelFiles, Read, gather_model
 if TYPE_CHECKING:
     import mujoco
 
+    from mjsim.models.whole import WholeModel
+
 
 @dataclass(frozen=True, eq=False)
 class ModelShape:
@@ -40,6 +42,13 @@ class ModelShape:
 
         hinge = int(mujoco.mjtJoint.mjJNT_HINGE)
         return tuple(self.model.joint(n).name for n in range(self.model.njnt) if self.model.jnt_type[n] == hinge)
+
+    @cached_property
+    def whole(self) -> "WholeModel":
+        """It as one rigid body."""
+        from mjsim.models.whole import whole_of
+
+        return whole_of(self.model, urdf=self.files.urdf)
 
     @cached_property
     def outline(self) -> Array:

@@ -36,6 +36,7 @@ from mjsim.record.schemas import (
 )
 from mjsim.world import (
     Looks,
+    MechanismModel,
     ModelBody,
     ModelObstacle,
     Source,
@@ -266,7 +267,9 @@ def drawn_sensors(robots: Mapping[str, RobotInfo]) -> Iterator[tuple[DrawnTopic,
 
 def named_files(world: World) -> list[str]:
     """Return the files that a world names, with what its models name in turn, and those that its text includes."""
-    shapes = {item.model: item.shape for item in world.obstacles if isinstance(item, ModelObstacle)}
+    parts = (body for mechanism in world.mechanisms for body in mechanism.bodies)
+    from_files = (item for item in (*world.obstacles, *parts) if isinstance(item, ModelObstacle | MechanismModel))
+    shapes = {item.model: item.shape for item in from_files}
     of_models = [path for shape in shapes.values() for path in shape.files.paths]
     bodies = [path for robot in world.robots if isinstance(robot.body, ModelBody) for path in robot.body.files.paths]
     arms = [path for robot in world.robots for arm in robot.arms if arm.model for path in arm.file_arm.files.paths]

@@ -78,6 +78,7 @@ from .items import MecanumDrive as MecanumDrive
 from .items import Mechanism as Mechanism
 from .items import MechanismBody as MechanismBody
 from .items import MechanismJoint as MechanismJoint
+from .items import MechanismModel as MechanismModel
 from .items import ModelBody as ModelBody
 from .items import ModelObstacle as ModelObstacle
 from .items import Modules as Modules

@@ -46,7 +46,7 @@ MISTAKES = [
         "{name: crank, rod: [1.0, 0.05]}",
         "{name: crank}",
         "5:14: bodies[0] is {name}; a body needs its shape; write rod: [length, radius], box: [length, width, "
-        "height], cylinder: [radius, height] or sphere: radius",
+        "height], cylinder: [radius, height], sphere: radius, or model: FILE",
     ),
     ("name: coupler", "name: crank", "5:47: name 'crank' is taken by bodies[0]; give each its own"),
     ("name: rocker", "name: ground", "5:89: 'ground' is what does not move; give the body another name"),

@@ -71,6 +71,7 @@ from .mechanisms import JointSensor as JointSensor
 from .mechanisms import Mechanism as Mechanism
 from .mechanisms import MechanismBody as MechanismBody
 from .mechanisms import MechanismJoint as MechanismJoint
+from .mechanisms import MechanismModel as MechanismModel
 from .mechanisms import Motion as Motion
 from .mechanisms import MotorJoint as MotorJoint
 from .mechanisms import Place as Place

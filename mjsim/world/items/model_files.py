@@ -1,12 +1,46 @@
 """Files of MJCF and URDF that items of a world name."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from mjsim.world.ground import fault
+from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
+
+from mjsim.world.files import BUILT, Source, read_asset
+from mjsim.world.ground import Model, ModelPath, fault
 
 if TYPE_CHECKING:  # and below where it is used: worlds without models start without it
     from mjsim.models import ModelShape
+
+
+class FromFile(Model):
+    """What has its shape from a file of MuJoCo (MJCF) or ROS (URDF)."""
+
+    model: ModelPath
+    """The file; meshes and pictures that it names lie beside it or below the world file."""
+    scale: Annotated[float, Field(gt=0, le=1e4)] = 1.0
+    """Metres to one unit of length of the file."""
+    _source: Source = PrivateAttr(default=BUILT)
+
+    @model_validator(mode="after")
+    def _can_be_read(self, info: ValidationInfo) -> Self:
+        context = info.context or {}
+        source = context.get("source")
+        if isinstance(source, Source):
+            self._source = source
+            # Many chairs of one file are read once.
+            vars(self)["shape"] = shape_in(context, self.model, self._read)
+        return self
+
+    @cached_property
+    def shape(self) -> "ModelShape":
+        """What the file holds, in its own units and frame; ValueError when it cannot be read."""
+        from mjsim.models import read_model
+
+        return read_model(self.model, self._read)
+
+    def _read(self, path: str) -> bytes:
+        return read_asset(path, self._source)
 
 
 def shape_in(context: dict[str, Any], model: str, read: Callable[[str], bytes]) -> "ModelShape":

@@ -1,20 +1,17 @@
 """What stands and hangs in a room: obstacles of all kinds, and beacons."""
 
 import math
-from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Self
 
-from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
+from pydantic import Field, model_validator
 
-from mjsim.world.files import BUILT, Source, read_asset
-from mjsim.world.ground import AssetPath, Color, Degrees, Distance, Length, Model, ModelPath, Name, OneOf, Point, fault
+from mjsim.world.ground import AssetPath, Color, Degrees, Distance, Length, Model, Name, OneOf, Point, fault
 from mjsim.world.items.markers import check_marker
-from mjsim.world.items.model_files import shape_in
+from mjsim.world.items.model_files import FromFile
 from mjsim.world.items.targets import Seat, Targets, check_names
 
 if TYPE_CHECKING:  # and below where it is used: worlds without models start without it
     from mjsim.geometry import Array
-    from mjsim.models import ModelShape
 
 
 class ScriptedPath(Model):
@@ -146,42 +143,17 @@ class StepsObstacle(_Fixed):
     """How many steps."""
 
 
-class ModelObstacle(_Obstacle):
+class ModelObstacle(FromFile, _Obstacle):
     """A thing from a file of MuJoCo (MJCF) or ROS (URDF); its origin comes to `at`, its lowest point to `elevation`."""
 
-    model: ModelPath
-    """The file; meshes and pictures that it names lie beside it or below the world file."""
-    scale: Annotated[float, Field(gt=0, le=1e4)] = 1.0
-    """Metres to one unit of length of the file."""
     # Others have a mass of their own where none is given.
     mass: Mass | None = None  # type: ignore[assignment]
     """Of a movable one [kg]; that of the file unless given."""
-    _source: Source = PrivateAttr(default=BUILT)
 
     @property
     def origin_height(self) -> float:
         """Of the origin of its file above the floor [m]."""
         return self.elevation - self.shape.low * self.scale
-
-    @model_validator(mode="after")
-    def _can_be_read(self, info: ValidationInfo) -> Self:
-        context = info.context or {}
-        source = context.get("source")
-        if isinstance(source, Source):
-            self._source = source
-            # Many chairs of one file are read once.
-            vars(self)["shape"] = shape_in(context, self.model, self._read)
-        return self
-
-    @cached_property
-    def shape(self) -> "ModelShape":
-        """What the file holds, in its own units and frame; ValueError when it cannot be read."""
-        from mjsim.models import read_model
-
-        return read_model(self.model, self._read)
-
-    def _read(self, path: str) -> bytes:
-        return read_asset(path, self._source)
 
 
 KINDS: dict[str, type[_Obstacle]] = {

@@ -12,6 +12,7 @@ from .bodies import MechanismBall as MechanismBall
 from .bodies import MechanismBody as MechanismBody
 from .bodies import MechanismBox as MechanismBox
 from .bodies import MechanismCylinder as MechanismCylinder
+from .bodies import MechanismModel as MechanismModel
 from .bodies import MechanismRod as MechanismRod
 from .joints import MechanismJoint as MechanismJoint
 from .mechanism import Mechanism as Mechanism

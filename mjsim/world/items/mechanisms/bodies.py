@@ -1,4 +1,4 @@
-"""Bodies of mechanisms: rods, boxes, cylinders and balls, each with its mass."""
+"""Bodies of mechanisms: rods, boxes, cylinders, balls and models, each with its mass."""
 
 import math
 from abc import abstractmethod
@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from mjsim.world.ground import Color, Degrees, Length, Model, OneOf, Point3, fault
 from mjsim.world.items.mechanisms.points import GROUND, PartName
+from mjsim.world.items.model_files import FromFile
 
 if TYPE_CHECKING:  # worlds without mechanisms start without it
     from mjsim.geometry import Array
@@ -34,7 +35,7 @@ class _Body(Model):
     rpy_deg: RollPitchYaw = (0.0, 0.0, 0.0)
     """[roll, pitch, yaw] of its shape in its frame, right-handed, in this order."""
     mass: Annotated[float, Field(gt=0, le=1e6)] | None = None
-    """That of its shape at 1000 kg/m^3 unless given [kg]."""
+    """That of its shape at 1000 kg/m^3, or of its file, unless given [kg]."""
     center: Point3 | None = None
     """Its centre of mass in its frame [m]; that of its shape unless given."""
     inertia: (
@@ -59,16 +60,16 @@ class _Body(Model):
         return self
 
     @abstractmethod
-    def volume(self) -> float:
-        """Return that of its shape [m^3]."""
+    def own_mass(self) -> float:
+        """Return that of its shape [kg]."""
 
     def middle(self) -> tuple[float, float, float]:
-        """Return the centre of its shape, frame of the shape [m]."""
+        """Return the centre of mass of its shape, frame of the shape [m]."""
         return (0.0, 0.0, 0.0)
 
     @abstractmethod
-    def squares(self) -> tuple[float, float, float]:
-        """Return the moments of inertia of its shape about its centre, for a mass of 1 kg [m^2]."""
+    def own_tensor(self) -> "Array":
+        """Return the inertia of its shape about that centre for 1 kg, axes of the shape, shape (3, 3) [m^2]."""
 
     @abstractmethod
     def ends(self) -> dict[str, tuple[float, float, float]]:
@@ -104,9 +105,9 @@ class _Body(Model):
 
         from mjsim.mechanics import Solid
 
-        frame, mass = self.frame(), DENSITY * self.volume() if self.mass is None else self.mass
+        frame, mass = self.frame(), self.own_mass() if self.mass is None else self.mass
         center = frame[:3, :3] @ self.middle() + frame[:3, 3] if self.center is None else np.array(self.center)
-        tensor = mass * frame[:3, :3] @ np.diag(self.squares()) @ frame[:3, :3].T
+        tensor = mass * frame[:3, :3] @ self.own_tensor() @ frame[:3, :3].T
         own = [tensor[0, 0], tensor[1, 1], tensor[2, 2], tensor[0, 1], tensor[1, 2], tensor[0, 2]]
         xx, yy, zz, xy, yz, xz = map(float, own if self.inertia is None else self.inertia)
         return Solid(
@@ -131,7 +132,29 @@ def _check_inertia(inertia: tuple[float, ...]) -> None:
         )
 
 
-class MechanismRod(_Body):
+class _Even(_Body):
+    """A body of even density."""
+
+    @abstractmethod
+    def volume(self) -> float:
+        """Return that of its shape [m^3]."""
+
+    @abstractmethod
+    def squares(self) -> tuple[float, float, float]:
+        """Return the moments of inertia of its shape about its centre, for a mass of 1 kg [m^2]."""
+
+    def own_mass(self) -> float:
+        """Return that of its shape at 1000 kg/m^3 [kg]."""
+        return DENSITY * self.volume()
+
+    def own_tensor(self) -> "Array":
+        """Return the inertia of its shape, shape (3, 3) [m^2]."""
+        import numpy as np
+
+        return np.diag(self.squares())
+
+
+class MechanismRod(_Even):
     """A rod along +x of its frame, which begins at the origin."""
 
     rod: Annotated[tuple[Length, ...], Field(strict=False, min_length=2, max_length=2)]
@@ -166,7 +189,7 @@ class MechanismRod(_Body):
         return [(0.0, 0.0, 0.0), (self.rod[0], 0.0, 0.0)], self.rod[1]
 
 
-class MechanismBox(_Body):
+class MechanismBox(_Even):
     """A box about the origin of its frame."""
 
     box: Annotated[tuple[Length, ...], Field(strict=False, min_length=3, max_length=3)]
@@ -192,7 +215,7 @@ class MechanismBox(_Body):
         return [(a, b, c) for a in (-x, x) for b in (-y, y) for c in (-z, z)], 0.0
 
 
-class MechanismCylinder(_Body):
+class MechanismCylinder(_Even):
     """A cylinder about the origin of its frame, along z."""
 
     cylinder: Annotated[tuple[Length, ...], Field(strict=False, min_length=2, max_length=2)]
@@ -220,7 +243,7 @@ class MechanismCylinder(_Body):
         return [(x, y, z) for x, y in ring for z in (-height / 2, height / 2)], 0.0
 
 
-class MechanismBall(_Body):
+class MechanismBall(_Even):
     """A ball about the origin of its frame."""
 
     sphere: Length
@@ -243,19 +266,54 @@ class MechanismBall(_Body):
         return [(0.0, 0.0, 0.0)], self.sphere
 
 
+class MechanismModel(FromFile, _Body):
+    """A body from a file, in whose frame it is; joints of the file stay as they are at rest."""
+
+    @model_validator(mode="after")
+    def _weighs(self) -> Self:
+        said = None not in (self.mass, self.center, self.inertia)
+        # Only a file that was read with its world is known to be there.
+        if not said and "shape" in vars(self) and self.shape.whole.mass <= 0.0:
+            raise fault(f"'{self.model}' has no mass; give the body mass, center and inertia", "model")
+        return self
+
+    def own_mass(self) -> float:
+        """Return that of the file, which grows with the cube of `scale` [kg]."""
+        return self.shape.whole.mass * self.scale**3
+
+    def middle(self) -> tuple[float, float, float]:
+        """Return the centre of mass of the file [m]."""
+        x, y, z = (self.shape.whole.center * self.scale).tolist()
+        return (x, y, z)
+
+    def own_tensor(self) -> "Array":
+        """Return the inertia of the file, shape (3, 3) [m^2]; zeros where it has no mass."""
+        whole = self.shape.whole
+        return whole.inertia * (self.scale**2 / whole.mass) if whole.mass > 0.0 else whole.inertia
+
+    def ends(self) -> dict[str, tuple[float, float, float]]:
+        """Return nothing but its centre; other points are written as {BODY: [x, y, z]}."""
+        return {}
+
+    def spans(self) -> tuple[list[tuple[float, float, float]], float]:
+        """Return corners of the convex hull of all that can be touched [m]."""
+        return [(x, y, z) for x, y, z in (self.shape.whole.corners * self.scale).tolist()], 0.0
+
+
 BODIES: dict[str, type[_Body]] = {
     "rod": MechanismRod,
     "box": MechanismBox,
     "cylinder": MechanismCylinder,
     "sphere": MechanismBall,
+    "model": MechanismModel,
 }
 """Bodies by the key that gives their shape."""
 
 MechanismBody = Annotated[
-    MechanismRod | MechanismBox | MechanismCylinder | MechanismBall,
+    MechanismRod | MechanismBox | MechanismCylinder | MechanismBall | MechanismModel,
     OneOf(
         BODIES,
-        "a body needs its shape; write rod: [length, radius], box: [length, width, height], cylinder: [radius, height]"
-        " or sphere: radius",
+        "a body needs its shape; write rod: [length, radius], box: [length, width, height], cylinder: [radius, height],"
+        " sphere: radius, or model: FILE",
     ),
 ]

@@ -6,8 +6,6 @@ from typing import Any
 from mjsim.world.ground import fault
 
 INSTEAD = {
-    ("bodies", "model"): "a file is not read as the body of a mechanism; write rod, box, cylinder or sphere, with mass,"
-    " center and inertia for those of the file",
     ("bodies", "variable_mass"): "a mass that changes is not simulated; give the change of weight as"
     " {force: BODY.center, axis: [0, 0, -1], signal: ...}",
     ("bodies", "variable_inertia"): "an inertia that changes is not simulated; move a mass on a prismatic joint with"
