@@ -52,7 +52,7 @@ class TextAsk(Ask):
 class ChangeAsk(Ask):
     """One change of a world."""
 
-    op: Literal["set", "unset", "add", "remove", "rename"]
+    op: Literal["set", "unset", "add", "remove", "rename", "single"]
     path: tuple[str | int, ...]
     value: Any = None
 

@@ -46,7 +46,7 @@ def scene_of(world: World, raw: Node | None = None) -> Json:
 
     Returns:
         `items`: each with path, kind, name, label, at [m], heading_deg, polygons [m] (world frame), values, written,
-        raw, computed, type, fixed and line. `bounds`: [x0, y0, x1, y1] [m].
+        raw, computed, type, fixed, origin and line. `bounds`: [x0, y0, x1, y1] [m].
     """
     text = _Text(world.source.written, raw)
     values = world.model_dump(mode="json")
@@ -190,7 +190,7 @@ class _Text:
             polygons: Its outlines, world frame, shape (n, 2) each [m].
             place: Where it is, world frame; None for what has no one place.
         """
-        node, fixed = self._node(path)
+        node, fixed, origin = self._node(path)
         own = self._own.get((node.line, node.column)) if node is not None and fixed is None else None
         plain = own.value if own is not None else node.value if node is not None else {}
         name = getattr(model, "name", None)
@@ -206,22 +206,30 @@ class _Text:
             "computed": [key for key, value in plain.items() if _is_computed(value)] if own is not None else [],
             "type": type(model).__name__,
             "fixed": fixed,
+            "origin": origin,
             "line": 1 if node is None else node.line,
         }
 
-    def _node(self, path: Path) -> tuple[Node | None, str | None]:
-        """Return what an item is made of, and why it cannot be changed in this text."""
-        node, fixed = self._written, None
+    def _node(self, path: Path) -> tuple[Node | None, str | None, str | None]:
+        """Return what an item is made of, why it cannot be changed in this text, and which of the two it comes from."""
+        node, fixed, origin = self._written, None, None
         for step in path:
             if not isinstance(node, Node):
-                return None, None
+                return None, None, None
             node = node.items.get(step)
             if isinstance(node, Node) and node.origin is not None and isinstance(step, int):
-                if node.origin.repetition:
-                    fixed = f"one repetition of what stands in line {node.line}; change it in the text"
-                else:
-                    fixed = f"stands in {node.origin.file}; change it there"
-        return (node, fixed) if isinstance(node, Node) else (None, None)
+                # What is repeated in an included file comes from that file.
+                origin = origin or ("repeat" if node.origin.file is None else "include")
+                fixed = _held(node, node.origin.file, repeated=bool(node.origin.repetition))
+        return (node, fixed, origin) if isinstance(node, Node) else (None, None, None)
+
+
+def _held(node: Node, file: str | None, *, repeated: bool) -> str:
+    """Return why an item of an included file, or a repeated one, cannot be changed in this text."""
+    if not repeated:
+        return f"stands in {file}; change it there"
+    where, there = ("", "in the text") if file is None else (f" of {file}", "there")
+    return f"one repetition of what stands in line {node.line}{where}; change it {there}"
 
 
 def _mappings(node: Node) -> Iterator[Node]:

@@ -279,6 +279,8 @@ class Item(TypedDict):
     """Name of its definition in the schema."""
     fixed: str | None
     """Why it cannot be changed here."""
+    origin: Literal["repeat", "include"] | None
+    """Where it comes from when it is no item of the text itself."""
     line: int
 
 

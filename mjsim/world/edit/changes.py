@@ -7,6 +7,7 @@ from itertools import groupby, pairwise
 from typing import Any, Literal
 
 from mjsim.world.edit.edited_text import EditedText, Path, UnwritableError, same, shown_path
+from mjsim.world.edit.singles import make_single
 from mjsim.world.edit.snippet import rounded
 from mjsim.world.files import BUILT, Source
 from mjsim.world.ground import Model, gc_paused, models_at
@@ -25,8 +26,9 @@ MOST = 10**18
 class Change:
     """One change of a value in a world."""
 
-    op: Literal["set", "unset", "add", "remove", "rename"]
-    """Set or unset a key, add an item to a list or remove it, rename a key."""
+    op: Literal["set", "unset", "add", "remove", "rename", "single"]
+    """Set or unset a key, add an item to a list or remove it, rename a key; or write an item that is repeated or
+    included as one of its own, as `make_single` does."""
     path: Path
     """Keys and indices as the world has them; what is added comes behind all of the list that is named, or before the
     item that is named."""
@@ -86,6 +88,8 @@ class _Editor:
             self._add(path, value)
         elif op == "rename":
             self._rename(path, value)
+        elif op == "single":
+            make_single(self.draft, path)
         else:
             self._take_out(path, op)
 

@@ -87,7 +87,7 @@ class EditedText:
         Raises:
             UnwritableError: It cannot be read.
         """
-        self._text, self._source = text, source
+        self._text, self.source = text, source
         self._cuts: list[Cut] = []
         """Single values to be replaced; all places stay as they are until then."""
         self._read()
@@ -100,10 +100,25 @@ class EditedText:
             UnwritableError: It does not say what it should.
         """
         self._text, self._cuts = applied(self._text, self._cuts), []
-        node, problems = read_text(self._text, file=self._source.file)
+        node, problems = read_text(self._text, file=self.source.file)
         if problems or node is None or not same(node.value, self._wanted):
             raise UnwritableError((), "this cannot be changed without touching the rest; change the text itself")
         return self._text, node
+
+    @property
+    def nodes(self) -> tuple[Node, Node] | None:
+        """The text as it is written and what it stands for; None when it uses nothing that has to be expanded."""
+        return None if self._raw is None or self._written is None else (self._raw, self._written)
+
+    @property
+    def plain(self) -> Any:
+        """What is written, expressions and repeats as they are."""
+        return self._root.plain
+
+    @property
+    def fresh_source(self) -> Source:
+        """Where the text comes from, with the text as it is now."""
+        return replace(self.source, text=self._text, included={}, variables={})
 
     def settle(self) -> None:
         """Make the changes that were put off, and find all places again."""
@@ -138,6 +153,17 @@ class EditedText:
             place.said = None if inner is None else place.said[step]
             place.node = inner
         return place
+
+    def below(self, place: TextPlace, *steps: str | int) -> TextPlace:
+        """Return what stands in a value as it is written, repeated or not."""
+        found = TextPlace(place.path, [*place.own], [*place.chain], [*place.entries], None, None, [])
+        for step in steps:
+            entry = found.span.entry(step)
+            assert entry is not None, "only what is written is asked for"
+            found.own.append(step)
+            found.entries.append(entry)
+            found.chain.append(entry.value)
+        return found
 
     def replace(self, place: TextPlace, value: Any) -> None:
         """Write another value in place of one."""
@@ -253,7 +279,7 @@ class EditedText:
         expands = needs_expansion(self._text)
         if expands or "*" in self._text:
             # Aliases of aliases may stand for more than there is room for.
-            raw, problems = read_text(self._text, file=self._source.file)
+            raw, problems = read_text(self._text, file=self.source.file)
             if raw is None or problems:
                 raise UnwritableError((), f"the text cannot be read, mend it first: {problems[0]}")
         try:
@@ -263,8 +289,7 @@ class EditedText:
         if self._root.kind != "map":
             raise UnwritableError((), "the text is no world; a world begins with 'mjsim: 1'")
         if expands and raw is not None:
-            source = replace(self._source, text=self._text, included={}, variables={})
-            self._raw, self._written = raw, expand(raw, source).node
+            self._raw, self._written = raw, expand(raw, self.fresh_source).node
 
     def _restructure(self, cuts: Sequence[Cut]) -> None:
         self._text, self._cuts = applied(self._text, [*self._cuts, *cuts]), []

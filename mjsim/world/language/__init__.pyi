@@ -6,3 +6,4 @@ from .repeats import Repeat as Repeat
 from .schema import editor_schema as editor_schema
 from .schema import panel_schema as panel_schema
 from .schema import world_schema as world_schema
+from .template import names_in as names_in

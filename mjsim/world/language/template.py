@@ -339,6 +339,15 @@ def _pieces(text: str) -> list[str | Expression]:
     return [piece for piece in found if piece]
 
 
+def names_in(text: str) -> frozenset[str]:
+    """Return the names of variables and indices in the expressions of a text; none where one of them is wrong."""
+    try:
+        pieces = _pieces(text)
+    except ValueError:
+        return frozenset()
+    return frozenset().union(*(piece.names for piece in pieces if isinstance(piece, Expression)))
+
+
 def _joined(texts: Sequence[str]) -> str:
     length = sum(map(len, texts))
     if length > LONGEST_TEXT:

@@ -113,7 +113,8 @@ export type Change =
   | { op: "unset"; path: Path }
   | { op: "rename"; path: Path; value: string }
   | { op: "add"; path: Path; value: unknown }
-  | { op: "remove"; path: Path };
+  | { op: "remove"; path: Path }
+  | { op: "single"; path: Path };
 
 export interface Module {
   use: string;

@@ -38,6 +38,7 @@ function ofThings(editor: Editor, ways: Ways, selected: Item[], first: Item): En
   const copies = selected.some((item) => item.type !== "Opening");
   const turns = free && selected.some(canTurn);
   const alone = selected.length === 1;
+  const foreign = selected.some((item) => item.origin);
   const offered: [boolean, Entry][][] = [
     [
       [free && copies, { text: "Cut", keys: "Ctrl X", act: () => editor.cut() }],
@@ -48,11 +49,12 @@ function ofThings(editor: Editor, ways: Ways, selected: Item[], first: Item): En
     ],
     [
       [alone && ways.canRename(first), { text: "Rename", keys: "F2", act: () => ways.rename(first) }],
+      [foreign, { text: "Make single", act: () => editor.makeSingle() }],
       [turns, { text: "Turn 90° left", act: () => editor.turn(90) }],
       [turns, { text: "Turn 90° right", act: () => editor.turn(-90) }],
     ],
     [
-      [alone, { text: `Go to line ${first.line} of the text`, act: () => ways.text(first) }],
+      [alone && first.origin !== "include", { text: `Go to line ${first.line} of the text`, act: () => ways.text(first) }],
       [true, { text: "Show in 3-D", act: () => ways.solid() }],
     ],
   ];

@@ -199,6 +199,12 @@ export class Editor {
     void this.insert(items.map((item) => ({ list: String(item.path[0]), value: asWritten(item) })));
   }
 
+  /** Write what is selected, as far as it is repeated or included, as items of the text's own; the world stays as it is. */
+  makeSingle(): void {
+    const foreign = this.selected.filter((item) => item.origin);
+    void this.apply(foreign.map(({ path }): Change => ({ op: "single", path })));
+  }
+
   /** Align what is selected, or spread it evenly, as one change. */
   async arrange(how: Arrangement): Promise<void> {
     // Just after an undo, things are still where the text before had them.
@@ -287,6 +293,7 @@ export class Editor {
       const item = itemOf(problem.path, this.items);
       if (item) put(keyOf(item.path), { problem: problem.kind });
     }
+    for (const { path, origin } of this.items) if (origin) put(keyOf(path), { origin });
     if (this.hovered) put(this.hovered, { hovered: true });
     for (const path of this.document.selection) put(keyOf(path), { selected: true });
     this.plan.looks = looks;

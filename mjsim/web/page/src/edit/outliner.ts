@@ -152,7 +152,7 @@ export class Outliner {
     const { item, level, place, size } = row;
     const known = { "aria-level": level, "aria-posinset": place, "aria-setsize": size, "aria-selected": String(chosen.has(id)) };
     const name = this.renamed === id ? this.nameField(item) : el("span", { class: "outline-name" }, item.label);
-    const held = item.fixed ? el("span", { class: "held", title: item.fixed }, icon(ICONS.lock), el("span", { class: "sr" }, item.fixed)) : null;
+    const held = item.fixed ? el("span", { class: "held", title: item.fixed }, icon(ICONS[item.origin ?? "lock"]), el("span", { class: "sr" }, item.fixed)) : null;
     return el("div", { ...common, ...known }, name, el("span", { class: "outline-model" }, modelOf(item)), held);
   }
 

@@ -142,7 +142,7 @@ export function robotMaker(look: () => Values): Make {
 }
 
 function made(kind: string, at: Point, turn: number, polygons: Point[][], values: Values = {}): Item {
-  const rest = { path: [], name: null, label: kind, written: [], type: "", fixed: null, line: 0 };
+  const rest = { path: [], name: null, label: kind, written: [], type: "", fixed: null, origin: null, line: 0 };
   return { ...rest, kind, at, heading_deg: turn, polygons, values };
 }
 

@@ -17,6 +17,11 @@ const LISTS = [
   ...["mjsim", "include", "variables"],
 ];
 
+const SINGLE = {
+  repeat: "Write all its repetitions as items of their own",
+  include: "Write the included file into this text",
+};
+
 export class Panel {
   readonly element = el("aside", { class: "panel", "aria-label": "Properties" });
   private readonly body = el("div", { class: "panel-body" });
@@ -83,12 +88,19 @@ export class Panel {
     fill(
       this.body,
       this.head(kindName(item), item.name ?? item.label, this.buttons(item.type !== "Opening")),
-      item.fixed ? el("p", { class: "note" }, icon(ICONS.lock), item.fixed) : null,
+      item.fixed ? this.origin(item, item.fixed) : null,
       ...this.general(item),
       ...(schema
         ? objectRows(this.sheet(), schema, subject)
         : [el("p", { class: "hint pad" }, "Edit it in the text.")]),
     );
+  }
+
+  /** Why an item cannot be changed here, and how it becomes one of the text's own. */
+  private origin({ origin }: Item, why: string): Child {
+    const press = origin ? { onclick: () => this.editor.makeSingle(), title: SINGLE[origin] } : null;
+    const button = press && el("button", { ...press, "data-id": "single" }, "Make single");
+    return el("div", { class: "note" }, icon(ICONS[origin ?? "lock"]), el("span", {}, why), button);
   }
 
   /** Problems of the item that no row shows. */

@@ -16,6 +16,8 @@ export interface Look {
   selected?: boolean;
   hovered?: boolean;
   problem?: "error" | "warning" | null;
+  /** That it is no item of the text itself: it is hatched. */
+  origin?: Item["origin"];
 }
 
 type Context = CanvasRenderingContext2D;
@@ -67,7 +69,45 @@ export function drawItem(
   const draw = DRAWERS[item.kind] ?? drawThing;
   const facing = direction(stand?.heading_deg ?? item.heading_deg ?? 0);
   draw({ context, item, shapes, view, palette, look, facing, at: stand?.at ?? item.at });
+  if (look.origin) hatch(context, shapes, palette, look.origin);
   if (look.problem) drawBadge(context, shapes, palette[look.problem], palette.paper);
+}
+
+/** Fine lines over what is repeated, rising, and over what is included, falling. */
+function hatch(context: Context, shapes: Point[][], palette: Palette, origin: "repeat" | "include"): void {
+  const lines = hatching(origin === "repeat", palette.ground);
+  if (!lines) return;
+  context.fillStyle = lines;
+  for (const shape of shapes) {
+    trace(context, shape);
+    context.fill();
+  }
+}
+
+/** Patterns of fine lines, by way and colour. */
+const HATCHINGS = new Map<string, CanvasPattern>();
+/** Side of the square that is repeated [px]. */
+const TILE = 8;
+
+function hatching(rising: boolean, color: string): CanvasPattern | null {
+  const key = `${rising} ${color}`;
+  const known = HATCHINGS.get(key);
+  if (known) return known;
+  const tile = Object.assign(document.createElement("canvas"), { width: TILE, height: TILE });
+  const context = tile.getContext("2d");
+  if (!context) return null;
+  context.strokeStyle = color;
+  context.lineWidth = 1.5;
+  context.globalAlpha = 0.6;
+  // Beyond its corners too: the lines go on from square to square.
+  for (const shift of [-TILE, 0, TILE]) {
+    context.moveTo(shift - 1, rising ? TILE + 1 : -1);
+    context.lineTo(shift + TILE + 1, rising ? -1 : TILE + 1);
+  }
+  context.stroke();
+  const pattern = context.createPattern(tile, "repeat");
+  if (pattern) HATCHINGS.set(key, pattern);
+  return pattern;
 }
 
 /** A mark at the upper right of what has a problem, so that its colour is not all that tells. */

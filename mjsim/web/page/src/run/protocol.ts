@@ -76,6 +76,8 @@ export interface Item {
   type: string;
   /** Why it cannot be changed here. */
   fixed: string | null;
+  /** Where it comes from when it is no item of the text itself. */
+  origin: "repeat" | "include" | null;
   line: number;
 }
 

@@ -163,7 +163,8 @@ export class TextPane {
 
   /** Mark the lines of what is selected on the plan, and bring the first into view. */
   private showSelection(scroll: boolean): void {
-    const ranges = this.world.selectedItems.map((item): [number, number] => [
+    const own = this.world.selectedItems.filter((item) => item.origin !== "include");
+    const ranges = own.map((item): [number, number] => [
       item.line,
       lastLine(item, this.world.items, this.world.shown),
     ]);
