@@ -29,6 +29,8 @@ Alias: type = Avoid
         ("mine.py:Alias", None),
         ("mine.py:Brought", None),
         ("package/deep.py:Star", None),
+        ("package/lazy.py:Late", None),
+        ("mjsim.safety:RingAvoidance", None),
         ("mjsim.algorithms.ekf_slam:EkfSlam", None),
         ("collections:OrderedDict", None),
         ("math:Anything", None),
@@ -47,6 +49,7 @@ def test_classes_are_looked_for_without_running_anything(tmp_path, use, doubt):
     (tmp_path / "broken.py").write_text("x = 1\ny = (\n")
     (tmp_path / "package").mkdir()
     (tmp_path / "package" / "deep.py").write_text("from mine import *\n")
+    (tmp_path / "package" / "lazy.py").write_text("__getattr__, __dir__ = attach(__name__)\n")
     text = f"robots: [{{name: a, at: [0, 0]}}]\nrun: {{drivers: {{a: {{navigator: {{use: '{use}'}}}}}}}}"
     world = parse_world(text, source=Source(file="w", folder=tmp_path))
     found = check_modules(world) if use.startswith("broken") else missing_modules(world)

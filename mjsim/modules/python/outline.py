@@ -50,11 +50,10 @@ def outline_of(path: Path) -> BoundNames:
     for statement in statements(tree_of(path).body):
         if isinstance(statement, (ast.Import, ast.ImportFrom)):
             open_ended |= any(alias.name == "*" for alias in statement.names)
-        open_ended |= isinstance(statement, ast.FunctionDef) and statement.name == "__getattr__"
         for name in _bound(statement):
             if name not in names or isinstance(statement, (ast.ClassDef, ast.FunctionDef)):
                 names[name] = statement
-    return BoundNames(names, open_ended)
+    return BoundNames(names, open_ended or "__getattr__" in names)
 
 
 def tree_of(path: Path) -> ast.Module:
