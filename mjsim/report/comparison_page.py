@@ -13,11 +13,11 @@ from mjsim.report.comparison_tables import (
     comparison_csv,
     comparison_json,
     comparison_latex,
-    interval_text,
+    mean_rows,
     told_in_cells,
+    verdict_rows,
 )
 from mjsim.report.drawings import drawing_files, png_of, require_formats
-from mjsim.report.figures import FIGURES
 from mjsim.report.html_page import html_page, html_table, picture
 
 COMPARISON_FILES = ("comparison.json", "table.csv", "table.tex", "comparison.html")
@@ -69,21 +69,12 @@ def _page(comparison: Comparison, pictures: dict[str, bytes]) -> str:
 
 def _verdicts(comparison: Comparison) -> str:
     """Return the table of what is certain."""
-    rows = [
-        (item.better, item.worse, item.figure.title, item.size, str(item.difference.pairs))
-        for item in comparison.differences
-        if item.difference.verdict
-    ]
+    rows = verdict_rows(comparison)
     if not rows:
         return "<p>No figure is certain to be better in one than in another.</p>"
     return html_table(("better", "than", "in", "by [interval]", "pairs"), rows, wide=True)
 
 
 def _table(comparison: Comparison) -> str:
-    groups = comparison.groups
-    rows = [
-        (figure.heading, *(interval_text(figure, group) for group in groups))
-        for figure in FIGURES
-        if any(figure.key in group.spreads for group in groups)
-    ]
-    return html_table(("", *(group.label for group in groups)), rows, wide=True)
+    heads = ("", *(group.label for group in comparison.groups))
+    return html_table(heads, mean_rows(comparison), wide=True)

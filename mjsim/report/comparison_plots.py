@@ -10,10 +10,9 @@ from mjsim.geometry import Array
 from mjsim.report.comparison import Compared, Comparison, Group, Series
 from mjsim.report.consistency import STATES, chi_square_bounds
 from mjsim.report.figures import FIGURES, ReportFigure
+from mjsim.report.over_time import FEW, mean_of, middle_of, shared_seed
 from mjsim.report.plots import GROUPS, TRUTH, scale_nees, sheet
 
-FEW = 3
-"""Runs of a group that are drawn one by one; of more, their median and where nine of ten lie."""
 MOST_PAIRS = 10
 """Pairs of groups whose differences are drawn; tables have all."""
 BOXED = 5
@@ -44,10 +43,9 @@ def nees_plot(comparison: Comparison) -> Drawing | None:
     axes.axhspan(low, high, color=TRUTH, alpha=0.12, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
     axes.axhline(STATES, color=TRUTH, lw=0.8)
     for color, width, group in _styled(comparison.groups):
-        time, values = on_one_clock(list(group.series.values()), lambda series: series.nees)
+        time, values = mean_of(list(group.series.values()), lambda series: series.nees)
         if len(time):
-            known = np.isfinite(values).any(axis=0)
-            axes.plot(time[known], np.nanmean(values[:, known], axis=0), color=color, lw=width, label=group.label)
+            axes.plot(time, values, color=color, lw=width, label=group.label)
     averaged = "one run each" if most == 1 else f"averaged over up to {most} runs"
     axes.set(xlabel="time [s]", ylabel="NEES", title=f"Consistency, {averaged}")
     scale_nees(axes)
@@ -58,13 +56,9 @@ def nees_plot(comparison: Comparison) -> Drawing | None:
 def path_plot(comparison: Comparison) -> Drawing | None:
     """Draw where the robots were and believed to be, in the runs of the first seed that most groups have."""
     figure, (axes,) = sheet(1, height=7.0)
-    counts: dict[int, int] = {}
-    for group in comparison.groups:
-        for seed in (seed for seed, series in group.series.items() if series.truth is not None):
-            counts[seed] = counts.get(seed, 0) + 1
-    if not counts:
+    seed = shared_seed(comparison.groups)
+    if seed is None:
         return None
-    seed = max(sorted(counts), key=lambda each: counts[each])
     shown = [
         (color, width, group.label, group.series[seed])
         for color, width, group in _styled(comparison.groups)
@@ -141,15 +135,6 @@ PLOTS: tuple[tuple[str, Callable[[Comparison], Drawing | None]], ...] = (
 """Name of the file and what draws it, in the order in which a page shows them."""
 
 
-def on_one_clock(runs: Sequence[Series], values: Callable[[Series], Array]) -> tuple[Array, Array]:
-    """Return times (T,) [s] and the values of runs at them, shape (runs, T); NaN where a run had ended."""
-    if not runs:
-        return np.zeros(0), np.zeros((0, 0))
-    time = max((series.time for series in runs), key=lambda each: float(each[-1]))
-    rows = [np.interp(time, series.time, values(series), left=np.nan, right=np.nan) for series in runs]
-    return time, np.array(rows)
-
-
 def _draw_over_time(axes: Axes, groups: Sequence[Group], values: Callable[[Series], Array]) -> bool:
     """Draw few runs one by one, of many their median and where nine of ten lie; say whether there was one."""
     for color, width, group in _styled(groups):
@@ -158,12 +143,10 @@ def _draw_over_time(axes: Axes, groups: Sequence[Group], values: Callable[[Serie
             for number, series in enumerate(runs):
                 axes.plot(series.time, values(series), color=color, lw=width, label=None if number else group.label)
             continue
-        time, each = on_one_clock(runs, values)
-        known = np.isfinite(each).any(axis=0)
-        low, median, high = np.nanquantile(each[:, known], (0.05, 0.5, 0.95), axis=0)
-        axes.fill_between(time[known], low, high, color=color, alpha=0.15, lw=0)
+        time, (low, median, high) = middle_of(runs, values)
+        axes.fill_between(time, low, high, color=color, alpha=0.15, lw=0)
         label = f"{group.label}: median of {len(runs)}, nine of ten"
-        axes.plot(time[known], median, color=color, lw=width, label=label)
+        axes.plot(time, median, color=color, lw=width, label=label)
     return any(group.series for group in groups)
 
 

@@ -107,6 +107,21 @@ def comparison_json(comparison: Comparison) -> dict[str, Any]:
     }
 
 
+def mean_rows(comparison: Comparison) -> list[tuple[str, ...]]:
+    """Return the heading of each figure, then its mean with its interval in each group."""
+    groups = comparison.groups
+    return [(figure.heading, *(interval_text(figure, group) for group in groups)) for figure in _shown(groups)]
+
+
+def verdict_rows(comparison: Comparison) -> list[tuple[str, ...]]:
+    """Return what is certain: which is better, than which, in what, by how much, and of how many pairs."""
+    return [
+        (item.better, item.worse, item.figure.title, item.size, str(item.difference.pairs))
+        for item in comparison.differences
+        if item.difference.verdict
+    ]
+
+
 def interval_text(figure: ReportFigure, group: Group) -> str:
     """Return the mean of a figure and its interval; of few runs its least and largest value, in round brackets."""
     spread = group.spreads.get(figure.key)

@@ -16,6 +16,8 @@ PARTS = ("observer", "estimator", "navigator")
 """Of a driver, whose classes a recording tells."""
 _LEFT_OUT = ("run.seed", "run.view", "mjsim")
 """Keys of a world that change nothing in a run, but its seed."""
+_OF_THE_RUN = ("name", "robots", "run")
+"""Keys of a world whose values may differ in runs that took place in the same surroundings."""
 _NUMBERED = re.compile(r"[-_. ]*(?:seed|run)?[-_. ]*\d+$", re.IGNORECASE)
 
 
@@ -173,6 +175,19 @@ def labelled(found: Sequence[Found]) -> list[RunFigures]:
     runs = list(zip(kinds, (each.run.seed for each in found), strict=True))
     labels = next((choice for choice in choices if _fit(choice, runs)), [str(each.path) for each in found])
     return [replace(each.run, label=label) for each, label in zip(found, labels, strict=True)]
+
+
+def differing_worlds(found: Sequence[Found]) -> str:
+    """Say in what the worlds of runs differ beside their robots and how they were run; empty where in nothing.
+
+    Only worlds whose settings are all known are looked at: those of a sweep alone have told what was set.
+    """
+    keys = _differing([each.settings for each in found])
+    parts = sorted({part for key in keys if (part := key.partition(".")[0]) not in _OF_THE_RUN})
+    if not parts:
+        return ""
+    shown = ", ".join(parts[:MOST_SETTINGS]) + (", ..." if len(parts) > MOST_SETTINGS else "")
+    return f"the worlds of these runs differ in {shown}; a difference between the runs may come from there"
 
 
 def _fit(labels: Sequence[str], runs: Sequence[tuple[Hashable, int]]) -> bool:

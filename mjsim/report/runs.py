@@ -12,7 +12,7 @@ from mjsim.errors import UsageError
 from mjsim.record import Recording, Track, read_recording
 from mjsim.report import metrics
 from mjsim.report.comparison import Comparison, RunFigures, Series, compare_tables
-from mjsim.report.labels import Found, labelled, settings_of
+from mjsim.report.labels import Found, differing_worlds, labelled, settings_of
 from mjsim.report.paired import CONFIDENCE
 from mjsim.report.statistics import known_part, statistics_file
 from mjsim.report.sweep_runs import sweep_runs
@@ -50,7 +50,9 @@ def compare(
         found += [replace(each, folder=label) for each in read()]
         if progress is not None:
             progress(done / len(readers))
-    return compare_tables(labelled(found), confidence=confidence)
+    comparison = compare_tables(labelled(found), confidence=confidence)
+    told = differing_worlds(found)
+    return replace(comparison, remarks=(told, *comparison.remarks)) if told else comparison
 
 
 def _sources(

@@ -26,6 +26,8 @@ from mjsim.world import (
 SHIPPED = "shipped:"
 """Begins the name of a world that comes with mjsim."""
 EMPTY_WORLD = "mjsim: 1\nname: room\n"
+SWEEP = "sweep.json"
+"""Lies in the folder of a sweep's results."""
 PICTURES = (".jpg", ".jpeg", ".png")
 MOST_FILES, DEEPEST = 5000, 6
 """Looked through below the folder."""
@@ -36,18 +38,20 @@ _PASSED_OVER = ("node_modules", "__pycache__", "site-packages")
 
 
 def listed(folder: Folder) -> Json:
-    """Return the worlds, recordings and pictures of a folder and below it, and those that come with mjsim."""
-    worlds, recordings, pictures = [], [], []
+    """Return the worlds, recordings, sweeps and pictures of a folder and below it, and what comes with mjsim."""
+    worlds, recordings, sweeps, pictures = [], [], [], []
     for path in files_below(folder.root):
         name, kind = folder.name(path), path.suffix.lower()
         if kind in (".yaml", ".yml") and _is_world(path):
             worlds.append(name)
         elif kind == ".mcap":
             recordings.append(name)
+        elif path.name == SWEEP and path.parent != folder.root:
+            sweeps.append(folder.name(path.parent))
         elif kind in PICTURES and not name.startswith("out/"):
             pictures.append(name)
-    found = {"worlds": sorted(worlds), "recordings": sorted(recordings), "pictures": sorted(pictures)}
-    return {"folder": str(folder.root), **found, "shipped": shipped()}
+    found = {"worlds": worlds, "recordings": recordings, "sweeps": sweeps, "pictures": pictures}
+    return {"folder": str(folder.root), **{kind: sorted(names) for kind, names in found.items()}, "shipped": shipped()}
 
 
 def shipped() -> Json:

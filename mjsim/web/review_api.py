@@ -20,6 +20,7 @@ from mjsim.record import read_recording
 from mjsim.report import statistics_file
 from mjsim.sim import Orbit
 from mjsim.web.answers import Ask, RefusedError, answered, asked, posted, refusal
+from mjsim.web.comparing import compared, comparison_told, first_recording
 from mjsim.web.fields import column_told, fields_told
 from mjsim.web.films import Films
 from mjsim.web.folder import Folder
@@ -63,6 +64,7 @@ class ReviewApi:
             Route("/api/recording/statistics", asked(self._statistics), methods=["GET"]),
             Route("/api/recording/video", posted(FilmAsk, self._film), methods=["POST"]),
             Route("/api/recording/upload", self._upload, methods=["POST"]),
+            Route("/api/compare", asked(self._compare), methods=["GET"]),
             Route("/api/job", asked(self._job), methods=["GET"]),
             Route("/api/file", asked(self._file), methods=["GET"]),
         ]
@@ -113,6 +115,13 @@ class ReviewApi:
         _, opened = self._opened(request)
         begin, end = (_number(request, name) if name in request.query_params else None for name in ("from", "to"))
         return statistics_file(opened.recording.between(begin, end))
+
+    def _compare(self, request: Request) -> dict[str, Any]:
+        names = request.query_params.getlist("path")
+        comparison = compared(self._folder, names)
+        first = first_recording(self._folder, names)
+        scene = None if first is None else self._scene(self._shelf.open(first).recording.world)
+        return comparison_told(comparison, scene=scene)
 
     def _film(self, ask: FilmAsk) -> dict[str, Any]:
         recording = self._shelf.open(self._folder.path(ask.path)).recording

@@ -65,6 +65,11 @@ def test_every_view_of_the_studio_is_faultless(browser, folder):
         page.locator("[data-path='run1.mcap']").click()
         expect(page.locator(".run-time:visible")).to_contain_text("of 0.96 s")
         assert_faultless(page)
+        for seed in (1, 2):
+            page.get_by_label(f"Compare run{seed}.mcap").check()
+        page.get_by_role("button", name="Compare 2 chosen").click()
+        expect(page.locator(".compare .run-chart:not(.unknown)", has_text="Position error")).to_be_visible()
+        assert_faultless(page)
 
 
 @pytest.mark.parametrize(

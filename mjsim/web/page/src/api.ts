@@ -97,6 +97,8 @@ export interface Folder {
   folder: string;
   worlds: string[];
   recordings: string[];
+  /** Folders of what `mjsim sweep` left. */
+  sweeps: string[];
   pictures: string[];
   world: string | null;
   mode: "studio" | "live";

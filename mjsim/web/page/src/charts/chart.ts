@@ -36,6 +36,8 @@ export interface ChartSettings {
   robust?: boolean;
   /** Figures shown after the point. */
   digits?: number;
+  /** The values of all lines of the legend are read at a time, not only that of the first line. */
+  each?: boolean;
 }
 
 /** What stands across a chart at times: the scrub bar, a marked part, events. */
@@ -220,10 +222,33 @@ export class Chart {
       return;
     }
     const row = rowAt(times, time);
-    const value = this.plot.data[1]?.[row];
-    const shown = typeof value === "number" ? value.toFixed(this.settings.digits ?? 3) : null;
+    const { lines, each, unit } = this.settings;
+    const read = each ? lines.flatMap((line, k) => (line.label ? [k] : [])) : [0];
+    if (read.length === 1) {
+      const value = this.written(row, (read[0] ?? 0) + 1);
+      this.reading.value = value === null ? "" : `${value} ${unit}`;
+      return;
+    }
+    const shown = read.flatMap((k) => this.underlined(this.written(row, k + 1), lines[k]?.color() ?? ""));
+    this.reading.replaceChildren(...shown, shown.length && unit ? ` ${unit}` : "");
+  }
+
+  private underlined(value: string | null, color: string): HTMLElement[] {
+    if (value === null) return [];
+    const element = document.createElement("span");
+    element.textContent = value;
+    element.style.borderColor = color;
+    return [element];
+  }
+
+  /** A value as it is read; null where it is not known. Where other lines alone have a time, the one before counts. */
+  private written(row: number, column: number): string | null {
+    const values: Column = (this.plot.data as unknown as Column[])[column] ?? [];
+    let at = row;
+    while (at > 0 && values[at] === undefined) at -= 1;
+    const value = values[at];
     // What rounds to zero has no sign.
-    this.reading.value = shown === null ? "" : `${shown.replace(/^-(?=[0.]*$)/, "")} ${this.settings.unit}`;
+    return typeof value === "number" ? value.toFixed(this.settings.digits ?? 3).replace(/^-(?=[0.]*$)/, "") : null;
   }
 }
 

@@ -5,6 +5,7 @@ import uPlot from "uplot";
 import { el, fill } from "../dom";
 import { button, remembered } from "../run/controls";
 import { rowColor } from "../run/ink";
+import { csvOf, save } from "./save";
 import { Chart, NO_MARKS, type Handlers, type Marks } from "./chart";
 
 /** Topic and the number's place in its messages. */
@@ -157,10 +158,9 @@ export class Plotter {
   private saveCsv(): void {
     if (!this.joined) return;
     const there = this.chosen.filter((field) => this.columns.has(title(field)));
-    const cell = (text: string): string => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
     const [times, ...columns] = this.joined;
-    const rows = Array.from(times, (time, row) => [time, ...columns.map((each) => each[row] ?? "")].join(","));
-    const text = [["time", ...there.map(title)].map(cell).join(","), ...rows, ""].join("\n");
+    const rows = Array.from(times, (time, row) => [time, ...columns.map((each) => each[row])]);
+    const text = csvOf([["time", ...there.map(title)], ...rows]);
     save(new Blob([text], { type: "text/csv" }), "plot.csv");
   }
 
@@ -177,11 +177,4 @@ function title([topic, name]: Field): string {
 function kept(): Field[] {
   const found = JSON.parse(remembered(KEPT) ?? "[]") as Field[];
   return found.slice(0, MOST);
-}
-
-function save(blob: Blob, name: string): void {
-  const link = el("a", { href: URL.createObjectURL(blob), download: name });
-  link.click();
-  // The browser reads it after this.
-  window.setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }

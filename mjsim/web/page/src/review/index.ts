@@ -6,6 +6,7 @@ import "uplot/dist/uPlot.min.css";
 import "../run/run.css";
 import "../charts/charts.css";
 import "./review.css";
+import "./compare.css";
 
 export function makeReviewView(studio: Studio): View {
   return new ReviewView(studio);

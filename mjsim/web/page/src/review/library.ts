@@ -2,23 +2,35 @@
 
 import { ApiError } from "../api";
 import { el, fill } from "../dom";
+import { button } from "../run/controls";
 import type { Studio } from "../shell/view";
 
 export class Library {
   readonly element = el("div", { class: "run-library" });
   private readonly list = el("ul", {});
+  private readonly sweeps = el("div", {});
+  /** Paths that are ticked. */
+  private readonly ticked = new Set<string>();
+  private readonly go = button({ class: "primary" }, () => this.compare([...this.ticked]), "Compare");
+  private readonly foot = el("div", { class: "run-compare", hidden: true }, this.go);
   private readonly hint = el("p", { class: "hint" });
 
   constructor(
     private readonly studio: Studio,
     private readonly open: (path: string) => void,
+    private readonly compare: (paths: string[]) => void,
   ) {
-    this.element.append(this.list, this.hint);
+    this.element.append(this.list, this.sweeps, this.hint, this.foot);
   }
 
   show(chosen: string | null): void {
-    const { recordings } = this.studio.folder;
-    fill(this.list, ...recordings.map((path) => el("li", {}, this.entry(path, path === chosen))));
+    const { recordings, sweeps } = this.studio.folder;
+    for (const path of this.ticked) if (!recordings.includes(path) && !sweeps.includes(path)) this.ticked.delete(path);
+    fill(this.list, ...recordings.map((path) => el("li", {}, this.box(path), this.entry(path, path === chosen))));
+    const swept = sweeps.map((path) => el("li", {}, el("label", {}, this.box(path), path)));
+    fill(this.sweeps, sweeps.length > 0 && el("h3", {}, "Sweeps"), sweeps.length > 0 && el("ul", {}, ...swept));
+    this.foot.hidden = recordings.length + sweeps.length === 0;
+    this.count();
     this.hint.textContent = recordings.length
       ? "Or drop an .mcap file anywhere on this page."
       : "There is no recording in this folder yet. Run a world with “Record to a file”, or drop an .mcap file here.";
@@ -38,6 +50,24 @@ export class Library {
       const file = event.dataTransfer?.files[0];
       if (file) void this.upload(file);
     });
+  }
+
+  private box(path: string): HTMLInputElement {
+    const box = el("input", { type: "checkbox", checked: this.ticked.has(path), "aria-label": `Compare ${path}` });
+    box.addEventListener("change", () => {
+      if (box.checked) this.ticked.add(path);
+      else this.ticked.delete(path);
+      this.count();
+    });
+    return box;
+  }
+
+  /** Two runs can be compared, and a sweep alone. */
+  private count(): void {
+    const paths = [...this.ticked];
+    const enough = paths.length > 1 || paths.some((path) => this.studio.folder.sweeps.includes(path));
+    this.go.disabled = !enough;
+    this.go.textContent = enough ? `Compare ${paths.length} chosen` : "Compare: tick two or more";
   }
 
   private entry(path: string, chosen: boolean): HTMLButtonElement {

@@ -2,7 +2,7 @@
 
 import { getBytes, getJson, postJson, type Bounds, type Item } from "../api";
 import type { Column, Field } from "../charts/plotter";
-import type { EventNews, Outside, RobotFacts, TickNews, TrackHistory } from "../run/protocol";
+import type { EventNews, Outside, RobotFacts, RobotTick, TickNews, TrackHistory } from "../run/protocol";
 
 export interface Recording {
   path: string;
@@ -65,4 +65,19 @@ export const recordings = {
     };
     return query("/api/recording/picture", { path, time, view, ...from });
   },
+};
+
+/** A robot of which no tick has come yet. */
+export const NOTHING: RobotTick = {
+  truth: [0, 0, 0],
+  estimate: [0, 0, 0],
+  odometry: [0, 0, 0],
+  covariance: [],
+  landmarks: {},
+  sightings: [],
+  error: 0,
+  heading_error: 0,
+  nees: null,
+  timing: {},
+  command: [0, 0, 0],
 };

@@ -1,6 +1,7 @@
 /** The figures between two times, as a table and as CSV. */
 
 import { el, fill } from "../dom";
+import { csvOf, save } from "../charts/save";
 import { button, sign } from "../run/controls";
 import type { Figures } from "./recording";
 
@@ -140,11 +141,8 @@ export class Table {
 
   /** The table as text: robot, figure, value in full, unit. */
   csv(): string {
-    const cell = (text: string): string => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
-    const lines = this.rows.map(({ robot, group, part, value, unit }) =>
-      [robot, group, part, String(value), unit].map(cell).join(","),
-    );
-    return ["robot,figure,part,value,unit", ...lines, ""].join("\n");
+    const rows = this.rows.map(({ robot, group, part, value, unit }) => [robot, group, part, value, unit]);
+    return csvOf([["robot", "figure", "part", "value", "unit"], ...rows]);
   }
 
   private table(): HTMLElement {
@@ -174,11 +172,7 @@ export class Table {
       this.tell("Copied as CSV");
     } catch {
       // A page that is not served from this machine may not write to the clipboard: offer a file.
-      const link = el("a", {
-        href: URL.createObjectURL(new Blob([text], { type: "text/csv" })),
-        download: "statistics.csv",
-      });
-      link.click();
+      save(new Blob([text], { type: "text/csv" }), "statistics.csv");
       this.tell("The browser does not allow copying; it was saved as statistics.csv");
     }
   }

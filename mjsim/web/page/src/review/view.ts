@@ -15,12 +15,13 @@ import type { RobotTick, TickNews } from "../run/protocol";
 import { RunRecord } from "../run/record";
 import { Tabs } from "../run/tabs";
 import { Stage } from "../run/tile";
+import { Compare } from "./compare";
 import { Film } from "./film";
 import { Library } from "./library";
 import { SolidsTile } from "../scene/tile";
 import { Pictures } from "./pictures";
 import { Player } from "./player";
-import { recordings, type Recording } from "./recording";
+import { NOTHING, recordings, type Recording } from "./recording";
 import { Scrub, type Part } from "./scrub";
 import { Table } from "./table";
 
@@ -52,6 +53,7 @@ export class ReviewView implements View {
   private readonly events = new EventList("Nothing happened in this recording.", (time) => this.player.seek(time));
   private readonly table: Table;
   private readonly library: Library;
+  private readonly compare: Compare;
   private readonly tabs: Tabs;
   private readonly sheet: Sheet;
   private readonly plotter: Plotter;
@@ -80,7 +82,11 @@ export class ReviewView implements View {
 
   constructor(private readonly studio: Studio) {
     this.table = new Table((text) => this.studio.toasts.done(text));
-    this.library = new Library(studio, (path) => void this.open(path));
+    this.library = new Library(
+      studio,
+      (path) => void this.open(path),
+      (paths) => void this.compare.open(paths),
+    );
     const handlers = {
       pick: (time: number) => this.player.seek(time),
       select: (from: number, to: number) => this.mark({ from, to }),
@@ -100,6 +106,7 @@ export class ReviewView implements View {
       ["events", "Events", this.events.element],
     ]);
     this.content = this.build();
+    this.compare = new Compare(studio, this.element);
     this.library.takeDrops(this.element);
     this.floor.layers.changed.on(() => this.show(this.player.time));
     this.player.changed.on((time) => this.show(time));
@@ -122,10 +129,13 @@ export class ReviewView implements View {
 
   hidden(): void {
     this.player.pause();
+    this.compare.pause();
   }
 
   key(event: KeyboardEvent): boolean {
-    if (!this.recording || event.ctrlKey || event.metaKey || event.altKey) return false;
+    if (event.ctrlKey || event.metaKey || event.altKey) return false;
+    if (this.compare.active) return this.compare.key(event);
+    if (!this.recording) return false;
     const keys: Record<string, () => void> = {
       " ": () => this.player.toggle(),
       ".": () => this.player.step(1),
@@ -221,6 +231,7 @@ export class ReviewView implements View {
 
   private async open(path: string): Promise<void> {
     this.player.pause();
+    this.compare.close();
     write(this.title, "Opening …");
     try {
       this.take(await recordings.open(path));
@@ -375,17 +386,3 @@ export class ReviewView implements View {
     this.content.querySelector(".run-stage")?.append(this.empty);
   }
 }
-
-const NOTHING: RobotTick = {
-  truth: [0, 0, 0],
-  estimate: [0, 0, 0],
-  odometry: [0, 0, 0],
-  covariance: [],
-  landmarks: {},
-  sightings: [],
-  error: 0,
-  heading_error: 0,
-  nees: null,
-  timing: {},
-  command: [0, 0, 0],
-};

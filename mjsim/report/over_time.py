@@ -1,0 +1,43 @@
+"""What is drawn of a comparison over time and on the plan: few runs one by one, of many what they have in common."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.report.comparison import Group, Series
+
+FEW = 3
+"""Runs of a group that are drawn one by one; of more, their median and where nine of ten lie."""
+
+
+def on_one_clock(runs: Sequence[Series], values: Callable[[Series], Array]) -> tuple[Array, Array]:
+    """Return times (T,) [s] and the values of runs at them, shape (runs, T); NaN where a run had ended."""
+    if not runs:
+        return np.zeros(0), np.zeros((0, 0))
+    time = max((series.time for series in runs), key=lambda each: float(each[-1]))
+    rows = [np.interp(time, series.time, values(series), left=np.nan, right=np.nan) for series in runs]
+    return time, np.array(rows)
+
+
+def middle_of(runs: Sequence[Series], values: Callable[[Series], Array]) -> tuple[Array, Array]:
+    """Return times (T,) [s] and, at them, where nine of ten runs lie: low, median and high, shape (3, T)."""
+    time, each = on_one_clock(runs, values)
+    known = np.isfinite(each).any(axis=0)
+    return time[known], np.nanquantile(each[:, known], (0.05, 0.5, 0.95), axis=0)
+
+
+def mean_of(runs: Sequence[Series], values: Callable[[Series], Array]) -> tuple[Array, Array]:
+    """Return times (T,) [s] and the mean of what runs have at them, shape (T,)."""
+    time, each = on_one_clock(runs, values)
+    known = np.isfinite(each).any(axis=0)
+    return time[known], np.nanmean(each[:, known], axis=0)
+
+
+def shared_seed(groups: Sequence[Group]) -> int | None:
+    """Return the first seed of which most groups have a path; None where no path was kept."""
+    counts: dict[int, int] = {}
+    for group in groups:
+        for seed in (seed for seed, series in group.series.items() if series.truth is not None):
+            counts[seed] = counts.get(seed, 0) + 1
+    return max(sorted(counts), key=lambda each: counts[each]) if counts else None

@@ -1,0 +1,183 @@
+/** Several recordings beside each other: paths on one plan, errors in one chart, the figures of `mjsim compare`. */
+
+import uPlot from "uplot";
+
+import { Chart, NO_MARKS, type Line } from "../charts/chart";
+import { el, fill } from "../dom";
+import { clock } from "../run/bar";
+import { button, sign, write } from "../run/controls";
+import { faded, rowColor } from "../run/ink";
+import type { Studio } from "../shell/view";
+import { compare, type Comparison, type Group, type TimeLine } from "./comparison";
+import { comparisonFigures } from "./compare_figures";
+import { ComparePlan } from "./compare_plan";
+import { Player } from "./player";
+import { Scrub } from "./scrub";
+
+/** Rows of which colours are told apart; later ones are dashed. */
+const COLOURS = 6;
+/** Steps by keys, and of the bar [s]. */
+const STEP = 0.04;
+
+/** How the lines of group k look. */
+export function styleOf(k: number): Pick<Line, "color" | "dash"> {
+  return { color: () => rowColor(k), ...(k >= COLOURS ? { dash: [7, 4] } : {}) };
+}
+
+export class Compare {
+  readonly element = el("section", { class: "compare", "aria-label": "Comparison" });
+  private readonly player = new Player();
+  private readonly scrub = new Scrub((time) => this.player.seek(time));
+  private readonly plan = new ComparePlan();
+  private readonly figures = el("div", { class: "compare-figures", tabindex: 0, role: "region", "aria-label": "Figures" });
+  private readonly sheet = el("div", { class: "run-sheet", tabindex: 0, role: "group", "aria-label": "Charts compared" });
+  private readonly title = el("strong", {}, "");
+  private readonly time = el("output", { class: "run-value run-time" });
+  private readonly play = button({ class: "primary run-main", title: "Play (space)" }, () => this.player.toggle());
+  private charts: Chart[] = [];
+  private seconds = 0;
+
+  constructor(
+    private readonly studio: Studio,
+    /** The view that it stands in the place of. */
+    private readonly host: HTMLElement,
+  ) {
+    this.element.append(
+      el(
+        "div",
+        { class: "run-bar", role: "toolbar", "aria-label": "Comparison" },
+        button({ title: "Back to the recordings (Escape)" }, () => this.close(), sign("left"), "Back"),
+        this.play,
+        this.title,
+        el("span", { class: "run-spring" }),
+        el("label", { class: "run-figure" }, el("span", {}, "Time"), this.time),
+      ),
+      el("div", { class: "compare-body" }, this.plan.tile.element, this.figures),
+      el("div", { class: "run-dock compare-dock" }, this.scrub.element, this.sheet),
+    );
+    this.player.changed.on((time) => this.show(time));
+    this.player.playingChanged.on((playing) => this.label(playing));
+    this.label(false);
+  }
+
+  get active(): boolean {
+    return this.element.isConnected;
+  }
+
+  /** Compare recordings and sweeps, and show what came of it; the page stays as it is where they cannot be. */
+  async open(paths: string[]): Promise<void> {
+    try {
+      this.take(await compare(paths), paths.length);
+    } catch (error) {
+      this.studio.toasts.error(error);
+    }
+  }
+
+  close(): void {
+    this.player.pause();
+    this.element.remove();
+    this.host.toggleAttribute("data-comparing", false);
+  }
+
+  pause(): void {
+    this.player.pause();
+  }
+
+  key(event: KeyboardEvent): boolean {
+    const keys: Record<string, () => void> = {
+      " ": () => this.player.toggle(),
+      ".": () => this.player.step(1),
+      ",": () => this.player.step(-1),
+      ArrowRight: () => this.player.seek(this.player.time + 1),
+      ArrowLeft: () => this.player.seek(this.player.time - 1),
+      Home: () => this.player.seek(0),
+      End: () => this.player.seek(this.seconds),
+      Escape: () => this.close(),
+    };
+    const act = keys[event.key];
+    if (!act) return this.plan.key(event);
+    event.preventDefault();
+    act();
+    return true;
+  }
+
+  private take(comparison: Comparison, chosen: number): void {
+    const { groups } = comparison;
+    this.host.append(this.element);
+    this.host.toggleAttribute("data-comparing", true);
+    write(this.title, `${chosen} chosen, ${groups.length} ${groups.length === 1 ? "kind" : "kinds"} of run`);
+    fill(this.figures, ...comparisonFigures(comparison));
+    this.draw(comparison);
+    this.plan.take(comparison);
+    const ends = groups.flatMap(({ errors, nees }) => [...errors, nees].map(({ time }) => time[time.length - 1] ?? 0));
+    this.seconds = Math.max(0, ...ends);
+    this.scrub.load(this.seconds, STEP, []);
+    this.player.load(this.seconds, STEP);
+  }
+
+  private draw({ groups, nees }: Comparison): void {
+    for (const chart of this.charts) chart.close();
+    const handlers = { pick: (time: number) => this.player.seek(time) };
+    const lines: Line[] = [];
+    groups.forEach((group, k) => lines.push(...errorLines(group, k, lines.length)));
+    const errors = new Chart(
+      { title: "Position error", unit: "m", lines, fromZero: true, atLeast: [0, 0.02], each: true },
+      handlers,
+      "compare",
+    );
+    errors.show(joined(groups.flatMap((group) => group.errors.flatMap(columnsOf))));
+    const consistency = new Chart(
+      {
+        title: "NEES, 95 % band",
+        unit: "",
+        lines: groups.map(({ label }, k) => ({ label, ...styleOf(k) })),
+        band: nees.band,
+        expected: nees.expected,
+        logarithmic: true,
+        fromZero: true,
+        atLeast: [0, 12],
+        digits: 2,
+        each: true,
+      },
+      handlers,
+      "compare",
+    );
+    consistency.show(joined(groups.map((group) => [group.nees.time, group.nees.values])));
+    this.charts = [errors, consistency];
+    fill(this.sheet, ...this.charts.map((chart) => chart.element));
+  }
+
+  private show(time: number): void {
+    write(this.time, `${clock(time)} of ${clock(this.seconds)}`);
+    this.scrub.show(time);
+    this.plan.show(time);
+    for (const chart of this.charts) chart.mark({ ...NO_MARKS, now: time });
+  }
+
+  private label(playing: boolean): void {
+    fill(this.play, sign(playing ? "pause" : "play"), playing ? "Pause" : "Play");
+  }
+}
+
+/** Lines of a group after so many others, in the order of its columns: the first one alone stands in the legend. */
+function errorLines({ label, errors, runs }: Group, k: number, before: number): Line[] {
+  return errors.flatMap((line, number) => {
+    const spread = line.low !== undefined;
+    const told = spread ? `${label}: median of ${runs}, nine of ten` : label;
+    const own: Line = { label: number ? "" : told, width: 1.5, ...styleOf(k) };
+    if (!spread) return [own];
+    const bound: Line = { label: "", color: () => faded(rowColor(k), 0.35), width: 0.75 };
+    return [own, bound, { ...bound, fillTo: before + 2, fill: () => faded(rowColor(k), 0.14) }];
+  });
+}
+
+function columnsOf({ time, values, low, high }: TimeLine): Column[] {
+  return low && high ? [[time, values], [time, high], [time, low]] : [[time, values]];
+}
+
+type Column = [time: number[], values: (number | null)[]];
+
+/** Columns on one clock: time, then one a column. */
+function joined(columns: Column[]): Parameters<Chart["show"]>[0] {
+  return uPlot.join(columns as unknown as uPlot.AlignedData[]) as unknown as Parameters<Chart["show"]>[0];
+}

@@ -1,0 +1,62 @@
+/** The figures of a comparison as tables: what is certain, what to know, the means, all differences. */
+
+import { el } from "../dom";
+import { button, sign } from "../run/controls";
+import { save } from "../charts/save";
+import { rowColor } from "../run/ink";
+import { themeChanged } from "../shell/theme";
+import type { Comparison, Difference, Group } from "./comparison";
+
+export function comparisonFigures(comparison: Comparison): HTMLElement[] {
+  const { groups, certain, know, cells, means, differences } = comparison;
+  const nothing = el("p", {}, "No figure is certain to be better in one than in another.");
+  const heads = ["Better", "than", "in", "by [interval]", "pairs"];
+  return [
+    legend(groups),
+    el("h3", {}, "What is certain"),
+    certain.length ? table(heads, certain, { class: "compare-certain" }) : nothing,
+    ...(know.length ? [el("h3", {}, "What to know"), el("ul", { class: "compare-know" }, ...know.map((told) => el("li", {}, `${told}.`)))] : []),
+    el("div", { class: "run-figures-head" }, el("h3", {}, `Figures: ${cells}`), csvButton(comparison)),
+    table(["Figure", ...groups.map(({ label }) => label)], means, { class: "compare-means" }),
+    ...(differences.length ? [el("h3", {}, "Differences of pairs: mean [interval]"), ...differenceTables(differences)] : []),
+  ];
+}
+
+function legend(groups: Group[]): HTMLElement {
+  const entries = groups.map(({ label, runs }, k) => {
+    const swatch = el("i", {});
+    const paint = (): void => void (swatch.style.background = rowColor(k));
+    paint();
+    themeChanged.on(paint);
+    return el("li", {}, swatch, el("b", {}, label), el("span", { class: "hint" }, runs === 1 ? "1 run" : `${runs} runs`));
+  });
+  return el("ul", { class: "compare-legend", "aria-label": "Groups" }, ...entries);
+}
+
+function csvButton({ csv }: Comparison): HTMLElement {
+  const keep = (): void => save(new Blob([csv], { type: "text/csv" }), "comparison.csv");
+  return button({ class: "run-small" }, keep, sign("copy"), "Save CSV");
+}
+
+/** A table for every two groups. */
+function differenceTables(differences: Difference[]): HTMLElement[] {
+  const pairs = [...new Set(differences.map(({ first, second }) => `${second} less ${first}`))];
+  return pairs.map((pair) => {
+    const own = differences.filter(({ first, second }) => `${second} less ${first}` === pair);
+    return table([pair, "", "pairs"], own.map(differenceRow), { class: "compare-differences" });
+  });
+}
+
+function differenceRow({ figure, unit, mean, low, high, pairs, reason }: Difference): string[] {
+  const short = (value: number): string => String(Number(value.toPrecision(3)));
+  const interval = low === null || high === null ? "" : ` [${short(low)}, ${short(high)}]`;
+  const text = mean === null ? reason : `${short(mean)}${interval} ${unit}`.trim();
+  return [figure, text, String(pairs)];
+}
+
+function table(heads: string[], rows: string[][], attributes: { class: string }): HTMLElement {
+  const row = ([first, ...cells]: string[]): HTMLElement =>
+    el("tr", {}, el("th", { scope: "row" }, first ?? ""), ...cells.map((cell) => el("td", {}, cell)));
+  const head = el("tr", {}, ...heads.map((text) => (text ? el("th", { scope: "col" }, text) : el("td", {}))));
+  return el("div", { class: "compare-table" }, el("table", attributes, el("thead", {}, head), el("tbody", {}, ...rows.map(row))));
+}

@@ -1,0 +1,61 @@
+/** What the server tells of runs that are compared. */
+
+import { getJson, type Bounds, type Item, type Point } from "../api";
+
+type Values = (number | null)[];
+
+export interface TimeLine {
+  time: number[];
+  values: Values;
+  /** Where nine of ten runs lie, of a line that is their median. */
+  low?: Values;
+  high?: Values;
+}
+
+export interface RunPath {
+  seed: number;
+  time: number[];
+  truth: Partial<Point>[];
+  estimate: Partial<Point>[];
+}
+
+/** A robot in all runs that differ only in their seed. */
+export interface Group {
+  label: string;
+  runs: number;
+  errors: TimeLine[];
+  nees: TimeLine;
+  paths: RunPath[];
+}
+
+export interface Difference {
+  figure: string;
+  unit: string;
+  first: string;
+  second: string;
+  pairs: number;
+  mean: number | null;
+  low: number | null;
+  high: number | null;
+  verdict: string;
+  reason: string;
+}
+
+export interface Comparison {
+  groups: Group[];
+  scene: { items: Item[]; bounds: Bounds } | null;
+  nees: { expected: number; band: [number, number] };
+  /** What the cells of the table of means hold. */
+  cells: string;
+  means: string[][];
+  /** Better, than, in, by, pairs. */
+  certain: string[][];
+  know: string[];
+  differences: Difference[];
+  /** `table.csv` of `mjsim compare`. */
+  csv: string;
+}
+
+export function compare(paths: string[]): Promise<Comparison> {
+  return getJson(`/api/compare?${new URLSearchParams(paths.map((path) => ["path", path]))}`);
+}

@@ -1,0 +1,65 @@
+"""Recordings compared in Review, in a real browser: chosen by ticks, drawn on one clock."""
+
+import pytest
+from playwright.sync_api import expect
+
+import mjsim
+from mjsim.report import compare, comparison_csv, mean_rows
+from mjsim.web import Studio
+from tests.windows import PATIENCE, page_at
+
+pytestmark = pytest.mark.slow
+ROOM = """
+mjsim: 1
+name: room
+walls: [{points: [[-2, -2], [2, -2], [2, 2], [-2, 2]], closed: true}]
+robots: [{name: scout, preset: pioneer3dx, at: [0, 0], odometry: {noise: {distance: 0.05, turn: 0.1}}}]
+run:
+  seconds: 2
+  drivers: {scout: {navigator: {use: "mjsim.algorithms.waypoints:Waypoints", points: [[1, 0]]}}}
+"""
+CLEAN = ROOM.replace("distance: 0.05, turn: 0.1", "distance: 0, turn: 0")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with recordings of two settings."""
+    place = tmp_path_factory.mktemp("compared")
+    for name, text in (("noisy", ROOM), ("clean", CLEAN)):
+        with mjsim.Simulation(mjsim.parse_world(text), seed=1) as sim:
+            mjsim.run(sim, record=place / f"{name}.mcap")
+    return place
+
+
+def test_recordings_are_compared_on_one_clock(browser, folder, tmp_path):
+    expect.set_options(timeout=PATIENCE)
+    said = compare([folder / "clean.mcap", folder / "noisy.mcap"])
+    with Studio(folder) as studio, page_at(browser, studio.url) as page:
+        page.get_by_role("tab", name="Review", exact=True).click()
+        choose = page.get_by_role("button", name="Compare: tick two or more")
+        page.get_by_label("Compare clean.mcap").check()
+        expect(choose).to_be_disabled()
+        page.get_by_label("Compare noisy.mcap").check()
+        page.get_by_role("button", name="Compare 2 chosen").click()
+
+        for row in mean_rows(said):
+            shown = page.locator(".compare-means tbody tr", has=page.get_by_role("rowheader", name=row[0], exact=True))
+            expect(shown.locator("td")).to_have_text(list(row[1:]))
+        expect(page.locator(".compare-legend b")).to_have_text([group.label for group in said.groups])
+        with page.expect_download(timeout=PATIENCE) as download:
+            page.locator(".compare-figures").get_by_role("button", name="Save CSV").click()
+        download.value.save_as(tmp_path / "figures.csv")
+        assert (tmp_path / "figures.csv").read_text() == comparison_csv(said)
+
+        page.keyboard.press("ArrowRight")
+        page.keyboard.press(".")
+        expect(page.locator(".compare .run-time")).to_have_text("1.04 s of 1.96 s")
+        read = page.locator(".compare .run-chart", has_text="Position error").locator("output")
+        errors = [next(iter(group.series.values())).position_error_m[26] for group in said.groups]
+        expect(read.locator("span")).to_have_text([f"{error:.3f}" for error in errors])
+
+        page.keyboard.press("Escape")
+        expect(page.get_by_label("Compare clean.mcap")).to_be_checked()
+        page.locator("[data-path='clean.mcap']").click()
+        expect(page.locator(".run-time:visible")).to_contain_text("of 1.96 s")
+
