@@ -62,4 +62,3 @@ def test_recordings_are_compared_on_one_clock(browser, folder, tmp_path):
         expect(page.get_by_label("Compare clean.mcap")).to_be_checked()
         page.locator("[data-path='clean.mcap']").click()
         expect(page.locator(".run-time:visible")).to_contain_text("of 1.96 s")
-
