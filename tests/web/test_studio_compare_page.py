@@ -1,5 +1,9 @@
 """Recordings compared in Review, in a real browser: chosen by ticks, drawn on one clock."""
 
+import csv
+from xml.etree import ElementTree
+
+import cv2
 import pytest
 from playwright.sync_api import expect
 
@@ -31,10 +35,19 @@ def folder(tmp_path_factory):
     return place
 
 
+def kept(page, chart, kind, folder):
+    """Return the file that the menu of a chart gives."""
+    chart.get_by_label("Save this chart").click()
+    with page.expect_download(timeout=PATIENCE) as download:
+        chart.get_by_role("button", name=kind).click()
+    download.value.save_as(folder / download.value.suggested_filename)
+    return folder / download.value.suggested_filename
+
+
 def test_recordings_are_compared_on_one_clock(browser, folder, tmp_path):
     expect.set_options(timeout=PATIENCE)
     said = compare([folder / "clean.mcap", folder / "noisy.mcap"])
-    with Studio(folder) as studio, page_at(browser, studio.url) as page:
+    with Studio(folder) as studio, page_at(browser, studio.url, scheme="dark") as page:
         page.get_by_role("tab", name="Review", exact=True).click()
         choose = page.get_by_role("button", name="Compare: tick two or more")
         page.get_by_label("Compare clean.mcap").check()
@@ -57,6 +70,17 @@ def test_recordings_are_compared_on_one_clock(browser, folder, tmp_path):
         read = page.locator(".compare .run-chart", has_text="Position error").locator("output")
         errors = [next(iter(group.series.values())).position_error_m[26] for group in said.groups]
         expect(read.locator("span")).to_have_text([f"{error:.3f}" for error in errors])
+
+        chart = page.locator(".compare .run-chart", has_text="Position error")
+        files = {kind: kept(page, chart, kind, tmp_path) for kind in ("SVG", "PNG", "CSV")}
+        svg = ElementTree.fromstring(files["SVG"].read_bytes())
+        curves = [each.get("stroke") for each in svg.iter("{http://www.w3.org/2000/svg}path") if "L" in each.get("d")]
+        assert curves == ["#0072b2", "#d55e00"]  # on white, whatever the colours of the page
+        assert svg.find("{http://www.w3.org/2000/svg}rect").get("fill") == "#ffffff"
+        assert cv2.imread(str(files["PNG"])).shape == (800, 1520, 3)
+        rows = list(csv.reader(files["CSV"].read_text().splitlines()))
+        assert rows[0] == ["time [s]", *(group.label for group in said.groups)]
+        assert [float(value) for value in rows[27]] == pytest.approx([1.04, *errors], abs=1e-4)
 
         page.keyboard.press("Escape")
         expect(page.get_by_label("Compare clean.mcap")).to_be_checked()

@@ -2,13 +2,17 @@
 
 import uPlot from "uplot";
 
-import { faded, readTokens } from "../run/ink";
+import { faded, inLight, readTokens } from "../run/ink";
 import { themeChanged } from "../shell/theme";
+import { type Curve, type Figure, type Ink } from "./figure";
+import { savingMenu } from "./saving";
 
 type Column = (number | null | undefined)[];
 
 export interface Line {
   label: string;
+  /** In files, where it has no label. */
+  name?: string;
   /** Read whenever it is drawn, as light may turn to dark. */
   color(): string;
   width?: number;
@@ -76,7 +80,7 @@ export class Chart {
   ) {
     this.element.className = "run-chart unknown";
     const head = document.createElement("figcaption");
-    head.append(heading(settings), legend(settings.lines), this.reading);
+    head.append(heading(settings), legend(settings.lines), savingMenu(this), this.reading);
     const box = document.createElement("div");
     box.className = "run-chart-box";
     this.element.append(head, box);
@@ -97,6 +101,47 @@ export class Chart {
     this.marks = marks;
     this.plot.redraw(false, false);
     this.read(marks.now);
+  }
+
+  /** What is shown, as vectors on white. */
+  figure(): Figure {
+    return inLight(() => {
+      const { title, unit, band, expected, logarithmic = false } = this.settings;
+      const { x, y } = this.plot.scales;
+      return {
+        title,
+        x: "time [s]",
+        y: unit ? `${title.toLowerCase()} [${unit}]` : title,
+        curves: this.curves(),
+        xRange: [x?.min ?? 0, x?.max ?? 1],
+        yRange: [y?.min ?? 0, y?.max ?? 1],
+        logarithmic,
+        ...(band ? { band } : {}),
+        ...(expected === undefined ? {} : { across: expected }),
+        behind: readTokens().seen,
+        ink: inkNow(),
+      };
+    });
+  }
+
+  table(): (string | number | null | undefined)[][] {
+    const { lines, title } = this.settings;
+    const [times, ...columns] = this.plot.data as unknown as Column[];
+    const rows = (times ?? []).map((time, row) => [time, ...columns.map((column) => column[row])]);
+    return [["time [s]", ...lines.map((line) => line.label || (line.name ?? title))], ...rows];
+  }
+
+  private curves(): Curve[] {
+    const [x = [], ...columns] = this.plot.data as unknown as Column[];
+    return this.settings.lines.map((line, k) => ({
+      label: line.label,
+      color: line.color(),
+      width: line.width ?? 1.25,
+      ...(line.dash ? { dash: line.dash } : {}),
+      x,
+      y: columns[k] ?? [],
+      ...(line.fillTo === undefined ? {} : { to: columns[line.fillTo - 1] ?? [], fill: line.fill?.() ?? "none" }),
+    }));
   }
 
   close(): void {
@@ -250,6 +295,12 @@ export class Chart {
     // What rounds to zero has no sign.
     return typeof value === "number" ? value.toFixed(this.settings.digits ?? 3).replace(/^-(?=[0.]*$)/, "") : null;
   }
+}
+
+/** Colours of what is no line, as they are now. */
+export function inkNow(): Ink {
+  const { paper, ink, hair } = readTokens();
+  return { paper, text: ink, grid: hair };
 }
 
 /** Index of the last time that is not after a given one. */

@@ -166,8 +166,8 @@ function errorLines({ label, errors, runs }: Group, k: number, before: number): 
     const told = spread ? `${label}: median of ${runs}, nine of ten` : label;
     const own: Line = { label: number ? "" : told, width: 1.5, ...styleOf(k) };
     if (!spread) return [own];
-    const bound: Line = { label: "", color: () => faded(rowColor(k), 0.35), width: 0.75 };
-    return [own, bound, { ...bound, fillTo: before + 2, fill: () => faded(rowColor(k), 0.14) }];
+    const bound: Line = { label: "", name: `${label}: 95 %`, color: () => faded(rowColor(k), 0.35), width: 0.75 };
+    return [own, bound, { ...bound, name: `${label}: 5 %`, fillTo: before + 2, fill: () => faded(rowColor(k), 0.14) }];
   });
 }
 

@@ -21,6 +21,7 @@ const ICONS = {
   turnRight: "M14 9a5.5 5.5 0 1 0-1.6 5M14 4v5H9",
   film: "M3 4h14v12H3zM7 4v12M13 4v12",
   copy: "M7 7h10v10H7zM13 7V3H3v10h4",
+  save: "M10 3v9M6.2 8.6l3.8 3.8 3.8-3.8M4 16.5h12",
   side: "M3 4h14v12H3zM8 4v12",
   drive:
     "M10 3a7 7 0 1 0 0 14 7 7 0 0 0 0-14zM10 8a2 2 0 1 0 0 4 2 2 0 0 0 0-4zM10 12v5M8.2 9.2L3.4 8M11.8 9.2l4.8-1.2",

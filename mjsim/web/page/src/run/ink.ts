@@ -32,6 +32,20 @@ export function readTokens(): Tokens {
   return tokens;
 }
 
+/** Do something with the colours of the light theme: for what is put on white paper. */
+export function inLight<T>(work: () => T): T {
+  const { dataset } = document.documentElement;
+  const kept = dataset["theme"];
+  dataset["theme"] = "light";
+  tokens = null;
+  try {
+    return work();
+  } finally {
+    dataset["theme"] = kept;
+    tokens = null;
+  }
+}
+
 /** Return the colour of row k of a chart. */
 export function rowColor(k: number): string {
   return color(ROWS[k % ROWS.length] ?? "--muted");
