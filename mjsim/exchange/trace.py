@@ -49,7 +49,7 @@ REACH = 1.0
 """A cell whose middle is this near to a shape is explained by it [cells]."""
 MOST_MIDDLES, MOST_LINES = 500_000, 4_000
 """More of them make no map: cells in the middle of walls, straight lines."""
-DEEPEST = 7
+DEEPEST = 12
 """What is left over is cut in two at most so often."""
 
 
@@ -80,7 +80,11 @@ def trace(grid: Grid) -> Traced:
         explained[window] |= inner
     left = [_middles(window, part) for window, part in _parts(network & ~explained)]
     rows, single = gathered(left, gap=TOGETHER / grid.resolution)
-    bars = [*alone.boxes, *rows, *(bar for points in single if len(points) >= least for bar in _cut(points, 0))]
+    bars = [
+        *alone.boxes,
+        *rows,
+        *(bar for points in single if len(points) >= least for bar in rectangles_for(points, 0)),
+    ]
     shortest, widest = SHORTEST / grid.resolution, THICKEST / grid.resolution
     slender = [bar.length >= max(SLENDER * bar.width, shortest) and bar.width <= widest for bar in bars]
     more = [bar for bar, is_wall in zip(bars, slender, strict=True) if is_wall]
@@ -103,7 +107,7 @@ def _alone(cells: Cells, resolution: float, least: int) -> tuple[Traced, Cells]:
     found.boxes.extend(rows)
     for points in single:
         if len(points) >= least and not _taken(points, found):
-            found.boxes.extend(_cut(points, 0))
+            found.boxes.extend(rectangles_for(points, 0))
     return found, network
 
 
@@ -202,12 +206,22 @@ def _usual_thickness(cells: Cells) -> float:
     return 2.0 * float(np.median(away[crest])) if crest.any() else 0.0
 
 
-def _cut(points: Array, depth: int) -> list[Bar]:
-    """Return rectangles that stand for cells: one, or those of both halves."""
+def rectangles_for(points: Array, depth: int) -> list[Bar]:
+    """Return rectangles that stand for cells: one, or those of what hangs together in both halves."""
     bar, alike = fitted_bar(points)
     if alike >= ALIKE_ENOUGH or len(points) <= 2 * SPECK or depth == DEEPEST:
         return [bar]
     ahead = (points - [bar.x, bar.y]) @ bar.along > 0.0
     if ahead.all() or not ahead.any():
         return [bar]
-    return _cut(points[ahead], depth + 1) + _cut(points[~ahead], depth + 1)
+    halves = points[ahead], points[~ahead]
+    return [bar for half in halves for part in _hanging_together(half) for bar in rectangles_for(part, depth + 1)]
+
+
+def _hanging_together(points: Array) -> list[Array]:
+    """Return the middles of cells, shape (n, 2), of each part of them that hangs together."""
+    lower = points.min(axis=0)
+    columns, rows = np.round(points - lower).astype(int).T
+    cells = np.zeros((rows.max() + 1, columns.max() + 1), dtype=bool)
+    cells[rows, columns] = True
+    return [_middles(window, part) - 0.5 + lower for window, part in _parts(cells)]

@@ -12,6 +12,7 @@ from PIL import Image
 from mjsim.errors import UsageError
 from mjsim.exchange import fidelity, with_robot, world_from_map, write_map
 from mjsim.exchange.grid import read_grid
+from mjsim.exchange.trace import rectangles_for
 from mjsim.world import World, check_world, format_world, grid_of, load_world, parse_world, solid
 
 WORLDS = Path(__file__).parents[2] / "worlds"
@@ -184,3 +185,11 @@ def test_what_is_not_a_map_is_refused_in_one_line(tmp_path):
             world_from_map(path)
         assert message in str(caught.value)
         assert "\n" not in str(caught.value)
+
+
+def test_what_is_left_over_is_cut_until_nothing_stands_where_there_are_no_cells():
+    x = np.arange(0.5, 2000.0)
+    legs = [np.column_stack([x, np.full(2000, y)]) for y in (0.5, 12.5)]
+    hairpin = np.concatenate([*legs, np.column_stack([np.full(11, 1999.5), np.arange(1.5, 12.0)])])
+    bars = rectangles_for(hairpin, 0)
+    assert sum(bar.length * bar.width for bar in bars) < 1.2 * len(hairpin)
