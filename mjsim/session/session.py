@@ -4,7 +4,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from mjsim.closing import Closes
 from mjsim.errors import ModuleFault, UsageError
@@ -15,8 +15,9 @@ from mjsim.run import Driver, drivers_of, one_blas_thread, record_paths, recorde
 from mjsim.session.gate import Gate, State
 from mjsim.session.helm import Helm
 from mjsim.session.reach import Reach
+from mjsim.session.touches import schedule_touch, touch_of
 from mjsim.session.watcher import Watcher
-from mjsim.world import World, with_values
+from mjsim.world import World, WorldEvent, with_values
 
 if TYPE_CHECKING:
     from mjsim.record import Recorder, Tick
@@ -80,6 +81,7 @@ class Session(Closes):
         self._gate = Gate(speed, self._tell)
         self._newest: Tick | None = None
         self._number = 0
+        self._touched: tuple[WorldEvent, ...] = ()
         self._recorder: Recorder | None = None
         self._thread = threading.Thread(target=self._work, name="mjsim-session", daemon=True)
 
@@ -186,6 +188,30 @@ class Session(Closes):
         """
         self._do(lambda sim: self._retune(sim, key, value))
 
+    def touch(self, keys: Mapping[str, Any]) -> WorldEvent:
+        """Let an event happen at the next tick, as one of the world file would; waits until it is taken up.
+
+        The session's own thread, that of `on_tick`, must not ask for it. A paused run shows it with its next tick.
+
+        Args:
+            keys: As the world file has them, without `time`: `{"move": "scout", "to": [5, 2]}`, `{"open": "gate"}`.
+
+        Returns:
+            The event with its time; numbers are rounded as a world file writes them.
+
+        Raises:
+            UsageError: The keys are wrong, what they name is not there, there is no room where they put something, or
+                the run is over; nothing changes then.
+        """
+        event = touch_of(keys)
+        self._do(lambda sim: self._take_touch(sim, event))
+        return self._touched[-1]
+
+    @property
+    def touched(self) -> tuple[WorldEvent, ...]:
+        """What was done by `touch` since the start, in its order; `keep_events` writes it into the world's text."""
+        return self._touched
+
     def wait(self, *states: State, timeout: float | None = None) -> State:
         """Wait until it is in one of these states, 'ended' or 'failed' unless named, and return the one it is in."""
         wanted, gate = states or ("ended", "failed"), self._gate
@@ -269,6 +295,7 @@ class Session(Closes):
             return Simulation(self.world, seed=self.seed)
         self._helm.let_go()
         self._reach.let_go()
+        self._touched = ()
         sim.reset(self.seed)
         return sim
 
@@ -312,6 +339,11 @@ class Session(Closes):
             self._gate.ticked.notify_all()
         if self._on_tick is not None:
             self._on_tick(tick)
+
+    def _take_touch(self, sim: "Simulation", event: WorldEvent) -> None:
+        if self.state not in ("running", "paused"):
+            raise UsageError("the run is over; start it again")
+        self._touched = (*self._touched, schedule_touch(sim, event))
 
     def _retune(self, sim: "Simulation", key: str, value: object) -> None:
         before, changed = sim.world, with_values(sim.world, {key: value})

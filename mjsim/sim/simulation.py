@@ -8,7 +8,6 @@ from types import MappingProxyType
 
 import mujoco
 import numpy as np
-from pydantic import ValidationError
 
 from mjsim.closing import Closes
 from mjsim.compile import compile_world, likely_cause, set_exact_masses
@@ -26,21 +25,7 @@ from mjsim.sim.still import bring_up
 from mjsim.sim.streams import checked_seed
 from mjsim.sim.told import catalogue_of, map_of
 from mjsim.sim.world_script import WorldScript
-from mjsim.world import (
-    CloseEvent,
-    LampEvent,
-    LightEvent,
-    Looks,
-    MoveEvent,
-    OpenEvent,
-    RemoveEvent,
-    ShoveEvent,
-    World,
-    WorldEvent,
-    path_of,
-    require_same_but_noise,
-    sentence,
-)
+from mjsim.world import Looks, World, WorldEvent, event_from, require_same_but_noise
 
 FASTEST = 100.0
 """No robot of ours is as fast unless the physics failed [m/s]."""
@@ -226,7 +211,7 @@ class Simulation(Closes):
             UsageError: There is none of that name, or the pose is out of bounds.
         """
         x, y, heading = pose.x, pose.y, math.degrees(pose.heading)
-        self._happen(MoveEvent, move=name, to=(x, y), heading_deg=heading)
+        self._happen(move=name, to=(x, y), heading_deg=heading)
 
     def open_door(self, name: str, angle: float = math.pi / 2) -> None:
         """Begin to swing a door open, to an angle that is positive to the left side of its wall [rad].
@@ -234,7 +219,7 @@ class Simulation(Closes):
         Raises:
             UsageError: There is no such door, or it does not swing so far.
         """
-        self._happen(OpenEvent, open=name, angle_deg=math.degrees(angle))
+        self._happen(open=name, angle_deg=math.degrees(angle))
 
     def close_door(self, name: str) -> None:
         """Begin to swing a door shut.
@@ -242,7 +227,7 @@ class Simulation(Closes):
         Raises:
             UsageError: There is no such door.
         """
-        self._happen(CloseEvent, close=name)
+        self._happen(close=name)
 
     def door_angle(self, name: str) -> float:
         """Return how far a door stands open, positive to the left side of its wall [rad].
@@ -258,7 +243,7 @@ class Simulation(Closes):
         Raises:
             UsageError: It is out of bounds.
         """
-        self._happen(LightEvent, light=level)
+        self._happen(light=level)
 
     def set_lamp(self, name: str, brightness: float) -> None:
         """Switch or dim a lamp; 0 is off.
@@ -266,7 +251,7 @@ class Simulation(Closes):
         Raises:
             UsageError: There is no such lamp, or the brightness is out of bounds.
         """
-        self._happen(LampEvent, lamp=name, brightness=brightness)
+        self._happen(lamp=name, brightness=brightness)
 
     def remove(self, name: str) -> None:
         """Take a beacon or an obstacle away, with what it carries.
@@ -274,7 +259,7 @@ class Simulation(Closes):
         Raises:
             UsageError: There is none of that name.
         """
-        self._happen(RemoveEvent, remove=name)
+        self._happen(remove=name)
 
     def shove(self, name: str, impulse: Sequence[float], seconds: float = 0.1) -> None:
         """Begin to push a robot or a movable obstacle at its centre of mass.
@@ -287,7 +272,11 @@ class Simulation(Closes):
         Raises:
             UsageError: There is none of that name, or a number is out of bounds.
         """
-        self._happen(ShoveEvent, shove=name, impulse=tuple(impulse), seconds=seconds)
+        self._happen(shove=name, impulse=tuple(impulse), seconds=seconds)
+
+    def schedule(self, event: WorldEvent) -> None:
+        """Have an event happen as those of the world file do, at a tick to come; raises as `WorldScript.schedule`."""
+        self._script.schedule(event)
 
     def happened(self) -> tuple[WorldEvent, ...]:
         """Return what has happened to the world since the last call, each at the time when it did."""
@@ -345,14 +334,9 @@ class Simulation(Closes):
             raise UsageError(f"no robot '{name}' in this world{did_you_mean(name, self._robots)}")
         return self._robots[name]
 
-    def _happen(self, kind: type[WorldEvent], **keys: object) -> None:
+    def _happen(self, **keys: object) -> None:
         """Let an event happen now, and bring everything up to it."""
-        try:
-            event = kind.model_validate({"time": self.time, **keys})
-        except ValidationError as error:
-            first = error.errors()[0]
-            raise UsageError(sentence(first, path_of(first), kind)) from None
-        self._script.happen(event, self.time)
+        self._script.happen(event_from({"time": self.time, **keys}), self.time)
         self._look()
 
     def _canvas(self, quality: Quality) -> Canvas:

@@ -27,10 +27,13 @@ from mjsim.world import (
     WorldEvent,
     item_names,
     leaves,
+    misplaced,
 )
 
 EARLY = 1e-9
 """A tick that is this much before an event is the event's [s]."""
+DEEP = 1e-3
+"""What is put down may reach this far into something that moves [m], as into what stays."""
 
 
 class WorldScript:
@@ -55,6 +58,19 @@ class WorldScript:
         self._heights = {robot.name: 0.0 for robot in world.robots}
         self._movers.put(0.0)
 
+    def schedule(self, event: WorldEvent) -> None:
+        """Have an event happen when its time comes, after those of the same time.
+
+        Raises:
+            UsageError: What it names is not there, or there is no room where it puts something; nothing changes then.
+        """
+        self._check(event)
+        if isinstance(event, MoveEvent):
+            self._check_room(event)
+        self._due = [event, *self._due]
+        # The sort is stable, and of those at one time the newest stands first: it happens last.
+        self._due.sort(key=lambda each: -each.time)
+
     def let_happen(self, time: float) -> None:
         """Let all scripted events happen whose time has come [s]."""
         while self._due and self._due[-1].time <= time + EARLY:
@@ -66,33 +82,21 @@ class WorldScript:
         Raises:
             UsageError: What it names is not there.
         """
+        self._check(event)
         match event:
             case MoveEvent():
-                robots = [robot.name for robot in self._world.robots if robot.base != "fixed"]
-                _require(event.move, "robot or movable obstacle", robots + self._movable)
-                self._move(event, f"{event.move}/free" if event.move in robots else f"obstacle/{event.move}")
+                self._put_down(event, self._data)
             case ShoveEvent():
-                robots = [robot.name for robot in self._world.robots]
-                _require(event.shove, "robot or movable obstacle", robots + self._movable)
-                body = f"{event.shove}/base" if event.shove in robots else f"obstacle/{event.shove}"
-                self._shoves.add(body, event.impulse, event.seconds)
+                self._shoves.add(self._body(event.shove), event.impulse, event.seconds)
             case PushEvent():
-                robots = [robot.name for robot in self._world.robots]
-                _require(event.push, "robot or movable obstacle", robots + self._movable)
-                body = f"{event.push}/base" if event.push in robots else f"obstacle/{event.push}"
                 self._pushes += 1
                 rng = stream(self._seed, event.push, f"push/{self._pushes}")
                 force = event.signal.made(self._world.read_asset, rng)
-                self._shoves.push_along(body, force, event.along, seconds=event.seconds)
+                self._shoves.push_along(self._body(event.push), force, event.along, seconds=event.seconds)
             case OpenEvent():
-                self._swing(event.open, math.radians(event.angle_deg))
+                self._joints.move(f"door/{event.open}", math.radians(event.angle_deg))
             case CloseEvent():
-                self._swing(event.close, 0.0)
-            case LampEvent():
-                _require(event.lamp, "lamp", self._scenery.looks.lamps)
-            case RemoveEvent():
-                things = [item.name for item in (*self._world.beacons, *self._world.obstacles) if item.name]
-                _require(event.remove, "beacon or obstacle", things)
+                self._joints.move(f"door/{event.close}", 0.0)
         self._scenery.show(self._scenery.looks.after(event, self._world))
         self._happened.append(event.model_copy(update={"time": time}))
 
@@ -158,26 +162,83 @@ class WorldScript:
         _require(name, "door", self._doors)
         return self._joints.value(f"door/{name}")
 
-    def _swing(self, name: str, angle: float) -> None:
-        _require(name, "door", self._doors)
-        joint = self._doors[name].joint()
-        if not joint.lower - EARLY <= angle <= joint.upper + EARLY:
-            far, most = math.degrees(angle), self._doors[name].door.limit_deg
-            raise UsageError(f"the angle is {far:.6g} degrees; door '{name}' swings to {most:.6g} at most")
-        self._joints.move(joint.name, angle)
+    def _check(self, event: WorldEvent) -> None:
+        """Raise UsageError when what an event names is not there, or cannot be so."""
+        robots = [robot.name for robot in self._world.robots]
+        match event:
+            case MoveEvent():
+                free = [robot.name for robot in self._world.robots if robot.base != "fixed"]
+                _require(event.move, "robot or movable obstacle", free + self._movable)
+            case ShoveEvent():
+                _require(event.shove, "robot or movable obstacle", robots + self._movable)
+            case PushEvent():
+                _require(event.push, "robot or movable obstacle", robots + self._movable)
+            case OpenEvent():
+                _require(event.open, "door", self._doors)
+                self._check_swing(event)
+            case CloseEvent():
+                _require(event.close, "door", self._doors)
+            case LampEvent():
+                _require(event.lamp, "lamp", self._scenery.looks.lamps)
+            case RemoveEvent():
+                things = [item.name for item in (*self._world.beacons, *self._world.obstacles) if item.name]
+                _require(event.remove, "beacon or obstacle", things)
 
-    def _move(self, event: MoveEvent, joint: str) -> None:
-        """Put what has a free joint down elsewhere, at rest in all its parts; its wheels stay as they are turned."""
-        data, model = self._data, self._model
-        start = int(model.joint(joint).qposadr[0])
+    def _check_swing(self, event: OpenEvent) -> None:
+        leaf = self._doors[event.open]
+        joint, angle = leaf.joint(), math.radians(event.angle_deg)
+        if not joint.lower - EARLY <= angle <= joint.upper + EARLY:
+            most = leaf.door.limit_deg
+            raise UsageError(
+                f"the angle is {event.angle_deg:.6g} degrees; door '{event.open}' swings to {most:.6g} at most"
+            )
+
+    def _check_room(self, event: MoveEvent) -> None:
+        """Raise UsageError when something would be put down in what stays, or in what is there now."""
+        message = misplaced(self._world, event)
+        if message is None and (found := self._met(event)) is not None:
+            where = f"[{event.to[0]:g}, {event.to[1]:g}]"
+            message = f"'{event.move}' is put down at {where} inside {found}; move it to where it has room"
+        if message is not None:
+            raise UsageError(message)
+
+    def _met(self, event: MoveEvent) -> str | None:
+        """Return what that moves, or stands on its own, something would be put down in; None for nothing."""
+        model = self._model
+        trial = mujoco.MjData(model)
+        mujoco.mj_copyData(trial, model, self._data)
+        own = self._put_down(event, trial)
+        mujoco.mj_fwdPosition(model, trial)
+        for contact in trial.contact[: trial.ncon]:
+            roots = model.body_rootid[model.geom_bodyid[contact.geom]].tolist()
+            other = next((root for root in roots if root not in (own, 0)), None)
+            if other is not None and own in roots and contact.dist < -DEEP:
+                kind, _, name = model.body(other).name.partition("/")
+                return f"{kind} '{name}'" if kind in ("obstacle", "door") else f"'{kind}'"
+        return None
+
+    def _body(self, name: str) -> str:
+        """Return the body of a robot or an obstacle that is pushed."""
+        return f"{name}/base" if name in self._heights else f"obstacle/{name}"
+
+    def _put_down(self, event: MoveEvent, data: mujoco.MjData) -> int:
+        """Put what has a free joint down elsewhere, at rest in all its parts; its wheels stay as they are turned.
+
+        Returns:
+            The body that is the root of what was put down.
+        """
+        model = self._model
+        joint = model.joint(f"{event.move}/free" if event.move in self._heights else f"obstacle/{event.move}")
+        start = int(joint.qposadr[0])
         heading = _heading(_matrix(data.qpos[start + 3 : start + 7]))
         if event.heading_deg is not None:
             heading = math.radians(event.heading_deg)
         data.qpos[start : start + 2] = event.to
         data.qpos[start + 2] = self._heights.get(event.move, model.qpos0[start + 2])
         data.qpos[start + 3 : start + 7] = [math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)]
-        root = model.body_rootid[model.jnt_bodyid[model.joint(joint).id]]
+        root = int(model.body_rootid[model.jnt_bodyid[joint.id]])
         data.qvel[model.body_rootid[model.dof_bodyid] == root] = 0.0
+        return root
 
     def _pose(self, body: str) -> Pose:
         index = self._model.body(body).id

@@ -1,6 +1,7 @@
 from .check import Solids as Solids
 from .check import check_world as check_world
 from .check import disc as disc
+from .check import misplaced as misplaced
 from .edit import Change as Change
 from .edit import UnwritableError as UnwritableError
 from .edit import edit_text as edit_text
@@ -8,6 +9,7 @@ from .edit import edited as edited
 from .edit import escaped as escaped
 from .edit import format_file as format_file
 from .edit import format_world as format_world
+from .edit import rounded as rounded
 from .files import LEFT_BEHIND as LEFT_BEHIND
 from .files import Source as Source
 from .files import own_copy as own_copy
@@ -137,6 +139,7 @@ from .items import WorldEvent as WorldEvent
 from .items import actuator_kind as actuator_kind
 from .items import arm_names as arm_names
 from .items import carried_body as carried_body
+from .items import event_from as event_from
 from .items import first_looks as first_looks
 from .items import free_columns as free_columns
 from .items import height_under as height_under

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from mjsim.geometry import Array
 from mjsim.world.check.standing import SPARE, Doubt, Solids, called, disc, pair
 from mjsim.world.items import MoveEvent, Obstacle, RemoveEvent, World
 from mjsim.world.plan import prisms, stays
@@ -37,24 +38,48 @@ def _through_things(obstacle: Obstacle, number: int, solids: Solids, loose: Coll
                 return
 
 
+def misplaced(world: World, event: MoveEvent) -> str | None:
+    """Return why there is no room where an event puts something down; None where there is, by what stays there.
+
+    There is none beyond the outermost walls either, in a world that has walls, unless something of the world is there.
+    """
+    places = [point for wall in world.walls for point in wall.points]
+    places += [item.at[:2] for item in (*world.robots, *world.obstacles)]
+    if world.walls and not _within(event.to, np.asarray(places)):
+        return f"'{event.move}' is put down at {pair(event.to)} outside the world; move it to where it has room"
+    numbered = enumerate(world.obstacles)
+    loose = {called(item, number) for number, item in numbered if not stays(item)}
+    return _inside(world, event, Solids(world), loose)
+
+
+def _within(place: tuple[float, ...], points: Array) -> bool:
+    """Return whether a place lies in the bounds of points, shape (n, 2) [m]."""
+    return bool((points.min(axis=0) <= place).all() and (points.max(axis=0) >= place).all())
+
+
 def _put_into_things(world: World, solids: Solids, loose: Collection[str]) -> Iterator[Doubt]:
     """Yield the events that put a robot or an obstacle down inside what stays."""
-    radii = {robot.name: (robot.body.radius, robot.body.height) for robot in world.robots}
-    things = {item.name: item for item in world.obstacles if item.movable}
     for index, event in enumerate(world.run.events):
-        if not isinstance(event, MoveEvent):
-            continue
-        if event.move in radii:
-            radius, height = radii[event.move]
-            parts = [(disc(event.to, radius), 0.0, height)]
-        else:
-            turned = {} if event.heading_deg is None else {"heading_deg": event.heading_deg}
-            moved = things[event.move].model_copy(update={"at": event.to, **turned})
-            parts = [(outline, low + SPARE, high) for outline, low, high in prisms(moved)]
-        for shape, low, high in parts:
-            found = solids.reached(shape, depth=SPARE, low=low, high=high, but=loose)
-            if found:
-                where = pair(event.to)
-                message = f"'{event.move}' is put down at {where} inside {found}; move it to where it has room"
-                yield message, ("run", "events", index, "to")
-                break
+        message = _inside(world, event, solids, loose) if isinstance(event, MoveEvent) else None
+        if message is not None:
+            yield message, ("run", "events", index, "to")
+
+
+def _inside(world: World, event: MoveEvent, solids: Solids, loose: Collection[str]) -> str | None:
+    """Return that an event puts a robot or an obstacle down inside what stays; None where it does not."""
+    for shape, low, high in _put_down(world, event):
+        found = solids.reached(shape, depth=SPARE, low=low, high=high, but=loose)
+        if found:
+            return f"'{event.move}' is put down at {pair(event.to)} inside {found}; move it to where it has room"
+    return None
+
+
+def _put_down(world: World, event: MoveEvent) -> list[tuple[Array, float, float]]:
+    """Return what an event puts down: outlines, shape (n, 2), world frame, with lower and upper heights [m]."""
+    for robot in world.robots:
+        if robot.name == event.move:
+            return [(disc(event.to, robot.body.radius), 0.0, robot.body.height)]
+    thing = next(item for item in world.obstacles if item.movable and item.name == event.move)
+    turned = {} if event.heading_deg is None else {"heading_deg": event.heading_deg}
+    moved = thing.model_copy(update={"at": event.to, **turned})
+    return [(outline, low + SPARE, high) for outline, low, high in prisms(moved)]

@@ -47,6 +47,7 @@ from .events import PushEvent as PushEvent
 from .events import RemoveEvent as RemoveEvent
 from .events import ShoveEvent as ShoveEvent
 from .events import WorldEvent as WorldEvent
+from .events import event_from as event_from
 from .events import said_of as said_of
 from .fit import misfits as misfits
 from .lenses import Lens as Lens

@@ -1,11 +1,13 @@
 """What happens to a world while it runs."""
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, TypeAdapter, ValidationError, model_validator
 
-from mjsim.world.ground import Degrees, Model, Name, OneOf, Point, fault
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.world.ground import Degrees, Model, Name, OneOf, Point, fault, kind_of, path_of, sentence
 from mjsim.world.items.light import Brightness
 from mjsim.world.items.signals import Signal
 
@@ -120,6 +122,28 @@ WorldEvent = Annotated[
         " lamp: NAME, remove: NAME, shove: NAME or push: NAME",
     ),
 ]
+
+
+_EVENT: TypeAdapter[WorldEvent] = TypeAdapter(WorldEvent)
+
+
+def event_from(keys: Mapping[str, object]) -> WorldEvent:
+    """Return the event of keys as a world file has them.
+
+    Raises:
+        UsageError: A key is unknown or missing, or a value does not fit.
+    """
+    kind = kind_of(dict(keys), EVENT_KINDS)
+    if kind is None:
+        said = next((key for key in keys if key != "time"), "")
+        raise UsageError(f"an event needs what happens{did_you_mean(said, EVENT_KINDS)}")
+    try:
+        event: WorldEvent = _EVENT.validate_python(dict(keys))
+    except ValidationError as error:
+        first = error.errors()[0]
+        path = tuple(step for step in path_of(first) if step != f"<{kind}>")
+        raise UsageError(sentence(first, path, EVENT_KINDS[kind])) from None
+    return event
 
 
 def said_of(event: WorldEvent) -> str:

@@ -1,0 +1,60 @@
+"""What somebody has done to the world of a run by hand: events, each the next tick's."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from mjsim.errors import UsageError
+from mjsim.world import Change, Source, WorldEvent, edit_text, event_from, rounded
+
+if TYPE_CHECKING:
+    from mjsim.sim import Simulation
+
+DIGITS = 4
+"""Decimals of a time in a world file."""
+
+
+def touch_of(keys: Mapping[str, Any]) -> WorldEvent:
+    """Return an event of keys as a world file has them, its time aside; its numbers as a world file writes them.
+
+    Raises:
+        UsageError: A key is unknown or missing, or a value does not fit.
+    """
+    if "time" in keys:
+        raise UsageError("a touch has no time of its own; it happens at the next tick")
+    event = event_from({"time": 0.0, **keys})
+    return event_from(rounded(event.model_dump(exclude_unset=True)))
+
+
+def schedule_touch(sim: "Simulation", event: WorldEvent) -> WorldEvent:
+    """Have an event happen at the next tick, and return it with the time that stands for that tick in a world file.
+
+    Raises:
+        UsageError: What it names is not there, or there is no room where it puts something, or it lies outside.
+    """
+    touch = event.model_copy(update={"time": _written_time((sim.tick + 1) * sim.dt)})
+    sim.schedule(touch)
+    return touch
+
+
+def keep_events(text: str, events: Sequence[WorldEvent], *, source: Source | None = None) -> str:
+    """Return the text of a world with events added to those it has; a run of it repeats them.
+
+    Args:
+        text: Of the world whose run was touched.
+        events: As `Session.touched` gives them.
+        source: Where the text comes from, for the files that it includes.
+    """
+    changes = [Change("add", ("run", "events"), event_keys(event)) for event in events]
+    return edit_text(text, changes) if source is None else edit_text(text, changes, source=source)
+
+
+def event_keys(event: WorldEvent) -> dict[str, Any]:
+    """Return the keys of an event as a world file has them, without those at their defaults."""
+    return event.model_dump(mode="json", exclude_defaults=True)
+
+
+def _written_time(time: float) -> float:
+    """Return the latest short number that is not after a time [s]: written down, it means the same tick."""
+    near = round(time, DIGITS)
+    return near if near <= time + 1e-9 else round(math.floor(time * 10**DIGITS) / 10**DIGITS, DIGITS)

@@ -1,0 +1,124 @@
+"""Touching a run: what is done by hand is an event of the next tick, and repeats once it is written down."""
+
+from contextlib import closing
+
+import pytest
+
+import mjsim
+from mjsim.errors import UsageError
+from mjsim.record import same_run
+from mjsim.session import keep_events, touches
+from mjsim.world import check_world
+
+PATIENCE = 60.0
+"""Nothing takes this long [s], on however loaded a machine."""
+FLAT = """
+mjsim: 1
+walls:
+  - {points: [[0, 0], [8, 0], [8, 6], [0, 6]], closed: true}
+  - {points: [[4, 0], [4, 6]], openings: [{name: gate, segment: 0, at: 0.5, width: 1, door: {}}]}
+obstacles:
+  - {box: [0.4, 2, 0.8], at: [6, 3], name: rack}
+  - {cylinder: [0.2, 0.5], at: [2, 5], movable: true, mass: 3, name: bin}
+beacons: [{name: lion, at: [1.5, 1]}]
+robots:
+  - {name: r, preset: pioneer3dx, at: [1, 3], odometry: {noise: {turn: 0.02}}}
+  - {name: q, preset: pioneer3dx, at: [1, 1]}
+run: {seconds: 0.5, events: [{time: 0.06, light: 0.5}]}
+"""
+
+
+def ticked(session):
+    session.tick()
+    assert session.wait("paused", timeout=PATIENCE) == "paused"
+
+
+@pytest.fixture
+def touched():
+    """A paused session at its start, to be touched."""
+    session = mjsim.Session(mjsim.parse_world(FLAT))
+    session.start(paused=True)
+    assert session.wait("paused", timeout=PATIENCE) == "paused"
+    with closing(session):
+        yield session
+
+
+def test_a_kidnapped_robot_stands_elsewhere_at_the_next_tick_and_its_odometry_does_not_notice(touched):
+    event = touched.touch({"move": "r", "to": [2.123456789, 3], "heading_deg": 90})
+    assert (event.time, event.to) == (touched.newest.time + 0.04, (2.1235, 3.0))
+    ticked(touched)
+    now = touched.newest
+    assert now.events == (event,)
+    assert (now.truth["r"].x, now.truth["r"].y) == pytest.approx((2.1235, 3.0), abs=1e-3)
+    assert abs(now.seen["r"].odometry.forward) < 0.01
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"move": "r", "to": [4, 3]}, "'r' is put down at [4, 3] inside walls[1]; move it to where it has room"),
+        ({"move": "r", "to": [1, 1.2]}, "'r' is put down at [1, 1.2] inside 'q'; move it to where it has room"),
+        ({"move": "r", "to": [2, 5.1]}, "inside obstacle 'bin'"),
+        ({"move": "bin", "to": [6, 3]}, "inside obstacle 'rack'"),
+        ({"move": "r", "to": [99, 1]}, "outside the world"),
+        ({"move": "r", "to": [float("nan"), 1]}, "to[0] is nan; it must be a finite number"),
+        ({"move": "r"}, "key 'to' is missing"),
+        ({"mov": "r"}, "an event needs what happens; did you mean 'move'?"),
+        ({}, "an event needs what happens"),
+        ({"move": "rr", "to": [2, 2]}, "no robot or movable obstacle 'rr' in this world; did you mean 'r'?"),
+        ({"open": "gat"}, "no door 'gat' in this world; did you mean 'gate'?"),
+        ({"open": "gate", "angle_deg": 160}, "door 'gate' swings to 110 at most"),
+        ({"time": 3, "remove": "lion"}, "a touch has no time of its own; it happens at the next tick"),
+    ],
+)
+def test_a_touch_that_cannot_be_is_answered_in_a_line_and_changes_nothing(touched, keys, said):
+    with pytest.raises(UsageError) as caught:
+        touched.touch(keys)
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert touched.touched == ()
+
+
+def test_a_session_that_is_over_cannot_be_touched_and_a_restart_forgets_touches(touched):
+    touched.touch({"remove": "lion"})
+    touched.restart()
+    assert touched.wait("paused", timeout=PATIENCE) == "paused"
+    assert touched.touched == ()
+    touched.stop()
+    assert touched.wait("ended", timeout=PATIENCE) == "ended"
+    with pytest.raises(UsageError, match="the run is over"):
+        touched.touch({"remove": "lion"})
+
+
+@pytest.mark.slow
+def test_what_was_done_by_hand_repeats_with_the_same_truth_once_it_is_written_down(tmp_path):
+    session = mjsim.Session(mjsim.parse_world(FLAT), seed=4, record=tmp_path / "hand.mcap")
+    session.start(paused=True)
+    for touch in (
+        {"move": "r", "to": [2.00004999, 3]},
+        {"shove": "bin", "impulse": [1.23456789, -2, 0]},
+        {"open": "gate", "angle_deg": -60},
+        {"remove": "lion"},
+        {"push": "q", "signal": {"random": {"deviation": 30, "hold": 0.05}}, "seconds": 0.2},
+        {"move": "bin", "to": [2.5, 4.2]},
+        {"close": "gate"},
+    ):
+        assert session.wait("paused", timeout=PATIENCE) == "paused"
+        session.touch(touch)
+        ticked(session)
+    session.go()
+    assert session.wait(timeout=PATIENCE) == "ended"
+    session.close()
+    world = mjsim.parse_world(keep_events(FLAT, session.touched))
+    assert check_world(world) == []
+    with mjsim.Simulation(world, seed=4) as sim:
+        mjsim.run(sim, record=tmp_path / "file.mcap")
+    assert same_run(tmp_path / "hand.mcap", tmp_path / "file.mcap")
+
+
+def test_the_time_of_a_touch_is_written_short_and_still_means_its_tick():
+    for rate in (7, 24, 30, 60, 90, 250):
+        for tick in range(1, 1000):
+            written = touches._written_time(tick / rate)
+            assert round(written, 4) == written
+            assert (tick - 1) / rate < written <= tick / rate + 1e-9
