@@ -15,6 +15,7 @@ from .occupancy import OccupancyGrid, shown_grid
 from .odometry_bias import OdometryBias
 from .pose_graph import PoseGraph, compose
 from .scan_matching import surface_of
+from .scan_noise import range_noise, smoothed
 from .scan_search import Laid, lay
 
 SLIP = np.array([0.05, 0.05, 0.02])
@@ -164,16 +165,19 @@ class LidarSlam:
 
     def _extend(self, looked: LevelScan) -> None:
         """Lay a scan on the last ones, and add it to the map."""
-        sensor = looked.robot_from_lidar
-        surface = surface_of(looked.points(), origin=(sensor.x, sensor.y))
+        scan, sensor = looked.scan, looked.robot_from_lidar
+        error = range_noise(scan)
+        points = sensor.transform(smoothed(scan, error).points())
+        surface = surface_of(points, origin=(sensor.x, sensor.y), noise=error, increment=scan.angle_increment)
         laid = Laid(self._step, self._step_covariance, self._step_covariance)
         if self.keyframes:
-            before = self._step_covariance + self._slip()
+            noise = self._step_covariance + self._slip()
+            before = noise + self._bias.doubt(self._told, self._driven, self._moving)
             laid = lay(surface, self._map.recent_walls(), self._step, before, scans=self._map.recent)
             off = laid.pose - self._step
             off[2] = wrap_angle(float(off[2]))
             self._reached.append(self._step)
-            self._bias.learn(self._told, self._driven, self._moving, off, before, laid.covariance)
+            self._bias.learn(self._told, self._driven, self._moving, off, noise, laid.covariance)
         self._map.add(looked, surface, laid)
         self._rest()
 

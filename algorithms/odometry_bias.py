@@ -4,7 +4,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 
-PRIOR = np.array([0.05, 0.05, 0.01, 0.005])
+PRIOR = np.array([0.05, 0.05, 0.01, 0.02])
 """Standard deviations of what a robot's odometry errs by: share of the way, share of the turn, turn for each metre
 [rad/m], turn for each second that it moves [rad/s]."""
 DRIFT = 0.01
@@ -40,7 +40,18 @@ class OdometryBias:
         """
         return told - _effects(told, float(np.hypot(told[0], told[1])), seconds) @ self.errors
 
-    def learn(self, told: Array, way: float, seconds: float, off: Array, before: Array, after: Array) -> None:
+    def doubt(self, told: Array, way: float, seconds: float) -> Array:
+        """Return the covariance of a step by what is not known of its systematic errors, shape (3, 3).
+
+        Args:
+            told: The step by odometry alone, shape (3,) [m, m, rad].
+            way: How far the robot drove on it [m].
+            seconds: How long it moved [s].
+        """
+        H = _effects(told, way, seconds)
+        return np.asarray(H @ self.covariance @ H.T)
+
+    def learn(self, told: Array, way: float, seconds: float, off: Array, noise: Array, after: Array) -> None:
         """Take a step that scans have measured.
 
         Args:
@@ -48,22 +59,23 @@ class OdometryBias:
             way: How far the robot drove on it [m].
             seconds: How long it moved [s].
             off: The step by scans and corrected odometry together less that by the latter, shape (3,).
-            before: Covariance of the step by corrected odometry, shape (3, 3).
-            after: Covariance of the step by both, shape (3, 3).
+            noise: Covariance of the step by corrected odometry, `doubt` left out, shape (3, 3).
+            after: Covariance of the step by scans and by odometry with its doubt, shape (3, 3).
         """
-        self.covariance = self.covariance + self._drift
-        by_odometry, by_both = np.linalg.inv(before), np.linalg.inv(after)
-        told_by_scans = by_both - by_odometry
-        if off @ by_odometry @ off > GATE or np.linalg.eigvalsh(told_by_scans)[0] < 0.0:
-            return
-        clear = _clear(told_by_scans)
-        # Between scans alone and odometry: information of the difference, and that times the difference itself, which
-        # is larger than `off` where scans tell little.
-        both = np.eye(3) + clear @ told_by_scans @ clear @ before
-        information = np.linalg.solve(both, clear @ told_by_scans @ clear)
         H = -_effects(told, way, seconds)
-        self.covariance = np.asarray(np.linalg.inv(np.linalg.inv(self.covariance) + H.T @ information @ H), dtype=float)
-        self.errors = self.errors + self.covariance @ H.T @ np.linalg.solve(both, clear @ by_both @ off)
+        by_odometry = np.linalg.inv(noise + H @ self.covariance @ H.T)
+        by_both = np.linalg.inv(after)
+        told_by_scans = by_both - by_odometry
+        if off @ by_odometry @ off <= GATE and np.linalg.eigvalsh(told_by_scans)[0] >= 0.0:
+            clear = _clear(told_by_scans)
+            # Between scans alone and odometry: information of the difference, and that times the difference itself,
+            # which is larger than `off` where scans tell little.
+            both = np.eye(3) + clear @ told_by_scans @ clear @ noise
+            information = np.linalg.solve(both, clear @ told_by_scans @ clear)
+            known = np.linalg.inv(self.covariance) + H.T @ information @ H
+            self.covariance = np.asarray(np.linalg.inv(known), dtype=float)
+            self.errors = self.errors + self.covariance @ H.T @ np.linalg.solve(both, clear @ by_both @ off)
+        self.covariance = self.covariance + self._drift
 
 
 def _clear(information: Array) -> Array:

@@ -19,6 +19,8 @@ STRAIGHT = 0.25
 """Farther ones lie on one wall if it goes on in their direction: largest change of direction [rad]."""
 FLAT = 0.03
 """Largest standard deviation of points across the line that is laid through them [m]."""
+BLURRED = 0.025
+"""For each so much noise of ranges lines are laid through one neighbour more on either side [m]."""
 SIGMA, FINEST = 0.03, 0.01
 """Standard deviation of an element's distance from its wall, noise and walls that are not quite lines, and the least
 that it may turn out to be [m]."""
@@ -40,37 +42,47 @@ class Surface:
     """Shape (n, 2) [m]."""
     normals: Array
     """Unit vectors across the walls, towards the side from which they were seen, shape (n, 2)."""
+    noise: Array
+    """How far each lies off its wall by the noise of ranges, a share `EFFECTIVE` of them independent: standard
+    deviation, shape (n,) [m]."""
 
     def moved(self, pose: Array) -> "Surface":
         """Return it in the frame in which `pose` (x, y, heading) is its frame's pose."""
         R = rotation(float(pose[2]))
-        return Surface(self.points @ R.T + pose[:2], self.normals @ R.T)
+        return Surface(self.points @ R.T + pose[:2], self.normals @ R.T, self.noise)
 
     def thinned(self, most: int) -> "Surface":
         """Return at most so many of its elements, chosen evenly."""
         if len(self.points) <= most:
             return self
         chosen = np.linspace(0, len(self.points) - 1, most).astype(np.intp)
-        return Surface(self.points[chosen], self.normals[chosen])
+        return Surface(self.points[chosen], self.normals[chosen], self.noise[chosen])
 
 
-def surface_of(points: Array, *, origin: tuple[float, float] = (0.0, 0.0)) -> Surface:
+def surface_of(
+    points: Array, *, origin: tuple[float, float] = (0.0, 0.0), noise: float = 0.0, increment: float = 0.0
+) -> Surface:
     """Return the straight walls that a scan shows.
 
     Args:
         points: In the order of the beams, shape (n, 2) [m].
         origin: Where the sensor is, in the frame of the points [m].
+        noise: Standard deviation of a range [m].
+        increment: Angle between two beams [rad].
     """
     points = points[np.hypot(*(points - origin).T) < FARTHEST]
     if len(points) < 3:
-        return Surface(np.zeros((0, 2)), np.zeros((0, 2)))
+        return Surface(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
     even, run = _evenly(points, np.hypot(*(points - origin).T))
     if len(even) < 3:
-        return Surface(np.zeros((0, 2)), np.zeros((0, 2)))
-    centres, normals, flat = _lines(even, run)
+        return Surface(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
+    centres, normals, flat = _lines(even, run, half=2 + int(noise / BLURRED))
     towards = np.sum((np.asarray(origin) - centres) * normals, axis=1)
     normals = np.where(towards[:, None] < 0.0, -normals, normals)
-    return Surface(centres[flat], normals[flat])
+    # Ranges err by their noise times the cosine of the angle at which the beam meets the wall, towards / r, across it,
+    # and beams meet it every r * increment / cosine. So much tells an element of `SPACING`.
+    squared = EFFECTIVE * noise**2 * increment / SPACING * np.abs(towards)
+    return Surface(centres[flat], normals[flat], np.sqrt(squared[flat]))
 
 
 def _evenly(points: Array, ranges: Array) -> tuple[Array, NDArray[np.intp]]:
@@ -90,7 +102,7 @@ def _evenly(points: Array, ranges: Array) -> tuple[Array, NDArray[np.intp]]:
     return points[after - 1] + share[:, None] * step[after - 1], wall[after - 1]
 
 
-def _lines(points: Array, run: NDArray[np.intp], *, half: int = 2) -> tuple[Array, Array, NDArray[np.bool_]]:
+def _lines(points: Array, run: NDArray[np.intp], *, half: int) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return the line through each point and its neighbours on the same wall.
 
     Returns:
@@ -118,6 +130,7 @@ def joined(surfaces: list[Surface]) -> Surface:
     return Surface(
         np.concatenate([surface.points for surface in surfaces]),
         np.concatenate([surface.normals for surface in surfaces]),
+        np.concatenate([surface.noise for surface in surfaces]),
     )
 
 
@@ -204,9 +217,10 @@ def align(field: WallField, scan: Surface, guess: Array, information: Array, *, 
         distance, miss, J = _compared(field, scan, pose)
         # Huber: beyond two standard deviations a miss counts less than its square.
         size, near = np.abs(miss), distance < reach
-        weight = np.minimum(1.0, 2.0 * sigma / np.maximum(size, 1e-9)) * near
+        spread = np.maximum(sigma, scan.noise)
+        weight = np.minimum(1.0, 2.0 * spread / np.maximum(size, 1e-9)) * near
         J[:, :2] = J[:, :2] @ _trusted(J, weight)
-        weighted = (EFFECTIVE / sigma**2 * weight)[:, None] * J
+        weighted = (EFFECTIVE / spread**2 * weight)[:, None] * J
         seen = weighted.T @ J
         off = pose - guess
         off[2] = wrap_angle(off[2])

@@ -79,7 +79,7 @@ def test_what_odometry_does_not_allow_is_believed_only_where_nothing_else_fits()
     laid = lay(surface_at(other), surface_at(one), slipped, sure)
     np.testing.assert_allclose(laid.pose, step, atol=0.01)
     # Scans of other rooms tell nothing: odometry stands, and is less sure.
-    elsewhere = Surface(surface_at(one).points + 30.0, surface_at(one).normals)
+    elsewhere = replace(surface_at(one), points=surface_at(one).points + 30.0)
     laid = lay(surface_at(other), elsewhere, slipped, sure)
     np.testing.assert_array_equal(laid.pose, slipped)
     assert (np.diag(laid.covariance) > np.diag(sure)).all()
@@ -90,7 +90,7 @@ def test_a_small_slip_does_not_pull_a_scan_off_the_walls():
     step = step_between(one.as_array(), other.as_array())
     # A few elements, and odometry that is sure of its turn: both together would end half-way.
     seen = surface_at(other, noise=0.01)
-    few = Surface(seen.points[::8], seen.normals[::8])
+    few = Surface(seen.points[::8], seen.normals[::8], seen.noise[::8])
     slipped = step + np.array([0.12, 0.03, 0.05])
     laid = lay(few, surface_at(one, noise=0.01), slipped, np.diag([0.03, 0.03, 0.007]) ** 2)
     np.testing.assert_allclose(laid.pose, step, atol=0.005)
@@ -110,7 +110,7 @@ def comb(beams=181):
 
 def test_a_corridor_that_repeats_itself_makes_the_answer_unsure_not_wrong():
     wall = surface_of(comb())
-    scan = Surface(wall.points[60:-60], wall.normals[60:-60])
+    scan = Surface(wall.points[60:-60], wall.normals[60:-60], wall.noise[60:-60])
     laid = lay(scan, wall, np.array([0.37, 0.0, 0.0]), np.diag([0.3, 0.05, 0.05]) ** 2)
     assert abs(laid.pose[0]) < 0.05 or abs(laid.pose[0] - 0.8) < 0.05
     assert np.sqrt(laid.covariance[0, 0]) > 0.2

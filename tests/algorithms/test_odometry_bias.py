@@ -11,15 +11,16 @@ GAIN, TURN = 1.1, np.radians(-0.3)
 """Odometry tells ways that are too long, and turns by this for each second [rad/s]."""
 
 
-def drive(bias, scans, *, steps, slip=0.0):
+def drive(bias, scans, *, steps, slip=0.0, turn=TURN):
     """Let it learn from steps of 0.3 m, with scans of some covariance fused with odometry."""
     rng = np.random.default_rng(1)
-    after = np.linalg.inv(np.linalg.inv(scans) + np.linalg.inv(BEFORE))
     for k in range(steps):
         true = np.array([0.3, 0.0, 0.2 if k % 3 == 0 else 0.0])
-        told = true * (GAIN, 1.0, 1.0) + (0.0, 0.0, 0.4 * TURN) + rng.normal(0.0, np.sqrt(np.diag(BEFORE)) / 10)
+        told = true * (GAIN, 1.0, 1.0) + (0.0, 0.0, 0.4 * turn) + rng.normal(0.0, np.sqrt(np.diag(BEFORE)) / 10)
         told[2] += slip * (k % 7 == 3)
         guess = bias.corrected(told, 0.4)
+        before = BEFORE + bias.doubt(told, 0.3, 0.4)
+        after = np.linalg.inv(np.linalg.inv(scans) + np.linalg.inv(before))
         off = true - guess
         off[2] = wrap_angle(float(off[2]))
         bias.learn(told, 0.3, 0.4, after @ np.linalg.inv(scans) @ off, BEFORE, after)
@@ -53,3 +54,10 @@ def test_no_motion_is_corrected_to_no_motion():
     bias = OdometryBias()
     drive(bias, 1e-6 * np.eye(3), steps=50)
     np.testing.assert_array_equal(bias.corrected(np.zeros(3), 0.0), np.zeros(3))
+
+
+def test_a_turn_of_two_degrees_a_second_is_learnt_and_taken_for_no_slip():
+    bias = OdometryBias()
+    drive(bias, 1e-6 * np.eye(3), steps=20, turn=np.radians(2.0))
+    straight = np.array([0.33, 0.0, 0.4 * np.radians(2.0)])
+    assert abs(bias.corrected(straight, 0.4)[2]) < 0.1 * straight[2]
