@@ -65,6 +65,15 @@ def test_every_view_of_the_studio_is_faultless(browser, folder):
         page.locator("[data-path='run1.mcap']").click()
         expect(page.locator(".run-time:visible")).to_contain_text("of 0.96 s")
         assert_faultless(page)
+        review = page.locator("#view-review")
+        review.get_by_role("tab", name="Plot", exact=True).click()
+        review.get_by_label("Kind of chart 1").select_option("xy")
+        for axis in "xy":
+            review.get_by_label("Search topics and fields").fill(f"truth position.{axis}")
+            review.locator(".plotter-found button").click()
+        expect(review.locator(".plotter-xy circle")).to_be_visible()
+        assert_faultless(page)
+        review.get_by_role("tab", name="Recordings", exact=True).click()
         for seed in (1, 2):
             page.get_by_label(f"Compare run{seed}.mcap").check()
         page.get_by_role("button", name="Compare 2 chosen").click()

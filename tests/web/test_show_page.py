@@ -81,10 +81,12 @@ def test_any_number_is_found_drawn_kept_and_given_away_as_csv(review):
     page.get_by_label("Search topics and fields").fill("observation forward")
     page.get_by_role("button", name="/scout/observation.odometry.forward", exact=True).click()
     expect(page.locator(".plotter-chart .run-chart")).to_have_count(1, timeout=PATIENCE)
+    chart = page.locator(".plotter-chart .run-chart")
+    chart.get_by_label("Save this chart").click()
     with page.expect_download(timeout=PATIENCE) as waiting:
-        page.get_by_role("button", name="Save CSV").click()
+        chart.get_by_role("button", name="CSV").click()
     head, *rows = csv.reader(Path(waiting.value.path()).read_text().splitlines())
-    assert head == ["time", "/scout/observation.odometry.forward"]
+    assert head == ["time [s]", "/scout/observation.odometry.forward"]
     told = [seen.odometry.forward for seen in recording.observations("scout")]
     np.testing.assert_allclose([float(value) for _, value in rows], told, atol=1e-9)
     page.reload()

@@ -21,6 +21,14 @@ export function fill(element: Element, ...children: Child[]): void {
   element.replaceChildren(...present(children));
 }
 
+/** Set the children, touching only what is elsewhere: a view that is moved loses its focus and its scroll. */
+export function put(parent: HTMLElement, children: HTMLElement[]): void {
+  for (const child of [...parent.children]) if (!children.includes(child as HTMLElement)) child.remove();
+  children.forEach((child, k) => {
+    if (parent.children[k] !== child) parent.insertBefore(child, parent.children[k] ?? null);
+  });
+}
+
 /** Draw an icon from the path of an SVG of 20 x 20, in lines of the text's colour. */
 export function icon(path: string): SVGSVGElement {
   const space = "http://www.w3.org/2000/svg";

@@ -4,14 +4,14 @@ import uPlot from "uplot";
 
 import { faded, inLight, readTokens } from "../run/ink";
 import { themeChanged } from "../shell/theme";
-import { type Curve, type Figure, type Ink } from "./figure";
+import { rangeOf, type Curve, type Figure, type Ink } from "./figure";
 import { savingMenu } from "./saving";
 
 type Column = (number | null | undefined)[];
 
 export interface Line {
   label: string;
-  /** In files, where it has no label. */
+  /** What it is called in files; its label, or the title, unless given. */
   name?: string;
   /** Read whenever it is drawn, as light may turn to dark. */
   color(): string;
@@ -42,6 +42,8 @@ export interface ChartSettings {
   digits?: number;
   /** The values of all lines of the legend are read at a time, not only that of the first line. */
   each?: boolean;
+  /** The axis shows what values lie between, and need not reach zero. */
+  tight?: boolean;
 }
 
 /** What stands across a chart at times: the scrub bar, a marked part, events. */
@@ -128,7 +130,7 @@ export class Chart {
     const { lines, title } = this.settings;
     const [times, ...columns] = this.plot.data as unknown as Column[];
     const rows = (times ?? []).map((time, row) => [time, ...columns.map((column) => column[row])]);
-    return [["time [s]", ...lines.map((line) => line.label || (line.name ?? title))], ...rows];
+    return [["time [s]", ...lines.map((line) => line.name ?? (line.label || title))], ...rows];
   }
 
   private curves(): Curve[] {
@@ -205,6 +207,7 @@ export class Chart {
   }
 
   private range(low: number | null, high: number | null): [number, number] {
+    if (this.settings.tight) return rangeOf([[low, high]]);
     const [least, most] = this.settings.atLeast ?? [0, 1e-6];
     let [from, to] = [Math.min(low ?? least, least), Math.max(Math.min(high ?? most, this.most), most)];
     const room = (to - from) * 0.06;
@@ -328,7 +331,7 @@ function heading({ title, unit }: ChartSettings): HTMLElement {
   return element;
 }
 
-function legend(lines: Line[]): HTMLElement {
+export function legend(lines: Pick<Line, "label" | "color">[]): HTMLElement {
   const list = document.createElement("span");
   list.className = "run-chart-legend";
   for (const line of lines.filter((each) => each.label)) {

@@ -153,12 +153,12 @@ function axes(
   const [bottom, middle] = [frame.y + frame.height, frame.x + frame.width / 2];
   const drawn: SVGElement[] = [];
   const small = { "font-size": 11, fill };
-  for (const value of ticks(xRange, frame.width / 90)) {
+  for (const value of ticks(xRange, frame.width / 80)) {
     const x = round(place(value, yRange[0])[0]);
     drawn.push(node("path", { d: `M${x} ${frame.y}v${frame.height}`, stroke: grid }));
     drawn.push(text(short(value), { ...small, x, y: bottom + 15, "text-anchor": "middle" }));
   }
-  const rows = figure.logarithmic ? decades(yRange) : ticks(yRange, frame.height / 45);
+  const rows = figure.logarithmic ? decades(yRange) : ticks(yRange, frame.height / 34);
   for (const value of rows) {
     const y = round(place(xRange[0], value)[1]);
     drawn.push(node("path", { d: `M${frame.x} ${y}h${frame.width}`, stroke: grid }));
@@ -250,7 +250,7 @@ function equalised({ xRange, yRange }: Figure, box: { width: number; height: num
 
 /** Round numbers in a range, about so many. */
 function ticks([low, high]: Range, count: number): number[] {
-  const rough = (high - low) / Math.max(count, 1);
+  const rough = (high - low) / Math.max(count, 2.5);
   if (!(rough > 0) || !Number.isFinite(rough)) return [low];
   const power = 10 ** Math.floor(Math.log10(rough));
   const step = power * ([1, 2, 5, 10].find((each) => each * power >= rough) ?? 10);

@@ -1,30 +1,33 @@
-/** Any numbers of a recording in one chart over time: chosen from a list that is searched, kept, and given away. */
+/** Any numbers in charts of one's own: found by words, over time or against each other, in layouts that are kept. */
 
-import uPlot from "uplot";
-
-import { el, fill } from "../dom";
-import { button, remembered } from "../run/controls";
+import { el, fill, put } from "../dom";
+import { button, choice, sign } from "../run/controls";
 import { rowColor } from "../run/ink";
-import { csvOf, save } from "./save";
-import { Chart, NO_MARKS, type Handlers, type Marks } from "./chart";
+import { ask } from "../shell/dialog";
+import { newestWins } from "../signal";
+import { NO_MARKS, type Handlers, type Marks } from "./chart";
+import { empty, Layouts, MOST, type Field, type PlotChart, type PlotKind } from "./layouts";
+import { makePlot, titleOf, type Column, type Plot } from "./plots";
 
-/** Topic and the number's place in its messages. */
-export type Field = [topic: string, name: string];
-export interface Column {
-  time: number[];
-  values: (number | null)[];
+export type { Column, Field };
+
+/** Where numbers come from. */
+export interface Source {
+  fields(): Promise<Field[]>;
+  column(field: Field): Promise<Column>;
 }
 
-/** So many are drawn in one chart. */
-const MOST = 6;
 /** So many are offered for what was typed. */
 const OFFERED = 60;
-const KEPT = "review.plot";
+const KINDS: [PlotKind, string][] = [
+  ["time", "over time"],
+  ["xy", "x and y"],
+];
 
 export class Plotter {
-  /** The list of what is drawn, and the search. */
+  /** The layouts, the list of what is drawn, and the search. */
   readonly element = el("div", { class: "plotter" });
-  private readonly chart = el("div", { class: "plotter-chart" });
+  private readonly charts = el("div", { class: "plotter-chart" });
   private readonly search = el("input", {
     type: "search",
     placeholder: "Search topics and fields",
@@ -32,149 +35,241 @@ export class Plotter {
     oninput: () => this.offer(),
   });
   private readonly found = el("ul", { class: "plotter-found", "aria-label": "Fields" });
-  private readonly list = el("ul", { class: "plotter-list", "aria-label": "Drawn" });
+  private readonly head = el("div", { class: "plotter-layouts" });
+  private readonly cards = el("div", { class: "plotter-cards" });
   private readonly note = el("p", { class: "hint", role: "status" });
-  private readonly files: HTMLElement;
-  private chosen: Field[] = kept();
+  private readonly layouts: Layouts;
+  /** The chart that takes the next number. */
+  private current = 0;
   private all: Field[] = [];
-  private readonly columns = new Map<string, Column>();
-  private drawn: Chart | null = null;
-  private joined: uPlot.AlignedData | null = null;
+  private known = new Set<string>();
+  private drawn: { plot: Plot; fields: Field[] }[] = [];
   private marks = NO_MARKS;
-  /** Counts recordings: an answer for another one is dropped. */
+  /** Counts sources: an answer for another one is dropped. */
   private turn = 0;
+  /** Draw anew, with the charts as they are now. */
+  private readonly draw = newestWins(async (turn: number) => {
+    try {
+      await this.drawAll(turn);
+    } catch (error) {
+      this.fail(error);
+    }
+  });
 
   constructor(
-    /** Among whose children the chart stands first, when there is one. */
+    /** Among whose children the charts stand first. */
     private readonly host: HTMLElement,
-    private readonly fields: () => Promise<Field[]>,
-    private readonly column: (field: Field) => Promise<Column>,
+    /** Of what the layouts are: 'review' or 'run'; also the key by which the cursors of charts are tied. */
+    private readonly key: string,
+    private readonly source: Source,
     private readonly handlers: Handlers,
     private readonly fail: (error: unknown) => void,
   ) {
-    this.files = el(
-      "div",
-      { class: "plotter-files", hidden: true },
-      button({ class: "run-small" }, () => this.saveCsv(), "Save CSV"),
-      button({ class: "run-small" }, () => this.savePng(), "Save PNG"),
-    );
-    this.element.append(this.list, this.files, this.search, this.note, this.found);
+    this.layouts = new Layouts(`${key}.layouts`);
+    this.element.append(this.head, this.cards, this.search, this.note, this.found);
+    this.list();
   }
 
-  /** Another recording is open. */
+  /** There is another source. */
   async load(): Promise<void> {
     const turn = ++this.turn;
-    this.columns.clear();
     this.note.textContent = "Reading the list of fields …";
     try {
-      const all = await this.fields();
+      const all = await this.source.fields();
       if (turn !== this.turn) return;
-      this.all = all;
-      this.offer();
-      await this.draw();
+      this.take(all);
+      this.list();
+      await this.draw(turn);
     } catch (error) {
       this.fail(error);
     }
   }
 
+  /** The source goes on: show what it has now. */
+  async refresh(): Promise<void> {
+    const all = await this.source.fields();
+    if (all.length !== this.all.length) {
+      const before = this.there().map((fields) => fields.length);
+      this.take(all);
+      if (this.there().some((fields, k) => fields.length !== before[k])) {
+        this.list();
+        return this.draw(this.turn);
+      }
+    }
+    for (const { plot, fields } of [...this.drawn]) plot.show(await this.columns(fields));
+  }
+
   mark(marks: Marks): void {
     this.marks = marks;
-    this.drawn?.mark(marks);
+    for (const { plot } of this.drawn) plot.mark(marks);
+  }
+
+  private take(all: Field[]): void {
+    this.all = all;
+    this.known = new Set(all.map(titleOf));
+    this.offer();
+  }
+
+  /** Of each chart the fields that the source has. */
+  private there(): Field[][] {
+    return this.layouts.now.charts.map(({ kind, fields }) => {
+      const found = fields.filter((field) => this.known.has(titleOf(field)));
+      // Without its x nothing can be drawn against it.
+      return kind === "xy" && found[0] !== fields[0] ? [] : found;
+    });
+  }
+
+  private columns(fields: Field[]): Promise<Column[]> {
+    return Promise.all(fields.map((field) => this.source.column(field)));
+  }
+
+  private async drawAll(turn: number): Promise<void> {
+    const charts = this.layouts.now.charts.map((chart, k) => ({ chart, fields: this.there()[k] ?? [] }));
+    const full = charts.filter(({ fields }) => fields.length > 0);
+    const columns = await Promise.all(full.map(({ fields }) => this.columns(fields)));
+    if (turn !== this.turn) return;
+    for (const { plot } of this.drawn) plot.close();
+    this.drawn = full.map(({ chart, fields }) => ({ plot: makePlot(chart, fields, this.handlers, this.key), fields }));
+    fill(this.charts, ...this.drawn.map(({ plot }) => plot.element));
+    if (full.length) this.host.prepend(this.charts);
+    else this.charts.remove();
+    this.drawn.forEach(({ plot }, k) => {
+      plot.show(columns[k] ?? []);
+      plot.mark(this.marks);
+    });
   }
 
   private offer(): void {
     const words = this.search.value.toLowerCase().split(/\s+/);
-    const fit = this.all.filter((field) => words.every((word) => title(field).toLowerCase().includes(word)));
-    this.note.textContent =
-      fit.length > OFFERED ? `${fit.length} numbers; the first ${OFFERED} are listed` : `${fit.length} ${fit.length === 1 ? "number" : "numbers"}`;
-    fill(
-      this.found,
-      ...fit.slice(0, OFFERED).map((field) => {
-        const add = button({ class: "quiet", title: `Draw ${title(field)}` }, () => void this.add(field), title(field));
-        return el("li", {}, add);
-      }),
-    );
+    const fit = this.all.filter((field) => words.every((word) => titleOf(field).toLowerCase().includes(word)));
+    const count = `${fit.length} ${fit.length === 1 ? "number" : "numbers"}`;
+    this.note.textContent = fit.length > OFFERED ? `${count}; the first ${OFFERED} are listed` : count;
+    // Those that stay are not touched: a new one may come while one of them is pressed.
+    const before = new Map([...this.found.children].map((item) => [item.textContent, item as HTMLElement]));
+    put(this.found, fit.slice(0, OFFERED).map((field) => before.get(titleOf(field)) ?? this.offered(field)));
   }
 
-  private async add(field: Field): Promise<void> {
-    const there = this.chosen.some((each) => title(each) === title(field));
-    if (there || this.chosen.length >= MOST) {
-      this.note.textContent = there ? `${title(field)} is drawn already` : `A chart holds ${MOST}; remove one first`;
+  private offered(field: Field): HTMLElement {
+    const title = titleOf(field);
+    return el("li", {}, button({ class: "quiet", title: `Draw ${title}` }, () => this.add(field), title));
+  }
+
+  private add(field: Field): void {
+    const chart = this.layouts.now.charts[this.current];
+    if (!chart) return;
+    const there = chart.fields.some((each) => titleOf(each) === titleOf(field));
+    if (there || chart.fields.length >= MOST.fields) {
+      this.note.textContent = there ? `${titleOf(field)} is drawn already` : `A chart holds ${MOST.fields}; remove one, or add a chart`;
       return;
     }
-    await this.choose([...this.chosen, field]);
+    chart.fields.push(field);
+    this.changed();
   }
 
-  private async choose(fields: Field[]): Promise<void> {
-    this.chosen = fields;
-    remembered(KEPT, JSON.stringify(fields));
-    await this.draw();
+  /** Keep and show the layout as it is now. */
+  private changed(): void {
+    this.layouts.keep();
+    this.list();
+    void this.draw(this.turn);
   }
 
-  private async draw(): Promise<void> {
-    const turn = this.turn;
-    const there = this.chosen.filter((field) => this.all.some((each) => title(each) === title(field)));
-    try {
-      for (const field of there)
-        if (!this.columns.has(title(field))) this.columns.set(title(field), await this.column(field));
-    } catch (error) {
-      return this.fail(error);
-    }
-    if (turn !== this.turn) return;
-    this.show(there);
-  }
-
-  private show(there: Field[]): void {
-    fill(
-      this.list,
-      ...this.chosen.map((field, k) => {
-        const gone = there.includes(field) ? "" : " (not in this recording)";
-        const swatch = el("i", { style: `background: ${rowColor(there.indexOf(field))}` });
-        const remove = (): void => void this.choose(this.chosen.filter((_, other) => other !== k));
-        const drop = button({ class: "quiet square", "aria-label": `Remove ${title(field)}` }, remove, "×");
-        return el("li", {}, gone ? null : swatch, el("span", {}, title(field) + gone), drop);
-      }),
+  private list(): void {
+    const { charts } = this.layouts.now;
+    this.current = Math.min(this.current, charts.length - 1);
+    fill(this.head, ...this.layoutControls());
+    const add = button(
+      { class: "quiet run-small", disabled: charts.length >= MOST.charts },
+      () => {
+        this.current = charts.push(empty()) - 1;
+        this.changed();
+      },
+      "Add chart",
     );
-    this.drawn?.close();
-    this.drawn = this.joined = null;
-    this.chart.remove();
-    this.files.hidden = there.length === 0;
-    if (!there.length) return;
-    this.host.prepend(this.chart);
-    const tables = there.map((field) => this.columns.get(title(field)) ?? { time: [], values: [] });
-    this.joined = uPlot.join(tables.map(({ time, values }) => [time, values] as uPlot.AlignedData));
-    const lines = there.map(([topic, name], k) => ({
-      label: there.length > 1 ? `${topic.split("/").pop() ?? ""} ${name}` : "",
-      color: () => rowColor(k),
-    }));
-    const [only] = there;
-    const heading = there.length === 1 && only ? title(only) : "Chosen numbers";
-    this.drawn = new Chart({ title: heading, unit: "", lines, digits: 4 }, this.handlers, "review");
-    this.chart.append(this.drawn.element);
-    this.drawn.show(this.joined as unknown as Parameters<Chart["show"]>[0]);
-    this.drawn.mark(this.marks);
+    fill(this.cards, ...charts.map((chart, k) => this.card(chart, k)), add);
   }
 
-  private saveCsv(): void {
-    if (!this.joined) return;
-    const there = this.chosen.filter((field) => this.columns.has(title(field)));
-    const [times, ...columns] = this.joined;
-    const rows = Array.from(times, (time, row) => [time, ...columns.map((each) => each[row])]);
-    const text = csvOf([["time", ...there.map(title)], ...rows]);
-    save(new Blob([text], { type: "text/csv" }), "plot.csv");
+  private layoutControls(): HTMLElement[] {
+    const names = this.layouts.all.map(({ name }): [string, string] => [name, name]);
+    const pick = choice({ "aria-label": "Layout" }, names, this.layouts.now.name, (name) => {
+      this.layouts.choose(name);
+      this.changed();
+    });
+    const remove = (): void => {
+      this.layouts.remove();
+      this.changed();
+    };
+    return [
+      pick,
+      button({ class: "quiet run-small" }, () => void this.name("New layout", "", (name) => this.layouts.add(name)), "New …"),
+      button({ class: "quiet run-small" }, () => void this.name("Rename layout", this.layouts.now.name, (name) => this.layouts.rename(name)), "Rename …"),
+      button({ class: "quiet run-small" }, remove, "Remove"),
+    ];
   }
 
-  private savePng(): void {
-    const canvas = this.chart.querySelector("canvas");
-    canvas?.toBlob((blob) => blob && save(blob, "plot.png"));
+  private async name(title: string, value: string, use: (name: string) => string | null): Promise<void> {
+    const input = el("input", { type: "text", value, maxlength: 60, "aria-label": "Name of the layout" });
+    const choices = [
+      { text: "Cancel", value: false },
+      { text: "Keep", value: true, kind: "primary" as const },
+    ];
+    if (!(await ask(title, [input], choices))) return;
+    const wrong = use(input.value.trim());
+    this.changed();
+    this.note.textContent = wrong ?? this.note.textContent;
   }
-}
 
-function title([topic, name]: Field): string {
-  return `${topic}.${name}`;
-}
+  private card(chart: PlotChart, k: number): HTMLElement {
+    const taken = k === this.current;
+    const kind = choice({ "aria-label": `Kind of chart ${k + 1}` }, KINDS, chart.kind, (value) => {
+      chart.kind = value;
+      this.changed();
+    });
+    const select = button(
+      { class: "quiet run-small plotter-pick", "aria-pressed": String(taken), title: "Numbers go into this chart" },
+      () => {
+        this.current = k;
+        this.list();
+      },
+      `Chart ${k + 1}`,
+    );
+    const remove = (): void => {
+      this.layouts.now.charts.splice(k, 1);
+      if (!this.layouts.now.charts.length) this.layouts.now.charts.push(empty());
+      this.changed();
+    };
+    const drop = button({ class: "quiet square", "aria-label": `Remove chart ${k + 1}` }, remove, sign("close"));
+    const hint = chart.kind === "xy" ? "Choose x first, then what is drawn against it." : "Choose numbers below.";
+    return el(
+      "section",
+      { class: "plotter-card", "aria-label": `Chart ${k + 1}`, "data-current": taken },
+      el("header", {}, select, kind, drop),
+      el("ul", { class: "plotter-list", "aria-label": "Drawn" }, ...this.rows(chart)),
+      chart.fields.length < (chart.kind === "xy" ? 2 : 1) && el("p", { class: "hint" }, hint),
+      chart.kind === "xy" && this.scaleBox(chart),
+    );
+  }
 
-function kept(): Field[] {
-  const found = JSON.parse(remembered(KEPT) ?? "[]") as Field[];
-  return found.slice(0, MOST);
+  private scaleBox(chart: PlotChart): HTMLElement {
+    const box = el("input", { type: "checkbox", checked: chart.equal ?? false });
+    box.addEventListener("change", () => {
+      chart.equal = box.checked;
+      this.changed();
+    });
+    return el("label", { class: "run-check" }, box, "one scale for both axes");
+  }
+
+  private rows(chart: PlotChart): HTMLElement[] {
+    const there = chart.fields.filter((field) => this.known.has(titleOf(field)));
+    return chart.fields.map((field) => {
+      const gone = there.includes(field) ? "" : " (not there)";
+      const place = there.indexOf(field) - (chart.kind === "xy" ? 1 : 0);
+      const mark = place < 0 ? el("b", {}, gone ? "–" : "x") : el("i", { style: `background: ${rowColor(place)}` });
+      const remove = (): void => {
+        chart.fields.splice(chart.fields.indexOf(field), 1);
+        this.changed();
+      };
+      const drop = button({ class: "quiet square", "aria-label": `Remove ${titleOf(field)}` }, remove, sign("close"));
+      return el("li", {}, mark, el("span", {}, titleOf(field) + gone), drop);
+    });
+  }
 }

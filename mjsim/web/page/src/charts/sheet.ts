@@ -26,7 +26,7 @@ const AXES = { x: 0, y: 1, heading: 2 } as const;
 function bounded(title: string, unit: string, atLeast: number): ChartSettings {
   const bound = (label: string, share: number, fillTo?: number): Line => ({
     label,
-    name: share > 0.5 ? "−2σ" : "−3σ",
+    ...(label ? {} : { name: share > 0.5 ? "−2σ" : "−3σ" }),
     color: () => faded(readTokens().estimate, share),
     width: 0.75,
     ...(fillTo === undefined ? {} : { fillTo, fill: () => faded(readTokens().estimate, 0.11) }),

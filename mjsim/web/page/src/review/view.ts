@@ -1,14 +1,15 @@
 /** All that is seen of a recording, at one time of it. */
 
 import { ApiError } from "../api";
+import { chartChips } from "../charts/chips";
 import { rowAt, type Marks } from "../charts/chart";
 import { Plotter } from "../charts/plotter";
-import { KINDS, Sheet, type Kind } from "../charts/sheet";
+import { Sheet, type Kind } from "../charts/sheet";
 import { el, fill } from "../dom";
 import { newestWins } from "../signal";
 import type { Studio, View } from "../shell/view";
 import { clock } from "../run/bar";
-import { button, choice, remembered, sign, toggle, write } from "../run/controls";
+import { button, choice, sign, write } from "../run/controls";
 import { EventList } from "../run/events";
 import { Floor } from "../run/floor";
 import type { RobotTick, TickNews } from "../run/protocol";
@@ -19,6 +20,7 @@ import { Compare } from "./compare";
 import { Film } from "./film";
 import { Library } from "./library";
 import { SolidsTile } from "../scene/tile";
+import { RecordedNumbers } from "./numbers";
 import { Pictures } from "./pictures";
 import { Player } from "./player";
 import { NOTHING, recordings, type Recording } from "./recording";
@@ -57,6 +59,7 @@ export class ReviewView implements View {
   private readonly tabs: Tabs;
   private readonly sheet: Sheet;
   private readonly plotter: Plotter;
+  private readonly numbers = new RecordedNumbers();
   private readonly robot = el("select", {
     "aria-label": "Robot",
     hidden: true,
@@ -92,13 +95,8 @@ export class ReviewView implements View {
       select: (from: number, to: number) => this.mark({ from, to }),
     };
     this.sheet = new Sheet(FIRST_CHARTS, handlers, "review");
-    this.plotter = new Plotter(
-      this.sheet.element,
-      () => recordings.fields(this.recording?.path ?? ""),
-      (field) => recordings.column(this.recording?.path ?? "", field),
-      handlers,
-      (error) => this.studio.toasts.error(error),
-    );
+    const fail = (error: unknown): void => this.studio.toasts.error(error);
+    this.plotter = new Plotter(this.sheet.element, "review", this.numbers, handlers, fail);
     this.tabs = new Tabs("review.tab", [
       ["recordings", "Recordings", this.library.element],
       ["figures", "Figures", el("div", {}, this.table.element, this.film.element)],
@@ -166,7 +164,7 @@ export class ReviewView implements View {
       this.stage.element,
       el("div", { class: "run-rail", inert: true }, this.pictures.switches, this.stage.rail),
     );
-    const chips = el("div", { class: "run-chips", role: "group", "aria-label": "Charts" }, ...this.chips());
+    const chips = chartChips("review.charts", FIRST_CHARTS, this.sheet, () => this.drawCharts());
     const dock = el(
       "div",
       { class: "run-dock", inert: true },
@@ -206,29 +204,6 @@ export class ReviewView implements View {
     );
   }
 
-  private chips(): HTMLElement[] {
-    const kept = remembered("review.charts");
-    const now = new Set(
-      kept === null ? FIRST_CHARTS : KINDS.map(({ kind }) => kind).filter((kind) => kept.split(" ").includes(kind)),
-    );
-    this.sheet.choose([...now]);
-    return KINDS.map(({ kind, label }) =>
-      toggle(
-        { class: "quiet run-small" },
-        now.has(kind),
-        (on) => {
-          if (on) now.add(kind);
-          else now.delete(kind);
-          const kinds = KINDS.map((each) => each.kind).filter((each) => now.has(each));
-          remembered("review.charts", kinds.join(" "));
-          this.sheet.choose(kinds);
-          this.drawCharts();
-        },
-        label,
-      ),
-    );
-  }
-
   private async open(path: string): Promise<void> {
     this.player.pause();
     this.compare.close();
@@ -265,6 +240,7 @@ export class ReviewView implements View {
     this.choose(recording.robots[0]?.name ?? "");
     this.mark({ from: null, to: null });
     this.player.load(recording.seconds, recording.dt);
+    this.numbers.open(recording.path);
     void this.plotter.load();
   }
 

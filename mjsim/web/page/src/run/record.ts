@@ -1,6 +1,7 @@
 /** What has come of a run so far: the paths and figures of each of its robots. */
 
 import { History, Trail } from "./history";
+import { LiveNumbers } from "./numbers";
 import type { Trails } from "./overlay";
 import type { RobotTick, TickNews, TrackHistory } from "./protocol";
 
@@ -11,10 +12,13 @@ export interface RobotRecord {
 
 export class RunRecord {
   readonly robots = new Map<string, RobotRecord>();
+  /** All that the ticks had, for plots. */
+  readonly numbers = new LiveNumbers();
   private last = Number.NEGATIVE_INFINITY;
 
   clear(): void {
     this.robots.clear();
+    this.numbers.clear();
     this.last = Number.NEGATIVE_INFINITY;
   }
 
@@ -31,6 +35,7 @@ export class RunRecord {
   add(news: TickNews): void {
     if (news.time < this.last) this.clear();
     this.last = news.time;
+    this.numbers.add(news);
     for (const [name, tick] of Object.entries(news.robots)) this.addTick(name, news.time, tick);
   }
 

@@ -1,6 +1,6 @@
 /** A framed view with a heading; one of them is large, the others stand beside it. */
 
-import { el, type Child } from "../dom";
+import { el, put, type Child } from "../dom";
 import { button, sign } from "./controls";
 
 export interface Tile {
@@ -56,12 +56,4 @@ export class Stage {
     );
     this.rail.hidden = others.length === 0;
   }
-}
-
-/** Set the children, touching only what is elsewhere: a view that is moved loses its focus and its scroll. */
-function put(parent: HTMLElement, children: HTMLElement[]): void {
-  for (const child of [...parent.children]) if (!children.includes(child as HTMLElement)) child.remove();
-  children.forEach((child, k) => {
-    if (parent.children[k] !== child) parent.insertBefore(child, parent.children[k] ?? null);
-  });
 }

@@ -2,7 +2,9 @@
 
 import { getBytes, getJson, type Modules } from "../api";
 import { el, fill } from "../dom";
-import { KINDS, Sheet, type Kind } from "../charts/sheet";
+import { chartChips } from "../charts/chips";
+import { Plotter } from "../charts/plotter";
+import { Sheet, type Kind } from "../charts/sheet";
 import { SolidsTile } from "../scene/tile";
 import type { Studio, View } from "../shell/view";
 import { Advice } from "./advice";
@@ -10,7 +12,6 @@ import { ArmPanel } from "./arms";
 import { Banner } from "./banner";
 import { Bar } from "./bar";
 import { Cameras } from "./cameras";
-import { remembered, toggle } from "./controls";
 import { EventList } from "./events";
 import { Floor } from "./floor";
 import { Wheel, type Push } from "./keys";
@@ -34,6 +35,7 @@ export class RunView implements View {
   private readonly floor = new Floor(this.record);
   private readonly stage = new Stage();
   private readonly sheet: Sheet;
+  private readonly plotter: Plotter;
   private readonly bar: Bar;
   private readonly setup = new Setup();
   private readonly noise = new NoisePanel((key, value) => this.send({ do: "set", key, value }));
@@ -95,11 +97,9 @@ export class RunView implements View {
       speed: (value: number | null) => this.running() && this.send({ do: "speed", value }),
     };
     this.bar = new Bar(orders, !this.live);
-    const kept = remembered("run.charts");
-    const kinds =
-      kept === null ? FIRST_CHARTS : KINDS.map(({ kind }) => kind).filter((kind) => kept.split(" ").includes(kind));
-    this.sheet = new Sheet(kinds, {}, "run");
-    this.build(kinds);
+    this.sheet = new Sheet(FIRST_CHARTS, {}, "run");
+    this.plotter = new Plotter(this.sheet.element, "run", this.record.numbers, {}, (error) => studio.toasts.error(error));
+    this.build();
     this.arrange();
     studio.document.parsedChanged.on(() => this.visible && this.takeWorld());
     studio.document.opened.on(() => this.leave());
@@ -130,20 +130,17 @@ export class RunView implements View {
     return true;
   }
 
-  private build(kinds: Kind[]): void {
+  private build(): void {
     const setup: [string, string, HTMLElement][] = this.live ? [] : [["setup", "Setup", this.setup.element]];
     this.tabs = new Tabs("run.tab", [
       ...setup,
       ["noise", "Noise", this.noise.element],
       ["arms", "Arms", this.arms.element],
+      ["plot", "Plot", this.plotter.element],
       ["events", "Events", this.events.element],
     ]);
     const side = el("aside", { class: "run-side" }, this.tabs.element);
-    const chips = el("div", { class: "run-chips", role: "group", "aria-label": "Charts" });
-    const now = new Set(kinds);
-    for (const { kind, label } of KINDS) {
-      chips.append(toggle({ class: "quiet run-small" }, now.has(kind), (on) => this.chooseChart(now, kind, on), label));
-    }
+    const chips = chartChips("run.charts", FIRST_CHARTS, this.sheet, () => this.soon());
     this.floor.host.append(this.pad.element);
     this.cameras.switches.append(this.solids.switch);
     this.solids.door.chosen.on((item) => item?.kind === "robot" && this.chooseRobot(item.name ?? ""));
@@ -168,15 +165,6 @@ export class RunView implements View {
     const pictures = this.cameras.tiles();
     this.noPictures.hidden = pictures.length > 0;
     this.stage.show([this.floor.tile, ...this.solids.tiles(), ...pictures]);
-  }
-
-  private chooseChart(now: Set<Kind>, kind: Kind, on: boolean): void {
-    if (on) now.add(kind);
-    else now.delete(kind);
-    const kinds = KINDS.map((each) => each.kind).filter((each) => now.has(each));
-    remembered("run.charts", kinds.join(" "));
-    this.sheet.choose(kinds);
-    this.soon();
   }
 
   private connect(): void {
@@ -291,6 +279,7 @@ export class RunView implements View {
     if (now - this.drawnCharts >= CALM) {
       this.drawnCharts = now;
       this.sheet.show(this.record.of(this.chosen).history);
+      void this.plotter.refresh();
     } else window.setTimeout(() => this.soon(), CALM);
   }
 

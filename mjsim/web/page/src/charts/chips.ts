@@ -1,0 +1,23 @@
+/** Switches for the charts of a sheet, as the browser remembers them. */
+
+import { el } from "../dom";
+import { remembered, toggle } from "../run/controls";
+import { KINDS, type Kind, type Sheet } from "./sheet";
+
+export function chartChips(key: string, first: Kind[], sheet: Sheet, changed: () => void): HTMLElement {
+  const kept = remembered(key)?.split(" ") ?? first;
+  const now = new Set(KINDS.map(({ kind }) => kind).filter((kind) => kept.includes(kind)));
+  sheet.choose([...now]);
+  const press = (kind: Kind, on: boolean): void => {
+    if (on) now.add(kind);
+    else now.delete(kind);
+    const kinds = KINDS.map((each) => each.kind).filter((each) => now.has(each));
+    remembered(key, kinds.join(" "));
+    sheet.choose(kinds);
+    changed();
+  };
+  const chips = KINDS.map(({ kind, label }) =>
+    toggle({ class: "quiet run-small" }, now.has(kind), (on) => press(kind, on), label),
+  );
+  return el("div", { class: "run-chips", role: "group", "aria-label": "Charts" }, ...chips);
+}

@@ -1,0 +1,30 @@
+/** The numbers of a recording, each asked for once. */
+
+import type { Column, Field, Source } from "../charts/plotter";
+import { titleOf } from "../charts/plots";
+import { recordings } from "./recording";
+
+export class RecordedNumbers implements Source {
+  private path = "";
+  private readonly asked = new Map<string, Promise<Column>>();
+
+  open(path: string): void {
+    this.path = path;
+    this.asked.clear();
+  }
+
+  fields(): Promise<Field[]> {
+    return recordings.fields(this.path);
+  }
+
+  column(field: Field): Promise<Column> {
+    const title = titleOf(field);
+    const found = this.asked.get(title);
+    if (found) return found;
+    const answer = recordings.column(this.path, field);
+    this.asked.set(title, answer);
+    // One that did not come is asked for again.
+    answer.catch(() => this.asked.delete(title));
+    return answer;
+  }
+}

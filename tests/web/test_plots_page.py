@@ -1,0 +1,122 @@
+"""Plots of chosen numbers in a real browser: over time and against each other, of recordings and of a live run."""
+
+import csv
+import json
+import time
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+import mjsim
+from mjsim.web import Studio
+from tests.windows import PATIENCE, page_at
+
+pytestmark = pytest.mark.slow
+ROOM = """
+mjsim: 1
+name: room
+walls: [{points: [[-2, -2], [2, -2], [2, 2], [-2, 2]], closed: true}]
+robots: [{name: scout, preset: pioneer3dx, at: [0, 0], odometry: {noise: {distance: 0.05, turn: 0.1}}}]
+run:
+  seconds: 2
+  drivers: {scout: {navigator: {use: "mjsim.algorithms.waypoints:Waypoints", points: [[1, 0], [1, 1]]}}}
+"""
+X, Y = "/scout/truth.pose.position.x", "/scout/truth.pose.position.y"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with a world and a recording of it."""
+    place = tmp_path_factory.mktemp("plots")
+    (place / "room.yaml").write_text(ROOM)
+    with mjsim.Simulation(mjsim.load_world(place / "room.yaml"), seed=1) as sim:
+        mjsim.run(sim, record=place / "run.mcap")
+    return place
+
+
+def draw(view, field, words=""):
+    """Put a number into the chart that takes the next one."""
+    view.get_by_label("Search topics and fields").fill(words or field)
+    view.locator(".plotter-found").get_by_role("button", name=field, exact=True).click()
+    expect(view.locator(".plotter-card[data-current] .plotter-list")).to_contain_text(field)
+
+
+def numbers(page, chart):
+    """Return the rows of the CSV that the menu of a chart gives."""
+    chart.get_by_label("Save this chart").click()
+    with page.expect_download(timeout=PATIENCE) as download:
+        chart.get_by_role("button", name="CSV").click()
+    return list(csv.reader(download.value.path().read_text().splitlines()))
+
+
+def opened(page):
+    """Return the Review view with the recording open and its plots shown."""
+    page.get_by_role("tab", name="Review", exact=True).click()
+    review = page.locator("#view-review")
+    review.get_by_role("tab", name="Recordings", exact=True).click()
+    review.locator("[data-path='run.mcap']").click()
+    expect(review.locator(".run-time")).to_contain_text("of 1.96 s")
+    review.get_by_role("tab", name="Plot", exact=True).click()
+    return review
+
+
+def test_numbers_are_drawn_against_each_other_in_layouts_that_stay(browser, folder):
+    expect.set_options(timeout=PATIENCE)
+    track = mjsim.read_recording(folder / "run.mcap").robots["scout"]
+    with Studio(folder) as studio, page_at(browser, studio.url) as page:
+        page.evaluate("localStorage.setItem('mjsim.review.layouts', '{\"layouts\": [1, {\"name\": 2}]}')")
+        page.reload()
+        review = opened(page)
+        draw(review, X)
+        review.get_by_role("button", name="Add chart").click()
+        review.get_by_label("Kind of chart 2").select_option("xy")
+        draw(review, X)
+        expect(review.locator(".run-chart.unknown", has_text="add a number for y")).to_be_visible()
+        draw(review, Y)
+        expect(review.locator(".plotter-chart .run-chart")).to_have_count(2)
+        spot = review.locator(".plotter-xy circle")
+        expect(spot).to_have_count(1)
+        before = spot.get_attribute("cx")
+        page.keyboard.press("Escape")
+        review.locator(".run-time").click()
+        page.keyboard.press("ArrowRight")
+        reading = review.locator(".run-chart", has_text="against").locator("output")
+        expect(reading).to_have_text(", ".join(f"{value:.5g}" for value in np.round(track.truth[25, :2], 9)))
+        assert spot.get_attribute("cx") != before
+
+        review.get_by_role("button", name="New …").click()
+        page.get_by_label("Name of the layout").fill("empty one")
+        page.get_by_role("button", name="Keep").click()
+        expect(review.locator(".plotter-chart .run-chart")).to_have_count(0)
+        page.reload()
+        review = opened(page)
+        expect(review.get_by_label("Layout", exact=True)).to_have_value("empty one")
+        review.get_by_label("Layout", exact=True).select_option("Layout 1")
+        expect(review.locator(".plotter-chart .run-chart")).to_have_count(2)
+
+        chart = review.locator(".run-chart", has_text="against")
+        head, *rows = numbers(page, chart)
+        assert head == ["curve", "time [s]", X, "value"]
+        np.testing.assert_allclose([[float(x), float(y)] for *_, x, y in rows], track.truth[:, :2], atol=1e-6)
+
+
+def test_numbers_of_a_live_run_are_drawn_as_they_come(browser, folder):
+    expect.set_options(timeout=PATIENCE)
+    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url) as page:
+        page.get_by_role("tab", name="Run", exact=True).click()
+        run = page.locator("#view-run")
+        run.get_by_role("tab", name="Plot", exact=True).click()
+        run.get_by_role("button", name="Start", exact=True).click()
+        draw(run, "/scout.truth.x")
+        draw(run, "/scout.estimate.x")
+        expect(run.locator(".run-state")).to_have_text("Ended")
+        chart = run.locator(".plotter-chart .run-chart")
+        expect(chart).to_have_count(1)
+        until = time.monotonic() + PATIENCE / 1000
+        while float((table := numbers(page, chart))[-1][0]) < 1.9:
+            assert time.monotonic() < until, table[-1]
+        assert table[0] == ["time [s]", "/scout.truth.x", "/scout.estimate.x"]
+        assert float(table[-1][1]) > 0.5
+        kept = json.loads(page.evaluate("localStorage.getItem('mjsim.run.layouts')"))
+        assert len(kept["layouts"][0]["charts"][0]["fields"]) == 2
