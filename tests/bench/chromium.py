@@ -51,10 +51,16 @@ def chromium() -> Iterator[Browser]:
 
 @contextmanager
 def page_at(
-    browser: Browser, url: str, *, width: int = 1280, height: int = 720, scheme: Literal["light", "dark"] = "light"
+    browser: Browser,
+    url: str,
+    *,
+    width: int = 1280,
+    height: int = 720,
+    scheme: Literal["light", "dark"] = "light",
+    touch: bool = False,
 ) -> Iterator[Page]:
     """Open a page in a window of its own, which remembers nothing; its errors fail the test when it is closed."""
-    context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
+    context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme, has_touch=touch)
     context.set_default_timeout(PATIENCE)
     errors: list[str] = []
     page = context.new_page()

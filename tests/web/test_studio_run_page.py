@@ -176,8 +176,17 @@ def test_two_browsers_see_the_same_run_also_who_comes_late(chrome, started):
         is_in(late, "Paused")
         agreed(page, page.locator(".run-time").inner_text, late.locator(".run-time").inner_text)
         agreed(page, lambda: picture_of(late, "scout/front"), lambda: picture_of(page, "scout/front"))
+        assert agreed(page, lambda: modules_of(late), lambda: modules_of(page)).count("rgb") > 1
         late.get_by_role("button", name="Go on").click()
         is_in(page, "Running")
+
+
+def modules_of(page) -> str:
+    """Return the names of the modules of a run and the colours that they have in its chart."""
+    legend = page.locator(".run-chart", has_text="Time").locator(".run-chart-legend > *")
+    return str(
+        legend.evaluate_all("all => all.map(each => [each.textContent, each.querySelector('i').style.background])")
+    )
 
 
 def test_a_run_from_python_is_seen_alone_and_its_end_too(chrome):

@@ -87,6 +87,14 @@ walls: [{points: [[500, 500], [1500, 500], [1500, 1500], [500, 1500]], closed: t
 robots: [{name: scout, preset: pioneer3dx, at: [1000, 1000]}]
 """
 
+COLOURS = """
+canvas => {
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    return new Set(new Uint32Array(data.buffer)).size;
+}
+"""
+"""How many colours a picture has."""
+
 
 def holds(plan, corners) -> bool:
     """Return whether these points of the world [m] are in sight on a plan that has come to rest."""
@@ -138,6 +146,7 @@ def test_beside_a_large_view_it_is_said_whose_run_it_is_and_all_of_a_far_world_i
         page.get_by_role("button", name="Start", exact=True).click()
         outside = page.locator("[data-view='outside']")
         outside.locator("canvas[data-filled]").wait_for(timeout=PATIENCE)
+        assert outside.locator("canvas").evaluate(COLOURS) > 100, "nothing but sky"
         expect(page.get_by_text("Pictures of the cameras come here")).to_be_hidden()
         plan = page.locator(".run-floor")
         before = at_rest(plan)

@@ -7,6 +7,7 @@ import { api } from "./api";
 import { el, fill } from "./dom";
 import { Shell } from "./shell/shell";
 import { startTheme } from "./shell/theme";
+import "./narrow.css";
 
 startTheme();
 void start();

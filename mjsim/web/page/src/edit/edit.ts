@@ -20,6 +20,7 @@ import { EditKeys } from "./keys";
 import { Outliner } from "./outliner";
 import { Preview } from "./preview";
 import { splitter } from "./splitter";
+import { Panes } from "./panes";
 import { emptyState } from "./start";
 import { Tools } from "./tools";
 
@@ -65,6 +66,7 @@ class EditView {
   private readonly text: TextPane;
   private readonly panel: Panel;
   private readonly outliner: Outliner;
+  private readonly panes: Panes;
   private solidsButton!: HTMLButtonElement;
   private readonly solids = new Door(
     () => this.studio.api.scene(this.studio.document.path ?? "", this.studio.document.text),
@@ -99,14 +101,15 @@ class EditView {
     const book = new SchemaBook(schema);
     this.tools = new Tools(this.editor, book);
     this.text = new TextPane(studio.document);
+    this.panes = new Panes(element, () => this.text.view.requestMeasure());
     this.panel = new Panel(this.editor, book);
     const preview = new Preview(this.editor);
     this.panel.element.append(new PosturePane(this.editor).element, preview.element);
-    this.editor.asked.on(() => this.panel.focus());
+    this.editor.asked.on(() => this.toFields());
     this.outliner = new Outliner(this.editor, book, (at) => this.openMenu(at));
     this.keys = new EditKeys(this.editor, this.tools, this.panel, {
       toggleText: () => this.toggleText(),
-      rename: (item) => this.outliner.rename(item),
+      rename: (item) => this.rename(item),
       menu: () => this.openMenu(),
     });
     this.layOut();
@@ -125,7 +128,7 @@ class EditView {
   }
 
   private layOut(): void {
-    const hide = el("button", { class: "quiet", title: "Hide the text (T)", onclick: () => this.toggleText() }, "Hide");
+    const hide = el("button", { class: "quiet hide-text", title: "Hide the text (T)", onclick: () => this.toggleText() }, "Hide");
     this.dock.append(
       el(
         "header",
@@ -153,7 +156,7 @@ class EditView {
     );
     const said = el("p", { class: "sr", role: "status", "aria-live": "polite" });
     this.editor.said.on((text) => (said.textContent = text));
-    const stage = el("div", { class: "stage" }, this.tools.strip, this.host, zoom, show, said);
+    const stage = el("div", { class: "stage" }, this.tools.strip, this.host, zoom, show, this.panes.element, said);
     stage.append(this.firstSteps, this.stale, this.solids.element);
     this.tools.strip.append(this.solidsSwitch(stage));
     const side = el("div", { class: "side-column" }, this.outliner.element, this.panel.element);
@@ -186,15 +189,26 @@ class EditView {
     const ways = {
       text: (item: Item) => this.goToText(item.line),
       solid: () => this.solidsButton.getAttribute("aria-pressed") === "true" || this.solidsButton.click(),
-      rename: (item: Item) => this.outliner.rename(item),
+      rename: (item: Item) => this.rename(item),
       canRename: (item: Item) => this.outliner.canRename(item),
     };
     openContextMenu(this.editor, ways, at ?? [box.left + x, box.top + y]);
   }
 
   private goToText(line: number): void {
-    if (this.element.classList.contains("no-text")) this.toggleText();
+    if (this.panes.takeTurns) this.panes.open("text");
+    else if (this.element.classList.contains("no-text")) this.toggleText();
     this.text.goTo(line);
+  }
+
+  private toFields(): void {
+    this.panes.open("fields");
+    this.panel.focus();
+  }
+
+  private rename(item: Item): void {
+    this.panes.open("fields");
+    this.outliner.rename(item);
   }
 
   private showSolids(): void {
@@ -295,6 +309,7 @@ class EditView {
   }
 
   private toggleText(): void {
+    if (this.panes.takeTurns) return this.panes.turn("text");
     this.element.classList.toggle("no-text");
     this.text.view.requestMeasure();
   }

@@ -10,8 +10,8 @@ import type { Editor } from "./editor";
 import { HEADINGS } from "./kinds";
 import "./outliner.css";
 
-/** Height of a row [px], as in the style sheet; rows beyond the window that are drawn too. */
-const ROW = 26;
+/** Height of a row [px], as in the style sheets, taller for fingers; rows beyond the window that are drawn too. */
+const ROW = window.matchMedia("(pointer: coarse)").matches ? 40 : 26;
 const SPARE = 6;
 
 type Row = { list: string; count: number } | { item: Item; level: number; place: number; size: number };

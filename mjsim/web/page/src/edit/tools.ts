@@ -147,9 +147,9 @@ export class Tools {
     }
   }
 
-  /** Up and down go through the tools, as in any tool bar. */
+  /** Arrows go through the tools, as in any tool bar: a column, or rows on a small screen. */
   private arrow(event: KeyboardEvent, name: ToolName): void {
-    const step = event.key === "ArrowDown" ? 1 : event.key === "ArrowUp" ? -1 : 0;
+    const step = ["ArrowDown", "ArrowRight"].includes(event.key) ? 1 : ["ArrowUp", "ArrowLeft"].includes(event.key) ? -1 : 0;
     if (!step) return;
     event.preventDefault();
     event.stopPropagation();

@@ -40,6 +40,9 @@ export interface Paper {
 
 /** The right button may slip so far and is still a click [px]. */
 const SLIP = 4;
+/** A finger that rests for so long asks for the menu [ms], and may tremble by so much [px]. */
+const LONG = 500;
+const TREMBLE = 8;
 
 type Mode = "none" | "pan" | "tool" | "pinch";
 
@@ -50,6 +53,9 @@ export class Gestures {
   private space = false;
   /** Where the right button went down; null when it moved the paper since. */
   private right: Point | null = null;
+  /** The finger that may become a long press: the timer of it, and where it went down. */
+  private resting = 0;
+  private rest: Point = [0, 0];
   private readonly over = new AbortController();
 
   constructor(private readonly paper: Paper) {
@@ -63,7 +69,7 @@ export class Gestures {
     host.addEventListener("pointerleave", () => this.mode === "none" && paper.tool?.leave?.(), { signal });
     host.addEventListener("dblclick", (event) => paper.tool?.double?.(this.spot(event)), { signal });
     host.addEventListener("wheel", (event) => this.wheel(event), { signal, passive: false });
-    host.addEventListener("contextmenu", (event) => this.menu(event), { signal });
+    host.addEventListener("contextmenu", (event) => event.preventDefault(), { signal });
     window.addEventListener("keydown", (event) => this.held(event, true), { signal });
     window.addEventListener("keyup", (event) => this.held(event, false), { signal });
   }
@@ -81,6 +87,7 @@ export class Gestures {
   }
 
   dispose(): void {
+    window.clearTimeout(this.resting);
     this.over.abort();
   }
 
@@ -99,13 +106,15 @@ export class Gestures {
     this.paper.host.focus({ preventScroll: true });
     this.paper.host.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, this.screen(event));
-    this.last = this.screen(event);
+    this.last = this.rest = this.screen(event);
+    window.clearTimeout(this.resting);
     if (this.pointers.size === 2) return this.beginPinch();
     if (this.pointers.size > 2) return;
     this.right = event.button === 2 ? this.last : null;
     const pan = event.button === 1 || event.button === 2 || this.space;
     this.mode = !pan && this.paper.tool?.down(this.spot(event)) ? "tool" : "pan";
     this.showCursor();
+    if (event.pointerType === "touch") this.resting = window.setTimeout(() => this.longPress(event), LONG);
   }
 
   private beginPinch(): void {
@@ -117,6 +126,7 @@ export class Gestures {
     const now = this.screen(event);
     if (this.mode === "none") return this.paper.tool?.hover?.(this.spot(event));
     if (this.mode === "pinch") return this.pinch(event.pointerId, now);
+    if (distance(this.rest, now) > TREMBLE) window.clearTimeout(this.resting);
     if (this.right && distance(this.right, now) <= SLIP) return;
     this.right = null;
     if (this.mode === "pan") this.paper.panBy(now[0] - this.last[0], now[1] - this.last[1]);
@@ -137,6 +147,7 @@ export class Gestures {
   }
 
   private up(event: PointerEvent): void {
+    window.clearTimeout(this.resting);
     this.pointers.delete(event.pointerId);
     if (this.pointers.size > 0) return;
     const was = this.mode;
@@ -147,10 +158,8 @@ export class Gestures {
     this.right = null;
   }
 
-  /** A long press asks for the menu at once; the right button when it goes up, for it may move the paper until then. */
-  private menu(event: MouseEvent): void {
-    event.preventDefault();
-    if (!(event instanceof PointerEvent) || event.pointerType !== "touch") return;
+  /** A finger has rested: what it dragged goes back, and the menu comes. Not every browser tells of it by itself. */
+  private longPress(event: PointerEvent): void {
     this.cancel();
     this.mode = "none";
     this.pointers.clear();
@@ -158,6 +167,7 @@ export class Gestures {
   }
 
   private lost(event: PointerEvent): void {
+    window.clearTimeout(this.resting);
     this.pointers.delete(event.pointerId);
     this.cancel();
     this.mode = "none";

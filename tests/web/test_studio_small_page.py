@@ -1,0 +1,159 @@
+"""The studio on small screens: nothing lies out of reach at 390 px nor at 200 %, and fingers do what a mouse does."""
+
+import json
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+import mjsim
+from mjsim.web import Studio
+from tests.sheet import DRAWN, Sheet
+from tests.windows import PATIENCE, page_at
+
+pytestmark = pytest.mark.slow
+ROOM = """\
+mjsim: 1
+walls: [{points: [[-3, -3], [3, -3], [3, 3], [-3, 3]], closed: true}]
+robots: [{name: scout, preset: pioneer3dx, at: [0, 0], sensors: [{camera: front, width: 160, height: 120}]}]
+run: {seconds: 1, drivers: {scout: {navigator: {use: "mjsim.algorithms.waypoints:Waypoints", points: [[1, 0]]}}}}
+"""
+SIZES = ((390, 844), (640, 400))
+"""Of a phone, and of a window of 1280 x 800 at 200 % [px]."""
+LEAST = 40
+"""Of what a finger presses [px]."""
+FAULTS = """
+least => {
+  const top = document.querySelector("dialog[open]") ?? document;
+  const name = each => (each.ariaLabel || each.title || each.textContent || each.type).trim().slice(0, 40);
+  const hits = (each, hit) => each.contains(hit) || [...(each.labels ?? [])].some(label => label.contains(hit));
+  const fault = each => {
+    each.scrollIntoView({block: "center", inline: "center"});
+    const box = each.getBoundingClientRect();
+    const [x, y] = [(box.left + box.right) / 2, (box.top + box.bottom) / 2];
+    if (box.left < -1 || box.right > innerWidth + 1 || y < 0 || y > innerHeight) return "is out of sight";
+    const hit = document.elementFromPoint(x, y);
+    if (!hits(each, hit)) return `is under ${hit?.outerHTML.slice(0, 60)}`;
+    const pressed = each.matches("button:not([data-event]), summary, select");
+    if (pressed && Math.min(box.width, box.height) < least) return `is ${box.width} x ${box.height} px`;
+    return null;
+  };
+  const seen = each => each.checkVisibility({visibilityProperty: true}) && !each.closest("[inert], .sr");
+  const faults = [...top.querySelectorAll("button:enabled, select, summary, input, a[href]")]
+    .filter(seen).map(each => [name(each), fault(each)]).filter(([_, what]) => what);
+  const hides = each => getComputedStyle(each).overflowX === "hidden" && each.querySelector("button");
+  for (const each of [document.scrollingElement, ...[...document.querySelectorAll(".view, .view *")].filter(hides)])
+    if (each.scrollWidth > each.clientWidth + 1) faults.push([each.className, "is cut off at its side"]);
+  return faults;
+}
+"""
+"""What of what can be pressed or filled in cannot be brought into sight, is covered, or is too small for a finger."""
+
+
+def assert_in_reach(page, shown):
+    """Fail with what is out of reach on a page, once what it is to show is there."""
+    expect(shown).to_be_visible(timeout=PATIENCE)
+    page.evaluate(DRAWN)
+    assert page.evaluate(FAULTS, LEAST) == []
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with a world and a run of it."""
+    place = tmp_path_factory.mktemp("small")
+    (place / "room.yaml").write_text(ROOM)
+    with mjsim.Simulation(mjsim.load_world(place / "room.yaml")) as sim:
+        mjsim.run(sim, record=place / "run.mcap")
+    return place
+
+
+def test_nothing_is_out_of_reach_of_a_finger_on_a_small_screen(browser, folder):
+    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url, touch=True) as page:
+        expect.set_options(timeout=PATIENCE)
+        for width, height in SIZES:
+            page.set_viewport_size({"width": width, "height": height})
+            walk_edit(page)
+            walk_run_and_review(page)
+            page.get_by_role("button", name="Keys (?)").tap()
+            assert_in_reach(page, page.get_by_role("dialog"))
+            page.keyboard.press("Escape")
+            page.locator(".bar .world").tap()
+            assert_in_reach(page, page.get_by_role("dialog"))
+            page.keyboard.press("Escape")
+
+
+def walk_edit(page):
+    page.get_by_role("tab", name="Edit", exact=True).tap()
+    assert_in_reach(page, page.locator("#view-edit .plan"))
+    fields, text = (page.get_by_role("button", name=name, exact=True) for name in ("Fields", "Text"))
+    fields.tap()
+    page.locator(".outline-row", has_text="scout").tap()
+    assert_in_reach(page, page.locator(".panel").get_by_label("Name", exact=True))
+    text.tap()
+    expect(page.locator(".panel")).to_be_hidden()
+    assert_in_reach(page, page.locator(".cm-content"))
+    text.tap()
+    expect(page.locator(".cm-content")).to_be_hidden()
+
+
+def walk_run_and_review(page):
+    page.get_by_role("tab", name="Run", exact=True).tap()
+    side = page.get_by_role("button", name="Setup, noise and events")
+    expect(page.locator("#view-run .run-side")).to_be_hidden()
+    side.tap()
+    assert_in_reach(page, page.locator("#view-run .run-side"))
+    side.tap()
+    page.get_by_role("button", name="Start", exact=True).tap()
+    picture = page.locator("#view-run [data-view='scout/front'] canvas[data-filled]")
+    picture.wait_for(state="attached")
+    expect(page.locator(".run-state:visible")).to_have_text("Ended")
+    assert_in_reach(page, picture)
+    page.get_by_role("tab", name="Review", exact=True).tap()
+    page.locator("[data-path='run.mcap']").tap()
+    expect(page.locator(".run-time:visible")).to_contain_text("of 0.96 s")
+    assert_in_reach(page, page.get_by_role("slider", name="Time"))
+
+
+class Fingers:
+    """Fingers on a page, by events as a screen of glass sends them."""
+
+    def __init__(self, page) -> None:
+        self._send = page.context.new_cdp_session(page).send
+
+    def put(self, kind: str, *points: tuple[float, float]) -> None:
+        """Put fingers at points of the page [px], move them there, or (without points) take them away."""
+        touches = [{"x": x, "y": y, "id": number} for number, (x, y) in enumerate(points)]
+        self._send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+        self.put("touchStart", start)
+        for share in (0.25, 0.5, 0.75, 1.0):
+            self.put("touchMove", tuple(a + share * (b - a) for a, b in zip(start, end, strict=True)))
+        self.put("touchEnd")
+
+
+def test_fingers_drag_pinch_and_ask_for_the_menu(browser, folder):
+    with Studio(folder, world="room.yaml") as studio:
+        with page_at(browser, studio.url, width=390, height=844, touch=True) as page:
+            expect.set_options(timeout=PATIENCE)
+            sheet, fingers = Sheet(page), Fingers(page)
+            expect(sheet.plan).to_have_attribute("data-view", re.compile(","))
+            fingers.drag(sheet.pixel(0, 0), sheet.pixel(1, 1))
+            page.get_by_role("button", name="Text", exact=True).tap()
+            sheet.reads("at: [1, 1]")
+            page.get_by_role("button", name="Text", exact=True).tap()
+            expect(sheet.text).to_be_hidden()
+            page.evaluate(DRAWN)
+            scale = json.loads(sheet.plan.get_attribute("data-view"))[2]
+            x, y = sheet.pixel(-2, 0)
+            fingers.put("touchStart", (x, y), (x + 40, y))
+            fingers.put("touchMove", (x - 20, y), (x + 60, y))
+            fingers.put("touchEnd")
+            page.wait_for_function(
+                "least => JSON.parse(document.querySelector('.plan').dataset.view)[2] > least", arg=1.9 * scale
+            )
+            fingers.put("touchStart", sheet.pixel(1, 1))
+            expect(page.get_by_role("menu", name="scout")).to_be_visible()
+            fingers.put("touchEnd")
+            page.get_by_role("menuitem", name="Rename").tap()
+            expect(page.locator(".outline-row input")).to_be_focused()
