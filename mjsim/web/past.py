@@ -37,7 +37,7 @@ class Past:
         self._rows.extend((reckoned.x, reckoned.y, reckoned.heading))
         self._rows.extend(order.estimate.covariance.ravel().tolist())
         rows = len(self._rows) // WIDTH
-        for name, seconds in order.timing.items():
+        for name, seconds in {**tick.timing, **order.timing}.items():
             column = self._timing.setdefault(name, array("d"))
             column.extend([math.nan] * (rows - 1 - len(column)))
             column.append(seconds)

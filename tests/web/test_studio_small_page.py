@@ -59,11 +59,12 @@ def assert_in_reach(page, shown):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A folder with a world and a run of it."""
+    """A folder with a world and two runs of it."""
     place = tmp_path_factory.mktemp("small")
     (place / "room.yaml").write_text(ROOM)
-    with mjsim.Simulation(mjsim.load_world(place / "room.yaml")) as sim:
-        mjsim.run(sim, record=place / "run.mcap")
+    for seed in (1, 2):
+        with mjsim.Simulation(mjsim.load_world(place / "room.yaml"), seed=seed) as sim:
+            mjsim.run(sim, record=place / f"run{seed}.mcap")
     return place
 
 
@@ -103,15 +104,21 @@ def walk_run_and_review(page):
     side.tap()
     assert_in_reach(page, page.locator("#view-run .run-side"))
     side.tap()
+    expect(page.locator("#view-run .run-side")).to_be_hidden()
     page.get_by_role("button", name="Start", exact=True).tap()
     picture = page.locator("#view-run [data-view='scout/front'] canvas[data-filled]")
     picture.wait_for(state="attached")
     expect(page.locator(".run-state:visible")).to_have_text("Ended")
     assert_in_reach(page, picture)
     page.get_by_role("tab", name="Review", exact=True).tap()
-    page.locator("[data-path='run.mcap']").tap()
+    page.locator("[data-path='run1.mcap']").tap()
     expect(page.locator(".run-time:visible")).to_contain_text("of 0.96 s")
     assert_in_reach(page, page.get_by_role("slider", name="Time"))
+    for seed in (1, 2):
+        page.get_by_label(f"Compare run{seed}.mcap").check()
+    page.get_by_role("button", name="Compare 2 chosen").tap()
+    assert_in_reach(page, page.locator(".compare-legend"))
+    page.get_by_role("button", name="Back", exact=True).tap()
 
 
 class Fingers:
@@ -133,27 +140,30 @@ class Fingers:
 
 
 def test_fingers_drag_pinch_and_ask_for_the_menu(browser, folder):
-    with Studio(folder, world="room.yaml") as studio:
-        with page_at(browser, studio.url, width=390, height=844, touch=True) as page:
-            expect.set_options(timeout=PATIENCE)
-            sheet, fingers = Sheet(page), Fingers(page)
-            expect(sheet.plan).to_have_attribute("data-view", re.compile(","))
-            fingers.drag(sheet.pixel(0, 0), sheet.pixel(1, 1))
-            page.get_by_role("button", name="Text", exact=True).tap()
-            sheet.reads("at: [1, 1]")
-            page.get_by_role("button", name="Text", exact=True).tap()
-            expect(sheet.text).to_be_hidden()
-            page.evaluate(DRAWN)
-            scale = json.loads(sheet.plan.get_attribute("data-view"))[2]
-            x, y = sheet.pixel(-2, 0)
-            fingers.put("touchStart", (x, y), (x + 40, y))
-            fingers.put("touchMove", (x - 20, y), (x + 60, y))
-            fingers.put("touchEnd")
-            page.wait_for_function(
-                "least => JSON.parse(document.querySelector('.plan').dataset.view)[2] > least", arg=1.9 * scale
-            )
-            fingers.put("touchStart", sheet.pixel(1, 1))
-            expect(page.get_by_role("menu", name="scout")).to_be_visible()
-            fingers.put("touchEnd")
-            page.get_by_role("menuitem", name="Rename").tap()
-            expect(page.locator(".outline-row input")).to_be_focused()
+    with (
+        Studio(folder, world="room.yaml") as studio,
+        page_at(browser, studio.url, width=390, height=844, touch=True) as page,
+    ):
+        expect.set_options(timeout=PATIENCE)
+        sheet, fingers = Sheet(page), Fingers(page)
+        expect(sheet.plan).to_have_attribute("data-view", re.compile(","))
+        fingers.drag(sheet.pixel(0, 0), sheet.pixel(1, 1))
+        page.get_by_role("button", name="Text", exact=True).click()
+        expect(sheet.text).to_be_visible()
+        sheet.reads("at: [1, 1]")
+        page.get_by_role("button", name="Text", exact=True).click()
+        expect(sheet.text).to_be_hidden()
+        page.evaluate(DRAWN)
+        scale = json.loads(sheet.plan.get_attribute("data-view"))[2]
+        x, y = sheet.pixel(-2, 0)
+        fingers.put("touchStart", (x, y), (x + 40, y))
+        fingers.put("touchMove", (x - 20, y), (x + 60, y))
+        fingers.put("touchEnd")
+        page.wait_for_function(
+            "least => JSON.parse(document.querySelector('.plan').dataset.view)[2] > least", arg=1.9 * scale
+        )
+        fingers.put("touchStart", sheet.pixel(1, 1))
+        expect(page.get_by_role("menu", name="scout")).to_be_visible()
+        fingers.put("touchEnd")
+        page.get_by_role("menuitem", name="Rename").click()
+        expect(page.locator(".outline-row input")).to_be_focused()
