@@ -9,7 +9,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from mjsim.errors import WorldError
+from mjsim.errors import UsageError, WorldError
 from mjsim.geometry import Pose
 from mjsim.record import named_files
 from mjsim.web.answers import Ask, RefusedError, answered, asked, body_of, posted, refusal
@@ -26,7 +26,7 @@ from mjsim.web.requests import Drivers, with_drivers
 from mjsim.web.scene_3d import Scene3dShelf
 from mjsim.web.trust import Trust
 from mjsim.web.watch import Signs, signs_of
-from mjsim.world import Change, UnwritableError, World, edited, panel_schema, parse_world
+from mjsim.world import Change, UnwritableError, World, edited, items_in, panel_schema, parse_world
 
 
 class OpenAsk(Ask):
@@ -70,6 +70,12 @@ class EditAsk(TextAsk):
     changes: list[ChangeAsk]
 
 
+class PasteAsk(Ask):
+    """A text that may hold items."""
+
+    text: str
+
+
 class SaveAsk(TextAsk):
     """A text to be written over the one that it was made from."""
 
@@ -110,6 +116,7 @@ class EditApi:
             Route("/api/new", posted(NewAsk, self._new), methods=["POST"]),
             Route("/api/parse", posted(TextAsk, self._parse), methods=["POST"]),
             Route("/api/edit", posted(EditAsk, self._edit), methods=["POST"]),
+            Route("/api/items", posted(PasteAsk, self._items), methods=["POST"]),
             Route("/api/save", posted(SaveAsk, self._save), methods=["POST"]),
             Route("/api/trust", posted(TrustAsk, self._allow), methods=["POST"]),
             Route("/api/preview", posted(PreviewAsk, self._see), methods=["POST"]),
@@ -160,6 +167,12 @@ class EditApi:
         except UnwritableError as error:
             raise RefusedError(409, str(error), path=list(error.path)) from None
         return {"text": text, **self._parsed_json(ask.path, text, read=(node, []))}
+
+    def _items(self, ask: PasteAsk) -> Json:
+        try:
+            return {"items": [{"list": name, "value": value} for name, value in items_in(ask.text)]}
+        except UsageError as error:
+            raise RefusedError(409, str(error)) from None
 
     def _save(self, ask: SaveAsk) -> Json:
         stamp = save_world(self._folder, ask.path, text=ask.text, stamp=ask.stamp, overwrite=ask.overwrite)

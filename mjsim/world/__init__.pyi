@@ -9,6 +9,7 @@ from .edit import edited as edited
 from .edit import escaped as escaped
 from .edit import format_file as format_file
 from .edit import format_world as format_world
+from .edit import items_in as items_in
 from .edit import rounded as rounded
 from .files import LEFT_BEHIND as LEFT_BEHIND
 from .files import Source as Source

@@ -4,5 +4,6 @@ from .changes import edited as edited
 from .edited_text import UnwritableError as UnwritableError
 from .formatter import format_file as format_file
 from .layout import escaped as escaped
+from .pasted import items_in as items_in
 from .snippet import rounded as rounded
 from .writer import format_world as format_world

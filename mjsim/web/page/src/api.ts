@@ -227,6 +227,7 @@ export const api = {
   create: (template?: string) => postJson<Opened>("/api/new", template ? { template } : {}),
   parse: (path: string, text: string) => postJson<Parsed>("/api/parse", { path, text }),
   edit: (path: string, text: string, changes: Change[]) => postJson<Edited>("/api/edit", { path, text, changes }),
+  items: (text: string) => postJson<{ items: { list: string; value: Values }[] }>("/api/items", { text }),
   save: (path: string, text: string, stamp: string | null, overwrite = false) =>
     postJson<{ stamp: string }>("/api/save", { path, text, stamp, ...(overwrite ? { overwrite } : {}) }),
   drafts: () => getJson<{ drafts: Draft[] }>("/api/drafts"),

@@ -26,7 +26,7 @@ export function openContextMenu(editor: Editor, ways: Ways, at: [number, number]
 function ofPaper(editor: Editor): Entry[][] {
   return [
     [
-      ...(editor.canPaste ? [paste(editor)] : []),
+      paste(editor),
       { text: "Select all", keys: "Ctrl A", act: () => editor.selectAll() },
       { text: "Show all", keys: "0", act: () => editor.plan.fit() },
     ],
@@ -41,11 +41,11 @@ function ofThings(editor: Editor, ways: Ways, selected: Item[], first: Item): En
   const foreign = selected.some((item) => item.origin);
   const offered: [boolean, Entry][][] = [
     [
-      [free && copies, { text: "Cut", keys: "Ctrl X", act: () => editor.cut() }],
-      [copies, { text: "Copy", keys: "Ctrl C", act: () => editor.copy() }],
-      [editor.canPaste, paste(editor)],
+      [free && copies, { text: "Cut", keys: "Ctrl X", act: () => document.execCommand("cut") }],
+      [copies, { text: "Copy", keys: "Ctrl C", act: () => document.execCommand("copy") }],
+      [true, paste(editor)],
       [copies, { text: "Duplicate", keys: "Ctrl D", act: () => editor.duplicate() }],
-      [free, { text: "Delete", keys: "Del", act: () => editor.remove() }],
+      [free, { text: "Delete", keys: "Del", act: () => void editor.remove() }],
     ],
     [
       [alone && ways.canRename(first), { text: "Rename", keys: "F2", act: () => ways.rename(first) }],
@@ -61,6 +61,8 @@ function ofThings(editor: Editor, ways: Ways, selected: Item[], first: Item): En
   return offered.map((group) => group.flatMap(([applies, entry]) => (applies ? [entry] : [])));
 }
 
+/** What is on the clipboard; what was copied on this page where the browser does not let it be read. */
 function paste(editor: Editor): Entry {
-  return { text: "Paste", keys: "Ctrl V", act: () => editor.paste() };
+  const read = async (): Promise<string | undefined> => navigator.clipboard?.readText().catch(() => undefined);
+  return { text: "Paste", keys: "Ctrl V", act: () => void read().then((text) => editor.paste(text)) };
 }

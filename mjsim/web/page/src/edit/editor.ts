@@ -6,8 +6,9 @@ import type { Look } from "../plan/items";
 import type { Studio } from "../shell/view";
 import { debounced, Signal } from "../signal";
 import { arranged, type Arrangement } from "./arrange";
+import { type Piece, written } from "./clipboard";
 import { Poser } from "./poser";
-import { canTurn, type Changed, moved, spun } from "./shapes";
+import { canTurn, type Changed, isJoint, moved, spun } from "./shapes";
 
 export class Editor {
   /** Items as a drag has them now; empty when it is over. */
@@ -24,7 +25,8 @@ export class Editor {
   private steps: { key: string; count: number; items: Item[]; make(item: Item, steps: number): Changed } | null = null;
   private readonly onTheWay = new Map<string, Item>();
   private readonly write = debounced(() => this.writeSteps(), 200);
-  private copied: { list: string; value: Values }[] = [];
+  /** What was copied or pasted last, and how often that was pasted since. */
+  private copied = { text: "", pasted: 0 };
 
   constructor(
     readonly studio: Studio,
@@ -154,7 +156,9 @@ export class Editor {
     return this.onTheWay.get(keyOf(item.path)) ?? item;
   }
 
-  remove(): void {
+  async remove(): Promise<void> {
+    // Just after an undo, what is selected may be there no more.
+    await this.document.settled();
     const items = this.free(this.selected);
     // From the last to the first, so that the places of the others hold; what lies within another goes with it.
     const keys = new Set(items.map(({ path }) => keyOf(path)));
@@ -172,31 +176,34 @@ export class Editor {
     if (whole.length) this.said.emit(`${whole.length === 1 ? whole[0]?.label : `${whole.length} things`} deleted`);
   }
 
-  copy(): void {
-    const items = this.selected.filter((item) => item.type !== "Opening");
-    this.copied = items.map((item) => ({ list: String(item.path[0]), value: asWritten(item) }));
-    if (items.length) this.said.emit(`${items.length === 1 ? items[0]?.label : `${items.length} things`} copied`);
+  /** Return what is selected as text of a world, to be put on the clipboard; empty when nothing can be copied. */
+  copy(): string {
+    const pieces = this.pieces();
+    this.copied = { text: written(pieces), pasted: 0 };
+    if (pieces.length) this.said.emit(`${pieces.length === 1 ? this.selected[0]?.label : `${pieces.length} things`} copied`);
+    return this.copied.text;
   }
 
-  /** Whether something was copied. */
-  get canPaste(): boolean {
-    return this.copied.length > 0;
-  }
-
-  cut(): void {
-    this.copy();
-    this.remove();
-  }
-
-  paste(): void {
-    void this.insert(this.copied);
-    // Pasted again, it goes on in the same direction.
-    this.copied = this.copied.map(({ list, value }) => ({ list, value: offset(value, this.shift) }));
+  /** Put in the things of a text; without one those that were copied here. Pasted again, they go on in one direction. */
+  async paste(text = this.copied.text): Promise<void> {
+    if (text !== this.copied.text) this.copied = { text, pasted: 0 };
+    const times = ++this.copied.pasted;
+    try {
+      const { items } = await this.studio.api.items(text);
+      await this.document.settled();
+      await this.insert(items, times);
+    } catch (error) {
+      this.studio.toasts.error(error);
+    }
   }
 
   duplicate(): void {
-    const items = this.selected.filter((item) => item.type !== "Opening");
-    void this.insert(items.map((item) => ({ list: String(item.path[0]), value: asWritten(item) })));
+    void this.insert(this.pieces(), 1);
+  }
+
+  private pieces(): Piece[] {
+    const items = this.selected.filter((item) => item.type !== "Opening" && !isJoint(item));
+    return items.map((item) => ({ list: String(item.path[0]), value: asWritten(item) }));
   }
 
   /** Write what is selected, as far as it is repeated or included, as items of the text's own; the world stays as it is. */
@@ -207,7 +214,7 @@ export class Editor {
 
   /** Align what is selected, or spread it evenly, as one change. */
   async arrange(how: Arrangement): Promise<void> {
-    // Just after an undo, things are still where the text before had them.
+    // Things may still be where the text before had them.
     await this.document.settled();
     await this.apply(arranged(this.free(this.selected), how, this.items).flatMap(({ changes }) => changes));
   }
@@ -231,13 +238,13 @@ export class Editor {
     void this.apply(changed.flatMap(({ changes }) => changes));
   }
 
-  /** A name that nothing has yet: as wished, or with a number. */
-  freshName(wish: string, taken: Set<string> = this.names()): string {
+  /** A name that nothing has yet: as wished, or with a number. `behind`: what is written behind it of the first repetition. */
+  freshName(wish: string, taken: Set<string> = this.names(), behind = ""): string {
     const base = wish.replace(/[^A-Za-z0-9_.-]/g, "-").replace(/^[^A-Za-z0-9_]+/, "") || "thing";
     const stem = base.replace(/-\d+$/, "");
     for (let number = 1; ; number++) {
       const name = number === 1 ? base : `${stem}-${number}`;
-      if (!taken.has(name)) return name;
+      if (!taken.has(name) && !taken.has(name + behind)) return name;
     }
   }
 
@@ -246,12 +253,13 @@ export class Editor {
     return [Number(step.toFixed(1)), -Number(step.toFixed(1))];
   }
 
-  private async insert(pieces: { list: string; value: Values }[]): Promise<void> {
+  /** Put in things under names of their own, so many steps beside where they were. */
+  private async insert(pieces: Piece[], steps: number): Promise<void> {
     if (pieces.length === 0) return;
     const taken = this.names();
+    const by: Point = [this.shift[0] * steps, this.shift[1] * steps];
     const changes = pieces.map(({ list, value }): Change => {
-      const fresh = offset(value, this.shift);
-      if (typeof fresh["name"] === "string") taken.add((fresh["name"] = this.freshName(fresh["name"], taken)));
+      const fresh = this.renamed(offset(value, by), taken);
       return { op: "add", path: list === "floor" ? ["floor", "patches"] : [list], value: fresh };
     });
     if (!(await this.apply(changes))) return;
@@ -261,6 +269,17 @@ export class Editor {
       return this.inList(path).slice(-changes.filter((change) => keyOf(change.path) === key).length);
     });
     this.select(added);
+  }
+
+  /** A thing and the openings in it under names that are not taken; those are taken then. */
+  private renamed(value: Values, taken: Set<string>): Values {
+    const fresh = { ...value };
+    const { name, openings } = fresh;
+    // Names with expressions in them are made by the text.
+    if (typeof name === "string" && !name.includes("${"))
+      taken.add((fresh["name"] = this.freshName(name, taken, fresh["repeat"] ? "-1" : "")));
+    if (Array.isArray(openings)) fresh["openings"] = openings.map((one: Values) => this.renamed(one, taken));
+    return fresh;
   }
 
   private names(): Set<string> {

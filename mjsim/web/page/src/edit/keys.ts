@@ -1,7 +1,7 @@
 /** The keys of the Edit view: the plan can be worked without a mouse. */
 
 import type { Item, Point } from "../api";
-import { isCommand } from "../dom";
+import { isCommand, isTyping } from "../dom";
 import type { Spot } from "../plan/gestures";
 import type { Editor } from "./editor";
 import type { Tools } from "./tools";
@@ -25,6 +25,25 @@ export class EditKeys {
     tools.changed.on(() => (this.cross = null));
     editor.plan.host.addEventListener("pointermove", () => (this.cross = null));
     editor.plan.host.addEventListener("keydown", (event) => this.page(event));
+    // Before the text sees them: browsers tell it of these while its selection stands, wherever the keyboard is.
+    for (const kind of ["copy", "cut", "paste"] as const)
+      window.addEventListener(kind, (event) => this.clip(kind, event), { capture: true });
+  }
+
+  /** Copy, cut and paste through the clipboard of the system; what is marked in the page as text, and typed, stays text. */
+  private clip(kind: "copy" | "cut" | "paste", event: ClipboardEvent): void {
+    const { editor } = this;
+    const marked = window.getSelection();
+    // What is selected in the text of the world stays so while another part of the page has the keyboard.
+    const isMarked = marked?.type === "Range" && !marked.anchorNode?.parentElement?.closest(".cm-editor");
+    const isText = isTyping(document.activeElement) || (kind !== "paste" && isMarked);
+    if (isText || !editor.document.isOpen || !editor.plan.host.isConnected || document.querySelector("dialog[open]")) return;
+    event.preventDefault();
+    event.stopPropagation();
+    if (kind === "paste") return void editor.paste(event.clipboardData?.getData("text/plain"));
+    const text = editor.copy();
+    if (text) event.clipboardData?.setData("text/plain", text);
+    if (kind === "cut") void editor.remove();
   }
 
   /** True when the key was one of ours. */
@@ -42,13 +61,8 @@ export class EditKeys {
   private command(key: string): boolean {
     const work: Record<string, () => void> = {
       a: () => this.editor.selectAll(),
-      c: () => this.editor.copy(),
       d: () => this.editor.duplicate(),
-      v: () => this.editor.paste(),
-      x: () => this.editor.cut(),
     };
-    // What is marked in the page as text is copied as text.
-    if ((key === "c" || key === "x") && window.getSelection()?.type === "Range") return false;
     work[key]?.();
     return key in work;
   }
@@ -79,7 +93,7 @@ export class EditKeys {
 
   private remove(): boolean {
     if (this.tools.now === "wall" && this.tools.wall.back()) return true;
-    if (this.editor.selected.length) this.editor.remove();
+    if (this.editor.selected.length) void this.editor.remove();
     return true;
   }
 

@@ -206,7 +206,7 @@ export class Panel {
       el("button", { class: "quiet square", title, "aria-label": title, onclick, "data-id": name }, icon(ICONS[name]));
     return [
       copies ? one("copy", "Duplicate (Ctrl+D)", () => this.editor.duplicate()) : null,
-      one("trash", "Delete (Del)", () => this.editor.remove()),
+      one("trash", "Delete (Del)", () => void this.editor.remove()),
     ];
   }
 

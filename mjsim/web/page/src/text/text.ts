@@ -25,6 +25,7 @@ import {
   lineNumbers,
 } from "@codemirror/view";
 import type { Item, Problem } from "../api";
+import { withoutList } from "../edit/clipboard";
 import type { WorldDocument } from "../shell/document";
 import { difference } from "./difference";
 import { HIGHLIGHT, THEME } from "./look";
@@ -88,6 +89,10 @@ export class TextPane {
       bracketMatching(),
       highlightSelectionMatches(),
       search({ top: true }),
+      EditorView.clipboardInputFilter.of((text, state) => {
+        const above = state.doc.slice(0, state.selection.main.from).toString().split("\n");
+        return withoutList(text, above);
+      }),
       indentUnit.of("  "),
       yaml(),
       HIGHLIGHT,

@@ -1,0 +1,79 @@
+"""Items out of a piece of text, such as what was copied from another world."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.world.ground import models_at
+from mjsim.world.items import World
+from mjsim.world.yaml import MOST_BYTES, read_text, too_large
+
+LISTS: dict[str, tuple[str, ...]] = {
+    **{name: (name,) for name in ("walls", "obstacles", "beacons", "robots", "lamps", "mechanisms", "people")},
+    "floor": ("floor", "patches"),
+}
+"""Lists of items that have a place, and their paths in a world."""
+_NONE = "this text holds no item of a world; copy items such as '- {box: [1, 1, 1], at: [2, 3]}', or a world with some"
+
+
+def items_in(text: str) -> list[tuple[str, dict[str, Any]]]:
+    """Return the items of a text, each with the key of `LISTS` that it belongs to, as they are written.
+
+    Args:
+        text: YAML: keys of a world with their lists, other keys left out; or items alone, in a list or one of them,
+            whose kind their keys tell.
+
+    Raises:
+        UsageError: It holds none, or one that no world can have; one sentence says which.
+    """
+    if len(text) > MOST_BYTES:
+        raise UsageError(too_large(len(text)))
+    node, problems = read_text(text, file="")
+    if node is None or problems:
+        raise UsageError(_NONE)
+    value = node.value
+    if isinstance(value, dict) and not value.keys().isdisjoint(LISTS):
+        found = list(_listed(value))
+    else:
+        items = value if isinstance(value, list) else [value]
+        found = [(_list_of(item), item) for item in items]
+    if not found:
+        raise UsageError(_NONE)
+    return found
+
+
+def _listed(world: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the items of the lists of a world."""
+    for name, path in LISTS.items():
+        items: Any = world
+        for key in path:
+            items = items.get(key) if isinstance(items, dict) else None
+        for number, item in enumerate(items if isinstance(items, list) else []):
+            if not isinstance(item, dict) or not _fits(item, name):
+                raise UsageError(f"{'.'.join(path)}[{number}] is no item of a world{_hint(item, name)}")
+            yield name, item
+
+
+def _list_of(item: Any) -> str:
+    """Return the list that an item belongs to: the first one whose items have all of its keys."""
+    found = next((name for name in LISTS if isinstance(item, dict) and _fits(item, name)), None)
+    if found is None:
+        raise UsageError(_NONE)
+    return found
+
+
+def _fits(item: dict[str, Any], name: str) -> bool:
+    """Return whether some kind of item of a list has all keys of one, and needs no others."""
+    keys = item.keys() - {"repeat"}
+    kinds = models_at(World, LISTS[name])
+    needed = [{key for key, field in kind.model_fields.items() if field.is_required()} for kind in kinds]
+    return any(need <= keys <= kind.model_fields.keys() for need, kind in zip(needed, kinds, strict=True))
+
+
+def _hint(item: Any, name: str) -> str:
+    """Return which key of an item is none; nothing when all of them are, but not together."""
+    if not isinstance(item, dict):
+        return ""
+    known = {"repeat"}.union(*(kind.model_fields for kind in models_at(World, LISTS[name])))
+    wrong = next((str(key) for key in item if key not in known), None)
+    return "" if wrong is None else f": unknown key '{wrong:.40}'{did_you_mean(wrong, known)}"
