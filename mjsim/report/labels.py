@@ -98,7 +98,8 @@ def setting_labels(settings: Sequence[Mapping[str, str]], names: Sequence[str]) 
         Labels such as 'EkfSlam, jacobians=invariant', equal for equal settings; None when too much differs for that,
         and the names do not tell the worlds apart.
     """
-    keys = [key for key in _differing(settings) if not _told_by_class(key, settings)]
+    told = (_told_by_class, _told_by_name)
+    keys = [key for key in _differing(settings) if not any(tells(key, settings) for tells in told)]
     if len(keys) <= MOST_SETTINGS:
         return [", ".join(_said(each, keys, settings)) for each in settings] if keys else list(names)
     kinds = {tuple(sorted(each.items())) for each in settings}
@@ -119,12 +120,22 @@ def _told_by_class(key: str, settings: Sequence[Mapping[str, str]]) -> bool:
     return len(classes) > 1 and len({(each.get(use), each.get(key)) for each in settings}) == len(classes)
 
 
+def _told_by_name(key: str, settings: Sequence[Mapping[str, str]]) -> bool:
+    """Say whether something of the surroundings is the same wherever the world's name is, so that the name tells it."""
+    names = {each.get("name") for each in settings}
+    if key.partition(".")[0] in _OF_THE_RUN or None in names or len(names) == 1:
+        return False
+    return len({(each.get("name"), each.get(key)) for each in settings}) == len(names)
+
+
 def _said(own: Mapping[str, str], keys: Sequence[str], settings: Sequence[Mapping[str, str]]) -> Iterable[str]:
     """Yield what is said of each key in a label; an argument that the class of the run never has is not told."""
     shorts = _short_keys(keys)
     for key in keys:
         use = f"{key.rpartition('.')[0]}.use"
-        if key.endswith(".use"):
+        if key == "name" and key in own:
+            yield own[key]
+        elif key.endswith(".use"):
             yield _said_of_class(own.get(key), key, [each[key] for each in settings if key in each])
         elif any(key in each and each.get(use) == own.get(use) for each in settings):
             yield f"{shorts[key]}={own.get(key, 'default')}"

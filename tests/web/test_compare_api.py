@@ -10,6 +10,7 @@ import mjsim
 from mjsim.bench.entering import client_of
 from mjsim.report import compare, comparison_csv, comparison_lines, metrics
 from mjsim.web.comparing import comparison_told
+from mjsim.web.files import listed
 from mjsim.web.folder import Folder
 from mjsim.web.review_api import ReviewApi
 from mjsim.web.server import Server
@@ -24,7 +25,7 @@ run:
   drivers: {scout: {navigator: {use: "mjsim.algorithms.waypoints:Waypoints", points: [[1, 0]]}}}
 """
 CLEAN = ROOM.replace("distance: 0.05, turn: 0.1", "distance: 0, turn: 0")
-HALL = ROOM.replace("[2, 2], [-2, 2]", "[2, 3], [-2, 3]")
+HALL = ROOM.replace("[2, 2], [-2, 2]", "[2, 3], [-2, 3]").replace("name: room", "name: hall")
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +36,8 @@ def folder(tmp_path_factory):
         with mjsim.Simulation(mjsim.parse_world(text), seed=seed) as sim:
             mjsim.run(sim, record=root / f"{name}.mcap")
     (root / "none.mcap").write_bytes(b"nothing")
+    (root / "swept").mkdir()
+    (root / "swept" / "sweep.json").write_text("{}")
     return root
 
 
@@ -66,6 +69,7 @@ def test_the_page_is_told_what_the_command_says(page, folder):
 
 def test_other_worlds_are_told_in_a_line(page, folder):
     told = ask(page, "noisy-1.mcap", "hall-1.mcap").json()
+    assert [group["label"] for group in told["groups"]] == ["room", "hall"]
     assert "the worlds of these runs differ in walls" in told["know"][0]
     assert not [line for line in ask(page, "noisy-1.mcap", "clean-1.mcap").json()["know"] if "worlds" in line]
 
@@ -76,6 +80,7 @@ def test_other_worlds_are_told_in_a_line(page, folder):
         ([], 400, "0 recordings are chosen"),
         (["none.mcap", "clean-1.mcap"], 400, "'none.mcap' is not an MCAP file"),
         (["gone.mcap", "clean-1.mcap"], 404, "no file 'gone.mcap'"),
+        (["swept", "clean-1.mcap"], 400, "the sweep in 'swept' cannot be read"),
         (["../clean-1.mcap"], 403, "leaves the folder"),
         ([f"{k}.mcap" for k in range(61)], 400, "choose 1 to 60"),
     ],
@@ -85,6 +90,12 @@ def test_what_cannot_be_compared_is_refused_in_one_line(page, folder, paths, sta
     assert (answer.status_code, message in answer.json()["error"]) == (status, True), answer.text
     assert str(folder) not in answer.text
     assert "\n" not in answer.json()["error"]
+
+
+def test_folders_of_sweeps_are_listed(folder):
+    found = listed(Folder(folder))
+    assert found["sweeps"] == ["swept"]
+    assert "clean-1.mcap" in found["recordings"]
 
 
 def test_poses_that_are_not_known_are_gaps(folder):

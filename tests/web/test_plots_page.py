@@ -44,7 +44,7 @@ def draw(view, field, words=""):
 
 def numbers(page, chart):
     """Return the rows of the CSV that the menu of a chart gives."""
-    chart.get_by_label("Save this chart").click()
+    chart.get_by_label("Save as a file").click()
     with page.expect_download(timeout=PATIENCE) as download:
         chart.get_by_role("button", name="CSV").click()
     return list(csv.reader(download.value.path().read_text().splitlines()))

@@ -82,7 +82,7 @@ def test_any_number_is_found_drawn_kept_and_given_away_as_csv(review):
     page.get_by_role("button", name="/scout/observation.odometry.forward", exact=True).click()
     expect(page.locator(".plotter-chart .run-chart")).to_have_count(1, timeout=PATIENCE)
     chart = page.locator(".plotter-chart .run-chart")
-    chart.get_by_label("Save this chart").click()
+    chart.get_by_label("Save as a file").click()
     with page.expect_download(timeout=PATIENCE) as waiting:
         chart.get_by_role("button", name="CSV").click()
     head, *rows = csv.reader(Path(waiting.value.path()).read_text().splitlines())

@@ -37,7 +37,7 @@ def folder(tmp_path_factory):
 
 def kept(page, chart, kind, folder):
     """Return the file that the menu of a chart gives."""
-    chart.get_by_label("Save this chart").click()
+    chart.get_by_label("Save as a file").click()
     with page.expect_download(timeout=PATIENCE) as download:
         chart.get_by_role("button", name=kind).click()
     download.value.save_as(folder / download.value.suggested_filename)
@@ -81,6 +81,10 @@ def test_recordings_are_compared_on_one_clock(browser, folder, tmp_path):
         rows = list(csv.reader(files["CSV"].read_text().splitlines()))
         assert rows[0] == ["time [s]", *(group.label for group in said.groups)]
         assert [float(value) for value in rows[27]] == pytest.approx([1.04, *errors], abs=1e-4)
+
+        paths = ElementTree.fromstring(kept(page, page.locator(".compare .run-tile"), "SVG", tmp_path).read_bytes())
+        told = [each.text for each in paths.iter("{http://www.w3.org/2000/svg}text")]
+        assert {"Paths", "x [m]", "y [m]", *(group.label for group in said.groups)} <= set(told)
 
         page.keyboard.press("Escape")
         expect(page.get_by_label("Compare clean.mcap")).to_be_checked()

@@ -24,6 +24,8 @@ export interface Figure {
   x: string;
   y: string;
   curves: Curve[];
+  /** Areas behind all curves, such as walls. */
+  shapes?: { points: [number, number][]; fill: string }[];
   /** What the axes show. */
   xRange: Range;
   yRange: Range;
@@ -51,8 +53,9 @@ export interface Drawing {
   place(x: number, y: number): [number, number];
 }
 
-/** Of a figure that is given away [px]. */
+/** Of a figure that is given away [px]; one whose axes have one scale is higher. */
 const SIZE: [number, number] = [760, 400];
+const HIGH: [number, number] = [760, 640];
 /** A PNG has so many pixels for each of them. */
 const SHARP = 2;
 const SPACE = "http://www.w3.org/2000/svg";
@@ -60,7 +63,7 @@ const ROOM = { left: 58, right: 14, top: 14, bottom: 40, title: 24, line: 18 };
 const FONT = "system-ui, 'Segoe UI', 'Helvetica Neue', 'DejaVu Sans', sans-serif";
 
 /** Draw a figure of so many pixels; without its title where the page has one beside it. */
-export function drawFigure(figure: Figure, [width, height]: [number, number] = SIZE, titled = true): Drawing {
+export function drawFigure(figure: Figure, [width, height] = sizeOf(figure), titled = true): Drawing {
   const labelled = titled ? figure.curves.filter(({ label }) => label) : [];
   const rows = titled ? legendRows(labelled, width) : [];
   const top = ROOM.top + (titled ? ROOM.title + rows.length * ROOM.line : 0);
@@ -88,6 +91,7 @@ export function drawFigure(figure: Figure, [width, height]: [number, number] = S
     const y = place(0, figure.across)[1];
     inside.append(node("path", { d: `M${frame.x} ${round(y)}h${frame.width}`, stroke: figure.behind ?? figure.ink.text, fill: "none" }));
   }
+  for (const { points, fill } of figure.shapes ?? []) inside.append(shapeOf(points, fill, place));
   for (const curve of figure.curves) if (curve.to) inside.append(area(curve, place));
   for (const curve of figure.curves) inside.append(line(curve, place));
   return { svg, place };
@@ -105,7 +109,8 @@ export async function savePng(figure: Figure): Promise<void> {
     const picture = new Image();
     picture.src = address;
     await picture.decode();
-    const canvas = Object.assign(document.createElement("canvas"), { width: SIZE[0] * SHARP, height: SIZE[1] * SHARP });
+    const [width, height] = sizeOf(figure);
+    const canvas = Object.assign(document.createElement("canvas"), { width: width * SHARP, height: height * SHARP });
     canvas.getContext("2d")?.drawImage(picture, 0, 0, canvas.width, canvas.height);
     canvas.toBlob((blob) => blob && save(blob, `${fileName(figure.title)}.png`));
   } finally {
@@ -131,6 +136,10 @@ export function rangeOf(columns: Values[]): Range {
   if (low > high) return [0, 1];
   const room = 0.05 * (high - low) || 0.05 * Math.abs(high) || 0.5;
   return [low - room, high + room];
+}
+
+function sizeOf({ equal }: Figure): [number, number] {
+  return equal ? HIGH : SIZE;
 }
 
 function svgText(figure: Figure): string {
@@ -174,6 +183,11 @@ function bandOf({ band = [0, 0], behind }: Figure, frame: Frame, place: Place): 
   const [top, bottom] = [place(0, band[1])[1], place(0, band[0])[1]];
   const fill = behind ? faded(behind, 0.18) : "none";
   return node("rect", { x: frame.x, y: round(top), width: frame.width, height: round(bottom - top), fill });
+}
+
+function shapeOf(points: [number, number][], fill: string, place: Place): SVGElement {
+  const corners = points.map(([x, y]) => place(x, y).map(round).join(" "));
+  return node("path", { d: `M${corners.join("L")}Z`, fill });
 }
 
 /** A curve, broken where a value is not known; where there is no value at all the one before goes on. */

@@ -24,7 +24,7 @@ export function savingMenu(chart: Savable): HTMLElement {
       label,
     );
   menu.append(
-    el("summary", { title: "Save this chart", "aria-label": "Save this chart" }, sign("save")),
+    el("summary", { title: "Save as a file", "aria-label": "Save as a file" }, sign("save")),
     el(
       "div",
       {},

@@ -19,9 +19,10 @@ const COLOURS = 6;
 /** Steps by keys, and of the bar [s]. */
 const STEP = 0.04;
 
-/** How the lines of group k look. */
-export function styleOf(k: number): Pick<Line, "color" | "dash"> {
-  return { color: () => rowColor(k), ...(k >= COLOURS ? { dash: [7, 4] } : {}) };
+/** How the lines of group k of so many look: later ones are thinner, so that equal lines all show. */
+export function styleOf(k: number, count: number): Pick<Line, "color" | "dash"> & { width: number } {
+  const width = 2.4 - (1.2 * k) / Math.max(count - 1, 1);
+  return { color: () => rowColor(k), width, ...(k >= COLOURS ? { dash: [7, 4] } : {}) };
 }
 
 export class Compare {
@@ -119,7 +120,7 @@ export class Compare {
     for (const chart of this.charts) chart.close();
     const handlers = { pick: (time: number) => this.player.seek(time) };
     const lines: Line[] = [];
-    groups.forEach((group, k) => lines.push(...errorLines(group, k, lines.length)));
+    groups.forEach((group, k) => lines.push(...errorLines(group, styleOf(k, groups.length), lines.length)));
     const errors = new Chart(
       { title: "Position error", unit: "m", lines, fromZero: true, atLeast: [0, 0.02], each: true },
       handlers,
@@ -130,7 +131,7 @@ export class Compare {
       {
         title: "NEES, 95 % band",
         unit: "",
-        lines: groups.map(({ label }, k) => ({ label, ...styleOf(k) })),
+        lines: groups.map(({ label }, k) => ({ label, ...styleOf(k, groups.length) })),
         band: nees.band,
         expected: nees.expected,
         logarithmic: true,
@@ -160,14 +161,14 @@ export class Compare {
 }
 
 /** Lines of a group after so many others, in the order of its columns: the first one alone stands in the legend. */
-function errorLines({ label, errors, runs }: Group, k: number, before: number): Line[] {
+function errorLines({ label, errors, runs }: Group, style: ReturnType<typeof styleOf>, before: number): Line[] {
   return errors.flatMap((line, number) => {
     const spread = line.low !== undefined;
     const told = spread ? `${label}: median of ${runs}, nine of ten` : label;
-    const own: Line = { label: number ? "" : told, width: 1.5, ...styleOf(k) };
+    const own: Line = { label: number ? "" : told, ...style };
     if (!spread) return [own];
-    const bound: Line = { label: "", name: `${label}: 95 %`, color: () => faded(rowColor(k), 0.35), width: 0.75 };
-    return [own, bound, { ...bound, name: `${label}: 5 %`, fillTo: before + 2, fill: () => faded(rowColor(k), 0.14) }];
+    const bound: Line = { label: "", name: `${label}: 95 %`, color: () => faded(style.color(), 0.35), width: 0.75 };
+    return [own, bound, { ...bound, name: `${label}: 5 %`, fillTo: before + 2, fill: () => faded(style.color(), 0.14) }];
   });
 }
 

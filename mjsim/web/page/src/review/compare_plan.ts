@@ -1,14 +1,20 @@
 /** The paths of runs that are compared, on the plan of their world. */
 
-import { rowAt } from "../charts/chart";
+import { inkNow, rowAt } from "../charts/chart";
+import { rangeOf, type Curve, type Figure } from "../charts/figure";
+import { savingMenu } from "../charts/saving";
 import { el } from "../dom";
 import type { Point } from "../api";
 import { Plan } from "../plan/plan";
 import { button, sign } from "../run/controls";
-import { faded, readTokens } from "../run/ink";
+import { faded, inLight, readTokens } from "../run/ink";
 import { makeTile, type Tile } from "../run/tile";
+import { color } from "../shell/theme";
 import type { Comparison, RunPath } from "./comparison";
 import { styleOf } from "./compare";
+
+/** What stands in the way of robots. */
+const SOLID = new Set(["wall", "obstacle"]);
 
 export class ComparePlan {
   readonly tile: Tile;
@@ -17,19 +23,21 @@ export class ComparePlan {
   private readonly legend = el("span", { class: "run-legend" });
   private readonly plan = new Plan(this.host);
   private paths: { path: RunPath; group: number }[] = [];
+  private labels: string[] = [];
   private time = 0;
 
   constructor() {
     const fit = button({ class: "quiet square", title: "Show the whole plan (0)" }, () => this.plan.fit(), sign("fit"));
     const spring = el("span", { class: "run-spring" });
     this.host.append(this.note);
-    this.tile = makeTile("compare", "Paths", this.host, this.legend, spring, fit);
+    this.tile = makeTile("compare", "Paths", this.host, this.legend, spring, fit, savingMenu(this));
     this.plan.hiddenKinds.add("robot");
     this.plan.overlay.push((context) => this.draw(context));
   }
 
   take({ groups, scene }: Comparison): void {
     this.paths = groups.flatMap((group, k) => group.paths.map((path) => ({ path, group: k })));
+    this.labels = groups.map(({ label }) => label);
     this.note.hidden = this.paths.length > 0;
     this.legend.textContent = this.paths.length ? "lines: estimates; wide and pale: the truth" : "";
     this.plan.forgetView();
@@ -45,15 +53,52 @@ export class ComparePlan {
     return this.plan.key(event);
   }
 
+  /** The paths as vectors on white, with what stands in the way. */
+  figure(): Figure {
+    return inLight(() => {
+      const curves = [...this.curves("truth"), ...this.curves("estimate")];
+      const shapes = this.plan.items
+        .filter(({ kind }) => SOLID.has(kind))
+        .flatMap(({ polygons }) => polygons.map((points) => ({ points, fill: color("--wall-low") })));
+      const corners = shapes.flatMap(({ points }) => points);
+      const range = (of: "x" | "y"): [number, number] =>
+        rangeOf([...curves.map((curve) => curve[of]), corners.map(([x, y]) => (of === "x" ? x : y))]);
+      const axes = { x: "x [m]", y: "y [m]", xRange: range("x"), yRange: range("y"), equal: true };
+      return { title: "Paths", ...axes, curves, shapes, ink: inkNow() };
+    });
+  }
+
+  table(): (string | number | null | undefined)[][] {
+    const rows = this.paths.flatMap(({ path: { seed, time, truth, estimate }, group }) =>
+      time.map((at, k) => [this.labels[group], seed, at, ...pointOf(truth[k]), ...pointOf(estimate[k])]),
+    );
+    return [["label", "seed", "time [s]", "truth x [m]", "truth y [m]", "estimate x [m]", "estimate y [m]"], ...rows];
+  }
+
+  private style(group: number): ReturnType<typeof styleOf> {
+    return styleOf(group, this.labels.length);
+  }
+
+  private curves(which: "truth" | "estimate"): Curve[] {
+    return this.paths.map(({ path, group }, k): Curve => {
+      const { color, dash, width } = this.style(group);
+      const points = path[which].map(pointOf);
+      const [x, y] = [points.map(([x]) => x), points.map(([, y]) => y)];
+      if (which === "truth") return { label: k ? "" : "truth, wide and pale", color: faded(color(), 0.28), width: 5, x, y };
+      const first = this.paths.findIndex((other) => other.group === group) === k;
+      return { label: first ? (this.labels[group] ?? "") : "", color: color(), width, ...(dash ? { dash } : {}), x, y };
+    });
+  }
+
   private draw(context: CanvasRenderingContext2D): void {
     context.save();
     context.lineJoin = context.lineCap = "round";
-    for (const { path, group } of this.paths) this.line(context, path.truth, faded(styleOf(group).color(), 0.28), 5, []);
+    for (const { path, group } of this.paths) this.line(context, path.truth, faded(this.style(group).color(), 0.28), 5, []);
     for (const { path, group } of this.paths) {
-      const { color, dash } = styleOf(group);
-      this.line(context, path.estimate, color(), 1.75, dash ?? []);
+      const { color, dash, width } = this.style(group);
+      this.line(context, path.estimate, color(), width, dash ?? []);
     }
-    for (const { path, group } of this.paths) this.spot(context, path, styleOf(group).color());
+    for (const { path, group } of this.paths) this.spot(context, path, this.style(group).color());
     context.restore();
   }
 
@@ -90,6 +135,11 @@ export class ComparePlan {
       context.stroke();
     }
   }
+}
+
+/** x and y; null where it is not known. */
+function pointOf(point: Partial<Point> | undefined): [number | null, number | null] {
+  return point && isKnown(point) ? point : [null, null];
 }
 
 function isKnown(point: Partial<Point>): point is Point {

@@ -11,14 +11,14 @@ export class Library {
   private readonly sweeps = el("div", {});
   /** Paths that are ticked. */
   private readonly ticked = new Set<string>();
-  private readonly go = button({ class: "primary" }, () => this.compare([...this.ticked]), "Compare");
+  private readonly go = button({ class: "primary" }, () => void this.begin(), "Compare");
   private readonly foot = el("div", { class: "run-compare", hidden: true }, this.go);
   private readonly hint = el("p", { class: "hint" });
 
   constructor(
     private readonly studio: Studio,
     private readonly open: (path: string) => void,
-    private readonly compare: (paths: string[]) => void,
+    private readonly compare: (paths: string[]) => Promise<void>,
   ) {
     this.element.append(this.list, this.sweeps, this.hint, this.foot);
   }
@@ -60,6 +60,14 @@ export class Library {
       this.count();
     });
     return box;
+  }
+
+  /** Compare what is ticked; many recordings take a while to read. */
+  private async begin(): Promise<void> {
+    this.go.disabled = true;
+    this.go.textContent = "Reading …";
+    await this.compare([...this.ticked]);
+    this.count();
   }
 
   /** Two runs can be compared, and a sweep alone. */

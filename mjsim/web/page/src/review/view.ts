@@ -88,7 +88,7 @@ export class ReviewView implements View {
     this.library = new Library(
       studio,
       (path) => void this.open(path),
-      (paths) => void this.compare.open(paths),
+      (paths) => this.compare.open(paths),
     );
     const handlers = {
       pick: (time: number) => this.player.seek(time),
