@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
 
-from mjsim.exchange import TEMPLATES, template_text
+from mjsim.exchange import TEMPLATES, template_summary, template_text
 from mjsim.web.answers import RefusedError
 from mjsim.web.folder import Folder
 from mjsim.web.items import Json
@@ -61,6 +61,7 @@ def shipped() -> Json:
         "pictures": sorted(_shipped_files("mjsim.assets", PICTURES)),
         "presets": [{"name": name, "about": _about(name)} for name in preset_names()],
         "templates": list(TEMPLATES),
+        "about": {name: template_summary(name) for name in TEMPLATES},
     }
 
 

@@ -107,6 +107,8 @@ export interface Folder {
     pictures: string[];
     presets: { name: string; about: string }[];
     templates: string[];
+    /** A sentence about each template. */
+    about: Record<string, string>;
   };
 }
 

@@ -2,6 +2,7 @@
 
 import { el, icon } from "../dom";
 import { ICONS } from "../shell/icons";
+import { isNew, takeTour } from "../shell/tour";
 import type { Studio } from "../shell/view";
 
 export function emptyState(studio: Studio): HTMLElement {
@@ -38,8 +39,20 @@ export function emptyState(studio: Studio): HTMLElement {
       example
         ? el("button", { onclick: () => void open(`shipped:${example}`) }, icon(ICONS.open), `See the ${example}`)
         : null,
+      el("button", { onclick: () => void studio.askNew() }, "Begin with a template"),
     ),
+    isNew() ? tourOffer(studio) : null,
     own.length ? el("p", { class: "list-title" }, `In ${folder}`) : null,
     el("div", { class: "row" }, ...own),
+  );
+}
+
+/** Offered until somebody takes it; after that it is found in the help. */
+function tourOffer(studio: Studio): HTMLElement {
+  return el(
+    "p",
+    { class: "tour-offer" },
+    "New here? ",
+    el("button", { onclick: () => void takeTour(studio) }, "Take the tour in six steps"),
   );
 }

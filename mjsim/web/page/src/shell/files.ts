@@ -242,10 +242,16 @@ export class Files {
       "button",
       { class: "card", autofocus: true, onclick: () => answer({ make: undefined }) },
       el("b", {}, "Empty room"),
+      el("span", { class: "hint" }, "Nothing but a floor to draw on."),
     );
-    const names = this.studio.folder.shipped.templates;
-    const others = names.map((name) =>
-      el("button", { class: "card", onclick: () => answer({ make: name }) }, el("b", {}, name)),
+    const { templates, about } = this.studio.folder.shipped;
+    const others = templates.map((name) =>
+      el(
+        "button",
+        { class: "card", onclick: () => answer({ make: name }) },
+        el("b", {}, name),
+        el("span", { class: "hint" }, about[name] ?? ""),
+      ),
     );
     return [empty, ...others];
   }

@@ -32,8 +32,11 @@ const KEYS: [string, string][] = [
   ["I  O, Esc", "Review: the part begins, ends; mark nothing"],
 ];
 
-export async function askHelp(): Promise<void> {
-  await askWith<void>("Keys", () => [
+/** Show them; a button above them takes the tour, where there is one. */
+export async function askHelp(tour?: () => void): Promise<void> {
+  const wanted = await askWith<"tour">("Keys", (answer) => [
+    tour ? el("button", { class: "take-tour", onclick: () => answer("tour") }, "Take the tour") : null,
     el("div", { class: "keys" }, ...KEYS.flatMap(([keys, what]) => [el("kbd", {}, keys), el("span", {}, what)])),
   ]);
+  if (wanted) tour?.();
 }

@@ -16,6 +16,7 @@ import { TabLink } from "./tab";
 import { stepsButton } from "./steps";
 import { switchTheme, theme, themeChanged } from "./theme";
 import { Toasts } from "./toasts";
+import { takeTour } from "./tour";
 import { askTrust, type RunCode } from "./trust";
 import type { Studio, View, ViewName } from "./view";
 
@@ -128,7 +129,8 @@ export class Shell implements Studio {
     themeChanged.on(paint);
     paint();
     const invite = tool("share", "Open in another browser", () => void askInvite(this.toasts));
-    const help = tool("help", "Keys (?)", () => void askHelp());
+    const help = tool("help", "Keys (?)", () => this.help());
+    help.classList.add("help");
     const world = el("button", {
       class: "quiet world",
       title: "Open a world (Ctrl+O)",
@@ -148,6 +150,10 @@ export class Shell implements Studio {
       help,
       light,
     );
+  }
+
+  private help(): void {
+    void askHelp(this.folder.mode === "live" ? undefined : () => void takeTour(this));
   }
 
   private tabList(): HTMLElement {
@@ -202,7 +208,7 @@ export class Shell implements Studio {
       this.show(NAMES[Number(event.code.slice(5)) - 1] ?? "edit");
       return true;
     }
-    if (event.key === "?" && !isTyping(event.target)) return (void askHelp(), true);
+    if (event.key === "?" && !isTyping(event.target)) return (this.help(), true);
     if (!isCommand(event) || event.altKey || live) return false;
     return this.commandKey(event);
   }

@@ -1,0 +1,148 @@
+/** A short tour of the studio: what is where, and in which order one works; in six steps that can be left at any time. */
+
+import { el } from "../dom";
+import { remembered } from "../run/controls";
+import "./tour.css";
+import type { Studio, ViewName } from "./view";
+
+interface Step {
+  view: ViewName;
+  /** What it tells of, as a selector of styles; where that is out of sight, the step stands in the middle. */
+  at: string;
+  title: string;
+  text: string;
+}
+
+const STEPS: Step[] = [
+  {
+    view: "edit",
+    at: ".tools",
+    title: "Build",
+    text: "Pick a tool, then click on the plan: walls, doors and windows, boxes, pictures on walls, robots. What is there is dragged.",
+  },
+  {
+    view: "edit",
+    at: ".side-column",
+    title: "Find and change",
+    text: "All things by kind, with a search; below them every field of what is selected, with its unit and its meaning.",
+  },
+  {
+    view: "edit",
+    at: ".dock",
+    title: "The text is the world",
+    text: "Plan and text change each other as you work. What is wrong is said here, with its line. Undo leads back to the first letter.",
+  },
+  {
+    view: "run",
+    at: "#view-run .run-bar",
+    title: "Run",
+    text: "Start a run, pause it, go tick by tick. The column at the side chooses the modules of each robot, and records to a file.",
+  },
+  {
+    view: "review",
+    at: "#view-review .run-side",
+    title: "Review and compare",
+    text: "What was recorded is looked at here at any time of it. Tick two recordings to compare them.",
+  },
+  {
+    view: "edit",
+    at: ".bar .help",
+    title: "Help",
+    text: "Here stand all keys, and this tour once more. Everything can be done without a mouse.",
+  },
+];
+/** Between the card and what it tells of, and the edge of the page [px]. */
+const GAP = 12;
+
+/** Whether nobody has taken the tour, or left it, in this browser. */
+export function isNew(): boolean {
+  return remembered("tour") === null;
+}
+
+/** Go through the steps; a page without a world opens the gallery for them. */
+export async function takeTour(studio: Studio): Promise<void> {
+  remembered("tour", "taken");
+  const { document: world, api, folder } = studio;
+  const example = folder.shipped.worlds.includes("gallery") ? "gallery" : folder.shipped.worlds[0];
+  try {
+    if (!world.isOpen && example) world.take(await api.open(`shipped:${example}`));
+  } catch (error) {
+    return studio.toasts.error(error);
+  }
+  new Tour(studio);
+}
+
+class Tour {
+  private readonly spot = el("div", { class: "tour-spot" });
+  private readonly title = el("h2", { id: "tour-title" });
+  private readonly text = el("p", {});
+  private readonly count = el("span", { class: "hint" });
+  private readonly back = el("button", { type: "button", onclick: () => this.go(this.now - 1) }, "Back");
+  private readonly next = el("button", { type: "button", class: "primary", onclick: () => this.go(this.now + 1) });
+  private readonly dialog: HTMLDialogElement;
+  private now = 0;
+
+  constructor(private readonly studio: Studio) {
+    const leave = el("button", { type: "button", class: "quiet", onclick: () => this.dialog.close() }, "Leave the tour");
+    // Heading and text are read anew at each step.
+    const told = el("div", { "aria-live": "polite" }, this.title, this.text);
+    const choices = el("div", { class: "choices" }, this.count, leave, this.back, this.next);
+    this.dialog = el("dialog", { class: "tour", "aria-labelledby": "tour-title" }, this.spot, told, choices);
+    this.dialog.addEventListener("keydown", (event) => this.key(event));
+    const place = (): void => this.place();
+    window.addEventListener("resize", place);
+    this.dialog.addEventListener("close", () => {
+      window.removeEventListener("resize", place);
+      this.dialog.remove();
+    });
+    document.body.append(this.dialog);
+    this.dialog.showModal();
+    this.go(0);
+  }
+
+  private go(to: number): void {
+    const step = STEPS[to];
+    if (!step) return this.dialog.close();
+    this.now = to;
+    this.studio.show(step.view);
+    this.title.textContent = step.title;
+    this.text.textContent = step.text;
+    this.count.textContent = `${to + 1} of ${STEPS.length}`;
+    this.back.disabled = to === 0;
+    this.next.textContent = to === STEPS.length - 1 ? "Done" : "Next";
+    this.next.focus();
+    this.place();
+  }
+
+  private key(event: KeyboardEvent): void {
+    const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+    if (step && STEPS[this.now + step]) this.go(this.now + step);
+  }
+
+  /** Frame what the step tells of, and stand beside it where there is room: right, left, below or above; else amid. */
+  private place(): void {
+    const box = document.querySelector(STEPS[this.now]?.at ?? "")?.getBoundingClientRect();
+    const shown = box !== undefined && box.width > 0;
+    this.spot.hidden = !shown;
+    const { offsetWidth: width, offsetHeight: height } = this.dialog;
+    const [mostX, mostY] = [window.innerWidth - width - GAP, window.innerHeight - height - GAP];
+    let [x, y] = [mostX / 2, mostY / 2];
+    if (shown) {
+      Object.assign(this.spot.style, { left: `${box.left}px`, top: `${box.top}px`, width: `${box.width}px`, height: `${box.height}px` });
+      const places: [number, number][] = [
+        [box.right + GAP, box.top],
+        [box.left - width - GAP, box.top],
+        [within(box.left, mostX), box.bottom + GAP],
+        [within(box.left, mostX), box.top - height - GAP],
+      ];
+      [x, y] = places.find(([left, top]) => left >= GAP && left <= mostX && top >= GAP && top <= window.innerHeight - GAP) ?? [x, y];
+    }
+    this.dialog.style.left = `${within(x, mostX)}px`;
+    this.dialog.style.top = `${within(y, mostY)}px`;
+  }
+}
+
+/** A place that is on the page [px]. */
+function within(wanted: number, most: number): number {
+  return Math.max(GAP, Math.min(wanted, most));
+}
