@@ -68,6 +68,8 @@ _REFUSED = {
 _INSTEAD = {"attach": "write both as one file, mujoco.MjSpec.from_file(FILE).to_xml()"}
 """What would be right in place of it."""
 _URDF = {"link", "joint", "material"}
+_URDF_COMPILER = {"boundinertia", "boundmass"}
+"""Settings of a URDF's own element for MuJoCo that are kept: the least mass and inertia of what moves."""
 _URDF_PARTS = {
     "link": {"inertial", "visual", "collision"},
     "joint": {"parent", "child", "origin", "axis", "limit", "dynamics"},
@@ -336,6 +338,8 @@ class Gatherer:
                 item.set("filename", self.asset(name, "mesh", variant=item.get("scale", "")))
         _check_count(self._path, sum(item.tag in ("link", "visual", "collision") for item in root.iter()))
         settings = {"discardvisual": "false", "strippath": "false", "fusestatic": "false", "balanceinertia": "true"}
+        if own is not None:
+            settings |= {key: own.attrib[key] for key in sorted(_URDF_COMPILER & own.attrib.keys())}
         ElementTree.SubElement(ElementTree.SubElement(root, "mujoco"), "compiler", settings)
 
 

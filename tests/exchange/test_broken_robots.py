@@ -218,6 +218,15 @@ def test_an_inertia_that_physics_refuses_is_mended_and_said(tmp_path, has, what)
 
 
 @pytest.mark.slow
+def test_wheels_that_weigh_nothing_and_touch_nothing_are_driven_on(tmp_path):
+    look = tyre(0.08, 0.03).partition("</inertial>")[2].replace("collision", "visual")
+    wheels = [joint("left", "base", "l", 'xyz="0 0.2 0"'), joint("right", "base", "r", 'xyz="0 -0.2 0"')]
+    said = report_of(tmp_path, robot({**LINKS, "l": look, "r": look}, wheels))
+    assert "wheels 'left' and 'right', of radius 0.0800 m" in said
+    assert "measured: +" in said
+
+
+@pytest.mark.slow
 def test_files_outside_of_the_robots_folders_are_not_opened(tmp_path):
     deep = tmp_path / "a" / "b" / "c" / "d" / "e"
     deep.mkdir(parents=True)
