@@ -91,7 +91,9 @@ class EditedText:
         self._cuts: list[Cut] = []
         """Single values to be replaced; all places stay as they are until then."""
         self._read()
-        self._wanted = copy.deepcopy(self._root.plain)
+        self._stale = False
+        """Whether the text has changed since its places were found; they are found again when they are asked for."""
+        self._wanted = self._root.plain  # made anew each time it is asked for
 
     def finished(self) -> tuple[str, Node]:
         """Return the new text, and its value.
@@ -100,6 +102,7 @@ class EditedText:
             UnwritableError: It does not say what it should.
         """
         self._text, self._cuts = applied(self._text, self._cuts), []
+        self._check_size()
         node, problems = read_text(self._text, file=self.source.file)
         if problems or node is None or not same(node.value, self._wanted):
             raise UnwritableError((), "this cannot be changed without touching the rest; change the text itself")
@@ -108,11 +111,13 @@ class EditedText:
     @property
     def nodes(self) -> tuple[Node, Node] | None:
         """The text as it is written and what it stands for; None when it uses nothing that has to be expanded."""
+        self._refresh()
         return None if self._raw is None or self._written is None else (self._raw, self._written)
 
     @property
     def plain(self) -> Any:
         """What is written, expressions and repeats as they are."""
+        self._refresh()
         return self._root.plain
 
     @property
@@ -121,7 +126,7 @@ class EditedText:
         return replace(self.source, text=self._text, included={}, variables={})
 
     def settle(self) -> None:
-        """Make the changes that were put off, and find all places again."""
+        """Make the changes that were put off; places that were found before hold no longer."""
         if self._cuts:
             self._restructure([])
 
@@ -131,6 +136,7 @@ class EditedText:
         Raises:
             UnwritableError: It stands in another file, or not once.
         """
+        self._refresh()
         raw = self._raw
         said = None if self._written is None else self._written.value
         place = TextPlace(path, [], [self._root], [], self._written, said, [])
@@ -269,12 +275,20 @@ class EditedText:
             again = self.place(place.path)
             place.chain, place.entries, place.node, place.said = again.chain, again.entries, again.node, again.said
 
+    def _refresh(self) -> None:
+        if self._stale:
+            self._read()
+            self._stale = False
+
+    def _check_size(self) -> None:
+        if len(self._text) > MOST_BYTES:
+            raise UnwritableError((), too_large(len(self._text)))
+
     def _read(self) -> None:
         self._written: Node | None = None
         self._raw: Node | None = None
         self._indices: dict[int, dict[tuple[int, int], int]] = {}
-        if len(self._text) > MOST_BYTES:
-            raise UnwritableError((), too_large(len(self._text)))
+        self._check_size()
         raw: Node | None = None
         expands = needs_expansion(self._text)
         if expands or "*" in self._text:
@@ -292,8 +306,7 @@ class EditedText:
             self._raw, self._written = raw, expand(raw, self.fresh_source).node
 
     def _restructure(self, cuts: Sequence[Cut]) -> None:
-        self._text, self._cuts = applied(self._text, [*self._cuts, *cuts]), []
-        self._read()
+        self._text, self._cuts, self._stale = applied(self._text, [*self._cuts, *cuts]), [], True
 
     def _own_index(self, place: TextPlace, raw: Node | None, path: Path) -> int:
         """Return which item of a list in the text one of the world is."""
