@@ -24,6 +24,7 @@ from mjsim.world import (
 )
 
 SHIPPED = "shipped:"
+MODELS = (".xml", ".urdf")
 """Begins the name of a world that comes with mjsim."""
 EMPTY_WORLD = "mjsim: 1\nname: room\n"
 SWEEP = "sweep.json"
@@ -55,10 +56,14 @@ def listed(folder: Folder) -> Json:
 
 
 def shipped() -> Json:
-    """Return what comes with mjsim: worlds, pictures, presets of robots with a word about each, templates."""
+    """Return what comes with mjsim: worlds, pictures, models, presets of arms and of robots, templates."""
     return {
         "worlds": sorted(_shipped_files("mjsim.worlds", (".yaml",), cut=5)),
         "pictures": sorted(_shipped_files("mjsim.assets", PICTURES)),
+        "models": sorted(name for name in _shipped_files("mjsim.assets", MODELS) if name.startswith("furniture/")),
+        "arms": sorted(
+            name[5:] for name in _shipped_files("mjsim.assets", (".yaml",), cut=5) if name.startswith("arms/")
+        ),
         "presets": [{"name": name, "about": _about(name)} for name in preset_names()],
         "templates": list(TEMPLATES),
         "about": {name: template_summary(name) for name in TEMPLATES},

@@ -85,6 +85,12 @@ def test_several_things_are_aligned_and_distributed_each_by_one_step_of_undo(bro
         row(sheet, "crate").click()
         row(sheet, "chest").click(modifiers=["Shift"])
         expect(sheet.title).to_have_text("3 selected")
+        sheet.field("Elevation").fill("0.25")  # boxes and a cylinder share it
+        sheet.press("Enter")
+        sheet.reads("at: [2, 2], elevation: 0.25", "at: [3.25, 2.5], elevation: 0.25", "at: [5, 3], elevation: 0.25")
+        expect(sheet.page.locator(".panel").get_by_label("Box", exact=True)).to_have_count(0)
+        sheet.press("Control+z")
+        sheet.reads("at: [2, 2]}", "at: [5, 3]}")
         sheet.button("Align bottom edges").click()
         sheet.reads("at: [5, 2]")
         sheet.save()

@@ -105,6 +105,8 @@ export interface Folder {
   shipped: {
     worlds: string[];
     pictures: string[];
+    models: string[];
+    arms: string[];
     presets: { name: string; about: string }[];
     templates: string[];
     /** A sentence about each template. */

@@ -84,26 +84,40 @@ export class PlaceTool implements Tool {
   }
 }
 
-export const makeBox: Make = (_editor, at, to) => {
-  const size = to
-    ? [Math.abs(to[0] - at[0]) || 0.1, Math.abs(to[1] - at[1]) || 0.1].map((side) => short(side))
-    : [0.6, 0.6];
-  const place: Point = to ? [short((at[0] + to[0]) / 2), short((at[1] + to[1]) / 2)] : at;
-  const value = { box: [...size, 0.6], at: place };
-  const ghost = made("obstacle", place, 0, [rectangle(place, 0, size[0] ?? 1, size[1] ?? 1)]);
-  return { list: ["obstacles"], value, ghost, note: `${size.join(" × ")} m` };
-};
-
-export const makeCylinder: Make = (_editor, at, to) => {
-  const radius = to ? Math.max(short(distance(at, to), 2), 0.02) : 0.2;
-  const value = { cylinder: [radius, 0.8], at };
-  return {
-    list: ["obstacles"],
-    value,
-    ghost: made("obstacle", at, 0, [circle(at, radius)]),
-    note: `radius ${radius} m`,
+/** A rectangle, drawn from corner to corner: `values` are its keys for a length and a width [m]. */
+export function sizedMaker(list: Path, kind: string, usual: Point, values: (sides: number[]) => Values): Make {
+  return (_editor, at, to) => {
+    const sides = to ? [Math.abs(to[0] - at[0]) || 0.1, Math.abs(to[1] - at[1]) || 0.1].map((side) => short(side)) : usual;
+    const place: Point = to ? [short((at[0] + to[0]) / 2), short((at[1] + to[1]) / 2)] : at;
+    const value = { ...values(sides), at: place };
+    const ghost = made(kind, place, 0, [rectangle(place, 0, sides[0] ?? 1, sides[1] ?? 1)], value);
+    return { list, value, ghost, note: `${sides.join(" × ")} m` };
   };
-};
+}
+
+/** Something round, drawn from its middle: `values` are its keys for a radius [m]. */
+export function roundMaker(list: Path, values: (radius: number) => Values): Make {
+  return (_editor, at, to) => {
+    const radius = to ? Math.max(short(distance(at, to), 2), 0.02) : 0.2;
+    const value = { ...values(radius), at };
+    return { list, value, ghost: made("obstacle", at, 0, [circle(at, radius)]), note: `radius ${radius} m` };
+  };
+}
+
+/** Something of a size of its own, about so large [m], drawn to where it looks; what has no size looks nowhere. */
+export function turnedMaker(list: Path, kind: string, radius: number, values: () => Values): Make {
+  return (editor, at, to) => {
+    const turn = to && radius ? Math.round(heading(minus(to, at)) / 5) * 5 : 0;
+    const { name, ...rest } = values();
+    const named = typeof name === "string" ? { name: editor.freshName(name) } : {};
+    const value = { ...named, ...rest, at, ...(turn ? { heading_deg: turn } : {}) };
+    const note = radius ? `looks to ${turn}°` : `${at[0]}, ${at[1]} m`;
+    return { list, value, ghost: made(kind, at, turn, radius ? [circle(at, radius)] : [], value), note };
+  };
+}
+
+export const makeBox = sizedMaker(["obstacles"], "obstacle", [0.6, 0.6], (sides) => ({ box: [...sides, 0.6] }));
+export const makeCylinder = roundMaker(["obstacles"], (radius) => ({ cylinder: [radius, 0.8] }));
 
 /** How a picture, a marker or a reflector is put in: on the wall close by, looking into the room. */
 export function beaconMaker(look: () => { name: string; value: Values }): Make {

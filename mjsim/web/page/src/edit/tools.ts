@@ -8,6 +8,7 @@ import type { SchemaBook } from "../panel/schema";
 import { ICONS } from "../shell/icons";
 import { Signal } from "../signal";
 import type { Editor } from "./editor";
+import { MoreThings } from "./more_things";
 import { OpeningTool } from "./opening_tool";
 import { beaconMaker, makeBox, makeCylinder, PlaceTool, robotMaker } from "./place_tool";
 import { SelectTool } from "./select_tool";
@@ -23,6 +24,7 @@ export const TOOLS = [
   { name: "cylinder", title: "Cylinder", key: "C" },
   { name: "beacon", title: "Picture or marker", key: "P" },
   { name: "robot", title: "Robot", key: "R" },
+  { name: "more", title: "More things", key: "M" },
 ] as const;
 
 export type ToolName = (typeof TOOLS)[number]["name"];
@@ -37,12 +39,14 @@ const HINTS: Record<ToolName, string> = {
   cylinder: "Click, or drag from its middle.",
   beacon: "Click near a wall: it hangs there and looks into the room.",
   robot: "Click, or drag to where it looks.",
+  more: "",
 };
 export class Tools {
   readonly bar = el("div", { class: "tools", role: "toolbar", "aria-label": "Tools", "aria-orientation": "vertical" });
   readonly strip = el("div", { class: "strip" });
   readonly changed = new Signal<ToolName>();
   readonly wall: WallTool;
+  private readonly more: MoreThings;
   now: ToolName = "select";
   /** Where the pointer is. */
   private readonly where = el("span", { class: "where", "aria-hidden": "true" });
@@ -64,6 +68,7 @@ export class Tools {
     if (!shipped.pictures.includes(this.picture)) this.picture = shipped.pictures[0] ?? this.picture;
     this.preset = (shipped.presets.find(({ name }) => name === "pioneer3dx") ?? shipped.presets[0])?.name ?? "";
     this.wall = new WallTool(editor);
+    this.more = new MoreThings(editor);
     this.tools = {
       select: new SelectTool(editor),
       hand: null,
@@ -80,6 +85,7 @@ export class Tools {
         editor,
         robotMaker(() => this.robot()),
       ),
+      more: this.more.tool,
     };
     this.addButtons();
     const { host } = editor.plan;
@@ -161,7 +167,7 @@ export class Tools {
   }
 
   private drawStrip(): void {
-    const hint = HINTS[this.now];
+    const hint = this.now === "more" ? this.more.hint : HINTS[this.now];
     const title = TOOLS.find((tool) => tool.name === this.now)?.title ?? "";
     fill(this.strip, el("b", {}, title), ...this.choices(), el("span", { class: "hint" }, hint), this.where);
   }
@@ -169,6 +175,7 @@ export class Tools {
   private choices(): HTMLElement[] {
     if (this.now === "select") return [this.adder()];
     if (this.now === "beacon") return this.beaconChoices();
+    if (this.now === "more") return this.more.choices(() => this.drawStrip());
     return this.now === "robot" ? this.robotChoices() : [];
   }
 

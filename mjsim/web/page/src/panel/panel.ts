@@ -17,6 +17,8 @@ const LISTS = [
   ...["mjsim", "include", "variables"],
 ];
 
+/** Keys that each of several things has for itself. */
+const OF_ONE = ["name", "at", "points", "openings", "sensors"];
 const SINGLE = {
   repeat: "Write all its repetitions as items of their own",
   include: "Write the included file into this text",
@@ -133,7 +135,7 @@ export class Panel {
     return key !== undefined && known !== undefined && key in known && !LISTS.includes(String(key));
   }
 
-  /** Several of one type share their fields; a change is made to all. */
+  /** Several have the fields that all of them share; a change is made to all. */
   private drawMany(items: Item[]): void {
     const types = new Set(items.map((item) => item.type));
     const [first] = items;
@@ -141,12 +143,9 @@ export class Panel {
     const title = types.size === 1 && first ? kindName(first) : "Several things";
     const rows: Child[] = [this.head(title, counted, this.buttons(true))];
     rows.push(this.arranger(items));
-    const schema = types.size === 1 && first ? this.book.definition(first.type) : null;
-    if (schema && first)
-      rows.push(
-        ...objectRows(this.sheet(items), schema, common(items), ["name", "at", "points", "openings", "sensors"]),
-      );
-    else rows.push(el("p", { class: "hint pad" }, "Drag them together, turn them with [ and ], or delete them."));
+    const schema = this.book.shared([...types]);
+    if (schema) rows.push(...objectRows(this.sheet(items), schema, common(items), OF_ONE));
+    rows.push(el("p", { class: "hint pad" }, "Drag them together, turn them with [ and ], or delete them."));
     fill(this.body, ...rows);
   }
 

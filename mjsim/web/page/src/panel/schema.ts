@@ -55,6 +55,15 @@ export class SchemaBook {
     return found ?? null;
   }
 
+  /** What several definitions have in common: the properties that all of them have alike; null when there are none. */
+  shared(names: string[]): Schema | null {
+    const each = names.map((name) => (this.definition(name)?.["properties"] ?? {}) as Record<string, Schema>);
+    const [first, ...others] = each.map((properties) => Object.entries(properties).map((entry) => JSON.stringify(entry)));
+    const alike = new Set((first ?? []).filter((entry) => others.every((other) => other.includes(entry))));
+    const properties = Object.fromEntries(Object.entries(each[0] ?? {}).filter((entry) => alike.has(JSON.stringify(entry))));
+    return alike.size ? { ...this.definition(names[0] ?? ""), properties } : null;
+  }
+
   /** Fields of an object, in the order of the schema, but for what names and places it. */
   fields(schema: Schema): Field[] {
     const properties = (schema["properties"] ?? {}) as Record<string, Schema>;

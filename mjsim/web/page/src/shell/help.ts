@@ -10,7 +10,7 @@ const KEYS: [string, string][] = [
   ["Ctrl Z, Ctrl Shift Z", "undo, redo: back to the first letter"],
   ["V  H", "select, move the paper (or hold Space)"],
   ["W  D  N", "draw a wall, put in a doorway, a window"],
-  ["B  C  P  R", "put in a box, a cylinder, a picture, a robot"],
+  ["B  C  P  R  M", "put in a box, a cylinder, a picture, a robot, one of all other things"],
   ["Enter, Esc", "end the wall, give it up"],
   ["Page Down, Page Up", "next, previous thing on the plan"],
   ["Arrows", "move what is selected by a step of the grid; with Shift by 1 cm, with Ctrl by 1 m; else the paper or the cross of a tool"],
