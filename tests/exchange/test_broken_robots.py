@@ -42,6 +42,11 @@ ALONG_Y = robot(
         joint("right", "base", "r", 'xyz="0.2 0 0"', axis="1 0 0"),
     ],
 )
+BICYCLE = robot(LINKS, [joint("rear", "base", "l", 'xyz="-0.2 0 0"'), joint("front", "base", "r", 'xyz="0.2 0.001 0"')])
+IN_MILLIMETRES = robot(
+    {"base": box("400 300 100"), "l": tyre(80, 30), "r": tyre(80, 30)},
+    [joint("left", "base", "l", 'xyz="0 200 0"'), joint("right", "base", "r", 'xyz="0 -200 0"')],
+)
 SLIDING = """<mujoco><worldbody><body name="b"><joint name="go" type="slide" axis="1 0 0"/><geom size="0.1"/></body>
 </worldbody></mujoco>"""
 XACRO = '<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:arg name="a" default="1"/>{}</robot>'
@@ -140,6 +145,8 @@ MACRO = (
             r"has another model \(<attach>\); write both as one file",
         ),
         ("<mujoco><worldbody><body name='b'><plugin/></body></worldbody></mujoco>", (), r"has plugins \(<plugin>\)"),
+        (BICYCLE, (), "its wheels 'rear', 'front' stand one behind the other, as those of a bicycle"),
+        (IN_MILLIMETRES, (), r"the robot is 500 m across; it must be 0\.02 to 20 m"),
     ],
 )
 def test_a_broken_file_is_told_in_one_line(tmp_path, monkeypatch, text, options, what):

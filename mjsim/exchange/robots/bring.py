@@ -38,6 +38,8 @@ KINDS = {
 }
 SIZES = {"mecanum": "track and wheelbase together", "omni3": "a ring of wheels with a diameter"}
 """What the size is called on which it depends how far a robot turns."""
+SMALLEST, LARGEST = 0.02, 20.0
+"""Of robots that are taken, across [m]."""
 MOST_MEASURED = 4
 """How often it is measured, each time with what the last one found."""
 CLOSE = 0.0003
@@ -90,6 +92,7 @@ def bring_robot(
     # Rollers belong to their wheels: they are no casters, and no joints that hold still.
     anatomy, _ = without_rollers(anatomy)
     stand = find_stand(anatomy, gear, acceleration=MARGIN * ACCELERATION)
+    _check_size(path, stand)
     mounts = find_mounts(anatomy, stand, robot.sensors)
     model = f"{name}/robot.{'urdf' if robot.files.urdf else 'xml'}"
     files = {model: robot_text(robot.files).encode()}
@@ -109,6 +112,16 @@ def bring_robot(
         *_about(path, report),
     ]
     return BroughtRobot(preset_text(plan, notes), files, report)
+
+
+def _check_size(path: Path, stand: Stand) -> None:
+    """Raise for a robot that is larger or smaller than any that drives indoors: a file in other units."""
+    across = 2 * stand.radius
+    if not SMALLEST <= across <= LARGEST:
+        raise UsageError(
+            f"{path}: the robot is {across:.3g} m across; it must be {SMALLEST} to {LARGEST:g} m, and lengths of a"
+            " robot's file are in metres"
+        )
 
 
 def _calibrated(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Plan, Measured]:

@@ -246,6 +246,7 @@ def _sorted_out(
             bearing = [*bearing, *pair[0], *pair[1]]
     uneven = not sides or any(not a or not b or abs(len(a) - len(b)) > 0 for a, b in sides)
     if uneven:
+        _check_abreast(wheels, left, file)
         raise UsageError(
             f"{file}: which wheels drive is not clear; candidates are {_listed([w.name for w in wheels])};"
             " give --left-wheel JOINT and --right-wheel JOINT"
@@ -255,6 +256,16 @@ def _sorted_out(
     _check_drive(drive, sides, steered, file)
     whole = tuple((tuple(a), tuple(b)) for a, b in sides)
     return Gear(drive, whole, tuple(bearing), floor, forward, notes)
+
+
+def _check_abreast(wheels: Sequence[Round], left: Array, file: str) -> None:
+    """Raise where all wheels stand one behind the other, as those of a bicycle."""
+    across = [float(wheel.middle[:2] @ left) for wheel in wheels]
+    if len(wheels) > 1 and max(across) - min(across) < 0.5 * min(wheel.radius for wheel in wheels):
+        raise UsageError(
+            f"{file}: its wheels {_listed([wheel.name for wheel in wheels])} stand one behind the other, as those of a"
+            f" bicycle; robots from files drive as {', '.join(DRIVES)}"
+        )
 
 
 def _tricycle(
