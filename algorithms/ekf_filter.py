@@ -1,5 +1,6 @@
 """EKF-SLAM with range and bearing to landmarks of known identity: the mathematics, apart from any robot."""
 
+import math
 from collections.abc import Hashable, Sequence
 from typing import Literal
 
@@ -16,7 +17,7 @@ Jacobians = Literal["standard", "first-estimates"]
 YOUNG, STRAYED = 3, 0.2
 """Up to so many looks, the first among them, a first estimate is renewed that the newest one has left by more than this
 share of the way to the landmark: its first look was poor, and derivatives taken there would be wrong for ever. Later
-the landmark and the robot move together as loops close, and derivatives must not follow."""
+the landmark and the robot move together as loops close, and derivatives should not follow."""
 
 
 class EkfSlamFilter:
@@ -44,6 +45,7 @@ class EkfSlamFilter:
         pose: ArrayLike = (0.0, 0.0, 0.0),
         covariance: ArrayLike | None = None,
         parameters: int = 0,
+        renew: float = math.inf,
     ) -> None:
         """Start without landmarks.
 
@@ -52,10 +54,13 @@ class EkfSlamFilter:
             pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
             covariance: Of the pose, shape (3, 3); None for zeros, which makes the start the origin of the map.
             parameters: Number p of the motion's constant errors, which are estimated too; 0 at the start, and certain.
+            renew: A first estimate is given up that the newest one has left by more than this share of the way to the
+                landmark: its derivatives describe no measurement any more.
         """
         if jacobians not in ("standard", "first-estimates"):
             raise ValueError(f"jacobians is {jacobians!r}; it must be 'standard' or 'first-estimates'")
         self._first = jacobians == "first-estimates"
+        self._renewed_at = renew
         self._base = 3 + parameters  # landmarks stand behind the pose and these
         self._order: dict[Hashable, int] = {}  # name -> where its x stands in the mean
         self._mean, self._P = np.zeros(35), np.zeros((35, 35))
@@ -240,14 +245,15 @@ class EkfSlamFilter:
         self._P[:size, :size] = self._P[np.ix_(rest, rest)]
 
     def relocate(self, pose: ArrayLike, covariance: ArrayLike) -> None:
-        """Put the robot elsewhere on its map: what was known of where it is is forgotten.
+        """Put the robot elsewhere on its map: what was known of where it is is forgotten, and derivatives begin anew.
 
         Args:
             pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
             covariance: Of the pose, shape (3, 3); it is independent of the map.
         """
         size = self._size
-        self._mean[:3] = self._anchor[:3] = pose
+        self._mean[:3] = pose
+        self._anchor[:size] = self._mean[:size]
         self._P[:3, :size], self._P[:size, :3] = 0.0, 0.0
         self._P[:3, :3] = covariance
 
@@ -289,15 +295,13 @@ class EkfSlamFilter:
             self._renew(places)
 
     def _renew(self, places: np.ndarray[tuple[int], np.dtype[np.intp]]) -> None:
-        """Take the newest estimates for the first ones of landmarks whose first look was poor."""
+        """Take the newest estimates for the first ones of landmarks that have strayed from those too far."""
         looks = self._looks[places] + 1
         self._looks[places] = looks
-        young = looks <= YOUNG
-        if not young.any():
-            return
-        columns = places[young][:, None] + (0, 1)
+        columns = places[:, None] + (0, 1)
         apart = np.hypot(*(self._mean[columns] - self._anchor[columns]).T)
-        strayed = columns[apart > STRAYED * np.hypot(*(self._mean[columns] - self._mean[:2]).T)]
+        most = np.where(looks <= YOUNG, STRAYED, self._renewed_at)
+        strayed = columns[apart > most * np.hypot(*(self._mean[columns] - self._mean[:2]).T)]
         self._anchor[strayed] = self._mean[strayed]
 
     def _apply(self, step: Array, W: Array) -> None:

@@ -40,6 +40,8 @@ _MEMORY = 0.2
 _LEAST = 0.5
 """Share of that average which a tick claims at least. All of it would be on average a third more than is claimed."""
 
+RENEW = 0.5
+"""Share of the way to a landmark by which its place may change before derivatives follow: they are 27 degrees off."""
 WAY = 1.0
 """Over which systematic errors of odometry are taken to make as much as its noise [m, rad]."""
 ANYWHERE = (10.0, 10.0, 1.0)
@@ -265,7 +267,7 @@ class EkfSlam:
 def _new_filter(jacobians: Jacobians | Literal["invariant"], *, pose: Array, covariance: Array) -> EkfSlamFilter:
     if jacobians == "invariant":
         return InvariantEkfSlamFilter(pose=pose, covariance=covariance, parameters=COUNT)
-    return EkfSlamFilter(jacobians=jacobians, pose=pose, covariance=covariance, parameters=COUNT)
+    return EkfSlamFilter(jacobians=jacobians, pose=pose, covariance=covariance, parameters=COUNT, renew=RENEW)
 
 
 def _squared_distances(nu: Array, S: Array) -> Array:

@@ -1,6 +1,7 @@
 """Odometry, scans and truth of a recording as a log of CARMEN, a file for each robot.
 
     PARAM robot_frontlaser_offset METRES                          and so on
+    PARAM odometry_noise_distance NUMBER                          at the end; _turn, _veer: as odometry claims them
     ODOM x y theta tv rv accel                                    ipc_timestamp host logger_timestamp
     ROBOTLASERn type start fov step max accuracy remission n [ranges] k [remissions] laser x y theta, robot x y theta,
                 tv rv forward_safety side_safety turn_axis        ...
@@ -17,11 +18,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from scipy.optimize import nnls
 
 from mjsim.datasets.recorded_robots import RecordedRobots, RecordedTick, planar_pose
 from mjsim.errors import UsageError
-from mjsim.geometry import Pose, Pose3
-from mjsim.interface import Observation, Scan
+from mjsim.geometry import Array, Pose, Pose3
+from mjsim.interface import Observation, Odometry, Scan
 from mjsim.output import require_free, write_file
 from mjsim.record import Recording
 
@@ -63,11 +65,12 @@ def _lines(recorded: RecordedRobots, robot: str) -> Iterator[str]:
     }
     for name, word in zip(lidars, ("frontlaser", "rearlaser"), strict=False):
         yield f"PARAM robot_{word}_offset {mounts[name].x!r}"
-    track = recorded.recording.robots[robot]
+    track, claims = recorded.recording.robots[robot], list[tuple[float, float, float, float]]()
     for tick in recorded.ticks(robot):
         odometry, seen = planar_pose(track.odometry[tick.row]), tick.seen
         if seen is None or odometry is None:
             continue
+        claims.append(_claim(seen.odometry))
         yield _line("ODOM", _numbers(odometry, *_speeds(seen), 0.0), seen.time)
         if tick.truth is not None:
             yield _line("TRUEPOS", f"{_numbers(tick.truth.planar())} {_numbers(odometry)}", seen.time)
@@ -75,6 +78,26 @@ def _lines(recorded: RecordedRobots, robot: str) -> Iterator[str]:
             taken = _odometry_at(recorded, robot, tick, scan.stamp)
             laser = f"ROBOTLASER{lidars.index(name) + 1}"
             yield _line(laser, _laser(scan, taken, mounts[name], _speeds(seen)), scan.stamp)
+    for name, value in _noise(np.array(claims).reshape(-1, 4)).items():
+        yield f"PARAM odometry_noise_{name} {value!r}"
+
+
+def _claim(moved: Odometry) -> tuple[float, float, float, float]:
+    """Return way [m], turn [rad] and the variances of both that a step of odometry claims."""
+    return float(np.hypot(moved.forward, moved.left)), abs(moved.turn), moved.covariance[0, 0], moved.covariance[2, 2]
+
+
+def _noise(claims: Array) -> dict[str, float]:
+    """Return the noise by which variances grow as steps claim, by the fields of `MotionNoise`.
+
+    Args:
+        claims: Way, turn and the variances of both of each step, shape (n, 4).
+    """
+    way, turned, along, around = claims.T
+    if not way.sum() > 0.0:
+        return {}
+    (turn, veer), _ = nnls(np.column_stack([turned, way]), around)
+    return {"distance": float(np.sqrt(along.sum() / way.sum())), "turn": float(turn**0.5), "veer": float(veer**0.5)}
 
 
 def _speeds(seen: Observation) -> tuple[float, float]:

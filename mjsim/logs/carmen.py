@@ -6,7 +6,7 @@
     RAWLASER1 type start fov step max accuracy remission n [ranges] k [remissions] ...
     ROBOTLASER1 ... as RAWLASER1, then laser x y theta, robot x y theta, tv rv, three distances of safety ...
     TRUEPOS true_x true_y true_theta odom_x odom_y odom_theta                      ...
-    PARAM name value                                                               ...
+    PARAM name value                                                               ...; see `OFFSETS` and `NOISE`
 
 Lengths in metres, angles in radians, left positive. Odometry is the robot's pose in a frame that drifts. The pose of
 the laser in FLASER may have been corrected by somebody's SLAM; it is not read. Other messages are counted and left out.
@@ -27,7 +27,8 @@ import numpy as np
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Scan
-from mjsim.logs.log import Log, Mount
+from mjsim.logs.log import MOTION, Log, Mount
+from mjsim.logs.merge import MotionNoise
 from mjsim.logs.readings import kept
 from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.text import lines_of
@@ -40,9 +41,12 @@ STAMP = 3
 """Words at the end of a line: time of sending, host, time of logging."""
 OFFSETS = {"front": "robot_frontlaser_offset", "rear": "robot_rearlaser_offset"}
 """Parameters that tell how far ahead a laser is [m]."""
+NOISE = {"distance": "odometry_noise_distance", "turn": "odometry_noise_turn", "veer": "odometry_noise_veer"}
+"""Parameters that logs of `mjsim export --carmen` tell, by the fields of `MotionNoise`."""
 MOST_BEAMS = 10_000
 NEAREST = 0.02
 """What is nearer was not measured [m]."""
+MOST_NOISE = 10.0
 COMMON = 50
 """Beams with the largest value of a log, from which on that value means that nothing came back."""
 
@@ -112,7 +116,7 @@ def read_carmen(path: Path) -> Log:
         truth=_rows(found.truth, 4) if found.truth else None,
         gap=1.0,
     )
-    return Log(kind="carmen", robot=robot, mounts=_mounts(found), notes=notes)
+    return Log(kind="carmen", robot=robot, mounts=_mounts(found), motion=_motion(found), notes=notes)
 
 
 def _take(found: _Found, words: Sequence[str]) -> None:
@@ -206,14 +210,30 @@ def _mounts(found: _Found) -> dict[str, Mount]:
     mounts = {}
     for name in found.scans:
         x, y, yaw = found.mounts.get(name, (0.0, 0.0, math.pi if name == "rear" else 0.0))
-        offset = found.parameters.get(OFFSETS.get(name, ""))
+        offset = _parameter(found, OFFSETS.get(name, ""))
         if offset is not None and name not in found.mounts:
-            try:
-                x = float(offset)
-            except ValueError:
-                raise UsageError(f"{OFFSETS[name]} is {offset[:40]!r}; it must be a number") from None
+            x = offset
         mounts[name] = Mount(at=(x, y, 0.3), yaw=yaw)
     return mounts
+
+
+def _motion(found: _Found) -> MotionNoise:
+    """Return the noise of odometry: by the parameters of the log, else that of any log."""
+    told = {name: _parameter(found, parameter) for name, parameter in NOISE.items()}
+    for name, value in told.items():
+        if value is not None and not 0.0 <= value <= MOST_NOISE:
+            raise UsageError(f"{NOISE[name]} is {value:g}; it must be 0 to {MOST_NOISE:g}")
+    return replace(MOTION, **{name: value for name, value in told.items() if value is not None})
+
+
+def _parameter(found: _Found, name: str) -> float | None:
+    """Return the number of a parameter; None where the log does not tell it."""
+    if (told := found.parameters.get(name)) is None:
+        return None
+    try:
+        return float(told)
+    except ValueError:
+        raise UsageError(f"{name} is {told[:40]!r}; it must be a number") from None
 
 
 def _seen_from(laser: Sequence[float], robot: Sequence[float]) -> tuple[float, float, float]:

@@ -338,3 +338,35 @@ def test_a_poor_first_look_is_not_frozen_and_a_good_one_is(first):
     _, _, newest = range_bearing(slam.pose, slam.landmarks()["lion"][0][None])
     _, _, used = slam._expect(places)
     assert np.allclose(used, newest, atol=1e-12) == (first == "poor")
+
+
+def turned_back(**keys: float) -> EkfSlamFilter:
+    """Return a filter that has seen one landmark, turned by a radian less than it was told, and found that out."""
+    slam, noise = EkfSlamFilter(jacobians="first-estimates", covariance=1e-6 * np.eye(3), **keys), 1e-4 * np.eye(2)
+    slam.update(["near"], [[2.0, 0.0]], noise)
+    slam.predict(odometry_motion(), [0.0, 0.0, 1.0], np.diag([1e-6, 1e-6, 1.0]))
+    for _ in range(5):
+        slam.update(["other"], [[4.0, 0.5]], noise)
+    slam.update(["near"], [[2.0, 0.0]], noise)
+    slam.update(["other"], [[4.0, 0.5]], noise)
+    return slam
+
+
+def off_derivatives(slam: EkfSlamFilter, name: str) -> float:
+    """Return how far the spread of an expected sighting is off that by derivatives at the newest estimates, a share."""
+    place = slam.landmarks([name])[name][0]
+    _, H_pose, H_landmark = range_bearing(slam.pose, place[None])
+    H = np.hstack([H_pose[0], H_landmark[0]])
+    newest = H @ slam.joint_covariance_of([name]) @ H.T
+    return float(np.linalg.norm(slam.expect([name])[1][0] - newest) / np.linalg.norm(newest))
+
+
+def test_a_map_that_has_turned_by_a_radian_gets_new_derivatives_where_that_is_asked_for():
+    assert off_derivatives(turned_back(), "other") > 0.5
+    assert off_derivatives(turned_back(renew=0.5), "other") < 0.05
+
+
+def test_a_robot_that_is_put_elsewhere_on_its_map_gets_new_derivatives():
+    slam = turned_back()
+    slam.relocate(slam.pose, 0.01 * np.eye(3))
+    assert off_derivatives(slam, "other") < 1e-9

@@ -208,6 +208,11 @@ def test_a_log_of_carmen_comes_in_again(carmen: Path, run: Recording, tmp_path: 
     for scan, original in zip(scans, given, strict=True):
         np.testing.assert_allclose(scan.ranges, original.ranges, atol=1e-12)
         assert scan.angle_min == original.angle_min
+    claimed, told = (
+        np.sum([np.diag(seen.odometry.covariance) for seen in each], axis=0)[[0, 2]]
+        for each in (again.observations(robot), run.observations(ROBOT))
+    )
+    np.testing.assert_allclose(claimed, told, rtol=0.05)
 
 
 @pytest.fixture(scope="module")

@@ -144,6 +144,17 @@ def test_a_line_that_is_not_as_it_must_be_is_named(line, said, tmp_path, capsys)
     assert not (tmp_path / "run.mcap").exists()
 
 
+@pytest.mark.parametrize(
+    ("value", "said"), [("much", "is 'much'; it must be a number"), ("-1", "is -1; it must be 0 to 10"), ("nan", "nan")]
+)
+def test_noise_of_odometry_that_is_none_is_named(value, said, tmp_path):
+    write_carmen(tmp_path / "room.clf", seconds=0.5)
+    with (tmp_path / "room.clf").open("a") as file:
+        file.write(f"PARAM odometry_noise_turn {value}\n")
+    with pytest.raises(UsageError, match=f"odometry_noise_turn.*{said}"):
+        mjsim.import_log(tmp_path / "room.clf")
+
+
 def test_files_that_are_no_logs_are_refused_in_one_line(tmp_path):
     for name, content, said in (
         ("a.tar.xz", b"x", "is an archive; unpack it and name the folder"),
