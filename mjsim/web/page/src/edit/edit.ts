@@ -19,6 +19,7 @@ import { Editor } from "./editor";
 import { EditKeys } from "./keys";
 import { Outliner } from "./outliner";
 import { Preview } from "./preview";
+import { holdSolids } from "./solid_grip";
 import { splitter } from "./splitter";
 import { Panes } from "./panes";
 import { emptyState } from "./start";
@@ -229,6 +230,7 @@ class EditView {
     document.parsedChanged.on(() => this.showFirstSteps());
     document.parsedChanged.on(() => this.showSolids());
     document.selectionChanged.on(() => this.showSolids());
+    holdSolids(this.editor, this.tools, this.solids);
     this.solids.chosen.on((item) => this.editor.select(item ? [item] : []));
     this.tools.changed.on(() => this.showFirstSteps());
     this.plan.menuAsked = (spot, at) => {

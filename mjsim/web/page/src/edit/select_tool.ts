@@ -6,6 +6,7 @@ import type { Spot, Tool } from "../plan/gestures";
 import { disc, line } from "../plan/items";
 import { keyOf, type Plan } from "../plan/plan";
 import type { Editor } from "./editor";
+import { canLift, heightOf, lifted } from "./lift";
 import { paintBand, paintNote, paintViews } from "./marks";
 import {
   type Changed,
@@ -26,11 +27,14 @@ import { snapCorner, toGrid } from "./snap";
 const THRESHOLD = 3;
 const HANDLE = 4.5;
 const STEM = 30;
+/** To what a thing is lifted that does not snap [m]. */
+const FINEST = 0.001;
 
 type Drag =
   | { kind: "items"; items: Item[]; grabbed: Item }
   | { kind: "handle"; handle: Handle; item: Item }
   | { kind: "turn"; item: Item; pivot: Point; from: number }
+  | { kind: "lift"; items: Item[] }
   | { kind: "pull"; part: string }
   | { kind: "band"; kept: Item[] };
 
@@ -57,6 +61,27 @@ export class SelectTool implements Tool {
     [this.from, this.now, this.moving, this.changed] = [spot, spot, false, []];
     this.held = this.grab(spot);
     return this.held !== null;
+  }
+
+  /** Take what is selected by a handle in 3-D; from there on it is dragged as on the plan. */
+  take(kind: "move" | "turn" | "lift", spot: Spot): void {
+    const items = this.editor.selected;
+    const [item] = items;
+    if (!item) return;
+    [this.from, this.now, this.moving, this.changed] = [spot, spot, true, []];
+    const pivot = pivotOf(item);
+    if (kind === "turn") this.held = { kind, item, pivot, from: heading(minus(spot.world, pivot)) };
+    else this.held = kind === "lift" ? { kind, items } : { kind: "items", items, grabbed: item };
+  }
+
+  /** Whether something is dragged. */
+  get isHolding(): boolean {
+    return this.held !== null;
+  }
+
+  /** What the drag comes to, in words. */
+  get word(): string {
+    return this.note;
   }
 
   drag(spot: Spot): void {
@@ -132,6 +157,7 @@ export class SelectTool implements Tool {
   private changes(drag: Drag, spot: Spot): Changed[] {
     if (drag.kind === "handle") return [this.resized(drag.handle, spot)];
     if (drag.kind === "turn") return [this.spun(drag, spot)];
+    if (drag.kind === "lift") return this.lifted(drag.items, spot);
     if (drag.kind === "band" || drag.kind === "pull") return [];
     const items = drag.items.filter((item) => !item.fixed);
     if (items.length < drag.items.length && this.changed.length === 0) this.editor.free(drag.items);
@@ -179,6 +205,16 @@ export class SelectTool implements Tool {
     const by = Math.round((base + angle) / step) * step - base;
     const changed = spun(drag.item, by);
     this.note = `${Math.round(turned(base + by))}°`;
+    return changed;
+  }
+
+  private lifted(items: Item[], { rise = 0, alt }: Spot): Changed[] {
+    const { step } = this.editor.plan;
+    const changed = items
+      .filter((item) => !item.fixed && canLift(item))
+      .map((item) => lifted(item, rise, alt ? FINEST : step));
+    const [first] = changed;
+    this.note = first ? `${heightOf(first.ghost).toFixed(2)} m high` : "";
     return changed;
   }
 

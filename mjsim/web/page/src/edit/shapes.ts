@@ -54,7 +54,7 @@ export function isJoint(item: Item): boolean {
 }
 
 /** Whether it is a person who sits: where and how, the seat says. */
-function isSeated(item: Item): boolean {
+export function isSeated(item: Item): boolean {
   return item.type === "Person" && typeof item.values["seat"] === "string";
 }
 

@@ -47,6 +47,7 @@ export class Tools {
   readonly changed = new Signal<ToolName>();
   readonly wall: WallTool;
   private readonly more: MoreThings;
+  readonly select: SelectTool;
   now: ToolName = "select";
   /** Where the pointer is. */
   private readonly where = el("span", { class: "where", "aria-hidden": "true" });
@@ -69,8 +70,9 @@ export class Tools {
     this.preset = (shipped.presets.find(({ name }) => name === "pioneer3dx") ?? shipped.presets[0])?.name ?? "";
     this.wall = new WallTool(editor);
     this.more = new MoreThings(editor);
+    this.select = new SelectTool(editor);
     this.tools = {
-      select: new SelectTool(editor),
+      select: this.select,
       hand: null,
       wall: this.wall,
       door: new OpeningTool(editor, "door"),

@@ -11,6 +11,8 @@ export interface Spot {
   alt: boolean;
   command: boolean;
   touch: boolean;
+  /** How far above where it was taken [m], in 3-D. */
+  rise?: number;
 }
 
 /** What the pointer does on the plan. `down` tells whether it takes the drag; what it leaves moves the paper. */

@@ -3,8 +3,10 @@
 import { ApiError } from "../api";
 import { newestWins, Signal } from "../signal";
 import { el } from "../dom";
+import { keyOf } from "../plan/plan";
 import { themeChanged } from "../shell/theme";
 import type { Item } from "../api";
+import type { Grip, Pull } from "./grip";
 import type { SceneView } from "./scene";
 import type { Thoughts } from "./thoughts";
 import "./scene.css";
@@ -15,12 +17,15 @@ const PROGRAM = "/scene.js";
 export class Door {
   readonly element = el("div", { class: "scene-door", "data-view": "scene" });
   readonly chosen = new Signal<Item | null>();
+  /** What is done by a handle. */
+  readonly pulled = new Signal<Pull>();
   private view: SceneView | null = null;
   private open = false;
   private loaded: unknown = null;
   private order: (() => Promise<ArrayBuffer>) | null = null;
   private shown: [Item[], Item[]] = [[], []];
   private thought: Thoughts | null = null;
+  private held: [Grip | null, string] = [null, ""];
   private readonly wanted: (key: unknown) => void;
   private readonly moved: (order: () => Promise<ArrayBuffer>) => void;
 
@@ -53,6 +58,7 @@ export class Door {
     if (this.loaded === key && this.view) this.view.shown();
     else {
       this.order = null;
+      this.element.dataset["scene"] = "on its way";
       this.wanted(key);
     }
   }
@@ -61,6 +67,18 @@ export class Door {
   show(items: Item[], selected: Item[]): void {
     this.shown = [items, selected];
     this.view?.show(items, selected);
+  }
+
+  /** By which handles what is selected is held; what is said about it. */
+  hold(grip: Grip | null, word: string): void {
+    this.held = [grip, word];
+    this.view?.hold(grip, word);
+  }
+
+  /** Where a drag has things meanwhile. */
+  drag(dragged: Item[]): void {
+    const ghosts = new Map(dragged.map((ghost) => [keyOf(ghost.path), ghost]));
+    this.view?.drag(ghosts.size ? (item) => ghosts.get(keyOf(item.path)) ?? item : null);
   }
 
   /** What robots measure, believe and show now. */
@@ -106,7 +124,9 @@ export class Door {
     const program = (await import(PROGRAM)) as typeof import("./scene");
     const view = new program.SceneView();
     view.chosen.on((item) => this.chosen.emit(item));
+    view.handles.pulled.on((pull) => this.pulled.emit(pull));
     view.show(...this.shown);
+    view.hold(...this.held);
     view.think(this.thought);
     this.element.replaceChildren(view.element);
     return (this.view = view);

@@ -14,6 +14,7 @@ import {
 } from "three";
 import type { Bounds, Item, Point } from "../api";
 import { boundsOf, distanceTo } from "../plan/geometry";
+import { heightOf } from "../edit/lift";
 import { color } from "../shell/theme";
 import { thingsOf } from "./solids";
 
@@ -23,6 +24,9 @@ const NEAR = 0.02;
 const OFF = 0.01;
 /** So many are marked. */
 const MOST = 100;
+
+/** An item as a drag has it meanwhile. */
+export type AsDragged = (item: Item) => Item;
 
 /** The item that a point of a geom belongs to; null for the floor and what the plan does not show. */
 export function itemAt(items: Item[], thing: string, at: Vector3): Item | null {
@@ -45,18 +49,21 @@ export function isOf(thing: string, item: Item): boolean {
   return kind === item.kind && own === called;
 }
 
-/** Mark items in a scene, the first ones of very many. */
-export function markOf(items: Item[], root: Object3D): Group {
+/** Mark items in a scene, the first ones of very many, where a drag has them meanwhile. */
+export function markOf(items: Item[], root: Object3D, asDragged: AsDragged): Group {
   const group = new Group();
   for (const item of items.slice(0, MOST)) {
     const [low, high] = heights(item, root);
-    for (const polygon of item.polygons) if (polygon.length > 1) group.add(...prism(polygon, low - OFF, high + OFF));
+    const now = asDragged(item);
+    const rise = heightOf(now) - heightOf(item);
+    for (const polygon of now.polygons)
+      if (polygon.length > 1) group.add(...prism(polygon, low + rise - OFF, high + rise + OFF));
   }
   return group;
 }
 
 /** From where to where an item reaches [m]: by its own triangles, or by those that stand on its outline. */
-function heights(item: Item, root: Object3D): [number, number] {
+export function heights(item: Item, root: Object3D): [number, number] {
   const own: number[] = [];
   const around: number[] = [];
   const box = boundsOf(item.polygons.flat());

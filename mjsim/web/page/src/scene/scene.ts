@@ -6,7 +6,9 @@ import { Grids } from "../run/grids";
 import { el, fill } from "../dom";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
-import { itemAt, markOf, points } from "./marks";
+import type { Grip } from "./grip";
+import { Handles } from "./handles";
+import { type AsDragged, heights, itemAt, markOf, points } from "./marks";
 import { dispose, pose, readSolids, thingOf, type Solids } from "./solids";
 import { ABOVE, Stage3d } from "./stage";
 import { forget, thoughtsOf, type Thoughts } from "./thoughts";
@@ -24,6 +26,9 @@ export class SceneView {
   private solids: Solids | null = null;
   private items: Item[] = [];
   private selected: Item[] = [];
+  private dragged: AsDragged | null = null;
+  private grip: Grip | null = null;
+  readonly handles = new Handles(this.stage);
   private readonly marks = new Group();
   private readonly measure = new Group();
   private thoughts = new Group();
@@ -94,6 +99,19 @@ export class SceneView {
     this.mark();
   }
 
+  /** By which handles what is selected is held; what is said about it. */
+  hold(grip: Grip | null, word: string): void {
+    this.grip = grip;
+    if (!this.measuring) this.said.value = word;
+    this.mark();
+  }
+
+  /** Where a drag has things meanwhile; null: it is over. */
+  drag(dragged: AsDragged | null): void {
+    this.dragged = dragged;
+    this.mark();
+  }
+
   /** It has come on the screen. */
   shown(): void {
     this.stage.soon();
@@ -107,6 +125,7 @@ export class SceneView {
 
   dispose(): void {
     if (this.solids) dispose(this.solids);
+    this.handles.dispose();
     this.stage.dispose();
   }
 
@@ -125,9 +144,18 @@ export class SceneView {
 
   private mark(): void {
     this.marks.clear();
-    if (this.solids && this.selected.length) this.marks.add(markOf(this.selected, this.solids.root));
+    if (this.solids && this.selected.length) this.marks.add(markOf(this.selected, this.solids.root, this.dragged ?? ((item) => item)));
+    if (!this.dragged) this.handles.hold(this.measuring ? null : this.grip, this.middle());
     this.canvas.dataset["selected"] = this.selected.map((item) => item.label).join();
     this.stage.soon();
+  }
+
+  /** How high the middle of what is selected is [m]. */
+  private middle(): number {
+    const [first] = this.selected;
+    if (!first || !this.solids || !this.grip) return 0;
+    const [low, high] = heights(first, this.solids.root);
+    return (low + high) / 2;
   }
 
   private pick(hit: Intersection | null): void {
@@ -141,7 +169,7 @@ export class SceneView {
     this.ends = [];
     this.measure.clear();
     this.said.value = on ? "Press two places" : "";
-    this.stage.soon();
+    this.mark();
   }
 
   /** Lay one end of the ruler; with the second one the distance is said. */

@@ -8,6 +8,7 @@ import {
   Group,
   Mesh,
   PerspectiveCamera,
+  Plane,
   Raycaster,
   Scene,
   Vector2,
@@ -18,6 +19,7 @@ import {
   type Object3D,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import type { Point } from "../api";
 import { el } from "../dom";
 import { Signal } from "../signal";
 import { color } from "../shell/theme";
@@ -140,12 +142,44 @@ export class Stage3d {
 
   /** What lies under a place of the page first. */
   under(clientX: number, clientY: number): Intersection | null {
+    this.content.updateMatrixWorld();
+    const hits = this.rayAt(clientX, clientY).intersectObject(this.content);
+    return hits.find((hit) => hit.object instanceof Mesh) ?? null;
+  }
+
+  /** Whether it is looked at from where one likes, not through a camera. */
+  get isFree(): boolean {
+    return this.eye === this.orbit;
+  }
+
+  /** Where on its canvas a place of the world is seen [px]. */
+  onCanvas(place: Vector3): Point {
+    const { x, y } = place.clone().project(this.orbit);
+    return [(0.5 + 0.5 * x) * this.canvas.clientWidth, (0.5 - 0.5 * y) * this.canvas.clientHeight];
+  }
+
+  /** Which place so high [m] is seen at a place of the page; null when none is. */
+  onLevel(clientX: number, clientY: number, height: number): Vector3 | null {
+    return this.onPlane(clientX, clientY, new Plane(new Vector3(0, 0, 1), -height));
+  }
+
+  /** Which place, right above or below another as one looks at it, is seen at a place of the page; null when none is. */
+  onUpright(clientX: number, clientY: number, place: Vector3): Vector3 | null {
+    const facing = this.orbit.position.clone().sub(place).setZ(0);
+    if (facing.lengthSq() < 1e-9) return null;
+    return this.onPlane(clientX, clientY, new Plane().setFromNormalAndCoplanarPoint(facing.normalize(), place));
+  }
+
+  private onPlane(clientX: number, clientY: number, plane: Plane): Vector3 | null {
+    return this.rayAt(clientX, clientY).ray.intersectPlane(plane, new Vector3());
+  }
+
+  private rayAt(clientX: number, clientY: number): Raycaster {
     const box = this.canvas.getBoundingClientRect();
     const at = new Vector2((2 * (clientX - box.left)) / box.width - 1, 1 - (2 * (clientY - box.top)) / box.height);
     const ray = new Raycaster();
-    this.content.updateMatrixWorld();
     ray.setFromCamera(at, this.eye);
-    return ray.intersectObject(this.content).find((hit) => hit.object instanceof Mesh) ?? null;
+    return ray;
   }
 
   private draw(): void {

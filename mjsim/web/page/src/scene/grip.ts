@@ -1,0 +1,29 @@
+/** What the view in 3-D and the tools of the plan tell each other about handles. */
+
+import type { Point } from "../api";
+
+/** By which handles a thing is held in 3-D. */
+export interface Grip {
+  /** Its middle, world frame [m]. */
+  at: Point;
+  /** Directions along which it is shifted [deg]; one: it slides, two: it goes anywhere as well. */
+  axes: number[];
+  /** Where it looks [deg]; null: it cannot be turned. */
+  heading: number | null;
+  lift: boolean;
+}
+
+/** One moment of a drag by a handle. */
+export interface Pull {
+  kind: "move" | "turn" | "lift";
+  phase: "drag" | "up" | "cancel";
+  /** Where it was taken and where it is now, on the level, world frame [m]. */
+  from: Point;
+  to: Point;
+  /** How far up [m]. */
+  rise: number;
+  /** It goes along one direction only. */
+  along: boolean;
+  /** Whether it does not snap. */
+  alt: boolean;
+}
