@@ -35,6 +35,12 @@ export interface Field {
   kind: Kind;
 }
 
+/** A key of a text, and all keys of the mapping that it stands in. */
+export interface Level {
+  key: string;
+  beside: string[];
+}
+
 const PICTURES = ["image", "texture"];
 const AXES: Record<string, string[]> = {
   box: ["length", "width", "height"],
@@ -62,6 +68,32 @@ export class SchemaBook {
     const alike = new Set((first ?? []).filter((entry) => others.every((other) => other.includes(entry))));
     const properties = Object.fromEntries(Object.entries(each[0] ?? {}).filter((entry) => alike.has(JSON.stringify(entry))));
     return alike.size ? { ...this.definition(names[0] ?? ""), properties } : null;
+  }
+
+  /** The field that keys lead to from the world; null where the keys beside it fit none, or the keys are a module's own. */
+  along(levels: Level[]): Field | null {
+    let kinds: Kind[] = [{ is: "object", schema: this.root }];
+    let found: Field | null = null;
+    for (const { key, beside } of levels) {
+      const fields = kinds.flatMap((kind) => this.inside(kind, key, beside));
+      [found = null] = fields;
+      kinds = fields.map((field) => field.kind);
+    }
+    return found;
+  }
+
+  /** The fields of a name in a value of a kind, whose keys are these. */
+  private inside(kind: Kind, key: string, beside: string[]): Field[] {
+    const of = (schema: Schema): Field[] => this.inside(this.kind(key, this.forms(schema).main, schema), key, beside);
+    if (kind.is === "union") return kind.options.flatMap(({ schema }) => of(schema));
+    if (kind.is === "list") return of(kind.entry);
+    if (kind.is === "map") return [this.field(key, kind.entry, false)];
+    if (kind.is !== "object") return [];
+    const properties = kind.schema["properties"] as Record<string, Schema>;
+    const node = properties[key];
+    const required = (kind.schema["required"] ?? []) as string[];
+    const fits = beside.every((other) => other in properties || other === "repeat");
+    return node && fits ? [this.field(key, node, required.includes(key))] : [];
   }
 
   /** Fields of an object, in the order of the schema, but for what names and places it. */

@@ -36,6 +36,8 @@ export const THEME = EditorView.theme({
     boxShadow: "var(--shadow)",
     maxWidth: "520px",
   },
+  ".cm-hint": { padding: "6px 10px", font: "13px/1.4 var(--font)" },
+  ".cm-hint p": { margin: "0" },
   ".cm-diagnostic": { padding: "6px 10px", font: "13px/1.4 var(--font)", whiteSpace: "pre-wrap" },
   ".cm-diagnostic-error": { borderLeft: "3px solid var(--error)" },
   ".cm-diagnostic-warning": { borderLeft: "3px solid var(--warning)" },

@@ -26,8 +26,10 @@ import {
 } from "@codemirror/view";
 import type { Item, Problem } from "../api";
 import { withoutList } from "../edit/clipboard";
+import type { SchemaBook } from "../panel/schema";
 import type { WorldDocument } from "../shell/document";
 import { difference } from "./difference";
+import { hoverHints } from "./hover";
 import { HIGHLIGHT, THEME } from "./look";
 
 /** A change that came from elsewhere, not from the keyboard. */
@@ -51,7 +53,10 @@ export class TextPane {
   private readonly endings = new Compartment();
   private typed = false;
 
-  constructor(private readonly world: WorldDocument) {
+  constructor(
+    private readonly world: WorldDocument,
+    private readonly book: SchemaBook,
+  ) {
     this.view = new EditorView({ doc: "", extensions: this.extensions() });
     this.element = this.view.dom;
     world.textChanged.on((origin) => origin !== "type" && this.take(origin === "open"));
@@ -89,6 +94,7 @@ export class TextPane {
       bracketMatching(),
       highlightSelectionMatches(),
       search({ top: true }),
+      hoverHints(this.book),
       EditorView.clipboardInputFilter.of((text, state) => {
         const above = state.doc.slice(0, state.selection.main.from).toString().split("\n");
         return withoutList(text, above);

@@ -1,0 +1,53 @@
+/** What a key of the world means, with its unit, its default and its values, where the pointer rests on it in the text. */
+
+import { syntaxTree } from "@codemirror/language";
+import type { EditorState, Extension } from "@codemirror/state";
+import { hoverTooltip } from "@codemirror/view";
+import { el } from "../dom";
+import type { Field, Level, SchemaBook } from "../panel/schema";
+
+type SyntaxNode = ReturnType<typeof syntaxTree>["topNode"];
+
+/** Told of the keys of a text by what the schema says of them. */
+export function hoverHints(book: SchemaBook): Extension {
+  return hoverTooltip((view, at, side) => {
+    const node = syntaxTree(view.state).resolveInner(at, side);
+    const key = ancestor(node, "Key");
+    const field = key && book.along(levelsOf(key, view.state));
+    if (!key || !field) return null;
+    return { pos: key.from, end: key.to, above: true, create: () => ({ dom: hint(field) }) };
+  });
+}
+
+function hint(field: Field): HTMLElement {
+  const { key, unit, meaning, fallback, kind, required } = field;
+  const facts = [
+    required ? "required" : "",
+    fallback === undefined || fallback === null ? "" : `default ${JSON.stringify(fallback)}`,
+    kind.is === "choice" ? `one of ${kind.options.join(", ")}` : "",
+  ];
+  const said = facts.filter((fact) => fact && fact.length < 200).join("; ");
+  const head = el("p", {}, el("b", {}, key), unit ? ` [${unit}]` : "");
+  return el("div", { class: "cm-hint" }, head, meaning ? el("p", {}, meaning) : null, said ? el("p", { class: "hint" }, said) : null);
+}
+
+/** The keys that lead to one, the outermost first, each with those that stand beside it. */
+function levelsOf(key: SyntaxNode, state: EditorState): Level[] {
+  const levels: Level[] = [];
+  for (let pair = key.parent; pair; pair = ancestor(pair.parent, "Pair")) {
+    const name = nameOf(pair, state);
+    const beside = pair.parent?.getChildren("Pair").map((other) => nameOf(other, state)) ?? [];
+    levels.unshift({ key: name, beside });
+  }
+  return levels;
+}
+
+function nameOf(pair: SyntaxNode, state: EditorState): string {
+  const key = pair.getChild("Key");
+  return key ? state.sliceDoc(key.from, key.to).replace(/^["']|["']$/g, "") : "";
+}
+
+function ancestor(node: SyntaxNode | null, name: string): SyntaxNode | null {
+  for (let now = node; now; now = now.parent) if (now.name === name) return now;
+  return null;
+}
