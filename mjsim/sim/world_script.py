@@ -22,6 +22,7 @@ from mjsim.world import (
     OpenEvent,
     PushEvent,
     RemoveEvent,
+    RestoreEvent,
     ShoveEvent,
     World,
     WorldEvent,
@@ -183,6 +184,8 @@ class WorldScript:
             case RemoveEvent():
                 things = [item.name for item in (*self._world.beacons, *self._world.obstacles) if item.name]
                 _require(event.remove, "beacon or obstacle", things)
+            case RestoreEvent():
+                _require(event.restore, "beacon", [beacon.name for beacon in self._world.beacons])
 
     def _check_swing(self, event: OpenEvent) -> None:
         leaf = self._doors[event.open]

@@ -1,6 +1,6 @@
 """What the page is told of a run, over the WebSocket and in answers; its protocol.ts is made from these types."""
 
-from typing import Annotated, Literal, NotRequired
+from typing import Annotated, Any, Literal, NotRequired
 
 from pydantic import ConfigDict, Field, with_config
 from typing_extensions import TypeAliasType, TypedDict
@@ -140,6 +140,8 @@ class RunNews(TypedDict):
     recording: NotRequired[str | None]
     drivers: NotRequired[dict[str, Chosen]]
     noise: NotRequired[list[NoiseFigure]]
+    touched: NotRequired[list[dict[str, Any]]]
+    """What was done by hand since the start, as events of a world file."""
 
 
 @_TOLD
@@ -255,6 +257,8 @@ class TickNews(TypedDict):
     robots: dict[str, RobotTick]
     things: dict[str, PlanarPose]
     """Where everything is that can move but robots, by its name in the scene."""
+    removed: NotRequired[list[str]]
+    """Names of the beacons and obstacles that are away; left out for none."""
 
 
 @_TOLD

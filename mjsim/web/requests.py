@@ -75,6 +75,14 @@ class MoveTool(_Request):
     """Roll, pitch, yaw about fixed axes."""
 
 
+class Touch(_Request):
+    """Let an event of the world file happen at the next tick; a paused run takes that tick."""
+
+    do: Literal["touch"]
+    event: dict[str, Any]
+    """Its keys as the world file has them, without `time`."""
+
+
 class SetNoise(_Request):
     """Change the noise of something."""
 
@@ -116,12 +124,13 @@ REQUESTS: tuple[type[BaseModel], ...] = (
     DriveByHand,
     MoveJoints,
     MoveTool,
+    Touch,
     SetNoise,
     Watch,
     FrameShown,
 )
 RunRequest = Annotated[
-    Start | Simple | SetSpeed | DriveByHand | MoveJoints | MoveTool | SetNoise | Watch | FrameShown,
+    Start | Simple | SetSpeed | DriveByHand | MoveJoints | MoveTool | Touch | SetNoise | Watch | FrameShown,
     Field(discriminator="do"),
 ]
 _REQUEST: TypeAdapter[RunRequest] = TypeAdapter(RunRequest)

@@ -29,6 +29,7 @@ from mjsim.web.requests import (
     SetSpeed,
     Simple,
     Start,
+    Touch,
     Watch,
     read_request,
     with_drivers,
@@ -126,6 +127,8 @@ class RunApi:
                 self._session().speed = request.value
             case SetNoise():
                 await asyncio.to_thread(self._session().set_noise, request.key, request.value)
+            case Touch():
+                await asyncio.to_thread(self._touch, request)
             case DriveByHand():
                 self._drive(request)
             case MoveJoints():
@@ -182,6 +185,12 @@ class RunApi:
         if problems := [*check_world(world), *missing_modules(world)]:
             raise WorldError(problems)
         return world
+
+    def _touch(self, request: Touch) -> None:
+        session = self._session()
+        session.touch(request.event)
+        if session.state == "paused":
+            session.tick()
 
     def _drive(self, request: DriveByHand) -> None:
         session = self._session()

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from mjsim.record import Tick
-from mjsim.session import Session, State
+from mjsim.session import Session, State, event_keys
 from mjsim.web.feed import Feed, Shot
 from mjsim.web.painter import Painter
 from mjsim.web.telling import drivers_told, noise_told, robots_told
@@ -142,6 +142,7 @@ class Stage:
             "recording": self._recording_of(session),
             "drivers": drivers_told(world),
             "noise": noise_told(shown, self._initial),
+            "touched": [] if session is None else [event_keys(event) for event in session.touched],
         }
 
     def _recording_of(self, session: Session | None) -> str | None:

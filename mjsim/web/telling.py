@@ -42,7 +42,7 @@ def tick_told(
         scans: Robot -> lidar -> where its beams met something, world frame, shape (n, 3) [m].
     """
     found = scans or {}
-    return {
+    told: TickNews = {
         "kind": "tick",
         "number": number,
         "time": round(tick.time, 6),
@@ -50,6 +50,9 @@ def tick_told(
         "robots": {name: _robot_told(tick, name, found.get(name, {})) for name in tick.orders},
         "things": {name: plain(pose.as_array()) for name, pose in tick.things.items()},
     }
+    if tick.looks is not None and tick.looks.removed:
+        told["removed"] = sorted(tick.looks.removed)
+    return told
 
 
 @np.errstate(over="ignore", invalid="ignore")  # an estimate may be anywhere

@@ -107,6 +107,7 @@ from .items import RampObstacle as RampObstacle
 from .items import ReactionSensor as ReactionSensor
 from .items import RemoveEvent as RemoveEvent
 from .items import Restart as Restart
+from .items import RestoreEvent as RestoreEvent
 from .items import Robot as Robot
 from .items import RobotArm as RobotArm
 from .items import RollerDrive as RollerDrive

@@ -235,6 +235,22 @@ def test_what_python_does_between_ticks_is_in_the_next_one():
 
 
 @pytest.mark.slow
+def test_a_beacon_that_is_restored_is_seen_again_unless_what_it_hangs_on_is_away():
+    events = (
+        "{time: 0.1, remove: rack}, {time: 0.1, remove: lion}, {time: 0.2, restore: lion}, {time: 0.2, restore: plate}"
+    )
+    with hall(events) as sim:
+        seen = []
+        for _ in range(7):
+            sim.step()
+            seen.append(sorted(sighting.name for sighting in sim.sense("r").sightings))
+        assert seen[0] == seen[1] == ["plate"]
+        assert seen[2] == seen[3] == []
+        assert seen[-1] == ["lion"]
+        assert sim.looks.removed == {"rack", "plate"}
+
+
+@pytest.mark.slow
 def test_events_and_things_are_told_in_tables_and_in_the_report(recorded, tmp_path: Path):
     recording = read_recording(recorded[0])
     export_csv(recording, tmp_path)

@@ -45,6 +45,7 @@ from .events import MoveEvent as MoveEvent
 from .events import OpenEvent as OpenEvent
 from .events import PushEvent as PushEvent
 from .events import RemoveEvent as RemoveEvent
+from .events import RestoreEvent as RestoreEvent
 from .events import ShoveEvent as ShoveEvent
 from .events import WorldEvent as WorldEvent
 from .events import event_from as event_from

@@ -67,6 +67,13 @@ class RemoveEvent(_Event):
     """Which one."""
 
 
+class RestoreEvent(_Event):
+    """A beacon that was taken away is there again."""
+
+    restore: Name
+    """The beacon; one on what was taken away itself stays away."""
+
+
 class ShoveEvent(_Event):
     """A robot or a movable obstacle is pushed at its centre of mass."""
 
@@ -108,6 +115,7 @@ EVENT_KINDS: dict[str, type[_Event]] = {
     "light": LightEvent,
     "lamp": LampEvent,
     "remove": RemoveEvent,
+    "restore": RestoreEvent,
     "shove": ShoveEvent,
     "push": PushEvent,
 }
@@ -115,11 +123,11 @@ EVENT_KINDS: dict[str, type[_Event]] = {
 
 
 WorldEvent = Annotated[
-    MoveEvent | OpenEvent | CloseEvent | LightEvent | LampEvent | RemoveEvent | ShoveEvent | PushEvent,
+    MoveEvent | OpenEvent | CloseEvent | LightEvent | LampEvent | RemoveEvent | RestoreEvent | ShoveEvent | PushEvent,
     OneOf(
         EVENT_KINDS,
         "an event needs what happens; write move: NAME, open: DOOR, close: DOOR, light: 0.5,"
-        " lamp: NAME, remove: NAME, shove: NAME or push: NAME",
+        " lamp: NAME, remove: NAME, restore: BEACON, shove: NAME or push: NAME",
     ),
 ]
 
@@ -162,6 +170,8 @@ def said_of(event: WorldEvent) -> str:
             return f"lamp {event.lamp} becomes {event.brightness:g}"
         case RemoveEvent():
             return f"{event.remove} is taken away"
+        case RestoreEvent():
+            return f"{event.restore} is there again"
         case ShoveEvent():
             return f"{event.shove} is shoved by {math.hypot(*event.impulse):g} N s"
         case PushEvent():

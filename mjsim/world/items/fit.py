@@ -223,5 +223,6 @@ def _event_targets(keys: Mapping[str, Any]) -> dict[str, tuple[str, set[str]]]:
         "open": ("opening with a door", doors),
         "close": ("opening with a door", doors),
         "lamp": ("lamp", _names(_items(keys, "lamps"))),
+        "restore": ("beacon", _names(_items(keys, "beacons"))),
         "remove": ("beacon or obstacle", _names(_items(keys, "beacons")) | _names(obstacles)),
     }

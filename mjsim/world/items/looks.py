@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from mjsim.world.ground import item_names
-from mjsim.world.items.events import LampEvent, LightEvent, RemoveEvent, WorldEvent
+from mjsim.world.items.events import LampEvent, LightEvent, RemoveEvent, RestoreEvent, WorldEvent
 from mjsim.world.items.world import World
 
 
@@ -29,6 +29,9 @@ class Looks:
             case RemoveEvent():
                 carried = {beacon.name for beacon in world.beacons if beacon.on == event.remove}
                 return replace(self, removed=self.removed | {event.remove} | carried)
+            case RestoreEvent():
+                lost = any(item.name == event.restore and item.on in self.removed for item in world.beacons)
+                return self if lost else replace(self, removed=self.removed - {event.restore})
             case _:
                 return self
 

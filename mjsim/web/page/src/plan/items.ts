@@ -18,6 +18,8 @@ export interface Look {
   problem?: "error" | "warning" | null;
   /** That it is no item of the text itself: it is hatched. */
   origin?: Item["origin"];
+  /** That it is not there now. */
+  gone?: boolean;
 }
 
 type Context = CanvasRenderingContext2D;
@@ -68,7 +70,10 @@ export function drawItem(
   if (look.selected || look.hovered || look.problem) halo(context, shapes, palette, look);
   const draw = DRAWERS[item.kind] ?? drawThing;
   const facing = direction(stand?.heading_deg ?? item.heading_deg ?? 0);
+  context.save();
+  if (look.gone) context.globalAlpha = 0.25;
   draw({ context, item, shapes, view, palette, look, facing, at: stand?.at ?? item.at });
+  context.restore();
   if (look.origin) hatch(context, shapes, palette, look.origin);
   if (look.problem) drawBadge(context, shapes, palette[look.problem], palette.paper);
 }

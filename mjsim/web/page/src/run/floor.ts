@@ -1,14 +1,15 @@
 /** The plan of a run: what stands still, drawn by the plan; what moves, drawn over it. */
 
 import { el } from "../dom";
-import type { Bounds, Item } from "../api";
-import { Plan } from "../plan/plan";
+import type { Bounds, Item, Values } from "../api";
+import { keyOf, Plan } from "../plan/plan";
 import { button, isPressed, setPressed, sign, toggle } from "./controls";
 import { Evidence } from "./evidence";
 import { Grids } from "./grids";
 import { Layers } from "./layers";
 import { Overlay } from "./overlay";
 import type { PlanarPose, RobotFacts, RobotTick } from "./protocol";
+import { Touch } from "./touch";
 import type { RunRecord } from "./record";
 import { makeTile, type Tile } from "./tile";
 
@@ -18,6 +19,7 @@ const CLOSE = 90;
 export interface Moment {
   robots: Record<string, RobotTick>;
   things: Record<string, PlanarPose>;
+  removed?: string[];
 }
 
 export class Floor {
@@ -29,12 +31,20 @@ export class Floor {
   /** What is drawn. */
   readonly layers = new Layers();
   private readonly grids = new Grids(() => this.plan.drawOver());
+  /** What is done to the run by hand. */
+  readonly touch: Touch;
   private robots: RobotFacts[] = [];
+  private removed: ReadonlySet<string> = new Set();
   private moment: Moment | null = null;
   private chosen = "";
   private names = new Set<string>();
 
-  constructor(private readonly record: RunRecord) {
+  constructor(
+    private readonly record: RunRecord,
+    send: (event: Values) => void = () => undefined,
+  ) {
+    this.plan = new Plan(this.host);
+    this.touch = new Touch({ plan: this.plan, robots: () => this.standing(), removed: () => this.removed }, send);
     this.layers.changed.on(() => this.plan.drawOver());
     this.follow = toggle(
       { class: "quiet square", title: "Follow the robot (F)" },
@@ -50,12 +60,12 @@ export class Floor {
       legend(),
       el("span", { class: "run-spring" }),
       this.layers.element,
+      this.touch.button,
       this.follow,
       fit,
     );
-    this.plan = new Plan(this.host);
     this.plan.hiddenKinds.add("robot");
-    this.plan.overlay.push((context) => this.draw(context));
+    this.plan.overlay.unshift((context) => this.draw(context));
   }
 
   scene(items: Item[], bounds: Bounds): void {
@@ -83,7 +93,8 @@ export class Floor {
   show(moment: Moment): void {
     this.moment = moment;
     for (const tick of Object.values(moment.robots)) this.layers.offer((tick.show ?? []).map((item) => item.name));
-    if (this.move(moment.things)) this.plan.refresh();
+    const changed = this.takeAway(moment.removed ?? []);
+    if (this.move(moment.things) || changed) this.plan.refresh();
     const pose = moment.robots[this.chosen]?.truth;
     if (pose && isPressed(this.follow)) this.plan.follow([pose[0], pose[1]]);
     this.plan.drawOver();
@@ -91,6 +102,7 @@ export class Floor {
 
   clear(): void {
     this.moment = null;
+    if (this.takeAway([])) this.plan.refresh();
     this.plan.drawOver();
   }
 
@@ -100,6 +112,23 @@ export class Floor {
       return true;
     }
     return this.plan.key(event);
+  }
+
+  /** The robots where they truly are. */
+  private standing(): (RobotFacts & { pose: PlanarPose })[] {
+    return this.robots.flatMap((robot) => {
+      const pose = this.moment?.robots[robot.name]?.truth;
+      return pose ? [{ ...robot, pose }] : [];
+    });
+  }
+
+  /** Show faintly what is away; true when that has changed. */
+  private takeAway(names: string[]): boolean {
+    if (names.length === this.removed.size && names.every((name) => this.removed.has(name))) return false;
+    this.removed = new Set(names);
+    const gone = this.plan.items.filter((item) => item.name !== null && this.removed.has(item.name));
+    this.plan.looks = new Map(gone.map((item) => [keyOf(item.path), { gone: true }]));
+    return true;
   }
 
   /** Set aside where things stand that have moved; true when one has. */

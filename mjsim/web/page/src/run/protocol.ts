@@ -201,6 +201,8 @@ export interface RunNews {
   recording?: string | null;
   drivers?: Record<string, Chosen>;
   noise?: NoiseFigure[];
+  /** What was done by hand since the start, as events of a world file. */
+  touched?: Record<string, unknown>[];
 }
 
 export type RunState = "idle" | "loading" | "running" | "paused" | "ended" | "failed";
@@ -249,6 +251,8 @@ export interface TickNews {
   robots: Record<string, RobotTick>;
   /** Where everything is that can move but robots, by its name in the scene. */
   things: Record<string, PlanarPose>;
+  /** Names of the beacons and obstacles that are away; left out for none. */
+  removed?: string[];
 }
 
 /** Path and figures of one robot; all lists are equally long. */
@@ -338,6 +342,12 @@ export interface Start {
   record?: string | null;
 }
 
+/** Let an event of the world file happen at the next tick; a paused run takes that tick. */
+export interface Touch {
+  do: "touch";
+  event: Record<string, unknown>;
+}
+
 /** Choose the views that are sent. */
 export interface Watch {
   do: "watch";
@@ -347,4 +357,4 @@ export interface Watch {
   outside?: Outside | null;
 }
 
-export type RunRequest = Start | Simple | SetSpeed | DriveByHand | MoveJoints | MoveTool | SetNoise | Watch | FrameShown;
+export type RunRequest = Start | Simple | SetSpeed | DriveByHand | MoveJoints | MoveTool | Touch | SetNoise | Watch | FrameShown;

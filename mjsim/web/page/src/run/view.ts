@@ -24,6 +24,7 @@ import { Setup } from "./setup";
 import { sideSwitch } from "./side";
 import { Tabs } from "./tabs";
 import { Stage } from "./tile";
+import { Keep } from "./touch_keep";
 
 /** Charts are drawn at most this often [ms]. */
 const CALM = 120;
@@ -32,7 +33,7 @@ const FIRST_CHARTS: Kind[] = ["x", "y", "heading", "nees", "timing"];
 export class RunView implements View {
   readonly element = el("section", { class: "view run", "aria-label": "Run" });
   private readonly record = new RunRecord();
-  private readonly floor = new Floor(this.record);
+  private readonly floor = new Floor(this.record, (event) => this.send({ do: "touch", event }));
   private readonly stage = new Stage();
   private readonly sheet: Sheet;
   private readonly plotter: Plotter;
@@ -44,10 +45,8 @@ export class RunView implements View {
   private readonly events = new EventList(
     "What happens to robots and world stands here: bumps, doors, lights, faults.",
   );
-  private readonly wheel = new Wheel(
-    () => this.canDrive(),
-    (push) => this.drive(push),
-  );
+  private readonly keep: Keep;
+  private readonly wheel = new Wheel(() => this.canDrive(), (push) => this.drive(push));
   private readonly pad = new Pad(this.wheel);
   private readonly cameras = new Cameras(
     (request) => void this.link?.send(request),
@@ -99,6 +98,7 @@ export class RunView implements View {
     this.bar = new Bar(orders, !this.live);
     this.sheet = new Sheet(FIRST_CHARTS, {}, "run");
     this.plotter = new Plotter(this.sheet.element, "run", this.record.numbers, {}, (error) => studio.toasts.error(error));
+    this.keep = new Keep(studio, this.events.element);
     this.build();
     this.arrange();
     studio.document.parsedChanged.on(() => this.visible && this.takeWorld());
@@ -123,7 +123,7 @@ export class RunView implements View {
   }
 
   key(event: KeyboardEvent): boolean {
-    if (this.wheel.down(event)) return true;
+    if (this.floor.touch.key(event) || this.wheel.down(event)) return true;
     if (event.key === " ") this.bar.press();
     else if (event.key === "." && this.run?.state === "paused") this.send({ do: "tick" });
     else return this.floor.key(event);
@@ -137,7 +137,7 @@ export class RunView implements View {
       ["noise", "Noise", this.noise.element],
       ["arms", "Arms", this.arms.element],
       ["plot", "Plot", this.plotter.element],
-      ["events", "Events", this.events.element],
+      ["events", "Events", this.keep.element],
     ]);
     const side = el("aside", { class: "run-side" }, this.tabs.element);
     const chips = chartChips("run.charts", FIRST_CHARTS, this.sheet, () => this.soon());
@@ -237,6 +237,8 @@ export class RunView implements View {
     this.noise.show(news.noise ?? [], this.running() && news.controllable);
     this.banner.run(news.state === "failed" ? (news.error ?? null) : null);
     this.showArms();
+    this.keep.show(news);
+    this.floor.touch.enable(this.running() && news.controllable);
     this.pad.element.hidden = !this.canDrive();
     this.element.dataset["state"] = news.state;
     this.advise();

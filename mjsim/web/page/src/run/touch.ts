@@ -1,0 +1,247 @@
+/** Touching a run on its plan: robots and things are dragged elsewhere or pushed, by pointer and by keys. */
+
+import type { Item, Point, Values } from "../api";
+import { add, distance, length, minus, times } from "../plan/geometry";
+import type { Spot, Tool } from "../plan/gestures";
+import type { Plan } from "../plan/plan";
+import { toggle, isPressed, setPressed, sign } from "./controls";
+import type { PlanarPose, RobotFacts } from "./protocol";
+import { openTouchMenu } from "./touch_menu";
+
+/** A push by a drag with Shift [N s for a metre]. */
+const PER_METRE = 10;
+/** The pointer may slip so far and it is still a click [px]. */
+const SLIP = 4;
+/** An arrow key takes what is held so far; with Shift a tenth of it [m]. */
+const STEP = 0.1;
+const ARROWS: Record<string, Point> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+/** What can be put elsewhere: a robot or a movable thing, as it stands now. */
+export interface Touchable {
+  name: string;
+  at: Point;
+  heading_deg: number;
+  /** [m] */
+  radius: number;
+}
+
+interface Grab {
+  thing: Touchable;
+  /** Where it is to be. */
+  to: Point;
+  /** Where the pointer took it; null by keys. */
+  from: Point | null;
+  push: boolean;
+}
+
+/** What the plan of a run knows. */
+export interface Floorplan {
+  readonly plan: Plan;
+  robots(): (RobotFacts & { pose: PlanarPose })[];
+  removed(): ReadonlySet<string>;
+}
+
+export class Touch implements Tool {
+  /** Switches it on and off. */
+  readonly button = toggle(
+    { class: "quiet square", title: "Touch: drag robots and things, Shift pushes (T)", hidden: true },
+    false,
+    (on) => this.hold(on),
+    sign("hand"),
+  );
+  private enabled = false;
+  private grab: Grab | null = null;
+
+  constructor(
+    private readonly floor: Floorplan,
+    private readonly send: (event: Values) => void,
+  ) {
+    floor.plan.overlay.push((context) => this.draw(context));
+    floor.plan.menuAsked = (spot, at) => this.enabled && this.menu(spot, at);
+  }
+
+  /** Whether there is a run that can be touched. */
+  enable(on: boolean): void {
+    if (on === this.enabled) return;
+    this.enabled = on;
+    this.button.hidden = !on;
+    if (!on) this.hold(false);
+  }
+
+  down(spot: Spot): boolean {
+    const thing = this.thingAt(spot);
+    if (!thing) return false;
+    this.grab = { thing, to: thing.at, from: spot.world, push: spot.shift };
+    return true;
+  }
+
+  drag(spot: Spot): void {
+    if (!this.grab?.from) return;
+    this.grab.to = add(this.grab.thing.at, minus(spot.world, this.grab.from));
+    this.floor.plan.drawOver();
+  }
+
+  up(spot: Spot): void {
+    const { grab } = this;
+    if (!grab?.from) return;
+    const slipped = distance(spot.world, grab.from) > this.floor.plan.px(SLIP);
+    if (slipped) return this.finish();
+    this.cancel();
+    this.menu(spot, this.onPage(spot.screen));
+  }
+
+  cancel(): void {
+    this.grab = null;
+    this.floor.plan.drawOver();
+  }
+
+  hover(spot: Spot): void {
+    this.floor.plan.host.style.cursor = this.thingAt(spot) ? "grab" : "default";
+  }
+
+  /** Keys: T switches it; then Page Down goes from thing to thing, arrows move it, Enter puts it down, M opens its menu. */
+  key(event: KeyboardEvent): boolean {
+    if (!this.enabled || event.ctrlKey || event.metaKey || event.altKey) return false;
+    if (event.key === "t" || event.key === "T") this.button.click();
+    else if (!isPressed(this.button) || !this.heldKey(event)) return false;
+    event.preventDefault();
+    return true;
+  }
+
+  private heldKey({ key, shiftKey }: KeyboardEvent): boolean {
+    const { grab } = this;
+    const way = ARROWS[key];
+    if (key === "PageDown" || key === "PageUp") this.next(key === "PageDown" ? 1 : -1);
+    else if (!grab) return false;
+    else if (way) grab.to = add(grab.to, times(way, shiftKey ? STEP / 10 : STEP));
+    else if (key === "Enter") this.finish();
+    else if (key === "Escape") this.cancel();
+    else if (key === "m" || key === "M" || (key === "F10" && shiftKey)) this.menuOf(grab.thing);
+    else return false;
+    this.floor.plan.drawOver();
+    return true;
+  }
+
+  private hold(on: boolean): void {
+    this.cancel();
+    setPressed(this.button, on);
+    this.floor.plan.tool = on ? this : null;
+  }
+
+  private next(step: number): void {
+    const things = this.things();
+    const now = things.findIndex((thing) => thing.name === this.grab?.thing.name);
+    const thing = things[(now + step + things.length) % Math.max(things.length, 1)] ?? things[0];
+    if (thing) this.grab = { thing, to: thing.at, from: null, push: false };
+  }
+
+  private finish(): void {
+    const { grab } = this;
+    this.cancel();
+    if (!grab) return;
+    const way = minus(grab.to, grab.thing.at);
+    if (grab.push) this.send({ shove: grab.thing.name, impulse: [...times(way, PER_METRE).map(rounded), 0] });
+    else if (length(way) > 0) this.send({ move: grab.thing.name, to: grab.to.map(rounded) });
+  }
+
+  private things(): Touchable[] {
+    const { plan } = this.floor;
+    const gone = this.floor.removed();
+    const robots = this.floor.robots().map(({ name, radius, pose: [x, y, heading] }): Touchable => {
+      return { name, at: [x, y], heading_deg: (heading * 180) / Math.PI, radius };
+    });
+    const movable = plan.items.filter((item) => item.kind === "obstacle" && item.values["movable"] === true);
+    const there = movable.flatMap((item) => (item.name && !gone.has(item.name) ? [this.ofItem(item, item.name)] : []));
+    return [...robots, ...there];
+  }
+
+  private ofItem(item: Item, name: string): Touchable {
+    const stand = this.floor.plan.standOf(item);
+    const at = stand?.at ?? item.at ?? [0, 0];
+    const reach = item.polygons.flat().map((point) => distance(point, item.at ?? [0, 0]));
+    return { name, at, heading_deg: stand?.heading_deg ?? item.heading_deg ?? 0, radius: Math.max(0.05, ...reach) };
+  }
+
+  private thingAt({ world, screen }: Spot): Touchable | null {
+    const { plan } = this.floor;
+    const things = this.things();
+    const robots = new Set(this.floor.robots().map((robot) => robot.name));
+    const under = plan.itemsAt(screen).map((item) => item.name);
+    const near = (thing: Touchable): boolean =>
+      robots.has(thing.name)
+        ? distance(thing.at, world) <= Math.max(thing.radius, plan.px(12))
+        : under.includes(thing.name);
+    return things.find(near) ?? null;
+  }
+
+  private menu(spot: Spot, at: Point): void {
+    const { plan } = this.floor;
+    // A door that stands open is found in its opening too.
+    const doors = plan.items.filter(({ kind, values, at: middle }) => {
+      const half = Number(values["width"]) / 2;
+      return kind === "opening" && middle !== null && distance(middle, spot.world) <= Math.max(half, plan.px(10));
+    });
+    const items = [...plan.itemsAt(spot.screen), ...doors];
+    openTouchMenu({ thing: this.thingAt(spot), items, removed: this.floor.removed() }, this.send, at);
+  }
+
+  private menuOf(thing: Touchable): void {
+    const at = this.onPage(this.floor.plan.view.toScreen(thing.at));
+    openTouchMenu({ thing, items: [], removed: this.floor.removed() }, this.send, at);
+  }
+
+  private onPage([x, y]: Point): Point {
+    const box = this.floor.plan.host.getBoundingClientRect();
+    return [box.left + x, box.top + y];
+  }
+
+  /** The thing as it would stand, and the way there; an arrow for a push. */
+  private draw(context: CanvasRenderingContext2D): void {
+    const { grab } = this;
+    if (!grab) return;
+    const { view, palette } = this.floor.plan;
+    const [from, to] = [view.toScreen(grab.thing.at), view.toScreen(grab.to)];
+    context.strokeStyle = palette.accent;
+    context.lineWidth = 2;
+    context.setLineDash(grab.push ? [] : [5, 4]);
+    context.beginPath();
+    context.moveTo(...from);
+    context.lineTo(...to);
+    context.stroke();
+    if (grab.push) arrowHead(context, from, to);
+    else {
+      context.beginPath();
+      context.arc(...to, Math.max(grab.thing.radius * view.scale, 6), 0, 2 * Math.PI);
+      context.stroke();
+    }
+    context.setLineDash([]);
+    this.letters(context, grab, to);
+  }
+
+  private letters(context: CanvasRenderingContext2D, grab: Grab, [x, y]: Point): void {
+    const { palette } = this.floor.plan;
+    const way = minus(grab.to, grab.thing.at);
+    const text = grab.push ? `${(length(way) * PER_METRE).toFixed(1)} N s` : `${grab.thing.name}  ${grab.to.map((value) => value.toFixed(2)).join(", ")}`;
+    context.font = "12px system-ui, sans-serif";
+    context.lineWidth = 3;
+    context.strokeStyle = palette.paper;
+    context.strokeText(text, x + 12, y - 12);
+    context.fillStyle = palette.ink;
+    context.fillText(text, x + 12, y - 12);
+  }
+}
+
+function arrowHead(context: CanvasRenderingContext2D, from: Point, to: Point): void {
+  const angle = Math.atan2(to[1] - from[1], to[0] - from[0]);
+  context.beginPath();
+  for (const side of [-0.5, 0.5]) {
+    context.moveTo(...to);
+    context.lineTo(to[0] - 10 * Math.cos(angle + side), to[1] - 10 * Math.sin(angle + side));
+  }
+  context.stroke();
+}
+
+/** To the millimetre. */
+function rounded(value: number): number {
+  return Math.round(value * 1000) / 1000;
+}

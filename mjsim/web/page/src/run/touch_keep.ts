@@ -1,0 +1,48 @@
+/** Writes what was done by hand into the world's text, as its events. */
+
+import type { Values } from "../api";
+import { el, fill } from "../dom";
+import type { Studio } from "../shell/view";
+import { button } from "./controls";
+import type { RunNews } from "./protocol";
+
+/** A button above the list of events. */
+export class Keep {
+  readonly element: HTMLElement;
+  private readonly keep = button({}, () => void this.write());
+  private readonly note = el("p", { class: "hint" }, "What you did by hand happens again in every run of the world once it is kept.");
+  private readonly head = el("div", { class: "run-keep", hidden: true }, this.keep, this.note);
+  private run: RunNews | null = null;
+  /** So many of the touches of this run stand in the text already. */
+  private kept = 0;
+
+  constructor(
+    private readonly studio: Studio,
+    list: HTMLElement,
+  ) {
+    this.element = el("div", {}, this.head, list);
+  }
+
+  show(run: RunNews): void {
+    this.run = run;
+    const touched = run.touched?.length ?? 0;
+    if (touched < this.kept) this.kept = 0;
+    const fresh = touched - this.kept;
+    this.head.hidden = touched === 0 || this.studio.folder.mode === "live";
+    this.keep.disabled = fresh === 0;
+    fill(this.keep, fresh === 0 ? "Kept as events" : fresh === 1 ? "Keep 1 as event" : `Keep ${fresh} as events`);
+  }
+
+  private async write(): Promise<void> {
+    const { run } = this;
+    const { document, toasts } = this.studio;
+    const touched: Values[] = run?.touched ?? [];
+    const fresh = touched.slice(this.kept);
+    if (!run || fresh.length === 0) return;
+    if (document.path !== run.path) return toasts.error("Another world is open; open the one that ran to keep its events");
+    if (!(await document.change(fresh.map((value) => ({ op: "add", path: ["run", "events"], value }))))) return;
+    this.kept = touched.length;
+    this.show(run);
+    toasts.done(`${fresh.length === 1 ? "One event was" : `${fresh.length} events were`} added to the world; undo in Edit takes back`);
+  }
+}

@@ -1,0 +1,71 @@
+/** The menu of a thing on the plan of a run: what can be done with it by hand. */
+
+import type { Item, Point, Values } from "../api";
+import { direction, times } from "../plan/geometry";
+import { type Entry, openMenu } from "../shell/menu";
+import type { Touchable } from "./touch";
+
+/** A push of the menu [N s]. */
+const PUSH = 5;
+/** A door opens so far, unless it is made to open less. */
+const OPEN_DEG = 90;
+
+export interface Touched {
+  /** The robot or movable thing that lies there. */
+  thing: Touchable | null;
+  /** What else lies there, topmost first. */
+  items: Item[];
+  /** Names of what is away. */
+  removed: ReadonlySet<string>;
+}
+
+/** Open the menu of what lies at a place of the page [px]; nothing where nothing can be touched. */
+export function openTouchMenu({ thing, items, removed }: Touched, send: (event: Values) => void, at: Point): void {
+  const names = [...new Set(items.flatMap((item) => item.name ?? []))];
+  const first = names.flatMap((name) => items.find((item) => item.name === name) ?? []);
+  const others = first.map((item) => ({ item, entries: ofItem(item, item.name ?? "", removed, send) }));
+  const there = others.filter(({ entries }) => entries.length > 0);
+  const name = thing?.name ?? there[0]?.item.name;
+  const groups = [...(thing ? ofThing(thing, send) : []), ...there.map(({ entries }) => entries)];
+  if (name) openMenu(name, groups, at);
+}
+
+function ofThing(thing: Touchable, send: (event: Values) => void): Entry[][] {
+  const push = (text: string, turn: number): Entry => {
+    const way = times(direction(thing.heading_deg + turn), PUSH).map((value) => Math.round(value * 1000) / 1000);
+    return { text: `Push ${text}, ${PUSH} N s`, act: () => send({ shove: thing.name, impulse: [...way, 0] }) };
+  };
+  const turn = (text: string, by: number): Entry => ({
+    text,
+    act: () => send({ move: thing.name, to: thing.at, heading_deg: Math.round(thing.heading_deg + by) }),
+  });
+  return [
+    [push("ahead", 0), push("back", 180), push("left", 90), push("right", -90)],
+    [turn("Turn 90° left", 90), turn("Turn 90° right", -90)],
+  ];
+}
+
+function ofItem(item: Item, name: string, removed: ReadonlySet<string>, send: (event: Values) => void): Entry[] {
+  const entry = (text: string, event: Values): Entry => ({ text, act: () => send(event) });
+  const away = removed.has(name);
+  if (!name) return [];
+  if (item.kind === "opening" && item.values["door"]) {
+    const far = farthest(item);
+    return [
+      entry(`Open ${name}`, { open: name, angle_deg: far }),
+      entry(`Open ${name} to the other side`, { open: name, angle_deg: -far }),
+      entry(`Shut ${name}`, { close: name }),
+    ];
+  }
+  if (item.kind === "beacon" || item.kind === "marker")
+    return [away ? entry(`Switch ${name} on`, { restore: name }) : entry(`Switch ${name} off`, { remove: name })];
+  if (item.kind === "light")
+    return [entry(`Switch ${name} off`, { lamp: name, brightness: 0 }), entry(`Switch ${name} on`, { lamp: name, brightness: 1 })];
+  if ((item.kind === "obstacle" || item.kind === "mover") && !away) return [entry(`Take ${name} away`, { remove: name })];
+  return [];
+}
+
+function farthest(item: Item): number {
+  const door = item.values["door"] as { limit_deg?: number };
+  return Math.min(OPEN_DEG, door.limit_deg ?? OPEN_DEG);
+}

@@ -1,0 +1,108 @@
+"""A run is touched by hand in a real browser, and what was done is kept as events of the world's text."""
+
+import json
+
+import pytest
+from playwright.sync_api import Page, expect
+
+import mjsim
+from mjsim.web import Studio
+from mjsim.world import EVENT_KINDS, kind_of
+from tests.browser import browser as listener
+from tests.windows import PATIENCE, chromium, page_at
+
+pytestmark = pytest.mark.slow
+
+HALL = """\
+mjsim: 1
+name: hall
+walls:
+  - {points: [[0, 0], [8, 0], [8, 6], [0, 6]], closed: true}
+  - points: [[4, 0], [4, 6]]
+    openings: [{name: gate, segment: 0, at: 0.5, width: 1, door: {}}]
+obstacles:
+  - {cylinder: [0.3, 0.5], at: [2, 4.5], movable: true, mass: 3, name: bin}
+beacons: [{name: lion, at: [7.9, 3], heading_deg: 180, center: 0.6}]
+robots:
+  - {name: scout, preset: pioneer3dx, at: [1, 1.5]}
+run: {seconds: 1000}
+"""
+SHOWN = """time => {
+  const parts = document.querySelector(".run-time").textContent.split(" ")[0].split(":");
+  return parts.reduce((sum, part) => 60 * sum + Number(part), 0) >= time;
+}"""
+
+
+def screen(page: Page, x: float, y: float) -> tuple[float, float]:
+    """Return where a place of the world lies on the page [px]."""
+    host = page.locator(".run-floor")
+    left, top, scale = json.loads(host.get_attribute("data-view"))
+    box = host.bounding_box()
+    return box["x"] + left + x * scale, box["y"] + top - y * scale
+
+
+def until(studio, page: Page, fact) -> None:
+    """Wait until a tick has something, and until the page shows that tick or a later one."""
+    with listener(studio.url) as watcher:
+        while not fact(tick := watcher.until("tick")):
+            pass
+    page.wait_for_function(SHOWN, arg=tick["time"] - 0.005, timeout=PATIENCE)
+
+
+def near(pose, x, y) -> bool:
+    return abs(pose[0] - x) + abs(pose[1] - y) < 0.06
+
+
+def drag(page: Page, begin, end) -> None:
+    page.mouse.move(*screen(page, *begin))
+    page.mouse.down()
+    page.mouse.move(*screen(page, *end), steps=3)
+    page.mouse.up()
+
+
+def pick(page: Page, at, entry: str) -> None:
+    page.mouse.click(*screen(page, *at), button="right")
+    page.get_by_role("menuitem", name=entry, exact=True).click()
+
+
+def test_a_run_is_touched_by_pointer_menu_and_keys_and_what_was_done_is_kept(tmp_path):
+    (tmp_path / "hall.yaml").write_text(HALL)
+    with chromium() as chrome, Studio(tmp_path, world="hall.yaml") as studio, page_at(chrome, studio.url) as page:
+        page.get_by_role("tab", name="Run", exact=True).click()
+        page.get_by_role("button", name="Start", exact=True).click()
+        state = page.locator(".run-state")
+        expect(state).to_have_text("Running", timeout=PATIENCE)
+        until(studio, page, lambda tick: near(tick["robots"]["scout"]["truth"], 1, 1.5))
+        page.get_by_role("button", name="Touch: drag").click()
+        drag(page, (1, 1.5), (2.5, 2.5))
+        until(studio, page, lambda tick: near(tick["robots"]["scout"]["truth"], 2.5, 2.5))
+        drag(page, (2, 4.5), (1, 4.5))
+        until(studio, page, lambda tick: near(tick["things"]["obstacle/bin"], 1, 4.5))
+        drag(page, (2.5, 2.5), (4, 4))
+        expect(page.locator(".toast.error")).to_contain_text("inside walls[1]")
+        pick(page, (4, 1), "Open gate")
+        until(studio, page, lambda tick: tick["things"]["door/gate"][2] > 1.8)
+        pick(page, (4, 1), "Shut gate")
+        until(studio, page, lambda tick: tick["things"]["door/gate"][2] < 1.7)
+        pick(page, (7.9, 3), "Switch lion off")
+        until(studio, page, lambda tick: tick.get("removed") == ["lion"])
+        page.get_by_role("button", name="Pause", exact=True).click()
+        expect(state).to_have_text("Paused", timeout=PATIENCE)
+        page.locator(".run-floor").focus()
+        for key in ("PageDown", "ArrowRight", "ArrowUp", "Enter"):
+            page.keyboard.press(key)
+        until(studio, page, lambda tick: near(tick["robots"]["scout"]["truth"], 2.6, 2.6))
+        pick(page, (7.9, 3), "Switch lion on")
+        until(studio, page, lambda tick: "removed" not in tick)
+        page.get_by_role("tab", name="Events").click()
+        page.get_by_role("button", name="Keep 7 as events").click()
+        expect(page.get_by_role("button", name="Kept as events")).to_be_disabled()
+        page.get_by_role("tab", name="Edit", exact=True).click()
+        text = page.locator(".cm-content")
+        expect(text).to_contain_text("restore: lion")
+        page.keyboard.press("Control+s")
+        expect(page.locator(".world .dot")).to_be_hidden()
+        kept = mjsim.load_world(tmp_path / "hall.yaml").run.events
+        kinds = [kind_of(event, EVENT_KINDS) for event in kept]
+        assert kinds == ["move", "move", "open", "close", "remove", "move", "restore"]
+        assert near(kept[0].to, 2.5, 2.5)
