@@ -18,7 +18,6 @@ from mjsim.report import (
     compare,
     comparison_csv,
     comparison_json,
-    comparison_lines,
     mean_of,
     mean_rows,
     middle_of,
@@ -73,7 +72,6 @@ def comparison_told(comparison: Comparison, *, scene: Mapping[str, Any] | None) 
         "know": [*comparison.consistency, *comparison.remarks],
         "differences": told["differences"],
         "csv": comparison_csv(comparison),
-        "lines": comparison_lines(comparison),
     }
 
 

@@ -8,7 +8,7 @@ import pytest
 
 import mjsim
 from mjsim.bench.entering import client_of
-from mjsim.report import compare, comparison_csv, comparison_lines, metrics
+from mjsim.report import compare, comparison_csv, mean_rows, metrics
 from mjsim.web.comparing import comparison_told
 from mjsim.web.files import listed
 from mjsim.web.folder import Folder
@@ -57,7 +57,8 @@ def test_the_page_is_told_what_the_command_says(page, folder):
     answer = ask(page, *names)
     assert answer.status_code == 200, answer.text
     told, said = answer.json(), compare([folder / name for name in names])
-    assert told["lines"] == comparison_lines(said)
+    assert told["means"] == [list(row) for row in mean_rows(said)]
+    assert told["know"] == [*said.consistency, *said.remarks]
     assert told["csv"] == comparison_csv(said)
     assert [group["label"] for group in told["groups"]] == [group.label for group in said.groups]
     assert [len(group["paths"]) for group in told["groups"]] == [2, 1]

@@ -78,6 +78,10 @@ export class Layouts {
   }
 }
 
+export function titleOf([topic, name]: Field): string {
+  return `${topic}.${name}`;
+}
+
 export function empty(): PlotChart {
   return { kind: "time", fields: [] };
 }

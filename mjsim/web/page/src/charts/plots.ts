@@ -7,7 +7,7 @@ import { inLight, readTokens, rowColor } from "../run/ink";
 import { themeChanged } from "../shell/theme";
 import { Chart, inkNow, legend, NO_MARKS, rowAt, type Handlers, type Marks } from "./chart";
 import { drawFigure, rangeOf, type Curve, type Drawing, type Figure } from "./figure";
-import type { Field, PlotChart } from "./layouts";
+import { titleOf, type Field, type PlotChart } from "./layouts";
 import { savingMenu } from "./saving";
 
 type Values = (number | null)[];
@@ -23,10 +23,6 @@ export interface Plot {
   show(columns: Column[]): void;
   mark(marks: Marks): void;
   close(): void;
-}
-
-export function titleOf([topic, name]: Field): string {
-  return `${topic}.${name}`;
 }
 
 /** Make the chart that a layout asks for, of those of its fields that there are. */

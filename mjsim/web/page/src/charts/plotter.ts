@@ -6,8 +6,8 @@ import { rowColor } from "../run/ink";
 import { ask } from "../shell/dialog";
 import { newestWins } from "../signal";
 import { NO_MARKS, type Handlers, type Marks } from "./chart";
-import { empty, Layouts, MOST, type Field, type PlotChart, type PlotKind } from "./layouts";
-import { makePlot, titleOf, type Column, type Plot } from "./plots";
+import { empty, Layouts, MOST, titleOf, type Field, type PlotChart, type PlotKind } from "./layouts";
+import { makePlot, type Column, type Plot } from "./plots";
 
 export type { Column, Field };
 

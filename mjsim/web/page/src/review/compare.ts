@@ -6,7 +6,7 @@ import { Chart, NO_MARKS, type Line } from "../charts/chart";
 import { el, fill } from "../dom";
 import { clock } from "../run/bar";
 import { button, sign, write } from "../run/controls";
-import { faded, rowColor } from "../run/ink";
+import { faded, ROW_COLORS, rowColor } from "../run/ink";
 import type { Studio } from "../shell/view";
 import { compare, type Comparison, type Group, type TimeLine } from "./comparison";
 import { comparisonFigures } from "./compare_figures";
@@ -14,15 +14,13 @@ import { ComparePlan } from "./compare_plan";
 import { Player } from "./player";
 import { Scrub } from "./scrub";
 
-/** Rows of which colours are told apart; later ones are dashed. */
-const COLOURS = 6;
 /** Steps by keys, and of the bar [s]. */
 const STEP = 0.04;
 
-/** How the lines of group k of so many look: later ones are thinner, so that equal lines all show. */
+/** How the lines of group k of so many look: later ones are thinner, so that equal lines all show; those beyond the colours are dashed. */
 export function styleOf(k: number, count: number): Pick<Line, "color" | "dash"> & { width: number } {
   const width = 2.4 - (1.2 * k) / Math.max(count - 1, 1);
-  return { color: () => rowColor(k), width, ...(k >= COLOURS ? { dash: [7, 4] } : {}) };
+  return { color: () => rowColor(k), width, ...(k >= ROW_COLORS ? { dash: [7, 4] } : {}) };
 }
 
 export class Compare {

@@ -12,7 +12,8 @@ export class Library {
   /** Paths that are ticked. */
   private readonly ticked = new Set<string>();
   private readonly go = button({ class: "primary" }, () => void this.begin(), "Compare");
-  private readonly foot = el("div", { class: "run-compare", hidden: true }, this.go);
+  private readonly every = button({ class: "quiet run-small" }, () => this.tickAll(), "Tick all");
+  private readonly foot = el("div", { class: "run-compare", hidden: true }, this.every, this.go);
   private readonly hint = el("p", { class: "hint" });
 
   constructor(
@@ -62,6 +63,17 @@ export class Library {
     return box;
   }
 
+  /** Tick all recordings, or none where all are. */
+  private tickAll(): void {
+    const { recordings } = this.studio.folder;
+    const all = recordings.every((path) => this.ticked.has(path));
+    this.ticked.clear();
+    if (!all) for (const path of recordings) this.ticked.add(path);
+    for (const box of this.list.querySelectorAll("input")) box.checked = !all;
+    for (const box of this.sweeps.querySelectorAll("input")) box.checked = false;
+    this.count();
+  }
+
   /** Compare what is ticked; many recordings take a while to read. */
   private async begin(): Promise<void> {
     this.go.disabled = true;
@@ -75,6 +87,8 @@ export class Library {
     const paths = [...this.ticked];
     const enough = paths.length > 1 || paths.some((path) => this.studio.folder.sweeps.includes(path));
     this.go.disabled = !enough;
+    const all = this.studio.folder.recordings.every((path) => this.ticked.has(path));
+    this.every.textContent = all ? "Tick none" : "Tick all";
     this.go.textContent = enough ? `Compare ${paths.length} chosen` : "Compare: tick two or more";
   }
 

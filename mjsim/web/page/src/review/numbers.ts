@@ -1,7 +1,7 @@
 /** The numbers of a recording, each asked for once. */
 
+import { titleOf } from "../charts/layouts";
 import type { Column, Field, Source } from "../charts/plotter";
-import { titleOf } from "../charts/plots";
 import { recordings } from "./recording";
 
 export class RecordedNumbers implements Source {

@@ -19,6 +19,9 @@ const NAMES = [
 /** Of modules and other rows of a chart; told apart by those who do not see all colours. */
 const ROWS = ["--truth", "--estimate", "--seen", "--scanned", "--beacon", "--odometry"];
 
+/** So many rows of a chart have a colour of their own. */
+export const ROW_COLORS = ROWS.length;
+
 export type Tokens = Record<(typeof NAMES)[number], string>;
 
 let tokens: Tokens | null = null;

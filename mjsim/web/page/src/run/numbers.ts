@@ -1,7 +1,7 @@
 /** Every number of a run since the page watches it, thinned so that memory stays as it is. */
 
+import { titleOf } from "../charts/layouts";
 import type { Column, Field, Source } from "../charts/plotter";
-import { titleOf } from "../charts/plots";
 import type { TickNews } from "./protocol";
 
 type Values = (number | null)[];
