@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -30,6 +31,11 @@ from mjsim.world import (
     leaves,
     misplaced,
 )
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
+    from mjsim.mechanics import TimeSignal
 
 EARLY = 1e-9
 """A tick that is this much before an event is the event's [s]."""
@@ -92,8 +98,9 @@ class WorldScript:
             case PushEvent():
                 self._pushes += 1
                 rng = stream(self._seed, event.push, f"push/{self._pushes}")
-                force = event.signal.made(self._world.read_asset, rng)
-                self._shoves.push_along(self._body(event.push), force, event.along, seconds=event.seconds)
+                self._shoves.push_along(
+                    self._body(event.push), self._force(event, rng), event.along, seconds=event.seconds
+                )
             case OpenEvent():
                 self._joints.move(f"door/{event.open}", math.radians(event.angle_deg))
             case CloseEvent():
@@ -174,6 +181,7 @@ class WorldScript:
                 _require(event.shove, "robot or movable obstacle", robots + self._movable)
             case PushEvent():
                 _require(event.push, "robot or movable obstacle", robots + self._movable)
+                self._force(event)
             case OpenEvent():
                 _require(event.open, "door", self._doors)
                 self._check_swing(event)
@@ -186,6 +194,13 @@ class WorldScript:
                 _require(event.remove, "beacon or obstacle", things)
             case RestoreEvent():
                 _require(event.restore, "beacon", [beacon.name for beacon in self._world.beacons])
+
+    def _force(self, event: PushEvent, rng: "Generator | None" = None) -> "TimeSignal":
+        """Return the force of a push over time [N]; raise UsageError when its signal cannot be made."""
+        try:
+            return event.signal.made(self._world.read_asset, rng)
+        except ValueError as error:
+            raise UsageError(f"the signal of the push of '{event.push}': {error}") from None
 
     def _check_swing(self, event: OpenEvent) -> None:
         leaf = self._doors[event.open]

@@ -66,6 +66,10 @@ def test_a_kidnapped_robot_stands_elsewhere_at_the_next_tick_and_its_odometry_do
         ({"mov": "r"}, "an event needs what happens; did you mean 'move'?"),
         ({}, "an event needs what happens"),
         ({"move": "rr", "to": [2, 2]}, "no robot or movable obstacle 'rr' in this world; did you mean 'r'?"),
+        (
+            {"push": "r", "along": [1, 0, 0], "signal": {"table": {"file": "gone.csv"}}},
+            "the signal of the push of 'r': ",
+        ),
         ({"open": "gat"}, "no door 'gat' in this world; did you mean 'gate'?"),
         ({"open": "gate", "angle_deg": 160}, "door 'gate' swings to 110 at most"),
         ({"time": 3, "remove": "lion"}, "a touch has no time of its own; it happens at the next tick"),
