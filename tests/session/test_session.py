@@ -303,7 +303,9 @@ def test_the_page_of_sessions_runs(tmp_path, monkeypatch, capsys):
     names = {}
     for code in re.findall("```python\n(.*?)```", page, re.DOTALL):
         exec(code, names)
-    first, count, address = capsys.readouterr().out.splitlines()
+    first, count, *kept, address = capsys.readouterr().out.splitlines()
+    events = mjsim.parse_world("\n".join(kept)).run.events
+    assert [type(event).__name__ for event in events] == ["MoveEvent", "ShoveEvent", "RemoveEvent"]
     assert "Pose(x=" in first
     assert count == "500 ticks"
     assert address.startswith("watch it at http://127.0.0.1:")

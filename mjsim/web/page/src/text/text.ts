@@ -62,7 +62,8 @@ export class TextPane {
     world.textChanged.on((origin) => origin !== "type" && this.take(origin === "open"));
     world.parsedChanged.on(() => {
       this.showProblems(world.parsed.problems);
-      if (this.typed) this.followCursor(); // what is being written is what is shown
+      // What is being written is what is shown, unless somebody went on to something else meanwhile.
+      if (this.typed && this.view.hasFocus) this.followCursor();
       this.typed = false;
       this.showSelection(false);
     });
