@@ -1,0 +1,115 @@
+"""Walk from an empty page to a compared pair of runs, by mouse alone: docs/images/studio-walk-1.png and so on.
+
+Drives the real page in chromium as docs/studio-walk.md tells it, keeps a picture of each step, and prints the time from
+the first sight of the page to each of them. What a person takes to read and to aim comes on top.
+"""
+
+import tempfile
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+from playwright.sync_api import Page, expect
+
+from mjsim.bench.chromium import chromium, page_at
+from mjsim.web import Studio
+
+ROOT = Path(__file__).parents[2]
+
+IMAGES = ROOT / "docs" / "images"
+SIZE = (1280, 720)
+SMALL = (800, 450)
+"""Of a page and of its picture [px]."""
+PATIENCE = 120_000
+"""For a run on however loaded a machine [ms]."""
+
+
+class Walk:
+    """A page that is walked, and the time it takes."""
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        self._start, self._number = time.monotonic(), 0
+
+    def press(self, name: str) -> None:
+        """Click a button where it stands."""
+        self.page.get_by_role("button", name=name, exact=True).click()
+
+    def tab(self, name: str) -> None:
+        """Show a view."""
+        self.page.get_by_role("tab", name=name, exact=True).click()
+
+    def keep(self, what: str) -> None:
+        """Write what the page shows, and print when."""
+        self._number += 1
+        print(f"{self._number}. {time.monotonic() - self._start:6.1f} s  {what}", flush=True)
+        shot = cv2.imdecode(np.frombuffer(self.page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
+        small = cv2.resize(shot, SMALL, interpolation=cv2.INTER_AREA)
+        cv2.imwrite(str(IMAGES / f"studio-walk-{self._number}.png"), small, [cv2.IMWRITE_PNG_COMPRESSION, 9])
+
+    def run(self) -> None:
+        """Start a run and wait until it has been recorded."""
+        self.press("Start")
+        state = self.page.locator(".run-state:visible")
+        expect(state).to_have_text("Running")
+        expect(state).to_have_text("Ended")
+        expect(self.page.get_by_role("button", name="Review it")).to_be_visible()
+
+
+def main() -> None:
+    """Walk, and make all pictures."""
+    expect.set_options(timeout=PATIENCE)
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        chromium() as browser,
+        Studio(Path(folder)) as studio,
+        page_at(browser, studio.url, width=SIZE[0], height=SIZE[1]) as page,
+    ):
+        page.set_default_timeout(PATIENCE)
+        expect(page.get_by_text("Build a room for your robot")).to_be_visible()
+        walk = Walk(page)
+        begin(walk)
+        record(walk)
+        compare(walk)
+
+
+def begin(walk: Walk) -> None:
+    """Take a world to begin with."""
+    walk.keep("the empty page")
+    walk.press("Begin with a template")
+    card = walk.page.get_by_role("dialog").get_by_role("button", name="The smallest world")
+    expect(card).to_be_visible()
+    walk.keep("templates, with a word about each")
+    card.click()
+    expect(walk.page.locator(".cm-content")).to_contain_text("name: empty")
+    walk.keep("the world in Edit")
+
+
+def record(walk: Walk) -> None:
+    """Record a run of each of two variants of SLAM."""
+    walk.tab("Run")
+    walk.page.get_by_label("Record to a file").check()
+    walk.page.get_by_label("Speed").and_(walk.page.locator(":visible")).select_option("max")
+    walk.run()
+    walk.keep("the first run has ended: EKF-SLAM, as the world has it")
+    walk.page.get_by_label("Estimator of scout").select_option(label="Fast Slam")
+    walk.run()
+    walk.keep("the second has ended: FastSLAM, chosen in Setup")
+
+
+def compare(walk: Walk) -> None:
+    """Compare the two recordings."""
+    walk.press("Review it")
+    boxes = walk.page.get_by_role("checkbox", name="Compare")
+    expect(boxes).to_have_count(2)
+    for box in boxes.all():
+        box.check()
+    walk.keep("both recordings ticked in Review")
+    walk.press("Compare 2 chosen")
+    expect(walk.page.locator(".compare-legend b")).to_have_count(2)
+    walk.keep("their paths, errors and figures beside each other")
+
+
+if __name__ == "__main__":
+    main()
