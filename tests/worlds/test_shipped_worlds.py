@@ -251,7 +251,7 @@ def test_who_knows_where_it_is_reaches_its_goal_in_time_without_a_bump(name):
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in {"gallery", "manipulator"}])  # run elsewhere
 def test_its_first_seconds_run_as_it_is_written(name, tmp_path):
     with mjsim.Simulation(shipped(name)) as sim:
-        recording = mjsim.run(sim, seconds=5.0, record=tmp_path / "run.mcap")
+        recording = mjsim.run(sim, seconds=3.5, record=tmp_path / "run.mcap")
     for robot, track in recording.robots.items():
         assert np.isfinite(track.truth).all()
         assert not [event for event in track.events if event.kind == "bump"], robot
