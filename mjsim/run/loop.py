@@ -21,7 +21,7 @@ from mjsim.modules import ROLES, make_module, name_of
 from mjsim.output import NewFile, temporary_file
 from mjsim.record import Order, RobotEvent, Tick
 from mjsim.run.falls import Falls
-from mjsim.run.pilot import Driver, Pilot, Reaching, Steer, controller_of, final_path
+from mjsim.run.pilot import Driver, Pilot, Steer, controller_of, final_path
 from mjsim.world import Modules, Source, Use, World
 
 if TYPE_CHECKING:
@@ -29,16 +29,13 @@ if TYPE_CHECKING:
     from mjsim.sim import Simulation
 
 
-def ticks(
-    sim: "Simulation", drivers: Mapping[str, Driver], *, steer: Steer | None = None, reach: Reaching | None = None
-) -> Generator[Tick]:
+def ticks(sim: "Simulation", drivers: Mapping[str, Driver], *, steer: Steer | None = None) -> Generator[Tick]:
     """Yield one Tick per period, for as long as the caller asks for more.
 
     Args:
         sim: Where the robots are.
         drivers: The modules of each robot that is driven.
         steer: Asked for each of them at each tick; a command that it returns takes the place of the navigator's.
-        reach: Asked likewise; goals of arms that it returns take the place of the navigator's.
 
     Raises:
         UsageError: A driver is for a robot that is not there.
@@ -51,7 +48,7 @@ def ticks(
     with ExitStack() as stack:
         pilots = {
             name: stack.enter_context(
-                Pilot(driver, sim.robots[name], dict(sim.catalogue), sim.map, seed=sim.seed, steer=steer, reach=reach)
+                Pilot(driver, sim.robots[name], dict(sim.catalogue), sim.map, seed=sim.seed, steer=steer)
             )
             for name, driver in drivers.items()
         }

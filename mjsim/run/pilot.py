@@ -18,7 +18,6 @@ from mjsim.interface import (
     ControlLoop,
     Estimate,
     Estimator,
-    JointGoal,
     Navigator,
     Observation,
     Observer,
@@ -44,9 +43,6 @@ from mjsim.safety import RingAvoidance, react_to_bump
 T = TypeVar("T")
 Steer = Callable[[str, float], Command | None]
 """Robot and simulated time [s] -> the command that takes the place of its navigator's; None to let that one decide."""
-
-Reaching = Callable[[str, Observation], Mapping[str, JointGoal]]
-"""Robot and what it senses -> goals of arms that take the place of its navigator's."""
 
 BUMP_ENDS_AFTER = 0.5
 """A bump begins at contact and ends after this long without [s]."""
@@ -150,10 +146,9 @@ class Pilot(Closes):
         *,
         seed: int,
         steer: Steer | None = None,
-        reach: Reaching | None = None,
     ) -> None:
         self._driver = driver
-        self._steer, self._reach = steer, reach
+        self._steer = steer
         self._robot = robot
         self._dead_reckoning = DeadReckoning(robot)
         self._touched = -np.inf
@@ -218,7 +213,7 @@ class Pilot(Closes):
         seen, belief = noticed.seen, noticed.belief
         # The navigator is asked all the same, so that it knows where it is when it drives again.
         navigated = self._navigate(seen, belief)
-        wanted = self._reaching(self._steered(seen.time) or navigated, seen)
+        wanted = self._steered(seen.time) or navigated
         command = wanted
         if self._avoidance is not None and isinstance(wanted, Command):
             command = self._ask("avoidance", self._avoidance, seen.time, "adjust", self._checked_command, wanted, seen)
@@ -276,13 +271,6 @@ class Pilot(Closes):
         if not begins:
             return ()
         return (RobotEvent(seen.time, "blocked", f"{self._robot.name} cannot go on; what it touches is in the way"),)
-
-    def _reaching(self, wanted: Command | WheelCommand, seen: Observation) -> Command | WheelCommand:
-        """Return a command with the goals of arms that somebody moves by hand."""
-        if self._reach is None or not isinstance(wanted, Command):
-            return wanted
-        goals = self._reach(self._robot.name, seen)
-        return replace(wanted, joints={**wanted.joints, **goals}) if goals else wanted
 
     def _ask(
         self, part: str, module: object, now: float, method: str, check: Callable[[object], T], *arguments: Any

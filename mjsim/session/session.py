@@ -1,5 +1,6 @@
 """A run in a thread of its own; all that others do to it is said here, and done there between two ticks."""
 
+import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing, nullcontext
@@ -14,8 +15,7 @@ from mjsim.record import RobotEvent, reserve, reserve_next
 from mjsim.run import Driver, drivers_of, one_blas_thread, record_paths, recorder_of, tick_count, ticks
 from mjsim.session.gate import Gate, State
 from mjsim.session.helm import Helm
-from mjsim.session.reach import Reach
-from mjsim.session.touches import schedule_touch, touch_of
+from mjsim.session.touches import joints_keys, schedule_touch, touch_of
 from mjsim.session.watcher import Watcher
 from mjsim.world import World, WorldEvent, with_values
 
@@ -77,7 +77,6 @@ class Session(Closes):
         """The file that is written, or was written last."""
         self._drivers, self._on_tick, self._on_change = drivers, on_tick, on_change
         self._helm = Helm(robot.name for robot in world.robots)
-        self._reach = Reach(world)
         self._gate = Gate(speed, self._tell)
         self._newest: Tick | None = None
         self._number = 0
@@ -155,10 +154,12 @@ class Session(Closes):
     def move_joints(self, robot: str, arm: str, positions: Sequence[float] | None) -> None:
         """Move the joints of an arm by hand, no faster than 1 rad/s or 1 m/s; None lets the navigator move it again.
 
+        It is a touch, as the next one is; see `touch`.
+
         Raises:
             UsageError: There is no such arm, or it cannot be there.
         """
-        self._reach.take(robot, arm, positions)
+        self.touch(joints_keys(self.world, robot, arm, positions))
 
     def move_tool(self, robot: str, arm: str, *, at: Sequence[float], rpy: Sequence[float]) -> None:
         """Move the tool of an arm by hand to a pose in the robot's frame.
@@ -172,7 +173,7 @@ class Session(Closes):
         Raises:
             UsageError: There is no such arm, or its tool does not reach there.
         """
-        self._reach.take_tool(robot, arm, at, rpy)
+        self.touch({"reach": robot, "arm": arm, "tool": [*at], "rpy_deg": [math.degrees(angle) for angle in rpy]})
 
     def set_noise(self, key: str, value: object) -> None:
         """Change how much a sensor, a drive or its odometry errs, from the next tick on; waits until that is done.
@@ -294,7 +295,6 @@ class Session(Closes):
         if sim is None:
             return Simulation(self.world, seed=self.seed)
         self._helm.let_go()
-        self._reach.let_go()
         self._touched = ()
         sim.reset(self.seed)
         return sim
@@ -309,7 +309,7 @@ class Session(Closes):
             self._recorder = recorder
             self._gate.pace.forget()
             try:
-                with closing(ticks(sim, drivers, steer=self._helm.command, reach=self._reach.goals)) as loop:
+                with closing(ticks(sim, drivers, steer=self._helm.command)) as loop:
                     for number in range(count):
                         if not self._gate.may_go_on(sim, number):
                             return
@@ -341,7 +341,7 @@ class Session(Closes):
             self._on_tick(tick)
 
     def _take_touch(self, sim: "Simulation", event: WorldEvent) -> None:
-        if self.state not in ("running", "paused"):
+        if self.state in ("ended", "failed") or self._gate.leaving is not None:
             raise UsageError("the run is over; start it again")
         self._touched = (*self._touched, schedule_touch(sim, event))
 

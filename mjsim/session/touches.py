@@ -5,7 +5,17 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from mjsim.errors import UsageError
-from mjsim.world import Change, Source, WorldEvent, edit_text, event_from, rounded
+from mjsim.world import (
+    Change,
+    ReleaseEvent,
+    Source,
+    World,
+    WorldEvent,
+    arm_of_event,
+    edit_text,
+    event_from,
+    rounded,
+)
 
 if TYPE_CHECKING:
     from mjsim.sim import Simulation
@@ -24,6 +34,25 @@ def touch_of(keys: Mapping[str, Any]) -> WorldEvent:
         raise UsageError("a touch has no time of its own; it happens at the next tick")
     event = event_from({"time": 0.0, **keys})
     return event_from(rounded(event.model_dump(exclude_unset=True)))
+
+
+def joints_keys(world: World, robot: str, arm: str, positions: Sequence[float] | None) -> dict[str, Any]:
+    """Return the keys of the event that moves the joints of an arm [rad, m], or of that which lets go of it for None.
+
+    Raises:
+        UsageError: There is no such arm, or it has not so many joints.
+    """
+    try:
+        item = arm_of_event(world, ReleaseEvent(time=0.0, release=robot, arm=arm))
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+    if positions is None:
+        return {"release": robot, "arm": arm}
+    links = item.arm.links
+    if len(positions) != len(links) or not all(map(math.isfinite, positions)):
+        raise UsageError(f"arm '{arm}' has {len(links)} joints; give as many finite numbers")
+    values = [value if link.slide else math.degrees(value) for link, value in zip(links, positions, strict=True)]
+    return {"reach": robot, "arm": arm, "joints_deg": values}
 
 
 def schedule_touch(sim: "Simulation", event: WorldEvent) -> WorldEvent:

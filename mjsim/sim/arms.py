@@ -7,11 +7,14 @@ import mujoco
 import numpy as np
 
 from mjsim.errors import UsageError
+from mjsim.geometry import Array
 from mjsim.interface import ArmInfo, Command, JointGoal, JointState
 from mjsim.mechanics import JointMotion
 from mjsim.sim.fast_senses import JointEncoders
 from mjsim.world import Robot, RobotArm
 
+HAND_SPEED = 1.0
+"""At which joints go to where events have them, unless their limits are lower [rad/s, m/s]."""
 ROUNDING = 1e-9
 """Of a time within a tick [s]."""
 
@@ -41,6 +44,8 @@ class ArmAtWork:
         self._tool = model.site(f"{robot.name}/{item.name}/tool").id
         self._encoders = self.encoders()
         self._goal, self._since = JointGoal(positions=item.start()), 0.0
+        self._led: Array | None = None
+        self._rates = np.minimum([link.max_velocity for link in item.arm.links], HAND_SPEED)
         # Dry friction that differs both ways is its mean, which the scene has, and a constant torque.
         data.qfrc_applied[self._dofs] = [-abs(link.gear) * sum(link.coulomb) / 2.0 for link in item.arm.links]
         self.info = _info(item, self._names)
@@ -66,7 +71,24 @@ class ArmAtWork:
                     f"the goal of arm '{self.name}' has {part.name} {tuple(values)};"
                     f" give {len(self._names)} finite numbers, one for each joint"
                 )
-        self._goal, self._since = goal, 0.0
+        if self._led is None:
+            self._goal, self._since = goal, 0.0
+
+    def lead(self, values: Array | None) -> None:
+        """Have the joints go to values within their limits [rad, m], whatever goals come; None lets goals act again."""
+        self._led = values
+
+    def goal(self) -> Array:
+        """Return where the joints shall be now, shape (n,) [rad, m]."""
+        return np.array(self._goal.after(min(self._since, self._tick)).positions)
+
+    def before_step(self) -> None:
+        """Set the goal of the tick that begins, where an event leads the joints."""
+        if self._led is not None:
+            now = self.goal()
+            rates = np.clip((self._led - now) / self._tick, -self._rates, self._rates)
+            self._goal = JointGoal(positions=tuple(now.tolist()), velocities=tuple(rates.tolist()))
+            self._since = 0.0
 
     def wanted(self, seconds: float) -> Command:
         """Return the set-points for the next time, which passes then [s]."""
@@ -86,7 +108,7 @@ class ArmAtWork:
             velocities=data.qvel[self._dofs],
             accelerations=data.qacc[self._dofs],
             torques=data.qfrc_actuator[self._dofs],
-            goal=np.array(self._goal.after(min(self._since, self._tick)).positions),
+            goal=self.goal(),
             tool=pose,
         )
 

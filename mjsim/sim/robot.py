@@ -121,9 +121,13 @@ class SimulatedRobot:
 
     def _move_arms(self, goals: Mapping[str, JointGoal]) -> None:
         for name, goal in goals.items():
-            if name not in self._arms:
-                raise UsageError(f"robot '{self._robot.name}' has no arm '{name}'{did_you_mean(name, self._arms)}")
-            self._arms[name].command(goal)
+            self.arm(name).command(goal)
+
+    def arm(self, name: str) -> ArmAtWork:
+        """Return an arm; UsageError where there is none of that name."""
+        if name not in self._arms:
+            raise UsageError(f"robot '{self._robot.name}' has no arm '{name}'{did_you_mean(name, self._arms)}")
+        return self._arms[name]
 
     def motions(self) -> dict[str, JointMotion]:
         """Return how each arm moves now, by its name; and 'drive', the wheels of a base that balances."""
@@ -167,7 +171,9 @@ class SimulatedRobot:
         self._sensors.retune(robot)
 
     def before_step(self, tick: int) -> None:
-        """Pass over what is due at a tick and was not asked for."""
+        """Pass over what is due at a tick and was not asked for, and lead arms on that events move."""
+        for arm in self._arms.values():
+            arm.before_step()
         if self._seen is None:
             self._sensors.unasked(tick, tick * self._dt)
 

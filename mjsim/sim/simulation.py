@@ -274,6 +274,22 @@ class Simulation(Closes):
         """
         self._happen(shove=name, impulse=tuple(impulse), seconds=seconds)
 
+    def reach(self, robot: str, keys: Mapping[str, object]) -> None:
+        """Begin to move an arm, whatever goals commands have, until `release`.
+
+        Args:
+            robot: Its name.
+            keys: As events have them: `joints_deg` [deg, m], or `tool` [m] with or without `rpy_deg`; and `arm`.
+
+        Raises:
+            UsageError: A key is wrong, there is no such arm, or it cannot be there.
+        """
+        self._happen(**{**keys, "reach": robot})
+
+    def release(self, robot: str, arm: str = "arm") -> None:
+        """Let the goals of commands move an arm again; raises UsageError where there is none."""
+        self._happen(release=robot, arm=arm)
+
     def schedule(self, event: WorldEvent) -> None:
         """Have an event happen as those of the world file do, at a tick to come; raises as `WorldScript.schedule`."""
         self._script.schedule(event)
@@ -307,7 +323,9 @@ class Simulation(Closes):
     def _set_up(self) -> None:
         """Set the stage and put the robots at their starts, in a state and a model that are as new."""
         world = self.world
-        self._script = WorldScript(self.model, self.data, world, seed=self.seed)
+        self._script = WorldScript(
+            self.model, self.data, world, seed=self.seed, arm=lambda r, arm: self._robot(r).arm(arm)
+        )
         self._radio = RadioNet([robot.name for robot in world.robots], world.radio, seed=self.seed)
         self._robots = {
             robot.name: SimulatedRobot(

@@ -10,6 +10,7 @@ import numpy as np
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array, Pose
 from mjsim.sim.actuation import Actuation
+from mjsim.sim.arms import ArmAtWork
 from mjsim.sim.joints import Joints
 from mjsim.sim.movers import Movers
 from mjsim.sim.scenery import Scenery
@@ -22,14 +23,18 @@ from mjsim.world import (
     MoveEvent,
     OpenEvent,
     PushEvent,
+    ReachEvent,
+    ReleaseEvent,
     RemoveEvent,
     RestoreEvent,
     ShoveEvent,
     World,
     WorldEvent,
+    arm_of_event,
     item_names,
     leaves,
     misplaced,
+    reached_joints,
 )
 
 if TYPE_CHECKING:
@@ -43,11 +48,23 @@ DEEP = 1e-3
 """What is put down may reach this far into something that moves [m], as into what stays."""
 
 
+ArmOf = Callable[[str, str], ArmAtWork]
+
+
 class WorldScript:
     """Lets events happen, and movers and joints move, in a compiled world."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, world: World, *, seed: int) -> None:
-        """Put all movers where they start; events at time 0 are still to happen. The seed is that of the run."""
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, world: World, *, seed: int, arm: ArmOf) -> None:
+        """Put all movers where they start; events at time 0 are still to happen.
+
+        Args:
+            model: The compiled world.
+            data: Its state.
+            world: As it was written.
+            seed: Of the run.
+            arm: Returns an arm by the names of its robot and its own.
+        """
+        self._arm = arm
         self._seed, self._pushes = seed, 0
         self._model, self._data, self._world = model, data, world
         self._scenery = Scenery(model, world)
@@ -105,6 +122,10 @@ class WorldScript:
                 self._joints.move(f"door/{event.open}", math.radians(event.angle_deg))
             case CloseEvent():
                 self._joints.move(f"door/{event.close}", 0.0)
+            case ReachEvent():
+                self._arm(event.reach, event.arm).lead(self._reached(event)[0])
+            case ReleaseEvent():
+                self._arm(event.release, event.arm).lead(None)
         self._scenery.show(self._scenery.looks.after(event, self._world))
         self._happened.append(event.model_copy(update={"time": time}))
 
@@ -194,6 +215,21 @@ class WorldScript:
                 _require(event.remove, "beacon or obstacle", things)
             case RestoreEvent():
                 _require(event.restore, "beacon", [beacon.name for beacon in self._world.beacons])
+            case ReachEvent() | ReleaseEvent():
+                self._check_arm(event)
+
+    def _check_arm(self, event: ReachEvent | ReleaseEvent) -> None:
+        try:
+            arm_of_event(self._world, event)
+        except ValueError as error:
+            raise UsageError(str(error)) from None
+        if isinstance(event, ReachEvent) and (wrong := self._reached(event)[1]) is not None:
+            raise UsageError(wrong)
+
+    def _reached(self, event: ReachEvent) -> tuple[Array, str | None]:
+        """Return the joint values that an event asks for, from where they shall be now, and what is wrong with them."""
+        item, now = arm_of_event(self._world, event), self._arm(event.reach, event.arm).goal()
+        return reached_joints(item, event, now)
 
     def _force(self, event: PushEvent, rng: "Generator | None" = None) -> "TimeSignal":
         """Return the force of a push over time [N]; raise UsageError when its signal cannot be made."""

@@ -54,27 +54,6 @@ class DriveByHand(_Request):
     turn: Share | None = None
 
 
-class MoveJoints(_Request):
-    """Move the joints of an arm by hand [rad, m]; null gives it back to its navigator."""
-
-    do: Literal["joints"]
-    robot: str
-    arm: str
-    positions: Annotated[list[Number], Field(max_length=100)] | None
-
-
-class MoveTool(_Request):
-    """Move the tool of an arm by hand to a pose in the robot's frame."""
-
-    do: Literal["tool"]
-    robot: str
-    arm: str
-    at: tuple[Number, Number, Number]
-    """[m]"""
-    rpy_deg: tuple[Number, Number, Number]
-    """Roll, pitch, yaw about fixed axes."""
-
-
 class Touch(_Request):
     """Let an event of the world file happen at the next tick; a paused run takes that tick."""
 
@@ -122,15 +101,13 @@ REQUESTS: tuple[type[BaseModel], ...] = (
     Simple,
     SetSpeed,
     DriveByHand,
-    MoveJoints,
-    MoveTool,
     Touch,
     SetNoise,
     Watch,
     FrameShown,
 )
 RunRequest = Annotated[
-    Start | Simple | SetSpeed | DriveByHand | MoveJoints | MoveTool | Touch | SetNoise | Watch | FrameShown,
+    Start | Simple | SetSpeed | DriveByHand | Touch | SetNoise | Watch | FrameShown,
     Field(discriminator="do"),
 ]
 _REQUEST: TypeAdapter[RunRequest] = TypeAdapter(RunRequest)

@@ -22,8 +22,6 @@ from mjsim.web.folder import Folder
 from mjsim.web.requests import (
     DriveByHand,
     FrameShown,
-    MoveJoints,
-    MoveTool,
     RunRequest,
     SetNoise,
     SetSpeed,
@@ -131,12 +129,6 @@ class RunApi:
                 await asyncio.to_thread(self._touch, request)
             case DriveByHand():
                 self._drive(request)
-            case MoveJoints():
-                self._session().move_joints(request.robot, request.arm, request.positions)
-            case MoveTool():
-                turned = [math.radians(angle) for angle in request.rpy_deg]
-                move = self._session().move_tool
-                await asyncio.to_thread(move, request.robot, request.arm, at=request.at, rpy=turned)
 
     def _session(self) -> Session:
         if self.stage.world is None:

@@ -1,4 +1,5 @@
 from .check import Solids as Solids
+from .check import arm_of_event as arm_of_event
 from .check import check_world as check_world
 from .check import disc as disc
 from .check import misplaced as misplaced
@@ -104,7 +105,9 @@ from .items import PolygonBody as PolygonBody
 from .items import PushEvent as PushEvent
 from .items import Radio as Radio
 from .items import RampObstacle as RampObstacle
+from .items import ReachEvent as ReachEvent
 from .items import ReactionSensor as ReactionSensor
+from .items import ReleaseEvent as ReleaseEvent
 from .items import RemoveEvent as RemoveEvent
 from .items import Restart as Restart
 from .items import RestoreEvent as RestoreEvent
@@ -154,6 +157,7 @@ from .items import place_of as place_of
 from .items import preset_names as preset_names
 from .items import printed_share as printed_share
 from .items import pulled_values as pulled_values
+from .items import reached_joints as reached_joints
 from .items import restarted as restarted
 from .items import rims as rims
 from .items import said_of as said_of

@@ -12,7 +12,7 @@ from mcap.reader import make_reader
 from mjsim.record.schemas import ROBOT_TOPICS, SENSOR_TOPICS, WORLD_TOPICS
 from mjsim.run import run
 from mjsim.sim import Simulation
-from mjsim.world import parse_world
+from mjsim.world import EVENT_KINDS, parse_world
 from tests.record_ticks import hand_made_ticks, record
 
 WORLD = """mjsim: 1
@@ -101,3 +101,8 @@ def _check_types(schema: dict[str, Any]) -> None:
     if schema["type"] == "array":
         assert schema["items"]["type"] != "array"
         _check_types(schema["items"])
+
+
+def test_every_key_of_every_event_has_its_place_in_the_topic_of_events():
+    said = set(WORLD_TOPICS["/events"]["properties"]["event"]["properties"])
+    assert {key for kind in EVENT_KINDS.values() for key in kind.model_fields} == said

@@ -94,6 +94,38 @@ def test_a_session_that_is_over_cannot_be_touched_and_a_restart_forgets_touches(
         touched.touch({"remove": "lion"})
 
 
+ARM = """
+mjsim: 1
+robots: [{name: r, base: fixed, at: [1, 2], arms: [{preset: puma560}]}]
+run:
+  seconds: 0.8
+  drivers: {r: {navigator: {use: "mjsim.algorithms.joint_path:JointPath", to_deg: [20, 0, 0, 0, 0, 0], seconds: 1}}}
+"""
+
+
+@pytest.mark.slow
+def test_an_arm_that_was_moved_by_hand_moves_so_again_to_the_bit(tmp_path):
+    session = mjsim.Session(mjsim.parse_world(ARM), record=tmp_path / "hand.mcap")
+    session.start(paused=True)
+    for move in (
+        lambda: session.move_joints("r", "arm", [0.1, 0.2, -0.3, 0.1, 0.2, 0.3]),
+        lambda: session.touch({"reach": "r", "tool": [0.5, 0.1, 0.4]}),
+        lambda: session.move_joints("r", "arm", None),
+        lambda: session.touch({"reach": "r", "joints_deg": [0, 10, -20, 0, 0, 160 / 3]}),
+    ):
+        assert session.wait("paused", timeout=PATIENCE) == "paused"
+        move()
+        for _ in range(3):
+            ticked(session)
+    session.go()
+    assert session.wait(timeout=PATIENCE) == "ended"
+    session.close()
+    assert [event.time for event in session.touched] == sorted(event.time for event in session.touched)
+    with mjsim.Simulation(mjsim.parse_world(keep_events(ARM, session.touched))) as sim:
+        mjsim.run(sim, record=tmp_path / "file.mcap")
+    assert same_run(tmp_path / "hand.mcap", tmp_path / "file.mcap")
+
+
 @pytest.mark.slow
 def test_what_was_done_by_hand_repeats_with_the_same_truth_once_it_is_written_down(tmp_path):
     session = mjsim.Session(mjsim.parse_world(FLAT), seed=4, record=tmp_path / "hand.mcap")

@@ -8,13 +8,13 @@ import pytest
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose
-from mjsim.interface import Command
+from mjsim.interface import Command, JointGoal
 from mjsim.record import export_csv, read_recording, same_run
 from mjsim.report import statistics, statistics_file
 from mjsim.report.page import _page
 from mjsim.run import Driver, run, ticks
 from mjsim.sim import Playback, Simulation
-from mjsim.world import LightEvent, MoveEvent, RemoveEvent, parse_world
+from mjsim.world import LightEvent, MoveEvent, RemoveEvent, check_world, parse_world
 
 HALL = """
 mjsim: 1
@@ -284,3 +284,36 @@ robots: [{name: r, at: [0, 0]}]
     with Simulation(parse_world(text)) as sim:
         run(sim, drivers={"r": Driver(navigator=Ahead(), push=push)}, seconds=5, record=tmp_path / "run.mcap")
         assert (sim.things()["obstacle/bin"].x > 1.5) == push
+
+
+ARM = """
+mjsim: 1
+robots: [{name: r, base: fixed, at: [1, 2], heading_deg: 90, arms: [{preset: puma560}]}]
+run: {seconds: 3, events: [{time: 0.2, reach: r, joints_deg: [30, 0, 0, 0, 0, 0]}, {time: 1.5, reach: r, tool: PLACE}]}
+"""
+
+
+def test_an_event_moves_an_arm_at_a_radian_a_second_and_then_its_tool_to_a_place():
+    world = parse_world(ARM.replace("PLACE", "[0.5, 0.2, 0.6]"))
+    with Simulation(world) as sim:
+        goals = []
+        while sim.time < 1.4:
+            sim.apply("r", Command(joints={"arm": JointGoal(positions=(0.0,) * 6)}))
+            sim.step()
+            goals.append(float(sim.motions()["r/arm"].goal[0]))
+        assert max(np.diff(goals)) == pytest.approx(sim.dt)
+        assert goals[-1] == pytest.approx(math.radians(30))
+        while sim.time < 6.0:
+            sim.step()
+        arm = world.robots[0].arms[0].arm
+        np.testing.assert_allclose(arm.fkine(sim.motions()["r/arm"].goal)[:3, 3], [0.5, 0.2, 0.6], atol=1e-6)
+        sim.release("r")
+        sim.apply("r", Command(joints={"arm": JointGoal(positions=(0.1,) * 6)}))
+        assert sim.motions()["r/arm"].goal == pytest.approx([0.1] * 6)
+        with pytest.raises(UsageError, match="joint 1 of arm 'arm' cannot go to 900; its range is -160 to 160"):
+            sim.reach("r", {"joints_deg": [900, 0, 0, 0, 0, 0]})
+
+
+def test_an_event_for_a_place_that_a_tool_does_not_reach_is_named_with_its_line():
+    (problem,) = check_world(parse_world(ARM.replace("PLACE", "[5, 0, 0]")))
+    assert str(problem).startswith("world.yaml:4:112: the tool of 'arm' does not reach 5, 0, 0 m; it misses by 4.1")

@@ -93,19 +93,21 @@ WRONG = {
     "robot 'r' has no arm 'amr'; did you mean 'arm'?": ("r", "amr", [0.0] * 6),
     "no robot 's' in this world; there are r": ("s", "arm", [0.0] * 6),
     "arm 'arm' has 6 joints; give as many finite numbers": ("r", "arm", [0.0] * 5),
-    "joint 1 of arm 'arm' cannot go to 9; its range is -2.79253 to 2.79253": ("r", "arm", [9.0, 0, 0, 0, 0, 0]),
+    "joint 1 of arm 'arm' cannot go to 515.662; its range is -160 to 160": ("r", "arm", [9.0, 0, 0, 0, 0, 0]),
 }
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("said", "asked"), WRONG.items())
 def test_what_an_arm_cannot_do_is_refused_in_one_line(said, asked):
-    session = Session(mjsim.parse_world(DRIVEN))
-    with pytest.raises(UsageError) as caught:
-        session.move_joints(*asked)
-    assert str(caught.value) == said
-    with pytest.raises(UsageError, match=r"the tool of 'arm' does not reach 5, 0, 0 m turned so; it misses by"):
-        session.move_tool("r", "arm", at=[5, 0, 0], rpy=[0, 0, 0])
+    with Session(mjsim.parse_world(DRIVEN)) as session:
+        session.pause()
+        with pytest.raises(UsageError) as caught:
+            session.move_joints(*asked)
+        assert str(caught.value) == said
+        with pytest.raises(UsageError, match=r"the tool of 'arm' does not reach 5, 0, 0 m turned so; it misses by"):
+            session.move_tool("r", "arm", at=[5, 0, 0], rpy=[0, 0, 0])
+        assert session.touched == ()
 
 
 @pytest.mark.slow
@@ -115,13 +117,13 @@ def test_a_browser_is_told_of_arms_and_moves_them():
         (arm,) = run["robots"][0]["arms"]
         assert [joint["name"] for joint in arm["joints"]] == [f"joint{k}" for k in range(1, 7)]
         assert arm["joints"][0]["upper"] == pytest.approx(math.radians(160))
-        browser.say("joints", robot="r", arm="arm", positions=[0.4, 0, 0, 0, 0, 0])
+        browser.say("touch", event={"reach": "r", "joints_deg": [math.degrees(0.4), 0, 0, 0, 0, 0]})
         while abs(browser.until("tick")["robots"]["r"]["arms"]["arm"]["positions"][0] - 0.4) > 0.02:
             pass
-        browser.say("tool", robot="r", arm="arm", at=[9, 9, 9], rpy_deg=[0, 0, 0])
-        assert "does not reach 9, 9, 9 m" in browser.until("refused", do="tool")["error"]
-        browser.say("joints", robot="r", arm="arm", positions=[1, 2])
-        assert "has 6 joints" in browser.until("refused", do="joints")["error"]
+        browser.say("touch", event={"reach": "r", "tool": [9, 9, 9]})
+        assert "does not reach 9, 9, 9 m" in browser.until("refused", do="touch")["error"]
+        browser.say("touch", event={"reach": "r", "joints_deg": [1, 2]})
+        assert "has 6 joints" in browser.until("refused", do="touch")["error"]
 
 
 @pytest.mark.parametrize("name", ["puma560", "motoman_up6"])

@@ -7,7 +7,7 @@ from playwright.sync_api import Page, expect
 
 import mjsim
 from mjsim.web import Studio
-from mjsim.world import EVENT_KINDS, kind_of
+from mjsim.world import EVENT_KINDS, ReachEvent, kind_of
 from tests.browser import browser as listener
 from tests.windows import PATIENCE, chromium, page_at
 
@@ -25,6 +25,14 @@ obstacles:
 beacons: [{name: lion, at: [7.9, 3], heading_deg: 180, center: 0.6}]
 robots:
   - {name: scout, preset: pioneer3dx, at: [1, 1.5]}
+run: {seconds: 1000}
+"""
+CELL = """\
+mjsim: 1
+name: cell
+walls: [{points: [[0, 0], [4, 0], [4, 4], [0, 4]], closed: true}]
+robots:
+  - {name: r, base: fixed, at: [2, 2], heading_deg: 90, arms: [{preset: puma560, start_deg: [0, 45, 0, 0, 30, 0]}]}
 run: {seconds: 1000}
 """
 SHOWN = """time => {
@@ -106,3 +114,36 @@ def test_a_run_is_touched_by_pointer_menu_and_keys_and_what_was_done_is_kept(tmp
         kinds = [kind_of(event, EVENT_KINDS) for event in kept]
         assert kinds == ["move", "move", "open", "close", "remove", "move", "restore"]
         assert near(kept[0].to, 2.5, 2.5)
+
+
+def tool_at(tick) -> tuple[float, float]:
+    """Return where the tool in the cell is on the plan [m]; its robot stands at [2, 2] and faces along y."""
+    x, y, *_ = tick["robots"]["r"]["arms"]["arm"]["tool"]
+    return 2 - y, 2 + x
+
+
+def test_a_tool_is_dragged_on_the_plan_and_its_arm_given_back_and_both_are_kept(tmp_path):
+    (tmp_path / "cell.yaml").write_text(CELL)
+    item = mjsim.parse_world(CELL).robots[0].arms[0]
+    x, y = item.arm.fkine(item.start())[:2, 3]
+    start, goal = (2 - y, 2 + x), (1.6, 2.4)
+    with chromium() as chrome, Studio(tmp_path, world="cell.yaml") as studio, page_at(chrome, studio.url) as page:
+        page.get_by_role("tab", name="Run", exact=True).click()
+        page.get_by_role("button", name="Start", exact=True).click()
+        expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
+        until(studio, page, lambda tick: near(tool_at(tick), *start))
+        page.get_by_role("button", name="Touch: drag").click()
+        drag(page, start, goal)
+        until(studio, page, lambda tick: near(tool_at(tick), *goal))
+        drag(page, goal, (3.8, 3.8))
+        expect(page.locator(".toast.error")).to_contain_text("does not reach")
+        pick(page, goal, "Give back to its navigator")
+        page.get_by_role("tab", name="Events").click()
+        page.get_by_role("button", name="Keep 2 as events").click()
+        expect(page.get_by_role("button", name="Kept as events")).to_be_disabled()
+        page.keyboard.press("Control+s")
+        expect(page.locator(".world .dot")).to_be_hidden()
+    kept = mjsim.load_world(tmp_path / "cell.yaml").run.events
+    assert [kind_of(event, EVENT_KINDS) for event in kept] == ["reach", "release"]
+    assert isinstance(kept[0], ReachEvent)
+    assert near((kept[0].tool[1] * -1 + 2, kept[0].tool[0] + 2), *goal)

@@ -9,6 +9,7 @@ import numpy as np
 
 from mjsim.errors import Problem
 from mjsim.world.check.movers import misled
+from mjsim.world.check.reaching import beyond_reach
 from mjsim.world.check.standing import SPARE, Doubt, Solids, called, disc, pair
 from mjsim.world.items import Robot, Wall, World, sensors
 from mjsim.world.plan import Hung, hung
@@ -22,7 +23,7 @@ IN_FRONT = 0.05
 
 def check_world(world: World) -> list[Problem]:
     """Return what is implausible in a valid world, sorted by place; nothing of the user's is run."""
-    doubts = itertools.chain(_openings(world), _crowded(world), _deaf_tags(world))
+    doubts = itertools.chain(_openings(world), _crowded(world), _deaf_tags(world), beyond_reach(world))
     source = world.source
     faults = ((path, partial(str, message)) for message, path in doubts)
     return sorted(problems_at(source.written, source.file, faults))

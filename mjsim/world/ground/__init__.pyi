@@ -17,6 +17,7 @@ from .base import Name as Name
 from .base import Point as Point
 from .base import Point3 as Point3
 from .base import Rate as Rate
+from .base import RollPitchYaw as RollPitchYaw
 from .base import Slider as Slider
 from .base import fault as fault
 from .descriptions import description_of as description_of

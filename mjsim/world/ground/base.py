@@ -86,6 +86,8 @@ Point = Annotated[tuple[Metres, ...], Field(strict=False, min_length=2, max_leng
 """[x, y] in the world [m]."""
 Point3 = Annotated[tuple[Metres, ...], Field(strict=False, min_length=3, max_length=3)]
 """[x, y, z] [m]."""
+RollPitchYaw = Annotated[tuple[Degrees, ...], Field(strict=False, min_length=3, max_length=3)]
+"""[roll, pitch, yaw], right-handed, in this order."""
 Color = Annotated[str, Field(pattern=COLOR_PATTERN)]
 """'#rrggbb'."""
 AssetPath = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_there)]

@@ -44,6 +44,8 @@ from .events import LightEvent as LightEvent
 from .events import MoveEvent as MoveEvent
 from .events import OpenEvent as OpenEvent
 from .events import PushEvent as PushEvent
+from .events import ReachEvent as ReachEvent
+from .events import ReleaseEvent as ReleaseEvent
 from .events import RemoveEvent as RemoveEvent
 from .events import RestoreEvent as RestoreEvent
 from .events import ShoveEvent as ShoveEvent
@@ -96,6 +98,7 @@ from .plants import TransferFunction as TransferFunction
 from .presets import is_preset_file as is_preset_file
 from .presets import preset_names as preset_names
 from .radio import Radio as Radio
+from .reaching import reached_joints as reached_joints
 from .robots import Robot as Robot
 from .running import Control as Control
 from .running import Modules as Modules

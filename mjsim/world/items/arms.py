@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, Valida
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
 from mjsim.world.files import BUILT, Source, read_asset
-from mjsim.world.ground import Color, Degrees, Metres, Model, ModelPath, Name, Point3, fault
+from mjsim.world.ground import Color, Degrees, Metres, Model, ModelPath, Name, Point3, RollPitchYaw, fault
 from mjsim.world.items.arm_models import arm_of, faulty_joint
 from mjsim.world.items.shipped import shipped_keys, shipped_names
 
@@ -27,7 +27,6 @@ InUnit = Annotated[float, Field(ge=-1e6, le=1e6)]
 """A length in the unit of the table."""
 Figure = Annotated[float, Field(ge=0, le=1e6)]
 Above = Annotated[float, Field(gt=0, le=1e9)]
-RollPitchYaw = Annotated[tuple[Degrees, ...], Field(strict=False, min_length=3, max_length=3)]
 
 
 def _ascending(bounds: tuple[float, ...]) -> tuple[float, ...]:

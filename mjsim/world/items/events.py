@@ -7,7 +7,20 @@ from typing import Annotated, Self
 from pydantic import Field, TypeAdapter, ValidationError, model_validator
 
 from mjsim.errors import UsageError, did_you_mean
-from mjsim.world.ground import Degrees, Model, Name, OneOf, Point, fault, kind_of, path_of, sentence
+from mjsim.world.ground import (
+    Degrees,
+    Metres,
+    Model,
+    Name,
+    OneOf,
+    Point,
+    Point3,
+    RollPitchYaw,
+    fault,
+    kind_of,
+    path_of,
+    sentence,
+)
 from mjsim.world.items.light import Brightness
 from mjsim.world.items.signals import Signal
 
@@ -108,6 +121,39 @@ class PushEvent(_Event):
         return self
 
 
+class ReachEvent(_Event):
+    """An arm goes to joint values or a pose of its tool, at 1 rad/s or 1 m/s at most, and stays until released."""
+
+    reach: Name
+    """The robot."""
+    arm: Name = "arm"
+    """Which of its arms."""
+    joints_deg: Annotated[tuple[Metres, ...], Field(strict=False, min_length=1, max_length=32)] | None = None
+    """Value of each joint [deg, m]."""
+    tool: Point3 | None = None
+    """[x, y, z] of the tool in the robot's frame instead, found by inverse kinematics [m]."""
+    rpy_deg: RollPitchYaw | None = None
+    """[roll, pitch, yaw] of the tool about the axes of the robot, right-handed, in this order. Unless it is given,
+    and of an arm with fewer than six joints, only the place of the tool counts."""
+
+    @model_validator(mode="after")
+    def _says_where(self) -> Self:
+        if (self.joints_deg is None) == (self.tool is None):
+            raise fault("an arm reaches for joint values or with its tool; give joints_deg or tool: [x, y, z]")
+        if self.rpy_deg is not None and self.tool is None:
+            raise fault("rpy_deg turns a tool; give tool: [x, y, z] with it", "rpy_deg")
+        return self
+
+
+class ReleaseEvent(_Event):
+    """The navigator moves an arm again."""
+
+    release: Name
+    """The robot."""
+    arm: Name = "arm"
+    """Which of its arms."""
+
+
 EVENT_KINDS: dict[str, type[_Event]] = {
     "move": MoveEvent,
     "open": OpenEvent,
@@ -118,16 +164,28 @@ EVENT_KINDS: dict[str, type[_Event]] = {
     "restore": RestoreEvent,
     "shove": ShoveEvent,
     "push": PushEvent,
+    "reach": ReachEvent,
+    "release": ReleaseEvent,
 }
 """Events by the key that says what happens."""
 
 
 WorldEvent = Annotated[
-    MoveEvent | OpenEvent | CloseEvent | LightEvent | LampEvent | RemoveEvent | RestoreEvent | ShoveEvent | PushEvent,
+    MoveEvent
+    | OpenEvent
+    | CloseEvent
+    | LightEvent
+    | LampEvent
+    | RemoveEvent
+    | RestoreEvent
+    | ShoveEvent
+    | PushEvent
+    | ReachEvent
+    | ReleaseEvent,
     OneOf(
         EVENT_KINDS,
         "an event needs what happens; write move: NAME, open: DOOR, close: DOOR, light: 0.5,"
-        " lamp: NAME, remove: NAME, restore: BEACON, shove: NAME or push: NAME",
+        " lamp: NAME, remove: NAME, restore: BEACON, shove: NAME, push: NAME, reach: ROBOT or release: ROBOT",
     ),
 ]
 
@@ -177,3 +235,13 @@ def said_of(event: WorldEvent) -> str:
         case PushEvent():
             duration = "" if event.seconds is None else f" for {event.seconds:g} s"
             return f"{event.push} is pushed by a force, a {event.signal.kind}{duration}"
+        case ReachEvent():
+            return f"{event.arm} of {event.reach} goes to {_goal_said(event)}"
+        case ReleaseEvent():
+            return f"{event.arm} of {event.release} is its navigator's again"
+
+
+def _goal_said(event: ReachEvent) -> str:
+    values = event.tool or event.joints_deg or ()
+    listed = ", ".join(f"{value:g}" for value in values)
+    return f"joints [{listed}]" if event.tool is None else f"[{listed}] with its tool"

@@ -216,6 +216,7 @@ def _event_targets(keys: Mapping[str, Any]) -> dict[str, tuple[str, set[str]]]:
     rolling = [(index, item) for index, item in _items(keys, "robots") if item.get("base") != "fixed"]
     movable = [(index, item) for index, item in obstacles if item.get("movable") is True]
     doors = {item["name"] for _, _, item in _named_items(keys) if _has_door(item)}
+    armed = _names((index, item) for index, item in _items(keys, "robots") if item.get("arms"))
     return {
         "move": ("robot or movable obstacle", _names(rolling) | _names(movable)),
         "shove": ("robot or movable obstacle", _names(rolling) | _names(movable)),
@@ -224,5 +225,7 @@ def _event_targets(keys: Mapping[str, Any]) -> dict[str, tuple[str, set[str]]]:
         "close": ("opening with a door", doors),
         "lamp": ("lamp", _names(_items(keys, "lamps"))),
         "restore": ("beacon", _names(_items(keys, "beacons"))),
+        "reach": ("robot with an arm", armed),
+        "release": ("robot with an arm", armed),
         "remove": ("beacon or obstacle", _names(_items(keys, "beacons")) | _names(obstacles)),
     }

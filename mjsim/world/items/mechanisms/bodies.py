@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
-from mjsim.world.ground import Color, Degrees, Length, Model, OneOf, Point3, fault
+from mjsim.world.ground import Color, Length, Model, OneOf, Point3, RollPitchYaw, fault
 from mjsim.world.items.mechanisms.points import GROUND, PartName
 from mjsim.world.items.model_files import FromFile
 
@@ -23,8 +23,6 @@ SHORTEST = 1e-5
 """Length of a rod that has a direction for the physics [m]."""
 RIM = 24
 """Points of the rim of a cylinder."""
-
-RollPitchYaw = Annotated[tuple[Degrees, ...], Field(strict=False, min_length=3, max_length=3)]
 
 
 class _Body(Model):

@@ -5,8 +5,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from mjsim.world.ground import Length, Metres, Model, OneOf, Point3, fault
-from mjsim.world.items.mechanisms.bodies import RollPitchYaw
+from mjsim.world.ground import Length, Metres, Model, OneOf, Point3, RollPitchYaw, fault
 from mjsim.world.items.mechanisms.points import GROUND, Axis, End, Named, PartName
 
 

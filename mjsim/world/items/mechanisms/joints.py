@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from mjsim.world.ground import Metres, Model, fault
-from mjsim.world.items.mechanisms.bodies import RollPitchYaw
+from mjsim.world.ground import Metres, Model, RollPitchYaw, fault
 from mjsim.world.items.mechanisms.points import Axis, End, PartName
 
 if TYPE_CHECKING:  # worlds without mechanisms start without it

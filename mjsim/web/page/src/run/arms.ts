@@ -2,12 +2,15 @@
 
 import { el, fill } from "../dom";
 import { button, sign } from "./controls";
-import type { ArmFacts, JointFacts, RobotFacts, RobotTick, RunRequest } from "./protocol";
+import type { Values } from "../api";
+import type { ArmFacts, JointFacts, RobotFacts, RobotTick } from "./protocol";
 
 const HINT = "Start a run of a robot with an arm; its joints and its tool can be moved here while it goes on.";
 const TOOL = ["x", "y", "z", "roll", "pitch", "yaw"] as const;
 /** How far sliders of joints without limits go, of those that turn and of those that slide [rad, m]. */
 const FREE = [Math.PI, 1] as const;
+/** A slider that is dragged moves its arm at most this often [ms]. */
+const CALM = 100;
 
 interface Row {
   slider: HTMLInputElement;
@@ -32,7 +35,12 @@ export class ArmPanel {
   private robot = "";
   private enabled = false;
 
-  constructor(private readonly send: (request: RunRequest) => void) {
+  /** What is sent next, and the timer until then. */
+  private next: Values | null = null;
+  private waiting = 0;
+
+  /** `send` takes touches of the run, as events of a world file. */
+  constructor(private readonly send: (event: Values) => void) {
     this.show(null, false);
   }
 
@@ -84,7 +92,7 @@ export class ArmPanel {
       { class: "quiet", title: "Let the navigator move this arm again" },
       () => {
         part.wanted = null;
-        this.send({ do: "joints", robot: this.robot, arm: facts.name, positions: null });
+        this.move({ release: this.robot, arm: facts.name });
       },
       sign("restart"),
       "Give back",
@@ -135,14 +143,27 @@ export class ArmPanel {
   private moveJoint(part: Part, k: number, value: number): void {
     part.wanted ??= [...part.goal];
     part.wanted[k] = value;
-    this.send({ do: "joints", robot: this.robot, arm: part.facts.name, positions: part.wanted });
+    const joints_deg = part.rows.map((row, j) => rounded(shown(row.facts, part.wanted?.[j] ?? 0)));
+    this.move({ reach: this.robot, arm: part.facts.name, joints_deg });
   }
 
   private moveTool(part: Part): void {
     const { facts, tool } = part;
     part.wanted = null;
-    const [x = 0, y = 0, z = 0, roll = 0, pitch = 0, yaw = 0] = tool.map((field) => Number(field.value));
-    this.send({ do: "tool", robot: this.robot, arm: facts.name, at: [x, y, z], rpy_deg: [roll, pitch, yaw] });
+    const pose = tool.map((field) => Number(field.value));
+    this.move({ reach: this.robot, arm: facts.name, tool: pose.slice(0, 3), rpy_deg: pose.slice(3) });
+  }
+
+  /** Send a touch, the newest of those that come at once: each is an event that is kept. */
+  private move(event: Values): void {
+    const other = this.next !== null && (this.next["arm"] !== event["arm"] || ("release" in event));
+    if (other && this.next) this.send(this.next);
+    this.next = event;
+    this.waiting ||= window.setTimeout(() => {
+      this.waiting = 0;
+      if (this.next) this.send(this.next);
+      this.next = null;
+    }, CALM);
   }
 }
 
@@ -167,6 +188,11 @@ function scale({ slides }: JointFacts): number {
 
 function shown(facts: JointFacts, value: number): number {
   return value / scale(facts);
+}
+
+/** To so many decimals that a limit stays within it [deg, m]. */
+function rounded(value: number): number {
+  return Math.round(value * 1e5) / 1e5;
 }
 
 /** Write a number into a field in which nobody types. */

@@ -9,7 +9,7 @@ import { Grids } from "./grids";
 import { Layers } from "./layers";
 import { Overlay } from "./overlay";
 import type { PlanarPose, RobotFacts, RobotTick } from "./protocol";
-import { Touch } from "./touch";
+import { Touch, type Standing } from "./touch";
 import type { RunRecord } from "./record";
 import { makeTile, type Tile } from "./tile";
 
@@ -115,10 +115,10 @@ export class Floor {
   }
 
   /** The robots where they truly are. */
-  private standing(): (RobotFacts & { pose: PlanarPose })[] {
+  private standing(): Standing[] {
     return this.robots.flatMap((robot) => {
-      const pose = this.moment?.robots[robot.name]?.truth;
-      return pose ? [{ ...robot, pose }] : [];
+      const tick = this.moment?.robots[robot.name];
+      return tick ? [{ ...robot, pose: tick.truth, tick }] : [];
     });
   }
 

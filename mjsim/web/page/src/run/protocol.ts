@@ -287,23 +287,6 @@ export interface FrameShown {
   number: number;
 }
 
-/** Move the joints of an arm by hand [rad, m]; null gives it back to its navigator. */
-export interface MoveJoints {
-  do: "joints";
-  robot: string;
-  arm: string;
-  positions: number[] | null;
-}
-
-/** Move the tool of an arm by hand to a pose in the robot's frame. */
-export interface MoveTool {
-  do: "tool";
-  robot: string;
-  arm: string;
-  at: [number, number, number];
-  rpy_deg: [number, number, number];
-}
-
 /** From where the view from outside looks. */
 export interface Outside {
   azimuth_deg: number;
@@ -357,4 +340,4 @@ export interface Watch {
   outside?: Outside | null;
 }
 
-export type RunRequest = Start | Simple | SetSpeed | DriveByHand | MoveJoints | MoveTool | Touch | SetNoise | Watch | FrameShown;
+export type RunRequest = Start | Simple | SetSpeed | DriveByHand | Touch | SetNoise | Watch | FrameShown;

@@ -5,8 +5,9 @@ import { add, distance, length, minus, times } from "../plan/geometry";
 import type { Spot, Tool } from "../plan/gestures";
 import type { Plan } from "../plan/plan";
 import { toggle, isPressed, setPressed, sign } from "./controls";
-import type { PlanarPose, RobotFacts } from "./protocol";
+import type { PlanarPose, RobotFacts, RobotTick } from "./protocol";
 import { openTouchMenu } from "./touch_menu";
+import { drawTools, type Held, reachEvent, toolsOf } from "./touch_tools";
 
 /** A push by a drag with Shift [N s for a metre]. */
 const PER_METRE = 10;
@@ -23,6 +24,8 @@ export interface Touchable {
   heading_deg: number;
   /** [m] */
   radius: number;
+  /** Of the tool of an arm, whose it is. */
+  held?: Held;
 }
 
 interface Grab {
@@ -34,10 +37,13 @@ interface Grab {
   push: boolean;
 }
 
+/** A robot where it truly is. */
+export type Standing = RobotFacts & { pose: PlanarPose; tick: RobotTick };
+
 /** What the plan of a run knows. */
 export interface Floorplan {
   readonly plan: Plan;
-  robots(): (RobotFacts & { pose: PlanarPose })[];
+  robots(): Standing[];
   removed(): ReadonlySet<string>;
 }
 
@@ -71,7 +77,7 @@ export class Touch implements Tool {
   down(spot: Spot): boolean {
     const thing = this.thingAt(spot);
     if (!thing) return false;
-    this.grab = { thing, to: thing.at, from: spot.world, push: spot.shift };
+    this.grab = { thing, to: thing.at, from: spot.world, push: spot.shift && !thing.held };
     return true;
   }
 
@@ -140,7 +146,8 @@ export class Touch implements Tool {
     this.cancel();
     if (!grab) return;
     const way = minus(grab.to, grab.thing.at);
-    if (grab.push) this.send({ shove: grab.thing.name, impulse: [...times(way, PER_METRE).map(rounded), 0] });
+    if (grab.thing.held) length(way) > 0 && this.send(reachEvent(grab.thing.held, grab.to));
+    else if (grab.push) this.send({ shove: grab.thing.name, impulse: [...times(way, PER_METRE).map(rounded), 0] });
     else if (length(way) > 0) this.send({ move: grab.thing.name, to: grab.to.map(rounded) });
   }
 
@@ -152,7 +159,7 @@ export class Touch implements Tool {
     });
     const movable = plan.items.filter((item) => item.kind === "obstacle" && item.values["movable"] === true);
     const there = movable.flatMap((item) => (item.name && !gone.has(item.name) ? [this.ofItem(item, item.name)] : []));
-    return [...robots, ...there];
+    return [...toolsOf(this.floor.robots()), ...robots, ...there];
   }
 
   private ofItem(item: Item, name: string): Touchable {
@@ -168,7 +175,7 @@ export class Touch implements Tool {
     const robots = new Set(this.floor.robots().map((robot) => robot.name));
     const under = plan.itemsAt(screen).map((item) => item.name);
     const near = (thing: Touchable): boolean =>
-      robots.has(thing.name)
+      thing.held || robots.has(thing.name)
         ? distance(thing.at, world) <= Math.max(thing.radius, plan.px(12))
         : under.includes(thing.name);
     return things.find(near) ?? null;
@@ -198,8 +205,9 @@ export class Touch implements Tool {
   /** The thing as it would stand, and the way there; an arrow for a push. */
   private draw(context: CanvasRenderingContext2D): void {
     const { grab } = this;
-    if (!grab) return;
     const { view, palette } = this.floor.plan;
+    if (isPressed(this.button)) drawTools(context, this.floor.robots(), view, palette);
+    if (!grab) return;
     const [from, to] = [view.toScreen(grab.thing.at), view.toScreen(grab.to)];
     context.strokeStyle = palette.accent;
     context.lineWidth = 2;

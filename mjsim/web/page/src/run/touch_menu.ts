@@ -31,6 +31,8 @@ export function openTouchMenu({ thing, items, removed }: Touched, send: (event: 
 }
 
 function ofThing(thing: Touchable, send: (event: Values) => void): Entry[][] {
+  const { held } = thing;
+  if (held) return [[{ text: "Give back to its navigator", act: () => send({ release: held.robot.name, arm: held.arm }) }]];
   const push = (text: string, turn: number): Entry => {
     const way = times(direction(thing.heading_deg + turn), PUSH).map((value) => Math.round(value * 1000) / 1000);
     return { text: `Push ${text}, ${PUSH} N s`, act: () => send({ shove: thing.name, impulse: [...way, 0] }) };

@@ -41,7 +41,7 @@ export class RunView implements View {
   private readonly setup = new Setup();
   private readonly noise = new NoisePanel((key, value) => this.send({ do: "set", key, value }));
   private tabs: Tabs | null = null;
-  private readonly arms = new ArmPanel((request) => this.send(request));
+  private readonly arms = new ArmPanel((event) => this.send({ do: "touch", event }));
   private readonly events = new EventList(
     "What happens to robots and world stands here: bumps, doors, lights, faults.",
   );

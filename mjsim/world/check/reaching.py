@@ -1,0 +1,41 @@
+"""Valid but implausible: events that move arms where they cannot be."""
+
+from collections.abc import Iterator
+
+from mjsim.errors import did_you_mean
+from mjsim.world.check.standing import Doubt
+from mjsim.world.items import ReachEvent, ReleaseEvent, RobotArm, World, reached_joints
+
+
+def beyond_reach(world: World) -> Iterator[Doubt]:
+    """Yield what is wrong with events that move arms; tools are tried from where their arms start."""
+    for index, event in enumerate(world.run.events):
+        if isinstance(event, ReachEvent | ReleaseEvent):
+            path = ("run", "events", index)
+            try:
+                item = arm_of_event(world, event)
+            except ValueError as error:
+                yield str(error), (*path, "arm" if "arm" in event.model_fields_set else event_key(event))
+                continue
+            if isinstance(event, ReachEvent) and (wrong := reached_joints(item, event, item.start())[1]) is not None:
+                yield wrong, (*path, "tool" if event.joints_deg is None else "joints_deg")
+
+
+def event_key(event: ReachEvent | ReleaseEvent) -> str:
+    """Return the key that names the robot."""
+    return "reach" if isinstance(event, ReachEvent) else "release"
+
+
+def arm_of_event(world: World, event: ReachEvent | ReleaseEvent) -> RobotArm:
+    """Return the arm that an event means.
+
+    Raises:
+        ValueError: There is no such robot, or it has no such arm.
+    """
+    name: str = getattr(event, event_key(event))
+    arms = {robot.name: {item.name: item for item in robot.arms} for robot in world.robots}
+    if name not in arms:
+        raise ValueError(f"no robot '{name}' in this world{did_you_mean(name, arms)}")
+    if event.arm not in arms[name]:
+        raise ValueError(f"robot '{name}' has no arm '{event.arm}'{did_you_mean(event.arm, arms[name])}")
+    return arms[name][event.arm]
