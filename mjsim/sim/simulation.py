@@ -278,7 +278,7 @@ class Simulation(Closes):
         """Begin to move an arm, whatever goals commands have, until `release`.
 
         Args:
-            robot: Its name.
+            robot: Name.
             keys: As events have them: `joints_deg` [deg, m], or `tool` [m] with or without `rpy_deg`; and `arm`.
 
         Raises:
@@ -323,9 +323,7 @@ class Simulation(Closes):
     def _set_up(self) -> None:
         """Set the stage and put the robots at their starts, in a state and a model that are as new."""
         world = self.world
-        self._script = WorldScript(
-            self.model, self.data, world, seed=self.seed, arm=lambda r, arm: self._robot(r).arm(arm)
-        )
+        self._script = WorldScript(self.model, self.data, world, seed=self.seed, arm=lambda r, a: self._robot(r).arm(a))
         self._radio = RadioNet([robot.name for robot in world.robots], world.radio, seed=self.seed)
         self._robots = {
             robot.name: SimulatedRobot(
