@@ -257,10 +257,13 @@ class WorldScript:
             raise UsageError(message)
 
     def _met(self, event: MoveEvent) -> str | None:
-        """Return what that moves, or stands on its own, something would be put down in; None for nothing."""
+        """Return what that moves, or stands on its own by then, something would be put down in; None for nothing."""
         model = self._model
         trial = mujoco.MjData(model)
         mujoco.mj_copyData(trial, model, self._data)
+        for due in reversed(self._due):
+            if isinstance(due, MoveEvent) and due.time <= event.time + EARLY:
+                self._put_down(due, trial)
         own = self._put_down(event, trial)
         mujoco.mj_fwdPosition(model, trial)
         for contact in trial.contact[: trial.ncon]:

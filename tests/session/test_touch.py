@@ -83,6 +83,16 @@ def test_a_touch_that_cannot_be_is_answered_in_a_line_and_changes_nothing(touche
     assert touched.touched == ()
 
 
+def test_two_touches_of_one_tick_do_not_put_two_things_on_one_spot(touched):
+    touched.touch({"move": "q", "to": [3, 4]})
+    with pytest.raises(UsageError, match=r"'r' is put down at \[3.1, 4\] inside 'q'; move it to where it has room"):
+        touched.touch({"move": "r", "to": [3.1, 4]})
+    touched.touch({"move": "r", "to": [1, 1]})  # from where the other goes in the same tick
+    ticked(touched)
+    assert [event.move for event in touched.newest.events] == ["q", "r"]
+    assert (touched.newest.truth["r"].x, touched.newest.truth["r"].y) == pytest.approx((1, 1), abs=1e-3)
+
+
 def test_a_session_that_is_over_cannot_be_touched_and_a_restart_forgets_touches(touched):
     touched.touch({"remove": "lion"})
     touched.restart()
