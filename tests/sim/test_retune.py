@@ -1,11 +1,16 @@
 """Noise that is changed while a world runs: chance and state go on, only how far things err is another."""
 
+import re
+
 import numpy as np
 import pytest
 
 import mjsim
 from mjsim.world import noise_figures, with_values
-from mjsim.world.ground import Slider
+from mjsim.world.ground import Slider, description_of
+from mjsim.world.items import SENSOR_KINDS, Robot
+from mjsim.world.items.drives import KINDS
+from mjsim.world.read.noise import NOISE
 
 ROOM = """
 mjsim: 1
@@ -163,3 +168,22 @@ def test_the_figures_that_may_change_are_listed_with_their_units():
     for world in (WORLD, dotted):
         for figure in noise_figures(world):
             assert with_values(world, {figure.key: figure.value}) == world
+
+
+CHANCE = re.compile(r"deviation|probab|density|random|error|noise|drift|chance|wrong|lost|loss", re.IGNORECASE)
+"""Words by which the schema speaks of what errs."""
+SET_FOR_A_RUN = {("imu", "bias"), ("uwb", "bias"), ("camera", "blur")}
+"""Errors that are drawn once a run, and a lens, which errs by no chance."""
+
+
+def test_all_that_errs_of_sensors_drives_and_odometry_can_be_changed_while_it_runs():
+    models = [(kind, model, model.noise_keys) for kind, model in SENSOR_KINDS.items()]
+    models += [(kind, model, NOISE["drive"]) for kind, model in KINDS.items()]
+    models += [("odometry", Robot.model_fields["odometry"].annotation, NOISE["odometry"])]
+    fixed = {
+        (kind, field)
+        for kind, model, keys in models
+        for field in model.model_fields
+        if CHANCE.search(f"{field} {description_of(model, field)}") and field not in keys
+    }
+    assert fixed == SET_FOR_A_RUN
