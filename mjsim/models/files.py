@@ -231,7 +231,11 @@ class Gatherer:
             if child.tag != "include":
                 self.put_includes_in(child, depth)
                 continue
-            included = self.parse(self._resolved(child.get("file", "")))
+            name = child.get("file", "")
+            try:
+                included = self.parse(self._resolved(name))
+            except ValueError as error:
+                raise ValueError(f"'{self._path}' includes '{name}': {error}") from None
             self.put_includes_in(included, depth + 1)
             element[index : index + 1] = list(included)
 

@@ -71,7 +71,8 @@ def _mend_urdf(root: Element, path: str) -> Iterator[str]:
         found = mended(np.array([[a, ab, ac], [ab, b, bc], [ac, bc, c]]))
         if found is None and max(a, b, c) <= 0.0:
             inertial.remove(inertia)
-            yield from _ball(inertial, weight, f"{path}: link '{name}'")
+            given = f" (its file says {a:g}, {b:g}, {c:g})" if any((a, b, c)) else ""
+            yield from _ball(inertial, weight, f"{path}: link '{name}'", given)
         elif found is not None:
             matrix, wrong = found
             for key, value in zip(_URDF_KEYS, matrix[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]], strict=True):
@@ -79,13 +80,13 @@ def _mend_urdf(root: Element, path: str) -> Iterator[str]:
             yield f"{path}: the inertia of link '{name}' {wrong}; made {_moments(matrix)}"
 
 
-def _ball(inertial: Element, weight: float, called: str) -> Iterator[str]:
+def _ball(inertial: Element, weight: float, called: str, given: str = "") -> Iterator[str]:
     """Give a link the inertia of a ball."""
     value = BALL * weight * GUESSED_RADIUS**2
     keys = dict.fromkeys(("ixx", "iyy", "izz"), format(value, DIGITS)) | dict.fromkeys(("ixy", "ixz", "iyz"), "0")
     new = inertial.makeelement("inertia", keys)
     inertial.append(new)
-    yield f"{called} has no inertia; made {value:.3g} kg m^2, that of a ball of {GUESSED_RADIUS:g} m"
+    yield f"{called} has no inertia{given}; made {value:.3g} kg m^2, that of a ball of {GUESSED_RADIUS:g} m"
 
 
 def _mend_mjcf(root: Element, path: str) -> Iterator[str]:

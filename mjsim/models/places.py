@@ -101,9 +101,12 @@ def line_of(name: str, data: bytes) -> ElementStart | None:
     match = re.search(rb"""<([\w.:-]+)(?=[^<>]*\sname\s*=\s*["']%s["'])""" % re.escape(name.encode()), data)
     if match is None:
         return None
-    line = data.count(b"\n", 0, match.start()) + 1
-    column = match.start() - (data.rfind(b"\n", 0, match.start()) + 1) + 1
-    return ElementStart(match[1].decode(), line, column)
+    return ElementStart(match[1].decode(), *line_and_column(match.start(), data))
+
+
+def line_and_column(offset: int, data: bytes) -> tuple[int, int]:
+    """Return where a byte of a file stands, both from 1."""
+    return data.count(b"\n", 0, offset) + 1, offset - data.rfind(b"\n", 0, offset)
 
 
 def names_in(text: str) -> Sequence[str]:

@@ -4,7 +4,8 @@ python scripts/measure/odometry.py [--seed N] [PRESET]...   (all of them unless 
 
 Each robot drives for 20 s at speeds, turns and ways sideways that change every two seconds, on a level floor of
 friction 1 and with constant errors off; once with the noise of a good robot, once with none: slip alone is left then.
-The lot of 50 is told of its drive several times, each time by odometers with chance of their own.
+The lot of 50 is told of its drive several times, each time by odometers with chance of their own. The errors of a
+drive hang together over time, so that shares scatter: the last line says how much, of a covariance that is exact.
 """
 
 import argparse
@@ -32,6 +33,10 @@ JUDGED = 5
 KEYS = "drive: {noise: {speed: 0.02, turn: 0.02}}, odometry: {noise: {distance: 0, turn: 0}}"
 NOISE = OdometryNoise(distance=0.01, turn=0.02)
 SILENCE = OdometryNoise(distance=0.0, turn=0.0)
+EXACT_LOTS = 2000
+"""Lots of drives of which the covariance is exact."""
+ENOUGH = 0.9
+"""Share of times in the band that is asked for."""
 SINGULAR = 1e-30
 """Of a determinant: encoders that have not yet counted a step tell nothing, not even a covariance."""
 
@@ -120,6 +125,18 @@ def cells(preset: str, told: Array, poses: Array, noise: OdometryNoise, *, lots:
     return f"{np.mean(means):.2f} | {np.mean(shares):.0%} | {off:.0f} mm"
 
 
+def exact_shares(rng: np.random.Generator) -> Array:
+    """Return the shares of times in the band of lots whose errors are random walks of known covariance, (EXACT_LOTS,)."""
+    times = np.arange(1, TICKS // JUDGED + 1)[:, None, None]
+    low, high = chi2.ppf([0.025, 0.975], 3 * ROBOTS)
+    shares = []
+    for _ in range(EXACT_LOTS):
+        walks = np.cumsum(rng.normal(size=(len(times), ROBOTS, 3)), axis=0)
+        sums = (walks**2 / times).sum(axis=(1, 2))
+        shares.append(np.mean((low < sums) & (sums < high)))
+    return np.array(shares)
+
+
 def main() -> None:
     """Print the table, line by line."""
     parser = argparse.ArgumentParser(description="Print how honest the covariance of odometry is.")
@@ -135,6 +152,11 @@ def main() -> None:
         noisy = cells(preset, told, poses, NOISE, lots=LOTS, seed=seed)
         silent = cells(preset, told, poses, SILENCE, lots=1, seed=seed)
         print(f"| `{preset}` | {noisy} | {silent} |", flush=True)
+    shares = exact_shares(np.random.default_rng(seed))
+    few = np.mean(shares < ENOUGH)
+    print(
+        f"\nA covariance that is exact: {shares.mean():.0%} in the mean, less than {ENOUGH:.0%} in {few:.0%} of lots."
+    )
 
 
 if __name__ == "__main__":

@@ -131,7 +131,23 @@ MACRO = (
         (TWO, ("--package", "a=/nowhere"), "no folder '/nowhere' for package 'a'"),
         (TWO, ("--arg", "a"), "write --arg NAME=VALUE"),
         (MACRO, (), "uses <xacro:macro> of xacro; type: pip install xacro"),
-        (TWO.replace('name="odd"', 'name="$(arg x)"'), (), "no xacro:arg 'x'; give --arg x=VALUE"),
+        (TWO.replace('name="odd"', 'name="$(arg x)"'), (), "xacro:arg 'x' has no value; give --arg x=VALUE"),
+        (
+            XACRO.format('<link name="$(arg b)"/><xacro:arg name="b"/>'),
+            (),
+            "xacro:arg 'b' has no value; give --arg b=VALUE",
+        ),
+        (
+            TWO.replace('name="odd"', 'name="${who}"'),
+            (),
+            "no xacro:property 'who'; declare it, or give --arg who=VALUE",
+        ),
+        (TWO.replace("0.0 0.2 -0.05", "0.0 nan -0.05"), (), r"urdf:5:18: a value is no number \(nan\); mend it"),
+        (
+            "<mujoco><include file='gone.xml'/></mujoco>",
+            (),
+            r"'(/.*)/robot\.urdf' includes 'gone\.xml': no file '\1/gone\.xml': No such file",
+        ),
         (TWO.replace("0.6 0.3 0.15", "-0.6 0.3 0.15"), (), "MuJoCo cannot take|size"),
         (
             TWO.replace("0.6 0.3 0.15", "0.6"),
@@ -215,12 +231,17 @@ def report_of(tmp_path: Path, text: str) -> str:
             box("0.4 0.3 0.1", inertia='ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"'),
             "link 'base' has no inertia; made 0.005 kg m^2, that of a ball of 0.05 m",
         ),
+        (
+            box("0.4 0.3 0.1", inertia='ixx="-1" iyy="-2" izz="-3" ixy="0" ixz="0" iyz="0"'),
+            "robot.urdf: link 'base' has no inertia (its file says -1, -2, -3); made 0.005 kg m^2",
+        ),
     ],
 )
 def test_an_inertia_that_physics_refuses_is_mended_and_said(tmp_path, has, what):
     wheels = [joint("left", "base", "l", 'xyz="0 0.2 0"'), joint("right", "base", "r", 'xyz="0 -0.2 0"')]
     said = report_of(tmp_path, robot({**LINKS, "base": has}, wheels))
     assert what in said
+    assert f"mended: {tmp_path / 'robot.urdf'}: " in said
     assert "measured: +" in said
 
 

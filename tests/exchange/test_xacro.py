@@ -1,5 +1,6 @@
 """Xacro: plain properties, arguments and conditions resolve to what the library makes of them; macros need it."""
 
+from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
@@ -67,6 +68,13 @@ def test_plain_xacro_is_what_the_library_makes_of_it(tmp_path, arguments):
     assert shape_of(ours) == shape_of(theirs)
 
 
+def test_a_namespace_that_nobody_declared_is_empty_or_what_is_given():
+    text = b'<robot name="r"><link name="${namespace}base"/></robot>'
+    for arguments, base in (({}, "base"), ({"namespace": "a_"}, "a_base")):
+        root = ElementTree.fromstring(resolved(text, Path("r.urdf"), arguments=arguments, find=lambda _: None))
+        assert root.find("link").get("name") == base
+
+
 @pytest.mark.slow
 def test_macros_are_expanded_by_the_library_and_packages_found(tmp_path):
     place = tmp_path / "r.urdf.xacro"
@@ -82,7 +90,7 @@ def test_macros_are_expanded_by_the_library_and_packages_found(tmp_path):
     [
         (f'{HEAD}<xacro:property name="a" value="${{b}}"/><xacro:property name="b" value="${{a}}"/>'
          '<link name="${a}"/></robot>', "stands for itself"),
-        (f'{HEAD}<link name="${{gone}}"/></robot>', "is not valid xacro"),
+        (f'{HEAD}<link name="${{gone}}"/></robot>', "no xacro:property 'gone'; declare it"),
         (f"{HEAD}<xacro:nothing/></robot>", "is not valid xacro"),
         (f'{HEAD}<xacro:include filename="$(find far)/x.xacro"/></robot>', "names the package 'far'"),
     ],

@@ -224,7 +224,7 @@ def _sensor(mount: SensorMount) -> str:
 
 
 def _held(anatomy: Anatomy, gear: Gear) -> list[str]:
-    wheels = gear.wheels()
+    wheels = [*gear.wheels(), *gear.bearing]
     used = {wheel.name for wheel in wheels} | {wheel.steer.name for wheel in wheels if wheel.steer is not None}
     return [joint.name or "?" for joint in anatomy.joints if joint.name not in used]
 
@@ -232,7 +232,7 @@ def _held(anatomy: Anatomy, gear: Gear) -> list[str]:
 def _amiss(path: Path, source: RobotSource, robot: RobotFiles, anatomy: Anatomy, gear: Gear, stand: Stand) -> list[str]:
     """Return what was left out, mended or added."""
     said = ("left out", "made coarser")
-    lines = [note if note.startswith(said) else f"mended: {note}" for note in robot.notes]
+    lines = [source.shown(note if note.startswith(said) else f"mended: {note}") for note in robot.notes]
     lines += [
         f"package '{name}' is not here; give --package {name}=DIR, or set ROS_PACKAGE_PATH"
         for name in sorted(source.missing)

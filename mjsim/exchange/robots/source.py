@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.exchange.robots.xacro import parsed, resolved
-from mjsim.models import PlacedError, line_of, names_in
+from mjsim.models import PlacedError, line_and_column, line_of, names_in
 
 MOST_BYTES = 64_000_000
 """Of one file."""
@@ -19,6 +19,8 @@ _URI = re.compile(rb"(?:package|model)://([A-Za-z0-9_.-]+)/?([^\"'<>\s]*)")
 _LATE_DECLARATION = re.compile(rb"\A\s+<\?xml[^>]*\?>")
 """Lines before it are no XML, though many programs take them."""
 _FILE = re.compile(rb"file://(/[^\"'<>]*)")
+_NO_NUMBER = re.compile(rb"""=\s*["'](?:[^"'<>]*\s)?[+-]?nan[\s"']""", re.IGNORECASE)
+"""An attribute one of whose words is `nan`."""
 
 
 class RobotSource:
@@ -79,15 +81,22 @@ class RobotSource:
         found = next((start for name in names_in(text) if (start := line_of(name, written)) is not None), None)
         return text if found is None else f"{self._given}:{found.line}:{found.column}: {text.removeprefix(head)}"
 
+    def shown(self, note: str) -> str:
+        """Return a sentence that names this file by its path from the root with the path that was given instead."""
+        return note.replace(self.name, str(self._given), 1)
+
     def told(self, error: ValueError) -> str:
         """Return what is wrong in a file of the robot, by the path that was given."""
         folder = posixpath.dirname(self.name)
-        if not isinstance(error, PlacedError) and folder and f"'{self.name}'" not in str(error):
-            return str(error).replace(f"'{folder}/", f"'{self._given.parent}/")
+        written = self._bytes(self.name)
+        if "XML contains a 'NaN'" in str(error) and (match := _NO_NUMBER.search(written)):
+            line, column = line_and_column(match.start(), written)
+            return f"{self._given}:{line}:{column}: a value is no number (nan); mend it"
         if not isinstance(error, PlacedError):
-            return self.placed(
+            text = (
                 str(error).replace(f"'{self.name}': ", f"{self._given}: ").replace(f"'{self.name}'", f"'{self._given}'")
             )
+            return self.placed(text.replace(f"'{folder}/", f"'{self._given.parent}/") if folder else text)
         what = f"MuJoCo cannot take {error.what}"
         if error.path != self.name:
             return f"{self._root / error.path}:{error.start.line}:{error.start.column}: {what}"

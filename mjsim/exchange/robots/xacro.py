@@ -27,6 +27,8 @@ ROBOT_PARTS = {"link", "joint", "material", "gazebo", "transmission", "sensor", 
 """Elements of a robot in URDF, with those for other programs."""
 PLAIN = {"arg", "property", "if", "unless"}
 """Elements that are resolved here."""
+PREFIXES = {"namespace", "prefix", "tf_prefix"}
+"""Names before the names of parts, which whatever starts a robot fills in, often without a declaration; empty here."""
 _SUBSTITUTION = re.compile(r"\$\{([^{}]*)\}|\$\((arg|find|env|optenv|eval)\s+([^()]*)\)")
 _OPERATORS: Mapping[type, Callable[..., Any]] = {
     ast.Add: operator.add,
@@ -63,7 +65,7 @@ def resolved(data: bytes, path: Path, *, arguments: Mapping[str, str], find: Cal
     Raises:
         UsageError: It is wrong, or needs the library, which is not installed.
     """
-    if b"xacro" not in data and b"$(" not in data:
+    if b"xacro" not in data and b"$" not in data:
         return data
     root = parsed(data, path)
     if root.tag != "robot" or not (b"$" in data or any(_word(item.tag) is not None for item in root.iter())):
@@ -157,7 +159,8 @@ class _Names:
         """Take a property or an argument that an element declares."""
         word, name = _word(element.tag), element.get("name", "")
         if word == "arg":
-            self._arguments.setdefault(name, element.get("default", ""))
+            if "default" in element.attrib:
+                self._arguments.setdefault(name, element.attrib["default"])
         elif word == "property":
             if "value" not in element.attrib:
                 raise NotPlainError("<xacro:property> of a block")
@@ -190,12 +193,16 @@ class _Names:
         if command != "arg":
             raise NotPlainError(f"$({command} ...)")
         if rest.strip() not in self._arguments:
-            raise UsageError(f"{self._path}: no xacro:arg '{rest.strip()}'; give --arg {rest.strip()}=VALUE")
+            raise UsageError(f"{self._path}: xacro:arg '{rest.strip()}' has no value; give --arg {rest.strip()}=VALUE")
         return self._arguments[rest.strip()]
 
     def _of_expression(self, text: str, depth: int) -> str:
         if text in self._properties:
             return self.text(self._properties[text], depth + 1)
+        if text in self._given or text in PREFIXES:
+            return self._given.get(text, "")
+        if text.isidentifier() and text not in ("pi", "True", "False"):
+            raise UsageError(f"{self._path}: no xacro:property '{text}'; declare it, or give --arg {text}=VALUE")
         try:
             value = self._number(_expression(text), depth)
         except (SyntaxError, ValueError, ZeroDivisionError, OverflowError, RecursionError, TypeError, MemoryError):
