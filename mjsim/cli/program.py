@@ -111,8 +111,8 @@ def _exit_code(call: Callable[[], int | None]) -> int:
     try:
         code = call() or 0
     except typer.TyperException as error:
-        # What was typed is wrong; without any command the message is the help.
-        text = error.format_message()
+        # What was typed is wrong; without any command the message is the help. The prefix is that of who checks values.
+        text = error.format_message().replace(": Value error, ", ": ")
         print(text if text.startswith("Usage") else f"mjsim: {text}", file=sys.stderr)
         return 2
     except MjsimError as error:

@@ -47,6 +47,10 @@ class Stroke(Protocol):
     def dark(self) -> float | None:
         """How dark its inside is filled, 0 to 1; None when it is not."""
 
+    @property
+    def path(self) -> int:
+        """Number of the drawn shape, of which this may be one of several outlines."""
+
 
 class Original(Protocol):
     """A map or a drawing, placed in the world."""
@@ -116,9 +120,12 @@ def _original_page(original: Original, bounds: Array) -> Picture:
     draw_grid(plan)
     if original.picture is not None:
         _draw_picture(plan, original.picture, original)
+    shapes: dict[tuple[int, float], list[Array]] = {}
     for stroke in original.strokes:
         if stroke.dark is not None:
-            plan.fill(stroke.points, blend(PAPER, INK, 0.85 * stroke.dark))
+            shapes.setdefault((stroke.path, stroke.dark), []).append(stroke.points)
+    for (_, dark), outlines in shapes.items():
+        plan.fill_all(outlines, blend(PAPER, INK, 0.85 * dark))
     for stroke in original.strokes:
         plan.line(stroke.points, INK, 0.12, closed=stroke.closed)
     draw_axes(sheet, plan)

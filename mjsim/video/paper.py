@@ -3,7 +3,7 @@
 import math
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,7 +41,11 @@ class Paper:
 
     def fill(self, outline: ArrayLike, color: Color) -> None:
         """Fill a closed outline."""
-        fill_polygons(self.image, [self.view.pixels(outline)], color)
+        self.fill_all([outline], color)
+
+    def fill_all(self, outlines: Iterable[ArrayLike], color: Color) -> None:
+        """Fill closed outlines; one inside another is a hole."""
+        fill_polygons(self.image, [self.view.pixels(outline) for outline in outlines], color)
 
     def line(self, points: ArrayLike, color: Color, thickness: float = 0.2, *, closed: bool = False) -> None:
         """Draw a line, as thick as said [mm]."""

@@ -126,7 +126,7 @@ def cells(preset: str, told: Array, poses: Array, noise: OdometryNoise, *, lots:
 
 
 def exact_shares(rng: np.random.Generator) -> Array:
-    """Return the shares of times in the band of lots whose errors are random walks of known covariance, (EXACT_LOTS,)."""
+    """Return the shares of times in the band of lots whose errors walk at random with known covariance."""
     times = np.arange(1, TICKS // JUDGED + 1)[:, None, None]
     low, high = chi2.ppf([0.025, 0.975], 3 * ROBOTS)
     shares = []

@@ -85,6 +85,12 @@ def test_compile_gives_a_folder_that_plain_mujoco_loads(room, capsys):
 
 
 @pytest.mark.slow
+def test_a_value_of_no_choice_is_told_in_plain_words(room, capsys):
+    code, _, err = typed("show", "room.yaml", "-o", "x.png", "--labels", "some", capsys=capsys)
+    assert code == 2
+    assert err == "mjsim: Invalid value for '--labels': 'some' is not one of 'none', 'walls', 'all'.\n"
+
+
 def test_show_draws_the_plan_and_what_a_camera_sees(room, capsys):
     assert typed("show", "room.yaml", "-o", "plan.png", capsys=capsys)[0] == 0
     assert min(cv2.imread("plan.png").shape[:2]) > 200

@@ -177,6 +177,18 @@ def test_the_drawing_and_the_world_stand_beside_each_other_at_one_scale(tmp_path
     assert dark[:, width:][building].sum() > left[building].sum()
 
 
+def test_what_is_filled_with_a_hole_is_drawn_with_its_hole(tmp_path):
+    frame = '<path d="M0 0H4V4H0Z M.3 .3V3.7H3.7V.3Z" fill="black" fill-rule="evenodd"/>'
+    (tmp_path / "frame.svg").write_text(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 4 4">{frame}</svg>')
+    reading = Reading(scale=1.0)
+    original = read_original(tmp_path / "frame.svg", reading=reading)
+    page = draw_beside(plan_of(tmp_path / "frame.svg", reading)[0].world, original)
+    drawn = page[:, : page.shape[1] // 2].min(axis=-1) < 120
+    rows, columns = np.nonzero(drawn)
+    across = drawn[int(np.median(rows)), columns.min() : columns.max()]
+    assert 0.05 < across.mean() < 0.3  # two sides of 0.3 m of 4 m
+
+
 @pytest.mark.parametrize(
     ("shapes", "message"),
     [
