@@ -15,7 +15,7 @@ from mjsim.exchange.grid import read_grid
 from mjsim.exchange.landmarks import SPEED, read_landmarks, world_from_landmarks
 from mjsim.exchange.maps import name_of, specks, world_from_grid
 from mjsim.exchange.maze import maze_size, maze_world
-from mjsim.exchange.place import Newcomer, with_newcomer
+from mjsim.exchange.place import Newcomer, with_newcomer, without_way
 from mjsim.exchange.plan_in import FloorPlan, read_plan
 from mjsim.exchange.svg_in import read_svg
 from mjsim.exchange.template import template_text
@@ -58,7 +58,8 @@ def bring_map(path: Path, *, robot: Newcomer | None) -> Brought:
         f"From the map {path.name}: {columns} x {rows} cells of {grid.resolution:g} m.",
         "A map tells neither heights nor colours; those here are guesses.",
     ]
-    return Brought(world_text(with_newcomer(world, robot, grid=grid), notes=notes), report)
+    whole = with_newcomer(world, robot, grid=grid)
+    return Brought(world_text(whole, notes=notes), [*report, *without_way(whole)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +113,8 @@ def bring_drawing(path: Path, *, robot: Newcomer | None, reading: Reading) -> Br
         f"From the drawing {path.name}: {plan.scale:.9g} m to its unit, its place [{x:.9g}, {y:.9g}] is [0, 0] here.",
         "It does not tell how high things are; that is a guess.",
     ]
-    return Brought(world_text(with_newcomer(plan.world, robot), notes=notes), report)
+    whole = with_newcomer(plan.world, robot)
+    return Brought(world_text(whole, notes=notes), [*report, *without_way(whole)])
 
 
 def bring_landmarks(path: Path, *, robot: Newcomer | None, scale: float | None) -> Brought:

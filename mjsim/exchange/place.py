@@ -17,12 +17,14 @@ from mjsim.world import Grid, Modules, Robot, Run, Use, World, cells_of, check_w
 ROBOT = "scout"
 """What the robot is called."""
 PRESET = "pioneer3dx"
-ELBOW_ROOM = 0.15
-"""Between the robot and what it passes on its way [m]."""
+ELBOW_ROOM, TIGHT = 0.15, 0.05
+"""Between the robot and what it passes on its way, and where there is no such way [m]."""
 LONGEST_WAY = 15.0
 """In a straight line [m]."""
 LEGS, SHORTEST_LEG = 4, 1.0
 """The most straight lines of a way, and how long each is at least [m]."""
+STARTS = 24
+"""The most places that are tried."""
 MAST, HIGHEST = 0.04, 0.45
 """How far a lidar stands above the body, and how high at most: it should see things, not only walls [m]."""
 ODOMETRY_NOISE = {"distance": 0.01, "turn": 0.02}
@@ -64,6 +66,17 @@ def with_newcomer(world: World, robot: Newcomer | None, *, grid: Grid | None = N
     )
 
 
+def without_way(world: World) -> list[str]:
+    """Return the sentence that tells of a robot for which no way was found; none where it drives, or there is none."""
+    if not world.robots:
+        return []
+    (robot,) = world.robots
+    way = world.run.drivers[robot.name].navigator
+    if way is None or any(tuple(point) != robot.at for point in way.model_dump()["points"]):
+        return []
+    return [f"no straight way of {SHORTEST_LEG:g} m is wide enough for the {robot.preset}; it stands still"]
+
+
 def with_robot(
     world: World,
     *,
@@ -73,9 +86,11 @@ def with_robot(
     grid: Grid | None = None,
     folder: Path | None = None,
 ) -> World:
-    """Return a world with a robot at the free place farthest from everything solid, and a way to drive.
+    """Return a world with a robot far from everything solid, and a way to drive.
 
-    With an estimator the robot's odometry errs, and the estimator has the map unless its name says SLAM.
+    It starts at the free place that is farthest from what is solid, of those from which it can drive; where there is no
+    such place it stands still. With an estimator the robot's odometry errs, and the estimator has the map unless its
+    name says SLAM.
 
     Args:
         world: It has no robot yet.
@@ -89,24 +104,23 @@ def with_robot(
         UsageError: The world has no place for it, or there is no such preset.
     """
     away, grid = _clearance(world, grid)
-    row, column = (int(index) for index in np.unravel_index(int(np.argmax(away)), away.shape))
-    start = grid.corners(np.array([column + 0.5, row + 0.5]))
-    at = tuple(np.round(start, 2).tolist())
-    robot = _robot(preset, lidar, at=at, heading=0.0, errs=estimator is not None, folder=folder)
-    need = robot.body.radius + ELBOW_ROOM
-    if away[row, column] < need:
+    robot = _robot(preset, lidar, at=(0.0, 0.0), heading=0.0, errs=estimator is not None, folder=folder)
+    need, widest = robot.body.radius + ELBOW_ROOM, float(away.max())
+    if widest < need:
         raise UsageError(
-            f"the widest free place of this world is {away[row, column] * 2:.2f} m across;"
+            f"the widest free place of this world is {widest * 2:.2f} m across;"
             f" the {preset} needs {need * 2:.2f} m, leave it out with --no-robot"
         )
     if estimator is not None and not any(sensor.kind == "lidar" for sensor in robot.sensors):
         raise UsageError(
             f"the {preset} has no lidar to find out where it is; add --lidar, one of {', '.join(sensor_names('lidar'))}"
         )
-    tour = _tour(away, grid, np.array(at), need)
+    tight = need - ELBOW_ROOM + TIGHT
+    tours = (_tour(away, grid, start, room) for room in (need, tight) for start in _starts(away, grid, room))
+    at, *tour = next((tour for tour in tours if len(tour) > 1), _starts(away, grid, need)[:1] * 2)
     heading = round(math.degrees(math.atan2(*(tour[0] - at)[::-1])), 1)
-    robot = _robot(preset, lidar, at=at, heading=heading, errs=estimator is not None, folder=folder)
-    back = [*tour[-2::-1], np.array(at)]
+    robot = _robot(preset, lidar, at=_place(at), heading=heading, errs=estimator is not None, folder=folder)
+    back = [*tour[-2::-1], at]
     points = [np.round(point, 2).tolist() for point in [*tour, *back]]
     way = Use.model_validate({"use": WAYPOINTS, "points": points})
     driver = Modules(navigator=way, avoidance=True)
@@ -172,15 +186,33 @@ def _specks(cells: Cells, largest: float) -> Cells:
     return np.asarray(small[parts], dtype=bool)
 
 
+def _place(point: Array) -> tuple[float, float]:
+    """Return a place as worlds write it."""
+    x, y = np.round(point, 2).tolist()
+    return x, y
+
+
+def _starts(away: Array, grid: Grid, need: float) -> list[Array]:
+    """Return free places, the widest first, no two near to each other, shape (2,) each [m]."""
+    import cv2
+
+    left, found = away.copy(), list[Array]()
+    while len(found) < STARTS and left.max() >= need:
+        row, column = (int(index) for index in np.unravel_index(int(np.argmax(left)), left.shape))
+        found.append(np.round(grid.corners(np.array([column + 0.5, row + 0.5])), 2))
+        cv2.circle(left, (column, row), round(SHORTEST_LEG / grid.resolution), 0.0, -1)
+    return found
+
+
 def _tour(away: Array, grid: Grid, start: Array, need: float) -> list[Array]:
-    """Return places to drive to one after the other, each far from those before and seen from the last, [m]."""
+    """Return the start and places to drive to in turn, each far from those before and seen from the last [m]."""
     seen = [start]
     for _ in range(LEGS):
         ahead = _farthest(away, grid, seen, need)
         if math.dist(ahead, seen[-1]) < SHORTEST_LEG:
             break
         seen.append(ahead)
-    return seen[1:] or [start]
+    return seen
 
 
 def _farthest(away: Array, grid: Grid, seen: Sequence[Array], need: float) -> Array:

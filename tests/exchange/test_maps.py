@@ -12,6 +12,7 @@ from PIL import Image
 from mjsim.errors import UsageError
 from mjsim.exchange import fidelity, with_robot, world_from_map, write_map
 from mjsim.exchange.grid import read_grid
+from mjsim.exchange.place import without_way
 from mjsim.exchange.trace import rectangles_for
 from mjsim.world import World, check_world, format_world, grid_of, load_world, parse_world, solid
 
@@ -136,6 +137,19 @@ def test_a_robot_stands_in_the_widest_place_of_a_map(tmp_path):
     assert not check_world(world)
     x, y = world.robots[0].at
     assert min(x, 6 - x, y, 4 - y) == pytest.approx(2.0, abs=0.05)
+
+
+def test_a_robot_starts_where_it_can_drive_or_it_is_said_that_it_stands_still(tmp_path):
+    cell = "  - {name: cell, points: [[0, 0], [2, 0], [2, 2], [0, 2]], closed: true}\n"
+    corridor = "  - {name: corridor, points: [[4, 0], [12, 0], [12, 1.4], [4, 1.4]], closed: true}\n"
+    for text, begins, said in (
+        (cell + corridor, 4.0, []),
+        (cell.replace("2", "1.2"), 0.0, ["no straight way of 1 m is wide enough for the pioneer3dx; it stands still"]),
+    ):
+        world = with_robot(world_from_map(write_map(parse_world(f"mjsim: 1\nwalls:\n{text}"), tmp_path / str(begins))))
+        assert not check_world(world)
+        assert world.robots[0].at[0] > begins
+        assert without_way(world) == said
 
 
 def test_a_robot_that_balances_gets_the_inertial_sensor_that_levels_its_scans(tmp_path):
