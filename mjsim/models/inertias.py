@@ -16,6 +16,8 @@ GUESSED_RADIUS = 0.05
 """Of a ball that stands for a link [m]."""
 SPARE = 1.0001
 """By how much the triangle inequality may be missed: files are rounded."""
+LEAST_MOMENT = 2e-14
+"""MuJoCo takes what is less for none [kg m^2]."""
 DIGITS = ".9g"
 _URDF_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
@@ -39,10 +41,10 @@ def mended(inertia: Array) -> tuple[Array, str] | None:
     if not np.isfinite(inertia).all():
         return np.eye(3) * BALL * LEAST_MASS * GUESSED_RADIUS**2, "is no number"
     values, vectors = np.linalg.eigh(inertia)
-    if values[2] <= 0.0:
+    if values[2] <= LEAST_MOMENT:
         return None  # MuJoCo takes it from the shapes, or the least there is
     low = values[0]
-    if low <= 0.0:
+    if low <= LEAST_MOMENT:
         values = np.maximum(values, values[2] / 2)
         return vectors @ np.diag(values) @ vectors.T, f"has a principal moment of {low:.3g} kg m^2"
     if values[0] + values[1] < values[2] / SPARE:
@@ -69,7 +71,7 @@ def _mend_urdf(root: Element, path: str) -> Iterator[str]:
             continue
         a, b, c, ab, ac, bc = (number_of(inertia.get(key, "0")) or 0.0 for key in _URDF_KEYS)
         found = mended(np.array([[a, ab, ac], [ab, b, bc], [ac, bc, c]]))
-        if found is None and max(a, b, c) <= 0.0:
+        if found is None and max(a, b, c) <= LEAST_MOMENT:
             inertial.remove(inertia)
             given = f" (its file says {a:g}, {b:g}, {c:g})" if any((a, b, c)) else ""
             yield from _ball(inertial, weight, f"{path}: link '{name}'", given)

@@ -18,6 +18,31 @@ def tyre(radius: float, width: float, *, rpy: str = "1.5707963 0 0") -> str:
       <collision><origin rpy="{rpy}"/><geometry><cylinder radius="{radius}" length="{width}"/></geometry></collision>"""
 
 
+def hubbed(radius: float, width: float, *, inwards: float, seen: bool = True) -> str:
+    """Return a link whose motor stands out from its wheel towards the robot; what it touches with is a box around both.
+
+    Args:
+        radius: Of the wheel [m].
+        width: Of its tyre, whose middle is the joint's [m].
+        inwards: How far the motor stands out; its sign says to which side (of y) [m].
+        seen: Whether there are pictures of tyre and motor, too.
+    """
+    reach = abs(inwards) + width
+    shapes = {
+        "visual": {0.0: f'<cylinder radius="{radius}" length="{width}"/>'}
+        | {inwards / 2: f'<cylinder radius="{radius / 3}" length="{abs(inwards)}"/>'},
+        "collision": {inwards / 2: f'<box size="{2 * radius} {2 * radius} {reach}"/>'},
+    }
+    parts = "".join(
+        f'<{kind}><origin xyz="0 {y} 0" rpy="1.5707963 0 0"/><geometry>{shape}</geometry></{kind}>'
+        for kind, placed in shapes.items()
+        for y, shape in placed.items()
+        if seen or kind == "collision"
+    )
+    inertia = '<inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/>'
+    return f'<inertial><mass value="0.5"/>{inertia}</inertial>{parts}'
+
+
 def joint(
     name: str, parent: str, child: str, at: str, *, kind: str = "continuous", axis: str = "0 1 0", more: str = ""
 ) -> str:

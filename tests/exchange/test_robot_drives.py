@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mjsim.errors import UsageError
 from mjsim.exchange import RobotOptions
 from mjsim.exchange.robots.gear import Gear, find_gear
 from mjsim.exchange.robots.preset import said_speed
@@ -17,6 +18,7 @@ from tests.exchange.bringing import brought
 from tests.exchange.odd_robots import (
     STRETCHED,
     box,
+    hubbed,
     joint,
     on_casters,
     on_mecanum,
@@ -86,6 +88,31 @@ def test_a_wheel_whose_motor_a_file_leaves_out_drives_like_its_neighbour(tmp_pat
     motor = '<gazebo><plugin filename="libgazebo_ros_diff_drive.so"><left_joint>l0_hinge</left_joint></plugin></gazebo>'
     gear = gear_of(rover([0.0]).replace("</robot>", f"{motor}</robot>"), tmp_path)
     assert (gear.drive, [wheel.name for wheel in gear.wheels()]) == ("differential", ["l0_hinge", "r0_hinge"])
+
+
+@pytest.mark.parametrize(("seen", "apart", "name"), [(True, 0.4, "l_rolls"), (False, 0.34, "l_wheel")])
+def test_wheels_that_touch_with_boxes_are_measured_by_their_pictures_or_their_sides(tmp_path, seen, apart, name):
+    links = {"base": box("0.3 0.2 0.1"), "l": hubbed(0.08, 0.03, inwards=-0.06, seen=seen)}
+    links |= {"r": hubbed(0.08, 0.03, inwards=0.06, seen=seen)}
+    joints = [joint(name.replace("l_", f"{s}_"), "base", s, f'xyz="0 {y} 0"') for s, y in (("l", 0.2), ("r", -0.2))]
+    gear = gear_of(robot(links, joints), tmp_path)
+    (((left,), (right,)),) = gear.rows
+    assert left.radius == right.radius == pytest.approx(0.08, abs=1e-6)
+    assert np.linalg.norm(left.middle - right.middle) == pytest.approx(apart, abs=1e-6)
+    assert left.width == pytest.approx(0.03 if seen else 0.09, abs=1e-6)
+
+
+def test_what_turns_and_is_not_round_is_no_wheel_and_is_named(tmp_path):
+    plank = '<collision><geometry><box size="0.2 0.03 0.05"/></geometry></collision>'
+    joints = [joint(f"{s}_wheel", "base", s, f'xyz="0 {y} 0"') for s, y in (("l", 0.2), ("r", -0.2))]
+    with pytest.raises(UsageError, match="nothing that turns on 'l_wheel', 'r_wheel' is round about its axle"):
+        gear_of(robot({"base": box("0.3 0.2 0.1"), "l": plank, "r": plank}, joints), tmp_path)
+
+
+def test_a_caster_with_rollers_makes_no_base_that_goes_any_way(tmp_path):
+    ball = '<collision name="omni_wheel"><origin xyz="-0.2 0 -0.12"/><geometry><sphere radius="0.03"/></geometry>'
+    text = rover([0.0]).replace('<link name="chassis">', f'<link name="chassis">{ball}</collision>')
+    assert gear_of(text, tmp_path).drive == "differential"
 
 
 def test_wheels_on_fixed_joints_turn_and_joints_that_move_the_whole_robot_do_not(tmp_path):

@@ -18,7 +18,7 @@ from mjsim.exchange.robots.omni import (
     rolls_any_way,
     without_rollers,
 )
-from mjsim.exchange.robots.rounds import LEVEL, Round, measured, rounds
+from mjsim.exchange.robots.rounds import LEVEL, Round, measured, rounds, turns_freely
 from mjsim.geometry import Array
 from mjsim.models import Anatomy, FileJoint
 
@@ -140,6 +140,9 @@ def _guessed(anatomy: Anatomy, file: str) -> tuple[list[Round], list[Round]]:
 def _instead(anatomy: Anatomy) -> str | None:
     """Return what a robot has in place of wheels that turn; None where there is nothing to say."""
     wheels = [place.name for place in anatomy.places if place.kind == "body" and "wheel" in place.name.lower()]
+    turning = [joint.name for joint in anatomy.joints if turns_freely(joint) and "wheel" in joint.name.lower()]
+    if turning:
+        return f"nothing that turns on {_listed(turning[:4])} is round about its axle, or the axle is not level"
     if wheels:
         return (
             f"{_listed(wheels[:4])} {'is' if len(wheels) == 1 else 'are'} called so and cannot turn, give them hinges"

@@ -16,6 +16,7 @@ from mjsim.world import OMNI3_BEARINGS
 ROLLERS = re.compile(r"mecanum|omni_?wheel|swedish|rotacaster", re.IGNORECASE)
 FEWEST_ROLLERS = 4
 """On a wheel."""
+MECANUM_WHEELS = 4
 PARALLEL = math.cos(math.radians(12.0))
 OFF = math.radians(10.0)
 """How far wheels may stand off the places of their drive."""
@@ -42,9 +43,12 @@ def rolls_any_way(anatomy: Anatomy, wheels: Sequence[Round], hubs: set[int]) -> 
     """Return whether wheels have rollers, by their parts or by names, or stand as those of omni3 do."""
     if any(wheel.joint.part in hubs for wheel in wheels):
         return True
+    turning = {wheel.joint.part for wheel in wheels}
     names = [wheel.name for wheel in wheels]
-    names += [name for wheel in wheels for name in anatomy.parts[wheel.joint.part].names]
-    names += [name for shape in anatomy.shapes for name in shape.names]
+    names += [name for part in turning for name in anatomy.parts[part].names]
+    # A wheel with rollers may be no more than a caster of a base that two wheels drive.
+    mine = [shape for shape in anatomy.shapes if shape.part in turning or len(wheels) == MECANUM_WHEELS]
+    names += [name for shape in mine for name in shape.names]
     return any(ROLLERS.search(name) for name in names) or (len(wheels) == 3 and _in_a_ring(wheels))
 
 
@@ -55,7 +59,7 @@ def omni_kind(wheels: Sequence[Round], file: str) -> str:
         UsageError: It is one that mjsim does not have.
     """
     axes = [wheel.axis[:2] / np.linalg.norm(wheel.axis[:2]) for wheel in wheels]
-    if len(wheels) == 4 and all(abs(float(axis @ axes[0])) > PARALLEL for axis in axes):
+    if len(wheels) == MECANUM_WHEELS and all(abs(float(axis @ axes[0])) > PARALLEL for axis in axes):
         return "mecanum"
     if len(wheels) == 3 and _in_a_ring(wheels):
         return "omni3"

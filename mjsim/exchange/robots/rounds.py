@@ -14,6 +14,10 @@ UPRIGHT = 0.85
 """Smallest vertical part of the axis that steers."""
 ROUND = 0.85
 """Least width of a round part, of its largest."""
+SQUARE = 0.69
+"""The same of a box that stands for a wheel."""
+RIM = 0.9
+"""What of a wheel is this far from its axle rolls on the floor, in radii; the rest is its hub and its motor."""
 DIRECTIONS = 24
 """Around an axle, in which widths are compared."""
 WHOLE_TURN = 2.0 * math.pi * 0.95
@@ -68,15 +72,21 @@ def turns_freely(joint: FileJoint) -> bool:
 def measured(anatomy: Anatomy, joint: FileJoint) -> list[Round]:
     """Return the wheels on a joint: one or two, none where what turns is not round."""
     shapes = [shape for shape in anatomy.shapes if shape.part == joint.part]
-    solid = [shape for shape in shapes if shape.touched] or shapes
     axis = joint.axis * [1.0, 1.0, 0.0]
     axis /= np.linalg.norm(axis)
     steer, swivels = _steered(anatomy, joint)
     bare = Round(joint, joint.at, axis, 0.0, 0.0, steer, swivels)
-    if not solid:
+    if not shapes:
         return [bare]
-    wheels = [replace(_around(bare, group)) for group in _ends(bare, solid)]
-    return [wheel for wheel in wheels if wheel.radius > 0.0]
+    solid = [shape for shape in shapes if shape.touched] or shapes
+    called = "wheel" in " ".join([joint.name, *anatomy.parts[joint.part].names]).lower()
+    pictured = [shape for shape in shapes if shape.seen] or shapes
+    # What a wheel touches with may be a box, for speed; then its picture is round, or its sides are equal.
+    for group, least in ((solid, ROUND), (pictured, ROUND), *(((solid, SQUARE),) if called else ())):
+        wheels = [_around(bare, end, least) for end in _ends(bare, group)]
+        if found := [wheel for wheel in wheels if wheel.radius > 0.0]:
+            return found
+    return []
 
 
 def _steered(anatomy: Anatomy, joint: FileJoint) -> tuple[FileJoint | None, bool]:
@@ -109,17 +119,22 @@ def _reach(bare: Round, shape: Shape) -> float:
     return float(np.linalg.norm(offsets - np.outer(offsets @ bare.axis, bare.axis), axis=1).max())
 
 
-def _around(bare: Round, shapes: list[Shape]) -> Round:
-    """Return the wheel that shapes make; of radius 0 where they are not round about the axle."""
+def _around(bare: Round, shapes: list[Shape], least: float) -> Round:
+    """Return the wheel that shapes make; of radius 0 where a width about the axle is less than a share of the largest."""
     points = np.concatenate([shape.points for shape in shapes]) - bare.middle
-    along = points @ bare.axis
     across = np.cross([0.0, 0.0, 1.0], bare.axis)
     angles = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
     widths = np.array([(points @ (math.cos(a) * across + math.sin(a) * np.array([0, 0, 1.0]))).max() for a in angles])
-    middle = bare.middle + bare.axis * (along.min() + along.max()) / 2
-    if widths.min() < ROUND * widths.max():
-        return replace(bare, middle=middle)
-    # Of a circle with few corners the corners are what rolls; the axle of the file may not be quite level.
+    if widths.min() < least * widths.max():
+        return bare
+    # Of a circle with few corners the corners are what rolls, of a box the sides; the axle may not be quite level.
     axle = bare.joint.axis
-    radius = float(np.linalg.norm(points - np.outer(points @ axle, axle), axis=1).max())
-    return replace(bare, middle=middle, radius=radius, width=float(np.ptp(along)))
+    distances = np.linalg.norm(points - np.outer(points @ axle, axle), axis=1)
+    corners = float(distances.max())
+    along = points[distances > RIM * corners] @ bare.axis
+    return replace(
+        bare,
+        middle=bare.middle + bare.axis * (along.min() + along.max()) / 2,
+        radius=corners if widths.min() >= ROUND * widths.max() else float(widths.min()),
+        width=float(np.ptp(along)),
+    )
