@@ -28,7 +28,9 @@ if TYPE_CHECKING:
 
 MapFile = Annotated[
     Path | None,
-    typer.Option("--from", metavar="FILE", help="A map's YAML file, an SVG or DXF drawing, a landmark map (.mat)."),
+    typer.Option(
+        "--from", metavar="FILE", help="A map's YAML file or picture, an SVG or DXF drawing, a landmark map (.mat)."
+    ),
 ]
 MazeSize = Annotated[str | None, typer.Option(metavar="9x9", help="A maze of so many cells.")]
 RoomSize = Annotated[str | None, typer.Option(metavar="12x10", help="A room of so many metres, full of things.")]
@@ -52,7 +54,10 @@ EstimatorSpec = Annotated[
 Seed = Annotated[int, typer.Option(help="Of the maze or the things.", min=0)]
 CellSide = Annotated[float, typer.Option(help="Side of a cell of the maze [m].")]
 MarkerCount = Annotated[int, typer.Option(help="Markers along the robot's way through the maze.", min=0)]
-UnitLength = Annotated[float | None, typer.Option(help="Metres to one unit of a drawing or a landmark map.", min=1e-6)]
+UnitLength = Annotated[
+    float | None,
+    typer.Option(help="Metres to one unit of a drawing or a landmark map, to a pixel of a picture.", min=1e-6),
+]
 WallThickness = Annotated[
     float | None, typer.Option(help="Of walls in a drawing [m]; as the lines are drawn unless given.", min=0.01)
 ]

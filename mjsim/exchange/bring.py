@@ -11,7 +11,7 @@ from mjsim.exchange.clutter import clutter_size, clutter_world
 from mjsim.exchange.drawing import Drawing
 from mjsim.exchange.dxf_in import read_dxf
 from mjsim.exchange.fidelity import fidelity
-from mjsim.exchange.grid import read_grid
+from mjsim.exchange.grid import is_picture, read_grid
 from mjsim.exchange.landmarks import SPEED, read_landmarks, world_from_landmarks
 from mjsim.exchange.maps import name_of, specks, world_from_grid
 from mjsim.exchange.maze import maze_size, maze_world
@@ -33,13 +33,18 @@ class Brought:
     """What people should know about it."""
 
 
-def bring_map(path: Path, *, robot: Newcomer | None) -> Brought:
+def bring_map(path: Path, *, robot: Newcomer | None, resolution: float | None = None) -> Brought:
     """Return the world of a ROS map_server or Nav2 map, with a robot unless that is None.
+
+    Args:
+        path: Its YAML file, or its picture alone.
+        robot: That is put into it.
+        resolution: Side of a cell of a picture alone [m].
 
     Raises:
         UsageError: It is not a map, it is too large, it is noise alone, or there is no place for the robot.
     """
-    grid = read_grid(path)
+    grid = read_grid(path, resolution=resolution)
     world = world_from_grid(grid, name=name_of(path))
     found, noise = fidelity(world, grid), specks(grid)
     if 0 < found.occupied == noise:
@@ -144,10 +149,8 @@ def bring_file(path: Path, *, robot: Newcomer | None, reading: Reading | None = 
         UsageError: It is none of these, or cannot be read as one.
     """
     kind = path.suffix.lower()
-    if kind in (".yaml", ".yml"):
-        return bring_map(path, robot=robot)
-    if kind in (".pgm", ".png", ".jpg", ".jpeg"):
-        raise UsageError(f"'{path}' is the picture of a map; name the YAML file beside it")
+    if kind in (".yaml", ".yml") or is_picture(path):
+        return bring_map(path, robot=robot, resolution=reading.scale if reading else None)
     if kind == ".mat":
         return bring_landmarks(path, robot=robot, scale=reading.scale if reading else None)
     if kind in (".svg", ".dxf"):

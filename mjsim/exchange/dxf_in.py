@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from mjsim.errors import UsageError, how_to_install
+from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.drawing import BOW, MOST_BYTES, MOST_CORNERS, Drawing, Line
-from mjsim.exchange.grid import read_bounded
 from mjsim.exchange.maps import name_of
 from mjsim.exchange.plan_in import read_plan
 from mjsim.exchange.roles import Role, role_of

@@ -1,34 +1,42 @@
 """Occupancy grids as ROS map_server and Nav2 write them: a picture and a YAML file beside it."""
 
-import math
-from pathlib import Path, PurePosixPath
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 
 from mjsim.errors import UsageError
+from mjsim.exchange.bounded_file import read_bounded
+from mjsim.exchange.map_header import (
+    FREE_THRESH,
+    OCCUPIED_THRESH,
+    MapHeader,
+    checked_resolution,
+    picture_beside,
+    read_header,
+)
 from mjsim.exchange.pixels import Cells, gray_of
-from mjsim.geometry import Array, Pose
+from mjsim.geometry import Array
 from mjsim.output import free_paths, write_files
-from mjsim.world import SLICE, Grid, World, grid_of, read_text
+from mjsim.world import SLICE, Grid, World, grid_of
 
 MOST_BYTES = 200_000_000
 """Of a picture."""
-MOST_YAML = 100_000
-"""Bytes of the file beside it."""
 OCCUPIED, UNKNOWN, FREE = 0, 205, 254
 """Gray values, as map_saver writes them."""
-OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
-"""As map_saver writes them; what is unknown lies between."""
+MIDDLE = 0.6 / 255
+"""So near to the middle is middle gray, of 8 bits too [share of white]."""
+PICTURES = (".pgm", ".ppm", ".pbm", ".pnm", ".png", ".jpg", ".jpeg", ".bmp")
+"""Kinds of pictures of maps."""
 FILES = ("map.pgm", "map.yaml")
 """Of a map."""
 
 
-def read_grid(path: str | Path) -> Grid:
-    """Return the map of a YAML file and the picture that it names.
+def read_grid(path: str | Path, *, resolution: float | None = None) -> Grid:
+    """Return the map of a YAML file and the picture that it names, or that of a picture alone.
 
     Args:
-        path: The YAML file: image, resolution, origin, negate, occupied_thresh, free_thresh, mode.
+        path: The YAML file; or a picture, black where it is occupied, white where it is free.
+        resolution: Side of a cell of a picture alone [m].
 
     Raises:
         UsageError: The map is not there, too large, or not a map.
@@ -37,25 +45,41 @@ def read_grid(path: str | Path) -> Grid:
         Nav2, nav2_map_server, map_io.cpp: how a pixel becomes a cell in the modes trinary, scale and raw.
     """
     path = Path(path)
-    keys = _keys_of(path)
-    resolution = _number(keys, "resolution", path)
-    if not 1e-3 <= resolution <= 10.0:
-        raise UsageError(f"{path}: resolution is {resolution:g} m; a map has cells of 0.001 to 10 m")
-    occupied_above = _number(keys, "occupied_thresh", path, default=OCCUPIED_THRESH)
-    free_below = _number(keys, "free_thresh", path, default=FREE_THRESH)
-    if not 0.0 <= free_below <= occupied_above <= 1.0:
-        raise UsageError(
-            f"{path}: free_thresh is {free_below:g} and occupied_thresh {occupied_above:g};"
-            " they must lie between 0 and 1, free_thresh below"
-        )
-    mode = keys.get("mode", "trinary")
-    if mode not in ("trinary", "scale", "raw"):
-        raise UsageError(f"{path}: mode is '{mode}'; it must be trinary, scale or raw")
-    share, opaque = _shares(*_picture_of(path, keys), raw=mode == "raw", negate=bool(keys.get("negate", 0)))
-    limit = (free_below + occupied_above) / 2 if mode == "scale" else None
-    occupied = (share > (occupied_above if limit is None else limit)) & opaque
-    free = (share < free_below if limit is None else share <= limit) & opaque
-    return Grid(occupied[::-1].copy(), free[::-1].copy(), resolution, _origin(keys, path))
+    if is_picture(path):
+        return _grid_of(MapHeader(path.name, _given(resolution, path)), path)
+    if resolution is not None:
+        raise UsageError(f"{path}: the file of a map says its resolution; leave out --scale")
+    header = read_header(path)
+    return _grid_of(header, picture_beside(path, header.image))
+
+
+def is_picture(path: Path) -> bool:
+    """Say whether a file is the picture of a map, by its name."""
+    return path.suffix.lower() in PICTURES
+
+
+def _given(resolution: float | None, path: Path) -> float:
+    """Return the side of a cell of a picture.
+
+    Raises:
+        UsageError: It is not given, or none of a map.
+    """
+    if resolution is None:
+        beside = [file for kind in (".yaml", ".yml") if (file := path.with_suffix(kind)).is_file()]
+        hint = f"name '{beside[0]}' beside it" if beside else "name the YAML file beside it, or give"
+        raise UsageError(f"'{path}' is the picture of a map; {hint}" + ("" if beside else " --scale METRES to a pixel"))
+    return checked_resolution(resolution, str(path))
+
+
+def _grid_of(header: MapHeader, file: Path) -> Grid:
+    """Return the grid of a picture with the meaning that a header gives it."""
+    share, known = _shares(*_picture_of(file), header)
+    occupied_above, free_below = header.occupied_thresh, header.free_thresh
+    if header.mode == "scale":
+        occupied_above = free_below = (occupied_above + free_below) / 2
+    occupied = (share > occupied_above) & known
+    free = (share < free_below) & known
+    return Grid(occupied[::-1].copy(), free[::-1].copy(), header.resolution, header.origin)
 
 
 def write_grid(grid: Grid, folder: str | Path, *, overwrite: bool = False) -> Path:
@@ -78,59 +102,8 @@ def write_grid(grid: Grid, folder: str | Path, *, overwrite: bool = False) -> Pa
     return Path(folder) / "map.yaml"
 
 
-def read_bounded(path: Path, *, most: int, kind: str) -> bytes:
-    """Return what a file holds.
-
-    Raises:
-        UsageError: It is not there, is no file, or has more bytes than allowed.
-    """
-    try:
-        if not path.is_file():
-            raise UsageError(f"no file '{path}'; name {kind}")
-        size = path.stat().st_size
-        if size > most:
-            raise UsageError(f"'{path}' has {size / 1e6:.0f} MB; {kind} has at most {most / 1e6:g} MB")
-        return path.read_bytes()
-    except OSError as error:
-        raise UsageError(f"'{path}' cannot be read: {error.strerror}") from None
-
-
-def _keys_of(path: Path) -> dict[str, Any]:
-    data = read_bounded(path, most=MOST_YAML, kind="the YAML file of a map")
-    node, problems = read_text(data.decode("utf-8", "replace"), file=str(path))
-    if problems:
-        raise UsageError("\n".join(map(str, problems)))
-    if node is None or not isinstance(node.value, dict) or "image" not in node.value:
-        raise UsageError(f"{path}: this is not a map; it names an image, a resolution and an origin")
-    return dict(node.value)
-
-
-def _number(keys: dict[str, Any], key: str, path: Path, *, default: float | None = None) -> float:
-    value = keys.get(key, default)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise UsageError(f"{path}: {key} is {value!r:.40}; it must be a number")
-    return float(value)
-
-
-def _origin(keys: dict[str, Any], path: Path) -> Pose:
-    origin = keys.get("origin", [0.0, 0.0, 0.0])
-    numbers = isinstance(origin, list) and all(
-        isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= 9000.0 for value in origin
-    )
-    if not numbers or len(origin) not in (2, 3):
-        raise UsageError(f"{path}: origin is {origin!r:.60}; write [x, y, yaw] in metres, within 9 km, and radians")
-    return Pose(float(origin[0]), float(origin[1]), float(origin[2]) if len(origin) == 3 else 0.0)
-
-
-def _picture_of(path: Path, keys: dict[str, Any]) -> tuple[Array, Cells]:
+def _picture_of(file: Path) -> tuple[Array, Cells]:
     """Return how white each pixel of a map's picture is, 0 to 1, and whether it is opaque."""
-    name = str(keys["image"])
-    relative = PurePosixPath(name)
-    if relative.is_absolute():  # map_saver of ROS 1 writes the whole path of the machine that it ran on
-        relative = PurePosixPath(relative.name)
-    if ".." in relative.parts or not name.isprintable():
-        raise UsageError(f"{path}: image {name!r:.60} leaves its folder; put it beside the YAML file")
-    file = path.parent / relative
     data = read_bounded(file, most=MOST_BYTES, kind="the picture of a map")
     try:
         return gray_of(data)
@@ -138,12 +111,14 @@ def _picture_of(path: Path, keys: dict[str, Any]) -> tuple[Array, Cells]:
         raise UsageError(f"'{file}' {error}") from None
 
 
-def _shares(gray: Array, opaque: Cells, *, raw: bool, negate: bool) -> tuple[Array, Cells]:
+def _shares(gray: Array, opaque: Cells, header: MapHeader) -> tuple[Array, Cells]:
     """Return how far each pixel is occupied, 0 to 1, and whether it is known at all."""
-    if raw:
+    if header.mode == "raw":
         percent = gray * np.float32(255.0)
         return np.asarray(percent / 100.0), opaque & (percent <= 100.5)
-    return np.asarray(gray if negate else 1.0 - gray), opaque
+    # map_saver writes unknown cells of the mode scale in middle gray and transparent; PGM keeps the gray alone.
+    known = opaque & (np.abs(gray - 0.5) > MIDDLE) if header.mode == "scale" else opaque
+    return np.asarray(gray if header.negate else 1.0 - gray), known
 
 
 def write_map(

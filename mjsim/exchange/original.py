@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from mjsim.errors import UsageError
+from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.bring import Reading, drawing_of, plan_of
 from mjsim.exchange.drawing import Line
-from mjsim.exchange.grid import read_bounded, read_grid
+from mjsim.exchange.grid import is_picture, read_grid
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Picture
 from mjsim.world import Grid
@@ -20,6 +21,8 @@ OCCUPIED, FREE, UNKNOWN = 20, 255, 205
 AROUND = 10
 """Cells around what a map knows that are shown."""
 _PLACED = re.compile(r"# From the drawing .*: (\S+) m to its unit, its place \[(\S+), (\S+)\] is \[0, 0\] here")
+
+_CELL = re.compile(r"# From the map .*: \d+ x \d+ cells of (\S+) m\.")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,6 +58,9 @@ def read_original(path: str | Path, *, world: str | Path | None = None, reading:
     kind = path.suffix.lower()
     if kind in (".yaml", ".yml"):
         return _of_grid(read_grid(path), path.name)
+    if is_picture(path):
+        cell = reading.scale if reading else _cell(world)
+        return _of_grid(read_grid(path, resolution=cell), path.name)
     if kind in (".svg", ".dxf"):
         return _of_drawing(path, None if world is None else Path(world), reading or Reading())
     raise UsageError(f"'{path}' is of no kind that can be shown; name a map's .yaml, an .svg or a .dxf file")
@@ -93,11 +99,23 @@ def _of_drawing(path: Path, world: Path | None, reading: Reading) -> Original:
 
 def _placed(world: Path | None) -> tuple[float, Array] | None:
     """Return what the first lines of a world file say of its drawing: metres to the unit, and the place of [0, 0]."""
+    found = _said(world, _PLACED)
+    return (found[0], np.array(found[1:])) if found else None
+
+
+def _cell(world: str | Path | None) -> float | None:
+    """Return what the first lines of a world file say of its map: the side of a cell [m]."""
+    found = _said(None if world is None else Path(world), _CELL)
+    return found[0] if found else None
+
+
+def _said(world: Path | None, line: re.Pattern[str]) -> list[float] | None:
+    """Return the numbers in a line among the first of a world file; None where there is no such line."""
     if world is None:
         return None
     head = read_bounded(world, most=50_000_000, kind="a world file")[:4096].decode("utf-8", "replace")
-    found = _PLACED.search(head)
+    found = line.search(head)
     try:
-        return (float(found[1]), np.array([float(found[2]), float(found[3])])) if found else None
+        return [float(number) for number in found.groups()] if found else None
     except ValueError:
         return None

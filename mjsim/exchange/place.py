@@ -170,6 +170,9 @@ def _clearance(world: World, grid: Grid | None) -> tuple[Array, Grid]:
         grid = grid_of(world, most_cells=MOST_CELLS)
     taken = cells_of(shape, grid)
     free: Cells = (grid.free | _specks(~grid.free & ~taken, SPECK / grid.resolution**2)) & ~taken
+    if (inside := free & cells_of(shape.convex_hull, grid)).any():
+        # The paper around a plan is as white as its rooms.
+        free = inside
     padded = np.pad(free.astype(np.uint8), 1)
     away = cv2.distanceTransform(padded, cv2.DIST_L2, 5)[1:-1, 1:-1]
     # From a middle to the nearest face, not to the next middle.

@@ -14,8 +14,8 @@ from xml.parsers import expat
 import numpy as np
 
 from mjsim.errors import UsageError
+from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.drawing import BOW, MOST_BYTES, MOST_CORNERS, Drawing, Line
-from mjsim.exchange.grid import read_bounded
 from mjsim.exchange.maps import name_of
 from mjsim.exchange.paint import darkness_of, opacity_of, share_of
 from mjsim.exchange.plan_in import read_plan

@@ -14,8 +14,10 @@ HOLLOW = 2.0
 """What stands alone, is no wider and encloses hardly anything known as free is solid [m]."""
 MOST_FREE = 0.15
 """Share of what a thing encloses that may be known as free."""
-MOST_SWOLLEN, FEW = 1.7, 1000
-"""Noise has so many times as many cells when its gaps are closed; a map of fewer cells is not asked."""
+MOST_SWOLLEN, FEW = 0.7, 1000
+"""Closed gaps add more of its cells to noise where these are crowded; a map of fewer cells is not asked."""
+AROUND, CROWDED = 3 * BETWEEN, 0.6
+"""Walls and their corners take less of the ground around them [side of a square in m, share]."""
 
 
 def tidied(clean: Cells, grid: Grid) -> Cells:
@@ -32,7 +34,8 @@ def tidied(clean: Cells, grid: Grid) -> Cells:
     crack = min(3, round(CRACK / grid.resolution))
     cells = cells | _closed(cells, crack / 2 + 0.55) if crack else cells
     cells = cells | (_closed(cells, BETWEEN / 2 / grid.resolution) & ~grid.free)
-    if np.count_nonzero(cells) > MOST_SWOLLEN * np.count_nonzero(clean) and np.count_nonzero(clean) > FEW:
+    swollen = np.count_nonzero(_crowded(cells, grid.resolution) & ~clean)
+    if swollen > MOST_SWOLLEN * np.count_nonzero(clean) and np.count_nonzero(clean) > FEW:
         raise UsageError("the map has gaps everywhere, as noise has; clean it in a paint program")
     cells = cells | _hollows(cells, grid)
     return _without_pinholes(cells)
@@ -47,6 +50,15 @@ def _closed(cells: Cells, radius: float) -> Cells:
     outside = away > radius
     back = cv2.distanceTransform((~outside).astype(np.uint8), cv2.DIST_L2, 5)
     return np.asarray((back > radius)[pad:-pad, pad:-pad], dtype=bool)
+
+
+def _crowded(cells: Cells, resolution: float) -> Cells:
+    """Return the cells around which more is occupied than by a wall, even where walls meet."""
+    import cv2
+
+    side = 2 * round(AROUND / resolution / 2) + 1
+    share = cv2.boxFilter(cells.astype(np.float32), cv2.CV_32F, (side, side), borderType=cv2.BORDER_CONSTANT)
+    return np.asarray(cells & (share > CROWDED), dtype=bool)
 
 
 def _hollows(cells: Cells, grid: Grid) -> Cells:

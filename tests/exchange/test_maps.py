@@ -5,6 +5,7 @@ import struct
 import zlib
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from PIL import Image
@@ -12,9 +13,11 @@ from PIL import Image
 from mjsim.errors import UsageError
 from mjsim.exchange import fidelity, with_robot, world_from_map, write_map
 from mjsim.exchange.grid import read_grid
+from mjsim.exchange.maps import world_from_grid
 from mjsim.exchange.place import without_way
 from mjsim.exchange.trace import rectangles_for
-from mjsim.world import World, check_world, format_world, grid_of, load_world, parse_world, solid
+from mjsim.geometry import Pose
+from mjsim.world import Grid, World, check_world, format_world, grid_of, load_world, parse_world, solid
 
 WORLDS = Path(__file__).parents[2] / "worlds"
 ROOM = "mjsim: 1\nwalls: [{points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true}]\n"
@@ -88,6 +91,9 @@ def test_a_map_that_lies_turned_comes_back_turned(tmp_path):
         ("", [0, 60], [254, 255]),  # 100 is a share of 0.61: between the thresholds, unknown
         ("mode: trinary\nnegate: 1\noccupied_thresh: 0.9\nfree_thresh: 0.3\n", [254, 255], [0, 60]),
         ("mode: scale\noccupied_thresh: 0.8\nfree_thresh: 0.2\n", [0, 60, 100], [205, 254, 255]),
+        ("mode: Scale\noccupied_thresh: 0.65\nfree_thresh: 0.25\n", [0, 60, 100], [205, 254, 255]),
+        ("negate: no\n", [0, 60], [254, 255]),
+        ("negate: 'true'\n", [205, 254, 255], [0]),
         ("mode: raw\n", [100], [0]),  # 101 to 255 are unknown, 60 lies between the thresholds
     ],
 )
@@ -96,6 +102,61 @@ def test_gray_becomes_occupied_and_free_as_map_server_reads_it(text, occupied, f
     picture = PIXELS[::-1]  # the first row of a picture is the highest in y
     assert set(picture[grid.occupied].tolist()) == set(occupied)
     assert set(picture[grid.free].tolist()) == set(free)
+
+
+def test_middle_gray_of_the_mode_scale_is_unknown(tmp_path):
+    grays = np.array([[0, 126, 127], [128, 129, 255]], dtype=np.uint8)
+    grid = read_grid(written(tmp_path, grays, "mode: scale\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"))
+    assert (grid.occupied[::-1] == [[True, True, False], [False, True, False]]).all()
+    assert (grid.free[::-1] == [[False, False, False], [False, False, True]]).all()
+
+
+@pytest.mark.parametrize("name", ["/home/me/map.pgm", "C:\\maps\\map.pgm", "~/maps/map.pgm", "./map.pgm"])
+def test_a_picture_named_by_its_path_on_another_machine_is_looked_for_beside_the_yaml_file(name, tmp_path):
+    path = written(tmp_path, PIXELS)
+    expected = read_grid(path).occupied
+    path.write_text(path.read_text().replace("image: map.pgm", f"image: {name}"))
+    assert name in path.read_text()
+    assert (read_grid(path).occupied == expected).all()
+
+
+def test_a_picture_alone_is_a_map_when_the_side_of_a_pixel_is_given(tmp_path):
+    grid = read_grid(write_map(parse_world(ROOM), tmp_path))
+    alone = read_grid(tmp_path / "map.pgm", resolution=0.1)
+    assert (alone.occupied == grid.occupied).all()
+    assert alone.resolution == 0.1
+    with pytest.raises(UsageError, match=r"is the picture of a map; name '.*map.yaml' beside it"):
+        read_grid(tmp_path / "map.pgm")
+    with pytest.raises(UsageError, match=r"the file of a map says its resolution; leave out --scale"):
+        read_grid(tmp_path / "map.yaml", resolution=0.1)
+    (tmp_path / "map.yaml").unlink()
+    with pytest.raises(UsageError, match=r"name the YAML file beside it, or give --scale METRES to a pixel"):
+        read_grid(tmp_path / "map.pgm")
+
+
+def test_a_robot_starts_in_the_building_not_on_the_paper_around_it(tmp_path):
+    picture = np.full((200, 300), 255, dtype=np.uint8)
+    cv2.rectangle(picture, (180, 20), (280, 100), 0, 3)
+    cv2.imwrite(str(tmp_path / "plan.png"), picture)
+    grid = read_grid(tmp_path / "plan.png", resolution=0.05)
+    world = with_robot(world_from_grid(grid), grid=grid)
+    column, row = grid.cells(np.array(world.robots[0].at))
+    assert 180 < column < 280
+    assert 100 < row < 180
+
+
+def test_two_faces_of_fine_cells_with_the_unknown_between_them_are_walls():
+    occupied = np.zeros((160, 240), dtype=bool)
+    for inset in (4, 10):
+        cv2.rectangle(view := occupied.astype(np.uint8), (inset, inset), (239 - inset, 159 - inset), 1, 1)
+        occupied |= view > 0
+    free = np.zeros_like(occupied)
+    free[11:149, 11:229] = True
+    grid = Grid(occupied, free, 0.025, Pose(0.0, 0.0, 0.0))
+    assert np.count_nonzero(occupied) > 1000
+    (wall,) = world_from_grid(grid).walls
+    assert wall.closed
+    assert wall.thickness == pytest.approx(7 * 0.025, abs=0.01)
 
 
 def test_pictures_of_any_depth_and_channels_are_the_same_map(tmp_path):
@@ -173,7 +234,7 @@ def test_what_is_not_a_map_is_refused_in_one_line(tmp_path):
     for text, picture, message in [
         ("walls: []\n", None, "this is not a map; it names an image, a resolution and an origin"),
         ("image: map.pgm\n", None, "resolution is None; it must be a number"),
-        ("image: map.pgm\nresolution: 0\n", None, "resolution is 0 m; a map has cells of 0.001 to 10 m"),
+        ("image: map.pgm\nresolution: 0\n", None, "map.yaml:2:13: resolution is 0 m; a map has cells of 0.001 to 10 m"),
         ("image: ../map.pgm\nresolution: 0.05\n", None, "leaves its folder; put it beside the YAML file"),
         ("image: gone.pgm\nresolution: 0.05\n", None, "gone.pgm'; name the picture of a map"),
         ("image: map.pgm\nresolution: 0.05\norigin: [0, a, 0]\n", None, "write [x, y, yaw] in metres"),

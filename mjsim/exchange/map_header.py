@@ -1,0 +1,158 @@
+"""The YAML file of a map, as ROS map_server and Nav2 write it: which picture, and what its grays mean."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from mjsim.errors import UsageError
+from mjsim.exchange.bounded_file import read_bounded
+from mjsim.geometry import Pose
+from mjsim.world import Node, read_text
+
+MOST_YAML = 100_000
+"""Bytes of the file."""
+OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
+"""As map_saver writes them; what is unknown lies between."""
+MODES = ("trinary", "scale", "raw")
+NO = ("", "0", "n", "no", "false", "off")
+"""Words of YAML 1.1, which ROS reads, for what is not so."""
+FARTHEST = 9000.0
+"""An origin is no farther off on either axis [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class MapHeader:
+    """What a map says of its picture."""
+
+    image: str
+    """Its file, as it is written."""
+    resolution: float
+    """Side of a cell [m]."""
+    origin: Pose = Pose(0.0, 0.0, 0.0)  # noqa: RUF009 - a frozen value
+    """The outer corner of its lower left cell, and where its rows point."""
+    occupied_thresh: float = OCCUPIED_THRESH
+    """What is occupied more is occupied, 0 to 1."""
+    free_thresh: float = FREE_THRESH
+    """What is occupied less is free, 0 to 1."""
+    mode: str = "trinary"
+    negate: bool = False
+    """Whether white is occupied."""
+
+
+def read_header(path: Path) -> MapHeader:
+    """Return what the YAML file of a map says: image, resolution, origin, negate, occupied_thresh, free_thresh, mode.
+
+    Raises:
+        UsageError: It is not there, too large, or not that of a map; with line and column where there are any.
+    """
+    data = read_bounded(path, most=MOST_YAML, kind="the YAML file of a map")
+    node, problems = read_text(data.decode("utf-8-sig", "replace"), file=str(path))
+    if problems:
+        raise UsageError("\n".join(map(str, problems)))
+    if node is None or not isinstance(node.value, dict) or "image" not in node.value:
+        raise UsageError(f"{path}: this is not a map; it names an image, a resolution and an origin")
+    keys = _Keys(path, node)
+    occupied = keys.number("occupied_thresh", OCCUPIED_THRESH)
+    free = keys.number("free_thresh", FREE_THRESH)
+    if not 0.0 <= free <= occupied <= 1.0:
+        last = "free_thresh" if "free_thresh" in node.value else "occupied_thresh"
+        raise UsageError(
+            f"{keys.at(last)}: free_thresh is {free:g} and occupied_thresh {occupied:g};"
+            " they must lie between 0 and 1, free_thresh below"
+        )
+    resolution = checked_resolution(keys.number("resolution"), keys.at("resolution"))
+    return MapHeader(_image(keys), resolution, _origin(keys), occupied, free, _mode(keys), keys.flag("negate"))
+
+
+@dataclass(frozen=True, slots=True)
+class _Keys:
+    """The keys of a file, and where they stand in it."""
+
+    path: Path
+    node: Node
+
+    def get(self, key: str) -> Any:
+        """Return the value of a key; None when it is not there."""
+        return self.node.value.get(key)
+
+    def at(self, key: str) -> str:
+        """Return file, line and column of a value; the file alone for what is not there."""
+        item = self.node.items.get(key)
+        return str(self.path) if item is None else f"{self.path}:{item.line}:{item.column}"
+
+    def number(self, key: str, default: float | None = None) -> float:
+        """Return a number.
+
+        Raises:
+            UsageError: It is none, or not there and needed.
+        """
+        value = self.node.value.get(key, default)
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            raise UsageError(f"{self.at(key)}: {key} is {value!r:.40}; it must be a number")
+        return float(value)
+
+    def flag(self, key: str) -> bool:
+        """Return whether a number is not 0, or a word does not say no."""
+        value = self.get(key)
+        return value.lower() not in NO if isinstance(value, str) else bool(value)
+
+
+def _image(keys: _Keys) -> str:
+    name = keys.get("image")
+    if not isinstance(name, str) or not name:
+        raise UsageError(f"{keys.at('image')}: image is {name!r:.40}; name the picture of a map")
+    parts = PurePosixPath(name).parts if not _absolute(name) else ()
+    if ".." in parts or not name.isprintable():
+        raise UsageError(f"{keys.at('image')}: image {name!r:.60} leaves its folder; put it beside the YAML file")
+    return name
+
+
+def picture_beside(path: Path, name: str) -> Path:
+    """Return the file of a map's picture: beside the YAML file where its whole path on another machine is named."""
+    if _absolute(name):
+        name = PurePosixPath(name.replace("\\", "/")).name
+    return path.parent / name
+
+
+def _absolute(name: str) -> bool:
+    """Say whether a name is a whole path: map_saver of ROS 1 writes that of the machine it ran on."""
+    return name.startswith(("/", "~", "file:")) or name[1:3] in (":\\", ":/")
+
+
+def checked_resolution(resolution: float, place: str) -> float:
+    """Return the side of a cell [m].
+
+    Args:
+        resolution: As it is given [m].
+        place: Where that is, for people.
+
+    Raises:
+        UsageError: No map has such cells.
+    """
+    if not 1e-3 <= resolution <= 10.0:
+        raise UsageError(f"{place}: resolution is {resolution:g} m; a map has cells of 0.001 to 10 m")
+    return resolution
+
+
+def _mode(keys: _Keys) -> str:
+    mode = keys.get("mode")
+    if mode is None:
+        return MODES[0]
+    if str(mode).lower() not in MODES:
+        raise UsageError(f"{keys.at('mode')}: mode is '{mode!s:.40}'; it must be trinary, scale or raw")
+    return str(mode).lower()
+
+
+def _origin(keys: _Keys) -> Pose:
+    origin = keys.get("origin")
+    if origin is None:
+        return Pose(0.0, 0.0, 0.0)
+    numbers = isinstance(origin, list) and all(
+        isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= FARTHEST for value in origin
+    )
+    if not numbers or len(origin) not in (2, 3):
+        raise UsageError(
+            f"{keys.at('origin')}: origin is {origin!r:.60}; write [x, y, yaw] in metres, within 9 km, and radians"
+        )
+    return Pose(float(origin[0]), float(origin[1]), float(origin[2]) if len(origin) == 3 else 0.0)
