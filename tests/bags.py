@@ -1,6 +1,6 @@
 """Bags of ROS as other programs write them: with the writer of rosbags, which mjsim does not use."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -69,6 +69,11 @@ class Bag:
             rotation=self.quaternion(pose.qx, pose.qy, pose.qz, pose.qw),
         )
         return self.make("geometry_msgs/TransformStamped", header=header, child_frame_id=child, transform=told)
+
+    def transforms(self, topic: str, stamp: float, poses: Iterable[tuple[str, str, Array]]) -> None:
+        """Write where frames are in others: (outer, inner, outer_from_inner) of each."""
+        told = [self.transform(self.header(stamp, outer), inner, matrix) for outer, inner, matrix in poses]
+        self.put(topic, stamp, self.make("tf2_msgs/TFMessage", transforms=told))
 
     def odometry(self, header: Any, child: str, pose: Pose3, forward: float = 0.0, turn: float = 0.0) -> Any:
         twist = self.make("geometry_msgs/Twist", linear=self.xyz(forward, 0, 0), angular=self.xyz(0, 0, turn))

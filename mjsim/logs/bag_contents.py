@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from mjsim.logs.bag_file import Bag, RosMessage
 from mjsim.logs.bag_frames import BASES, FrameTree, frame_name, matrix_of
 from mjsim.logs.bag_messages import imu_of, pose_of, scan_of, twist_of
 from mjsim.logs.bag_pictures import is_depth, size_of
-from mjsim.logs.bag_topics import INFO, TRANSFORMS, RobotTopics
+from mjsim.logs.bag_topics import INFO, TRANSFORMS, RobotTopics, told_by
 from mjsim.logs.merge import track_of
 from mjsim.logs.readings import rising
 
@@ -101,12 +102,13 @@ class Contents:
 
     def _read(self) -> None:
         """Read the bag."""
-        self.frames = FrameTree()
+        self._frames: dict[str, FrameTree] = {}
+        """Robot in whose namespace a topic of transforms is, or '' -> the frames that it tells."""
         self.streams: dict[str, Stream] = {}
         self.moves: dict[str, Moves] = {}
         """By topic: poses of odometry and truth, twists of commands."""
-        self.carried: dict[str, Moves] = {}
-        """Frame of a robot -> where /tf has it in the frame of its odometry."""
+        self.carried: dict[tuple[str, str], Moves] = {}
+        """Robot as in `_frames`, and its frame -> where /tf has it in the frame of its odometry."""
         self.imus: dict[str, list[ImuReading]] = {}
         self.imu_frames: dict[str, str] = {}
         self.infos: dict[str, Any] = {}
@@ -120,6 +122,12 @@ class Contents:
             except ValueError:
                 self.left_out[message.topic] += 1
         self._drop_wrong_times((last - first) * 1e-9)
+
+    def frames_of(self, robot: str) -> FrameTree:
+        """Return the frames of a robot: those of its namespace and those without; of a robot without one, all."""
+        own = [self._frames[robot]] if robot in self._frames else []
+        others = [tree for name, tree in self._frames.items() if name != robot and not (own and name)]
+        return reduce(FrameTree.joined, [*own, *others], FrameTree())
 
     def _roles(self, robots: Sequence[RobotTopics]) -> dict[str, Callable[[RosMessage], None]]:
         """Return what is done with the messages of each topic."""
@@ -149,7 +157,8 @@ class Contents:
         if not self._wants_odometry and self._transforms[message.topic] > MOST_TRANSFORMS:
             return
         transforms = self._bag.decode(message).transforms
-        self.frames.add(transforms)
+        robot = told_by(message.topic)
+        self._frames.setdefault(robot, FrameTree()).add(transforms)
         if not self._wants_odometry:
             return
         for each in transforms:
@@ -158,7 +167,7 @@ class Contents:
                 stamp, recorded = each.header.stamp, message.time * 1e-9
                 told = (stamp.sec + 1e-9 * stamp.nanosec) or recorded
                 time = self._clocks.time(f"{inner} in {message.topic}", recorded, told)
-                moves = self.carried.setdefault(inner, Moves(child=inner))
+                moves = self.carried.setdefault((robot, inner), Moves(child=inner))
                 pose = matrix_of(each.transform.translation, each.transform.rotation)
                 moves.rows.append((time, *Pose3.from_matrix(pose).as_array().tolist()))
 
@@ -226,7 +235,8 @@ class Contents:
             near = [abs(stamp - middle) <= most for stamp in stream.stamps]
             stream.stamps = [stamp if fits else float("nan") for stamp, fits in zip(stream.stamps, near, strict=True)]
             self.left_out[topic] += near.count(False)
-        for topic, moves in (*self.moves.items(), *self.carried.items()):
+        carried = ((f"{frame} in /tf", moves) for (_, frame), moves in self.carried.items())
+        for topic, moves in (*self.moves.items(), *carried):
             before = len(moves.rows) or len(moves.twists)
             moves.rows = [row for row in moves.rows if abs(row[0] - middle) <= most]
             moves.twists = [row for row in moves.twists if abs(row[0] - middle) <= most]

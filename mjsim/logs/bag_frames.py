@@ -55,6 +55,13 @@ class FrameTree:
             self._inner.setdefault(outer, {})[inner] = matrix
             self._inner.setdefault(inner, {})[outer] = np.asarray(np.linalg.inv(matrix), dtype=float)
 
+    def joined(self, other: "FrameTree") -> "FrameTree":
+        """Return a tree of both; what both tell counts as it is here."""
+        tree = FrameTree()
+        for frame in {**other._inner, **self._inner}:
+            tree._inner[frame] = {**other._inner.get(frame, {}), **self._inner.get(frame, {})}
+        return tree
+
     def __contains__(self, frame: str) -> bool:
         """Say whether anything is known of a frame."""
         return frame in self._inner

@@ -88,6 +88,11 @@ def plain_topic(topic: str) -> str:
     return before if last in TRANSPORTS else topic
 
 
+def told_by(topic: str) -> str:
+    """Return the name of the robot in whose namespace a topic is, empty outside of namespaces."""
+    return _plain(_first(topic))
+
+
 def _check(types: Mapping[str, str], asked: Mapping[str, Sequence[str]]) -> None:
     for kind, topics in asked.items():
         if kind not in TYPES:

@@ -59,8 +59,20 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
         raise UsageError(line[:LONGEST_MESSAGE])
     contents = Contents(bag, robots)
     messages = BagMessages(bag, times_of(contents.streams))
-    first, *others = (_Robot(bag, contents, messages, robot).log() for robot in robots)
-    return [replace(first, notes={**first.notes, **contents.notes, **_unread(bag, robots)}), *others]
+    logs = [_Robot(bag, contents, messages, robot).log() for robot in robots]
+    if len(logs) > 1:
+        logs = [
+            replace(log, notes={f"{fact} of {log.name}": value for fact, value in log.notes.items()}) for log in logs
+        ]
+    broken = {"bag breaks off": bag.cut} if bag.cut else {}
+    shared = {**_left_out(contents, robots), **contents.notes, **_unread(bag, robots), **broken}
+    return [replace(logs[0], notes={**logs[0].notes, **shared}), *logs[1:]]
+
+
+def _left_out(contents: Contents, robots: Sequence[RobotTopics]) -> dict[str, str]:
+    """Return what the metadata tell of messages of topics that are read."""
+    topics = (topic for robot in robots for topic in robot.all())
+    return {f"{topic} messages left out": str(contents.left_out[topic]) for topic in topics}
 
 
 def _unread(bag: Bag, robots: Sequence[RobotTopics]) -> dict[str, str]:
@@ -78,6 +90,7 @@ class _Robot:
 
     def __init__(self, bag: Bag, contents: Contents, messages: BagMessages, topics: RobotTopics) -> None:
         self._bag, self._contents, self._messages, self._topics = bag, contents, messages, topics
+        self._frames = contents.frames_of(topics.name)
         self._notes: dict[str, str] = {}
         self._odometry = self._moves(topics.odometry) or self._transformed()
         self._track = None if self._odometry is None else self._odometry.planar()
@@ -90,8 +103,8 @@ class _Robot:
     def _base_frame(self) -> str | None:
         """Return the frame of the robot: the one that odometry moves, or the usual one where /tf does not know that."""
         child = self._odometry.child if self._odometry is not None else ""
-        usual = self._contents.frames.base("" if self._topics.name == "robot" else self._topics.name)
-        if child and usual is not None and child not in self._contents.frames:
+        usual = self._frames.base("" if self._topics.name == "robot" else self._topics.name)
+        if child and usual is not None and child not in self._frames:
             self._notes["odometry's frame"] = f"{child} is not in /tf; it is taken for {usual}"
             return usual
         return child or usual
@@ -113,10 +126,6 @@ class _Robot:
             poses=self._truth(),
             gap=GAP,
         )
-        for topic in topics.all():
-            self._notes[f"{topic} messages left out"] = str(self._contents.left_out[topic])
-        if self._bag.cut:
-            self._notes["bag breaks off"] = self._bag.cut
         return Log(
             kind="bag of ROS 2" if self._bag.is_ros2 else "bag of ROS 1",
             robot=robot,
@@ -148,7 +157,8 @@ class _Robot:
         if self._topics.odometry is not None:
             return None
         carried = self._contents.carried
-        own = [moves for child, moves in carried.items() if child.partition("/")[0] == self._topics.name]
+        name = self._topics.name
+        own = [moves for (space, child), moves in carried.items() if name in (space, child.partition("/")[0])]
         found = own or list(carried.values())
         if len(found) != 1:
             if found:
@@ -167,7 +177,7 @@ class _Robot:
         table = moves.table(moves.rows)
         if not moves.child or self._base is None or moves.child == self._base:
             return table
-        child_from_base = self._contents.frames.between(moves.child, self._base)
+        child_from_base = self._frames.between(moves.child, self._base)
         if child_from_base is None:
             return table
         for row in table:
@@ -176,7 +186,7 @@ class _Robot:
 
     def _place(self, name: str, frame: str) -> Array | None:
         """Return robot_from_sensor by the frames of the bag, shape (4, 4) [m]; None where they do not tell."""
-        place = None if self._base is None else self._contents.frames.between(self._base, frame)
+        place = None if self._base is None else self._frames.between(self._base, frame)
         if place is None:
             self._notes[f"place of {name}"] = "not in the bag; a guess"
         return place

@@ -73,7 +73,8 @@ def is_carmen(path: Path) -> bool:
         word = line.split(maxsplit=1)[0] if line.strip() else "#"
         if word in MESSAGES or word in LASERS:
             known += 1
-        elif not word.startswith("#") and known == 0:
+        # Messages of other sensors may come first.
+        elif not (word.startswith("#") or word.isupper() or known):
             return False
         if known >= 3 or number > 500:
             break
@@ -145,7 +146,7 @@ def _take(found: _Found, words: Sequence[str]) -> None:
 def _take_old(found: _Found, words: Sequence[str]) -> None:
     """Take a message of the front or the rear laser."""
     count = _count(words[1], least=2)
-    ranges = _numbers(words, 2, 2 + count)
+    ranges = _values(words, 2, 2 + count)
     _, _, _, x, y, heading = _numbers(words, 2 + count, 8 + count)
     stamp = _stamp(words, 8 + count)
     step = _step(count)
@@ -159,7 +160,7 @@ def _take_new(found: _Found, words: Sequence[str]) -> None:
     """Take a message of a laser that tells its configuration."""
     _, first, _fov, step, farthest, _, _ = _numbers(words, 1, 8)
     count = _count(words[8], least=2)
-    ranges = _numbers(words, 9, 9 + count)
+    ranges = _values(words, 9, 9 + count)
     if not (0.0 < step < math.pi and -7.0 <= first <= 7.0 and farthest > 0.0):
         raise ValueError(f"{words[0]} begins at {first:g} rad, with {step:g} rad a beam and up to {farthest:g} m")
     at = 9 + count
@@ -182,7 +183,7 @@ def _take_new(found: _Found, words: Sequence[str]) -> None:
 
 def _scan(stamp: float, ranges: Sequence[float], first: float, step: float, *, farthest: float = math.inf) -> Scan:
     values = np.array(ranges)
-    values[values < NEAREST] = -np.inf
+    values[~(values >= NEAREST)] = -np.inf
     values[values >= farthest] = np.inf
     return Scan(stamp, values, first, step, NEAREST, farthest)
 
@@ -253,14 +254,19 @@ def _step(count: int) -> float:
     return math.radians(steps.get(count, 180.0 / (count - 1)))
 
 
-def _numbers(words: Sequence[str], begin: int, end: int) -> list[float]:
-    """Return the numbers at some places of a line."""
+def _values(words: Sequence[str], begin: int, end: int) -> list[float]:
+    """Return the numbers at some places of a line; infinite and not-a-number values stay."""
     if len(words) < end:
         raise ValueError(f"{words[0]} has {len(words) - 1} values; it must have at least {end - 1}")
     try:
-        values = [float(word) for word in words[begin:end]]
+        return [float(word) for word in words[begin:end]]
     except ValueError as error:
         raise ValueError(f"{words[0]}: {error}; numbers are written as 1.5") from None
+
+
+def _numbers(words: Sequence[str], begin: int, end: int) -> list[float]:
+    """Return the finite numbers at some places of a line."""
+    values = _values(words, begin, end)
     if not all(map(math.isfinite, values)):
         bad = next(word for word, value in zip(words[begin:end], values, strict=True) if not math.isfinite(value))
         raise ValueError(f"{words[0]} holds {bad[:40]!r}; numbers must be finite")
@@ -268,16 +274,15 @@ def _numbers(words: Sequence[str], begin: int, end: int) -> list[float]:
 
 
 def _count(word: str, *, least: int) -> int:
-    count = int(word)
-    if not least <= count <= MOST_BEAMS:
-        raise ValueError(f"a laser of {count} values; it must have {least} to {MOST_BEAMS}")
-    return count
+    if not word.isdecimal() or not least <= int(word) <= MOST_BEAMS:
+        raise ValueError(f"a laser of {word[:40]} values; it must have {least} to {MOST_BEAMS}")
+    return int(word)
 
 
 def _stamp(words: Sequence[str], at: int) -> float:
     """Return when a message was sent; the place after its last value [s]."""
     if len(words) < at + 1:
-        raise ValueError(f"{words[0]} has no time at its end")
+        raise ValueError(f"{words[0]} has no time at its end; after its values come time, host and time of logging")
     (stamp,) = _numbers(words, at, at + 1)
     return stamp
 

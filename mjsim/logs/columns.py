@@ -34,6 +34,8 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 """Of times [s]."""
+LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+"""Units of columns of lengths and velocities [m]."""
 
 
 class _Table(Model):
@@ -161,6 +163,8 @@ class Description(Model):
     log: Literal["tables"]
     time_unit: Literal["s", "ms", "us", "ns"] = "s"
     """Of all columns of time."""
+    length_unit: Literal["m", "cm", "mm"] = "m"
+    """Of all columns of places, ranges and velocities; what this file itself says stays in metres."""
     odometry: Poses | None = None
     """Where odometry has the robot, in a frame that drifts."""
     twist: Twists | None = None
@@ -192,7 +196,7 @@ def read_columns(path: Path, wishes: Wishes) -> Log:
         UsageError: A table is not there or not as described (names file and line).
     """
     told = read_described(path, Description)
-    tables = _Tables(path.parent, UNITS[told.time_unit])
+    tables = _Tables(path.parent, UNITS[told.time_unit], LENGTHS[told.length_unit])
     noise = told.noise
     motion = type(MOTION)(distance=noise.distance, turn=noise.turn, veer=noise.veer)
     deviations = wishes.sighting_over(noise.range, math.radians(noise.bearing_deg))
@@ -223,8 +227,8 @@ def read_columns(path: Path, wishes: Wishes) -> Log:
 class _Tables:
     """The tables beside a description."""
 
-    def __init__(self, folder: Path, second: float) -> None:
-        self._folder, self._second = folder, second
+    def __init__(self, folder: Path, second: float, metre: float) -> None:
+        self._folder, self._second, self._metre = folder, second, metre
         self._read: dict[str, CsvTable] = {}
 
     def poses(self, asked: Poses | None) -> Array | None:
@@ -232,14 +236,14 @@ class _Tables:
         if asked is None:
             return None
         table = self._table(asked.file)
-        return self._rows(asked, table, table.column(asked.x), table.column(asked.y), _angle(table, asked, "heading"))
+        return self._rows(asked, table, *self._lengths(table, asked.x, asked.y), _angle(table, asked, "heading"))
 
     def twists(self, asked: Twists | None) -> Array:
         """Return rows of time, forward and turn, shape (N, 3)."""
         if asked is None:
             return np.zeros((0, 3))
         table = self._table(asked.file)
-        return self._rows(asked, table, table.column(asked.forward), _angle(table, asked, "turn"))
+        return self._rows(asked, table, *self._lengths(table, asked.forward), _angle(table, asked, "turn"))
 
     def sightings(
         self, asked: Sightings | None, deviations: tuple[float, float]
@@ -249,7 +253,7 @@ class _Tables:
             return [], None
         table = self._table(asked.file)
         names = None if asked.name is None else table.words(asked.name)
-        columns = self._times(asked, table), table.column(asked.range), _angle(table, asked, "bearing")
+        columns = self._times(asked, table), *self._lengths(table, asked.range), _angle(table, asked, "bearing")
         if float(columns[1].min()) <= 0.0:
             raise UsageError(f"'{asked.file}': a range is {columns[1].min():g} m; it must be above 0")
         rows = np.column_stack(columns).tolist()
@@ -264,7 +268,7 @@ class _Tables:
         """Return scans in the order of time, those of one time once."""
         table = self._table(asked.file)
         nearest, farthest = asked.range
-        ranges = table.block(asked.ranges, but=asked.time)
+        ranges = table.block(asked.ranges, but=asked.time) * self._metre
         ranges[~(ranges >= nearest)] = -np.inf
         ranges[ranges >= farthest] = np.inf
         first, step = math.radians(asked.from_deg), math.radians(asked.step_deg)
@@ -288,7 +292,7 @@ class _Tables:
         if asked is None:
             return {}
         table = self._table(asked.file)
-        names, x, y = table.words(asked.name), table.column(asked.x), table.column(asked.y)
+        names, (x, y) = table.words(asked.name), self._lengths(table, asked.x, asked.y)
         if len(set(names)) < len(names):
             twice = next(name for name in names if names.count(name) > 1)
             raise UsageError(f"'{asked.file}': landmark '{twice}' stands at two places; each has one line")
@@ -301,6 +305,10 @@ class _Tables:
                 raise UsageError(f"'{file}' leaves the folder of the description; put the table beside it")
             self._read[file] = read_csv(path)
         return self._read[file]
+
+    def _lengths(self, table: CsvTable, *names: str | int) -> list[Array]:
+        """Return columns of lengths [m] or velocities [m/s]."""
+        return [table.column(name) * self._metre for name in names]
 
     def _times(self, asked: _Table, table: CsvTable) -> Array:
         return table.column(asked.time) * self._second

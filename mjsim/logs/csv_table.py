@@ -68,7 +68,9 @@ class CsvTable:
             return name - 1
         if name not in self.names:
             raise UsageError(f"no column '{name}' in '{self.path}'{did_you_mean(name, self.names)}"[:LONGEST_MESSAGE])
-        return list(self.names).index(name)
+        if (count := self.names.count(name)) > 1:
+            raise UsageError(f"'{self.path}' has {count} columns '{name}'; give its number, from 1"[:LONGEST_MESSAGE])
+        return self.names.index(name)
 
     def _numbers(self, indices: Sequence[int], *, finite: bool = True) -> Array:
         accepted, right = (_is_finite, "a finite number") if finite else (_is_number, "a number")

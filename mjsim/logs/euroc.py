@@ -27,6 +27,7 @@ from mjsim.geometry import Array
 from mjsim.interface import ImuReading, Intrinsics
 from mjsim.logs.csv_table import read_csv
 from mjsim.logs.log import Log, Mount
+from mjsim.logs.merge import longest_gap
 from mjsim.logs.picture_files import frame_in, listed_pictures, size_in
 from mjsim.logs.readings import Readings
 from mjsim.logs.robot_log import RobotLog
@@ -36,8 +37,6 @@ from mjsim.record import LoggedCamera, LoggedFrame
 
 NANOSECOND = 1e-9
 TRUTHS = ("state_groundtruth_estimate0", "mocap0")
-GAP = 0.1
-"""Between two poses of the truth that are farther apart nothing is known [s]."""
 UNIT = 0.01
 """How far the determinant of a rotation in a file may be off 1."""
 LENSES = {"radial-tangential": "brown", "radtan": "brown", "plumb_bob": "brown", "equidistant": "fisheye"}
@@ -63,7 +62,8 @@ def read_euroc(path: Path) -> Log:
     readings = sorted((each for _, told in inertial.values() for each in told), key=lambda each: each.stamp)
     truth = next((folder for name in TRUTHS for folder in _sensors(path, name)), None)
     notes["truth"] = "not in the folder" if truth is None else truth.name
-    robot = RobotLog(cameras=frames, imu=readings, poses=None if truth is None else _poses(truth), gap=GAP)
+    poses = None if truth is None else _poses(truth)
+    robot = RobotLog(cameras=frames, imu=readings, poses=poses, gap=longest_gap(poses))
     mounts = {name: mount for name, (mount, _) in inertial.items()}
     return Log(kind="EuRoC", robot=robot, cameras=cameras, mounts=mounts, notes=notes)
 

@@ -1,7 +1,7 @@
 """Which kind of log a file or a folder is, and its import."""
 
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -49,6 +49,8 @@ READ = (
     "a folder of MRCLAM (Barcodes.dat), Victoria Park (inputs.dat), TUM RGB-D (rgb.txt) or EuRoC (mav0),"
     " a bag of ROS 1 or ROS 2, a CARMEN log, a YAML file that describes tables (log: tables)"
 )
+MOST_LOOKED_AT = 100
+"""Files of a folder, when it is no log itself."""
 TABLES = (".csv", ".tsv", ".dat")
 ZSTD = (".zst", ".zstd")
 PACKED = (".tar", ".tgz", ".txz", ".zip", ".tar.gz", ".tar.xz", ".tar.bz2", ".7z")
@@ -103,6 +105,8 @@ def _unknown(path: Path) -> str:
         return f"'{path}' is an archive; unpack it and name the folder"
     if packed := [each.name for each in (path.iterdir() if path.is_dir() else [path]) if each.suffix in ZSTD]:
         return f"'{path}' holds {packed[0]}, packed by zstd, and no metadata.yaml that says so; unpack it (unzstd)"
+    if path.is_dir() and (logs := _logs_in(path)):
+        return f"'{path}' is a folder of logs; name one of them: {', '.join(logs)}"[:LONGEST_MESSAGE]
     if path.is_file() and not path.stat().st_size:
         return f"'{path}' is empty"
     if path.is_file() and is_mcap(path):
@@ -110,6 +114,23 @@ def _unknown(path: Path) -> str:
     if path.is_file() and path.suffix.lower() in TABLES:
         return f"'{path}' is a table of numbers; describe its columns in a YAML file (log: tables) and name that"
     return f"'{path}' is no log that is read here; give {READ}"[:LONGEST_MESSAGE]
+
+
+def _logs_in(folder: Path) -> list[str]:
+    """Return the names of logs that a folder holds."""
+    inside = sorted(folder.iterdir())[:MOST_LOOKED_AT]
+    return [each.name for each in inside if _is_folder_of_files(each) or _is_any(each)]
+
+
+def _is_folder_of_files(path: Path) -> bool:
+    return (path / "Barcodes.dat").is_file() or (path / "inputs.dat").is_file()
+
+
+def _is_any(path: Path) -> bool:
+    """Say whether a path is of one of `KINDS`; what cannot be read is none."""
+    with suppress(UsageError, OSError):
+        return any(kind.is_one(path) for kind in KINDS)
+    return False
 
 
 def _refuse(wishes: Wishes, kind: str, *, robots: bool, landmarks: bool, topics: bool = False) -> None:

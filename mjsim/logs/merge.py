@@ -14,6 +14,9 @@ PIVOT = 1e-3
 """Standard deviation of the place of a robot that turns on the spot by one radian: nothing pivots about a point of no
 size, and estimators that invert a covariance cannot do with zeros [m/sqrt(rad)]."""
 
+GAP, STEPS = 0.1, 1.5
+"""Between two poses of the truth that are farther apart than either nothing is known [s, usual steps of the truth]."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionNoise:
@@ -160,6 +163,16 @@ def poses_at(times: Array, track: Array, *, gap: float) -> Array:
     poses = first + share[:, None] * (second - first)
     poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
     return np.where(known[:, None], poses, np.nan)
+
+
+def longest_gap(truth: Array | None) -> float:
+    """Return how far apart two poses of a truth may be for what is between them to be known [s].
+
+    Args:
+        truth: Rows that begin with the time [s], in the order of time, shape (N, ...); None for no truth.
+    """
+    steps = np.diff(truth[:, 0]) if truth is not None else np.zeros(0)
+    return max(GAP, STEPS * float(np.median(steps))) if len(steps) else GAP
 
 
 def _between(times: Array, since: Array, gap: float) -> tuple[NDArray[np.intp], Array, NDArray[np.bool_]]:

@@ -1,5 +1,6 @@
 """Pictures of a log in files of their own, and the list that says when each was taken."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -28,8 +29,44 @@ def listed_pictures(
     Raises:
         UsageError: A line is not as it must be, or there are no pictures; names file and line.
     """
-    stamps, files, missing = [], [], []
+    return _listed(path, lines_of(path), notes, folder=folder, separator=separator, second=second)
+
+
+def paired_pictures(path: Path, notes: dict[str, str]) -> tuple[tuple[Array, list[Path]], tuple[Array, list[Path]]]:
+    """Return, of pictures and of depth, when they were taken, ascending [s], and their files.
+
+    Args:
+        path: `associations.txt`: time and path of a picture, time and path of its depth a line, or depth first; paths
+            of depth have 'depth' in them.
+        notes: Facts about the log.
+
+    Raises:
+        UsageError: As of `listed_pictures`.
+    """
+    halves: tuple[list[str], list[str]] = [], []
     for number, line in enumerate(lines_of(path), start=1):
+        words = line.partition("#")[0].split()
+        if words and (len(words) != 4 or ("depth" in words[1]) == ("depth" in words[3])):
+            raise UsageError(f"{path}:{number}: {line.strip()[:60]!r}; a line has time, path, time, path of depth")
+        pair = sorted((" ".join(words[:2]), " ".join(words[2:])), key=lambda half: "depth" in half)
+        for lines, half in zip(halves, pair, strict=True):
+            lines.append(half)
+    pictures, depths = (_listed(path, lines, notes) for lines in halves)
+    return pictures, depths
+
+
+def _listed(
+    path: Path,
+    lines: Iterable[str],
+    notes: dict[str, str],
+    *,
+    folder: str = ".",
+    separator: str | None = None,
+    second: float = 1.0,
+) -> tuple[Array, list[Path]]:
+    """Return what the lines of a list name, as `listed_pictures` does."""
+    stamps, files, missing = [], [], []
+    for number, line in enumerate(lines, start=1):
         words = line.partition("#")[0].strip().split(separator, maxsplit=1)
         if not any(words):
             continue
@@ -48,7 +85,8 @@ def listed_pictures(
     if not files:
         raise UsageError(missing[0] if missing else f"'{path}' lists no pictures")
     listed = path.name if folder == "." else f"{path.parent.name}/{path.name}"
-    notes[f"files of {listed} that are not there left out"] = str(len(missing))
+    fact = f"files of {listed} that are not there left out"
+    notes[fact] = str(int(notes.get(fact, "0")) + len(missing))
     order = rising(np.array(stamps))
     return np.array(stamps)[order], [files[k] for k in order.tolist()]
 

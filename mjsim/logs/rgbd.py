@@ -2,6 +2,7 @@
 
     rgb.txt            time [s], path of a picture
     depth.txt          time [s], path of a PNG of 16 bits, 5000 to a metre, 0 for none
+    associations.txt   time and path of a picture, time and path of its depth: in place of both
     groundtruth.txt    time [s], x, y, z [m], quaternion x, y, z, w: the camera's optical frame in the world
     accelerometer.txt  time [s], x, y, z [m/s^2]
     camera.yaml        calibration as ORB-SLAM reads it; not in the published folders
@@ -26,7 +27,8 @@ from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array, Pose3
 from mjsim.interface import ImuReading, Intrinsics
 from mjsim.logs.log import AHEAD, Log
-from mjsim.logs.picture_files import frame_in, listed_pictures, size_in
+from mjsim.logs.merge import longest_gap
+from mjsim.logs.picture_files import frame_in, listed_pictures, paired_pictures, size_in
 from mjsim.logs.readings import TOGETHER, Readings, partners
 from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.table import TIME, read_table, with_unit_quaternions
@@ -36,8 +38,8 @@ from mjsim.record import LoggedCamera, LoggedFrame
 CAMERA = "camera"
 PER_METRE = np.float32(5000.0)
 """Of the numbers of depth."""
-GAP = 0.1
-"""Between two poses of the truth that are farther apart nothing is known [s]."""
+ASSOCIATIONS = "associations.txt"
+"""As `associate.py` of the data set's tools writes it, and some data sets have it alone."""
 CALIBRATIONS = {
     1: (517.3, 516.5, 318.6, 255.3, 0.2624, -0.9531, -0.0054, 0.0026, 1.1633),
     2: (520.9, 521.0, 325.1, 249.7, 0.2312, -0.7849, -0.0033, -0.0001, 0.9172),
@@ -50,7 +52,7 @@ USUAL = (525.0, 525.0, 319.5, 239.5)
 
 def is_rgbd(path: Path) -> bool:
     """Say whether a folder holds a list of pictures."""
-    return path.is_dir() and (path / "rgb.txt").is_file()
+    return path.is_dir() and any((path / name).is_file() for name in ("rgb.txt", ASSOCIATIONS))
 
 
 def read_rgbd(path: Path) -> Log:
@@ -60,11 +62,9 @@ def read_rgbd(path: Path) -> Log:
         UsageError: A file is not there or not as it must be; names file and line.
     """
     notes: dict[str, str] = {}
-    stamps, pictures = listed_pictures(path / "rgb.txt", notes)
+    (stamps, pictures), (depth_stamps, depths) = _lists(path, notes)
     width, height = size_in(pictures[0], pictures[0].read_bytes())
     intrinsics = _intrinsics(path, width, height, notes)
-    lists = path / "depth.txt"
-    depth_stamps, depths = listed_pictures(lists, notes) if lists.is_file() else (np.zeros(0), [])
     partner = partners(stamps, depth_stamps, tolerance=TOGETHER).tolist()
     if depths:
         notes["pictures without depth"] = str(sum(other < 0 for other in partner))
@@ -74,13 +74,22 @@ def read_rgbd(path: Path) -> Log:
         other = partner[number]
         return frame if other < 0 else replace(frame, depth=_depth(depths[other], intrinsics))
 
+    poses = _truth(path, notes)
     robot = RobotLog(
-        cameras={CAMERA: Readings(stamps, take)}, imu=_accelerations(path), poses=_truth(path, notes), gap=GAP
+        cameras={CAMERA: Readings(stamps, take)}, imu=_accelerations(path), poses=poses, gap=longest_gap(poses)
     )
     place = AHEAD.copy()
     place[:3, 3] = 0.0
     camera = LoggedCamera(intrinsics, place, has_depth=bool(depths))
     return Log(kind="TUM RGB-D", robot=robot, name="robot", cameras={CAMERA: camera}, notes=notes)
+
+
+def _lists(path: Path, notes: dict[str, str]) -> tuple[tuple[Array, list[Path]], tuple[Array, list[Path]]]:
+    """Return when pictures and depth of a folder were taken [s], and their files."""
+    if not (path / "rgb.txt").is_file():
+        return paired_pictures(path / ASSOCIATIONS, notes)
+    depth, none = path / "depth.txt", (np.zeros(0), list[Path]())
+    return listed_pictures(path / "rgb.txt", notes), listed_pictures(depth, notes) if depth.is_file() else none
 
 
 def _depth(file: Path, intrinsics: Intrinsics) -> Array:

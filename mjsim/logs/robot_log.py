@@ -90,8 +90,8 @@ def write_robot_logs(
     count = int((span[1] - span[0]) / dt + 1e-9) + 1
     accounts = {name: _Ticked(log, noise, bias, start=span[0], dt=dt, count=count) for name, log in logs.items()}
     left_out = {
-        f"{sensor} {kind} left out": str(left)
-        for account in accounts.values()
+        f"{f'{name} ' if len(accounts) > 1 else ''}{sensor} {kind} left out": str(left)
+        for name, account in accounts.items()
         for sensor, kind, left in account.left_out()
     }
     return write_ticks(

@@ -8,6 +8,7 @@ import numpy as np
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array
+from mjsim.logs.text import lines_of
 
 TIME = "time"
 """Name of a column whose values never fall from one line to the next."""
@@ -21,20 +22,16 @@ def read_table(path: Path, columns: Sequence[str], *, positive: Collection[str] 
     Numbers are separated by blanks. Empty lines, and what follows a '#', are left out.
 
     Args:
-        path: A text file.
+        path: A text file, packed or not.
         columns: What each column is called, such as 'range'.
         positive: Those whose values are above 0.
 
     Raises:
         UsageError: The file cannot be read, holds no line, or a line is not as it must be; names file and line.
     """
-    try:
-        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError as error:
-        raise UsageError(f"cannot read '{path}': {error.strerror}") from None
     rows: list[list[float]] = []
     latest = -math.inf
-    for number, line in enumerate(lines, start=1):
+    for number, line in enumerate(lines_of(path), start=1):
         words = line.partition("#")[0].split()
         if not words:
             continue

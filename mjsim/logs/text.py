@@ -4,9 +4,10 @@ import bz2
 import codecs
 import gzip
 import lzma
-from collections.abc import Iterator
+import zlib
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import IO, cast
+from typing import IO, Any
 
 from mjsim.errors import UsageError
 
@@ -14,10 +15,16 @@ MOST_BYTES = 4 << 30
 """Of text in a log."""
 LONGEST_LINE = 1 << 20
 """Bytes; what is longer is no line of numbers."""
+UNPACKERS: Mapping[str, tuple[bytes, Callable[[Path], Any]]] = {
+    ".gz": (b"\x1f\x8b", gzip.open),
+    ".xz": (b"\xfd7zXZ\x00", lzma.open),
+    ".bz2": (b"BZh", bz2.open),
+}
+"""How names of packed files end, how such files begin, and what unpacks them."""
 
 
 def lines_of(path: Path) -> Iterator[str]:
-    """Yield the lines of a text file; one that ends in .gz, .xz or .bz2 is unpacked as it is read.
+    """Yield the lines of a text file; one packed by gzip, xz or bzip2 is unpacked as it is read, whatever its name.
 
     Raises:
         UsageError: It cannot be read, is not packed as its name says, or is too large.
@@ -36,19 +43,17 @@ def lines_of(path: Path) -> Iterator[str]:
                 if taken > MOST_BYTES:
                     raise UsageError(f"'{path}' holds more than {MOST_BYTES >> 30} GB of text; take a part of it")
                 yield line.decode("utf-8", errors="replace")
-    except (lzma.LZMAError, EOFError, gzip.BadGzipFile) as error:
+    except (lzma.LZMAError, EOFError, gzip.BadGzipFile, zlib.error) as error:
         raise UsageError(f"cannot unpack '{path}': {error}") from None
     except OSError as error:
         raise UsageError(f"cannot read '{path}': {error.strerror or error}") from None
 
 
 def _opened(path: Path) -> IO[bytes]:
-    match path.suffix.lower():
-        case ".gz":
-            return cast(IO[bytes], gzip.open(path, "rb"))
-        case ".xz":
-            return lzma.open(path, "rb")
-        case ".bz2":
-            return bz2.open(path, "rb")
-        case _:
-            return path.open("rb")
+    with path.open("rb") as file:
+        head = file.read(6)
+    for suffix, (magic, unpacker) in UNPACKERS.items():
+        if head.startswith(magic) or path.suffix.lower() == suffix:
+            unpacked: IO[bytes] = unpacker(path)
+            return unpacked
+    return path.open("rb")

@@ -25,6 +25,7 @@ from mjsim.record import (
     Tick,
     cameras_text,
     read_recording,
+    reserve_whole,
     with_logged_cameras,
 )
 from mjsim.run import Driver, Pilot
@@ -94,11 +95,13 @@ def write_ticks(
         told |= {LOGGED_CAMERAS: cameras_text(cameras)} if cameras else {}
         infos = with_logged_cameras(sim.robots, cameras)
         robots = {name: _Robot(account, sim, name) for name, account in accounts.items()}
-        with Recorder(record, world=world, seed=SEED, robots=infos, metadata=told, overwrite=overwrite) as recorder:
+        place = reserve_whole(record, overwrite=overwrite)
+        with Recorder(place, world=world, seed=SEED, robots=infos, metadata=told) as recorder:
             for row, tick in enumerate(_ticks(sim, robots, count), start=1):
                 recorder.write(tick)
                 if progress is not None:
                     progress(100.0 * row / count)
+            place.is_whole = True
     return read_recording(record)
 
 
@@ -115,6 +118,8 @@ def cut(first: float, last: float, *, begin: float, seconds: float | None, rate_
     Raises:
         UsageError: Two ticks do not fit into that.
     """
+    if last < first:
+        raise UsageError(f"some files of the log end at {last:.15g} s, before others begin, at {first:.15g} s")
     start = first + begin
     end = last if seconds is None else min(last, start + seconds)
     left, dt = max(end - start, 0.0), 1.0 / rate_hz

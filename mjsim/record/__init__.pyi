@@ -32,6 +32,7 @@ from .messages import observation_of as observation_of
 from .messages import path_message as path_message
 from .place import reserve as reserve
 from .place import reserve_next as reserve_next
+from .place import reserve_whole as reserve_whole
 from .reader import read_recording as read_recording
 from .readings import CODECS as CODECS
 from .readings import Box as Box

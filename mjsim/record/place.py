@@ -21,6 +21,28 @@ def reserve(path: str | Path | NewFile, *, overwrite: bool = False) -> NewFile:
         return NewFile(path, overwrite=overwrite)
 
 
+class WholeFile(NewFile):
+    """A recording that appears when it is whole; until then, and for good if it never is, what was there stays."""
+
+    is_whole = False
+
+    def publish(self) -> None:
+        """Move the file to its destination if it is whole."""
+        if self.is_whole:
+            super().publish()
+
+
+def reserve_whole(path: str | Path, *, overwrite: bool = False) -> WholeFile:
+    """Return the name of a recording that is kept only when its writer says that it is whole.
+
+    Raises:
+        UsageError: The file exists and may not be replaced, or is being written.
+        RecordingError: It cannot be written.
+    """
+    with _reporting(path):
+        return WholeFile(path, overwrite=overwrite)
+
+
 def reserve_next(path: Path) -> NewFile:
     """Return the first free name of 'run.mcap', 'run-2.mcap', 'run-3.mcap' and so on, reserved.
 

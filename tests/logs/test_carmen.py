@@ -121,7 +121,7 @@ def test_packed_logs_true_poses_and_unknown_messages_are_read(tmp_path):
     ("line", "said"),
     [
         ("FLASER 181 1 2 3", "FLASER has 4 values"),
-        ("FLASER many 1 2 3", "invalid literal for int"),
+        ("FLASER many 1 2 3", "a laser of many values"),
         ("FLASER 99999999 1", "a laser of 99999999 values; it must have 2 to 10000"),
         ("ODOM 1 2 nan 0 0 0 1.0 h 0", "ODOM holds 'nan'; numbers must be finite"),
         ("ODOM 1 2 3 0 0 0", "ODOM has no time at its end"),
@@ -144,6 +144,20 @@ def test_a_line_that_is_not_as_it_must_be_is_named(line, said, tmp_path, capsys)
     assert not (tmp_path / "run.mcap").exists()
 
 
+def test_beams_that_are_no_numbers_and_messages_of_others_that_come_first_are_read(tmp_path):
+    write_carmen(tmp_path / "room.clf", seconds=0.5)
+    head, first, rest = (tmp_path / "room.clf").read_text().partition("FLASER")
+    _, count, *ranges = f"{first}{rest}".split(" ")
+    ranges[:3] = ["inf", "nan", "-inf"]
+    text = f"NMEAGGA 1 2 3\nIMU 1 2\n{head}FLASER {count} {' '.join(ranges)}"
+    # Packed, though its name does not say so.
+    (tmp_path / "odd.clf").write_bytes(lzma.compress(text.encode()))
+    log = mjsim.import_log(tmp_path / "odd.clf")
+    scan = next(seen.scans["front"] for seen in log.observations("robot") if seen.scans)
+    np.testing.assert_array_equal(scan.ranges[:3], [np.inf, -np.inf, -np.inf])
+    assert log.metadata["messages of IMU left out"] == "1"
+
+
 @pytest.mark.parametrize(
     ("value", "said"), [("much", "is 'much'; it must be a number"), ("-1", "is -1; it must be 0 to 10"), ("nan", "nan")]
 )
@@ -163,6 +177,7 @@ def test_files_that_are_no_logs_are_refused_in_one_line(tmp_path):
         ("b.clf", b"\x00\xff" * 4000, "is no log that is read here"),
         ("a.xz", b"no xz at all", "cannot unpack"),
         ("a.gz", b"no gzip at all", "cannot unpack"),
+        ("b.gz", b"\x1f\x8b\x08" + bytes(7) + b"\xff" * 40, "cannot unpack"),
         ("c.clf", b"PARAM a b c 0\n", "holds neither odometry nor scans of CARMEN"),
     ):
         (tmp_path / name).write_bytes(content)

@@ -275,6 +275,19 @@ def test_a_line_that_is_not_as_it_must_be_is_named(tmp_path, file, line, said):
     assert str(caught.value) == f"{path}:3: {said}"
 
 
+def test_files_of_other_times_and_folders_of_logs_are_told(tmp_path):
+    write_mrclam(tmp_path / "log", numbers=(1, 2), seconds=1.0)
+    for path in (tmp_path / "log").iterdir():
+        path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n"))
+    assert len(mjsim.import_mrclam(tmp_path / "log").robots) == 2
+    odometry = tmp_path / "log" / "Robot1_Odometry.dat"
+    odometry.write_text("1348272272.0 0 0\n1348272273.0 0 0\n")
+    with pytest.raises(UsageError, match=r"some files of the log end at .*, before others begin, at 1348272272 s"):
+        mjsim.import_mrclam(tmp_path / "log")
+    with pytest.raises(UsageError, match=r"is a folder of logs; name one of them: log$"):
+        mjsim.import_log(tmp_path)
+
+
 def test_files_that_are_not_there_or_hold_nothing_are_named(tmp_path):
     write_mrclam(tmp_path / "log", seconds=1.0)
     measured = tmp_path / "log" / "Robot1_Measurement.dat"
@@ -297,7 +310,8 @@ def test_the_command_tells_the_kind_of_a_log_by_its_files(tmp_path, capsys):
     recording = mjsim.read_recording(output)
     assert len(recording.time) == 25
     assert recording.world.robots[0].sensors[0].noise.range == 0.5
-    assert run_command("import-log", tmp_path, "-o", output) == 2
+    (tmp_path / "none").mkdir()
+    assert run_command("import-log", tmp_path / "none", "-o", output) == 2
     assert "is no log that is read here; give a folder of MRCLAM (Barcodes.dat)" in capsys.readouterr().err
     assert run_command("import-log", tmp_path / "park", "-o", output, "--known-map") == 2
     assert "Victoria Park has no known map; leave out --known-map" in capsys.readouterr().err

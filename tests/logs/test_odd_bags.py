@@ -137,6 +137,29 @@ def test_robots_with_namespaces_of_their_own_are_told_apart(tmp_path):
     assert set(only.robots) == {"bert"}
 
 
+def test_frames_of_one_name_in_the_tf_of_each_robot_are_not_mixed(tmp_path):
+    places = {"anna": 0.1, "bert": 0.9}
+    with new_bag(tmp_path / "run") as bag:
+        for name, x in places.items():
+            hangs = Pose3(x, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0).matrix()
+            bag.transforms(f"/{name}/tf_static", START, [("base_link", "laser", hangs)])
+        for k in range(5):
+            at = START + 0.1 * k
+            for name in places:
+                still = Pose3.from_planar(Pose(0.0, 0.0, 0.0))
+                bag.put(f"/{name}/odom", at, bag.odometry(bag.header(at, "odom"), "base_link", still))
+                count = 5 if name == "anna" else 5 - k // 3
+                scan = bag.scan(bag.header(at, "laser"), np.full(count, 1.0), 0.0, 0.5, (0.1, 9.0))
+                bag.put(f"/{name}/scan", at, scan)
+    run = mjsim.import_log(tmp_path / "run")
+    assert {robot.name: robot.sensors[0].at for robot in run.world.robots} == {
+        name: (x, 0.0, 0.3) for name, x in places.items()
+    }
+    # What is told of one robot does not hide what is told of the other.
+    assert run.metadata["/bert/scan messages left out"] == "2"
+    assert run.metadata["anna scan scans left out"] == run.metadata["bert scan scans left out"] == "0"
+
+
 @pytest.mark.parametrize(
     ("form", "name"),
     [("bag", "run.mcap"), ("mcap", "run.bag"), ("mcap", "RUN.MCAP"), ("sqlite", "run.mcap"), ("bag", "run")],

@@ -11,6 +11,7 @@ from mjsim.datasets import export_euroc, export_tum_rgbd
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose3
 from mjsim.logs.readings import partners
+from mjsim.logs.rgbd import read_rgbd
 from mjsim.record import LoggedPictures
 
 WORLD = """mjsim: 1
@@ -125,6 +126,54 @@ def test_files_that_a_list_names_and_nobody_has_are_left_out_and_counted(folder,
     log = mjsim.import_log(tmp_path / "tum")
     assert log.metadata["files of depth.txt that are not there left out"] == "1"
     assert log.metadata["pictures without depth"] == "1"
+
+
+@pytest.mark.parametrize("depth_first", [False, True])
+def test_pictures_and_depth_may_be_listed_in_pairs(depth_first, folder, tmp_path):
+    path = tmp_path / "tum"
+    shutil.copytree(folder[0], path)
+    lists = [
+        [line for line in (path / f"{name}.txt").read_text().splitlines() if not line.startswith("#")]
+        for name in ("rgb", "depth")
+    ]
+    for name in ("rgb", "depth"):
+        (path / f"{name}.txt").unlink()
+    pairs = zip(*(lists[::-1] if depth_first else lists), strict=True)
+    (path / "associations.txt").write_text("\n".join(" ".join(pair) for pair in reversed(list(pairs))))
+    told, paired = (read_rgbd(each).robot.cameras["camera"] for each in (folder[0], path))
+    np.testing.assert_array_equal(paired.stamps, told.stamps)
+    for number in range(len(told)):
+        ours, theirs = told.take(number), paired.take(number)
+        assert ours.encoded == theirs.encoded
+        np.testing.assert_array_equal(ours.depth, theirs.depth)
+    (path / "associations.txt").write_text("0.1 rgb/1.png 0.1 rgb/2.png\n")
+    with pytest.raises(UsageError, match=r"associations\.txt:1: .*; a line has time, path, time, path of depth"):
+        read_rgbd(path)
+
+
+def test_an_import_that_fails_on_its_way_leaves_what_was_there(folder, tmp_path):
+    path, run = tmp_path / "tum", tmp_path / "run.mcap"
+    shutil.copytree(folder[0], path)
+    sorted((path / "rgb").iterdir())[-1].write_bytes(b"no picture")
+    with pytest.raises(UsageError, match="not a PNG or JPEG"):
+        mjsim.import_log(path, record=run)
+    assert sorted(tmp_path.iterdir()) == [path]
+    run.write_bytes(b"of yesterday")
+    with pytest.raises(UsageError, match="not a PNG or JPEG"):
+        mjsim.import_log(path, record=run, overwrite=True)
+    assert run.read_bytes() == b"of yesterday"
+
+
+def test_a_truth_of_few_poses_a_second_is_one_line_through_them(folder, tmp_path):
+    path = tmp_path / "tum"
+    shutil.copytree(folder[0], path)
+    (path / "groundtruth.txt").write_text("\n".join(f"{time} {time} 0 0 0 0 0 1" for time in (0.0, 0.2, 0.4, 1.2)))
+    track = mjsim.import_log(path).robots["robot"]
+    # Three steps of 0.2 s are usual, the one of 0.8 s is a hole.
+    known = np.isfinite(track.truth[:, 0])
+    assert known[:9].all()
+    assert not known[-1]
+    np.testing.assert_allclose(track.truth_pose[:9, 0], 0.04 * np.arange(9), atol=1e-9)
 
 
 @pytest.mark.slow

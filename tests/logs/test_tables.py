@@ -17,6 +17,7 @@ from mjsim.errors import MjsimError, UsageError
 from mjsim.geometry import Pose
 from mjsim.interface import Message, Observation, Odometry, Scan, Sighting, WheelTicks
 from mjsim.logs import Wishes, write_log
+from mjsim.logs.columns import read_columns
 from mjsim.logs.csv_table import read_csv
 from mjsim.run import drivers_of
 from tests.real_logs import circle, run_command
@@ -58,6 +59,7 @@ def write_tables(folder: Path) -> None:
     (folder / "odd.csv").write_text("t,r_0,r_1\n1,nan,x\n")
     imu = "\n".join(f"{1e3 * t:.3f},0,0,9.81,0,0,0.25" for t in times)
     (folder / "imu.csv").write_text("t,ax,ay,az,wx,wy,wz\n" + imu + "\n")
+    (folder / "twice.csv").write_text("id,x,x,y\na,1,2,3\n")
     (folder / "log.yaml").write_text(LOG)
 
 
@@ -99,6 +101,7 @@ def test_tables_are_read_by_their_description(tmp_path):
         ("scan.csv, time: t, ranges: r_", "odd.csv, time: t, ranges: r_", "odd.csv:2: r_1 is 'x'; it must be a number"),
         ("ranges: r_", "ranges: q_", "0 columns whose names begin with 'q_'; a scan has many"),
         ("time_unit: ms", "time_unit: h", "log.yaml:2:12: "),
+        ("file: marks.csv", "file: twice.csv", "has 2 columns 'x'; give its number, from 1"),
     ],
 )
 def test_a_fault_in_a_description_is_one_line(old, new, said, tmp_path, capsys):
@@ -307,3 +310,23 @@ def test_tables_of_spreadsheets_have_decimal_commas_and_wide_letters(text, encod
     (tmp_path / "a.csv").write_bytes(text.encode(encoding))
     table = read_csv(tmp_path / "a.csv")
     assert [float(table.column(table.names[k])[0]) for k in range(2)] == [1.5, -22.5]
+
+
+def test_lengths_and_velocities_come_in_the_unit_that_is_told(tmp_path):
+    (tmp_path / "way.csv").write_text("t,x,y,h,v,r\n0,0,0,0,1000,2500\n1,1000,-500,0.1,1000,2500\n")
+    (tmp_path / "log.yaml").write_text(
+        "log: tables\nlength_unit: mm\nodometry: {file: way.csv, time: t, x: x, y: y, heading: h}\n"
+        "twist: {file: way.csv, time: t, forward: v, turn: h}\n"
+        "truth: {file: way.csv, time: t, x: x, y: y, heading: h}\n"
+        "landmarks: {file: way.csv, name: t, x: x, y: y}\nsightings: {file: way.csv, time: t, range: r, bearing: h}\n"
+        "scans: [{file: way.csv, time: t, ranges: 5, from_deg: 0, step_deg: 1, range: [0.1, 2.4], at: [0.2, 0, 0.3]}]\n"
+    )
+    log = read_columns(tmp_path / "log.yaml", Wishes())
+    np.testing.assert_array_equal(log.robot.track, [[0, 0, 0, 0], [1, 1, -0.5, 0.1]])
+    np.testing.assert_array_equal(log.robot.truth, log.robot.track)
+    np.testing.assert_array_equal(log.robot.twists[:, 1], [1, 1])
+    assert log.landmarks["1"] == (1.0, -0.5)
+    assert log.robot.sightings[0].range == 2.5
+    # What the description itself says is in metres.
+    np.testing.assert_array_equal(log.robot.scans["scan"].take(0).ranges, [1.0, np.inf])
+    assert log.mounts["scan"].at == (0.2, 0.0, 0.3)
