@@ -47,13 +47,15 @@ class Line:
     block: str = ""
     """That it is part of; empty for what is drawn in place."""
     part: int = 0
-    """Number of the placed block; 0 outside of blocks."""
+    """Number of the thing or the placed block that it is part of; 0 for none."""
     path: int = 0
     """Number of the drawn shape, of which this may be one of several outlines."""
     dark: float | None = None
     """How dark its inside is filled, 0 to 1; None when it is not."""
     blank: bool = False
     """Whether it is painted in the colour of the paper, and hides what is drawn before it."""
+    parts: tuple[int, ...] = ()
+    """Numbers of the placed blocks that it is in, the innermost last."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -151,12 +153,12 @@ def corner_and_scale(drawing: Drawing, lines: Sequence[Line], scale: float | Non
     scale = drawing.unit if scale is None else scale
     if scale is None:
         raise UsageError(
-            f"'{drawing.name}' does not say how large its unit is, and is {size[0]:.4g} x {size[1]:.4g} of them;"
+            f"'{drawing.name}' does not say how large its unit is, and is {size[0]:.7g} x {size[1]:.7g} of them;"
             f" give --scale METRES, those to one unit{_guessed(max(size))}"
         )
     if not SMALLEST <= max(size) * scale <= LARGEST:
         raise UsageError(
-            f"'{drawing.name}' is {size[0] * scale:.4g} x {size[1] * scale:.4g} m at {scale:g} m to the unit;"
+            f"'{drawing.name}' is {size[0] * scale:.7g} x {size[1] * scale:.7g} m at {scale:g} m to the unit;"
             f" a floor has {SMALLEST:g} to {LARGEST:g} m, give another --scale{_guessed(max(size))}"
         )
     return low, scale

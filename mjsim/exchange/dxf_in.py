@@ -15,8 +15,9 @@ from mjsim.errors import UsageError, how_to_install
 from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.drawing import BOW, MOST_BYTES, MOST_CORNERS, Drawing, Line
 from mjsim.exchange.maps import name_of
-from mjsim.exchange.plan_in import read_plan
+from mjsim.exchange.plan_in import MOSTLY, read_plan
 from mjsim.exchange.roles import Role, role_of
+from mjsim.exchange.sorting import length_of_lines
 from mjsim.geometry import Array
 from mjsim.world import World
 
@@ -116,31 +117,50 @@ def _hidden_layers(document: Any, names: Sequence[str], path: Path) -> set[str]:
 def _lines(document: Any, hidden: set[str], *, walls: set[str], path: Path) -> tuple[list[Line], Counter[str]]:
     """Return the lines on layers that are shown, and how many entities of which other kinds are there."""
     found: list[Line] = []
+    patterns: list[Line] = []
     left: Counter[str] = Counter()
     faces: dict[_Place, list[Array]] = {}
     corners = 0
-    for number, placed in enumerate(_entities(document.modelspace(), _Place())):
+    for number, placed in enumerate(_entities(document.modelspace(), _Place(), itertools.count(1))):
         if number >= MOST_ENTITIES or corners > 4 * MOST_CORNERS:
             raise UsageError(f"'{path}' has too many lines to be walls; name their --layer")
         if placed.layer in hidden:
             continue
         kind, role = _kind(placed.entity), _role(placed, walls)
         if kind == FACE:
-            whole = _Place(None, placed.layer, placed.block, placed.part)
+            whole = replace(placed, entity=None)
             faces.setdefault(whole, []).append(np.array([tuple(place)[:2] for place in placed.entity.wcs_vertices()]))
             continue
-        patterned = kind in ("HATCH", "MPOLYGON") and (not placed.entity.dxf.solid_fill or role not in (None, "wall"))
-        if (kind not in LINES and kind not in FILLED) or patterned:
+        hatch = kind in ("HATCH", "MPOLYGON")
+        if (kind not in LINES and kind not in FILLED) or (hatch and role not in (None, "wall")):
             left[kind] += kind != "INSERT"
             left["external references"] += kind == "INSERT" and _is_external(placed.entity)
             continue
+        group = patterns if hatch and not placed.entity.dxf.solid_fill else found
         for line in _filled(placed.entity) if kind in FILLED else _of_entity(placed.entity):
-            found.append(replace(line, role=role, block=placed.block, part=placed.part, path=number))
+            group.append(replace(line, role=role, block=placed.block, parts=placed.parts, path=number))
             corners += len(line.points)
     for number, (placed, outlines) in enumerate(faces.items(), start=MOST_ENTITIES):
         for line in _from_above(outlines):
-            found.append(replace(line, role=_role(placed, walls), block=placed.block, part=placed.part, path=number))
-    return found, +left
+            found.append(replace(line, role=_role(placed, walls), block=placed.block, parts=placed.parts, path=number))
+    chosen = _walls_of_patterns(patterns, found)
+    left["HATCH"] += len({line.path for line in patterns} - {line.path for line in chosen})
+    return [*found, *chosen], +left
+
+
+def _walls_of_patterns(patterns: Sequence[Line], lines: Sequence[Line]) -> list[Line]:
+    """Return the outlines of pattern hatches that are walls: where nothing else draws any.
+
+    Args:
+        patterns: Outlines of hatches on layers of walls, or of which no name says anything.
+        lines: All other lines.
+    """
+    if any(line.role == "wall" for line in lines):
+        return []
+    if named := [line for line in patterns if line.role == "wall"]:
+        return named
+    others = [line for line in lines if line.role is None]
+    return list(patterns) if length_of_lines(patterns) > MOSTLY * length_of_lines(others) else []
 
 
 def _kind(entity: Any) -> str:
@@ -163,8 +183,8 @@ class _Place:
     layer: str | None = None
     block: str = ""
     """The names of its blocks, the innermost last, with spaces between."""
-    part: int = 0
-    """Number of the outermost placed block; 0 outside of blocks."""
+    parts: tuple[int, ...] = ()
+    """Numbers of its placed blocks, the innermost last."""
 
 
 def _role(placed: _Place, walls: set[str]) -> Role | None:
@@ -177,21 +197,17 @@ def _role(placed: _Place, walls: set[str]) -> Role | None:
     return by_block or role_of(placed.layer or "")
 
 
-def _entities(entities: Any, above: _Place) -> Iterator[_Place]:
+def _entities(entities: Any, above: _Place, numbers: Iterator[int]) -> Iterator[_Place]:
     """Yield entities, those of blocks in place, each with its layer: '0' in a block is that of the block."""
-    for number, entity in enumerate(entities, start=1):
+    for entity in entities:
         own = entity.dxf.layer.lower()
         own = above.layer if own == "0" and above.layer is not None else own
-        part = above.part or (number if entity.dxftype() == "INSERT" else 0)
+        yield replace(above, entity=entity, layer=own)
         if entity.dxftype() == "INSERT":
-            yield _Place(entity, own, above.block, part)
             block = f"{above.block} {entity.dxf.name.replace(' ', '_')}".strip()
-            many = entity.multi_insert() if entity.mcount > 1 else (entity,)
-            for index, one in enumerate(many):
-                inner = _Place(None, own, block, part if above.part else part * MOST_ENTITIES + index)
-                yield from _entities(one.virtual_entities(), inner)
-        else:
-            yield _Place(entity, own, above.block, part)
+            for one in entity.multi_insert() if entity.mcount > 1 else (entity,):
+                inner = _Place(None, own, block, (*above.parts, next(numbers)))
+                yield from _entities(one.virtual_entities(), inner, numbers)
 
 
 def _filled(entity: Any) -> Iterator[Line]:

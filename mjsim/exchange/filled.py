@@ -10,7 +10,8 @@ import numpy as np
 from mjsim.exchange.drawing import Line
 from mjsim.exchange.faces import continued, merged, paired
 from mjsim.exchange.shapes import Bar, fitted_rectangle
-from mjsim.exchange.strokes import split
+from mjsim.exchange.strokes import Pieces, split
+from mjsim.exchange.united import SLENDER, is_compact, united
 from mjsim.geometry import Array
 from mjsim.world import Wall, World, solid
 
@@ -21,8 +22,6 @@ DARK = 0.3
 """Walls are filled at least so dark, 0 to 1; rooms and furniture are lighter."""
 NARROW = 0.6
 """Twice the area of a wall's shape by its circumference at most: it is about as thick [m]."""
-SLENDER = 2.0
-"""A filled rectangle that is so many times as long as wide is a wall."""
 SLACK = 0.015
 """What a wall covers is a little more than its outline [m]."""
 NARROWEST = 0.03
@@ -37,18 +36,20 @@ def bars_of_filled(lines: Sequence[Line]) -> tuple[list[Bar], list[Line], "BaseG
     """Return the walls that filled shapes are, the lines of those that are columns, and what all others cover."""
     bars: list[Bar] = []
     columns: list[Line] = []
-    rest: list[Line] = []
-    alone = _alone(lines)
-    for line in lines:
-        if (line.dark or 0.0) < DARK:
-            continue
+    dark = [line for line in lines if (line.dark or 0.0) >= DARK]
+    alone = _alone(dark)
+    rest = [line for line in dark if line.path not in alone]
+    whole = united([line for line in dark if line.path in alone])
+    alone = _alone(whole)
+    for line in whole:
         bar = fitted_rectangle(line.points) if line.path in alone else None
         if bar is not None and bar.length >= SLENDER * bar.width and bar.width <= NARROW:
             bars.append(bar)
-        elif line.path in alone and max(np.ptp(line.points, axis=0).tolist()) <= COLUMN:
+        elif line.path in alone and max(np.ptp(line.points, axis=0).tolist()) <= COLUMN and is_compact(line.points):
             columns.append(line)
         else:
             rest.append(line)
+    bars = continued(bars, Pieces(np.zeros((0, 2, 2)), np.zeros(0, dtype=int)))
     shape = _narrow(rest)
     if shape.is_empty:
         return bars, columns, shape

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,6 +37,23 @@ class Outline:
     """Shape (n, 2) [m]."""
     name: str
     """Of its block, or what it is."""
+
+
+def with_parts(lines: Sequence[Line]) -> list[Line]:
+    """Return lines in metres with the placed block that each is part of: the outermost that is no larger than a thing.
+
+    A block that holds a whole floor is none.
+    """
+    boxes: dict[int, Array] = {}
+    for line in lines:
+        box = np.stack([line.points.min(axis=0), -line.points.max(axis=0)])
+        for number in line.parts:
+            boxes[number] = np.minimum(boxes[number], box) if number in boxes else box
+    small = {number for number, (low, high) in boxes.items() if float(np.max(-high - low)) <= LARGEST}
+    return [
+        replace(line, part=next((number for number in line.parts if number in small), 0)) if line.parts else line
+        for line in lines
+    ]
 
 
 def outlines_of(lines: Sequence[Line], name: str) -> list[Outline]:

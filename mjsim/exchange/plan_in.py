@@ -21,7 +21,16 @@ from mjsim.exchange.drawing import (
 )
 from mjsim.exchange.faces import Paired, continued, merged, paired, sides_of_rooms
 from mjsim.exchange.filled import DARK, bars_of_filled, rest_of_filled
-from mjsim.exchange.furnishing import HEIGHT, Outline, Thing, column_of, distinct_outlines, outlines_of, thing_of
+from mjsim.exchange.furnishing import (
+    HEIGHT,
+    Outline,
+    Thing,
+    column_of,
+    distinct_outlines,
+    outlines_of,
+    thing_of,
+    with_parts,
+)
 from mjsim.exchange.maps import DIGITS, WALL_HEIGHT, distinct
 from mjsim.exchange.openings import WIDEST, Hole, doors_and_windows, lines_through, with_openings
 from mjsim.exchange.patches import painted_over
@@ -105,7 +114,7 @@ def read_plan(
     _, metres = corner_and_scale(drawing, walls, scale)
     counts = Counter(_LEFT[line.role] for line in lines if line.role in _LEFT)
     lines = [replace(line, points=line.points * metres, width=line.width * metres) for line in lines]
-    found = sorted_lines(with_symbols(with_large_rooms(lines)))
+    found = sorted_lines(with_symbols(with_large_rooms(with_parts(lines))))
     if not found.walls:
         raise UsageError(f"'{drawing.name}' has no lines to make walls of but white ones; draw walls in another colour")
     if not found.named:

@@ -39,6 +39,9 @@ WHOLE = 0.98
 """Of the drawing that a rectangle covers which is its paper."""
 PALE, OPAQUE = 0.06, 0.9
 """What is so near to the colour of the paper, and no more sheer, hides what is beneath [0 to 1]."""
+_IMPERIAL = re.compile(
+    r"""(\d+)(?:/(\d+))?\s*(?:"|\u2033|in\b)\s*=\s*(\d+)\s*(?:'|\u2032|ft\b)(?:\s*-?\s*(\d+)\s*(?:"|\u2033|in\b))?"""
+)
 _RATIO = re.compile(r"\b1\s*:\s*(\d{1,4})\b")
 
 
@@ -93,11 +96,14 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
     numbers = {element: number for number, element in enumerate(root.iter())}
     tree = _Tree(path, root, parents, _layers(root, layers, path), numbers, _paper(root))
     lines: list[Line] = []
+    corners = 0
     try:
         for drawn in document.paths():
             if not _hidden(drawn.element, parents):
-                lines += _lines(drawn, tree)
-                if sum(len(line.points) for line in lines) > 2 * MOST_CORNERS:
+                found = _lines(drawn, tree)
+                lines += found
+                corners += sum(len(line.points) for line in found)
+                if corners > 2 * MOST_CORNERS:
                     raise UsageError(f"'{path}' has too many lines to be walls; name their --layer")
     except _BROKEN as error:
         raise UsageError(f"'{path}' has a shape that cannot be read ({error!s:.80}); mend the drawing") from error
@@ -322,9 +328,18 @@ def _unit(root: Element) -> float | None:
         if tag_of(element) in ("text", "tspan", "title", "desc")
         for text in element.itertext()
     )
-    ratio = _RATIO.search(texts)
-    unit = paper * (float(ratio[1]) if ratio else 1.0)
+    unit = paper * _ratio(texts)
     return unit if BUILDING[0] <= unit * box[2] <= BUILDING[1] else None
+
+
+def _ratio(texts: str) -> float:
+    """Return how many times smaller a drawing is than its building, as texts say: `1 : 50`, `1/4" = 1'-0"`; else 1."""
+    if found := _RATIO.search(texts):
+        return float(found[1])
+    if found := _IMPERIAL.search(texts):
+        inches, parts, feet, more = (float(number or 0.0) for number in found.groups())
+        return (12.0 * feet + more) / (inches / (parts or 1.0)) if inches else 1.0
+    return 1.0
 
 
 def _box(root: Element) -> list[float]:

@@ -87,6 +87,34 @@ def test_walls_of_solid_hatches_are_read_once(layer, outlined, tmp_path):
     assert_is_the_flat(plan_of(dxf(tmp_path / "flat.dxf", draw), Reading())[0])
 
 
+@pytest.mark.parametrize("layer", ["WALLS", "0"])
+def test_walls_of_pattern_hatches_alone_are_walls(layer, tmp_path):
+    def draw(document, space, place):
+        hatch = space.add_hatch(dxfattribs={"layer": layer})
+        hatch.set_pattern_fill("ANSI31", scale=20)
+        for ring in outlines():
+            hatch.paths.add_polyline_path([place(point) for point in ring], is_closed=True)
+        leaves(space, place, "DOORS" if layer == "WALLS" else "0")
+        panes(space, place, "WINDOWS" if layer == "WALLS" else "0")
+
+    assert_is_the_flat(plan_of(dxf(tmp_path / "flat.dxf", draw), Reading())[0])
+
+
+def test_furniture_in_the_block_of_a_whole_floor_are_things_of_their_own(tmp_path):
+    def draw(document, space, place):
+        floor, chair = document.blocks.new("FLOOR"), document.blocks.new("CHAIR")
+        whole("0", "0", "0")(document, floor, place)
+        chair.add_lwpolyline([place(point) for point in ((0, 0), (0.5, 0), (0.5, 0.5), (0, 0.5))], close=True)
+        for at in ((1, 1), (2, 4), (6, 4)):
+            floor.add_blockref("CHAIR", place(at), dxfattribs={"layer": "0", "xscale": -1})
+        document.blocks.new("HOUSE").add_blockref("FLOOR", (0, 0))
+        space.add_blockref("HOUSE", (70, 30), dxfattribs={"rotation": 30})
+
+    plan, _ = plan_of(dxf(tmp_path / "flat.dxf", draw), Reading())
+    assert counted(plan) == (3, 2)
+    assert [item.box[:2] for item in plan.world.obstacles] == [(0.5, 0.5)] * 3
+
+
 def test_doors_in_blocks_without_a_name_scaled_and_mirrored_are_doors(tmp_path):
     def draw(document, space, place):
         faces(space, place)

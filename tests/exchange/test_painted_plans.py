@@ -1,6 +1,7 @@
 """Plans as people draw them for the web: rooms as boxes, doors painted over in the colour of the paper, poché."""
 
 import warnings
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -97,3 +98,17 @@ def test_white_walls_on_black_paper_are_walls(tmp_path):
     plan = drawn(tmp_path, f'<rect width="1000" height="800" fill="#101418"/>{lines}')
     assert {wall.thickness for wall in plan.world.walls} == {0.15}
     assert solid(World(walls=plan.world.walls)).area == pytest.approx(0.15 * (2 * 6 + 3 * 4 - 0.15), rel=0.01)
+
+
+def test_halves_that_two_rooms_have_of_a_wall_are_one_wall(tmp_path):
+    # Four mitred walls of 20 cm, a wall of 12 cm with a doorway; of each, every room beside it draws 10 cm or 6 cm.
+    rings = [shapely.get_coordinates(box(100 - r, 100 - r, 600 + r, 400 + r))[:-1].tolist() for r in (0, 10, 20)]
+    halves = [[near[k], near[k - 1], far[k - 1], far[k]] for near, far in pairwise(rings) for k in range(4)]
+    halves += [[(x, y), (x + 6, y), (x + 6, y + 100), (x, y + 100)] for x in (300, 306) for y in (100, 300)]
+    halves.append([(500, 200), (530, 200), (530, 230), (500, 230)])
+    shapes = [f'<polygon fill="#333" points="{" ".join(f"{x},{y}" for x, y in half)}"/>' for half in halves]
+    plan = drawn(tmp_path, "".join(shapes))
+    assert sorted(wall.thickness for wall in plan.world.walls) == [0.12, 0.12, 0.2]
+    assert [item.name for item in plan.world.obstacles] == ["column-1"]
+    expected = 5.4 * 3.4 - 5 * 3 + 2 * 0.12 + 0.09
+    assert solid(plan.world).area == pytest.approx(expected, abs=0.01)

@@ -117,6 +117,18 @@ def test_layers_clones_and_the_scale_of_an_inkscape_drawing_are_read():
     assert holes(world, window=False) == [(2.0, 4.88, 1.0), (4.7, 2.3, 0.9)]
 
 
+@pytest.mark.parametrize(
+    ("text", "metres"), [("Scale 1/4&quot; = 1'-0&quot;", 48 * 0.0254), ("1 in = 8 ft 4 in", 100 * 0.0254)]
+)
+def test_the_scale_of_a_drawing_in_inches_is_read(text, metres, tmp_path):
+    path = tmp_path / "plan.svg"
+    path.write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" width="17in" height="11in" viewBox="0 0 17 11">'
+        f'<path d="M2 2h9v6h-9z" fill="none" stroke="#000" stroke-width="0.1"/><text>{text}</text></svg>'
+    )
+    assert plan_of(path, Reading())[0].scale == pytest.approx(metres)
+
+
 def test_filled_paths_of_an_illustrator_drawing_are_walls_and_light_shapes_furniture():
     world = plan("illustrator.svg").world
     assert {wall.thickness for wall in world.walls} == {0.25, 0.12}
