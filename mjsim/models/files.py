@@ -335,6 +335,10 @@ class Gatherer:
                         item.remove(part)
             if item.tag == "joint" and item.get("type") in ("floating", "planar"):
                 item.set("type", "fixed")
+            if item.tag == "joint" and item.get("type") == "continuous":
+                for limit in item.findall("limit"):  # URDF has no ends for such a joint; MuJoCo would take them.
+                    limit.attrib.pop("lower", None)
+                    limit.attrib.pop("upper", None)
             if item.tag == "mesh" and item.get("filename"):
                 name = item.attrib["filename"]
                 name = name if "://" in name else posixpath.join(folder, name)

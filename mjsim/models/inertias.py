@@ -1,5 +1,6 @@
 """Inertias that physics refuses, in the text of a model, and what is made of them."""
 
+import copy
 import math
 from collections.abc import Iterator
 
@@ -30,6 +31,22 @@ def mend_inertias(root: Element, path: str) -> list[str]:
         path: Its file, for the sentences.
     """
     return list(_mend_urdf(root, path) if root.tag == "robot" else _mend_mjcf(root, path))
+
+
+def mend_weightless(root: Element, path: str) -> Iterator[str]:
+    """Let a robot of URDF of which no link has a mass weigh what its shapes do, and yield what was done."""
+    links = root.findall("link")
+    masses = [number_of(mass.get("value")) for link in links for mass in link.findall("inertial/mass")]
+    if root.tag != "robot" or any(mass is not None and mass > 0.0 for mass in masses):
+        return
+    for link in links:
+        if link.find("collision") is None:
+            # What is only seen weighs nothing.
+            for picture in link.findall("visual"):
+                solid = copy.deepcopy(picture)
+                solid.tag = "collision"
+                link.append(solid)
+    yield f"{path}: no link has a mass; its shapes weigh 1000 kg/m^3 instead"
 
 
 def mended(inertia: Array) -> tuple[Array, str] | None:

@@ -15,11 +15,11 @@ import mujoco
 import numpy as np
 
 from mjsim.models.files import ROBOT, Builder, Element, Gatherer, ModelFiles, Read
-from mjsim.models.inertias import mend_inertias, number_of
+from mjsim.models.inertias import mend_inertias, mend_weightless, number_of
 from mjsim.models.mjcf_scenes import without_mjcf_rails, without_scenery
 from mjsim.models.places import ElementOrigin, PlacedError, element_of, numbered, plainly, starts
 from mjsim.models.reader import compiled
-from mjsim.models.scales import mend_scales
+from mjsim.models.scales import mend_scales, mend_sizes
 from mjsim.models.stl import tidy_stl
 from mjsim.models.urdf_joints import freed_wheels, said_speeds, without_rails
 
@@ -82,7 +82,8 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
     said = tuple(_said_urdf(root) if root.tag == "robot" else _said_mjcf(root))
     driven = frozenset(_driven(root))
     speeds = dict(said_speeds(root))
-    mended = [*mend_scales(root), *mend_inertias(root, path), *without_rails(root, path), *freed_wheels(root, path)]
+    mended = [*mend_scales(root), *mend_sizes(root, path), *mend_weightless(root, path)]
+    mended += [*mend_inertias(root, path), *without_rails(root, path), *freed_wheels(root, path)]
     gatherer.keep(root, ROBOT)
     _allow_light_links(root)
     gatherer.leave_out(root)

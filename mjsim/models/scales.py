@@ -1,9 +1,14 @@
-"""Scales of meshes in URDF that MuJoCo does not take as people write them."""
+"""Sizes of shapes and scales of meshes in URDF that MuJoCo does not take as people write them."""
 
 from collections.abc import Iterator
 from xml.etree.ElementTree import Element
 
+from mjsim.models.inertias import number_of
+
 AXES = 3
+THIN = 1e-3
+"""What becomes of a side of no length [m]."""
+_SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "capsule": ("radius", "length"), "sphere": ("radius",)}
 
 
 def mend_scales(root: Element) -> Iterator[str]:
@@ -16,3 +21,32 @@ def mend_scales(root: Element) -> Iterator[str]:
             count += 1
     if count:
         yield f"the scale of {count} mesh{'es' * (count != 1)}, which had other than three numbers"
+
+
+def mend_sizes(root: Element, path: str) -> Iterator[str]:
+    """Leave out shapes of no size, and make thin those that have no length one way; yield what was done."""
+    for link in root.findall("link"):
+        for part in [*link.findall("visual"), *link.findall("collision")]:
+            for shape in part.findall("geometry/*"):
+                if said := _mended_size(shape):
+                    yield f"{path}: a {shape.tag} of link '{link.get('name', '?')}' {said}"
+                if said == _GONE:
+                    link.remove(part)
+
+
+_GONE = "has no size; left out"
+
+
+def _mended_size(shape: Element) -> str | None:
+    """Make a shape thin that is flat; return what is to be said of it."""
+    sides = {key: [number_of(word) for word in shape.get(key, "").split()] for key in _SIZES.get(shape.tag, ())}
+    numbers = [number for side in sides.values() for number in side]
+    if not numbers or any(number is None or number < 0.0 for number in numbers) or all(numbers):
+        return None  # What is no number is told with its place by who reads the file.
+    if not any(numbers):
+        return _GONE
+    if shape.tag != "box" and not numbers[0]:
+        return None  # A rod of no radius is a mistake.
+    for key, side in sides.items():
+        shape.set(key, " ".join(format(number or THIN, ".9g") for number in side))
+    return f"is flat; made {THIN:g} m thin"

@@ -1,6 +1,7 @@
 """Drives of robots from files: found by their wheels and joints, and driven."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -113,6 +114,43 @@ def test_a_caster_with_rollers_makes_no_base_that_goes_any_way(tmp_path):
     ball = '<collision name="omni_wheel"><origin xyz="-0.2 0 -0.12"/><geometry><sphere radius="0.03"/></geometry>'
     text = rover([0.0]).replace('<link name="chassis">', f'<link name="chassis">{ball}</collision>')
     assert gear_of(text, tmp_path).drive == "differential"
+
+
+def test_gears_of_a_differential_are_no_rollers(tmp_path):
+    """A ring on the axle carries two spiders and, on the axle again, the two sides with the wheels."""
+    lay = 'xyz="{} {} 0" rpy="0 0 0"'
+    gears = {"spider_a": (0.02, 0.0, "1 0 0"), "spider_b": (-0.02, 0.0, "1 0 0")}
+    sides = {"side_l": (0.0, 0.2, "0 1 0"), "side_r": (0.0, -0.2, "0 -1 0")}
+    links = {"base": box("0.3 0.2 0.1"), "ring": tyre(0.03, 0.02)}
+    links |= {name: tyre(0.01, 0.01) for name in gears} | {name: tyre(0.05, 0.03) for name in sides}
+    joints = [joint("ring_joint", "base", "ring", lay.format(0, 0))]
+    for name, (x, y, axis) in (gears | sides).items():
+        joints.append(joint(f"{name}_joint", "ring", name, lay.format(x, y), axis=axis))
+    gear = gear_of(robot(links, joints), tmp_path)
+    assert (gear.drive, [wheel.name for wheel in gear.wheels()]) == ("differential", ["side_l_joint", "side_r_joint"])
+
+
+def test_a_joint_that_is_continuous_has_no_ends_whatever_its_limit_says(tmp_path):
+    (tmp_path / "r.urdf").write_text(rover([0.0]).replace("</joint>", '<limit lower="-0.1" upper="0.15"/></joint>'))
+    found = gather_robot("r.urdf", lambda name: (tmp_path / name).read_bytes())
+    assert not found.model.jnt_limited.any()
+
+
+def test_a_robot_that_is_only_drawn_has_mass_and_can_be_touched(tmp_path):
+    drawn = re.sub("<inertial>.*?</inertial>", "", rover([0.0]), flags=re.DOTALL).replace("collision>", "visual>")
+    (tmp_path / "r.urdf").write_text(drawn)
+    found = gather_robot("r.urdf", lambda name: (tmp_path / name).read_bytes())
+    wheel = 1000.0 * math.pi * 0.1**2 * 0.06
+    assert found.model.body_mass.sum() == pytest.approx(1000.0 * 0.6 * 0.3 * 0.15 + 2.0 * wheel)
+    assert np.count_nonzero(found.model.geom_contype) == 3
+    assert any("no link has a mass" in note for note in found.notes)
+
+
+def test_wheels_that_do_not_turn_are_named_beside_those_that_do(tmp_path):
+    text = rover([0.1, -0.1]).replace('name="l0_hinge" type="continuous"', 'name="l0_wheel" type="prismatic"')
+    text = text.replace('name="l1_hinge" type="continuous"', 'name="l1_wheel" type="prismatic"')
+    with pytest.raises(UsageError, match="bicycle, while 'l0_wheel', 'l1_wheel' do not turn round and round"):
+        gear_of(text.replace("</joint>", '<limit lower="-0.1" upper="0.1" effort="1" velocity="1"/></joint>'), tmp_path)
 
 
 def test_wheels_on_fixed_joints_turn_and_joints_that_move_the_whole_robot_do_not(tmp_path):

@@ -1,10 +1,11 @@
-"""Scales of meshes as people write them."""
+"""Sizes of shapes and scales of meshes as people write them."""
 
-from xml.etree.ElementTree import fromstring
+from xml.etree.ElementTree import fromstring, tostring
 
+import mujoco
 import pytest
 
-from mjsim.models.scales import mend_scales
+from mjsim.models.scales import mend_scales, mend_sizes
 
 
 @pytest.mark.parametrize(
@@ -17,3 +18,22 @@ def test_a_scale_of_a_mesh_has_three_numbers_if_they_are_clear(written, read):
     assert root[0].get("scale") == read
     assert bool(said) == (written != read)
     assert root[1].get("scale") is None
+
+
+FLAT = """<robot name="r"><link name="base"><visual><geometry><box size="0 0 0"/></geometry></visual>
+<collision><geometry><box size="0.3 0.2 0"/></geometry></collision></link>
+<link name="disc"><visual><geometry><cylinder radius="0.1" length="0"/></geometry></visual></link>
+<joint name="j" type="fixed"><parent link="base"/><child link="disc"/></joint></robot>"""
+
+
+def test_shapes_of_no_size_are_left_out_and_flat_ones_made_thin():
+    root = fromstring(FLAT)
+    with pytest.raises(ValueError, match="must be positive in geom"):
+        mujoco.MjModel.from_xml_string(FLAT)
+    assert list(mend_sizes(root, "r.urdf")) == [
+        "r.urdf: a box of link 'base' has no size; left out",
+        "r.urdf: a box of link 'base' is flat; made 0.001 m thin",
+        "r.urdf: a cylinder of link 'disc' is flat; made 0.001 m thin",
+    ]
+    model = mujoco.MjModel.from_xml_string(tostring(root, encoding="unicode"))
+    assert sorted(model.geom_size[:, :2].tolist()) == [[0.15, 0.1]]

@@ -90,7 +90,7 @@ def find_gear(anatomy: Anatomy, options: RobotOptions, *, file: str, urdf: bool)
     bearing = [wheel for wheel in others if wheel.radius > 0.0 and wheel.bottom < floor + NEAR_FLOOR * wheel.radius]
     if options.steering:
         chosen = _steered_as_said(anatomy, chosen, options.steering, file)
-    return _sorted_out(chosen, bearing, floor, forward, options, file=file, notes=notes)
+    return _sorted_out(anatomy, chosen, bearing, floor, forward, options, file=file, notes=notes)
 
 
 def _named(anatomy: Anatomy, names: Sequence[str], file: str) -> list[Round]:
@@ -226,6 +226,7 @@ def _steered_as_said(anatomy: Anatomy, wheels: list[Round], names: Sequence[str]
 
 
 def _sorted_out(
+    anatomy: Anatomy,
     wheels: list[Round],
     bearing: list[Round],
     floor: float,
@@ -249,7 +250,7 @@ def _sorted_out(
             bearing = [*bearing, *pair[0], *pair[1]]
     uneven = not sides or any(not a or not b or abs(len(a) - len(b)) > 0 for a, b in sides)
     if uneven:
-        _check_abreast(wheels, left, file)
+        _check_abreast(anatomy, wheels, left, file)
         raise UsageError(
             f"{file}: which wheels drive is not clear; candidates are {_listed([w.name for w in wheels])};"
             " give --left-wheel JOINT and --right-wheel JOINT"
@@ -261,13 +262,15 @@ def _sorted_out(
     return Gear(drive, whole, tuple(bearing), floor, forward, notes)
 
 
-def _check_abreast(wheels: Sequence[Round], left: Array, file: str) -> None:
+def _check_abreast(anatomy: Anatomy, wheels: Sequence[Round], left: Array, file: str) -> None:
     """Raise where all wheels stand one behind the other, as those of a bicycle."""
     across = [float(wheel.middle[:2] @ left) for wheel in wheels]
     if len(wheels) > 1 and max(across) - min(across) < 0.5 * min(wheel.radius for wheel in wheels):
+        held = [j.name for j in anatomy.joints if "wheel" in j.name.lower() and not turns_freely(j)]
+        others = f", while {_listed(held[:4])} do not turn round and round: make them continuous" if held else ""
         raise UsageError(
             f"{file}: its wheels {_listed([wheel.name for wheel in wheels])} stand one behind the other, as those of a"
-            f" bicycle; robots from files drive as {', '.join(DRIVES)}"
+            f" bicycle{others}; robots from files drive as {', '.join(DRIVES)}"
         )
 
 

@@ -26,12 +26,14 @@ OWN = "describe another base with drive: {use: FILE.py:CLASS}"
 def without_rollers(anatomy: Anatomy) -> tuple[Anatomy, set[int]]:
     """Return a robot whose rollers belong to their wheels, and the parts that are such wheels.
 
-    A wheel has rollers when four parts or more turn freely on it, which turns freely itself.
+    A wheel has rollers when four parts or more turn freely on it off its own axle, which turns freely itself.
     """
-    free = {joint.part for joint in anatomy.joints if turns_freely(joint)}
+    free = {joint.part: joint for joint in anatomy.joints if turns_freely(joint)}
     wheel_of: dict[int, int] = {}
-    for number in free:
+    for number, hub in free.items():
         on_it = [part for part in free if anatomy.parts[part].parent == number]
+        # The gears of a differential turn about the axle of their ring.
+        on_it = [part for part in on_it if abs(float(free[part].axis @ hub.axis)) < PARALLEL]
         if len(on_it) >= FEWEST_ROLLERS:
             wheel_of |= dict.fromkeys(on_it, number)
     joints = tuple(joint for joint in anatomy.joints if joint.part not in wheel_of)
