@@ -164,14 +164,16 @@ def _camera_yaml(name: str, sheet: SensorInfo, T_BS: Array) -> str:
     camera = sheet.intrinsics
     assert camera is not None, "it is a camera"
     fisheye = camera.lens == "fisheye"
-    count = 4 if fisheye or not any(camera.distortion[4:]) else 5
+    if camera.is_rational():
+        raise UsageError(f"the lens of camera '{name}' is a rational one of 8 coefficients; EuRoC has up to 5")
+    lens = camera.coefficients()
     more = {
         "rate_hz": f"{sheet.rate_hz:g}",
         "resolution": [camera.width, camera.height],
         "camera_model": "pinhole",
         "intrinsics": [float(each) for each in (camera.fx, camera.fy, camera.cx, camera.cy)],
         "distortion_model": "equidistant" if fisheye else "radial-tangential",
-        "distortion_coefficients": [float(each) for each in [*camera.distortion, *([0.0] * count)][:count]],
+        "distortion_coefficients": lens if any(lens[4:]) else lens[:4],
     }
     return _yaml(
         name, "camera", "fu fv cu cv; k1 k2 p1 p2 and k3 where it is not 0, or k1 to k4 of a fisheye", T_BS, more

@@ -84,7 +84,7 @@ def _write(recorded: RecordedRobots, robot: str, camera: str, folder: Path) -> N
     # Of a log that has none there is no file, as programs that read it expect.
     if truth:
         _list(folder / "groundtruth.txt", "ground truth trajectory\n# timestamp tx ty tz qx qy qz qw", truth)
-    if imu is not None:
+    if felt:
         _list(folder / "accelerometer.txt", "accelerometer data\n# timestamp ax ay az", felt)
     intrinsics = recorded.infos[robot].sensors[camera].intrinsics
     assert intrinsics is not None, "it is a camera"
@@ -122,13 +122,14 @@ def _calibration(camera: Intrinsics, *, rate_hz: float) -> str:
     """Return a calibration as ORB-SLAM2 and ORB-SLAM3 read it."""
     fisheye = camera.lens == "fisheye"
     keys = ("k1", "k2", "k3", "k4") if fisheye else ("k1", "k2", "p1", "p2", "k3")
-    values = [*camera.distortion, *([0.0] * len(keys))][: len(keys)]
+    if camera.is_rational():
+        raise UsageError("the lens is a rational one of 8 coefficients; calibrations of ORB-SLAM have up to 5")
     numbers = {
         "fx": camera.fx,
         "fy": camera.fy,
         "cx": camera.cx,
         "cy": camera.cy,
-        **dict(zip(keys, values, strict=True)),
+        **dict(zip(keys, camera.coefficients(), strict=True)),
     }
     return "\n".join(
         [

@@ -35,11 +35,21 @@ class Intrinsics:
     lens: str = "pinhole"
     """'pinhole', 'brown' or 'fisheye'."""
     distortion: tuple[float, ...] = ()
-    """As OpenCV orders them: k1, k2, p1, p2, k3 of Brown's model, k1 to k4 of a fisheye; none for a pinhole."""
+    """As OpenCV orders them: k1, k2, p1, p2, k3 of Brown's model, then k4, k5, k6 where it is a rational one; k1 to k4
+    of a fisheye; none for a pinhole."""
 
     def matrix(self) -> Array:
         """Return the calibration matrix, shape (3, 3) [px]."""
         return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
+    def is_rational(self) -> bool:
+        """Say whether Brown's model is divided by one of k4, k5 and k6."""
+        return self.lens == "brown" and any(self.distortion[5:])
+
+    def coefficients(self) -> list[float]:
+        """Return the distortion as formats hold it, zeros where there is none: 4 numbers of a fisheye, else 5 or 8."""
+        count = 4 if self.lens == "fisheye" else 8 if self.is_rational() else 5
+        return [*map(float, self.distortion), *([0.0] * count)][:count]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

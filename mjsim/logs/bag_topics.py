@@ -25,6 +25,8 @@ SINGLE = ("odometry", "truth", "command")
 SENSED = (*TYPES["scan"], *TYPES["cloud"], *PICTURES, *TYPES["imu"])
 INFO = "sensor_msgs/msg/CameraInfo"
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+OF_ROBOTS = (*SENSED, *COMMANDS, *TRANSFORMS, "sensor_msgs/msg/Range", "sensor_msgs/msg/JointState")
+"""What a namespace with odometry holds besides when it is a robot's; one robot may have odometry of several kinds."""
 TRANSPORTS = ("compressed", "compressedDepth")
 """Last words of topics that carry pictures of the topic before."""
 PICTURE_WORDS = ("image", "image_raw", "image_color", "image_rect", "image_rect_color", "image_mono")
@@ -59,7 +61,7 @@ def robots_of(
 ) -> list[RobotTopics]:
     """Return the robots of a bag and their topics.
 
-    There are several where odometry comes in several namespaces that have other sensors too.
+    There are several where odometry comes in several namespaces that hold something else of a robot too.
 
     Args:
         types: Topic -> type.
@@ -111,8 +113,8 @@ def _namespaces(types: Mapping[str, str], asked: Mapping[str, Sequence[str]]) ->
     """Return the names of the robots: of their namespaces, or 'robot'."""
     moved = [topic for topic, kind in types.items() if kind == ODOMETRY and not _is_truth(topic)]
     spaces = list(dict.fromkeys(_first(topic) for topic in asked.get("odometry") or moved))
-    sensing = {_first(topic) for topic, kind in types.items() if kind in SENSED}
-    if len(spaces) > 1 and all(space in sensing for space in spaces):
+    of_robots = {_first(topic) for topic, kind in types.items() if kind in OF_ROBOTS}
+    if len(spaces) > 1 and all(space in of_robots for space in spaces):
         return spaces
     everything = {_first(topic) for topic, kind in types.items() if kind not in TRANSFORMS and topic.count("/") > 1}
     flat = [topic for topic, kind in types.items() if kind in (ODOMETRY, *TYPES["scan"]) and topic.count("/") < 2]

@@ -53,15 +53,14 @@ def laser_message(scan: Scan, frame_id: str) -> LaserScan:
 
 def calibration_message(intrinsics: Intrinsics, frame_id: str) -> CameraCalibration:
     """Return a camera's calibration, as Foxglove straightens pictures by it."""
-    K, fisheye = intrinsics.matrix(), intrinsics.lens == "fisheye"
-    distortion = [*intrinsics.distortion, *([0.0] * (4 if fisheye else 5))][: 4 if fisheye else 5]
+    K, polynomial = intrinsics.matrix(), "rational_polynomial" if intrinsics.is_rational() else "plumb_bob"
     return CameraCalibration(
         timestamp=stamp(0.0),
         frame_id=frame_id,
         width=intrinsics.width,
         height=intrinsics.height,
-        distortion_model="kannala_brandt" if fisheye else "plumb_bob",
-        D=distortion,
+        distortion_model="kannala_brandt" if intrinsics.lens == "fisheye" else polynomial,
+        D=intrinsics.coefficients(),
         K=K.ravel().tolist(),
         R=np.eye(3).ravel().tolist(),
         P=np.hstack([K, np.zeros((3, 1))]).ravel().tolist(),

@@ -236,16 +236,15 @@ def compressed_picture(stamp: float, frame: str, data: bytes, form: str) -> Any:
 
 
 def camera_info(stamp: float, frame: str, intrinsics: Intrinsics) -> Any:
-    """Return a camera's calibration: 'plumb_bob' with 5 coefficients, or 'equidistant' with 4 for a fisheye."""
-    fisheye = intrinsics.lens == "fisheye"
-    count = 4 if fisheye else 5
+    """Return a camera's calibration: 'plumb_bob' of 5 coefficients, 'rational_polynomial' of 8, 'equidistant' of 4."""
+    polynomial = "rational_polynomial" if intrinsics.is_rational() else "plumb_bob"
     K = intrinsics.matrix()
     return _of("sensor_msgs/msg/CameraInfo")(
         _header(stamp, frame),
         intrinsics.height,
         intrinsics.width,
-        "equidistant" if fisheye else "plumb_bob",
-        np.array([*intrinsics.distortion, *([0.0] * count)][:count], dtype=float),
+        "equidistant" if intrinsics.lens == "fisheye" else polynomial,
+        np.array(intrinsics.coefficients()),
         K.ravel(),
         np.eye(3).ravel(),
         np.hstack([K, np.zeros((3, 1))]).ravel(),
