@@ -1,12 +1,17 @@
 """A compiled world that is put into given states, not simulated."""
 
 import mujoco
+import numpy as np
 
 from mjsim.compile import compile_world
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
+from mjsim.sim.renderer import UNSEEN
 from mjsim.sim.scenery import Scenery
 from mjsim.world import Looks, World
+
+MOST_CONTACTS = 500
+"""Of one state that are told."""
 
 
 def bring_up(model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -43,3 +48,18 @@ class StillScene:
         self.data.qvel[:] = 0.0 if qvel is None else qvel
         self._scenery.show(self._first_looks if looks is None else looks)
         bring_up(self.model, self.data)
+
+    def contacts(self) -> Array:
+        """Return where bodies touch each other in the state that is shown, at most `MOST_CONTACTS` of them.
+
+        Returns:
+            A row of x, y, z [m], world frame, and 1 for a contact with the floor, else 0, shape (n, 4).
+        """
+        mujoco.mj_collision(self.model, self.data)
+        contact = self.data.contact
+        met = np.flatnonzero(contact.dist <= 0.0)[:MOST_CONTACTS]
+        geoms = contact.geom[met].reshape(-1, 2)
+        seen = (self.model.geom_group[geoms] != UNSEEN).all(axis=1)
+        floor = (self.model.geom_type[geoms] == mujoco.mjtGeom.mjGEOM_PLANE).any(axis=1)
+        rows: Array = np.column_stack([contact.pos[met].reshape(-1, 3), floor])
+        return np.asarray(rows[seen], dtype=float)

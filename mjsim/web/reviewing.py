@@ -14,7 +14,7 @@ from mjsim.web.measured import SensorPast, row_of
 from mjsim.web.news import EventNews, RobotTick, TickNews, TrackHistory
 from mjsim.web.past import plain, track_told
 from mjsim.web.showing import shown_told
-from mjsim.web.telling import recognised_told, robots_told
+from mjsim.web.telling import recognised_told, robots_told, with_removed
 from mjsim.world import EVENT_KINDS, kind_of, said_of
 
 MOST = 5000
@@ -69,7 +69,7 @@ def row_told(recording: Recording, row: int, *, measured: SensorPast | None = No
         for name, track in recording.robots.items()
         if np.isfinite(track.estimate[row]).all()
     }
-    return {
+    told: TickNews = {
         "kind": "tick",
         "number": row,
         "time": float(recording.time[row]),
@@ -79,6 +79,7 @@ def row_told(recording: Recording, row: int, *, measured: SensorPast | None = No
             name: plain(places[row]) for name, places in recording.things.items() if np.isfinite(places[row]).all()
         },
     }
+    return with_removed(told, recording.looks(row))
 
 
 def events_told(recording: Recording) -> list[EventNews]:

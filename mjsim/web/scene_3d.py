@@ -1,6 +1,7 @@
 """A compiled world for the page's view in 3-D: what it looks like, once, and where its bodies are at any state."""
 
 import gzip
+import json
 import struct
 import threading
 
@@ -38,8 +39,10 @@ class Scene3d:
     def poses(self, time: float, qpos: Array, looks: Looks | None) -> Response:
         """Return the answer that gives where the bodies of the scene are.
 
-        It holds the time [s] in 8 bytes, then for each body, in the order of its nodes in the glTF, x, y, z [m] and
-        the quaternion x, y, z, w, world frame, in 4 bytes each; all little-endian.
+        It holds the time [s] in 8 bytes, then in 4 each how many bodies and contacts there are; then numbers of 4
+        bytes: for each body, in the order of its nodes in the glTF, x, y, z [m] and the quaternion x, y, z, w, world
+        frame, and for each contact x, y, z [m] and 1 for one with the floor; then the names of what is no longer
+        there, as JSON. All is little-endian.
 
         Args:
             time: Of the state [s].
@@ -53,7 +56,10 @@ class Scene3d:
             self._scene.show(qpos, looks=looks)
             data = self._scene.data
             rows = np.column_stack([data.xpos[self._bodies], np.roll(data.xquat[self._bodies], -1, axis=1)])
-        body = struct.pack("<d", time) + rows.astype("<f4").tobytes()
+            contacts = self._scene.contacts()
+        numbers = np.concatenate([rows.ravel(), contacts.ravel()]).astype("<f4").tobytes()
+        removed = json.dumps(sorted(looks.removed) if looks is not None else []).encode()
+        body = struct.pack("<dII", time, len(rows), len(contacts)) + numbers + removed
         return Response(body, media_type="application/octet-stream", headers=HEADERS)
 
 

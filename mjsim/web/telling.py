@@ -24,7 +24,7 @@ from mjsim.web.news import (
 )
 from mjsim.web.past import plain
 from mjsim.web.showing import shown_told
-from mjsim.world import EVENT_KINDS, Camera, Modules, Robot, Use, World, kind_of, noise_figures, rims, said_of
+from mjsim.world import EVENT_KINDS, Camera, Looks, Modules, Robot, Use, World, kind_of, noise_figures, rims, said_of
 
 _RING = np.asarray(np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False), dtype=float)
 """Directions of the rays of the ring, left positive [rad]."""
@@ -50,9 +50,12 @@ def tick_told(
         "robots": {name: _robot_told(tick, name, found.get(name, {})) for name in tick.orders},
         "things": {name: plain(pose.as_array()) for name, pose in tick.things.items()},
     }
-    if tick.looks is not None and tick.looks.removed:
-        told["removed"] = sorted(tick.looks.removed)
-    return told
+    return with_removed(told, tick.looks)
+
+
+def with_removed(told: TickNews, looks: Looks | None) -> TickNews:
+    """Return a tick with the names of the beacons and obstacles that are away then, if any."""
+    return {**told, "removed": sorted(looks.removed)} if looks is not None and looks.removed else told
 
 
 @np.errstate(over="ignore", invalid="ignore")  # an estimate may be anywhere

@@ -1,5 +1,6 @@
 """Recordings over HTTP: the whole, ticks, pictures drawn again, figures of a part, films of a part."""
 
+import json
 import math
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -237,7 +238,13 @@ def test_bodies_stand_in_3d_where_they_were(page, recording):
     for row in (0, 40):
         data = get(page, "/poses", time=0.04 * row).content
         assert np.frombuffer(data[:8], "<f8") == pytest.approx(0.04 * row)
-        poses = dict(zip(names, np.frombuffer(data[8:], "<f4").reshape(-1, 7), strict=True))
+        bodies, contacts = np.frombuffer(data[8:16], "<u4").tolist()
+        poses = dict(zip(names, np.frombuffer(data[16:], "<f4", 7 * bodies).reshape(-1, 7), strict=True))
+        # It stands on its wheels and a caster, and what is away has a place of its own.
+        touching = np.frombuffer(data[16 + 28 * bodies :], "<f4", 4 * contacts).reshape(-1, 4)
+        assert json.loads(data[16 + 28 * bodies + 16 * contacts :]) == []
+        np.testing.assert_allclose(touching[:, 2:], [[0, 1]] * len(touching), atol=1e-3)
+        assert len(touching) >= 3
         x, y, heading = recording.robots["scout"].truth[row]
         robot = poses["scout/base"]
         np.testing.assert_allclose(robot[:2], [x, y], atol=1e-5)

@@ -13,7 +13,8 @@ mjsim: 1
 obstacles:
   - {name: tower, box: [6, 6, 4], at: [0, 0]}
   - {name: post, cylinder: [0.2, 1], at: [8, 0]}
-robots: [{name: scout, at: [-8, 0]}]
+robots: [{name: scout, at: [-8, 0], sensors: [{camera: front, width: 64, height: 48, rate_hz: 1}]}]
+run: {rate_hz: 10, events: [{time: 0.2, remove: post}]}
 """
 
 
@@ -34,6 +35,14 @@ def test_things_are_picked_in_3d_measured_and_followed_through_a_run(sheet):
     canvas.click()
     expect(canvas).to_have_attribute("data-selected", "tower")
     expect(sheet.title).to_have_text("tower")
+    expect(page.locator(".outline-row[aria-selected=true]")).to_contain_text("tower")
+    # The robot's camera looks at it from the other side.
+    sheet.click(8, 0)
+    expect(canvas).to_have_attribute("data-selected", "post")
+    page.get_by_label("Look from").select_option("scout/front")
+    canvas.click()
+    expect(canvas).to_have_attribute("data-selected", "tower")
+    page.get_by_role("button", name="Show all", exact=True).click()
     page.get_by_role("button", name="Measure").click()
     box = canvas.bounding_box()
     canvas.click(position={"x": box["width"] / 2 - 5, "y": box["height"] / 2})
@@ -44,6 +53,9 @@ def test_things_are_picked_in_3d_measured_and_followed_through_a_run(sheet):
     page.locator(".run-main").click()
     canvas = opened(page, "run")
     expect(canvas).to_have_attribute("data-time", re.compile("[1-9]"), timeout=PATIENCE)
+    # What an event takes away is not seen; wheels and caster stand on the floor.
+    expect(canvas).to_have_attribute("data-away", "post", timeout=PATIENCE)
+    expect(canvas).to_have_attribute("data-contacts", re.compile(r"^[3-9]$"), timeout=PATIENCE)
     page.get_by_label("Follow").and_(page.locator("#view-run select")).select_option("scout/base")
     before = int(canvas.get_attribute("data-frames"))
     page.wait_for_function(f"() => Number(document.querySelector('#view-run .scene canvas').dataset.frames) > {before}")

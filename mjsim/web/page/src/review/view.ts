@@ -298,8 +298,9 @@ export class ReviewView implements View {
       trails.estimate.fill(track.estimate.slice(0, k + 1));
       trails.odometry.fill(track.odometry.slice(0, k + 1));
     }
-    this.floor.show({ robots, things: this.tick?.things ?? {} });
-    this.solids.door.think({ robots, shown: this.floor.layers.shown, hidden: this.floor.layers.hidden });
+    const moment = { robots, things: this.tick?.things ?? {}, removed: this.tick?.removed ?? [] };
+    this.floor.show(moment);
+    this.solids.door.think(this.floor.thoughts(moment));
   }
 
   private async fetchTick(time: number): Promise<void> {

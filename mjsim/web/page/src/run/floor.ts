@@ -1,6 +1,7 @@
 /** The plan of a run: what stands still, drawn by the plan; what moves, drawn over it. */
 
 import { el } from "../dom";
+import type { Thoughts } from "../scene/thoughts";
 import type { Bounds, Item, Values } from "../api";
 import { keyOf, Plan } from "../plan/plan";
 import { button, isPressed, setPressed, sign, toggle } from "./controls";
@@ -100,6 +101,12 @@ export class Floor {
     this.plan.drawOver();
   }
 
+  /** The moment that is shown, for the view in 3-D: with the same layers. */
+  thoughts(moment: Moment): Thoughts {
+    const { shown, hidden } = this.layers;
+    return { robots: moment.robots, facts: this.robots, trails: (name) => this.record.of(name).trails, shown, hidden };
+  }
+
   clear(): void {
     this.moment = null;
     if (this.takeAway([])) this.plan.refresh();
@@ -172,6 +179,7 @@ export class Floor {
       if (shown.show) evidence.shown(tick);
       if (shown.scans) evidence.scans(tick);
       if (shown.ring) evidence.ring(robot, tick);
+      if (shown.contacts) evidence.contacts(robot, tick);
     }
     for (const robot of this.robots) overlay.trails(this.record.of(robot.name).trails);
     for (const [robot, tick] of ticks) overlay.robot(robot, tick, { named: this.robots.length > 1 });

@@ -15,6 +15,7 @@ const LAYERS: [keyof Shown, string][] = [
   ["sightings", "Sightings"],
   ["scans", "Lidar scans"],
   ["ring", "Proximity ring"],
+  ["contacts", "Contacts"],
   ["show", "Shown by modules"],
 ];
 /** Layers that are off until somebody wants them. */

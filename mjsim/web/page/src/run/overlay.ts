@@ -22,6 +22,7 @@ export interface Shown {
   sightings: boolean;
   scans: boolean;
   ring: boolean;
+  contacts: boolean;
   /** What modules show. */
   show: boolean;
 }

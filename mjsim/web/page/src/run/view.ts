@@ -274,7 +274,7 @@ export class RunView implements View {
     if (this.newest) {
       this.bar.tick(this.newest);
       this.floor.show(this.newest);
-      this.solids.door.think({ robots: this.newest.robots, shown: this.floor.layers.shown, hidden: this.floor.layers.hidden });
+      this.solids.door.think(this.floor.thoughts(this.newest));
       this.arms.tick(this.newest.robots[this.chosen]);
     }
     const now = performance.now();

@@ -6,12 +6,14 @@ import { Grids } from "../run/grids";
 import { el, fill } from "../dom";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
+import { takeAway } from "./away";
 import type { Grip } from "./grip";
 import { Handles } from "./handles";
 import { type AsDragged, heights, itemAt, markOf, points } from "./marks";
 import { dispose, pose, readSolids, thingOf, type Solids } from "./solids";
 import { ABOVE, Stage3d } from "./stage";
 import { forget, thoughtsOf, type Thoughts } from "./thoughts";
+import { drawContacts } from "./touching";
 
 export class SceneView {
   readonly element = el("div", { class: "scene" });
@@ -31,6 +33,9 @@ export class SceneView {
   readonly handles = new Handles(this.stage);
   private readonly marks = new Group();
   private readonly measure = new Group();
+  private readonly touching = new Group();
+  /** Names of what is away, in one line. */
+  private away = "";
   private thoughts = new Group();
   private thought: Thoughts | null = null;
   private readonly grids = new Grids(() => this.think(this.thought));
@@ -47,7 +52,7 @@ export class SceneView {
     const bar = el("div", { class: "scene-bar", role: "group", "aria-label": "3-D" });
     bar.append(this.eye, this.follow, whole, this.ruler, this.said);
     this.element.append(this.stage.canvas, bar, this.note);
-    this.stage.over.add(this.marks, this.measure);
+    this.stage.over.add(this.marks, this.measure, this.touching);
     this.stage.picked.on((hit) => this.pick(hit));
     this.follow.addEventListener("change", () => this.setFollowed());
     this.eye.addEventListener("change", () => this.setEye());
@@ -59,6 +64,7 @@ export class SceneView {
     const first = this.solids === null;
     if (this.solids) dispose(this.solids);
     this.solids = solids;
+    this.away = "";
     this.stage.show(solids.root);
     this.offer(solids);
     this.mark();
@@ -76,10 +82,21 @@ export class SceneView {
   /** Put what moves where it is. */
   pose(data: ArrayBuffer): void {
     if (!this.solids) return;
-    const time = pose(this.solids, data);
+    const { time, contacts, removed } = pose(this.solids, data);
     this.canvas.dataset["time"] = String(time);
+    this.canvas.dataset["contacts"] = String(contacts.length / 4);
+    drawContacts(this.touching, contacts);
+    this.takeAway(removed);
     this.goAlong();
     this.stage.soon();
+  }
+
+  private takeAway(names: string[]): void {
+    const line = names.join("\n");
+    if (line === this.away || !this.solids) return;
+    this.away = line;
+    this.canvas.dataset["away"] = names.join();
+    takeAway(this.solids.root, names);
   }
 
   /** Draw what robots measure, believe and show; null for nothing. */
@@ -88,6 +105,7 @@ export class SceneView {
     forget(this.thoughts);
     this.stage.over.remove(this.thoughts);
     if (thought) this.stage.over.add((this.thoughts = thoughtsOf(thought, this.grids)));
+    this.touching.visible = thought?.shown.contacts ?? true;
     this.canvas.dataset["thoughts"] = String(this.thoughts.children.length);
     this.stage.soon();
   }

@@ -14,8 +14,21 @@ import {
 } from "three";
 import { GLTFLoader, type GLTF, type GLTFParser } from "three/addons/loaders/GLTFLoader.js";
 
-/** Bytes of one body among the poses: x, y, z, and a quaternion, as numbers of 4 bytes. */
+/** Bytes before the poses: time [s], how many bodies, how many contacts. */
+const HEAD = 16;
+/** Numbers of 4 bytes of one body: x, y, z, and a quaternion; of a contact: x, y, z, and whether it is with the floor. */
 const ROW = 7;
+const CONTACT = 4;
+
+/** What a moment has beside the places of bodies. */
+export interface Moment {
+  /** [s] */
+  time: number;
+  /** Rows of x, y, z [m], and 1 for the floor. */
+  contacts: Float32Array;
+  /** Names of what events have taken away. */
+  removed: string[];
+}
 
 export interface Solids {
   /** Holds all, z up. */
@@ -46,14 +59,17 @@ export async function readSolids(data: ArrayBuffer): Promise<Solids> {
   return { root, bodies, cameras };
 }
 
-/** Put the bodies where they are at a moment, and return its time [s]. */
-export function pose(solids: Solids, data: ArrayBuffer): number {
-  const numbers = new Float32Array(data, 8);
-  solids.bodies.forEach((body, k) => {
+/** Put the bodies where they are at a moment, and return what else there is of it. */
+export function pose(solids: Solids, data: ArrayBuffer): Moment {
+  const head = new DataView(data);
+  const [bodies, touching] = [head.getUint32(8, true), head.getUint32(12, true)];
+  const numbers = new Float32Array(data, HEAD, ROW * bodies + CONTACT * touching);
+  solids.bodies.slice(0, bodies).forEach((body, k) => {
     body.position.fromArray(numbers, ROW * k);
     body.quaternion.fromArray(numbers, ROW * k + 3);
   });
-  return new DataView(data).getFloat64(0, true);
+  const names = new TextDecoder().decode(new Uint8Array(data, HEAD + numbers.byteLength));
+  return { time: head.getFloat64(0, true), contacts: numbers.subarray(ROW * bodies), removed: JSON.parse(names) as string[] };
 }
 
 /** Give back what the graphics card holds of it. */

@@ -13,8 +13,6 @@ import {
   MeshBasicMaterial,
   NearestFilter,
   PlaneGeometry,
-  Points,
-  PointsMaterial,
   Sprite,
   SpriteMaterial,
   Vector3,
@@ -23,43 +21,49 @@ import {
 } from "three";
 import { frameOf } from "../run/evidence";
 import type { Grids } from "../run/grids";
-import type { Shown } from "../run/overlay";
-import type { PlanarPose, RobotTick, ShownNews } from "../run/protocol";
+import type { Shown, Trails } from "../run/overlay";
+import type { PlanarPose, RobotFacts, RobotTick, ShownNews } from "../run/protocol";
 import { color } from "../shell/theme";
+import { ABOVE_FLOOR, EYE, landmarksOf, poseOf, trailsOf } from "./beliefs";
 import { points } from "./marks";
+import { dots } from "./strokes";
 
 /** One moment of a run, and what of it is to be seen. */
 export interface Thoughts {
   robots: Record<string, RobotTick>;
+  /** What does not change of them. */
+  facts: RobotFacts[];
+  /** Their paths until now. */
+  trails: (robot: string) => Trails;
   shown: Shown;
   /** Names of what the person does not want to see. */
   hidden: ReadonlySet<string>;
 }
 
-/** So high above the floor flat things lie, and sightings are drawn [m]. */
-const ABOVE_FLOOR = 0.01;
-const EYE = 0.25;
-/** Across a point at least [m]. */
-const LEAST = 0.03;
-/** 95 % of a normal distribution in the plane lies within so many standard deviations, squared (chi-square, 2). */
-const CHI_SQUARE_95 = 5.991;
-const CORNERS = 48;
 /** Height of a text [m]. */
 const LETTERS = 0.15;
 
 /** Draw a moment. */
-export function thoughtsOf({ robots, shown, hidden }: Thoughts, grids: Grids): Group {
+export function thoughtsOf(thoughts: Thoughts, grids: Grids): Group {
   const group = new Group();
-  for (const tick of Object.values(robots)) {
-    if (shown.scans) for (const scan of Object.values(tick.scans ?? {})) group.add(dots(scan, color("--scanned"), 0));
-    if (shown.sightings) group.add(rays(tick));
-    if (shown.estimate && shown.ellipses) group.add(ellipse(tick));
-    for (const item of shown.show ? (tick.show ?? []) : []) {
-      const made = hidden.has(item.name) ? null : drawn(item, grids);
-      if (made) group.add(placed(made, frameOf(item, tick)));
-    }
-  }
+  for (const name of Object.keys(thoughts.robots)) group.add(...robotOf(name, thoughts, grids));
   return group;
+}
+
+function* robotOf(name: string, { robots, facts, trails, shown, hidden }: Thoughts, grids: Grids): Generator<Object3D> {
+  const tick = robots[name];
+  if (!tick) return;
+  const robot = facts.find((each) => each.name === name);
+  yield* trailsOf(trails(name), shown);
+  if (shown.scans) for (const scan of Object.values(tick.scans ?? {})) yield dots(lifted(scan), 0, { color: color("--scanned") });
+  if (shown.ring && robot) yield ring(tick, robot);
+  if (shown.sightings) yield rays(tick);
+  yield* landmarksOf(tick, shown);
+  yield* poseOf(tick, robot, shown);
+  for (const item of shown.show ? (tick.show ?? []) : []) {
+    const made = hidden.has(item.name) ? null : drawn(item, grids);
+    if (made) yield placed(made, frameOf(item, tick));
+  }
 }
 
 /** Give back what the graphics card holds of it. */
@@ -82,7 +86,7 @@ function drawn(item: ShownNews, grids: Grids): Object3D | null {
     const material = new LineBasicMaterial({ color: item.color });
     return item.joined ? new Line(lifted(item.lines), material) : new LineSegments(lifted(item.lines), material);
   }
-  return item.points ? dots(item.points, item.color, item.size ?? 0) : null;
+  return item.points ? dots(lifted(item.points), item.size ?? 0, { color: item.color }) : null;
 }
 
 function placed(object: Object3D, [x, y, heading]: PlanarPose): Object3D {
@@ -98,10 +102,6 @@ function lifted(numbers: number[]): BufferGeometry {
   return points(numbers.map((each, k) => (k % 3 === 2 ? Math.max(each, ABOVE_FLOOR) : each)));
 }
 
-function dots(numbers: number[], rgb: string, size: number): Points {
-  return new Points(lifted(numbers), new PointsMaterial({ color: rgb, size: Math.max(size, LEAST) }));
-}
-
 /** Rays from where the robot truly is, as long as was measured. */
 function rays(tick: RobotTick): LineSegments {
   const [x, y, heading] = tick.truth;
@@ -112,19 +112,15 @@ function rays(tick: RobotTick): LineSegments {
   return new LineSegments(points(ends), new LineBasicMaterial({ color: color("--seen") }));
 }
 
-/** The 95 % ellipse of the estimate, on the floor. */
-function ellipse({ estimate, covariance }: RobotTick): Line {
-  const [xx, xy, yy] = [covariance[0] ?? 0, covariance[1] ?? 0, covariance[4] ?? 0];
-  // The lower triangle of Cholesky turns a circle into the ellipse.
-  const a = Math.sqrt(CHI_SQUARE_95 * Math.max(xx, 1e-12));
-  const b = (CHI_SQUARE_95 * xy) / a;
-  const c = Math.sqrt(Math.max(CHI_SQUARE_95 * yy - b * b, 0));
-  const corners: number[] = [];
-  for (let k = 0; k <= CORNERS; k++) {
-    const [u, v] = [Math.cos((2 * Math.PI * k) / CORNERS), Math.sin((2 * Math.PI * k) / CORNERS)];
-    corners.push(estimate[0] + a * u, estimate[1] + b * u + c * v, 2 * ABOVE_FLOOR);
-  }
-  return new Line(points(corners.every(Number.isFinite) ? corners : []), new LineBasicMaterial({ color: color("--estimate") }));
+/** The rays of the ring that met something, from the rim. */
+function ring({ truth: [x, y, heading], proximity = [] }: RobotTick, robot: RobotFacts): LineSegments {
+  const ends = proximity.flatMap((range, k) => {
+    if (range === null) return [];
+    const angle = heading + (2 * Math.PI * k) / proximity.length;
+    const rim = robot.rims[k] ?? robot.radius;
+    return [rim, rim + range].flatMap((way) => [x + way * Math.cos(angle), y + way * Math.sin(angle), EYE]);
+  });
+  return new LineSegments(points(ends), new LineBasicMaterial({ color: color("--accent") }));
 }
 
 function plate(item: ShownNews, grids: Grids): Object3D | null {
