@@ -5,7 +5,7 @@ python scripts/measure/brought.py FOLDER [NAME]...
 FOLDER holds the packages, unpacked; those that are not there are left out. To get them, each under its own licence:
 
 pip download --no-deps --dest FOLDER pybullet mani_skill robosuite gymnasium-robotics safety-gymnasium
-pip download --no-deps --dest FOLDER example-robot-data igibson
+pip download --no-deps --dest FOLDER example-robot-data igibson hello-robot-stretch-urdf upkie-description
 cd FOLDER; for wheel in *.whl; do unzip -q -o "$wheel" -x '*.so'; done; tar xzf igibson-*.tar.gz
 """
 
@@ -53,6 +53,10 @@ ROBOTS = {
     "fetch_mjcf": Candidate("gymnasium-robotics", "gymnasium_robotics/envs/assets/fetch/robot.xml"),
     "car": Candidate("safety-gymnasium", "safety_gymnasium/assets/xmls/car.xml"),
     "racecar_mjcf": Candidate("safety-gymnasium", "safety_gymnasium/assets/xmls/racecar.xml"),
+    "stretch": Candidate(
+        "hello-robot-stretch-urdf", "stretch_urdf/SE3/stretch_description_SE3_eoa_wrist_dw3_tool_sg3.urdf"
+    ),
+    "upkie": Candidate("upkie-description", "upkie_description/urdf/upkie.urdf"),
     "turtlebot": Candidate("igibson", f"{TURTLEBOT}/turtlebot.urdf"),
     "kobuki": Candidate("igibson", f"{TURTLEBOT}/kobuki_description/urdf/kobuki_standalone.urdf.xacro"),
 }

@@ -107,6 +107,9 @@ def bring_robot(
     if gear.drive == "skid_steer":
         plan, said = _slipping(plan, files, path, anatomy, robot)
         report += said
+    if gear.drive == "ackermann":
+        plan, said = _steering(plan, files, path)
+        report += said
     notes = [
         f"From {path.name}, by `mjsim new --robot-from`; worlds name this file as a preset.",
         *_about(path, report),
@@ -162,6 +165,16 @@ def _slipping(
         f"measured: over {found.drives} drives of 20 s on arcs of all kinds it turns as with a track of"
         f" {plan.track:.5f} m, and slips {_inline_slip(found.slip)}",
     ]
+
+
+def _steering(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Plan, list[str]]:
+    """Return a plan that allows for what a car slips while it steers, if it is more than usual, and what was found."""
+    found = learned(preset_text(plan, ()), files, file=str(path))
+    slip = Slip(**{name: max(usual, getattr(found.slip, name)) for name, usual in Slip()})
+    if slip == Slip():
+        return plan, []
+    said = f"measured: over {found.drives} drives of 20 s on arcs of all kinds it slips {_inline_slip(found.slip)}"
+    return replace(plan, slip=slip), [said]
 
 
 def _inline_slip(slip: Slip) -> str:
