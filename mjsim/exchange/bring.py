@@ -47,7 +47,9 @@ def bring_map(path: Path, *, robot: Newcomer | None, resolution: float | None = 
     grid = read_grid(path, resolution=resolution)
     world = world_from_grid(grid, name=name_of(path))
     found, noise = fidelity(world, grid), specks(grid)
-    if 0 < found.occupied == noise:
+    if not found.occupied:
+        raise UsageError(f"{path}: none of its cells is occupied; see which gray it has for walls, and its thresholds")
+    if found.occupied == noise:
         raise UsageError(f"{path}: all of its {noise} occupied cells are specks, as noise makes them; it has no walls")
     rows, columns = grid.occupied.shape
     report = [

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mjsim.errors import UsageError, how_to_install
+from mjsim.errors import UsageError, how_to_install, printable
 from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.drawing import BOW, MOST_BYTES, MOST_CORNERS, Drawing, Line
 from mjsim.exchange.maps import name_of
@@ -27,6 +27,10 @@ LINES = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE",
 """Kinds of entities that are lines."""
 FILLED = ("SOLID", "TRACE", "HATCH", "MPOLYGON")
 """Kinds of entities that are filled shapes."""
+BINARY = b"AutoCAD Binary DXF\r\n\x1a\x00"
+"""How a binary file begins."""
+_BROKEN = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+"""What ezdxf raises on entities that are none, besides errors of its own."""
 FLAT = 1e-9
 """Lengths below this share of the size of a drawing are none; areas, below this share of its square."""
 FACE = "3DFACE"
@@ -61,21 +65,23 @@ def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
         UsageError: It is not there, too large, no DXF, or has no such layer; or ezdxf is not installed.
     """
     try:
-        from ezdxf import recover, units
+        from ezdxf import units
         from ezdxf.enums import InsertUnits
         from ezdxf.lldxf.const import DXFError
     except ImportError:
         raise UsageError(f"DXF is read by ezdxf, which is not installed; type: {how_to_install('ezdxf')}") from None
 
     path = Path(path)
-    read_bounded(path, most=MOST_BYTES, kind="a drawing")
+    data = read_bounded(path, most=MOST_BYTES, kind="a drawing")
     try:
-        with _quiet("ezdxf"):
-            document, audit = recover.readfile(str(path))
-        hidden = _hidden_layers(document, layers, path)
-        lines, left = _lines(document, hidden, walls={name.lower() for name in layers}, path=path)
-    except (DXFError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        raise UsageError(f"'{path}' cannot be read as DXF ({error!s:.80}); save it as DXF R2000 or later") from error
+        with _quiet("ezdxf"), np.errstate(all="ignore"):
+            document, audit = _document(data, path)
+            hidden = _hidden_layers(document, layers, path)
+            lines, left = _lines(document, hidden, walls={name.lower() for name in layers}, path=path)
+    except (DXFError, *_BROKEN) as error:
+        raise UsageError(
+            f"'{path}' cannot be read as DXF ({printable(f'{error!s:.80}')}); save it as DXF R2000 or later"
+        ) from error
     except RecursionError:
         raise UsageError(f"'{path}' has blocks that contain themselves; explode them") from None
     unit = units.conversion_factor(InsertUnits(document.units), InsertUnits.Meters) if document.units else None
@@ -84,6 +90,17 @@ def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
     if audit.has_fixes or audit.has_errors:
         notes.append(f"{len(audit.fixes) + len(audit.errors)} faults of the file were mended or passed over")
     return Drawing(str(path), lines, unit, bool(layers), notes)
+
+
+def _document(data: bytes, path: Path) -> tuple[Any, Any]:
+    """Return the document of a file, and what was found wrong with it."""
+    from ezdxf import recover
+    from ezdxf.filemanagement import readfile
+
+    if data.startswith(BINARY):
+        document = readfile(path)
+        return document, document.audit()
+    return recover.readfile(str(path))
 
 
 @contextmanager
@@ -116,6 +133,8 @@ def _hidden_layers(document: Any, names: Sequence[str], path: Path) -> set[str]:
 
 def _lines(document: Any, hidden: set[str], *, walls: set[str], path: Path) -> tuple[list[Line], Counter[str]]:
     """Return the lines on layers that are shown, and how many entities of which other kinds are there."""
+    from ezdxf.lldxf.const import DXFError
+
     found: list[Line] = []
     patterns: list[Line] = []
     left: Counter[str] = Counter()
@@ -137,7 +156,12 @@ def _lines(document: Any, hidden: set[str], *, walls: set[str], path: Path) -> t
             left["external references"] += kind == "INSERT" and _is_external(placed.entity)
             continue
         group = patterns if hatch and not placed.entity.dxf.solid_fill else found
-        for line in _filled(placed.entity) if kind in FILLED else _of_entity(placed.entity):
+        try:
+            drawn = list(_filled(placed.entity) if kind in FILLED else _of_entity(placed.entity))
+        except (DXFError, *_BROKEN):
+            left[f"{kind} that cannot be read"] += 1
+            continue
+        for line in drawn:
             group.append(replace(line, role=role, block=placed.block, parts=placed.parts, path=number))
             corners += len(line.points)
     for number, (placed, outlines) in enumerate(faces.items(), start=MOST_ENTITIES):

@@ -48,7 +48,7 @@ def read_header(path: Path) -> MapHeader:
     """
     data = read_bounded(path, most=MOST_YAML, kind="the YAML file of a map")
     node, problems = read_text(data.decode("utf-8-sig", "replace"), file=str(path))
-    if problems:
+    if problems and data.strip():
         raise UsageError("\n".join(map(str, problems)))
     if node is None or not isinstance(node.value, dict) or "image" not in node.value:
         raise UsageError(f"{path}: this is not a map; it names an image, a resolution and an origin")

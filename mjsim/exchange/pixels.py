@@ -5,6 +5,7 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
+from mjsim.exchange.png_in import HEAD, plain_png
 from mjsim.geometry import Array
 from mjsim.models import any_picture_size, bounded_size
 
@@ -34,6 +35,7 @@ def _decoded(data: bytes) -> NDArray[np.float32]:
     import cv2
 
     any_picture_size(data)
+    data = plain_png(data) if data.startswith(HEAD) else data
     picture = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
     if picture is None or picture.dtype not in (np.uint8, np.uint16):
         raise ValueError("cannot be read as a map; write it as a PGM or PNG picture")

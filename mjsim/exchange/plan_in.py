@@ -108,7 +108,8 @@ def read_plan(
     lines = with_rooms([line for line in drawing.lines if len(line.points) > 1])
     walls = [line for line in lines if line.role == "wall"] or [line for line in lines if line.role is None]
     if not walls:
-        raise UsageError(f"'{drawing.name}' has no lines to make walls of; draw each wall as a line")
+        seen = f" ({'; '.join(drawing.notes)})" if drawing.notes else ""
+        raise UsageError(f"'{drawing.name}' has no lines to make walls of{seen}; draw each wall as a line")
     if (count := sum(len(line.points) for line in lines)) > 2 * MOST_CORNERS:
         raise UsageError(f"'{drawing.name}' has {count} corners; walls have at most {MOST_CORNERS}, name their --layer")
     _, metres = corner_and_scale(drawing, walls, scale)

@@ -3,6 +3,7 @@
 import io
 import math
 import re
+import warnings
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -97,21 +98,47 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
     tree = _Tree(path, root, parents, _layers(root, layers, path), numbers, _paper(root))
     lines: list[Line] = []
     corners = 0
-    try:
-        for drawn in document.paths():
-            if not _hidden(drawn.element, parents):
+    # What is no number in a transform, or too large, is told of the corners that come of it.
+    with warnings.catch_warnings(action="ignore"), np.errstate(all="ignore"):
+        paths, broken = _paths(document)
+        for drawn in paths:
+            if _hidden(drawn.element, parents):
+                continue
+            try:
                 found = _lines(drawn, tree)
-                lines += found
-                corners += sum(len(line.points) for line in found)
-                if corners > 2 * MOST_CORNERS:
-                    raise UsageError(f"'{path}' has too many lines to be walls; name their --layer")
-    except _BROKEN as error:
-        raise UsageError(f"'{path}' has a shape that cannot be read ({error!s:.80}); mend the drawing") from error
+            except _BROKEN:
+                broken += 1
+                continue
+            lines += found
+            corners += sum(len(line.points) for line in found)
+            if corners > 2 * MOST_CORNERS:
+                raise UsageError(f"'{path}' has too many lines to be walls; name their --layer")
     counts = Counter(tag_of(element) for element in root.iter())
     left = [f"{counts[tag]} <{tag}>" for tag in ("use", "image", "text") if counts[tag]]
     left += [f"{odd} shapes in percent"] if odd else []
+    left += [f"{broken} shapes that cannot be read"] if broken else []
     notes = [f"left out: {', '.join(left)}"] if left else []
     return Drawing(str(path), lines, _unit(root), bool(layers), notes)
+
+
+def _paths(document: Any) -> tuple[list[Any], int]:
+    """Return the paths of all shapes that can be read, and how many cannot."""
+    from svgpathtools import parse_path
+    from svgpathtools.document import CONVERSIONS
+
+    def is_broken(element: Element) -> bool:
+        try:
+            parse_path(CONVERSIONS[tag_of(element)](element))
+        except _BROKEN:
+            return True
+        return False
+
+    try:
+        return document.paths(), 0
+    except _BROKEN:
+        shapes = [element for element in document.root.iter() if tag_of(element) in CONVERSIONS]
+        broken = {element for element in shapes if is_broken(element)}
+        return document.paths(path_filter=lambda element: element not in broken), len(broken)
 
 
 def _root_of(data: bytes, path: Path) -> Element:

@@ -47,8 +47,8 @@ TOGETHER = 0.3
 """Fragments of one wall are no farther apart [m]."""
 REACH = 1.0
 """A cell whose middle is this near to a shape is explained by it [cells]."""
-MOST_MIDDLES, MOST_LINES = 500_000, 4_000
-"""More of them make no map: cells in the middle of walls, straight lines."""
+MOST_OCCUPIED, MOST_MIDDLES, MOST_LINES = 6_000_000, 500_000, 4_000
+"""More of them make no map: occupied cells, cells in the middle of walls, straight lines."""
 DEEPEST = 12
 """What is left over is cut in two at most so often."""
 
@@ -68,6 +68,7 @@ def trace(grid: Grid) -> Traced:
     Raises:
         UsageError: It has more lines or parts than the map of a building.
     """
+    _bounded(int(np.count_nonzero(grid.occupied)), MOST_OCCUPIED, "occupied cells")
     clean = without_specks(grid)
     cells = tidied(clean.cells, grid)
     single = sum(np.count_nonzero(part) == 1 for _, part in _parts(cells))

@@ -76,7 +76,10 @@ def test_only_the_named_layer_of_an_svg_is_walls_and_nothing_hidden(tmp_path):
     [
         ("no xml", "is not XML, and so no SVG drawing"),
         ("<html/>", "is XML but no SVG drawing; its first element is 'html'"),
-        (f"{HEAD}<text>wall</text></svg>", "has no lines to make walls of; draw each wall as a line"),
+        (
+            f"{HEAD}<text>wall</text></svg>",
+            "no lines to make walls of (left out: 1 <text>); draw each wall as a line",
+        ),
         (
             f'{HEAD}<path d="M0 0H400"/></svg>',
             "unit is, and is 400 x 0 of them; give --scale",

@@ -1,0 +1,84 @@
+"""PNG files as a decoder takes them without a word: checked whole, with nothing beside the picture."""
+
+import struct
+import zlib
+from collections.abc import Iterator, Sequence
+
+HEAD = b"\x89PNG\r\n\x1a\n"
+DRAWN = (b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND")
+"""Chunks that say what the picture shows."""
+CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
+"""Of each colour type."""
+PASSES = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
+"""First column and row, and steps, of each pass of an interlaced picture."""
+STEP = 1 << 20
+"""Bytes that are unpacked at a time."""
+DAMAGED = "is a damaged PNG picture; export it again"
+
+
+def plain_png(data: bytes) -> bytes:
+    """Return a PNG file with its picture alone.
+
+    Raises:
+        ValueError: It is cut short or damaged.
+
+    References:
+        W3C, Portable Network Graphics (PNG) Specification, second edition, sections 5, 7.2, 8 and 10.
+    """
+    kept = [(kind, body) for kind, body in _chunks(data) if kind in DRAWN]
+    if kept[0][0] != b"IHDR" or len(kept[0][1]) != 13:
+        raise ValueError(DAMAGED)
+    columns, rows, depth, color, _, _, interlaced = struct.unpack(">IIBBBBB", kept[0][1])
+    if color not in CHANNELS or depth not in (1, 2, 4, 8, 16) or interlaced > 1:
+        raise ValueError(DAMAGED)
+    areas = _passes(columns, rows) if interlaced else [(columns, rows)]
+    bits = CHANNELS[color] * depth
+    if not _holds(
+        [body for kind, body in kept if kind == b"IDAT"], sum(h * (1 + (w * bits + 7) // 8) for w, h in areas)
+    ):
+        raise ValueError(DAMAGED)
+    return HEAD + b"".join(
+        struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body)) for kind, body in kept
+    )
+
+
+def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
+    """Yield the kind and the body of each chunk, to the last.
+
+    Raises:
+        ValueError: One is cut short, or its sum is wrong.
+    """
+    place, kind = len(HEAD), b""
+    while kind != b"IEND":
+        if len(data) < place + 12:
+            raise ValueError(DAMAGED)
+        size, kind = struct.unpack_from(">I4s", data, place)
+        end = place + 8 + size
+        if len(data) < end + 4 or (
+            kind in DRAWN and struct.unpack_from(">I", data, end)[0] != zlib.crc32(data[place + 4 : end])
+        ):
+            raise ValueError(DAMAGED)
+        yield kind, data[place + 8 : end]
+        place = end + 4
+
+
+def _passes(columns: int, rows: int) -> list[tuple[int, int]]:
+    """Return the width and the height of each pass of an interlaced picture that has any pixels."""
+    sizes = [(-(-(columns - x) // right), -(-(rows - y) // down)) for x, y, right, down in PASSES]
+    return [(width, height) for width, height in sizes if width > 0 and height > 0]
+
+
+def _holds(parts: Sequence[bytes], size: int) -> bool:
+    """Say whether packed data holds so many bytes, without keeping them."""
+    unpacker, left = zlib.decompressobj(), size
+    try:
+        for part in parts:
+            rest = part
+            while rest and left > 0:
+                left -= len(unpacker.decompress(rest, STEP))
+                rest = unpacker.unconsumed_tail
+        while left > 0 and (more := unpacker.decompress(unpacker.unconsumed_tail, STEP)):
+            left -= len(more)
+    except zlib.error:
+        return False
+    return left <= 0
