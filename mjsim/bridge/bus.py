@@ -3,8 +3,10 @@
 import ipaddress
 import os
 import socket
+import stat
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
@@ -14,9 +16,11 @@ from mjsim.errors import UsageError, did_you_mean, how_to_install
 from mjsim.progress import say
 from mjsim.ros import Outgoing, Qos, RosTopic, bytes_of, message_of
 
-LOOPBACK = "127.0.0.1"
+LOOPBACK, LOOPBACK_DEVICE = "127.0.0.1", "lo"
 MOST_DOMAINS = 232
 """Ports for higher ones end beyond 65535."""
+FIRST_PORT, PORTS = 7400, 250
+"""Of domain 0, and of each domain; those of RTPS."""
 LOOK = 0.2
 """How often the thread that receives looks whether it is to end [s]."""
 
@@ -44,22 +48,32 @@ class Bus(Closes):
             interface: Name or address of the network interface; loopback unless given.
 
         Raises:
-            UsageError: There is no such interface, or cyclonedds is not installed.
+            UsageError: There is no such interface, cyclonedds is not installed, or this process is in that domain.
         """
         place = _place(interface)
         try:
-            from cyclonedds.core import WaitSet
+            from cyclonedds.core import DDSException, WaitSet
             from cyclonedds.domain import Domain, DomainParticipant
         except ModuleNotFoundError:
             raise UsageError(
                 f"cyclonedds, the bus of ROS 2, is not installed; type: {how_to_install('cyclonedds')}"
             ) from None
-        self._domain = Domain(domain, _settings(place, local=interface is None))
-        self._participant = DomainParticipant(domain)
+        try:
+            self._domain: Any = Domain(domain, _settings(place, local=interface is None))
+        except DDSException as error:
+            if error.code != DDSException.DDS_RETCODE_PRECONDITION_NOT_MET:
+                raise UsageError(f"cannot join domain {domain} by {interface or 'loopback'}: {error}") from None
+            raise UsageError(
+                f"this process is in domain {domain} already; close its other bridge, or set ROS_DOMAIN_ID"
+            ) from None
+        self._participant: Any = DomainParticipant(domain)
+        if interface is None:
+            _keep_to_loopback(domain)
         self._writers: dict[RosTopic, Any] = {}
         self._sample_types: dict[RosTopic, Any] = {}
         self._taken: list[tuple[Any, str, Callable[[Any], None]]] = []
-        self._waiting, self._closing = WaitSet(self._participant), threading.Event()
+        self._waiting: Any = WaitSet(self._participant)
+        self._closing = threading.Event()
         self._thread = threading.Thread(target=self._receive, name="mjsim-bridge", daemon=True)
 
     def send(self, each: Outgoing, *, space: str = "rt") -> None:
@@ -101,8 +115,10 @@ class Bus(Closes):
         self._closing.set()
         if self._thread.is_alive() and threading.current_thread() is not self._thread:
             self._thread.join()
-        # Entities of DDS are deleted with their objects.
-        self._writers, self._taken = {}, []
+        # Entities of DDS are deleted with their objects; the domain comes last.
+        self._writers, self._taken, self._waiting = {}, [], None
+        self._participant = None
+        self._domain = None
 
     def _topic(self, name: str, kind: str, space: str) -> Any:
         from cyclonedds.topic import Topic
@@ -136,9 +152,32 @@ def _place(interface: str | None) -> str:
     if interface in names:
         return f"name={quoteattr(interface)}"
     try:
-        return f"address={quoteattr(str(ipaddress.ip_address(interface)))}"
-    except ValueError:
-        raise UsageError(f"no network interface '{interface}'{did_you_mean(interface, names)}") from None
+        address = ipaddress.IPv4Address(interface)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.bind((str(address), 0))
+    except (ValueError, OSError):
+        raise UsageError(
+            f"no network interface, nor IPv4 address of one, '{interface}'{did_you_mean(interface, names)}"
+        ) from None
+    return f"address={quoteattr(str(address))}"
+
+
+def _keep_to_loopback(domain: int) -> None:
+    """Have the kernel drop what other interfaces bring to the sockets of a domain.
+
+    cyclonedds sends and joins groups on loopback alone then, but the sockets that it receives by are bound to every
+    address, so that another machine could send commands to their ports.
+    """
+    if not hasattr(socket, "SO_BINDTODEVICE"):
+        return  # of Linux alone
+    first = FIRST_PORT + PORTS * domain
+    for descriptor in map(int, os.listdir("/proc/self/fd")):
+        # It may have been closed meanwhile; before Linux 5.7 only root may bind.
+        with suppress(OSError):
+            if stat.S_ISSOCK(os.fstat(descriptor).st_mode):
+                with socket.socket(fileno=os.dup(descriptor)) as found:
+                    if found.type == socket.SOCK_DGRAM and first <= found.getsockname()[1] < first + PORTS:
+                        found.setsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, LOOPBACK_DEVICE.encode())
 
 
 def _settings(place: str, *, local: bool) -> str:

@@ -53,7 +53,8 @@ def bridge(
             interface=interface,
         ) as live,
     ):
-        say(f"ROS 2, domain {live.domain}, {interface or 'loopback'}: {', '.join(live.robots)}; Ctrl-C ends it")
+        robots = ", ".join(live.robots) or "no robots"
+        say(f"ROS 2, domain {live.domain}, {interface or 'loopback'}: {robots}; Ctrl-C ends it")
         live.start(paused=paused)
         live.session.result()
     if output is not None:
