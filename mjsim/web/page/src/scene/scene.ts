@@ -1,6 +1,6 @@
 /** The view in 3-D of Edit, Run and Review: the scene, what is done with the mouse, and a bar with its switches. */
 
-import { Box3, Group, Line, LineBasicMaterial, Vector3, type Intersection, type Mesh } from "three";
+import { Box3, Group, Line, LineBasicMaterial, Vector3, type Intersection, type Material, type Mesh } from "three";
 import type { Item } from "../api";
 import { Grids } from "../run/grids";
 import { el, fill } from "../dom";
@@ -13,7 +13,7 @@ import { type AsDragged, heights, itemAt, markOf, points } from "./marks";
 import { dispose, pose, readSolids, thingOf, type Solids } from "./solids";
 import { ABOVE, Stage3d } from "./stage";
 import { forget, thoughtsOf, type Thoughts } from "./thoughts";
-import { drawContacts } from "./touching";
+import { Touching } from "./touching";
 
 export class SceneView {
   readonly element = el("div", { class: "scene" });
@@ -33,11 +33,12 @@ export class SceneView {
   readonly handles = new Handles(this.stage);
   private readonly marks = new Group();
   private readonly measure = new Group();
-  private readonly touching = new Group();
+  private readonly touching = new Touching();
   /** Names of what is away, in one line. */
   private away = "";
   private thoughts = new Group();
   private thought: Thoughts | null = null;
+  private readonly retired: Material[] = [];
   private readonly grids = new Grids(() => this.think(this.thought));
   private ends: Vector3[] = [];
   private followed: Vector3 | null = null;
@@ -52,7 +53,7 @@ export class SceneView {
     const bar = el("div", { class: "scene-bar", role: "group", "aria-label": "3-D" });
     bar.append(this.eye, this.follow, whole, this.ruler, this.said);
     this.element.append(this.stage.canvas, bar, this.note);
-    this.stage.over.add(this.marks, this.measure, this.touching);
+    this.stage.over.add(this.marks, this.measure, this.touching.group);
     this.stage.picked.on((hit) => this.pick(hit));
     this.follow.addEventListener("change", () => this.setFollowed());
     this.eye.addEventListener("change", () => this.setEye());
@@ -85,7 +86,7 @@ export class SceneView {
     const { time, contacts, removed } = pose(this.solids, data);
     this.canvas.dataset["time"] = String(time);
     this.canvas.dataset["contacts"] = String(contacts.length / 4);
-    drawContacts(this.touching, contacts);
+    this.touching.show(contacts);
     this.takeAway(removed);
     this.goAlong();
     this.stage.soon();
@@ -102,10 +103,10 @@ export class SceneView {
   /** Draw what robots measure, believe and show; null for nothing. */
   think(thought: Thoughts | null): void {
     this.thought = thought;
-    forget(this.thoughts);
+    forget(this.thoughts, this.retired);
     this.stage.over.remove(this.thoughts);
     if (thought) this.stage.over.add((this.thoughts = thoughtsOf(thought, this.grids)));
-    this.touching.visible = thought?.shown.contacts ?? true;
+    this.touching.group.visible = thought?.shown.contacts ?? true;
     this.canvas.dataset["thoughts"] = String(this.thoughts.children.length);
     this.stage.soon();
   }
@@ -138,12 +139,16 @@ export class SceneView {
   /** Take up the colours of the theme. */
   recolor(): void {
     this.stage.recolor();
+    this.touching.recolor();
+    this.think(this.thought);
     this.mark();
   }
 
   dispose(): void {
     if (this.solids) dispose(this.solids);
     this.handles.dispose();
+    this.touching.dispose();
+    for (const each of this.retired) each.dispose();
     this.stage.dispose();
   }
 

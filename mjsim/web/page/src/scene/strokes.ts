@@ -24,7 +24,7 @@ export function stroke(numbers: number[], width: number, { color, through = fals
 }
 
 /** Round points, so large [m], and at least so large in the picture [of half its height]. */
-export function dots(places: BufferGeometry, size: number, { color, through = false }: Ink, least = LEAST): Points {
+export function dots(places: BufferGeometry, size: number, { color, through = false }: Ink, least = LEAST): Points<BufferGeometry, PointsMaterial> {
   const material = new PointsMaterial({ color, size, depthTest: !through, transparent: through });
   material.onBeforeCompile = (shader) => {
     shader.vertexShader = shader.vertexShader.replace(

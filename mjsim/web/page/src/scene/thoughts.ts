@@ -66,16 +66,20 @@ function* robotOf(name: string, { robots, facts, trails, shown, hidden }: Though
   }
 }
 
-/** Give back what the graphics card holds of it. */
-export function forget(group: Group): void {
+/** So many materials outlive their things: a program that no material uses is compiled anew, which takes longest of all. */
+const KEPT = 400;
+
+/** Give back what the graphics card holds of it; `retired` has the materials that are kept for a while. */
+export function forget(group: Group, retired: Material[]): void {
   group.traverse((object) => {
     const { geometry, material } = object as Partial<Mesh>;
     // All sprites share one geometry.
     if (!(object instanceof Sprite)) geometry?.dispose();
     const map = (material as MeshBasicMaterial | undefined)?.map;
     map?.dispose();
-    (material as Material | undefined)?.dispose();
+    if (material) retired.push(material as Material);
   });
+  for (const each of retired.splice(0, Math.max(retired.length - KEPT, 0))) each.dispose();
   group.clear();
 }
 

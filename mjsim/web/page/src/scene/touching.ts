@@ -1,10 +1,9 @@
 /** Where bodies touch each other, as the last news of their places have it. */
 
-import type { Group, Points } from "three";
+import { Group, type Points } from "three";
 import { color } from "../shell/theme";
 import { points } from "./marks";
 import { dots } from "./strokes";
-import { forget } from "./thoughts";
 
 /** Numbers of a contact: x, y, z [m], and whether it is with the floor. */
 const ROW = 4;
@@ -13,18 +12,47 @@ const SIZE = 0.03;
 const LARGE = 0.035;
 const SMALL = 0.02;
 
-/** Draw contacts in a group in the place of what was there: those with the floor small. */
-export function drawContacts(group: Group, contacts: Float32Array): void {
-  forget(group);
-  const [others, floor]: [number[], number[]] = [[], []];
-  for (let k = 0; k + ROW <= contacts.length; k += ROW)
-    (contacts[k + 3] ? floor : others).push(...contacts.subarray(k, k + 3));
-  if (floor.length) group.add(mark(floor, "--muted", SMALL));
-  if (others.length) group.add(mark(others, "--error", LARGE));
+export class Touching {
+  readonly group = new Group();
+  private readonly floor = mark("--muted", SMALL);
+  private readonly others = mark("--error", LARGE);
+
+  constructor() {
+    this.group.add(this.floor, this.others);
+  }
+
+  /** Draw contacts in the place of those before: the ones with the floor small. */
+  show(contacts: Float32Array): void {
+    const [others, floor]: [number[], number[]] = [[], []];
+    for (let k = 0; k + ROW <= contacts.length; k += ROW)
+      (contacts[k + 3] ? floor : others).push(...contacts.subarray(k, k + 3));
+    place(this.others, others);
+    place(this.floor, floor);
+  }
+
+  /** Take up the colours of the theme. */
+  recolor(): void {
+    this.floor.material.color.set(color("--muted"));
+    this.others.material.color.set(color("--error"));
+  }
+
+  dispose(): void {
+    for (const each of [this.floor, this.others]) {
+      each.geometry.dispose();
+      each.material.dispose();
+    }
+  }
 }
 
-function mark(numbers: number[], token: string, least: number): Points {
-  const made = dots(points(numbers), SIZE, { color: color(token), through: true }, least);
+function mark(token: string, least: number): ReturnType<typeof dots> {
+  const made = dots(points([]), SIZE, { color: color(token), through: true }, least);
   made.renderOrder = 4;
+  made.visible = false;
   return made;
+}
+
+function place(shown: Points, numbers: number[]): void {
+  shown.geometry.dispose();
+  shown.geometry = points(numbers);
+  shown.visible = numbers.length > 0;
 }
