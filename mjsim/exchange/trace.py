@@ -15,6 +15,7 @@ from mjsim.exchange.gather import gathered
 from mjsim.exchange.pixels import Cells
 from mjsim.exchange.shapes import Bar, Disc, cells_in, fitted_bar, fitted_disc
 from mjsim.exchange.specks import has_lone_things, without_specks
+from mjsim.exchange.stacked import unstacked
 from mjsim.exchange.strips import along_walls
 from mjsim.exchange.thin import lines, thinned
 from mjsim.exchange.tidy import tidied
@@ -86,11 +87,24 @@ def trace(grid: Grid) -> Traced:
         *rows,
         *(bar for points in single if len(points) >= least for bar in rectangles_for(points, 0)),
     ]
-    shortest, widest = SHORTEST / grid.resolution, THICKEST / grid.resolution
-    slender = [bar.length >= max(SLENDER * bar.width, shortest) and bar.width <= widest for bar in bars]
-    more = [bar for bar, is_wall in zip(bars, slender, strict=True) if is_wall]
-    boxes = [bar for bar, is_wall in zip(bars, slender, strict=True) if not is_wall]
-    return Traced([*walls, *more], boxes, alone.discs)
+    thick = _thickest(network)
+    whole = unstacked([*walls, *bars], cells)
+    own = {id(wall) for wall in walls}
+    kept = [bar for bar in whole if id(bar) in own or _is_slender(bar, thick, grid.resolution)]
+    chosen = {id(bar) for bar in kept}
+    return Traced(kept, [bar for bar in whole if id(bar) not in chosen], alone.discs)
+
+
+def _thickest(network: Cells) -> float:
+    """Return how thick walls are at most that are not very long: what is thicker leans on them, or they on it."""
+    return max(BULKY * _usual_thickness(network), 3.0)
+
+
+def _is_slender(bar: Bar, thick: float, resolution: float) -> bool:
+    """Say whether a rectangle that is no part of the walls that hang together is a wall by itself."""
+    if bar.length < max(SLENDER * bar.width, SHORTEST / resolution) or bar.width > THICKEST / resolution:
+        return False
+    return bar.width <= thick or bar.length >= LONG * bar.width
 
 
 def _alone(cells: Cells, resolution: float, least: int) -> tuple[Traced, Cells]:
@@ -118,8 +132,7 @@ def _walls(network: Cells, grid: Grid) -> list[Bar]:
     Raises:
         UsageError: They have more lines than the map of a building.
     """
-    # What is much thicker than the walls of this map leans on them, or they on it.
-    thick = max(BULKY * _usual_thickness(network), 3.0)
+    thick = _thickest(network)
     thickest = min(max(THICKEST, thick * grid.resolution), BROADEST) / grid.resolution
     slim = network & ~_bulky(network, min(thickest, thick), thickest)
     middles = thinned(slim)

@@ -8,6 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+import shapely
 from PIL import Image
 
 from mjsim.errors import UsageError
@@ -17,7 +18,19 @@ from mjsim.exchange.maps import world_from_grid
 from mjsim.exchange.place import without_way
 from mjsim.exchange.trace import rectangles_for
 from mjsim.geometry import Pose
-from mjsim.world import Grid, World, check_world, format_world, grid_of, load_world, parse_world, solid
+from mjsim.world import (
+    BoxObstacle,
+    Grid,
+    Wall,
+    World,
+    cells_of,
+    check_world,
+    format_world,
+    grid_of,
+    load_world,
+    parse_world,
+    solid,
+)
 
 WORLDS = Path(__file__).parents[2] / "worlds"
 ROOM = "mjsim: 1\nwalls: [{points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true}]\n"
@@ -157,6 +170,20 @@ def test_two_faces_of_fine_cells_with_the_unknown_between_them_are_walls():
     (wall,) = world_from_grid(grid).walls
     assert wall.closed
     assert wall.thickness == pytest.approx(7 * 0.025, abs=0.01)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.05])
+def test_a_shelf_that_leans_on_a_wall_is_one_thing_in_coarse_cells(turn):
+    shelf = World(obstacles=(BoxObstacle(name="shelf", box=(2.0, 0.5, 1.0), at=(5.0, 5.6), heading_deg=0.0),))
+    room = Wall(name="room", points=((0, 0), (9, 0), (9, 6), (0, 6)), closed=True, thickness=0.2)
+    c, s = math.cos(turn), math.sin(turn)
+    shape = shapely.transform(solid(World(walls=(room,), obstacles=shelf.obstacles)), lambda p: p @ [[c, s], [-s, c]])
+    frame = Grid(np.zeros((80, 110), dtype=bool), np.zeros((80, 110), dtype=bool), 0.1, Pose(-1.0, -1.0, 0.0))
+    occupied = cells_of(shape.buffer(0.02), frame)
+    world = world_from_grid(Grid(occupied, ~occupied, 0.1, frame.world_from_grid))
+    assert len(world.walls) == 1
+    (thing,) = world.obstacles
+    assert thing.box[:2] == pytest.approx((2.0, 0.5), abs=0.2)
 
 
 def test_pictures_of_any_depth_and_channels_are_the_same_map(tmp_path):
