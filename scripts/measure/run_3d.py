@@ -72,6 +72,7 @@ def found(browser: Browser, seconds: float, *, watched: bool) -> Figures:
     with serving(with_lidar()) as (server, url), page_at(browser, url) as page:
         page.get_by_role("tab", name="Run", exact=True).click()
         page.get_by_role("button", name="Outside", exact=True).click()
+        page.evaluate("() => localStorage.setItem('mjsim.run.scene.slow', 'yes')")  # it stays on
         page.locator("#view-run").get_by_title("View in 3-D").click()
         page.get_by_role("button", name="Start", exact=True).click()
         page.locator("#view-run .scene[data-filled]").wait_for()

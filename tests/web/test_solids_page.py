@@ -16,6 +16,16 @@ obstacles:
 robots: [{name: scout, at: [-8, 0], sensors: [{camera: front, width: 64, height: 48, rate_hz: 1}]}]
 run: {rate_hz: 10, events: [{time: 0.2, remove: post}]}
 """
+SLOW = """() => {
+  const wait = (until) => { while (performance.now() < until); };
+  WebGL2RenderingContext.prototype.readPixels = () => wait(performance.now() + 60);
+}"""
+NONE = """() => {
+  const draw = HTMLCanvasElement.prototype.getContext;
+  HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+    return kind.startsWith("webgl") ? null : draw.call(this, kind, ...more);
+  };
+}"""
 
 
 def opened(page, view):
@@ -51,6 +61,8 @@ def test_things_are_picked_in_3d_measured_and_followed_through_a_run(sheet):
     expect(canvas).to_have_attribute("data-selected", "tower")
     page.get_by_role("tab", name="Run").click()
     page.locator(".run-main").click()
+    # However slow the machine of the test is.
+    page.evaluate("() => localStorage.setItem('mjsim.run.scene.slow', 'yes')")
     canvas = opened(page, "run")
     expect(canvas).to_have_attribute("data-time", re.compile("[1-9]"), timeout=PATIENCE)
     # What an event takes away is not seen; wheels and caster stand on the floor.
@@ -59,3 +71,34 @@ def test_things_are_picked_in_3d_measured_and_followed_through_a_run(sheet):
     page.get_by_label("Follow").and_(page.locator("#view-run select")).select_option("scout/base")
     before = int(canvas.get_attribute("data-frames"))
     page.wait_for_function(f"() => Number(document.querySelector('#view-run .scene canvas').dataset.frames) > {before}")
+
+
+def test_3d_that_slows_a_run_goes_off_and_says_so_until_it_is_wanted_nonetheless(sheet):
+    page = sheet.page
+    page.get_by_role("tab", name="Run").click()
+    page.evaluate(SLOW)
+    page.locator(".run-main").click()
+    page.locator("#view-run").get_by_title("View in 3-D").click()
+    rest = page.locator("#view-run .scene-rest")
+    expect(rest).to_contain_text(re.compile(r"^3-D draws [\d.]+ pictures a second here; it is off"), timeout=PATIENCE)
+    expect(page.locator("#view-run .scene")).to_be_hidden()
+    drawn = page.locator("#view-run .scene canvas").get_attribute("data-frames")
+    rest.get_by_role("button", name="Show it nonetheless").click()
+    expect(rest).to_be_hidden()
+    expect(page.locator("#view-run .scene canvas")).not_to_have_attribute("data-frames", drawn, timeout=PATIENCE)
+    assert page.evaluate("() => localStorage.getItem('mjsim.run.scene')") == "yes"
+
+
+def test_a_browser_without_3d_says_so_in_one_line_and_runs_all_the_same(sheet):
+    page = sheet.page
+    page.evaluate(NONE)
+    page.locator("#view-edit").get_by_title("View in 3-D").click()
+    line = "This browser draws nothing in 3-D here: switch on its graphics acceleration (WebGL 2)."
+    expect(page.locator("#view-edit .scene-door")).to_have_text(line, timeout=PATIENCE)
+    sheet.click(8, 0)
+    expect(sheet.title).to_have_text("post")
+    page.get_by_role("tab", name="Run").click()
+    page.locator("#view-run").get_by_title("View in 3-D").click()
+    page.locator(".run-main").click()
+    expect(page.locator("#view-run .scene-door")).to_have_text(line, timeout=PATIENCE)
+    expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)

@@ -56,6 +56,7 @@ export class RunView implements View {
     "run.scene",
     () => getBytes("/api/run/scene"),
     () => this.arrange(),
+    { yields: true },
   );
   private readonly banner = new Banner();
   private readonly advice = new Advice({

@@ -19,6 +19,8 @@ export class Door {
   readonly chosen = new Signal<Item | null>();
   /** What is done by a handle. */
   readonly pulled = new Signal<Pull>();
+  /** Told with its pictures a second when those are too few. */
+  readonly slow = new Signal<number>();
   private view: SceneView | null = null;
   private open = false;
   private loaded: unknown = null;
@@ -104,7 +106,7 @@ export class Door {
     } catch (error) {
       if (!(error instanceof Error)) throw error;
       this.view?.say(error.message);
-      if (!this.view) this.element.textContent = error.message;
+      if (!this.view) this.element.replaceChildren(el("p", { class: "hint scene-none", role: "status" }, error.message));
       const asks = error instanceof ApiError && error.data["needs_trust"] !== undefined;
       if (asks && (await this.allow())) this.wanted(key);
     }
@@ -125,6 +127,7 @@ export class Door {
     const view = new program.SceneView();
     view.chosen.on((item) => this.chosen.emit(item));
     view.handles.pulled.on((pull) => this.pulled.emit(pull));
+    view.slow.on((rate) => this.slow.emit(rate));
     view.show(...this.shown);
     view.hold(...this.held);
     view.think(this.thought);

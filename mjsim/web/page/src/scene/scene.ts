@@ -10,7 +10,7 @@ import { takeAway } from "./away";
 import type { Grip } from "./grip";
 import { Handles } from "./handles";
 import { type AsDragged, heights, itemAt, markOf, points } from "./marks";
-import { dispose, pose, readSolids, thingOf, type Solids } from "./solids";
+import { countThings, dispose, pose, readSolids, thingOf, type Solids } from "./solids";
 import { ABOVE, Stage3d } from "./stage";
 import { forget, thoughtsOf, type Thoughts } from "./thoughts";
 import { Touching } from "./touching";
@@ -31,6 +31,8 @@ export class SceneView {
   private dragged: AsDragged | null = null;
   private grip: Grip | null = null;
   readonly handles = new Handles(this.stage);
+  /** Told with the pictures a second when those are too few. */
+  readonly slow = this.stage.pacing.slow;
   private readonly marks = new Group();
   private readonly measure = new Group();
   private readonly touching = new Touching();
@@ -66,6 +68,7 @@ export class SceneView {
     if (this.solids) dispose(this.solids);
     this.solids = solids;
     this.away = "";
+    this.stage.things = countThings(solids.root);
     this.stage.show(solids.root);
     this.offer(solids);
     this.mark();

@@ -98,6 +98,15 @@ export function thingsOf(mesh: Mesh): [string, number][] {
   return ((mesh.geometry as BufferGeometry).userData["things"] ?? []) as [string, number][];
 }
 
+/** How many geoms a scene has. */
+export function countThings(root: Object3D): number {
+  let count = 0;
+  root.traverse((object) => {
+    if (object instanceof Mesh) count += thingsOf(object).length;
+  });
+  return count;
+}
+
 /** Replace the costly material of glTF by one without gloss. */
 function plain(mesh: Mesh): void {
   const given = mesh.material as MeshStandardMaterial;

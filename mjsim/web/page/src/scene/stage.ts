@@ -23,6 +23,7 @@ import type { Point } from "../api";
 import { el } from "../dom";
 import { Signal } from "../signal";
 import { color } from "../shell/theme";
+import { Pace } from "./pace";
 
 /** A picture is to take between so long [ms]; beyond, the next ones have fewer or more pixels. */
 const LONGEST = 40;
@@ -49,6 +50,10 @@ export class Stage3d {
   readonly picked = new Signal<Intersection | null>();
   /** Told before each picture. */
   readonly drawing = new Signal();
+  /** Whether pictures come quickly enough. */
+  readonly pacing = new Pace();
+  /** How many things the scene has. */
+  things = 0;
   private readonly renderer: WebGLRenderer;
   private readonly content = new Group();
   private eye: Camera = this.orbit;
@@ -220,6 +225,7 @@ export class Stage3d {
 
   /** Choose by how long pictures take [ms] how many pixels the next ones have. */
   private pace(took: number): void {
+    this.pacing.add(took, { coarsest: this.share === COARSEST, things: this.things });
     if (took > LONGEST) this.sharp(this.share * 0.85);
     else if (took < SHORTEST && this.share < 1) this.sharp(this.share * 1.05);
   }

@@ -1,6 +1,7 @@
 /** The view in 3-D among the views of Run and Review: a switch, and a tile while it is on. */
 
-import { remembered, toggle } from "../run/controls";
+import { el, fill } from "../dom";
+import { button, remembered, toggle } from "../run/controls";
 import { makeTile, type Tile } from "../run/tile";
 import { Door } from "./door";
 
@@ -9,38 +10,72 @@ export class SolidsTile {
   /** Puts the tile among the others. */
   readonly switch: HTMLButtonElement;
   private readonly tile: Tile;
+  /** Stands in the place of the view while that is too slow for a run. */
+  private readonly rest = el("div", { class: "scene-rest", role: "status", hidden: true });
+  private on: boolean;
   private key: unknown = null;
 
   constructor(
     /** Under which the switch is remembered. */
-    kept: string,
+    private readonly kept: string,
     scene: () => Promise<ArrayBuffer>,
     /** Told when there are other tiles. */
     changed: () => void,
+    /** Whether it goes off where it is slow, until it is wanted nonetheless. */
+    { yields = false } = {},
   ) {
     this.door = new Door(scene);
-    this.tile = makeTile("scene", "3-D", this.door.element);
-    const on = remembered(kept) === "yes";
-    this.door.set(on, null);
+    this.tile = makeTile("scene", "3-D", el("div", { class: "scene-place" }, this.door.element, this.rest));
+    this.on = remembered(kept) === "yes";
+    this.door.set(this.on, null);
     this.switch = toggle(
       { class: "quiet run-small", title: "View in 3-D" },
-      on,
+      this.on,
       (now) => {
         remembered(kept, now ? "yes" : "no");
-        this.door.set(now, this.key);
+        this.show(now);
         changed();
       },
       "3-D",
     );
+    if (yields) this.door.slow.on((rate) => this.yield(rate));
   }
 
   tiles(): Tile[] {
-    return this.door.isOpen ? [this.tile] : [];
+    return this.on ? [this.tile] : [];
   }
 
   /** Another scene is to be seen. */
   want(key: unknown): void {
     this.key = key;
     this.door.want(key);
+  }
+
+  private show(on: boolean): void {
+    this.on = on;
+    this.rest.hidden = true;
+    this.door.element.hidden = false;
+    this.door.set(on, this.key);
+  }
+
+  /** Go off, say so, and stay off the next time, unless it is wanted however slow. */
+  private yield(rate: number): void {
+    const wanted = `${this.kept}.slow`;
+    if (!this.on || remembered(wanted) === "yes") return;
+    remembered(this.kept, "no");
+    this.door.set(false, null);
+    this.door.element.hidden = true;
+    const nonetheless = button(
+      {},
+      () => {
+        remembered(wanted, "yes");
+        remembered(this.kept, "yes");
+        this.show(true);
+      },
+      "Show it nonetheless",
+    );
+    const said = `3-D draws ${rate.toFixed(rate < 10 ? 1 : 0)} pictures a second here; it is off, so that the run is not slowed.`;
+    fill(this.rest, el("p", { class: "hint" }, said), nonetheless);
+    this.rest.hidden = false;
   }
 }
