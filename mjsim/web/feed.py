@@ -4,8 +4,10 @@ import json
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from mjsim.geometry import Array, Pose3
 from mjsim.interface import CameraFrame, PointCloud, Scan, Sighting
@@ -19,6 +21,8 @@ from mjsim.world import World
 
 EVENTS = 1000
 """So many are kept for who comes late."""
+LONGEST_TURN = 2.0
+"""Of a lidar, with its latency; so long it is known where robots were [s]."""
 PACED_OVER = 1.0
 """Least time over which the pace is measured [s]."""
 
@@ -47,7 +51,9 @@ class Feed:
         self.shots: dict[str, Shot] = {}
         """The newest of each camera, by 'ROBOT/CAMERA'."""
         self._places: dict[str, Array] = {}
-        self._scans: dict[str, tuple[Pose3, Scan | PointCloud]] = {}
+        self._ways: dict[str, deque[tuple[float, Pose3]]] = {}
+        self._scans: dict[str, tuple[Sequence[tuple[float, Pose3]], Scan | PointCloud]] = {}
+        """Of each lidar, by 'ROBOT/LIDAR': the newest reading, and where the robot was until it came, by time [s]."""
         self._told: tuple[int, str] = (0, "")
         self._looking: dict[str, str] = {}
         self._pasts: dict[str, Past] = {}
@@ -72,8 +78,7 @@ class Feed:
             for robot in tick.orders:
                 self._pasts.setdefault(robot, Past()).take(tick, robot)
                 self._take_shots(tick, robot)
-                for lidar, reading in lidar_readings(tick.seen[robot]).items():
-                    self._scans[f"{robot}/{lidar}"] = tick.poses[robot], reading
+                self._take_scans(tick, robot)
             for event in events_told(tick):
                 self._event_count += 1
                 self._events.append((self._event_count, event))
@@ -106,10 +111,12 @@ class Feed:
     def _points(self, tick: Tick) -> dict[str, dict[str, Array]]:
         """Return what the lidars of each robot measured last, world frame, unless that is long ago."""
         found: dict[str, dict[str, Array]] = {}
-        for name, (pose, reading) in self._scans.copy().items():
+        for name, (way, reading) in self._scans.copy().items():
             robot, _, lidar = name.partition("/")
             if name in self._places and abs(tick.time - reading.stamp) < SHOWN_FOR:
-                found.setdefault(robot, {})[lidar] = lidar_points(reading, pose.matrix() @ self._places[name])
+                times, poses = np.array([time for time, _ in way]), np.array([pose.as_array() for _, pose in way])
+                points = lidar_points(reading, self._places[name], times=times, poses=poses)
+                found.setdefault(robot, {})[lidar] = points
         return found
 
     def events(self, after: int) -> tuple[int, list[EventNews]]:
@@ -127,9 +134,18 @@ class Feed:
     def _forget(self) -> None:
         self.run += 1
         self.newest = None
-        self.shots, self._pasts, self._scans = {}, {}, {}
+        self.shots, self._pasts, self._scans, self._ways = {}, {}, {}, {}
         self._events.clear()
         self._paced.clear()
+
+    def _take_scans(self, tick: Tick, robot: str) -> None:
+        """Keep the newest reading of each lidar with the way that the robot has gone while it was taken."""
+        way = self._ways.setdefault(robot, deque())
+        way.append((tick.time, tick.poses[robot]))
+        while way[0][0] < tick.time - LONGEST_TURN:
+            way.popleft()
+        for lidar, reading in lidar_readings(tick.seen[robot]).items():
+            self._scans[f"{robot}/{lidar}"] = way.copy(), reading
 
     def _take_shots(self, tick: Tick, robot: str) -> None:
         order, cameras = tick.orders[robot], tick.seen[robot].cameras

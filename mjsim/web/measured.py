@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
 
 from mjsim.errors import MjsimError
-from mjsim.geometry import Array, Pose3
+from mjsim.geometry import Array
 from mjsim.interface import Observation, PointCloud, Scan
 from mjsim.record import Recording
 from mjsim.sim import lidar_places
@@ -27,17 +28,39 @@ SHOWN_FOR = 0.5
 """So long a reading is drawn after it was taken [s]."""
 
 
-def lidar_points(reading: Scan | PointCloud, world_from_sensor: Array) -> Array:
-    """Return where beams met something, world frame, shape (n, 3) [m].
+def lidar_points(reading: Scan | PointCloud, robot_from_sensor: Array, *, times: Array, poses: Array) -> Array:
+    """Return where beams met something, each by where the robot was when it was fired, world frame, shape (n, 3) [m].
 
     Args:
-        reading: Of one turn.
-        world_from_sensor: Shape (4, 4) [m].
+        reading: Of one turn; the beams of a scan are fired at once.
+        robot_from_sensor: Shape (4, 4) [m].
+        times: At which poses are known, ascending, shape (k,) with k > 0 [s].
+        poses: Of the robot then: x, y, z [m], qx, qy, qz, qw, world frame, shape (k, 7).
+
+    Returns:
+        At most `MOST_POINTS`; none where a pose that it takes is not finite.
     """
     points = np.asarray(reading.points() if isinstance(reading, Scan) else reading.points, dtype=float)
-    points = points[:: -(-len(points) // MOST_POINTS) or 1]
-    rotation, place = world_from_sensor[:3, :3], world_from_sensor[:3, 3]
-    return points @ rotation[:, : points.shape[1]].T + place
+    every = slice(None, None, -(-len(points) // MOST_POINTS) or 1)
+    fired = reading.stamp + (np.zeros(1) if isinstance(reading, Scan) else reading.times[every].astype(float))
+    points = points[every]
+    if not len(points):
+        return np.empty((0, 3))
+    p_robot = points @ robot_from_sensor[:3, : points.shape[1]].T + robot_from_sensor[:3, 3]
+    first, last = row_of(times, fired.min()), row_of(times, fired.max()) + 2
+    return _in_world(p_robot, fired, times[first:last], poses[first:last])
+
+
+def _in_world(p_robot: Array, when: Array, times: Array, poses: Array) -> Array:
+    """Return points of the robot's frame, shape (n, 3) [m], in the world; `when` has one time for all, or one each."""
+    if not np.isfinite(poses).all():
+        return np.empty((0, 3))
+    turns, places = Rotation.from_quat(poses[:, 3:]), poses[:, :3]
+    if len(times) == 1:
+        return np.asarray(turns[0].apply(p_robot) + places[0], dtype=float)
+    when = when.clip(times[0], times[-1])
+    place = np.column_stack([np.interp(when, times, column) for column in places.T])
+    return np.asarray(Slerp(times, turns)(when).apply(p_robot) + place, dtype=float)
 
 
 def flat_points(points: NDArray[Any]) -> list[float]:
@@ -106,10 +129,9 @@ class SensorPast:
         found, track = {}, self._recording.robots[robot]
         for name, reading in lidar_readings(seen).items():
             mount = self._places.get(f"{robot}/{name}")
-            pose = track.truth_pose[row_of(track.time, reading.stamp)]
-            if mount is not None and np.isfinite(pose).all():
-                world_from_sensor = Pose3(*pose.tolist()).matrix() @ mount
-                found[name] = lidar_points(reading, world_from_sensor).astype(np.float32)
+            if mount is not None:
+                points = lidar_points(reading, mount, times=track.time, poses=track.truth_pose)
+                found[name] = points.astype(np.float32)
         return found
 
 
