@@ -33,8 +33,8 @@ _BROKEN = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 """What ezdxf raises on entities that are none, besides errors of its own."""
 FLAT = 1e-9
 """Lengths below this share of the size of a drawing are none; areas, below this share of its square."""
-FACE = "3DFACE"
-"""Kind of the triangles and quadrangles of bodies in space, of which many make one wall."""
+BODIES = ("3DFACE", "MESH")
+"""Kinds of the faces of bodies in space, of which many make one wall."""
 
 
 def world_from_dxf(
@@ -146,9 +146,10 @@ def _lines(document: Any, hidden: set[str], *, walls: set[str], path: Path) -> t
         if placed.layer in hidden:
             continue
         kind, role = _kind(placed.entity), _role(placed, walls)
-        if kind == FACE:
-            whole = replace(placed, entity=None)
-            faces.setdefault(whole, []).append(np.array([tuple(place)[:2] for place in placed.entity.wcs_vertices()]))
+        if kind in BODIES:
+            outlines = _faces_of(placed.entity)
+            faces.setdefault(replace(placed, entity=None), []).extend(outlines)
+            corners += sum(map(len, outlines))
             continue
         hatch = kind in ("HATCH", "MPOLYGON")
         if (kind not in LINES and kind not in FILLED) or (hatch and role not in (None, "wall")):
@@ -191,6 +192,19 @@ def _kind(entity: Any) -> str:
     """Return the kind of an entity; a polyline that is a mesh is one of its own."""
     kind = str(entity.dxftype())
     return "MESH" if kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline) else kind
+
+
+def _faces_of(entity: Any) -> list[Array]:
+    """Return the corners of the faces of a body from above, shape (n, 2) each, in the units of the drawing."""
+    from ezdxf.render.mesh import MeshBuilder
+
+    if entity.dxftype() == "3DFACE":
+        faces = [entity.wcs_vertices()]
+    elif entity.dxftype() == "MESH":
+        faces = list(MeshBuilder.from_mesh(entity).faces_as_vertices())
+    else:
+        faces = [face.wcs_vertices() for face in entity.virtual_entities() if face.dxftype() == "3DFACE"]
+    return [np.array([tuple(place)[:2] for place in face]) for face in faces if len(face) > 2]
 
 
 def _is_external(insert: Any) -> bool:

@@ -1,6 +1,7 @@
 """Bring maps of robots in and print how well the worlds stand for them: one row a map.
 
-    python scripts/measure/maps.py [MAP.yaml ...] [--pictures DIR] [--only PART] [--drive SEEDS [--lidar NAME]]
+    python scripts/measure/maps.py [MAP.yaml ...] [--pictures DIR] [--only PART]
+    python scripts/measure/maps.py [MAP.yaml ...] --drive SEEDS [--robot PRESET] [--lidar NAME] [--estimator NAME]
 
 Without files it takes those of tests/data/maps and noisy ones made of shipped worlds. The columns:
 
@@ -12,9 +13,9 @@ Without files it takes those of tests/data/maps and noisy ones made of shipped w
   cells that something solid covers. Maps whose free_thresh is above 0.196 call unknown cells free.
 - false: share of the length of all walls that has no occupied cell within one cell of its faces.
 
-With --drive a TurtleBot3 burger is put into each world as `mjsim new --robot turtlebot3_burger --lidar NAME --estimator
-monte_carlo` does, and drives for a minute with each seed; the columns tell how far it drove [m], and the root mean
-square of the error of where it believes to be [m], its odometry's beside it.
+With --drive a robot is put into each world as `mjsim new --robot PRESET --lidar NAME --estimator NAME` does, and drives
+for a minute with each seed; the columns tell how far it drove [m], how often it bumped, and the root mean square of the
+error of where it believes to be [m], its odometry's beside it.
 """
 
 import argparse
@@ -30,7 +31,7 @@ from mjsim.exchange import ESTIMATORS, with_robot
 from mjsim.exchange.fidelity import fidelity
 from mjsim.exchange.grid import read_grid, write_grid
 from mjsim.exchange.maps import specks, world_from_grid
-from mjsim.world import Grid, Use, load_world
+from mjsim.world import Grid, Use, World, load_world
 
 ROOT = Path(__file__).resolve().parents[2]
 HARSH = Noise(fray=0.3, missed=0.10, specks=2e-3)
@@ -52,11 +53,17 @@ def main() -> None:
     parser.add_argument("--only", default="", help="of the noisy maps, those whose names contain it")
     parser.add_argument("--pictures", type=Path, help="folder for the map and the plan side by side")
     parser.add_argument("--drive", type=int, metavar="SEEDS", help="drive in the worlds instead, with so many seeds")
+    parser.add_argument("--robot", default="turtlebot3_burger", help="that drives")
     parser.add_argument("--lidar", default="lds-02", help="of the robot that drives")
+    parser.add_argument(
+        "--estimator", default="monte_carlo", choices=list(ESTIMATORS), help="that finds out where it is"
+    )
     options = parser.parse_args()
     if options.drive:
         for name, grid in grids(options.maps, options.only):
-            drive(name, grid, options.lidar, options.drive)
+            world = world_from_grid(grid, name=name)
+            use = Use.model_validate({"use": ESTIMATORS[options.estimator]})
+            drive(with_robot(world, preset=options.robot, lidar=options.lidar, estimator=use, grid=grid), options.drive)
         return
     widths = {"map": -16, "cells": 11, "m": 5, "occupied": 8, "specks": 6, "explained": 9, "touched": 7, "covered": 7}
     widths |= {"false": 6, "walls": 5, "segments": 8, "things": 6, "seconds": 7}
@@ -76,17 +83,19 @@ def grids(maps: list[Path], only: str) -> Iterator[tuple[str, Grid]]:
             yield name, mapped(load_world(world), **keys)
 
 
-def drive(name: str, grid: Grid, lidar: str, seeds: int) -> None:
-    """Print how well a robot knows where it is in the world of one map, a row a seed."""
-    estimator = Use.model_validate({"use": ESTIMATORS["monte_carlo"]})
-    world = world_from_grid(grid, name=name)
-    world = with_robot(world, preset="turtlebot3_burger", lidar=lidar, estimator=estimator, grid=grid)
+def drive(world: World, seeds: int) -> None:
+    """Print how well a robot knows where it is in a world, a row a seed."""
     for seed in range(1, seeds + 1):
         with mjsim.Simulation(world, seed=seed) as sim:
-            robot = mjsim.run(sim, seconds=60.0).robots["scout"]
+            recording = mjsim.run(sim, seconds=60.0)
+        robot, bumps = recording.robots["scout"], mjsim.statistics(recording)["scout"]["bumps"]
         way = np.hypot(*np.diff(robot.truth[:, :2], axis=0).T).sum()
         believed, reckoned = (rms(robot.truth, poses) for poses in (robot.estimate, robot.odometry))
-        print(f"{name:16} {lidar:16} seed {seed:2}  {way:6.2f} m  error {believed:6.4f} m  odometry {reckoned:6.4f} m")
+        print(
+            f"{world.name:16} {world.robots[0].preset:18} seed {seed:2}  {way:6.2f} m  {bumps} bumps"
+            f"  error {believed:6.4f} m  odometry {reckoned:6.4f} m",
+            flush=True,
+        )
 
 
 def rms(truth: np.ndarray, poses: np.ndarray) -> float:
