@@ -24,6 +24,7 @@ from mjsim.web.poses import PoseAsk, pose_json
 from mjsim.web.preview import Preview, PreviewRequest
 from mjsim.web.requests import Drivers, with_drivers
 from mjsim.web.scene_3d import Scene3dShelf
+from mjsim.web.sources import source_of_use
 from mjsim.web.trust import Trust
 from mjsim.web.watch import Signs, signs_of
 from mjsim.world import Change, UnwritableError, World, edited, items_in, panel_schema, parse_world
@@ -62,6 +63,12 @@ class TrustAsk(TextAsk):
 
     code: dict[str, str]
     drivers: Annotated[Drivers, Field(default_factory=dict)]
+
+
+class SourceAsk(TextAsk):
+    """A module that a text names."""
+
+    use: str
 
 
 class EditAsk(TextAsk):
@@ -118,6 +125,7 @@ class EditApi:
             Route("/api/edit", posted(EditAsk, self._edit), methods=["POST"]),
             Route("/api/items", posted(PasteAsk, self._items), methods=["POST"]),
             Route("/api/save", posted(SaveAsk, self._save), methods=["POST"]),
+            Route("/api/source", posted(SourceAsk, self._source), methods=["POST"]),
             Route("/api/trust", posted(TrustAsk, self._allow), methods=["POST"]),
             Route("/api/preview", posted(PreviewAsk, self._see), methods=["POST"]),
             Route("/api/pose", posted(PoseAsk, self._pose), methods=["POST"]),
@@ -178,6 +186,9 @@ class EditApi:
         stamp = save_world(self._folder, ask.path, text=ask.text, stamp=ask.stamp, overwrite=ask.overwrite)
         self._saved()
         return {"stamp": stamp}
+
+    def _source(self, ask: SourceAsk) -> Json:
+        return source_of_use(self.world_of(ask.path, ask.text), ask.use)
 
     def _allow(self, ask: TrustAsk) -> Json:
         world = with_drivers(self.world_of(ask.path, ask.text), ask.drivers)

@@ -62,6 +62,7 @@ PLACES = (
     ("GET", "/api/folder"),
     ("GET", "/api/schema"),
     ("GET", "/nothing"),
+    ("POST", "/api/source"),
     ("POST", "/api/trust"),
     ("POST", "/api/save"),
     ("POST", "/api/invite"),

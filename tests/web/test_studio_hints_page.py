@@ -34,3 +34,55 @@ def test_a_key_tells_its_unit_its_meaning_and_its_default(sheet):
         sheet.text.locator("span").get_by_text(key, exact=True).hover()
         for piece in pieces:
             expect(hint).to_contain_text(piece)
+
+
+def test_keys_and_values_are_offered_where_they_may_stand(sheet):
+    page, options = sheet.page, sheet.page.locator(".cm-tooltip-autocomplete li")
+    at_the_end_of(sheet, "at: [1, 1]", 0)
+    page.keyboard.press("Enter")
+    page.keyboard.type("odo")
+    expect(options).to_have_text(["odometry"])
+    page.keyboard.press("Escape")
+    page.keyboard.type("metry: {tyres: {sw")
+    expect(options).to_have_text(["swing[s]"])
+    options.click()
+    expect(sheet.text).to_contain_text("tyres: {swing: ")
+    page.keyboard.type("0.01}}")
+    at_the_end_of(sheet, "preset: pioneer3dx", 0)
+    for _ in "pioneer3dx":
+        page.keyboard.press("Backspace")
+    page.keyboard.press("Control+Space")
+    expect(options.filter(has_text="turtlebot3-burger").or_(options.filter(has_text="burger")).first).to_be_visible()
+    page.keyboard.type("pioneer3dx ")
+    expect(options).to_have_count(0)
+    at_the_end_of(sheet, "map: unknown", 0)
+    page.keyboard.press("Enter")
+    page.keyboard.press("Control+Space")
+    expect(options.filter(has_text="seconds")).to_be_visible()
+    # What stands there already is not offered again.
+    expect(options.filter(has_text="drivers")).to_have_count(0)
+
+
+def test_f12_leads_to_a_thing_by_its_name_and_to_the_text_of_a_module(sheet):
+    page = sheet.page
+    at_the_end_of(sheet, "    scout:", 1)
+    page.keyboard.press("F12")
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_have_count(0)
+    at_the_end_of(sheet, "mjsim.algorithms.waypoints:Way", 0)
+    page.keyboard.press("F12")
+    expect(dialog.get_by_role("heading")).to_have_text("mjsim.algorithms.waypoints")
+    expect(dialog.locator(".begins")).to_contain_text("class Waypoints")
+    page.keyboard.press("Escape")
+    expect(dialog).to_have_count(0)
+
+
+def at_the_end_of(sheet, piece: str, back: int) -> None:
+    """Stand behind a piece of the text, or some letters before its end."""
+    line = sheet.text.locator(".cm-line").filter(has_text=piece.strip()).first
+    line.click()
+    sheet.page.keyboard.press("Home")
+    sheet.page.keyboard.press("Home")
+    column = line.inner_text().index(piece) + len(piece) - back
+    for _ in range(column):
+        sheet.page.keyboard.press("ArrowRight")

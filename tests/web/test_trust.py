@@ -109,6 +109,25 @@ def test_nothing_of_a_world_runs_before_somebody_allowed_what_they_were_shown(st
     assert ran(studio.folder) == "one"
 
 
+def test_code_can_be_read_before_it_is_allowed_and_nothing_else_can(studio):
+    read = asks(studio, "/api/source", use="go.py:Go").json()
+    assert (read["name"], read["text"]) == ("go.py", (studio.folder / "go.py").read_text())
+    assert read["text"].splitlines()[read["line"] - 1].startswith("class Go")
+    shipped = asks(studio, "/api/source", use="mjsim.algorithms.waypoints:Waypoints").json()
+    assert shipped["text"].splitlines()[shipped["line"] - 1].startswith("class Waypoints")
+    for use in (
+        "driven.yaml:x",
+        "../go.py:Go",
+        "/etc/passwd:x",
+        "mjsim.algorithms.none:X",
+        "mjsim.algorithms./x:X",
+        "os:path",
+        "",
+    ):
+        assert asks(studio, "/api/source", use=use).status_code == 404
+    assert ran(studio.folder) is None
+
+
 def test_what_changed_since_the_dialog_was_shown_is_not_allowed_and_asked_again(studio):
     shown = needs(studio)
     (studio.folder / "helper.py").write_text(HELPER.replace("one", "evil"))

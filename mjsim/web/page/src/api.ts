@@ -222,6 +222,13 @@ export async function postForBlob(address: string, body: unknown): Promise<Blob>
   return (await post(address, body)).blob();
 }
 
+/** The text of a module, and the line where its class begins, counted from 1. */
+export interface SourceText {
+  name: string;
+  text: string;
+  line: number;
+}
+
 /** The calls of editing. */
 export const api = {
   folder: () => getJson<Folder>("/api/folder"),
@@ -232,6 +239,7 @@ export const api = {
   parse: (path: string, text: string) => postJson<Parsed>("/api/parse", { path, text }),
   edit: (path: string, text: string, changes: Change[]) => postJson<Edited>("/api/edit", { path, text, changes }),
   items: (text: string) => postJson<{ items: { list: string; value: Values }[] }>("/api/items", { text }),
+  source: (path: string, text: string, use: string) => postJson<SourceText>("/api/source", { path, text, use }),
   save: (path: string, text: string, stamp: string | null, overwrite = false) =>
     postJson<{ stamp: string }>("/api/save", { path, text, stamp, ...(overwrite ? { overwrite } : {}) }),
   drafts: () => getJson<{ drafts: Draft[] }>("/api/drafts"),

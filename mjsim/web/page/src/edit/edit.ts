@@ -101,7 +101,7 @@ class EditView {
     this.editor = new Editor(studio, this.plan);
     const book = new SchemaBook(schema);
     this.tools = new Tools(this.editor, book);
-    this.text = new TextPane(studio.document, book);
+    this.text = new TextPane(studio.document, book, studio);
     this.panes = new Panes(element, () => this.text.view.requestMeasure());
     this.panel = new Panel(this.editor, book);
     const preview = new Preview(this.editor);

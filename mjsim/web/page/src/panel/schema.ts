@@ -72,14 +72,34 @@ export class SchemaBook {
 
   /** The field that keys lead to from the world; null where the keys beside it fit none, or the keys are a module's own. */
   along(levels: Level[]): Field | null {
+    const last = levels.at(-1);
+    if (!last) return null;
+    const kinds = this.reached(levels.slice(0, -1));
+    return kinds.flatMap((kind) => this.inside(kind, last.key, last.beside))[0] ?? null;
+  }
+
+  /** The fields that a mapping may have, which keys lead to, beside those that it has. */
+  missing(levels: Level[], has: string[]): Field[] {
+    const fields = this.reached(levels).flatMap((kind) => this.open(kind, has));
+    return [...new Map(fields.map((field) => [field.key, field])).values()];
+  }
+
+  /** What the value of the last of some keys may be. */
+  private reached(levels: Level[]): Kind[] {
     let kinds: Kind[] = [{ is: "object", schema: this.root }];
-    let found: Field | null = null;
-    for (const { key, beside } of levels) {
-      const fields = kinds.flatMap((kind) => this.inside(kind, key, beside));
-      [found = null] = fields;
-      kinds = fields.map((field) => field.kind);
-    }
-    return found;
+    for (const { key, beside } of levels)
+      kinds = kinds.flatMap((kind) => this.inside(kind, key, beside)).map((field) => field.kind);
+    return kinds;
+  }
+
+  /** The fields that a value of a kind may still have. */
+  private open(kind: Kind, has: string[]): Field[] {
+    const of = (schema: Schema): Field[] => this.open(this.kind("", this.forms(schema).main, schema), has);
+    if (kind.is === "union") return kind.options.flatMap(({ schema }) => of(schema));
+    if (kind.is === "list") return of(kind.entry);
+    if (kind.is !== "object") return [];
+    const names = Object.keys(kind.schema["properties"] as Record<string, Schema>).filter((name) => !has.includes(name));
+    return names.flatMap((name) => this.inside(kind, name, has));
   }
 
   /** The fields of a name in a value of a kind, whose keys are these. */

@@ -1,7 +1,7 @@
 /** What a key of the world means, with its unit, its default and its values, where the pointer rests on it in the text. */
 
 import { syntaxTree } from "@codemirror/language";
-import type { EditorState, Extension } from "@codemirror/state";
+import type { Extension } from "@codemirror/state";
 import { hoverTooltip } from "@codemirror/view";
 import { el } from "../dom";
 import type { Field, Level, SchemaBook } from "../panel/schema";
@@ -13,13 +13,13 @@ export function hoverHints(book: SchemaBook): Extension {
   return hoverTooltip((view, at, side) => {
     const node = syntaxTree(view.state).resolveInner(at, side);
     const key = ancestor(node, "Key");
-    const field = key && book.along(levelsOf(key, view.state));
+    const field = key && book.along(levelsOf(key, (each) => view.state.sliceDoc(each.from, each.to)));
     if (!key || !field) return null;
     return { pos: key.from, end: key.to, above: true, create: () => ({ dom: hint(field) }) };
   });
 }
 
-function hint(field: Field): HTMLElement {
+export function hint(field: Field): HTMLElement {
   const { key, unit, meaning, fallback, kind, required } = field;
   const facts = [
     required ? "required" : "",
@@ -32,22 +32,22 @@ function hint(field: Field): HTMLElement {
 }
 
 /** The keys that lead to one, the outermost first, each with those that stand beside it. */
-function levelsOf(key: SyntaxNode, state: EditorState): Level[] {
+export function levelsOf(key: SyntaxNode, read: (node: SyntaxNode) => string): Level[] {
   const levels: Level[] = [];
   for (let pair = key.parent; pair; pair = ancestor(pair.parent, "Pair")) {
-    const name = nameOf(pair, state);
-    const beside = pair.parent?.getChildren("Pair").map((other) => nameOf(other, state)) ?? [];
+    const name = nameOf(pair, read);
+    const beside = pair.parent?.getChildren("Pair").map((other) => nameOf(other, read)) ?? [];
     levels.unshift({ key: name, beside });
   }
   return levels;
 }
 
-function nameOf(pair: SyntaxNode, state: EditorState): string {
+function nameOf(pair: SyntaxNode, read: (node: SyntaxNode) => string): string {
   const key = pair.getChild("Key");
-  return key ? state.sliceDoc(key.from, key.to).replace(/^["']|["']$/g, "") : "";
+  return key ? read(key).replace(/^["']|["']$/g, "") : "";
 }
 
-function ancestor(node: SyntaxNode | null, name: string): SyntaxNode | null {
+export function ancestor(node: SyntaxNode | null, name: string): SyntaxNode | null {
   for (let now = node; now; now = now.parent) if (now.name === name) return now;
   return null;
 }

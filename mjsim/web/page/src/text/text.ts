@@ -28,6 +28,9 @@ import type { Item, Problem } from "../api";
 import { withoutList } from "../edit/clipboard";
 import type { SchemaBook } from "../panel/schema";
 import type { WorldDocument } from "../shell/document";
+import type { Studio } from "../shell/view";
+import { completion } from "./completion";
+import { definitions } from "./definition";
 import { difference } from "./difference";
 import { hoverHints } from "./hover";
 import { HIGHLIGHT, THEME } from "./look";
@@ -56,6 +59,7 @@ export class TextPane {
   constructor(
     private readonly world: WorldDocument,
     private readonly book: SchemaBook,
+    private readonly studio: Studio,
   ) {
     this.view = new EditorView({ doc: "", extensions: this.extensions() });
     this.element = this.view.dom;
@@ -96,6 +100,8 @@ export class TextPane {
       highlightSelectionMatches(),
       search({ top: true }),
       hoverHints(this.book),
+      completion(this.book, this.studio),
+      definitions(this.studio, (line) => this.goTo(line)),
       EditorView.clipboardInputFilter.of((text, state) => {
         const above = state.doc.slice(0, state.selection.main.from).toString().split("\n");
         return withoutList(text, above);

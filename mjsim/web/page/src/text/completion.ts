@@ -1,0 +1,112 @@
+/** What may be written where the cursor stands: keys that the schema knows there, values, and names that the world has. */
+
+import {
+  autocompletion,
+  type Completion,
+  type CompletionContext,
+  completionKeymap,
+  type CompletionResult,
+} from "@codemirror/autocomplete";
+import { yamlLanguage } from "@codemirror/lang-yaml";
+import { type Extension, Prec } from "@codemirror/state";
+import { keymap } from "@codemirror/view";
+import type { Field, Level, SchemaBook } from "../panel/schema";
+import type { Studio } from "../shell/view";
+import { ancestor, hint, levelsOf } from "./hover";
+
+/** Keys whose value is the name of a thing of the world. */
+const NAMING = ["on", "robot", "move", "open", "close", "lamp", "remove", "restore", "shove", "push", "reach", "release"];
+/** What stands for the word that is not yet whole, so that the text around it can be read. */
+const STAND_IN = "x__";
+
+/** Where a cursor stands: the keys that lead to a mapping, and either its keys so far or the key of the value. */
+interface Place {
+  above: Level[];
+  has: string[];
+  valueOf: Level | null;
+}
+
+/** Offers keys with unit, meaning and default, and values; asked for by typing or Ctrl+Space. */
+export function completion(book: SchemaBook, studio: Studio): Extension {
+  const source = (context: CompletionContext): CompletionResult | null => {
+    const word = context.matchBefore(/[\w.-]*/);
+    if (!word || (word.from === word.to && !context.explicit)) return null;
+    const place = placeOf(context, word.from);
+    const options = place ? offered(place, book, studio) : [];
+    const whole = options.some(({ label }) => label === word.text);
+    if (!options.length || (whole && !context.explicit)) return null;
+    return { from: word.from, options, validFor: /^[\w.-]*$/ };
+  };
+  return [
+    autocompletion({ override: [source], icons: false, defaultKeymap: false }),
+    // Escape shuts the list first, then leaves the text.
+    Prec.high(keymap.of([...completionKeymap])),
+  ];
+}
+
+function offered(place: Place, book: SchemaBook, studio: Studio): Completion[] {
+  if (!place.valueOf) return book.missing(place.above, place.has).map(keyOption);
+  const field = book.along([...place.above, place.valueOf]);
+  return field ? valuesOf(field, studio).map((label) => ({ label, type: "constant" })) : [];
+}
+
+function keyOption(field: Field, order: number): Completion {
+  const { key, kind, unit, required } = field;
+  const inner = ["object", "list", "map"].includes(kind.is);
+  return {
+    label: key,
+    apply: inner ? `${key}:` : `${key}: `,
+    detail: [unit ? `[${unit}]` : "", required ? "required" : ""].join(" ").trim(),
+    info: () => hint(field),
+    boost: (required ? 50 : 0) - Math.min(order, 40),
+  };
+}
+
+function valuesOf(field: Field, studio: Studio): string[] {
+  const { presets, models } = studio.folder.shipped;
+  const names = studio.document.items.flatMap(({ name }) => name ?? []);
+  if (field.kind.is === "choice") return field.kind.options.map(String);
+  if (field.kind.is === "switch") return ["true", "false"];
+  if (field.key === "preset") return presets.map(({ name }) => name);
+  if (field.key === "model") return models;
+  return NAMING.includes(field.key) ? [...new Set(names)] : [];
+}
+
+/** Where a word begins in the text that is being written; null where no mapping is. */
+function placeOf(context: CompletionContext, from: number): Place | null {
+  const { state, pos } = context;
+  const line = state.doc.lineAt(from);
+  const before = state.sliceDoc(line.from, from);
+  const isValue = /:[ \t]+$/.test(before);
+  // After other words of a line there is no key, but within braces.
+  if (!isValue && !/^[ \t]*(- +)*$/.test(before) && !/[{,][ \t]*$/.test(before)) return null;
+  const word = (isValue ? STAND_IN : `${STAND_IN}: 0`) + closers(before, state.sliceDoc(pos, line.to));
+  const key = keyAt(state.sliceDoc(0, from), word, state.sliceDoc(pos));
+  const levels = key?.levels ?? [];
+  const last = levels.at(-1);
+  if (!last) return null;
+  const has = last.beside.filter((name) => name !== STAND_IN);
+  if (isValue) return { above: levels.slice(0, -1), has, valueOf: { key: last.key, beside: last.beside } };
+  return last.key === STAND_IN ? { above: levels.slice(0, -1), has, valueOf: null } : null;
+}
+
+/** The brackets that a line has open before the cursor and does not shut behind it, shut. */
+function closers(before: string, after: string): string {
+  const open: string[] = [];
+  for (const sign of before) {
+    if (sign === "{") open.push("}");
+    else if (sign === "[") open.push("]");
+    else if (sign === open.at(-1)) open.pop();
+  }
+  const shut = [...after].filter((sign) => "]}".includes(sign)).length;
+  return open.reverse().slice(0, Math.max(open.length - shut, 0)).join("");
+}
+
+/** The keys that lead to a stand-in, read from the text with it in place of the word. */
+function keyAt(before: string, standIn: string, after: string): { levels: Level[] } | null {
+  const text = before + standIn + after;
+  const tree = yamlLanguage.parser.parse(text);
+  const pair = ancestor(tree.resolveInner(before.length, 1), "Pair");
+  const key = pair?.getChild("Key");
+  return key ? { levels: levelsOf(key, (node) => text.slice(node.from, node.to)) } : null;
+}

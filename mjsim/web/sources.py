@@ -1,0 +1,46 @@
+"""The text of modules that a world names, for people to read; nothing of it is run."""
+
+import importlib.util
+import re
+from pathlib import Path
+
+from mjsim.modules import foreign_code
+from mjsim.web.answers import RefusedError
+from mjsim.web.items import Json
+from mjsim.world import World
+
+SHIPPED = "mjsim.algorithms."
+
+
+def source_of_use(world: World, use: str) -> Json:
+    """Return the text of a module.
+
+    Args:
+        world: Which names it.
+        use: `FILE.py:CLASS` beside the world, or `mjsim.algorithms.MODULE:CLASS`.
+
+    Returns:
+        name of the file, its text, and the line of the class, counted from 1.
+
+    Raises:
+        RefusedError: The world does not name such a file, or it is of an installed package.
+    """
+    place, _, name = use.rpartition(":")
+    text = _shipped(place) if place.startswith(SHIPPED) else _beside(world, place)
+    begins = re.search(rf"^(class|def|fn|struct|impl)\s+{re.escape(name)}\b", text, re.MULTILINE)
+    line = text.count("\n", 0, begins.start()) + 1 if begins else 1
+    return {"name": place, "text": text, "line": line}
+
+
+def _shipped(module: str) -> str:
+    spec = importlib.util.find_spec(module) if re.fullmatch(r"[\w.]+", module) else None
+    if spec is None or spec.origin is None:
+        raise RefusedError(404, f"mjsim has no module '{module}'")
+    return Path(spec.origin).read_text(encoding="utf-8")
+
+
+def _beside(world: World, place: str) -> str:
+    files = foreign_code(world).files
+    if place not in files:
+        raise RefusedError(404, f"'{place}' is no file of code beside this world; only such files are shown")
+    return files[place].decode("utf-8", errors="replace")
