@@ -37,6 +37,8 @@ else:
     from backports import zstd
 
 MAGIC1 = b"#ROSBAG V2.0\n"
+SCHEMAS = ("ros2msg", "ros2idl", "omgidl", "")
+"""Languages of message definitions in MCAP files of ROS 2."""
 ZSTD = b"\x28\xb5\x2f\xfd"
 """How what zstd packed begins; messages of CDR begin with a zero."""
 BEGUN: Mapping[str, Callable[[bytes], bytes]] = {
@@ -112,12 +114,23 @@ def decoder_of(reader: Any) -> tuple[bool, Callable[[bytes, str], Any]]:
     return not is_ros1, store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
 
 
+class _Schemas(dict[int, Any]):
+    """Schemas of an MCAP file; those of other languages than ROS has, such as JSON's, tell nothing."""
+
+    def __setitem__(self, number: int, schema: Any) -> None:
+        """Keep a schema."""
+        super().__setitem__(number, schema if schema.encoding in SCHEMAS else schema._replace(encoding=""))
+
+
 class _NamedReader2(Reader2):
     """A file of ROS 2 of a known kind, whatever its name."""
 
     def __init__(self, path: Path, kind: str) -> None:
         self.path, self.is_open = path, False
-        self.storage = self.STORAGE_PLUGINS[kind](path)
+        storage: Any = self.STORAGE_PLUGINS[kind](path)
+        if kind == ".mcap":
+            storage.schemas = _Schemas()
+        self.storage = storage
 
     def messages(
         self, connections: Collection[Connection] = (), start: int | None = None, stop: int | None = None
@@ -229,6 +242,7 @@ class _CutMcap(McapReader):
 
     def _open(self) -> None:
         assert self.bio is not None
+        self.schemas = _Schemas()
         self.data_start = 8
         self.data_end = self._end_of_records()
         self.meta_scan()

@@ -13,6 +13,7 @@ from mjsim.logs.euroc import is_euroc, read_euroc
 from mjsim.logs.log import Log, Wishes, record_logs, require_motion
 from mjsim.logs.rgbd import is_rgbd, read_rgbd
 from mjsim.record import Recording, is_mcap
+from mjsim.world import Run, step_misfit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,12 +76,13 @@ def import_log(
 
     Raises:
         UsageError: It is no log that is read here, a file is not as it must be (names file and line), or something was
-            asked for that this kind does not have; or `record` exists.
+            asked for that this kind does not have; or `record` exists, or is a file of the log.
         RecordingError: The file cannot be written.
     """
     path, wishes = Path(source), wishes or Wishes()
     if not path.exists():
         raise UsageError(f"no file or folder '{path}'")
+    _require_possible(path, wishes, record)
     if path.is_dir() and (path / "Barcodes.dat").exists():
         _refuse(wishes, "MRCLAM", robots=True, landmarks=True)
         return _import_mrclam(path, wishes, record, progress, overwrite)
@@ -97,6 +99,15 @@ def import_log(
         for log in logs:
             require_motion(log, path)
         return record_logs(logs, path, wishes, record=record, progress=progress, overwrite=overwrite)
+
+
+def _require_possible(path: Path, wishes: Wishes, record: str | Path | None) -> None:
+    """Refuse a recording in the place of a file of the log, and a rate that no world can have."""
+    place = None if record is None else Path(record).resolve()
+    if place is not None and place.exists() and place.is_relative_to(path.resolve()):
+        raise UsageError(f"'{record}' is a file of the log; name another file")
+    if wishes.rate_hz is not None and (misfit := step_misfit("a tick", wishes.rate_hz, Run().step)) is not None:
+        raise UsageError(f"--rate: {misfit}")
 
 
 def _unknown(path: Path) -> str:

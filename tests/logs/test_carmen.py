@@ -169,6 +169,21 @@ def test_noise_of_odometry_that_is_none_is_named(value, said, tmp_path):
         mjsim.import_log(tmp_path / "room.clf")
 
 
+def test_a_log_is_never_replaced_by_its_recording(tmp_path):
+    log = tmp_path / "room.clf"
+    write_carmen(log, seconds=0.5)
+    before = log.read_bytes()
+    with pytest.raises(UsageError, match=r"room\.clf' is a file of the log; name another file"):
+        mjsim.import_log(log, record=log, overwrite=True)
+    assert log.read_bytes() == before
+
+
+def test_a_rate_that_no_world_has_is_told_without_a_line_of_a_file(tmp_path, capsys):
+    write_carmen(tmp_path / "room.clf", seconds=0.5)
+    assert run_command("import-log", tmp_path / "room.clf", "-o", tmp_path / "run.mcap", "--rate", 7) == 2
+    assert capsys.readouterr().err.startswith("--rate: rate_hz is 7 Hz; a tick must be a whole number of 4 ms steps")
+
+
 def test_files_that_are_no_logs_are_refused_in_one_line(tmp_path):
     for name, content, said in (
         ("a.tar.xz", b"x", "is an archive; unpack it and name the folder"),

@@ -5,6 +5,8 @@ import re
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
+from mcap.writer import Writer
 
 import mjsim
 from mjsim.errors import UsageError
@@ -272,6 +274,34 @@ def test_robots_that_only_tf_tells_apart_are_not_mixed(tmp_path):
     run = mjsim.import_log(tmp_path / "run")
     assert run.metadata["odometry"] == "none; /tf has several frames that move, anna/base_link, bert/base_link"
     assert not run.robots["robot"].odometry[:, :2].any()
+
+
+def test_an_mcap_that_holds_json_beside_messages_of_ros_is_read_and_kept(tmp_path):
+    write_scans(tmp_path / "run")
+    (inner,) = (tmp_path / "run").glob("*.mcap")
+    mixed = tmp_path / "mixed" / "run.mcap"
+    mixed.parent.mkdir()
+    with mixed.open("wb") as stream, inner.open("rb") as source:
+        reader, writer = make_reader(source), Writer(stream)
+        writer.start(profile="ros2")
+        other = writer.register_schema("notes.Note", "jsonschema", b"{}")
+        note = writer.register_channel("/notes", "json", other)
+        kinds: dict[str, int] = {}
+        for schema, channel, message in reader.iter_messages():
+            if channel.topic not in kinds:
+                told = writer.register_schema(schema.name, schema.encoding, schema.data)
+                kinds[channel.topic] = writer.register_channel(channel.topic, "cdr", told)
+            time = message.log_time
+            writer.add_message(kinds[channel.topic], log_time=time, publish_time=time, data=message.data)
+            writer.add_message(note, log_time=time, publish_time=time, data=b"{}")
+        writer.finish()
+    before = mixed.read_bytes()
+    run = mjsim.import_log(mixed)
+    assert sum(bool(seen.scans) for seen in run.observations("robot")) == 10
+    assert run.metadata["/notes left out"].endswith(" messages of notes.Note")
+    with pytest.raises(UsageError, match=r"run\.mcap' is a file of the log"):
+        mjsim.import_log(mixed.parent, record=mixed, overwrite=True)
+    assert mixed.read_bytes() == before
 
 
 def test_the_beginning_of_a_chunk_that_was_cut_is_read(tmp_path):
