@@ -9,9 +9,9 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
-from mjsim.interface import Command, Estimate, Observation, RobotInfo, WorldMap
+from mjsim.interface import Command, Estimate, Observation, RobotInfo, ShownLines, WorldMap
 
-from .grid_search import a_star, length, straightened
+from .grid_search import a_star, length, shown_way, straightened
 from .level_scan import LevelLidar
 from .occupancy import OccupancyGrid
 from .waypoints import Waypoints
@@ -57,6 +57,7 @@ class Explore:
         self._robot, self._rng = robot, rng
         self._scans = LevelLidar(robot, self._lidar)
         self.grid = OccupancyGrid(cell=self.grid.cell, farthest=self.grid.farthest)
+        self._shown: tuple[ShownLines, ...] = ()
         self._follow: Waypoints | None = None
         self._planned = -np.inf
         self.done = False
@@ -69,6 +70,10 @@ class Explore:
             self._planned = seen.time
             self._plan(belief)
         return Command() if self._follow is None else self._follow.command(seen, belief)
+
+    def show(self) -> tuple[ShownLines, ...]:
+        """Return the planned way, in the frame of the estimate; nothing while there is none."""
+        return self._shown if self._follow is not None else ()
 
     def frontiers(self) -> list[NDArray[np.intp]]:
         """Return the frontiers: connected cells that are free and border on unknown ones, (row, column) (n, 2) each."""
@@ -98,6 +103,7 @@ class Explore:
         self._follow = None
         if best is not None and len(best[1]) > 1:
             way = straightened(distances, best[1], clearance=clearance)
+            self._shown = shown_way(way)
             self._follow = Waypoints(way[1:].tolist(), speed=self._speed, lookahead=0.4)
             self._follow.start(replace(self._robot, prior=belief.pose), None, self._rng)
 

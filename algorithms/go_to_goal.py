@@ -7,10 +7,10 @@ import numpy as np
 from numpy.random import Generator
 
 from mjsim.geometry import Array
-from mjsim.interface import Command, Estimate, Observation, RobotInfo, WorldMap
+from mjsim.interface import Command, Estimate, Observation, RobotInfo, ShownLines, WorldMap
 
 from .distance_grid import DistanceGrid
-from .grid_search import a_star, straightened
+from .grid_search import a_star, shown_way, straightened
 from .level_scan import LevelLidar
 from .waypoints import Waypoints
 
@@ -74,6 +74,7 @@ class GoToGoal:
         self._left = [goal for goal in self._goals]
         self._strange, self._since = np.zeros((0, 2)), np.zeros(0)
         self._grid, self._way = self._walls, np.zeros((0, 2))
+        self._shown: tuple[ShownLines, ...] = ()
         self._follow: Waypoints | None = None
         self._tried = -np.inf
 
@@ -90,6 +91,10 @@ class GoToGoal:
         if self._follow is None and seen.time >= self._tried + PATIENCE:
             self._plan(seen.time, belief)
         return Command() if self._follow is None else self._follow.command(seen, belief)
+
+    def show(self) -> tuple[ShownLines, ...]:
+        """Return the planned way, in the frame of the estimate; nothing while there is none."""
+        return self._shown if self._follow is not None else ()
 
     def _remember(self, seen: Observation, belief: Estimate) -> None:
         """Keep what is hit where the map has no wall."""
@@ -135,6 +140,7 @@ class GoToGoal:
         if way is None or len(way) < 2:
             return
         self._way = straightened(grid, way, clearance=clearance)
+        self._shown = shown_way(self._way)
         self._follow = Waypoints(self._way[1:].tolist(), speed=self._speed, tolerance=self._tolerance, lookahead=0.4)
         self._follow.start(replace(self._robot, prior=belief.pose), None, self._rng)
 

@@ -7,11 +7,14 @@ import math
 import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.interface import ShownLines
 
 from .distance_grid import DistanceGrid
 
 STEPS = tuple((r, c, math.hypot(r, c)) for r in (-1, 0, 1) for c in (-1, 0, 1) if (r, c) != (0, 0))
 """To the eight neighbours: rows, columns, cells."""
+PLANNED = "#9c36b5"
+"""Colour of a planned way where it is shown."""
 
 
 def a_star(grid: DistanceGrid, start: Array, goal: Array, *, clearance: float, shyness: float = 0.0) -> Array | None:
@@ -92,3 +95,8 @@ def straightened(grid: DistanceGrid, way: Array, *, clearance: float) -> Array:
 def length(way: Array) -> float:
     """Return how long a way is, points (n, 2) [m]."""
     return float(sum(math.dist(one, other) for one, other in itertools.pairwise(way.tolist())))
+
+
+def shown_way(way: Array) -> tuple[ShownLines, ...]:
+    """Return what a navigator shows of a way, shape (n, 2), in the frame of the estimate [m]."""
+    return (ShownLines(name="planned path", points=way, color=PLANNED),)

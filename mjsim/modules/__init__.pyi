@@ -4,6 +4,7 @@ from .boundary import said_of as said_of
 from .checks import checked_command as checked_command
 from .checks import checked_estimate as checked_estimate
 from .checks import checked_path as checked_path
+from .checks import checked_show as checked_show
 from .checks import checked_sightings as checked_sightings
 from .checks import kind_of as kind_of
 from .control import CheckedController as CheckedController

@@ -78,7 +78,7 @@ def checked_estimate(belief: object, *, whole: bool = True) -> Estimate:
         if checked is not joint:
             fit["joint_covariance"] = checked
     if type(belief.show) is not tuple or belief.show:
-        fit["show"] = _checked_show(belief.show)
+        fit["show"] = checked_show(belief.show)
     return replace(belief, **fit) if fit else belief
 
 
@@ -87,6 +87,20 @@ def checked_sightings(sightings: object) -> Sequence[Sighting]:
     if not isinstance(sightings, Sequence) or isinstance(sightings, (str, bytes)):
         raise Unfit(f"returned {kind_of(sightings)}; it must be a list of Sighting")
     return [_checked_sighting(seen) for seen in sightings]
+
+
+def checked_show(show: object) -> tuple[Shown, ...]:
+    """Return what a module shows, when it is as it should be; Unfit says what is wrong."""
+    if not isinstance(show, (tuple, list)):
+        raise Unfit(f"returned a show that is {kind_of(show)}; it must be a tuple of {SHOWN_KINDS}")
+    for item in show:
+        if not isinstance(item, SHOWN):
+            raise Unfit(f"returned {kind_of(item)} in its show; each must be one of {SHOWN_KINDS}")
+    try:
+        require_bounds(show)
+    except ValueError as error:
+        raise Unfit(f"returned a show in which {error}") from None
+    return tuple(show)
 
 
 def checked_path(path: object) -> Array:
@@ -251,19 +265,6 @@ def _checked_innovations(innovations: object) -> tuple[tuple[Hashable, Array, Ar
         about = f"the innovation of {_short(name)}"
         fit.append((name, real_array(about, nu, (2,)), covariance(f"the covariance of {about}", S, 2)))
     return tuple(fit)
-
-
-def _checked_show(show: object) -> tuple[Shown, ...]:
-    if not isinstance(show, (tuple, list)):
-        raise Unfit(f"returned a show that is {kind_of(show)}; it must be a tuple of {SHOWN_KINDS}")
-    for item in show:
-        if not isinstance(item, SHOWN):
-            raise Unfit(f"returned {kind_of(item)} in its show; each must be one of {SHOWN_KINDS}")
-    try:
-        require_bounds(show)
-    except ValueError as error:
-        raise Unfit(f"returned a show in which {error}") from None
-    return tuple(show)
 
 
 def _checked_joint(joint: Any, size: int, *, whole: bool) -> Array:

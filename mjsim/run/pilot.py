@@ -31,6 +31,7 @@ from mjsim.modules import (
     checked_command,
     checked_estimate,
     checked_path,
+    checked_show,
     checked_sightings,
     sealed_catalogue,
     sealed_map,
@@ -110,6 +111,13 @@ def _avoidance_of(driver: Driver) -> Avoidance | None:
     return None if driver.avoidance is False else driver.avoidance
 
 
+def _shows(navigator: Navigator | None, boundary: Boundary) -> bool:
+    """Return whether a navigator has something to show; those in other languages have not."""
+    if navigator is None or isinstance(navigator, Hosted):
+        return False
+    return boundary.offers("navigator", navigator, "show")
+
+
 class DeadReckoning:
     """Odometry summed from the prior, with its covariance."""
 
@@ -163,6 +171,7 @@ class Pilot(Closes):
         self._modules = [module for module in modules if module is not None]
         try:
             self._start(sealed_catalogue(catalogue), sealed_map(map), seed)
+            self._shows = _shows(driver.navigator, self._boundary)
         except BaseException:
             self.close()
             raise
@@ -224,7 +233,7 @@ class Pilot(Closes):
         return Order(
             command=safe,
             wanted=wanted,
-            estimate=belief,
+            estimate=self._with_plan(belief, seen.time),
             dead_reckoning=self._dead_reckoning.pose,
             dead_reckoning_covariance=self._dead_reckoning.covariance,
             sightings=seen.sightings,
@@ -250,6 +259,16 @@ class Pilot(Closes):
         if navigator is None:
             return Command()
         return self._ask("navigator", navigator, seen.time, "command", self._checked_command, seen, belief)
+
+    def _with_plan(self, belief: Estimate, now: float) -> Estimate:
+        """Return a belief with what the navigator shows beside the estimator, such as its planned path."""
+        navigator, boundary = self._driver.navigator, self._boundary
+        if navigator is None or not self._shows:
+            return belief
+        shown = boundary.check(
+            "navigator", navigator, now, "show", checked_show, boundary.ask("navigator", navigator, now, "show")
+        )
+        return replace(belief, show=(*belief.show, *shown)) if shown else belief
 
     def _steered(self, now: float) -> Command | None:
         """Return what somebody who took over wants, None when nobody has."""

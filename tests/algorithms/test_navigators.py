@@ -58,6 +58,17 @@ def test_it_goes_to_a_goal_in_the_other_room_and_stops_there():
     assert bumps == 0
 
 
+def test_its_planned_path_is_shown_beside_what_the_estimator_shows(tmp_path):
+    with mjsim.Simulation(mjsim.parse_world(ROOMS)) as sim:
+        driver = mjsim.Driver(navigator=GoToGoal([7, 1]))
+        run = mjsim.run(sim, drivers={"scout": driver}, seconds=0.12, record=tmp_path / "run.mcap")
+    (path,) = run.robots["scout"].shown[-1]
+    assert (path.name, path.frame) == ("planned path", "world")
+    np.testing.assert_allclose(path.points[[0, -1], :2], [[1, 1], [7, 1]], atol=0.1)
+    # It leads through the doorway.
+    assert shapely.LineString(path.points[:, :2]).crosses(shapely.LineString([(4, 3.2), (4, 4.4)]))
+
+
 @pytest.mark.slow
 def test_where_a_box_stands_that_the_map_lacks_it_goes_around():
     class Forgetful(GoToGoal):

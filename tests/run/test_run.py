@@ -172,6 +172,16 @@ def test_a_module_that_fails_is_named_and_what_was_recorded_stays(tmp_path, make
         assert kinds(recording)[-1] == "fault"
 
 
+def test_what_a_navigator_shows_is_checked_as_that_of_an_estimator(tmp_path):
+    class Showing(Steady):
+        def show(self):
+            return [mjsim.ShownText(name="note", text="here", at=(0, 1)), "path"]
+
+    complaint = "navigator Showing of robot 'scout' at 0.00 s returned a value of type str in its show"
+    with pytest.raises(mjsim.ModuleFault, match=complaint):
+        run(tmp_path / "run.mcap", navigator=Showing(mjsim.Command()))
+
+
 @pytest.mark.parametrize(
     ("command", "complaint"),
     [
