@@ -1,8 +1,13 @@
 """A recording as a bag of ROS 2, with the topics and frames that `mjsim bridge` publishes, and the map of the world."""
 
+import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
 
 from mjsim.datasets.place import new_folders
 from mjsim.datasets.recorded_robots import RecordedRobots, RecordedTick, planar_pose
@@ -12,8 +17,8 @@ from mjsim.ros import MAP, Outgoing, Qos, RosTick, RosTopic, RosWorld, bytes_of,
 from mjsim.world import grid_of
 
 Storage = Literal["mcap", "sqlite3"]
-FILES = r"metadata\.yaml|[^/]+\.(mcap|db3)"
-"""Of a bag."""
+METADATA = "metadata.yaml"
+"""Of a bag; lists its other files."""
 VERSION: Literal[8] = 8
 """Of the bag's metadata: readers of ROS 2 Humble and later read it."""
 
@@ -42,17 +47,43 @@ def export_rosbag2(
         The folder.
 
     Raises:
-        UsageError: There is a bag already, or it cannot be written; names collide in ROS; or rosbags is missing.
+        UsageError: There is a bag already, or it cannot be written; it would replace the recording itself; names
+            collide in ROS; or rosbags is missing.
     """
     if storage not in ("mcap", "sqlite3"):
         raise UsageError(f"storage is '{storage}'; it is mcap or sqlite3")
     typestore()  # before the world is compiled, so that a missing package is told at once
     with (
-        new_folders([Path(folder)], files=FILES, overwrite=overwrite) as (part,),
+        new_folders([Path(folder)], files=_files_of(Path(folder), recording), overwrite=overwrite) as (part,),
         RecordedRobots(recording, redraw=redraw) as recorded,
     ):
         _write(recorded, part, storage, redraw=redraw)
     return Path(folder)
+
+
+def _files_of(folder: Path, recording: Recording) -> str:
+    """Return what paths of files look like that a bag in a folder replaces, a regular expression.
+
+    These are the files that the bag will have, and those that the metadata of an older one lists: other recordings may
+    lie in the folder.
+
+    Raises:
+        UsageError: The recording itself is one of them.
+    """
+    name = Path(os.path.abspath(folder)).name
+    names = [METADATA, f"{name}.mcap", f"{name}.db3", *_listed(folder / METADATA)]
+    if any((folder / each).exists() and (folder / each).samefile(recording.path) for each in names):
+        raise UsageError(f"'{folder}' would replace the recording itself; name another folder")
+    return "|".join(map(re.escape, names))
+
+
+def _listed(metadata: Path) -> list[str]:
+    """Return the files that the metadata of a bag list; none when they are not as they must be."""
+    try:
+        told = YAML(typ="safe", pure=True).load(metadata.read_text(encoding="utf-8"))
+        return [str(each) for each in told["rosbag2_bagfile_information"]["relative_file_paths"]]
+    except (OSError, UnicodeDecodeError, YAMLError, KeyError, TypeError):
+        return []
 
 
 def _write(recorded: RecordedRobots, folder: Path, storage: Storage, *, redraw: bool) -> None:

@@ -11,7 +11,7 @@ from mjsim.datasets import export_rosbag2
 from mjsim.datasets.recorded_robots import RecordedRobots
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
-from mjsim.record import Recording
+from mjsim.record import Recording, read_recording
 
 SCOUT = "x7_tip_top"
 """The robot '7.tip-top' as ROS allows it."""
@@ -276,6 +276,24 @@ def test_a_folder_that_exists_is_replaced_only_when_asked_and_when_it_is_a_bag(r
     export_rosbag2(run, tmp_path / "bag", overwrite=True)
     assert {each.name for each in (tmp_path / "bag").iterdir()} == {"bag.mcap", "metadata.yaml", "notes.txt"}
     assert [each.name for each in tmp_path.iterdir()] == ["bag"]
+
+
+@pytest.mark.slow
+def test_a_bag_never_replaces_recordings_that_lie_in_its_folder(run: Recording, tmp_path: Path):
+    folder = tmp_path / "runs"
+    folder.mkdir()
+    for name in ("run.mcap", "other.mcap", "notes.db3"):
+        (folder / name).write_bytes(run.path.read_bytes())
+    again = read_recording(folder / "run.mcap")
+    for _ in range(2):
+        export_rosbag2(again, folder, overwrite=True)
+        found = {each.name for each in folder.iterdir()}
+        assert found == {"run.mcap", "other.mcap", "notes.db3", "runs.mcap", "metadata.yaml"}
+        assert (folder / "run.mcap").read_bytes() == run.path.read_bytes()
+    (folder / "run.mcap").rename(folder / "runs.mcap")
+    with pytest.raises(UsageError, match="would replace the recording itself; name another folder"):
+        export_rosbag2(read_recording(folder / "runs.mcap"), folder, overwrite=True)
+    assert (folder / "runs.mcap").read_bytes() == run.path.read_bytes()
 
 
 def test_a_file_in_the_place_of_the_folder_is_kept(run: Recording, tmp_path: Path):
