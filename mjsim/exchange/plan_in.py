@@ -34,6 +34,7 @@ from mjsim.exchange.furnishing import (
 from mjsim.exchange.maps import DIGITS, WALL_HEIGHT, distinct
 from mjsim.exchange.openings import WIDEST, Hole, doors_and_windows, lines_through, with_openings
 from mjsim.exchange.patches import painted_over
+from mjsim.exchange.ribbons import ribbons_of, without_ribbons
 from mjsim.exchange.roles import Role
 from mjsim.exchange.shapes import Bar
 from mjsim.exchange.sorting import (
@@ -142,6 +143,8 @@ def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) ->
     strokes, rings = [line.points for line in pens.hair], [line.closed for line in pens.hair]
     curves = curves_of(strokes, rings)
     pieces, arcs = without_curves(*split(strokes, rings), curves)
+    ribbons = ribbons_of(strokes, rings, curves, named=lines.named)
+    pieces = without_ribbons(pieces, ribbons)
     all_arcs = [*arcs, *_arcs([*lines.doors, *lines.others, *pens.light])]
     pieces = without_leaves(pieces, all_arcs)
     solid_bars = [
@@ -151,7 +154,11 @@ def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) ->
     counts["hatches and stairs"] += patterns
     pieces = merged(pieces.where(~pattern))
     found = paired(pieces, usual_only=not lines.named)
-    faced = float(pieces.lengths[found.faces].sum()) >= BY_FACES * max(1e-9, float(pieces.lengths.sum())) or curves
+    faced = (
+        float(pieces.lengths[found.faces].sum()) >= BY_FACES * max(1e-9, float(pieces.lengths.sum()))
+        or curves
+        or ribbons
+    )
     bars = [*solid_bars]
     straight = list(pens.broad)
     if faced or (solid_bars and not lines.named):
@@ -172,7 +179,8 @@ def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) ->
         singles = _by_bars(whole, thickness)
     more += painted_over(solid_bars, lines.patches, pens.filled, filled=True)
     more += painted_over([bar for bar in [*bars, *seen] if bar not in solid_bars], lines.patches, lines.walls)
-    walls = [*_by_bars(bars, thickness), *walls_of(curves, bars, thickness), *singles]
+    curved = [ribbon.wall(thickness) for ribbon in ribbons]
+    walls = [*_by_bars(bars, thickness), *walls_of(curves, bars, thickness), *curved, *singles]
     if walls and thickness is None:
         lines.columns.extend(rest_of_filled(inside, walls))
     return walls, [*holes, *more]

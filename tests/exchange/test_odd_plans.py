@@ -175,6 +175,18 @@ def test_two_arcs_about_one_middle_are_one_curved_wall(layer, tmp_path):
     assert shapely.get_parts(solid(plan.world).buffer(0.005)).size == 1
 
 
+@pytest.mark.parametrize("layer", ["WALLS", "0"])
+def test_two_ellipses_side_by_side_are_one_wall(layer, tmp_path):
+    def draw(document, space, place):
+        for inset in (0.0, 0.2):
+            space.add_ellipse((6, 4), (6 - inset, 0), ratio=(4 - inset) / (6 - inset), dxfattribs={"layer": layer})
+
+    plan, _ = plan_of(dxf(tmp_path / "oval.dxf", draw, units=6, metre=1.0), Reading())
+    (wall,) = plan.world.walls
+    assert wall.closed
+    assert solid(plan.world).area == pytest.approx(math.pi * (6 * 4 - 5.8 * 3.8), rel=0.03)
+
+
 def test_rooms_side_by_side_share_a_wall(tmp_path):
     rooms = [(0, 0, 4, 8), (4, 0, 3, 4), (7, 0, 3, 4), (4, 4, 6, 4)]
     boxes = "".join(f'<rect x="{x}" y="{y}" width="{w}" height="{h}"/>' for x, y, w, h in rooms)
