@@ -8,9 +8,9 @@ import { dots } from "./strokes";
 /** Numbers of a contact: x, y, z [m], and whether it is with the floor. */
 const ROW = 4;
 /** Across a contact [m]; at least, and at least across one with the floor, of half the height of the view. */
-const SIZE = 0.03;
-const LARGE = 0.035;
-const SMALL = 0.02;
+const SIZE = 0.02;
+const LARGE = 0.02;
+const SMALL = 0.011;
 
 export class Touching {
   readonly group = new Group();
