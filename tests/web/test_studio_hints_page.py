@@ -1,5 +1,7 @@
 """Keys of the text are explained where the pointer rests on them, in a real browser."""
 
+import re
+
 import pytest
 from playwright.sync_api import expect
 
@@ -61,6 +63,20 @@ def test_keys_and_values_are_offered_where_they_may_stand(sheet):
     expect(options.filter(has_text="seconds")).to_be_visible()
     # What stands there already is not offered again.
     expect(options.filter(has_text="drivers")).to_have_count(0)
+
+
+def test_robots_and_modules_are_offered_and_a_colon_that_stands_is_kept(sheet):
+    options = sheet.page.locator(".cm-tooltip-autocomplete li")
+    at_the_end_of(sheet, "scout:", 0)
+    sheet.press("ArrowLeft", "Backspace", "Control+Space")
+    expect(options).to_have_text(["scout"])
+    options.click()
+    expect(sheet.text.locator(".cm-line").filter(has_text=re.compile(r"^ +scout:$"))).to_have_count(1)
+    sheet.press("End", "Enter")
+    sheet.page.keyboard.insert_text("  estimator: {use: ")
+    sheet.press("Control+Space")
+    options.filter(has_text="EkfSlam").first.click()
+    sheet.reads("estimator: {use: mjsim.algorithms.ekf_slam:EkfSlam")
 
 
 def test_f12_leads_to_a_thing_by_its_name_and_to_the_text_of_a_module(sheet):

@@ -10,6 +10,7 @@ import {
 import { yamlLanguage } from "@codemirror/lang-yaml";
 import { type Extension, Prec } from "@codemirror/state";
 import { keymap } from "@codemirror/view";
+import type { Module } from "../api";
 import type { Field, Level, SchemaBook } from "../panel/schema";
 import type { Studio } from "../shell/view";
 import { ancestor, hint, levelsOf } from "./hover";
@@ -24,18 +25,20 @@ interface Place {
   above: Level[];
   has: string[];
   valueOf: Level | null;
+  /** Whether the key that is written has its colon already. */
+  hasColon: boolean;
 }
 
 /** Offers keys with unit, meaning and default, and values; asked for by typing or Ctrl+Space. */
 export function completion(book: SchemaBook, studio: Studio): Extension {
-  const source = (context: CompletionContext): CompletionResult | null => {
-    const word = context.matchBefore(/[\w.-]*/);
+  const source = async (context: CompletionContext): Promise<CompletionResult | null> => {
+    const word = context.matchBefore(/[\w./-]*/);
     if (!word || (word.from === word.to && !context.explicit)) return null;
     const place = placeOf(context, word.from);
-    const options = place ? offered(place, book, studio) : [];
+    const options = place ? await offered(place, book, studio) : [];
     const whole = options.some(({ label }) => label === word.text);
     if (!options.length || (whole && !context.explicit)) return null;
-    return { from: word.from, options, validFor: /^[\w.-]*$/ };
+    return { from: word.from, options, validFor: /^[\w./-]*$/ };
   };
   return [
     autocompletion({ override: [source], icons: false, defaultKeymap: false }),
@@ -44,10 +47,20 @@ export function completion(book: SchemaBook, studio: Studio): Extension {
   ];
 }
 
-function offered(place: Place, book: SchemaBook, studio: Studio): Completion[] {
-  if (!place.valueOf) return book.missing(place.above, place.has).map(keyOption);
-  const field = book.along([...place.above, place.valueOf]);
-  return field ? valuesOf(field, studio).map((label) => ({ label, type: "constant" })) : [];
+async function offered(place: Place, book: SchemaBook, studio: Studio): Promise<Completion[]> {
+  const { above, has, valueOf, hasColon } = place;
+  if (valueOf) {
+    const field = book.along([...above, valueOf]);
+    return field ? (await valuesOf(field, studio)).map((label) => ({ label, type: "constant" })) : [];
+  }
+  const options = above.at(-1)?.key === "drivers" ? driven(has, studio) : book.missing(above, has).map(keyOption);
+  return hasColon ? options.map(({ apply: _, ...option }) => option) : options;
+}
+
+/** Robots that have no modules yet. */
+function driven(has: string[], studio: Studio): Completion[] {
+  const robots = studio.document.items.filter(({ path }) => path[0] === "robots").flatMap(({ name }) => name ?? []);
+  return robots.filter((name) => !has.includes(name)).map((label) => ({ label, apply: `${label}:` }));
 }
 
 function keyOption(field: Field, order: number): Completion {
@@ -62,13 +75,15 @@ function keyOption(field: Field, order: number): Completion {
   };
 }
 
-function valuesOf(field: Field, studio: Studio): string[] {
-  const { presets, models } = studio.folder.shipped;
+async function valuesOf(field: Field, studio: Studio): Promise<string[]> {
+  const { presets, models, pictures } = studio.folder.shipped;
   const names = studio.document.items.flatMap(({ name }) => name ?? []);
   if (field.kind.is === "choice") return field.kind.options.map(String);
   if (field.kind.is === "switch") return ["true", "false"];
   if (field.key === "preset") return presets.map(({ name }) => name);
   if (field.key === "model") return models;
+  if (field.kind.is === "picture") return pictures;
+  if (field.key === "use") return Object.values(await studio.api.modules()).flatMap((list: Module[]) => list.map(({ use }) => use));
   return NAMING.includes(field.key) ? [...new Set(names)] : [];
 }
 
@@ -80,14 +95,15 @@ function placeOf(context: CompletionContext, from: number): Place | null {
   const isValue = /:[ \t]+$/.test(before);
   // After other words of a line there is no key, but within braces.
   if (!isValue && !/^[ \t]*(- +)*$/.test(before) && !/[{,][ \t]*$/.test(before)) return null;
-  const word = (isValue ? STAND_IN : `${STAND_IN}: 0`) + closers(before, state.sliceDoc(pos, line.to));
+  const hasColon = !isValue && /^:(\s|$)/.test(state.sliceDoc(pos, line.to));
+  const word = (isValue || hasColon ? STAND_IN : `${STAND_IN}: 0`) + (hasColon ? "" : closers(before, state.sliceDoc(pos, line.to)));
   const key = keyAt(state.sliceDoc(0, from), word, state.sliceDoc(pos));
   const levels = key?.levels ?? [];
   const last = levels.at(-1);
   if (!last) return null;
   const has = last.beside.filter((name) => name !== STAND_IN);
-  if (isValue) return { above: levels.slice(0, -1), has, valueOf: { key: last.key, beside: last.beside } };
-  return last.key === STAND_IN ? { above: levels.slice(0, -1), has, valueOf: null } : null;
+  if (isValue) return { above: levels.slice(0, -1), has, valueOf: { key: last.key, beside: last.beside }, hasColon };
+  return last.key === STAND_IN ? { above: levels.slice(0, -1), has, valueOf: null, hasColon } : null;
 }
 
 /** The brackets that a line has open before the cursor and does not shut behind it, shut. */
