@@ -53,7 +53,7 @@ class TextAsk(Ask):
 class ChangeAsk(Ask):
     """One change of a world."""
 
-    op: Literal["set", "unset", "add", "remove", "rename", "single"]
+    op: Literal["set", "unset", "add", "remove", "rename", "single", "apart"]
     path: tuple[str | int, ...]
     value: Any = None
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import groupby, pairwise
 from typing import Any, Literal
 
+from mjsim.world.edit.apart import take_apart
 from mjsim.world.edit.edited_text import EditedText, Path, UnwritableError, same, shown_path
 from mjsim.world.edit.singles import make_single
 from mjsim.world.edit.snippet import rounded
@@ -26,9 +27,9 @@ MOST = 10**18
 class Change:
     """One change of a value in a world."""
 
-    op: Literal["set", "unset", "add", "remove", "rename", "single"]
+    op: Literal["set", "unset", "add", "remove", "rename", "single", "apart"]
     """Set or unset a key, add an item to a list or remove it, rename a key; or write an item that is repeated or
-    included as one of its own, as `make_single` does."""
+    included as one of its own, as `make_single` does with all repetitions and `take_apart` with one alone."""
     path: Path
     """Keys and indices as the world has them; what is added comes behind all of the list that is named, or before the
     item that is named."""
@@ -90,6 +91,8 @@ class _Editor:
             self._rename(path, value)
         elif op == "single":
             make_single(self.draft, path)
+        elif op == "apart":
+            take_apart(self.draft, path)
         else:
             self._take_out(path, op)
 

@@ -352,14 +352,16 @@ class EditedText:
         return found
 
 
-def same(one: Any, other: Any) -> bool:
-    """Return whether two values mean the same in a world; 1 is 1.0, but not true."""
+def same(one: Any, other: Any, *, within: float = 0.0) -> bool:
+    """Return whether two values mean the same in a world, numbers `within` a distance; 1 is 1.0, but not true."""
     if isinstance(one, bool) or isinstance(other, bool):
         return one is other
     if isinstance(one, dict) and isinstance(other, dict):
-        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
+        return one.keys() == other.keys() and all(same(one[key], other[key], within=within) for key in one)
     if isinstance(one, (list, tuple)) and isinstance(other, (list, tuple)):
-        return len(one) == len(other) and all(map(same, one, other))
+        return len(one) == len(other) and all(same(*each, within=within) for each in zip(one, other, strict=True))
+    if within and isinstance(one, (int, float)) and isinstance(other, (int, float)):
+        return abs(one - other) <= within
     return bool(one == other)
 
 

@@ -26,16 +26,16 @@ def make_single(draft: EditedText, path: Path) -> None:
     """
     draft.settle()
     before = draft.nodes
-    item = None if before is None else _foreign(before[1], path)
+    item = None if before is None else foreign(before[1], path)
     if before is None or item is None:
         draft.place(path)  # which says so when nothing is there
         return
     raw, written = before
-    node = _at(written, item)
+    node = node_at(written, item)
     if node.origin is not None and node.origin.file is not None:
         _bring_in(draft, raw, item)
     else:
-        _unroll(draft, raw, _at(written, item[:-1]), item)
+        _unroll(draft, raw, node_at(written, item[:-1]), item)
     draft.settle()
     after = draft.plain if draft.nodes is None else draft.nodes[1].value
     if not same(after, written.value):
@@ -46,20 +46,20 @@ def _unroll(draft: EditedText, raw: Node, siblings: Node, path: Path) -> None:
     """Write all repetitions of an item below each other."""
     place = draft.place(path[:-1])
     start = siblings.items[path[-1]].line, siblings.items[path[-1]].column
-    own = next(number for number, item in _at(raw, place.own).items.items() if (item.line, item.column) == start)
+    own = own_index(node_at(raw, place.own), siblings.items[path[-1]])
     copies = [index for index, item in siblings.items.items() if (item.line, item.column) == start]
     values = [siblings.items[index].value for index in copies]
     draft.take_out(draft.below(place, own, "repeat"))
     first = draft.place((*path[:-1], copies[0]))
     plain, says = first.span.plain, first.value
-    _rewrite(draft, (*path[:-1], copies[0]), _as_written(plain, says, values[0]))
+    rewrite(draft, (*path[:-1], copies[0]), as_written(plain, says, values[0]))
     if values[1:]:
         draft.settle()
-        more = [_as_written(plain, says, value) for value in values[1:]]
-        draft.insert(draft.place(path[:-1]), int(own) + 1, more)
+        more = [as_written(plain, says, value) for value in values[1:]]
+        draft.insert(draft.place(path[:-1]), own + 1, more)
 
 
-def _as_written(plain: Any, says: Any, wanted: Any) -> Any:
+def as_written(plain: Any, says: Any, wanted: Any) -> Any:
     """Return how to write a value: as it stands in the text where that says the same, else as it is.
 
     Args:
@@ -70,13 +70,13 @@ def _as_written(plain: Any, says: Any, wanted: Any) -> Any:
     if same(says, wanted):
         return plain
     if isinstance(plain, dict) and isinstance(wanted, dict):
-        return {key: _as_written(plain.get(key), says.get(key), value) for key, value in wanted.items()}
+        return {key: as_written(plain.get(key), says.get(key), value) for key, value in wanted.items()}
     if isinstance(plain, list) and isinstance(wanted, list) and len(plain) == len(says) == len(wanted):
-        return [_as_written(*each) for each in zip(plain, says, wanted, strict=True)]
+        return [as_written(*each) for each in zip(plain, says, wanted, strict=True)]
     return _literal(wanted)
 
 
-def _rewrite(draft: EditedText, path: Path, wanted: Any) -> None:
+def rewrite(draft: EditedText, path: Path, wanted: Any) -> None:
     """Write a value over another one, all that is the same left as it is."""
     place = draft.place(path)
     if place.rest:
@@ -85,10 +85,10 @@ def _rewrite(draft: EditedText, path: Path, wanted: Any) -> None:
     plain = place.span.plain
     if isinstance(plain, dict) and isinstance(wanted, dict):
         for key in [key for key in wanted if key not in plain or not same(plain[key], wanted[key])]:
-            _rewrite(draft, (*path, key), wanted[key])
+            rewrite(draft, (*path, key), wanted[key])
     elif isinstance(plain, list) and isinstance(wanted, list) and len(plain) == place.count == len(wanted):
         for index in range(len(wanted)):
-            _rewrite(draft, (*path, index), wanted[index])
+            rewrite(draft, (*path, index), wanted[index])
     elif not same(plain, wanted):
         draft.replace(place, wanted)
 
@@ -135,7 +135,7 @@ def _keep_variables(draft: EditedText, names: Mapping[str, Value]) -> None:
         draft.insert_key(draft.place(("variables", name)), _literal(names[name]))
 
 
-def _foreign(node: Node, path: Path) -> Path | None:
+def foreign(node: Node, path: Path) -> Path | None:
     """Return the outermost item along a path that is not written in the text, or not once; None without one."""
     for number, step in enumerate(path):
         inner = node.items.get(step)
@@ -147,7 +147,14 @@ def _foreign(node: Node, path: Path) -> Path | None:
     return None
 
 
-def _at(node: Node, path: Sequence[str | int]) -> Node:
+def own_index(written: Node, item: Node) -> int:
+    """Return which item of a list as it stands in the text an item of the world comes from."""
+    start = item.line, item.column
+    return next(int(number) for number, each in written.items.items() if (each.line, each.column) == start)
+
+
+def node_at(node: Node, path: Sequence[str | int]) -> Node:
+    """Return what a path of a node leads to."""
     for step in path:
         node = node.items[step]
     return node

@@ -120,7 +120,7 @@ export type Change =
   | { op: "rename"; path: Path; value: string }
   | { op: "add"; path: Path; value: unknown }
   | { op: "remove"; path: Path }
-  | { op: "single"; path: Path };
+  | { op: "single" | "apart"; path: Path };
 
 export interface Module {
   use: string;

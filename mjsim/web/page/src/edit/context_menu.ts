@@ -39,6 +39,7 @@ function ofThings(editor: Editor, ways: Ways, selected: Item[], first: Item): En
   const turns = free && selected.some(canTurn);
   const alone = selected.length === 1;
   const foreign = selected.some((item) => item.origin);
+  const repeated = selected.some((item) => item.origin === "repeat");
   const offered: [boolean, Entry][][] = [
     [
       [free && copies, { text: "Cut", keys: "Ctrl X", act: () => document.execCommand("cut") }],
@@ -50,6 +51,7 @@ function ofThings(editor: Editor, ways: Ways, selected: Item[], first: Item): En
     [
       [alone && ways.canRename(first), { text: "Rename", keys: "F2", act: () => ways.rename(first) }],
       [foreign, { text: "Make single", act: () => editor.makeSingle() }],
+      [repeated, { text: "Make all single", act: () => editor.makeSingle("single") }],
       [turns, { text: "Turn 90° left", act: () => editor.turn(90) }],
       [turns, { text: "Turn 90° right", act: () => editor.turn(-90) }],
     ],

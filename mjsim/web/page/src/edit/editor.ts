@@ -206,10 +206,10 @@ export class Editor {
     return items.map((item) => ({ list: String(item.path[0]), value: asWritten(item) }));
   }
 
-  /** Write what is selected, as far as it is repeated or included, as items of the text's own; the world stays as it is. */
-  makeSingle(): void {
+  /** Write what is selected, as far as it is repeated or included, as items of the text's own, alone or with all repetitions. */
+  makeSingle(op: "apart" | "single" = "apart"): void {
     const foreign = this.selected.filter((item) => item.origin);
-    void this.apply(foreign.map(({ path }): Change => ({ op: "single", path })));
+    void this.apply(foreign.map(({ path }): Change => ({ op, path })));
   }
 
   /** Align what is selected, or spread it evenly, as one change. */

@@ -20,7 +20,7 @@ const LISTS = [
 /** Keys that each of several things has for itself. */
 const OF_ONE = ["name", "at", "points", "openings", "sensors"];
 const SINGLE = {
-  repeat: "Write all its repetitions as items of their own",
+  repeat: "Write this repetition as an item of its own; the others stay repeated",
   include: "Write the included file into this text",
 };
 

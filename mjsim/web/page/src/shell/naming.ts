@@ -22,7 +22,7 @@ export function named(changes: Change[], itemAt: ItemAt): string {
   if (first.op === "add" || first.op === "rename") return withThings(first.op === "add" ? "Add" : "Rename", changes.filter(({ op }) => op === first.op).map(newName));
   const deleted = changes.filter(({ op, path }) => op === "remove" && typeof path.at(-1) === "number");
   if (deleted.length) return withThings("Delete", deleted.map(({ path }) => itemAt(path)?.label ?? shown(path)));
-  if (first.op === "single") return withThings("Make single", changes.map(({ path }) => itemAt(path)?.label ?? shown(path)));
+  if (first.op === "single" || first.op === "apart") return withThings("Make single", changes.map(({ path }) => itemAt(path)?.label ?? shown(path)));
   const things = [...new Set(changes.map(({ path }) => itemAt(path)?.label ?? ""))];
   if (things[0] === "") return `${first.op === "set" ? "Set" : "Reset"} ${shown(first.path)}`;
   const keys = changes.map(({ path }) => String(path[itemAt(path)?.path.length ?? 0]));

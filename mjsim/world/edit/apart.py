@@ -1,0 +1,170 @@
+"""One repetition of an item, written as an item of its own; those before and behind it stay repeated."""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mjsim.world.edit.edited_text import EditedText, Path, UnwritableError, same
+from mjsim.world.edit.singles import as_written, foreign, make_single, node_at, own_index, rewrite
+from mjsim.world.language import names_in
+from mjsim.world.yaml import Node
+
+COUNTERS = "ijk"
+"""Names of the indices of a repetition, the outer one first."""
+NEAR = 1e-8
+"""How far what is turned about a point may lie from where it was [m, deg]: places are rounded to 9 decimals."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """Repetitions that one item of the text stands for."""
+
+    first: tuple[int, ...]
+    """Which one it begins with, of each repeat counted from 0."""
+    times: tuple[int, ...]
+    """How many there are, of each repeat."""
+
+    @property
+    def kept(self) -> list[int]:
+        """The repeats that it still has, by their number."""
+        return [number for number, count in enumerate(self.times) if count > 1]
+
+
+def take_apart(draft: EditedText, path: Path) -> None:
+    """Write one repetition of an item as an item of its own, in its place; the others stay repeated.
+
+    The world stays as it is, but that places which are turned about a point are rounded anew (`NEAR`). An included item
+    is written out as `make_single` does.
+
+    Args:
+        draft: The text.
+        path: Of the item, or of something in it.
+
+    Raises:
+        UnwritableError: Nothing is there, or the others cannot be written as repeats of the same things.
+    """
+    draft.settle()
+    before = draft.nodes
+    item = None if before is None else foreign(before[1], path)
+    origin = None if before is None or item is None else node_at(before[1], item).origin
+    if before is None or item is None or origin is None or origin.file is not None or len(origin.repetition) == 0:
+        make_single(draft, path)
+        return
+    raw, written = before
+    siblings = node_at(written, item[:-1])
+    where = siblings.items[item[-1]].line, siblings.items[item[-1]].column
+    copies = [index for index, each in siblings.items.items() if (each.line, each.column) == where]
+    parts = list(_parts(_shape([siblings.items[index] for index in copies]), origin.repetition))
+    _write(draft, raw, siblings, (item, copies), parts)
+    draft.settle()
+    after = draft.plain if draft.nodes is None else draft.nodes[1].value
+    if not same(after, written.value, within=NEAR):
+        raise UnwritableError(item, "cannot be taken out of its repeat alone; make all of them single")
+
+
+def _parts(shape: Sequence[int], index: Sequence[int]) -> Iterator[_Part]:
+    """Yield what a grid falls into when one of it is taken out, in the order of the repetitions."""
+    if not shape:
+        yield _Part((), ())
+        return
+    count, taken, deeper = shape[0], index[0], (0,) * (len(shape) - 1)
+    if taken:
+        yield _Part((0, *deeper), (taken, *shape[1:]))
+    for part in _parts(shape[1:], index[1:]):
+        yield _Part((taken, *part.first), (1, *part.times))
+    if taken + 1 < count:
+        yield _Part((taken + 1, *deeper), (count - taken - 1, *shape[1:]))
+
+
+def _shape(copies: Sequence[Node]) -> tuple[int, ...]:
+    """Return how many repetitions there are, of each repeat."""
+    every = [each.origin.repetition for each in copies if each.origin is not None]
+    return tuple(max(column) + 1 for column in zip(*every, strict=True))
+
+
+def _write(draft: EditedText, raw: Node, siblings: Node, found: tuple[Path, list[Any]], parts: list[_Part]) -> None:
+    """Write the parts of a repeated item below each other."""
+    item, copies = found
+    outer, place = item[:-1], draft.place(item[:-1])
+    own = own_index(node_at(raw, place.own), siblings.items[item[-1]])
+    values = {_index_of(siblings.items[index]): siblings.items[index].value for index in copies}
+    repeated = draft.below(place, own, "repeat")
+    steps = repeated.span.plain
+    draft.take_out(repeated)
+    first = (*outer, copies[0])
+    alone = draft.place(first)
+    plain, says = alone.span.plain, alone.value
+    texts = [_text_of(part, plain, says, values[part.first], steps) for part in parts]
+    again = texts[0].pop("repeat", None)
+    rewrite(draft, first, texts[0])
+    if again is not None:
+        draft.settle()
+        rewrite(draft, (*first, "repeat"), again)
+    if texts[1:]:
+        draft.settle()
+        draft.insert(draft.place(outer), own + 1, texts[1:])
+
+
+def _index_of(node: Node) -> tuple[int, ...]:
+    return () if node.origin is None else node.origin.repetition
+
+
+def _text_of(part: _Part, plain: Any, says: Any, wanted: Any, steps: Any) -> dict[str, Any]:
+    """Return the keys of a part, as they are to stand in the text."""
+    counting = {key for key, value in plain.items() if part.kept and _counts(value)}
+    keys = {
+        key: _renumbered(plain[key], part) if key in counting else as_written(plain.get(key), says.get(key), value)
+        for key, value in wanted.items()
+    }
+    numbers = "-".join(str(number + 1) for number in part.first)
+    for key, value in wanted.items() if part.kept else ():
+        # The name of something that is repeated: 'desk' became 'desk-1', 'desk-2'.
+        if isinstance(value, str) and value == f"{plain.get(key)}-{numbers}":
+            keys[key] = f"{plain[key]}-" + "-".join(_number(part, number, 1) for number in range(len(part.first)))
+    left = [{**_step(steps, number), "times": part.times[number]} for number in part.kept]
+    if left:
+        keys["repeat"] = left[0] if len(left) == 1 else left
+    return keys
+
+
+def _step(steps: Any, number: int) -> dict[str, Any]:
+    found: dict[str, Any] = steps[number] if isinstance(steps, list) else steps
+    return found
+
+
+def _number(part: _Part, number: int, more: int) -> str:
+    """Return an index of the repetition as text of the part, with something added."""
+    begin = part.first[number] + more
+    if number not in part.kept:
+        return str(begin)
+    name = COUNTERS[part.kept.index(number)]
+    return f"${{{name} + {begin}}}" if begin else f"${{{name}}}"
+
+
+def _counts(plain: Any) -> bool:
+    """Return whether a value as it is written depends on the index of the repetition."""
+    if isinstance(plain, dict):
+        return any(map(_counts, plain.values()))
+    if isinstance(plain, list):
+        return any(map(_counts, plain))
+    return isinstance(plain, str) and not names_in(plain).isdisjoint(COUNTERS)
+
+
+def _renumbered(plain: Any, part: _Part) -> Any:
+    """Return a value as it is written, with the indices of a part in place of those of the whole."""
+    if isinstance(plain, dict):
+        return {key: _renumbered(value, part) for key, value in plain.items()}
+    if isinstance(plain, list):
+        return [_renumbered(value, part) for value in plain]
+    if not _counts(plain):
+        return plain
+
+    def number(found: re.Match[str]) -> str:
+        which = COUNTERS.index(found[0])
+        if which >= len(part.times):
+            return found[0]
+        text = _number(part, which, 0).removeprefix("${").removesuffix("}")
+        return f"({text})" if " " in text else text
+
+    return re.sub(r"\$\{[^}]*\}", lambda found: re.sub(rf"\b[{COUNTERS}]\b", number, found[0]), plain)
