@@ -62,6 +62,7 @@ def test_joints_of_a_mechanism_are_dragged_on_the_plan_and_from_the_side_and_by_
     sheet.reads("start: 0.4")
     sheet.reads("# to and fro")
     expect(pose.get_by_label("slide, m")).to_have_value("0.4")
+    arm = sheet.page.locator(".side polygon[data-name=arm]").first.element_handle()
     drag_in_drawing(sheet, "arm", (0, 40))  # right-handed about y: down
     expect(sheet.text).to_contain_text(re.compile(r"swing.*start_deg: [2-9]\d"))
     swing = pose.get_by_label("swing, °")
@@ -74,6 +75,7 @@ def test_joints_of_a_mechanism_are_dragged_on_the_plan_and_from_the_side_and_by_
     sheet.reads("start_deg: -180")
     sheet.press("Control+z")
     sheet.reads("start_deg: -30")
+    assert arm.evaluate("shape => shape.isConnected"), "what the pointer holds is drawn anew in its place"
     pose.get_by_role("button", name="Whole").click()
     expect(sheet.title).to_have_text("press")
 

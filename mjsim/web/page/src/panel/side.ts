@@ -45,15 +45,22 @@ export class SideDrawing {
     const chosen = this.poser.joint?.name;
     // A hand behind the body must be within reach, too.
     const parts = subject.kind === "person" ? [...pose.parts].sort((a, b) => rank(a) - rank(b)) : pose.parts;
-    const drawn = parts.map(({ outline, pull, name }) => {
-      const shape = document.createElementNS(SPACE, "polygon");
+    for (const shape of [...this.shapes.children].slice(parts.length)) shape.remove();
+    parts.forEach(({ outline, pull, name }, k) => {
+      const shape = this.polygon(k);
       shape.setAttribute("points", outline.map(([x, y]) => `${x},${y}`).join(" "));
-      shape.dataset["name"] = name;
-      if (pull && !subject.fixed) shape.dataset["pull"] = pull;
-      if (pull && pull === chosen) shape.classList.add("chosen");
-      return shape;
+      shape.setAttribute("data-name", name);
+      if (pull && !subject.fixed) shape.setAttribute("data-pull", pull);
+      else shape.removeAttribute("data-pull");
+      shape.classList.toggle("chosen", Boolean(pull) && pull === chosen);
     });
-    fill(this.shapes, ...drawn);
+  }
+
+  /** The polygon of the k-th part: one that is there is kept, as the pointer may be on it. */
+  private polygon(k: number): Element {
+    const found = this.shapes.children[k];
+    if (found) return found;
+    return this.shapes.appendChild(document.createElementNS(SPACE, "polygon"));
   }
 
   private fit({ parts }: Pose): void {
