@@ -7,6 +7,7 @@ import type { Studio } from "../shell/view";
 import { debounced, Signal } from "../signal";
 import { arranged, type Arrangement } from "./arrange";
 import { type Piece, written } from "./clipboard";
+import { withPictures } from "./hung";
 import { Poser } from "./poser";
 import { canTurn, type Changed, isJoint, moved, spun } from "./shapes";
 
@@ -148,7 +149,7 @@ export class Editor {
 
   private stepped(): Changed[] {
     const { steps } = this;
-    return steps ? steps.items.map((item) => steps.make(item, steps.count)) : [];
+    return steps ? withPictures(steps.items.map((item) => steps.make(item, steps.count)), this.items) : [];
   }
 
   /** An item as the last change that is still on its way will make it. */

@@ -6,6 +6,7 @@ import type { Spot, Tool } from "../plan/gestures";
 import { disc, line } from "../plan/items";
 import { keyOf, type Plan } from "../plan/plan";
 import type { Editor } from "./editor";
+import { withPictures } from "./hung";
 import { canLift, heightOf, lifted } from "./lift";
 import { paintBand, paintNote, paintViews } from "./marks";
 import {
@@ -91,7 +92,7 @@ export class SelectTool implements Tool {
     if (!this.moving) return;
     if (this.held.kind === "band") this.editor.select([...this.held.kept, ...this.banded()]);
     else if (this.held.kind === "pull") this.pull(this.held.part, this.from, spot);
-    else this.editor.preview((this.changed = this.changes(this.held, spot)));
+    else this.editor.preview((this.changed = withPictures(this.changes(this.held, spot), this.editor.items)));
     this.editor.plan.drawOver();
   }
 

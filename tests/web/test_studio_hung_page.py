@@ -1,0 +1,42 @@
+"""Pictures go with the wall on which they hang, in a real browser."""
+
+import pytest
+from playwright.sync_api import expect
+
+pytestmark = pytest.mark.slow
+
+ROOM = """\
+mjsim: 1
+walls:
+  - {points: [[0, 0], [4, 0]]}
+beacons:
+  - {name: south, image: posters/lion.jpg, at: [1, -0.06], heading_deg: -90}   # outside
+  - {name: north, image: posters/lion.jpg, at: [3, 0.06], heading_deg: 90}
+  - {name: inward, image: posters/lion.jpg, at: [2.5, 0.06], heading_deg: -90}
+  - {name: far, image: posters/lion.jpg, at: [2, 5], heading_deg: -90}
+obstacles:
+  - {box: [1, 1, 1], at: [2, -6]}
+"""
+
+
+def test_pictures_go_with_their_wall_when_it_is_moved_turned_and_reshaped(sheet):
+    stays = "name: inward, image: posters/lion.jpg, at: [2.5, 0.06]", "name: far, image: posters/lion.jpg, at: [2, 5]"
+    sheet.click(0.4, 0)
+    expect(sheet.title).to_contain_text("wall")
+    sheet.drag((0, 0), (4, -4))  # the other end stays
+    sheet.reads(
+        "points: [[4, -4], [4, 0]]", "at: [4.06, -3], heading_deg: 0}   # outside", "at: [3.94, -1], heading_deg: 180}"
+    )
+    sheet.save()  # the text is ahead of the plan while a drag is on its way
+    sheet.drag((4, -3.6), (5, -3.6))
+    sheet.reads("points: [[5, -4], [5, 0]]", "at: [5.06, -3], heading_deg: 0}", "at: [4.94, -1], heading_deg: 180}")
+    sheet.save()
+    for _ in range(6):
+        sheet.press("[")  # a quarter turn about its middle
+    sheet.reads(
+        "points: [[7, -2], [3, -2]]", "at: [6, -1.94], heading_deg: 90}", "at: [4, -2.06], heading_deg: -90}", *stays
+    )
+    sheet.press("Control+z", "Control+z", "Control+z")  # a step each
+    sheet.reads(
+        "points: [[0, 0], [4, 0]]", "at: [1, -0.06], heading_deg: -90}   # outside", "at: [3, 0.06], heading_deg: 90}"
+    )
