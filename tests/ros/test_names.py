@@ -88,7 +88,7 @@ def test_the_domain_is_0_unless_it_is_named(monkeypatch: pytest.MonkeyPatch):
 
 
 def test_an_interface_that_is_not_there_is_one_line():
-    with pytest.raises(UsageError, match="no network interface 'loo'; did you mean 'lo'"):
+    with pytest.raises(UsageError, match="no network interface, nor IPv4 address of one, 'loo'; did you mean 'lo'"):
         Bus(domain=0, interface="loo")
 
 
