@@ -3,11 +3,13 @@
 import atexit
 import gc
 import os
+import signal
 import sys
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from importlib import import_module
-from typing import Annotated
+from types import FrameType
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -16,6 +18,8 @@ from mjsim.progress import say
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it."""
+TERMINATED = 143
+"""Exit code after the signal TERM, by which `kill`, `timeout`, services and containers end a program."""
 COMMANDS = {
     "doctor": "machine",
     "new": "new",
@@ -81,7 +85,7 @@ def app(names: Iterable[str] = COMMANDS) -> typer.Typer:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and exit: 0, 2 for the user's mistake, 1 for a failed run, 130 when interrupted."""
+    """Run the command line and exit: 0, 2 for the user's mistake, 1 for a failed run, 130 or 143 when interrupted."""
     # At the end Python looks through all objects once more, which takes as long as loading many of them.
     atexit.register(gc.freeze)
     # Pydantic would look through all installed packages for plugins, which takes as long as reading a world.
@@ -90,9 +94,23 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if arguments is None and (not words or words[0] not in COMMANDS or words[0] in BRIEF):
         # Nearly all that is made stays to the end; looking for garbage would take a tenth of the time.
         gc.disable()
+    terminations = _interrupt_when_terminated() if arguments is None else ()
     code = _exit_code(lambda: app(_needed(words))(args=words, prog_name="mjsim", standalone_mode=False))
     _name_unfinished_threads()
-    sys.exit(code)
+    sys.exit(TERMINATED if terminations and code == INTERRUPTED else code)
+
+
+def _interrupt_when_terminated() -> Sequence[int]:
+    """Let the signal TERM close what is open as Ctrl-C does; return the list that it will be in."""
+    came: list[int] = []
+
+    def interrupt(number: int, frame: FrameType | None) -> NoReturn:
+        came.append(number)
+        signal.signal(number, signal.SIG_DFL)  # A second one ends a program that cannot close what it has open.
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGTERM, interrupt)
+    return came
 
 
 def _needed(words: Sequence[str]) -> Iterable[str]:

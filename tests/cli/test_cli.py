@@ -167,12 +167,13 @@ def test_the_schema_is_json_that_names_the_walls(capsys):
 
 
 @pytest.mark.slow
-def test_ctrl_c_closes_the_recording_and_gives_130(room):
+@pytest.mark.parametrize(("sent", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_ctrl_c_and_kill_close_the_recording_and_give_what_shells_expect(room, sent, code):
     process = shell("run", "room.yaml", "-o", "run.mcap", "--seconds", "600", "--realtime")
     wait_for_ticks("run.mcap")
-    process.send_signal(signal.SIGINT)
+    process.send_signal(sent)
     _, err = process.communicate(timeout=120)
-    assert process.returncode == 130
+    assert process.returncode == code
     assert "Traceback" not in err
     assert err.splitlines()[-1] == "mjsim: interrupted; what was recorded until then is closed and readable"
     recording = mjsim.read_recording("run.mcap")
