@@ -22,7 +22,7 @@ class Browser:
         self.news: dict[str, dict] = {}
         self.events: list[dict] = []
         self.pictures: list[tuple[dict, np.ndarray]] = []
-        """Headers, and pictures in RGB."""
+        """Headers, and pictures in RGB; of where bodies are the bytes."""
 
     def say(self, do: str, **more) -> None:
         self.socket.send(json.dumps({"do": do, **more}))
@@ -33,7 +33,9 @@ class Browser:
         if isinstance(message, bytes):
             size = int.from_bytes(message[:4], "little")
             head = json.loads(message[4 : 4 + size])
-            picture = cv2.imdecode(np.frombuffer(message[4 + size :], np.uint8), cv2.IMREAD_COLOR_RGB)
+            picture = np.frombuffer(message[4 + size :], np.uint8)
+            if head["view"] != "bodies":
+                picture = cv2.imdecode(picture, cv2.IMREAD_COLOR_RGB)
             self.pictures.append((head, picture))
             return "picture"
         news = json.loads(message)

@@ -48,6 +48,8 @@ class Feed:
         self.run = 0
         """Which run it is, counted from 1; a restart begins another."""
         self.newest: Tick | None = None
+        self.world: World | None = None
+        """Of the newest tick."""
         self.shots: dict[str, Shot] = {}
         """The newest of each camera, by 'ROBOT/CAMERA'."""
         self._places: dict[str, Array] = {}
@@ -64,8 +66,8 @@ class Feed:
     def begin(self, world: World) -> None:
         """Forget the past: the run of a world begins."""
         with self._lock:
-            self._looking, self._places = _cameras_of_observers(world), lidar_places(world)
             self._forget()
+            self.world, self._looking, self._places = world, _cameras_of_observers(world), lidar_places(world)
         self._wake()
 
     def take(self, tick: Tick) -> None:

@@ -310,11 +310,11 @@ class RefusedNews(TypedDict):
 
 @_TOLD
 class FrameHead(TypedDict):
-    """What stands before a picture."""
+    """What stands before a picture, or before where bodies are."""
 
     number: int
     view: str
-    """`ROBOT/CAMERA`, the same with `:depth` or `:segmentation`, or `outside`."""
+    """`ROBOT/CAMERA`, the same with `:depth` or `:segmentation`, `outside`, or `bodies`."""
     time: float
     """Simulated [s]."""
     recognised: list[Recognised]

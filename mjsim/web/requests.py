@@ -87,6 +87,8 @@ class Watch(_Request):
     depth: bool = False
     segmentation: bool = False
     outside: Outside | None = None
+    bodies: bool = False
+    """Where the bodies of the scene in 3-D are; that scene is asked for before."""
 
 
 class FrameShown(_Request):

@@ -102,7 +102,8 @@ class ReviewApi:
 
     def _poses(self, request: Request) -> Response:
         """Return the answer that gives where the bodies of a recording are at a time."""
-        return self._opened(request)[1].poses(_number(request, "time"))
+        data = self._opened(request)[1].poses(_number(request, "time"))
+        return Response(data, media_type="application/octet-stream", headers=HEADERS)
 
     def _fields(self, request: Request) -> list[tuple[str, str]]:
         return fields_told(self._opened(request)[1].recording)

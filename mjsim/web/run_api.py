@@ -32,7 +32,7 @@ from mjsim.web.requests import (
     read_request,
     with_drivers,
 )
-from mjsim.web.scene_3d import Scene3d, Scene3dShelf
+from mjsim.web.scene_3d import Scene3dShelf
 from mjsim.web.stage import Scene, Stage
 from mjsim.web.trust import Code, Trust
 from mjsim.web.viewer import Viewer
@@ -57,31 +57,23 @@ class RunApi:
         self._shelf = Scene3dShelf()
         self.routes: Sequence[BaseRoute] = [
             WebSocketRoute("/api/run", self._serve),
-            Route("/api/run/scene", asked(lambda _: self._solids().surfaces()), methods=["GET"]),
-            Route("/api/run/poses", asked(self._poses), methods=["GET"]),
+            Route("/api/run/scene", asked(self._scene), methods=["GET"]),
         ]
 
     def close(self) -> None:
         """End the run, tell who watches, and let them go; from another thread than the server's."""
         self.stage.close()
 
-    def _solids(self) -> Scene3d:
-        """Return what the world of the run looks like in 3-D."""
+    def _scene(self, _: Request) -> Response:
+        """Return the answer that gives what the world of the run looks like in 3-D."""
         if self.stage.world is None:
             raise RefusedError(409, "no run has begun; start one")
-        return self._shelf.of(self.stage.world)
-
-    def _poses(self, _: Request) -> Response:
-        """Return the answer that gives where the bodies of the run are at its newest tick."""
-        solids, tick = self._solids(), self.stage.feed.newest
-        if tick is None:
-            raise RefusedError(409, "the run has not begun; wait for its first tick")
-        return solids.poses(tick.time, tick.qpos, tick.looks)
+        return self._shelf.of(self.stage.world).surfaces()
 
     async def _serve(self, socket: WebSocket) -> None:
         """Serve a browser until it disconnects."""
         await socket.accept()
-        viewer = Viewer(socket, self.stage)
+        viewer = Viewer(socket, self.stage, solids=self._shelf)
         self.stage.join(viewer)
         telling = asyncio.create_task(viewer.serve())
         try:

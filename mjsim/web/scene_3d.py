@@ -36,10 +36,10 @@ class Scene3d:
         """Return the answer that gives the scene as it stands at the start, as glTF."""
         return Response(self._packed, media_type="model/gltf-binary", headers={**HEADERS, "Content-Encoding": "gzip"})
 
-    def poses(self, time: float, qpos: Array, looks: Looks | None) -> Response:
-        """Return the answer that gives where the bodies of the scene are.
+    def poses(self, time: float, qpos: Array, looks: Looks | None) -> bytes:
+        """Return where the bodies of the scene are.
 
-        It holds the time [s] in 8 bytes, then in 4 each how many bodies and contacts there are; then numbers of 4
+        That is the time [s] in 8 bytes, then in 4 each how many bodies and contacts there are; then numbers of 4
         bytes: for each body, in the order of its nodes in the glTF, x, y, z [m] and the quaternion x, y, z, w, world
         frame, and for each contact x, y, z [m] and 1 for one with the floor; then the names of what is no longer
         there, as JSON. All is little-endian.
@@ -59,8 +59,7 @@ class Scene3d:
             contacts = self._scene.contacts()
         numbers = np.concatenate([rows.ravel(), contacts.ravel()]).astype("<f4").tobytes()
         removed = json.dumps(sorted(looks.removed) if looks is not None else []).encode()
-        body = struct.pack("<dII", time, len(rows), len(contacts)) + numbers + removed
-        return Response(body, media_type="application/octet-stream", headers=HEADERS)
+        return struct.pack("<dII", time, len(rows), len(contacts)) + numbers + removed
 
 
 class Scene3dShelf:
@@ -81,3 +80,8 @@ class Scene3dShelf:
             if self._held is None or self._held.world is not world:
                 self._held = Scene3d(world)
             return self._held
+
+    def held(self, world: World | None) -> Scene3d | None:
+        """Return the scene of a world if it was asked for; None while it is compiled."""
+        held = self._held
+        return held if held is not None and held.world is world else None

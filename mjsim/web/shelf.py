@@ -5,8 +5,6 @@ from collections import OrderedDict
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from starlette.responses import Response
-
 from mjsim.record import Recording, read_recording
 from mjsim.sim import Onlooker, Orbit
 from mjsim.web.answers import RefusedError
@@ -55,8 +53,8 @@ class Opened:
         self._require_states()
         return self._solids.of(self.recording.world)
 
-    def poses(self, time: float) -> Response:
-        """Return the answer that gives where the bodies of its world are at the newest tick of a time [s].
+    def poses(self, time: float) -> bytes:
+        """Return where the bodies of its world are at the newest tick of a time [s], as `Scene3d` tells it.
 
         Raises:
             RefusedError: The recording has no states, as those of real robots.

@@ -6,19 +6,20 @@ import json
 import threading
 from collections.abc import Awaitable, Callable, Mapping
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from mjsim.record import Tick
 from mjsim.session import Session, State, event_keys
-from mjsim.web.feed import Feed, Shot
+from mjsim.web.feed import Feed
 from mjsim.web.painter import Painter
 from mjsim.web.telling import drivers_told, noise_told, robots_told
 from mjsim.world import World, noise_figures
 
 Scene = Callable[[World], Mapping[str, Any]]
 """World -> the items of its plan and its bounds, as the page draws them."""
-Encode = Callable[[str, Shot], Awaitable[tuple[float, bytes]]]
-"""Name of a view, a picture that a camera gave -> the time of what is shown [s], and itself as JPEG."""
+Seen = TypeVar("Seen")
+Encode = Callable[[str, Seen], Awaitable[tuple[float, bytes]]]
+"""Name of a view, what is seen in it -> its time [s], and what is sent of it."""
 REST = 0.005
 """Browsers are looked after at most this often [s]."""
 HURRIED, BUSY = 0.3, 0.12
@@ -60,7 +61,7 @@ class Stage:
         self.version = 0
         """Changes with what the run is and does."""
         self._root: Path | None = None
-        self._made: dict[str, tuple[Shot, asyncio.Future[tuple[float, bytes]]]] = {}
+        self._made: dict[str, tuple[object, asyncio.Future[tuple[float, bytes]]]] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
 
     def put_on(
@@ -107,11 +108,11 @@ class Stage:
             self.version += 1
         self.wake()
 
-    async def once(self, name: str, shot: Shot, *, make: Encode) -> tuple[float, bytes]:
-        """Return what is made of a shot, made for the first browser that asks and kept for the others."""
+    async def once(self, name: str, seen: Seen, *, make: Encode[Seen]) -> tuple[float, bytes]:
+        """Return what is sent of a view, made for the first browser that asks and kept for the others."""
         held = self._made.get(name)
-        if held is None or held[0] is not shot:
-            held = self._made[name] = shot, asyncio.ensure_future(make(name, shot))
+        if held is None or held[0] is not seen:
+            held = self._made[name] = seen, asyncio.ensure_future(make(name, seen))
         return await asyncio.shield(held[1])
 
     def scene_text(self) -> str:

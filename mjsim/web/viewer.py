@@ -14,19 +14,20 @@ from mjsim.errors import MjsimError
 from mjsim.record import Tick
 from mjsim.web.feed import Shot
 from mjsim.web.requests import FrameShown, Outside, Watch
+from mjsim.web.scene_3d import Scene3dShelf
 from mjsim.web.shots import FAR, NEAR, depth_shown, jpeg, segmentation_shown
 from mjsim.web.stage import Stage
 from mjsim.web.telling import recognised_told
 
 Make = Callable[[], Awaitable[tuple[float, bytes]]]
-"""Makes a picture: its time [s], and itself as JPEG."""
+"""Makes a picture: its time [s], and itself as JPEG, or where bodies are."""
 Source = tuple[dict[str, Any], Make]
 """What stands in the header of a picture, and what makes it."""
 TICKS = 1 / 30
 """Least time between two ticks [s]."""
 ON_THE_WAY = 2
 """Pictures of a view that a browser has not shown yet, at most."""
-OUTSIDE = "outside"
+OUTSIDE, BODIES = "outside", "bodies"
 OUTSIDE_EVERY = 1 / 25
 """Least time between two views from outside [s]."""
 
@@ -46,9 +47,9 @@ class _View:
 class Viewer:
     """A browser. What it has no time for is left out, never kept for later, and holds nobody else up."""
 
-    def __init__(self, socket: WebSocket, stage: Stage) -> None:
-        """Serve a browser that has been let in."""
-        self._socket, self._stage = socket, stage
+    def __init__(self, socket: WebSocket, stage: Stage, *, solids: Scene3dShelf) -> None:
+        """Serve a browser that has been let in; `solids` holds the scene in 3-D that it asked for."""
+        self._socket, self._stage, self._solids = socket, stage, solids
         self.news = asyncio.Event()
         """Set when there is something to tell."""
         self._sending = asyncio.Lock()
@@ -127,12 +128,30 @@ class Viewer:
         for name, view in self._views.items():
             if view.drawing or len(view.on_the_way) >= ON_THE_WAY:
                 continue
-            source = self._outside(view) if name == OUTSIDE else self._onboard(name, view)
+            source = self._source(name, view)
             if source is not None:
                 view.drawing = True
                 task = asyncio.create_task(self._send_picture(name, view, source=source))
                 self._tasks.add(task)
                 task.add_done_callback(self._tasks.discard)
+
+    def _source(self, name: str, view: _View) -> Source | None:
+        """Return what makes the next picture of a view, when there is anything new in it."""
+        if name == OUTSIDE:
+            return self._outside(view)
+        return self._bodies(view) if name == BODIES else self._onboard(name, view)
+
+    def _bodies(self, view: _View) -> Source | None:
+        """Return what tells where bodies are, when that is another moment and the scene is there."""
+        tick, solids = self._stage.feed.newest, self._solids.held(self._stage.feed.world)
+        if tick is None or solids is None or view.last is tick:
+            return None
+        view.last = tick
+
+        async def where(_: str, at: Tick) -> tuple[float, bytes]:
+            return at.time, await asyncio.to_thread(solids.poses, at.time, at.qpos, at.looks)
+
+        return {"recognised": []}, partial(self._stage.once, BODIES, tick, make=where)
 
     def _outside(self, view: _View) -> Source | None:
         """Return what draws the view from outside, when there is anything new in it."""
@@ -209,4 +228,4 @@ def _views_of(watch: Watch) -> list[str]:
     """Return the names of the views that are watched."""
     kinds = ["", *([":depth"] if watch.depth else []), *([":segmentation"] if watch.segmentation else [])]
     names = [f"{camera}{kind}" for camera in watch.cameras for kind in kinds]
-    return [*names, OUTSIDE] if watch.outside is not None else names
+    return [*names, *([OUTSIDE] if watch.outside is not None else []), *([BODIES] if watch.bodies else [])]

@@ -1,5 +1,6 @@
 """The run over a WebSocket: real servers, real sockets; orders, news, pictures, and who is slow."""
 
+import struct
 import threading
 
 import numpy as np
@@ -7,11 +8,13 @@ import pytest
 from websockets.exceptions import ConnectionClosedOK
 
 import mjsim
+from mjsim.bench.entering import client_of
 from mjsim.web.folder import Folder
 from mjsim.web.run_api import RunApi
 from mjsim.web.server import Server
 from mjsim.web.trust import Trust
 from tests.browser import browser
+from tests.solids import names_of
 from tests.web.rounds import ROOM, scene, start
 
 pytestmark = pytest.mark.slow  # Each starts a server.
@@ -112,6 +115,33 @@ def test_a_camera_is_sent_while_it_is_watched_with_what_was_recognised_in_it(run
         assert depth.shape == (120, 160, 3)
         assert head["scale"][0] < head["scale"][1]
         assert seen.picture("scout/front:segmentation")[1].shape == (120, 160, 3)
+
+
+def test_where_bodies_are_comes_with_each_tick_once_the_scene_was_asked_for(page):
+    with browser(page.url) as seen, client_of(page.url) as client:
+        start(seen, speed=1.0)
+        tick = seen.until("tick")
+        seen.say("watch", bodies=True)
+        while seen.until("tick")["time"] < tick["time"] + 0.5:
+            assert not seen.pictures
+        bodies = names_of(client.get("/api/run/scene").content)
+        seen.say("watch", bodies=True)
+        times = [seen.picture("bodies")[0]["time"] for _ in range(10)]
+        assert times == sorted(set(times))
+        seen.say("pause")
+        at = seen.until("run", state="paused")["time"]
+        seen.say("watch", cameras=[])
+        seen.say("watch", bodies=True)  # as when the view in 3-D is opened again
+        while (moment := seen.picture("bodies"))[0]["time"] < at:
+            pass
+        truth = seen.news["tick"]["robots"]["scout"]["truth"]
+    data = moment[1].tobytes()
+    time, count, _ = struct.unpack_from("<dII", data)
+    assert (time, count) == (at, len(bodies))
+    places = np.frombuffer(data, "<f4", 7 * count, offset=16).reshape(count, 7)
+    x, y, _, *quaternion = places[bodies.index("scout/base")]
+    assert [x, y] == pytest.approx(truth[:2], abs=1e-3)
+    assert 2.0 * np.arctan2(quaternion[2], quaternion[3]) == pytest.approx(truth[2], abs=1e-3)
 
 
 @pytest.mark.slow

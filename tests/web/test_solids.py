@@ -24,6 +24,5 @@ def test_a_text_is_given_as_a_scene_with_the_names_of_its_things(client):
 def test_a_text_with_a_mistake_and_a_run_that_has_not_begun_have_no_scene(client):
     wrong = told(client, "scene", status=409, path="room.yaml", text="mjsim: 1\nwals: []\n")
     assert wrong["error"].startswith("line 2: unknown key 'wals'")
-    for what in ("scene", "poses"):
-        answer = client.get(f"/api/run/{what}")
-        assert (answer.status_code, answer.json()["error"]) == (409, "no run has begun; start one")
+    answer = client.get("/api/run/scene")
+    assert (answer.status_code, answer.json()["error"]) == (409, "no run has begun; start one")

@@ -32,6 +32,8 @@ export class Cameras {
     private readonly send: (request: RunRequest) => void,
     /** Told when there are other tiles. */
     private readonly changed: () => void,
+    /** Whether the view in 3-D waits for the places of bodies. */
+    private readonly bodies: () => boolean,
   ) {
     this.wanted = {
       depth: remembered("run.depth") === "yes",
@@ -82,7 +84,7 @@ export class Cameras {
     const cameras = this.robots.flatMap((robot) => robot.cameras.map((camera) => `${robot.name}/${camera.name}`));
     const { depth, segmentation, outside } = this.wanted;
     const view: Outside | null = outside && this.orbit ? this.orbit.view : null;
-    this.send({ do: "watch", cameras, depth, segmentation, outside: view });
+    this.send({ do: "watch", cameras, depth, segmentation, outside: view, bodies: this.bodies() });
   }
 
   /** Pictures shown a second, of the view that shows most. */

@@ -1,13 +1,12 @@
-/** Pictures as they come: a head in JSON, then a JPEG. */
+/** Pictures as they come: a head in JSON, then a JPEG, or where bodies are. */
 
 import type { FrameHead } from "./protocol";
 
 /** Take a binary message apart: 4 bytes with the length of the head, the head, the picture. */
-export function splitFrame(data: ArrayBuffer): { head: FrameHead; jpeg: Blob } {
+export function splitFrame(data: ArrayBuffer): { head: FrameHead; body: ArrayBuffer } {
   const length = new DataView(data).getUint32(0, true);
   const text = new TextDecoder().decode(new Uint8Array(data, 4, length));
-  const jpeg = new Blob([new Uint8Array(data, 4 + length)], { type: "image/jpeg" });
-  return { head: JSON.parse(text) as FrameHead, jpeg };
+  return { head: JSON.parse(text) as FrameHead, body: data.slice(4 + length) };
 }
 
 /** Pictures are counted over no less [ms]: the first two may come together. */

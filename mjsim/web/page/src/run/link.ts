@@ -17,7 +17,12 @@ export interface LinkListener {
   state(state: LinkState): void;
   news(news: News): void;
   picture(head: FrameHead, jpeg: Blob): void;
+  /** Where the bodies of the scene in 3-D are. */
+  bodies(head: FrameHead, places: ArrayBuffer): void;
 }
+
+/** The view that tells where bodies are. */
+const BODIES = "bodies";
 
 /** Talks to `/api/run` for as long as it is open, through as many sockets as it takes. */
 export class Link {
@@ -67,8 +72,9 @@ export class Link {
       this.listener.news(JSON.parse(data) as News);
       return;
     }
-    const { head, jpeg } = splitFrame(data);
-    this.listener.picture(head, jpeg);
+    const { head, body } = splitFrame(data);
+    if (head.view === BODIES) this.listener.bodies(head, body);
+    else this.listener.picture(head, new Blob([body], { type: "image/jpeg" }));
   }
 
   private lose(socket: WebSocket): void {

@@ -44,10 +44,10 @@ export interface EventNews {
   text: string;
 }
 
-/** What stands before a picture. */
+/** What stands before a picture, or before where bodies are. */
 export interface FrameHead {
   number: number;
-  /** `ROBOT/CAMERA`, the same with `:depth` or `:segmentation`, or `outside`. */
+  /** `ROBOT/CAMERA`, the same with `:depth` or `:segmentation`, `outside`, or `bodies`. */
   view: string;
   /** Simulated [s]. */
   time: number;
@@ -338,6 +338,7 @@ export interface Watch {
   depth?: boolean;
   segmentation?: boolean;
   outside?: Outside | null;
+  bodies?: boolean;
 }
 
 export type RunRequest = Start | Simple | SetSpeed | DriveByHand | Touch | SetNoise | Watch | FrameShown;

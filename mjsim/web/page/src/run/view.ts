@@ -51,8 +51,9 @@ export class RunView implements View {
   private readonly cameras = new Cameras(
     (request) => void this.link?.send(request),
     () => this.arrange(),
+    () => this.visible && this.solids.door.isReady,
   );
-  private readonly solids = new SolidsTile(
+  private readonly solids: SolidsTile = new SolidsTile(
     "run.scene",
     () => getBytes("/api/run/scene"),
     () => this.arrange(),
@@ -120,7 +121,7 @@ export class RunView implements View {
     this.visible = false;
     this.wheel.releaseAll();
     // What nobody sees need not be drawn.
-    this.send({ do: "watch", cameras: [], depth: false, segmentation: false, outside: null });
+    this.send({ do: "watch", cameras: [] });
   }
 
   key(event: KeyboardEvent): boolean {
@@ -144,6 +145,7 @@ export class RunView implements View {
     const chips = chartChips("run.charts", FIRST_CHARTS, this.sheet, () => this.soon());
     this.floor.host.append(this.pad.element);
     this.cameras.switches.append(this.solids.switch);
+    this.solids.door.ready.on(() => this.cameras.watch());
     this.solids.door.chosen.on((item) => item?.kind === "robot" && this.chooseRobot(item.name ?? ""));
     this.bar.element.prepend(sideSwitch(side));
     const dock = el(
@@ -173,6 +175,10 @@ export class RunView implements View {
       state: (state) => this.connection(state),
       news: (news) => this.take(news),
       picture: (head, jpeg) => this.cameras.show(head, jpeg),
+      bodies: ({ number }, places) => {
+        this.solids.door.poses(() => Promise.resolve(places));
+        this.send({ do: "shown", number });
+      },
     });
   }
 
@@ -250,7 +256,6 @@ export class RunView implements View {
     if (this.newest && news.time < this.newest.time) this.forget();
     this.newest = news;
     this.record.add(news);
-    if (this.visible) this.solids.door.poses(() => getBytes("/api/run/poses"));
     this.soon();
   }
 

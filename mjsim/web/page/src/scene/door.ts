@@ -21,6 +21,8 @@ export class Door {
   readonly pulled = new Signal<Pull>();
   /** Told with its pictures a second when those are too few. */
   readonly slow = new Signal<number>();
+  /** Told when the scene is there, and when it no longer is. */
+  readonly ready = new Signal();
   private view: SceneView | null = null;
   private open = false;
   private loaded: unknown = null;
@@ -47,11 +49,17 @@ export class Door {
     return this.open;
   }
 
+  /** Whether the scene that is wanted is seen: places of its bodies are of use. */
+  get isReady(): boolean {
+    return this.open && this.loaded !== null;
+  }
+
   /** Open or shut it; `key` tells one scene from another. */
   set(open: boolean, key: unknown): void {
     this.open = open;
     if (open) this.view?.think(this.thought);
     if (key !== null) this.want(key);
+    this.ready.emit();
   }
 
   /** The scene of this key is to be seen; it is asked for unless it is there. */
@@ -59,7 +67,8 @@ export class Door {
     if (!this.open) return;
     if (this.loaded === key && this.view) this.view.shown();
     else {
-      this.order = null;
+      this.order = this.loaded = null;
+      this.ready.emit();
       this.element.dataset["scene"] = "on its way";
       this.wanted(key);
     }
@@ -103,6 +112,7 @@ export class Door {
       this.loaded = key;
       if (this.order) this.moved(this.order);
       this.element.dataset["scene"] = "there";
+      this.ready.emit();
     } catch (error) {
       if (!(error instanceof Error)) throw error;
       this.view?.say(error.message);

@@ -36,6 +36,8 @@ export class SceneView {
   private readonly marks = new Group();
   private readonly measure = new Group();
   private readonly touching = new Touching();
+  /** How often bodies were put where they are. */
+  private moments = 0;
   /** Names of what is away, in one line. */
   private away = "";
   private thoughts = new Group();
@@ -88,6 +90,7 @@ export class SceneView {
     if (!this.solids) return;
     const { time, contacts, removed } = pose(this.solids, data);
     this.canvas.dataset["time"] = String(time);
+    this.canvas.dataset["moments"] = String(++this.moments);
     this.canvas.dataset["contacts"] = String(contacts.length / 4);
     this.touching.show(contacts);
     this.takeAway(removed);
