@@ -1,4 +1,4 @@
-"""Programs of others find where the robot was: from clouds of a 3-D lidar, and from pictures of an exported data set."""
+"""Programs of others find where the robot was: from clouds of a 3-D lidar, and from pictures of a data set."""
 
 import json
 import subprocess
