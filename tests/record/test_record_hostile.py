@@ -211,11 +211,11 @@ def test_bounds_leave_room_for_what_mjsim_writes(good: bytes, tmp_path: Path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["records", "bytes"])
-def test_hundreds_of_hostile_recordings_are_read_or_refused_in_one_line(engine: str):
+def test_hostile_recordings_by_the_dozen_are_read_or_refused_in_one_line(engine: str):
     # A process of its own: the bound on memory is that of the whole process, and other tests have used theirs.
-    command = [sys.executable, str(FUZZ / "recordings.py"), "--engine", engine, "--inputs", "150", "--seed", "7"]
+    command = [sys.executable, str(FUZZ / "recordings.py"), "--engine", engine, "--inputs", "80", "--seed", "7"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
-    found = re.search(r"150 inputs, (\d+) of them recordings, no traceback", done.stdout)
+    found = re.search(r"80 inputs, (\d+) of them recordings, no traceback", done.stdout)
     assert found is not None
     assert int(found.group(1)) > 5

@@ -285,8 +285,8 @@ def test_a_broken_file_of_a_sweep_is_told_in_a_line(tmp_path, name, text, told):
 @pytest.mark.slow
 def test_a_better_estimator_is_said_to_be_better_over_ten_runs_and_all_files_are_written(tmp_path):
     for seed in range(10):
-        record(RING, tmp_path / f"beacons-{seed}.mcap", seed=seed, seconds=8.0)
-        record(WHEELS, tmp_path / f"wheels-{seed}.mcap", seed=seed, seconds=8.0)
+        record(RING, tmp_path / f"beacons-{seed}.mcap", seed=seed, seconds=5.0)
+        record(WHEELS, tmp_path / f"wheels-{seed}.mcap", seed=seed, seconds=5.0)
     command = [sys.executable, "-m", "mjsim.cli", "compare", str(tmp_path), "-o", str(tmp_path / "out")]
     told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     assert "EkfLocalization is better than odometry (10 pairs), by:\n  position error, mean" in told

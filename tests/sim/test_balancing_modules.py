@@ -29,7 +29,7 @@ robots:
     sensors:
       - {beacons: ring, range: [0.2, 10], fov_deg: 360, rate_hz: 5, noise: {range: 0.05, bearing_deg: 1}}
       - {lidar: scan, at: [0, 0, 0.72], beams: 180, fov_deg: 360, range: [0.05, 8], rate_hz: 5, noise: {range: 0.01}}
-run: {seconds: 40, map: known, drivers: {joe: {DRIVER}}}
+run: {seconds: 20, map: known, drivers: {joe: {DRIVER}}}
 """
 PLACES = sorted(Path(mjsim.algorithms.__path__[0]).glob("*.py"))
 FOUND = list(offers_in([(place, f"mjsim.algorithms.{place.stem}") for place in PLACES]))
