@@ -15,9 +15,9 @@ from mjsim.record import RobotEvent, reserve, reserve_next
 from mjsim.run import Driver, drivers_of, one_blas_thread, record_paths, recorder_of, tick_count, ticks
 from mjsim.session.gate import Gate, State
 from mjsim.session.helm import Helm
-from mjsim.session.touches import joints_keys, schedule_touch, touch_of
+from mjsim.session.touches import joints_keys, noise_kept, schedule_touch, touch_of
 from mjsim.session.watcher import Watcher
-from mjsim.world import World, WorldEvent, with_values
+from mjsim.world import NoiseEvent, World, WorldEvent, with_noise
 
 if TYPE_CHECKING:
     from mjsim.record import Recorder, Tick
@@ -81,7 +81,6 @@ class Session(Closes):
         self._newest: Tick | None = None
         self._number = 0
         self._touched: tuple[WorldEvent, ...] = ()
-        self._recorder: Recorder | None = None
         self._thread = threading.Thread(target=self._work, name="mjsim-session", daemon=True)
 
     def start(self, *, paused: bool = False) -> None:
@@ -175,19 +174,19 @@ class Session(Closes):
         """
         self.touch({"reach": robot, "arm": arm, "tool": [*at], "rpy_deg": [math.degrees(angle) for angle in rpy]})
 
-    def set_noise(self, key: str, value: object) -> None:
-        """Change how much a sensor, a drive or its odometry errs, from the next tick on; waits until that is done.
+    def set_noise(self, key: str, value: float) -> None:
+        """Change how much a sensor, a drive or its odometry errs, from the next tick on.
 
-        The session's own thread, that of `on_tick`, must not ask for it.
+        It is a touch, as those that follow are; see `touch`. A restart keeps it.
 
         Args:
             key: As `mjsim run --set` has it: 'robots.scout.odometry.noise.turn'.
             value: The new one.
 
         Raises:
-            UsageError: There is no such key, the value does not fit it, or it cannot change while the run goes on.
+            UsageError: There is no such key, it is none of noise, or the value does not fit it.
         """
-        self._do(lambda sim: self._retune(sim, key, value))
+        self.touch({"noise": key, "value": value})
 
     def touch(self, keys: Mapping[str, Any]) -> WorldEvent:
         """Let an event happen at the next tick, as one of the world file would; waits until it is taken up.
@@ -295,8 +294,11 @@ class Session(Closes):
         if sim is None:
             return Simulation(self.world, seed=self.seed)
         self._helm.let_go()
-        self._touched = ()
+        noise = noise_kept(self._touched, sim.world)
         sim.reset(self.seed)
+        for event in noise:
+            sim.set_noise(event.noise, event.value)
+        self._touched, self.world = noise, sim.tuned
         return sim
 
     def _run(self, sim: "Simulation") -> None:
@@ -306,14 +308,17 @@ class Session(Closes):
         place = self._next_place()
         recording = nullcontext() if place is None else recorder_of(sim, drivers, count, place)
         with one_blas_thread(), recording as recorder:
-            self._recorder = recorder
             self._gate.pace.forget()
             try:
                 with closing(ticks(sim, drivers, steer=self._helm.command)) as loop:
                     for number in range(count):
                         if not self._gate.may_go_on(sim, number):
                             return
-                        self._show(next(loop), recorder)
+                        tick = next(loop)
+                        if self.world is not sim.tuned:
+                            self.world = sim.tuned
+                            self._tell()
+                        self._show(tick, recorder)
                 if recorder is not None:
                     record_paths(drivers, recorder, sim.time)
             except ModuleFault as fault:
@@ -343,16 +348,9 @@ class Session(Closes):
     def _take_touch(self, sim: "Simulation", event: WorldEvent) -> None:
         if self.state in ("ended", "failed") or self._gate.leaving is not None:
             raise UsageError("the run is over; start it again")
-        self._touched = (*self._touched, schedule_touch(sim, event))
-
-    def _retune(self, sim: "Simulation", key: str, value: object) -> None:
-        before, changed = sim.world, with_values(sim.world, {key: value})
-        sim.retune(changed)
-        self.world = changed
-        if self._recorder is not None and self.state in ("running", "paused"):
-            for old, new in zip(before.robots, changed.robots, strict=True):
-                if old != new:
-                    self._recorder.event(new.name, RobotEvent(sim.time, "changed", f"{key} is {value}"))
+        self._touched = schedule_touch(sim, event, self._touched)
+        if isinstance(event, NoiseEvent):
+            self.world = with_noise(self.world, event.noise, event.value)
 
 
 def _checked_speed(speed: float | None) -> float | None:

@@ -1,12 +1,13 @@
 """What somebody has done to the world of a run by hand: events, each the next tick's."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from mjsim.errors import UsageError
 from mjsim.world import (
     Change,
+    NoiseEvent,
     ReleaseEvent,
     Source,
     World,
@@ -14,6 +15,7 @@ from mjsim.world import (
     arm_of_event,
     edit_text,
     event_from,
+    noise_figures,
     rounded,
 )
 
@@ -55,15 +57,33 @@ def joints_keys(world: World, robot: str, arm: str, positions: Sequence[float] |
     return {"reach": robot, "arm": arm, "joints_deg": values}
 
 
-def schedule_touch(sim: "Simulation", event: WorldEvent) -> WorldEvent:
-    """Have an event happen at the next tick, and return it with the time that stands for that tick in a world file.
+def schedule_touch(sim: "Simulation", event: WorldEvent, touched: Sequence[WorldEvent]) -> tuple[WorldEvent, ...]:
+    """Have an event happen at the next tick.
+
+    Args:
+        sim: The run.
+        event: What is done.
+        touched: What was done before.
+
+    Returns:
+        What was done until now; each with the time that stands for its tick in a world file. Of noise that is changed
+        more than once before a tick, the last value counts alone.
 
     Raises:
         UsageError: What it names is not there, or there is no room where it puts something, or it lies outside.
     """
     touch = event.model_copy(update={"time": _written_time((sim.tick + 1) * sim.dt)})
-    sim.schedule(touch)
-    return touch
+    same = next((each for each in touched if _is_overruled(each, touch)), None)
+    sim.schedule(touch, instead_of=same)
+    return (*(each for each in touched if each is not same), touch)
+
+
+def noise_kept(touched: Iterable[WorldEvent], world: World) -> tuple[NoiseEvent, ...]:
+    """Return the noise that was changed by hand, as events at the start, where it is not as a world says."""
+    last = {event.noise: event for event in touched if isinstance(event, NoiseEvent)}
+    said = {figure.key: figure.value for figure in noise_figures(world)}
+    changed = (event for event in last.values() if said.get(event.noise) != event.value)
+    return tuple(event.model_copy(update={"time": 0.0}) for event in changed)
 
 
 def keep_events(text: str, events: Sequence[WorldEvent], *, source: Source | None = None) -> str:
@@ -81,6 +101,13 @@ def keep_events(text: str, events: Sequence[WorldEvent], *, source: Source | Non
 def event_keys(event: WorldEvent) -> dict[str, Any]:
     """Return the keys of an event as a world file has them, without those at their defaults."""
     return event.model_dump(mode="json", exclude_defaults=True)
+
+
+def _is_overruled(before: WorldEvent, touch: WorldEvent) -> bool:
+    """Return whether nothing comes of an earlier touch: noise that is changed again before its tick."""
+    if not isinstance(before, NoiseEvent) or not isinstance(touch, NoiseEvent):
+        return False
+    return (before.time, before.noise) == (touch.time, touch.noise)
 
 
 def _written_time(time: float) -> float:

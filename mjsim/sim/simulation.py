@@ -7,16 +7,16 @@ from itertools import chain
 from types import MappingProxyType
 
 import mujoco
-import numpy as np
 
 from mjsim.closing import Closes
-from mjsim.compile import compile_world, likely_cause, set_exact_masses
+from mjsim.compile import compile_world, set_exact_masses
 from mjsim.errors import PhysicsFault, UsageError, did_you_mean
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import BeaconInfo, Command, Controller, ControlLoop, Observation, RobotInfo, WheelCommand, WorldMap
 from mjsim.mechanics import JointMotion, SensorReadings
 from mjsim.sim.actuation import Actuation
 from mjsim.sim.canvas import Canvas, Quality
+from mjsim.sim.health import Health, warnings_kept
 from mjsim.sim.led import Mechanisms
 from mjsim.sim.radio import RadioNet
 from mjsim.sim.robot import SimulatedRobot
@@ -24,11 +24,9 @@ from mjsim.sim.snapshot import Snapshot
 from mjsim.sim.still import bring_up
 from mjsim.sim.streams import checked_seed
 from mjsim.sim.told import catalogue_of, map_of
+from mjsim.sim.tuning import Tuning
 from mjsim.sim.world_script import WorldScript
 from mjsim.world import Looks, World, WorldEvent, event_from, require_same_but_noise
-
-FASTEST = 100.0
-"""No robot of ours is as fast unless the physics failed [m/s]."""
 
 
 class Simulation(Closes):
@@ -60,15 +58,7 @@ class Simulation(Closes):
         """Ticks since the start."""
         self._compiled = Snapshot(self.model)
         self._canvases: dict[Quality, Canvas] = {}
-        self._speeds = np.array(
-            [
-                self.model.joint(f"{robot.name}/free").dofadr[0] + axis
-                for robot in world.robots
-                if robot.base != "fixed"
-                for axis in range(3)
-            ],
-            dtype=int,
-        )
+        self._health = Health(self.model, world)
         # Found at a step, so that no controller is made that is replaced before.
         self._actuations: list[Actuation] | None = None
         self._set_up()
@@ -106,8 +96,12 @@ class Simulation(Closes):
         """
         require_same_but_noise(self.world, world)
         self.world = world
-        for robot in world.robots:
-            self._robots[robot.name].retune(robot)
+        self._tuning.take(world)
+
+    @property
+    def tuned(self) -> World:
+        """The world with its noise as it is now, after all events."""
+        return self._tuning.world
 
     @property
     def time(self) -> float:
@@ -253,6 +247,14 @@ class Simulation(Closes):
         """
         self._happen(lamp=name, brightness=brightness)
 
+    def set_noise(self, key: str, value: float) -> None:
+        """Let a sensor, a drive or its odometry err otherwise until `reset`, as an event does; see `retune`.
+
+        Raises:
+            UsageError: There is no noise of this key, as `--set` has it, or the value does not fit it.
+        """
+        self._happen(noise=key, value=value)
+
     def remove(self, name: str) -> None:
         """Take a beacon or an obstacle away, with what it carries.
 
@@ -290,9 +292,9 @@ class Simulation(Closes):
         """Let the goals of commands move an arm again; raises UsageError where there is none."""
         self._happen(release=robot, arm=arm)
 
-    def schedule(self, event: WorldEvent) -> None:
-        """Have an event happen as those of the world file do, at a tick to come; raises as `WorldScript.schedule`."""
-        self._script.schedule(event)
+    def schedule(self, event: WorldEvent, *, instead_of: WorldEvent | None = None) -> None:
+        """Have an event happen as those of the world file do, at a tick to come; as `WorldScript.schedule` has it."""
+        self._script.schedule(event, instead_of=instead_of)
 
     def happened(self) -> tuple[WorldEvent, ...]:
         """Return what has happened to the world since the last call, each at the time when it did."""
@@ -323,7 +325,14 @@ class Simulation(Closes):
     def _set_up(self) -> None:
         """Set the stage and put the robots at their starts, in a state and a model that are as new."""
         world = self.world
-        self._script = WorldScript(self.model, self.data, world, seed=self.seed, arm=lambda r, a: self._robot(r).arm(a))
+        self._script = WorldScript(
+            self.model,
+            self.data,
+            world,
+            seed=self.seed,
+            arm=lambda robot, name: self._robot(robot).arm(name),
+            tune=lambda key, value: self._tuning.set(key, value),
+        )
         self._radio = RadioNet([robot.name for robot in world.robots], world.radio, seed=self.seed)
         self._robots = {
             robot.name: SimulatedRobot(
@@ -337,6 +346,7 @@ class Simulation(Closes):
             )
             for robot in world.robots
         }
+        self._tuning = Tuning(world, self._robots)
         self._mechanisms = Mechanisms(self.model, self.data, world, seed=self.seed)
         self._after_each = [call for robot in self._robots.values() for call in robot.after_step]
         self._actuations = None
@@ -368,32 +378,17 @@ class Simulation(Closes):
 
     def _run_physics(self) -> list[str]:
         """Take the physics steps of one tick; return the warnings, which MuJoCo else prints and writes to a file."""
-        said: list[str] = []
-        before = mujoco.get_mju_user_warning()
-        mujoco.set_mju_user_warning(said.append)
-        try:
-            steps = self.world.run.steps_per_tick
-            if self._actuations is None:
-                found = [robot.acting() for robot in self._robots.values()]
-                self._actuations = [*self._mechanisms.acting(), *self._mechanisms.controls(), *chain(*found)]
+        steps = self.world.run.steps_per_tick
+        if self._actuations is None:
+            found = [robot.acting() for robot in self._robots.values()]
+            self._actuations = [*self._mechanisms.acting(), *self._mechanisms.controls(), *chain(*found)]
+        with warnings_kept() as said:
             self._script.run(steps, self.tick * steps, actuations=self._actuations, after_each=self._after_each)
-        finally:
-            mujoco.set_mju_user_warning(before)
         return said
 
     def _check(self, said: list[str]) -> None:
         """Raise when the state is no longer to be trusted."""
-        warning, speeds = self.data.warning, self.data.qvel[self._speeds]
-        if warning.number.any():
-            kind = int(np.flatnonzero(warning.number)[0])
-            what = said[0] if said else mujoco.mju_warningText(kind, int(warning.lastinfo[kind]))
-            raise self._failed(self._mechanisms.failing(self.tick, known=True) or what.partition(" Time = ")[0])
-        if line := self._mechanisms.failing(self.tick, known=False):
-            raise self._failed(line)
-        if not np.isfinite(self.data.qpos).all() or not (np.abs(speeds) < FASTEST).all():
-            raise self._failed(f"a robot moves at {np.abs(speeds).max():g} m/s")
-
-    def _failed(self, what: str) -> PhysicsFault:
-        """Return the fault of a state that is no longer to be trusted, with its likely cause."""
-        likely = f"; likely cause: {cause}" if (cause := likely_cause(self.model)) else ""
-        return PhysicsFault(f"physics failed at {self.time:.2f} s: {what}{likely}")
+        known = bool(self.data.warning.number.any())
+        what = self._health.fault(self.data, said, loop=self._mechanisms.failing(self.tick, known=known))
+        if what is not None:
+            raise PhysicsFault(f"physics failed at {self.time:.2f} s: {what}")

@@ -21,6 +21,7 @@ from mjsim.world import (
     LampEvent,
     Looks,
     MoveEvent,
+    NoiseEvent,
     OpenEvent,
     PushEvent,
     ReachEvent,
@@ -35,6 +36,7 @@ from mjsim.world import (
     leaves,
     misplaced,
     reached_joints,
+    with_noise,
 )
 
 if TYPE_CHECKING:
@@ -49,12 +51,15 @@ DEEP = 1e-3
 
 
 ArmOf = Callable[[str, str], ArmAtWork]
+Tune = Callable[[str, float], None]
 
 
 class WorldScript:
     """Lets events happen, and movers and joints move, in a compiled world."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, world: World, *, seed: int, arm: ArmOf) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, world: World, *, seed: int, arm: ArmOf, tune: Tune
+    ) -> None:
         """Put all movers where they start; events at time 0 are still to happen.
 
         Args:
@@ -63,8 +68,9 @@ class WorldScript:
             world: As it was written.
             seed: Of the run.
             arm: Returns an arm by the names of its robot and its own.
+            tune: Changes a figure of noise by its key; raises UsageError where it cannot.
         """
-        self._arm = arm
+        self._arm, self._tune = arm, tune
         self._seed, self._pushes = seed, 0
         self._model, self._data, self._world = model, data, world
         self._scenery = Scenery(model, world)
@@ -82,8 +88,12 @@ class WorldScript:
         self._heights = {robot.name: 0.0 for robot in world.robots}
         self._movers.put(0.0)
 
-    def schedule(self, event: WorldEvent) -> None:
+    def schedule(self, event: WorldEvent, *, instead_of: WorldEvent | None = None) -> None:
         """Have an event happen when its time comes, after those of the same time.
+
+        Args:
+            event: What is to happen.
+            instead_of: One that was scheduled before and is still to happen.
 
         Raises:
             UsageError: What it names is not there, or there is no room where it puts something; nothing changes then.
@@ -91,7 +101,9 @@ class WorldScript:
         self._check(event)
         if isinstance(event, MoveEvent):
             self._check_room(event)
-        self._due = [event, *self._due]
+        if isinstance(event, NoiseEvent):
+            with_noise(self._world, event.noise, event.value)
+        self._due = [event, *(each for each in self._due if each is not instead_of)]
         # The sort is stable, and of those at one time the newest stands first: it happens last.
         self._due.sort(key=lambda each: -each.time)
 
@@ -122,6 +134,8 @@ class WorldScript:
                 self._joints.move(f"door/{event.open}", math.radians(event.angle_deg))
             case CloseEvent():
                 self._joints.move(f"door/{event.close}", 0.0)
+            case NoiseEvent():
+                self._tune(event.noise, event.value)
             case ReachEvent():
                 self._arm(event.reach, event.arm).lead(self._reached(event)[0])
             case ReleaseEvent():

@@ -67,7 +67,7 @@ class SetNoise(_Request):
 
     do: Literal["set"]
     key: str
-    value: Number | None
+    value: Number
 
 
 class Outside(_Request):

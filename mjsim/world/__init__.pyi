@@ -91,6 +91,7 @@ from .items import Motor as Motor
 from .items import MotorJoint as MotorJoint
 from .items import MoveEvent as MoveEvent
 from .items import NoBody as NoBody
+from .items import NoiseEvent as NoiseEvent
 from .items import Obstacle as Obstacle
 from .items import OdometryNoise as OdometryNoise
 from .items import Omni3Drive as Omni3Drive
@@ -153,11 +154,13 @@ from .items import looks_after as looks_after
 from .items import misfits as misfits
 from .items import modules_across as modules_across
 from .items import name_of as name_of
+from .items import noise_figures as noise_figures
 from .items import place_of as place_of
 from .items import preset_names as preset_names
 from .items import printed_share as printed_share
 from .items import pulled_values as pulled_values
 from .items import reached_joints as reached_joints
+from .items import require_same_but_noise as require_same_but_noise
 from .items import restarted as restarted
 from .items import rims as rims
 from .items import said_of as said_of
@@ -167,6 +170,8 @@ from .items import shows_motion as shows_motion
 from .items import signal_of as signal_of
 from .items import step_misfit as step_misfit
 from .items import table_files as table_files
+from .items import with_noise as with_noise
+from .items import with_values as with_values
 from .language import editor_schema as editor_schema
 from .language import expand as expand
 from .language import needs_expansion as needs_expansion
@@ -210,13 +215,10 @@ from .read import arm_item as arm_item
 from .read import arm_world as arm_world
 from .read import load_checked as load_checked
 from .read import load_world as load_world
-from .read import noise_figures as noise_figures
 from .read import parse_world as parse_world
 from .read import read_described as read_described
 from .read import read_file as read_file
-from .read import require_same_but_noise as require_same_but_noise
 from .read import with_settings as with_settings
-from .read import with_values as with_values
 from .yaml import MOST_BYTES as MOST_BYTES
 from .yaml import Fault as Fault
 from .yaml import Node as Node

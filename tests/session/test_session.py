@@ -253,41 +253,6 @@ def test_the_avoidance_has_its_say_when_somebody_drives_by_hand():
     assert order.command.forward < 0.2
 
 
-@pytest.mark.slow
-def test_noise_changes_while_the_run_goes_on_and_is_noted(tmp_path):
-    session = paused(record=tmp_path / "run.mcap")
-    session.set_noise("robots.scout.odometry.noise.turn", 0.5)
-    with pytest.raises(mjsim.UsageError, match=r"robots\.scout\.body\.mass cannot change while the run goes on"):
-        session.set_noise("robots.scout.body.mass", 5.0)
-    with pytest.raises(mjsim.UsageError, match=r"no key 'turm'; did you mean 'turn'"):
-        session.set_noise("robots.scout.odometry.noise.turm", 5.0)
-    with pytest.raises(mjsim.UsageError, match=r"robots\.scout\.odometry\.noise\.turn"):
-        session.set_noise("robots.scout.odometry.noise.turn", -1.0)
-    session.go()
-    session.result()
-    session.close()
-    assert session.world.robots[0].odometry.noise.turn == 0.5
-    track = mjsim.read_recording(tmp_path / "run.mcap").robots["scout"]
-    assert [(event.time, event.kind, event.text) for event in track.events] == [
-        (0.0, "changed", "robots.scout.odometry.noise.turn is 0.5")
-    ]
-    assert np.abs(track.odometry[-1, 2] - track.truth[-1, 2]) > 0.05
-
-
-def test_a_change_of_noise_is_noted_with_the_robot_however_it_was_named(tmp_path):
-    world = mjsim.parse_world("mjsim: 1\nrobots: [{name: a, at: [0, 0]}, {name: b.2, at: [2, 0]}]")
-    session = mjsim.Session(world, seconds=0.2, record=tmp_path / "run.mcap")
-    session.start(paused=True)
-    session.wait("paused", timeout=PATIENCE)
-    session.set_noise("robots.1.odometry.scale", 1.1)
-    session.go()
-    session.result()
-    session.close()
-    events = {name: track.events for name, track in mjsim.read_recording(tmp_path / "run.mcap").robots.items()}
-    assert [event.text for event in events["b.2"]] == ["robots.1.odometry.scale is 1.1"]
-    assert not events["a"]
-
-
 def test_a_closed_session_says_so_to_who_asks_for_more(session):
     session.close()
     session.restart()

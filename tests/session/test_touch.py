@@ -2,6 +2,7 @@
 
 from contextlib import closing
 
+import numpy as np
 import pytest
 
 import mjsim
@@ -134,6 +135,89 @@ def test_an_arm_that_was_moved_by_hand_moves_so_again_to_the_bit(tmp_path):
     with mjsim.Simulation(mjsim.parse_world(keep_events(ARM, session.touched))) as sim:
         mjsim.run(sim, record=tmp_path / "file.mcap")
     assert same_run(tmp_path / "hand.mcap", tmp_path / "file.mcap")
+
+
+TURN = "robots.r.odometry.noise.turn"
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("robots.r.body.mass", 5.0, "robots.r.body.mass cannot change while the run goes on, only noise can"),
+        ("robots.r.odometry.noise.turm", 5.0, "no key 'turm'; did you mean 'turn'?"),
+        (TURN, -1.0, "turn is -1.0 rad/sqrt(rad); it must be at least 0"),
+        ("robots.r.odometry.noise", 1.0, "noise is 1.0; it must be keys with values"),
+    ],
+)
+def test_noise_that_cannot_be_is_answered_in_a_line_by_hand_and_in_a_file(touched, key, value, said):
+    with pytest.raises(UsageError) as caught:
+        touched.set_noise(key, value)
+    assert said in str(caught.value)
+    assert touched.touched == ()
+    assert touched.world.robots[0].odometry.noise.turn == 0.02
+    text = FLAT.replace("{time: 0.06, light: 0.5}", f"{{time: 1, noise: {key}, value: {value}}}")
+    (problem,) = check_world(mjsim.parse_world(text))
+    assert said in problem.message
+
+
+def test_noise_that_was_changed_by_hand_is_changed_so_again_to_the_bit_and_a_restart_keeps_it(tmp_path):
+    session = mjsim.Session(mjsim.parse_world(FLAT), record=tmp_path / "hand.mcap", overwrite=True)
+    session.start(paused=True)
+    assert session.wait("paused", timeout=PATIENCE) == "paused"
+    ticked(session)
+    session.set_noise(TURN, 0.7)
+    session.set_noise("robots.1.odometry.scale", 1.25)
+    session.set_noise(TURN, 0.5)  # before its tick: the last one counts
+    assert session.world.robots[0].odometry.noise.turn == 0.5
+    ticked(session)
+    session.go()
+    assert session.wait(timeout=PATIENCE) == "ended"
+    assert [(event.time, event.noise, event.value) for event in session.touched] == [
+        (0.08, "robots.1.odometry.scale", 1.25),
+        (0.08, TURN, 0.5),
+    ]
+    text = keep_events(FLAT, session.touched)
+    assert not check_world(mjsim.parse_world(text))
+    with mjsim.Simulation(mjsim.parse_world(text)) as sim:
+        kept = mjsim.run(sim, record=tmp_path / "file.mcap")
+        assert sim.tuned.robots[0].odometry.noise.turn == 0.5
+    assert same_run(tmp_path / "hand.mcap", tmp_path / "file.mcap")
+    with mjsim.Simulation(mjsim.parse_world(FLAT)) as sim:
+        plain = mjsim.run(sim)
+    turns, quiet = (np.diff(each.robots["r"].odometry[:, 2] - each.robots["r"].truth[:, 2]) for each in (kept, plain))
+    # Odometry of the tick in which it changes is the first that errs 25 times as far, by the same chance.
+    np.testing.assert_allclose(turns[:1], quiet[:1], atol=1e-12)
+    np.testing.assert_allclose(turns[2:], 25.0 * quiet[2:], rtol=0.05, atol=1e-5)
+
+    session.restart()
+    assert session.wait(timeout=PATIENCE) == "ended"
+    session.close()
+    assert [(event.time, event.value) for event in session.touched] == [(0.0, 1.25), (0.0, 0.5)]
+    again = keep_events(FLAT, session.touched)
+    with mjsim.Simulation(mjsim.parse_world(again)) as sim:
+        mjsim.run(sim, record=tmp_path / "again.mcap")
+    assert same_run(tmp_path / "hand.mcap", tmp_path / "again.mcap")
+
+
+def test_noise_that_is_as_the_world_says_again_is_no_event_of_a_restart(touched):
+    touched.set_noise(TURN, 0.5)
+    ticked(touched)
+    touched.set_noise(TURN, 0.02)
+    touched.restart()
+    assert touched.wait("paused", timeout=PATIENCE) == "paused"
+    assert touched.touched == ()
+    assert touched.world.robots[0].odometry.noise.turn == 0.02
+
+
+def test_a_session_tells_of_noise_that_an_event_of_the_file_changes():
+    said = []
+    text = FLAT.replace("{time: 0.06, light: 0.5}", f"{{time: 0.1, noise: {TURN}, value: 0.3}}")
+    session = mjsim.Session(mjsim.parse_world(text), on_change=lambda: said.append(session.world))
+    with session:
+        session.result()
+    assert session.world.robots[0].odometry.noise.turn == 0.3
+    assert session.touched == ()
+    assert len({world.robots[0].odometry.noise.turn for world in said}) == 2
 
 
 @pytest.mark.slow

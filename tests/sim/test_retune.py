@@ -10,7 +10,7 @@ from mjsim.world import noise_figures, with_values
 from mjsim.world.ground import Slider, description_of
 from mjsim.world.items import SENSOR_KINDS, Robot
 from mjsim.world.items.drives import KINDS
-from mjsim.world.read.noise import NOISE
+from mjsim.world.items.noise import NOISE
 
 ROOM = """
 mjsim: 1

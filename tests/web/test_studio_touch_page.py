@@ -102,8 +102,12 @@ def test_a_run_is_touched_by_pointer_menu_and_keys_and_what_was_done_is_kept(tmp
         until(studio, page, lambda tick: near(tick["robots"]["scout"]["truth"], 2.6, 2.6))
         pick(page, (7.9, 3), "Switch lion on")
         until(studio, page, lambda tick: "removed" not in tick)
+        page.get_by_role("tab", name="Noise").click()
+        slider = page.locator("[data-key='robots.scout.odometry.noise.turn']")
+        slider.press("End")
+        slider.press("ArrowLeft")  # before a tick: one event of the last value
         page.get_by_role("tab", name="Events").click()
-        page.get_by_role("button", name="Keep 7 as events").click()
+        page.get_by_role("button", name="Keep 8 as events").click()
         expect(page.get_by_role("button", name="Kept as events")).to_be_disabled()
         page.get_by_role("tab", name="Edit", exact=True).click()
         text = page.locator(".cm-content")
@@ -112,7 +116,9 @@ def test_a_run_is_touched_by_pointer_menu_and_keys_and_what_was_done_is_kept(tmp
         expect(page.locator(".world .dot")).to_be_hidden()
         kept = mjsim.load_world(tmp_path / "hall.yaml").run.events
         kinds = [kind_of(event, EVENT_KINDS) for event in kept]
-        assert kinds == ["move", "move", "open", "close", "remove", "move", "restore"]
+        assert kinds == ["move", "move", "open", "close", "remove", "move", "restore", "noise"]
+        assert kept[-1].noise == "robots.scout.odometry.noise.turn"
+        assert kept[-1].value > 0.1
         assert near(kept[0].to, 2.5, 2.5)
 
 

@@ -7,11 +7,11 @@ from functools import partial
 
 import numpy as np
 
-from mjsim.errors import Problem
+from mjsim.errors import Problem, UsageError
 from mjsim.world.check.movers import misled
 from mjsim.world.check.reaching import beyond_reach
 from mjsim.world.check.standing import SPARE, Doubt, Solids, called, disc, pair
-from mjsim.world.items import Robot, Wall, World, sensors
+from mjsim.world.items import NoiseEvent, Robot, Wall, World, sensors, with_noise
 from mjsim.world.plan import Hung, hung
 from mjsim.world.yaml import problems_at
 
@@ -23,10 +23,21 @@ IN_FRONT = 0.05
 
 def check_world(world: World) -> list[Problem]:
     """Return what is implausible in a valid world, sorted by place; nothing of the user's is run."""
-    doubts = itertools.chain(_openings(world), _crowded(world), _deaf_tags(world), beyond_reach(world))
+    doubts = itertools.chain(
+        _openings(world), _crowded(world), _deaf_tags(world), beyond_reach(world), _noise_of_nothing(world)
+    )
     source = world.source
     faults = ((path, partial(str, message)) for message, path in doubts)
     return sorted(problems_at(source.written, source.file, faults))
+
+
+def _noise_of_nothing(world: World) -> Iterator[Doubt]:
+    for index, event in enumerate(world.run.events):
+        if isinstance(event, NoiseEvent):
+            try:
+                with_noise(world, event.noise, event.value)
+            except UsageError as error:
+                yield str(error), ("run", "events", index, "noise")
 
 
 def _openings(world: World) -> Iterator[Doubt]:

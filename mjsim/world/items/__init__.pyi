@@ -42,6 +42,7 @@ from .events import CloseEvent as CloseEvent
 from .events import LampEvent as LampEvent
 from .events import LightEvent as LightEvent
 from .events import MoveEvent as MoveEvent
+from .events import NoiseEvent as NoiseEvent
 from .events import OpenEvent as OpenEvent
 from .events import PushEvent as PushEvent
 from .events import ReachEvent as ReachEvent
@@ -90,6 +91,9 @@ from .mechanisms import place_of as place_of
 from .mechanisms import pulled_values as pulled_values
 from .mechanisms import restarted as restarted
 from .mechanisms import shows_motion as shows_motion
+from .noise import noise_figures as noise_figures
+from .noise import require_same_but_noise as require_same_but_noise
+from .noise import with_noise as with_noise
 from .people import Person as Person
 from .people import PersonColors as PersonColors
 from .plants import Plant as Plant
@@ -144,4 +148,6 @@ from .things import RampObstacle as RampObstacle
 from .things import SphereObstacle as SphereObstacle
 from .things import StepsObstacle as StepsObstacle
 from .underfoot import height_under as height_under
+from .values import with_parts as with_parts
+from .values import with_values as with_values
 from .world import World as World

@@ -73,6 +73,15 @@ class LampEvent(_Event):
     """0 is off."""
 
 
+class NoiseEvent(_Event):
+    """A sensor, a drive or its odometry errs otherwise from now on; modules are not told."""
+
+    noise: Annotated[str, Field(min_length=1, max_length=500)]
+    """Which figure, as `--set` names it, such as robots.scout.odometry.noise.turn."""
+    value: Annotated[float, Field(ge=-1e6, le=1e6)]
+    """The new one, in its unit."""
+
+
 class RemoveEvent(_Event):
     """A beacon or an obstacle is taken away."""
 
@@ -160,6 +169,7 @@ EVENT_KINDS: dict[str, type[_Event]] = {
     "close": CloseEvent,
     "light": LightEvent,
     "lamp": LampEvent,
+    "noise": NoiseEvent,
     "remove": RemoveEvent,
     "restore": RestoreEvent,
     "shove": ShoveEvent,
@@ -176,6 +186,7 @@ WorldEvent = Annotated[
     | CloseEvent
     | LightEvent
     | LampEvent
+    | NoiseEvent
     | RemoveEvent
     | RestoreEvent
     | ShoveEvent
@@ -184,8 +195,8 @@ WorldEvent = Annotated[
     | ReleaseEvent,
     OneOf(
         EVENT_KINDS,
-        "an event needs what happens; write move: NAME, open: DOOR, close: DOOR, light: 0.5,"
-        " lamp: NAME, remove: NAME, restore: BEACON, shove: NAME, push: NAME, reach: ROBOT or release: ROBOT",
+        "an event needs what happens; write move: NAME, open: DOOR, close: DOOR, light: 0.5, lamp: NAME,"
+        " noise: KEY, remove: NAME, restore: BEACON, shove: NAME, push: NAME, reach: ROBOT or release: ROBOT",
     ),
 ]
 
@@ -226,6 +237,8 @@ def said_of(event: WorldEvent) -> str:
             return f"the general light becomes {event.light:g}"
         case LampEvent():
             return f"lamp {event.lamp} becomes {event.brightness:g}"
+        case NoiseEvent():
+            return f"{event.noise} becomes {event.value:g}"
         case RemoveEvent():
             return f"{event.remove} is taken away"
         case RestoreEvent():

@@ -2,12 +2,9 @@ from .arms import arm as arm
 from .arms import arm_item as arm_item
 from .arms import arm_world as arm_world
 from .described import read_described as read_described
-from .noise import noise_figures as noise_figures
-from .noise import require_same_but_noise as require_same_but_noise
 from .reader import MOST as MOST
 from .reader import load_checked as load_checked
 from .reader import load_world as load_world
 from .reader import parse_world as parse_world
 from .reader import read_file as read_file
 from .settings import with_settings as with_settings
-from .settings import with_values as with_values

@@ -83,7 +83,10 @@ export class NoisePanel {
       step: "any",
       "aria-label": `${label}, ${noise.unit ?? "value"}`,
     });
-    slider.addEventListener("input", () => this.set(noise.key, valueAt(span, Number(slider.value) / STEPS)));
+    // Each value that is set is an event: one, where the slider is let go, not one for each step of its way.
+    const shown = (): number => valueAt(span, Number(slider.value) / STEPS);
+    slider.addEventListener("input", () => (field.value = String(shown())));
+    slider.addEventListener("change", () => this.set(noise.key, shown()));
     field.addEventListener("change", () => {
       const value = Number(field.value);
       if (field.value !== "" && Number.isFinite(value) && (span.even || value >= 0)) this.set(noise.key, value);

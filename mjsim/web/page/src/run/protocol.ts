@@ -299,7 +299,7 @@ export interface Outside {
 export interface SetNoise {
   do: "set";
   key: string;
-  value: number | null;
+  value: number;
 }
 
 /** Go at a multiple of real time. */

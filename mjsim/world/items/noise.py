@@ -9,8 +9,9 @@ from pydantic import BaseModel
 
 from mjsim.errors import UsageError
 from mjsim.world.ground import Slider, description_of
-from mjsim.world.items import SENSOR_KINDS, Depth, World, name_of
-from mjsim.world.read.settings import called
+from mjsim.world.items.sensors import SENSOR_KINDS, Depth, name_of
+from mjsim.world.items.values import called, with_values
+from mjsim.world.items.world import World
 
 NOISE: Mapping[str, tuple[str, ...]] = {
     "drive": ("noise",),
@@ -55,6 +56,22 @@ def require_same_but_noise(before: World, after: World) -> None:
     different = _difference(_quiet(before), _quiet(after))
     if different is not None:
         raise UsageError(f"{different} cannot change while the run goes on, only noise can; start it again with that")
+
+
+def with_noise(world: World, key: str, value: object) -> World:
+    """Return the world with one figure of its noise changed.
+
+    Args:
+        world: Stays as it is.
+        key: As `--set` has it: 'robots.scout.odometry.noise.turn'.
+        value: The new one.
+
+    Raises:
+        UsageError: There is no such key, it is not of noise, or the value does not fit it.
+    """
+    changed = with_values(world, {key: value})
+    require_same_but_noise(world, changed)
+    return changed
 
 
 def _step(name: str, number: int) -> str:

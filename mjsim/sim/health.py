@@ -1,0 +1,56 @@
+"""Whether the state of a simulation can be trusted, by what MuJoCo warns of and by its numbers."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import mujoco
+import numpy as np
+
+from mjsim.compile import likely_cause
+from mjsim.world import World
+
+FASTEST = 100.0
+"""No robot of ours is as fast unless the physics failed [m/s]."""
+
+
+@contextmanager
+def warnings_kept() -> Iterator[list[str]]:
+    """Yield a list that takes up MuJoCo's warnings, which it else prints and writes to a file."""
+    said: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(said.append)
+    try:
+        yield said
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+class Health:
+    """Tells what has failed in the state of a compiled world."""
+
+    def __init__(self, model: mujoco.MjModel, world: World) -> None:
+        """Find the speeds that are looked at: those of bases that are free to move."""
+        starts = [model.joint(f"{robot.name}/free").dofadr[0] for robot in world.robots if robot.base != "fixed"]
+        self._model = model
+        self._speeds = np.array([start + axis for start in starts for axis in range(3)], dtype=int)
+
+    def fault(self, data: mujoco.MjData, said: list[str], *, loop: str | None) -> str | None:
+        """Return what has failed and its likely cause; None where nothing has.
+
+        Args:
+            data: The state.
+            said: Warnings of its last steps.
+            loop: What is known of mechanisms that failed; a better account than MuJoCo's own warning.
+        """
+        warning, speeds = data.warning, data.qvel[self._speeds]
+        if warning.number.any():
+            kind = int(np.flatnonzero(warning.number)[0])
+            text = said[0] if said else mujoco.mju_warningText(kind, int(warning.lastinfo[kind]))
+            what = loop or text.partition(" Time = ")[0]
+        elif loop:
+            what = loop
+        elif not np.isfinite(data.qpos).all() or not (np.abs(speeds) < FASTEST).all():
+            what = f"a robot moves at {np.abs(speeds).max():g} m/s"
+        else:
+            return None
+        return f"{what}; likely cause: {cause}" if (cause := likely_cause(self._model)) else what
