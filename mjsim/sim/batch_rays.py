@@ -1,41 +1,23 @@
 """Rays of a sensor that turns while it and everything else moves: each batch of them has a state of its own."""
 
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Self
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
-from mjsim.sim.rays import SOLID, Rays
+from mjsim.sim.rays import SOLID, RayHits, Rays
 from mjsim.sim.standing import Standing, has_embree, is_clear
 
 TINY = 1e-12
 """A ray along a face has at least this share across it."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RayHits:
-    """What rays meet first, one row a ray."""
-
-    distances: Array
-    """+inf where nothing is met, shape (n,) [m]."""
-    geoms: NDArray[np.int32]
-    """-1 for none, shape (n,)."""
-    facing: Array
-    """Cosine between ray and surface normal, shape (n,)."""
-    unsure: NDArray[np.bool_]
-    """Whether something round, or with more corners than a box, may be met before; MuJoCo knows, shape (n,)."""
-
-    def __getitem__(self, batch: slice) -> Self:
-        """Return views of some rows."""
-        return type(self)(self.distances[batch], self.geoms[batch], self.facing[batch], self.unsure[batch])
-
-
 class BatchRays:
-    """Casts all rays of a turn: Embree at what stands still, MuJoCo where the shape is neither flat nor a box.
+    """Casts all rays of a turn: Embree at what stays where it is, MuJoCo where the shape is neither flat nor a box.
+
+    What may move, and did not during a turn, makes a second scene, collected again after any of it has moved.
 
     Without Embree (`pip install 'mjsim[embree]'`) MuJoCo casts all.
     """
@@ -57,10 +39,15 @@ class BatchRays:
         self._rays = Rays(model, self._data, robot, most=int(np.diff(edges).max()), carrier=carrier)
         self._place, self._turned = mount[:3, 3], mount[:3, :3]
         self._starts, self._directions = np.empty((edges[-1], 3)), np.empty((edges[-1], 3))
-        self._own: NDArray[np.bool_] = model.body_rootid[model.geom_bodyid] == model.body(f"{robot}/base").id
-        moves = (model.body_weldid[model.geom_bodyid] != 0) & ~self._own & ~is_clear(model)
-        self._movers: NDArray[np.int64] = np.flatnonzero(moves)
-        self._groups: NDArray[np.int32] | None = None
+        own = model.body_rootid[model.geom_bodyid] == model.body(f"{robot}/base").id
+        moves = model.body_weldid[model.geom_bodyid] != 0
+        self._fixed: NDArray[np.int64] = np.flatnonzero(~moves & ~own & ~is_clear(model))
+        self._movers: NDArray[np.int64] = np.flatnonzero(moves & ~own & ~is_clear(model))
+        count = len(self._batches), len(self._movers)
+        self._places, self._axes = np.empty((*count, 3)), np.empty((*count, 9))
+        self._eyes, self._ahead = np.empty((count[0], 3)), np.empty((count[0], 3))
+        self._beams: Array | None = None
+        self._known: dict[str, tuple[bytes, Standing]] = {}
         self._has_embree = has_embree()
 
     def cast(self, beams: Array, states: Array, *, limit: float) -> RayHits:
@@ -71,93 +58,100 @@ class BatchRays:
             states: MuJoCo's positions at each batch, shape (batches, nq).
             limit: What is farther is not met [m].
         """
-        for batch, state in zip(self._batches, states, strict=True):
-            self._aim(batch, beams, state)
-        hits = self._at_standing(limit)
-        for batch, state in zip(self._batches, states, strict=True):
-            if batch.start < batch.stop:
-                self._at_others(batch, state, hits[batch], limit)
+        if beams is not self._beams:
+            self._beams, self._cones = beams, [_cone(beams[batch]) for batch in self._batches]
+        for number, state in enumerate(states):
+            self._aim(number, beams, state)
+        near: list[list[int]] = [[]] * len(states)
+        if not self._has_embree:
+            hits = RayHits.nothing(len(self._starts), unsure=True)
+        else:
+            solid = SOLID[self._model.geom_group].astype(bool)
+            resting = solid[self._movers] & self._stay()
+            hits = self._standing("fixed", self._fixed[solid[self._fixed]], b"", limit)
+            if resting.any():
+                poses = self._places[0, resting].tobytes() + self._axes[0, resting].tobytes()
+                hits.add(self._standing("resting", self._movers[resting], poses, limit))
+            near = self._near(np.flatnonzero(solid[self._movers] & ~resting), limit)
+        for number, batch in enumerate(self._batches):
+            for mover in near[number]:
+                self._at_mover(number, mover, hits[batch])
+            self._at_round(number, states[number], hits[batch], limit)
         return hits
 
     def _bring_up(self, state: Array) -> None:
         self._data.qpos[:] = state
         mujoco.mj_kinematics(self._model, self._data)
 
-    def _aim(self, batch: slice, beams: Array, state: Array) -> None:
-        """Note where the rays of a batch start and point."""
+    def _aim(self, number: int, beams: Array, state: Array) -> None:
+        """Note where the rays of a batch start and point, and where what may move is meanwhile."""
         self._bring_up(state)
         place, axes = self._rays.pose()
-        self._starts[batch] = place + axes @ self._place
-        np.matmul(beams[batch], (axes @ self._turned).T, out=self._directions[batch])
+        batch, turned = self._batches[number], axes @ self._turned
+        self._starts[batch] = self._eyes[number] = place + axes @ self._place
+        np.matmul(beams[batch], turned.T, out=self._directions[batch])
+        self._ahead[number] = turned @ self._cones[number][0]
+        self._places[number] = self._data.geom_xpos[self._movers]
+        self._axes[number] = self._data.geom_xmat[self._movers]
 
-    def _at_standing(self, limit: float) -> RayHits:
-        """Return what rays meet of what stands still."""
-        count = len(self._starts)
-        if not self._has_embree:
-            nothing = np.full(count, np.inf), np.full(count, -1, dtype=np.int32), np.zeros(count)
-            return RayHits(*nothing, unsure=np.ones(count, dtype=bool))
-        standing = self._standing()
-        distances, met = standing.cast(self._starts, self._directions)
-        normals = np.append(standing.normals, np.zeros((1, 3)), axis=0)[met]
-        distances[distances > limit] = np.inf
-        return RayHits(
-            distances,
-            geoms=np.append(standing.geom_of, np.int32(-1))[met],
-            facing=np.abs(np.einsum("ij,ij->i", normals, self._directions)),
-            unsure=np.append(standing.is_round, False)[met],
-        )
+    def _stay(self) -> NDArray[np.bool_]:
+        """Return which of the movers keep their pose to the last bit for the whole turn, with the sensor outside."""
+        same = (self._places == self._places[0]).all(axis=(0, 2)) & (self._axes == self._axes[0]).all(axis=(0, 2))
+        away = np.linalg.norm(self._places - self._eyes[:, None], axis=2).min(axis=0)
+        stay: NDArray[np.bool_] = same & (away > self._model.geom_rbound[self._movers])
+        return stay
 
-    def _at_others(self, batch: slice, state: Array, hits: RayHits, limit: float) -> None:
-        """Put in what the rays of a batch meet of what moves, and what MuJoCo alone can tell."""
-        self._bring_up(state)
-        directions = self._directions[batch]
-        if self._has_embree:
-            for mover in self._near(self._starts[batch.start], directions, limit).tolist():
-                self._at_mover(mover, self._starts[batch.start], directions, hits)
+    def _standing(self, name: str, geoms: NDArray[np.int64], poses: bytes, limit: float) -> RayHits:
+        """Return what rays meet of geoms that stay in place, collected again when others do, or elsewhere."""
+        key = geoms.tobytes() + poses
+        if name not in self._known or self._known[name][0] != key:
+            self._known[name] = key, Standing(self._model, self._data, geoms)
+        return self._known[name][1].cast(self._starts, self._directions, limit=limit)
+
+    def _at_round(self, number: int, state: Array, hits: RayHits, limit: float) -> None:
+        """Put in what the rays of a batch meet where MuJoCo alone can tell."""
         rows = np.flatnonzero(hits.unsure)
         if rows.size:
-            asked = directions[rows]
-            hits.distances[rows] = self._rays.cast(self._starts[batch.start], asked, limit=limit)
+            self._bring_up(state)
+            asked = self._directions[self._batches[number]][rows]
+            hits.distances[rows] = self._rays.cast(self._eyes[number], asked, limit=limit)
             hits.geoms[rows], normals = self._rays.met(len(rows))
             hits.facing[rows] = np.abs(np.einsum("ij,ij->i", normals, asked))
 
-    def _near(self, start: Array, directions: Array, limit: float) -> NDArray[np.int64]:
-        """Return the geoms that move and whose bounding sphere lies in reach of the cone around these rays."""
-        model, movers = self._model, self._movers
-        to, radii = self._data.geom_xpos[movers] - start, model.geom_rbound[movers]
-        away = np.maximum(np.linalg.norm(to, axis=1), TINY)
-        axis = directions.sum(axis=0)
-        axis /= max(float(np.linalg.norm(axis)), TINY)
-        widest = np.arccos(np.clip((directions @ axis).min(), -1.0, 1.0))
-        off = np.arccos(np.clip(to @ axis / away, -1.0, 1.0)) - np.arcsin(np.clip(radii / away, 0.0, 1.0))
-        solid = SOLID[model.geom_group[movers]].astype(bool)
-        near: NDArray[np.int64] = movers[solid & (away - radii < limit) & ((off <= widest) | (away <= radii))]
-        return near
+    def _near(self, moving: NDArray[np.intp], limit: float) -> list[list[int]]:
+        """Return of each batch those movers whose bounding sphere lies in reach of the cone around its rays."""
+        to, radii = self._places[:, moving] - self._eyes[:, None], self._model.geom_rbound[self._movers[moving]]
+        away = np.maximum(np.linalg.norm(to, axis=2), TINY)
+        aside = np.arccos(np.clip(np.einsum("bmi,bi->bm", to, self._ahead) / away, -1.0, 1.0))
+        off = aside - np.arcsin(np.clip(radii / away, 0.0, 1.0))
+        widest = np.array([widest for _, widest in self._cones])[:, None]
+        near = (away - radii < limit) & ((off <= widest) | (away <= radii))
+        return [moving[row].tolist() for row in near]
 
-    def _at_mover(self, mover: int, start: Array, directions: Array, hits: RayHits) -> None:
+    def _at_mover(self, number: int, mover: int, hits: RayHits) -> None:
         """Put in what rays meet of a box that moves; note who may meet a mover that is none."""
-        model, axes = self._model, self._data.geom_xmat[mover].reshape(3, 3)
-        to = self._data.geom_xpos[mover] - start
-        ahead, radius = directions @ to, model.geom_rbound[mover]
+        model, geom, axes = self._model, self._movers[mover], self._axes[number, mover].reshape(3, 3)
+        to, directions = self._places[number, mover] - self._eyes[number], self._directions[self._batches[number]]
+        ahead, radius = directions @ to, model.geom_rbound[geom]
         rows = np.flatnonzero((ahead > -radius) & (to @ to - ahead**2 <= radius**2) & (ahead - radius < hits.distances))
         if not rows.size:
             return
-        center, half = model.geom_aabb[mover, :3], model.geom_aabb[mover, 3:]
+        center, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
         local = directions[rows] @ axes
         distances, facing = box_met(-to @ axes - center, local, half)
         nearer = distances < hits.distances[rows]
         rows = rows[nearer]
-        if model.geom_type[mover] != mujoco.mjtGeom.mjGEOM_BOX:
+        if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_BOX:
             hits.unsure[rows] = True
             return
-        hits.distances[rows], hits.geoms[rows], hits.facing[rows] = distances[nearer], mover, facing[nearer]
+        hits.distances[rows], hits.geoms[rows], hits.facing[rows] = distances[nearer], geom, facing[nearer]
 
-    def _standing(self) -> Standing:
-        """Return what stands still, collected again after something was taken away."""
-        if self._groups is None or not np.array_equal(self._groups, self._model.geom_group):
-            self._groups = self._model.geom_group.copy()
-            self._found = Standing(self._model, self._data, without=self._own)
-        return self._found
+
+def _cone(beams: Array) -> tuple[Array, float]:
+    """Return the axis of a cone around beams, shape (3,), and how far they are off it [rad]; -inf for no beams."""
+    axis = beams.sum(axis=0)
+    axis /= max(float(np.linalg.norm(axis)), TINY)
+    return axis, float(np.arccos(np.clip((beams @ axis).min(), -1.0, 1.0))) if len(beams) else -np.inf
 
 
 def box_met(start: Array, directions: Array, half: Array) -> tuple[Array, Array]:

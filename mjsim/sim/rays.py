@@ -1,5 +1,8 @@
 """Rays from one point of a robot: how far it is to walls, things and other robots."""
 
+from dataclasses import dataclass
+from typing import Self
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +15,36 @@ STRAIGHT = 1e-12
 """The cosine of half a turn may be off by this."""
 HIDDEN = 5
 """Geom group of what is left out for the time of one look."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RayHits:
+    """What rays meet first, one row a ray."""
+
+    distances: Array
+    """+inf where nothing is met, shape (n,) [m]."""
+    geoms: NDArray[np.int32]
+    """-1 for none, shape (n,)."""
+    facing: Array
+    """Cosine between ray and surface normal, shape (n,)."""
+    unsure: NDArray[np.bool_]
+    """Whether something round, or with more corners than a box, may be met before; MuJoCo knows, shape (n,)."""
+
+    @classmethod
+    def nothing(cls, count: int, *, unsure: bool = False) -> Self:
+        """Return hits of rays that meet nothing, or of which nothing is known."""
+        free = np.full(count, np.inf), np.full(count, -1, dtype=np.int32), np.zeros(count)
+        return cls(*free, unsure=np.full(count, unsure))
+
+    def __getitem__(self, batch: slice) -> Self:
+        """Return views of some rows."""
+        return type(self)(self.distances[batch], self.geoms[batch], self.facing[batch], self.unsure[batch])
+
+    def add(self, others: Self) -> None:
+        """Put in what the same rays meet of other things, where that is nearer."""
+        rows = np.flatnonzero(others.distances < self.distances)
+        self.distances[rows], self.geoms[rows] = others.distances[rows], others.geoms[rows]
+        self.facing[rows], self.unsure[rows] = others.facing[rows], others.unsure[rows]
 
 
 class Fan:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
-from mjsim.sim.rays import SOLID
+from mjsim.sim.rays import RayHits
 
 WIDE = 2000.0
 """Half the side of a floor without end [m]."""
@@ -26,52 +26,50 @@ FLAT = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.m
 
 
 class Standing:
-    """The solid things of a compiled world that do not move, and rays at them.
+    """Things that stay where they are, and rays at them.
 
     Boxes, planes and meshes are met exactly. A shape that is round stands in its bounding box: whoever meets that has
     to ask MuJoCo.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, *, without: NDArray[np.bool_]) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, geoms: NDArray[np.int64]) -> None:
         """Collect the triangles.
 
         Args:
             model: The compiled world.
             data: A state of it after `mj_kinematics`.
-            without: Whether a geom is left out, shape (ngeom,).
+            geoms: Numbers of what is there.
         """
-        solid = SOLID[model.geom_group].astype(bool) & ~is_clear(model) & ~without
-        self.geoms: NDArray[np.int64] = np.flatnonzero(solid & (model.body_weldid[model.geom_bodyid] == 0))
-        """Numbers of what is there."""
-        shapes = [_triangles(model, data, geom) for geom in self.geoms.tolist()]
+        shapes = [_triangles(model, data, geom) for geom in geoms.tolist()]
         corners = np.concatenate([np.zeros((0, 3, 3)), *shapes])
-        self.geom_of: NDArray[np.int32] = np.repeat(self.geoms, [len(shape) for shape in shapes]).astype(np.int32)
-        """Of each triangle, shape (triangles,)."""
-        self.is_round = ~np.isin(model.geom_type[self.geom_of], FLAT)
-        """Whether a triangle only tells that something may be met there, shape (triangles,)."""
+        of_triangles = np.repeat(geoms, [len(shape) for shape in shapes])
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        self.normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-        """Of each triangle, shape (triangles, 3)."""
-        self._heights = np.einsum("ij,ij->i", self.normals, corners[:, 0])
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+        heights = np.einsum("ij,ij->i", normals, corners[:, 0])
+        # Of each triangle, and last of none, which a ray that meets nothing has by the index -1.
+        self._geoms = np.append(of_triangles, -1).astype(np.int32)
+        self._is_round = np.append(~np.isin(model.geom_type[of_triangles], FLAT), False)
+        self._normals, self._heights = np.append(normals, np.zeros((1, 3)), axis=0), np.append(heights, 0.0)
         self._meet = _embree(corners) if len(corners) else None
 
-    def cast(self, starts: Array, directions: Array) -> tuple[Array, NDArray[np.int32]]:
-        """Return how far rays go, +inf where they meet nothing, shape (n,) [m], and which triangle they meet, -1.
+    def cast(self, starts: Array, directions: Array, *, limit: float) -> RayHits:
+        """Return what rays meet.
 
         Args:
             starts: World frame, shape (n, 3) [m].
             directions: Unit vectors, world frame, shape (n, 3).
+            limit: What is farther is not met [m].
         """
         if self._meet is None:
-            return np.full(len(starts), np.inf), np.full(len(starts), -1, dtype=np.int32)
+            return RayHits.nothing(len(starts))
         met = self._meet(starts, directions)
-        distances = np.full(len(starts), np.inf)
-        rows = np.flatnonzero(met >= 0)
-        normals, heights = self.normals[met[rows]], self._heights[met[rows]]
         # Embree finds the triangle in single precision; where the ray meets its plane is found again in double.
-        along = np.einsum("ij,ij->i", normals, directions[rows])
-        distances[rows] = (heights - np.einsum("ij,ij->i", normals, starts[rows])) / along
-        return distances, met
+        normals = self._normals[met]
+        along = np.einsum("ij,ij->i", normals, directions)
+        ahead = self._heights[met] - np.einsum("ij,ij->i", normals, starts)
+        distances = np.divide(ahead, along, out=np.full(len(starts), np.inf), where=met >= 0)
+        distances[distances > limit] = np.inf
+        return RayHits(distances, self._geoms[met], facing=np.abs(along), unsure=self._is_round[met])
 
 
 def is_clear(model: mujoco.MjModel) -> NDArray[np.bool_]:

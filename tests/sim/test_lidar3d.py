@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mjsim
+from mjsim.compile import compile_world
 from mjsim.errors import WorldError
 from mjsim.interface import Command, PointCloud
 from mjsim.sim import Simulation, batch_rays
@@ -82,6 +83,31 @@ def test_embree_and_mujoco_see_the_same_of_what_stands_turns_and_moves(keys, mon
     np.testing.assert_allclose(fast.points, slow.points, atol=1e-4)
     np.testing.assert_allclose(fast.intensities, slow.intensities, atol=1e-5)
     np.testing.assert_array_equal(fast.times, slow.times)
+
+
+def test_what_rests_is_met_where_it_rests_and_afterwards_where_it_rests_then(monkeypatch):
+    model = compile_world(room()).compile()
+    angles = np.linspace(-np.pi, np.pi, 720, endpoint=False)
+    beams = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=-1)
+    mount, edges = np.eye(4), np.arange(0, 721, 36)
+    mount[2, 3] = 0.6
+    cart = model.body("obstacle/cart")
+    place = model.joint(cart.jntadr[0]).qposadr[0]
+    states = np.tile(model.qpos0, (20, 1))
+    elsewhere, moving = states.copy(), states.copy()
+    elsewhere[:, place : place + 2] = [4.2, 4.6]
+    moving[:, place] += np.linspace(0.0, 0.3, 20)
+    found = []
+    for has_embree in (True, False):
+        monkeypatch.setattr(batch_rays, "has_embree", lambda has=has_embree: has)
+        rays = batch_rays.BatchRays(model, "scout", carrier="base", mount=mount, edges=edges)
+        turns = [rays.cast(beams, each, limit=50.0) for each in (states, elsewhere, moving, states)]
+        found.append([(hits.distances, hits.geoms, hits.facing) for hits in turns])
+    for fast, slow in zip(*found, strict=True):
+        np.testing.assert_array_equal(fast[1], slow[1])
+        np.testing.assert_allclose(fast[0], slow[0], atol=1e-6)
+        np.testing.assert_allclose(fast[2], slow[2], atol=1e-6)
+        assert (fast[1] == cart.geomadr[0]).sum() > 10
 
 
 def test_what_is_taken_away_is_seen_no_more():
