@@ -20,6 +20,8 @@ from mjsim.sim.still import StillScene
 from mjsim.sim.streams import streams_of
 from mjsim.world import Camera, Looks, World
 
+PORTRAYED = (215.0, -22.0)
+"""Azimuth and elevation from which portraits look: from ahead and the left [deg]."""
 EYE_LEVEL = 0.4
 """Height over the floor that a view from outside looks at [m]."""
 
@@ -96,6 +98,29 @@ class Onlooker(Closes):
                 self._widen(scene)
             return self._outside[key].render(scene.data, view)
         return self._outside[key].render(scene.data, _free_camera(view))
+
+    def portrait(self, *, width: int, height: int, quality: Quality = "high") -> Picture:
+        """Return all that stands on the floor, as large as it goes, from aside and above; RGB, (height, width, 3).
+
+        Raises:
+            UsageError: There is nothing on the floor.
+        """
+        scene = self._shown()
+        model = scene.model
+        seen = np.isin(model.geom_group, SEEN_FROM_OUTSIDE) & (model.geom_rgba[:, 3] > 0.0)
+        seen &= (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE) & (model.geom_type != mujoco.mjtGeom.mjGEOM_HFIELD)
+        geoms = [k for k in np.flatnonzero(seen).tolist() if model.geom(k).name != "floor"]
+        if not geoms:
+            raise UsageError("nothing stands on this floor; there is nothing to portray")
+        low, high = box_around(model, scene.data, geoms)
+        half = math.radians(float(model.vis.global_.fovy)) / 2.0
+        camera = mujoco.MjvCamera()
+        camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+        camera.lookat[:] = (low + high) / 2.0
+        camera.distance = float(np.linalg.norm(high - low)) / 2.0 / math.sin(half * min(1.0, width / height))
+        camera.azimuth, camera.elevation = PORTRAYED
+        renderer = Renderer(model, width=width, height=height, canvas=self._canvas(quality), groups=SEEN_FROM_OUTSIDE)
+        return renderer.render(scene.data, camera)
 
     def onboard(
         self, robot: str, camera: str, *, stamp: float = 0.0, depth: bool = False, segmentation: bool = False

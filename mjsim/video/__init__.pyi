@@ -10,4 +10,5 @@ from .mechanisms import body_outlines as body_outlines
 from .mechanisms import posed as posed
 from .sheet import Labels as Labels
 from .sheet import draw_world as draw_world
+from .still import portrait as portrait
 from .still import take_picture as take_picture

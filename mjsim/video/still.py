@@ -5,12 +5,32 @@ from pathlib import Path
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.interface import Picture
 from mjsim.output import require_free
-from mjsim.sim import SEEN_FROM_OUTSIDE, Playback, Simulation
+from mjsim.sim import SEEN_FROM_OUTSIDE, Onlooker, Playback, Simulation
 from mjsim.video.ink import write_picture
 from mjsim.video.layout import HEIGHT, WIDTH
 from mjsim.world import Camera, World
 
 OVERVIEW, CHASE = "overview", "chase"
+
+
+def portrait(world: World, *, width: int, height: int) -> Picture:
+    """Return all that stands on the floor of a world at its start, as large as it goes, RGB, (height, width, 3).
+
+    Args:
+        world: With what is portrayed, and nothing else.
+        width: [px]
+        height: [px]
+
+    Raises:
+        UsageError: There is nothing on the floor.
+        OpenGLError: Nothing can be drawn on this machine.
+    """
+    # The state is that of robots which have come to rest on their wheels.
+    with Simulation(world) as sim:
+        qpos, _ = sim.state()
+    with Onlooker(world) as onlooker:
+        onlooker.show(qpos, None)
+        return onlooker.portrait(width=width, height=height)
 
 
 def take_picture(world: World, camera: str, path: Path | None = None, *, overwrite: bool = False) -> Picture:
@@ -56,7 +76,6 @@ def _seen_onboard(world: World, camera: str) -> Picture:
 
 
 def _seen_from_outside(world: World, camera: str) -> Picture:
-    # The state is that of robots which have come to rest on their wheels.
     with Simulation(world) as sim:
         qpos, _ = sim.state()
         events = sim.happened()

@@ -20,6 +20,7 @@ from mjsim.web.local import HEADERS
 from mjsim.web.modules import modules_in
 from mjsim.web.parsed import Read, parsed
 from mjsim.web.pictures import MOST_BYTES, bring_picture, small_picture
+from mjsim.web.portraits import Portraits, text_of
 from mjsim.web.poses import PoseAsk, pose_json
 from mjsim.web.preview import Preview, PreviewRequest
 from mjsim.web.requests import Drivers, with_drivers
@@ -113,7 +114,7 @@ class EditApi:
             saved: Called when a file was written.
         """
         self._folder, self._trust, self._world, self._saved = folder, trust, world, saved
-        self._preview, self._solids = Preview(), Scene3dShelf()
+        self._preview, self._solids, self._portraits = Preview(), Scene3dShelf(), Portraits()
         self._seen: tuple[tuple[str, str], World, Signs] | None = None
         self.routes: Sequence[BaseRoute] = [
             Route("/api/folder", asked(self._list), methods=["GET"]),
@@ -132,6 +133,7 @@ class EditApi:
             Route("/api/scene", posted(TextAsk, self._scene), methods=["POST"]),
             Route("/api/upload", self._upload, methods=["POST"]),
             Route("/api/picture", asked(self._picture), methods=["GET"]),
+            Route("/api/portrait", asked(self._portrait), methods=["GET"]),
         ]
 
     def close(self) -> None:
@@ -235,6 +237,22 @@ class EditApi:
         if not size.isdecimal() or len(size) > 6:
             raise RefusedError(400, f"size is {size:.20}; it must be a number of pixels")
         data = small_picture(self._folder, given.get("path", ""), size=int(size), world=given.get("world"))
+        return Response(data, media_type="image/jpeg", headers={**HEADERS, "Cache-Control": "private, max-age=60"})
+
+    def _portrait(self, request: Request) -> Response:
+        """Return the answer that is a picture of a model, a robot or an arm by itself."""
+        given = request.query_params
+        path, name = given.get("world", ""), given.get("name", "")
+        text = text_of(given.get("kind", ""), name)
+
+        def world() -> World:
+            found = self.world_of(path, text)
+            self._trust.check(found)
+            return found
+
+        where = str(source_of(self._folder, path).folder)
+        signs = signs_of(self._folder, path, [name, f"{name}.yaml"])
+        data = self._portraits.picture(text, where=where, signs=signs, world=world)
         return Response(data, media_type="image/jpeg", headers={**HEADERS, "Cache-Control": "private, max-age=60"})
 
     def _parsed_json(self, path: str, text: str, *, read: Read | None = None) -> Json:

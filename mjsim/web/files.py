@@ -33,17 +33,18 @@ PICTURES = (".jpg", ".jpeg", ".png")
 MOST_FILES, DEEPEST = 5000, 6
 """Looked through below the folder."""
 _WORLD = re.compile(rb"^mjsim[ \t]*:", re.MULTILINE)
+_MODEL = re.compile(rb"<(mujoco|robot)[\s>]")
 _HEAD = 16_384
 """A world says so in its first bytes."""
 _PASSED_OVER = ("node_modules", "__pycache__", "site-packages")
 
 
 def listed(folder: Folder) -> Json:
-    """Return the worlds, recordings, sweeps and pictures of a folder and below it, and what comes with mjsim."""
-    worlds, recordings, sweeps, pictures = [], [], [], []
+    """Return the worlds, recordings, sweeps, pictures and models in and below a folder, and what comes with mjsim."""
+    worlds, recordings, sweeps, pictures, models = [], [], [], [], []
     for path in files_below(folder.root):
         name, kind = folder.name(path), path.suffix.lower()
-        if kind in (".yaml", ".yml") and _is_world(path):
+        if kind in (".yaml", ".yml") and _says(path, _WORLD):
             worlds.append(name)
         elif kind == ".mcap":
             recordings.append(name)
@@ -51,7 +52,9 @@ def listed(folder: Folder) -> Json:
             sweeps.append(folder.name(path.parent))
         elif kind in PICTURES and not name.startswith("out/"):
             pictures.append(name)
-    found = {"worlds": worlds, "recordings": recordings, "sweeps": sweeps, "pictures": pictures}
+        elif kind in MODELS and not name.startswith("out/") and _says(path, _MODEL):
+            models.append(name)
+    found = {"worlds": worlds, "recordings": recordings, "sweeps": sweeps, "pictures": pictures, "models": models}
     return {"folder": str(folder.root), **{kind: sorted(names) for kind, names in found.items()}, "shipped": shipped()}
 
 
@@ -217,10 +220,11 @@ def files_below(root: Path) -> Iterator[Path]:
                 yield Path(entry.path)
 
 
-def _is_world(path: Path) -> bool:
+def _says(path: Path, word: re.Pattern[bytes]) -> bool:
+    """Return whether the beginning of a file says what it is."""
     try:
         with path.open("rb") as file:
-            return _WORLD.search(file.read(_HEAD)) is not None
+            return word.search(file.read(_HEAD)) is not None
     except OSError:
         return False
 

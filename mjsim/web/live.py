@@ -79,6 +79,7 @@ class LiveView(Closes):
 
     def _folder(self, _: Request) -> dict[str, Any]:
         """Return what the page asks for first: that there is nothing here but this run."""
-        shipped: dict[str, Any] = {kind: [] for kind in ("worlds", "pictures", "presets", "templates")} | {"about": {}}
-        files: dict[str, Any] = {kind: [] for kind in ("worlds", "recordings", "sweeps", "pictures")}
+        kinds = ("worlds", "pictures", "models", "arms", "presets", "templates")
+        shipped: dict[str, Any] = {kind: [] for kind in kinds} | {"about": {}}
+        files: dict[str, Any] = {kind: [] for kind in ("worlds", "recordings", "sweeps", "pictures", "models")}
         return {"folder": "", **files, "shipped": shipped, "world": self._world.name, "mode": "live"}

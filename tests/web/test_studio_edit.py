@@ -389,3 +389,30 @@ def test_a_world_built_in_python_has_items_too():
     assert (robot["at"], robot["written"], robot["fixed"], robot["line"]) == ([1.0, 2.0], [], None, 1)
     assert math.isclose(robot["heading_deg"], 45.0)
     assert json.dumps(robot)
+
+
+@pytest.mark.slow
+def test_models_robots_and_arms_are_portrayed_by_themselves_and_anew_when_their_file_changes(folder, client):
+    stool = '<mujoco><worldbody><geom type="cylinder" size="0.2 0.25" pos="0 0 0.25" rgba="{} 1"/></worldbody></mujoco>'
+    for colour in ("1 0 0", "0 0 1"):
+        (folder / "stool.xml").write_text(stool.format(colour))
+        answer = client.get("/api/portrait?kind=model&name=stool.xml&world=room.yaml")
+        assert answer.headers["content-type"] == "image/jpeg"
+        picture = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR_RGB).astype(int)
+        assert picture.shape == (180, 240, 3)
+        first, last = picture[..., 0] - picture[..., 2], 100
+        middle = first[60:120, 90:150]
+        assert (middle > last if colour == "1 0 0" else middle < -last).mean() > 0.8
+        assert (np.abs(first[:, :20]) < last).all()  # whole: nothing of it reaches the edge
+    for query in ("kind=robot&name=create3", "kind=arm&name=puma560"):
+        assert client.get(f"/api/portrait?{query}").status_code == 200
+    (folder / "stool.xml").unlink()
+    for query, status, said in (
+        ("kind=lamp&name=x", 400, "no pictures of kind 'lamp'; there are model, robot, arm"),
+        ("kind=model&name=gone.xml", 409, "gone.xml"),
+        ("kind=model&name=../secret.xml", 409, "../secret.xml"),
+        ("kind=robot&name=create", 409, "did you mean 'create3'"),
+    ):
+        answer = client.get(f"/api/portrait?{query}")
+        assert answer.status_code == status
+        assert said in answer.json()["error"]

@@ -221,7 +221,8 @@ def test_a_file_that_changed_on_disk_is_not_overwritten_unasked(sheet, tmp_path)
 
 def test_the_page_offers_each_kind_of_sensor_as_the_schema_has_it(sheet, tmp_path):
     sheet.press("r")
-    sheet.page.get_by_label("Preset").select_option("turtlebot3_burger")
+    sheet.page.get_by_title("Choose a robot").click()
+    sheet.page.get_by_title("turtlebot3_burger", exact=True).click()
     sheet.page.get_by_label("camera", exact=True).uncheck()
     sheet.page.get_by_label("encoders", exact=True).check()
     sheet.page.get_by_label("uwb", exact=True).check()

@@ -62,7 +62,8 @@ def draw_a_room(sheet: Sheet) -> None:
     sheet.click(2.9, 0)
     sheet.reads("posters/cat.jpg")
     sheet.press("r")
-    sheet.page.get_by_label("Preset").select_option("create3")
+    sheet.page.get_by_title("Choose a robot").click()
+    sheet.page.get_by_title("create3", exact=True).click()
     sheet.drag((-1, 0), (1, 0))
     sheet.reads("preset: create3")
 

@@ -4,9 +4,11 @@ import pytest
 from playwright.sync_api import expect
 
 from mjsim.world import check_world, load_world
+from tests.windows import PATIENCE
 
 pytestmark = pytest.mark.slow
 
+STOOL = '<mujoco><worldbody><geom type="cylinder" size="0.2 0.25" pos="0 0 0.25"/></worldbody></mujoco>'
 ROOM = """\
 mjsim: 1
 name: room
@@ -26,10 +28,24 @@ def test_every_kind_of_thing_is_put_down(sheet, tmp_path):
         expect(sheet.page.locator(".outline-row[aria-selected=true]")).to_have_count(1)
         expect(sheet.page.locator(".problems")).to_have_text("No problems")
     kind.select_option("Model")
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "stool.xml").write_text(STOOL)
+    (tmp_path / "own" / "other.xml").write_text("<html/>")
     sheet.page.get_by_title("Choose a model").click()
     cards = sheet.page.get_by_role("dialog").locator(".card")
-    expect(cards.locator("polygon")).to_have_count(5)
-    cards.filter(has_text="shelf.urdf").click()
+    expect(cards).to_have_count(6)
+    # Each is drawn, or its place says that it is not; the search leaves what it finds, and arrows go to it.
+    drawn = "() => [...document.querySelectorAll('.gallery img')].every(each => each.naturalWidth === 240)"
+    sheet.page.wait_for_function(drawn, timeout=PATIENCE)
+    sheet.page.keyboard.type("own stool")
+    expect(cards.locator("visible=true")).to_have_text(["stoolown/stool.xml"])
+    sheet.page.get_by_label("Search").and_(sheet.page.get_by_role("dialog").locator("input")).fill("nothing")
+    expect(sheet.page.get_by_role("dialog")).to_contain_text("Nothing is called 'nothing'; clear the search")
+    sheet.page.keyboard.press("Control+a")
+    sheet.page.keyboard.type("SHELF")
+    sheet.page.keyboard.press("ArrowDown")
+    expect(cards.filter(has_text="shelf")).to_be_focused()
+    sheet.page.keyboard.press("Enter")
     sheet.drag((14, 5), (14, 7))
     sheet.reads("model: furniture/shelf.urdf, at: [14, 5], heading_deg: 90")
     kind.select_option("Ramp")

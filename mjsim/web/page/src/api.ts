@@ -100,6 +100,8 @@ export interface Folder {
   /** Folders of what `mjsim sweep` left. */
   sweeps: string[];
   pictures: string[];
+  /** Files of MJCF and URDF. */
+  models: string[];
   world: string | null;
   mode: "studio" | "live";
   shipped: {
@@ -259,6 +261,12 @@ export const api = {
     const asked = new URLSearchParams({ path, size: String(size), ...(world ? { world } : {}) });
     if (this.version) asked.set("version", String(this.version));
     return `/api/picture?${asked}`;
+  },
+  /** Address of a picture of a thing by itself, as a world of this path names it. */
+  portrait(kind: "model" | "robot" | "arm", name: string, world: string | null): string {
+    const asked = new URLSearchParams({ kind, name, ...(world ? { world } : {}) });
+    if (this.version) asked.set("version", String(this.version));
+    return `/api/portrait?${asked}`;
   },
   /** Put a picture beside a world; `path` is what the world then calls it. */
   upload: async (file: File, world: string | null) => {

@@ -2,7 +2,8 @@
 
 import type { Path, Values } from "../api";
 import { el } from "../dom";
-import { chooseModel } from "../panel/models";
+import { chooseArm, chooseModel, chooser } from "../panel/gallery";
+import type { Studio } from "../shell/view";
 import type { Editor } from "./editor";
 import { type Make, PlaceTool, roundMaker, sizedMaker, turnedMaker } from "./place_tool";
 
@@ -67,19 +68,18 @@ export class MoreThings {
       this.kind = name;
       again();
     });
-    if (this.kind === "model") return [kind, this.modelButton(again)];
-    if (this.kind !== "arm") return [kind];
-    const { arms } = this.editor.studio.folder.shipped;
-    return [kind, options("Preset", arms.map((name) => [name, name]), this.choice.arm, (name) => (this.choice.arm = name))];
+    if (this.kind !== "model" && this.kind !== "arm") return [kind];
+    return [kind, this.kind === "model" ? this.button("model", "Choose a model", chooseModel, again) : this.button("arm", "Choose an arm", chooseArm, again)];
   }
 
-  private modelButton(again: () => void): HTMLElement {
+  /** Shows what is chosen, and lets choose another. */
+  private button(form: keyof Choice, title: string, ask: (studio: Studio) => Promise<string | null>, again: () => void): HTMLElement {
+    const { studio } = this.editor;
     const choose = async (): Promise<void> => {
-      this.choice.model = (await chooseModel(this.editor.studio)) ?? this.choice.model;
+      this.choice[form] = (await ask(studio)) ?? this.choice[form];
       again();
     };
-    const name = this.choice.model.replace(/^.*\//, "");
-    return el("button", { class: "pick", title: "Choose a model", onclick: () => void choose() }, el("span", { class: "path" }, name));
+    return chooser(studio, form, this.choice[form], title, () => void choose());
   }
 }
 

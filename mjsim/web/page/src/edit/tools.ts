@@ -3,6 +3,7 @@
 import type { Values } from "../api";
 import { el, fill, icon } from "../dom";
 import type { Tool } from "../plan/gestures";
+import { chooser, chooseRobot } from "../panel/gallery";
 import { choosePicture } from "../panel/pictures";
 import type { SchemaBook } from "../panel/schema";
 import { ICONS } from "../shell/icons";
@@ -234,18 +235,17 @@ export class Tools {
   }
 
   private robotChoices(): HTMLElement[] {
-    const { presets } = this.editor.studio.folder.shipped;
-    const options = presets.map(({ name, about }) =>
-      el("option", { value: name, selected: name === this.preset, title: about }, name),
-    );
-    const select = el("select", { "aria-label": "Preset" }, ...options);
-    select.addEventListener("change", () => (this.preset = select.value));
+    const { studio } = this.editor;
+    const choose = async (): Promise<void> => {
+      this.preset = (await chooseRobot(studio)) ?? this.preset;
+      this.drawStrip();
+    };
     const boxes = [...this.offered.keys()].map((name) => {
       const box = el("input", { type: "checkbox", checked: this.sensors.has(name) });
       box.addEventListener("change", () => (box.checked ? this.sensors.add(name) : this.sensors.delete(name)));
       return el("label", { class: "check" }, box, name);
     });
-    return [select, ...boxes];
+    return [chooser(studio, "robot", this.preset, "Choose a robot", () => void choose()), ...boxes];
   }
 
   private beacon(): { name: string; value: Values } {

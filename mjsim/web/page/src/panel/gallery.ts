@@ -1,0 +1,123 @@
+/** Choosing one of many by its picture: models, robots and arms, with a search. */
+
+import { el, type Child } from "../dom";
+import { askWith } from "../shell/dialog";
+import type { Studio } from "../shell/view";
+
+/** What can be chosen. */
+interface Entry {
+  /** As the world's text has it. */
+  value: string;
+  name: string;
+  about: string;
+}
+
+type Kind = "model" | "robot" | "arm";
+
+/** Let the person choose a model; null when they would rather not. */
+export async function chooseModel(studio: Studio): Promise<string | null> {
+  await studio.refresh(); // models may have come into the folder meanwhile
+  const { folder, document } = studio;
+  const base = (document.path ?? "").replace(/[^/]*$/, "");
+  // A world names what lies beside it or below.
+  const own = folder.models.filter((path) => path.startsWith(base)).map((path) => path.slice(base.length));
+  return choose(studio, "model", "Choose a model", [
+    ["In this folder", own.map(modelEntry)],
+    ["Come with mjsim", folder.shipped.models.map(modelEntry)],
+  ]);
+}
+
+/** Let the person choose a preset of a robot; null when they would rather not. */
+export function chooseRobot(studio: Studio): Promise<string | null> {
+  const entries = studio.folder.shipped.presets.map(({ name, about }) => ({ value: name, name, about }));
+  return choose(studio, "robot", "Choose a robot", [["Come with mjsim", entries]]);
+}
+
+/** Let the person choose a preset of an arm; null when they would rather not. */
+export function chooseArm(studio: Studio): Promise<string | null> {
+  const entries = studio.folder.shipped.arms.map((name) => ({ value: name, name, about: "" }));
+  return choose(studio, "arm", "Choose an arm", [["Come with mjsim", entries]]);
+}
+
+/** A button that shows what is chosen, and opens what there is. */
+export function chooser(studio: Studio, kind: Kind, value: string, title: string, press: () => void): HTMLElement {
+  const name = el("span", { class: "path" }, value.replace(/^.*\//, ""));
+  const image = value ? el("img", { src: studio.api.portrait(kind, value, studio.document.path), alt: "" }) : null;
+  return el("button", { class: "pick", title, onclick: press }, image, name);
+}
+
+function modelEntry(path: string): Entry {
+  const name = path.replace(/^.*\//, "").replace(/\.\w+$/, "").replaceAll("_", " ");
+  return { value: path, name, about: path };
+}
+
+function choose(studio: Studio, kind: Kind, title: string, groups: [string, Entry[]][]): Promise<string | null> {
+  return askWith<string>(title, (answer) => {
+    const parts = groups.filter(([, entries]) => entries.length).map(([head, entries]) => new Group(head, entries, (entry) => card(studio, kind, entry, answer)));
+    const none = el("p", { class: "hint", role: "status" });
+    const search = el("input", { type: "search", class: "search", "aria-label": "Search", placeholder: "Search", autofocus: true });
+    search.addEventListener("input", () => {
+      const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
+      const found = parts.map((part) => part.narrow(words)).reduce((sum, count) => sum + count, 0);
+      none.textContent = found ? "" : `Nothing is called '${search.value}'; clear the search`;
+    });
+    const all = el("div", { class: "gallery" }, search, none, ...parts.flatMap((part) => part.elements));
+    all.addEventListener("keydown", (event) => walk(all, event));
+    return [all];
+  });
+}
+
+/** Cards under a heading; both go where a search leaves nothing. */
+class Group {
+  readonly elements: HTMLElement[];
+  private readonly cards: [HTMLElement, string][];
+
+  constructor(head: string, entries: Entry[], make: (entry: Entry) => HTMLElement) {
+    this.cards = entries.map((entry) => [make(entry), `${entry.name} ${entry.value} ${entry.about}`.toLowerCase()]);
+    const cards: Child[] = this.cards.map(([card]) => card);
+    this.elements = [el("p", { class: "list-title" }, head), el("div", { class: "cards" }, ...cards)];
+  }
+
+  /** Leave those that have all words; how many these are. */
+  narrow(words: string[]): number {
+    let count = 0;
+    for (const [card, said] of this.cards) {
+      card.hidden = !words.every((word) => said.includes(word));
+      count += Number(!card.hidden);
+    }
+    for (const element of this.elements) element.hidden = count === 0;
+    return count;
+  }
+}
+
+function card(studio: Studio, kind: Kind, entry: Entry, answer: (value: string) => void): HTMLElement {
+  const image = el("img", { src: studio.api.portrait(kind, entry.value, studio.document.path), alt: "", loading: "lazy" });
+  // What cannot be drawn is still there to be chosen, or to be found wrong by the check of the world.
+  image.addEventListener("error", () => image.replaceWith(el("span", { class: "hint no-portrait" }, "No picture")));
+  const about = entry.about ? el("span", { class: "hint" }, entry.about) : null;
+  return el("button", { type: "button", class: "card", title: entry.value, onclick: () => answer(entry.value) }, image, el("b", {}, entry.name), about);
+}
+
+/** Arrow keys go through the cards: along the row, and to the next one as they are seen. */
+function walk(all: HTMLElement, event: KeyboardEvent): void {
+  const cards = [...all.querySelectorAll<HTMLElement>(".card:not([hidden])")];
+  const now = cards.indexOf(document.activeElement as HTMLElement);
+  const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+  const rows = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+  if (now < 0 && event.key === "ArrowDown") cards[0]?.focus();
+  else if (now >= 0 && step) cards[now + step]?.focus();
+  else if (now >= 0 && rows) below(cards, now, rows)?.focus();
+  else return;
+  event.preventDefault();
+}
+
+/** The card above or below another. */
+function below(cards: HTMLElement[], now: number, rows: number): HTMLElement | undefined {
+  const here = (cards[now] as HTMLElement).getBoundingClientRect();
+  const others = cards.filter((card) => Math.sign(Math.round(card.getBoundingClientRect().top - here.top)) === rows);
+  const far = (card: HTMLElement): number => {
+    const { left, top } = card.getBoundingClientRect();
+    return Math.abs(left - here.left) + 10 * Math.abs(top - here.top);
+  };
+  return others.sort((one, other) => far(one) - far(other))[0];
+}

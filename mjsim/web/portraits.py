@@ -1,0 +1,66 @@
+"""Pictures of models, robots and arms by themselves, to choose from."""
+
+import json
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from typing import Literal, get_args
+
+from mjsim.video import portrait
+from mjsim.web.answers import RefusedError
+from mjsim.web.shots import jpeg
+from mjsim.web.watch import Signs
+from mjsim.world import World
+
+Kind = Literal["model", "robot", "arm"]
+SIZE = 240, 180
+"""Width and height of a picture [px]; twice as many as are seen of it on most screens."""
+KEPT = 200
+"""Pictures that are kept."""
+_WORLDS = {
+    "model": "obstacles: [{{model: {name}, at: [0, 0]}}]",
+    "robot": "robots: [{{name: it, preset: {name}, at: [0, 0], heading_deg: 0}}]",
+    "arm": "robots: [{{name: it, base: fixed, at: [0, 0], arms: [{{preset: {name}, at: [0, 0, 1.2]}}]}}]",
+}
+_TEXT = "mjsim: 1\nfloor: {{color: '#d8dce0'}}\n{things}\n"
+
+
+def text_of(kind: str, name: str) -> str:
+    """Return the text of a world with one thing.
+
+    Raises:
+        RefusedError: There are no things of this kind.
+    """
+    if kind not in get_args(Kind):
+        raise RefusedError(400, f"no pictures of kind '{kind:.20}'; there are {', '.join(get_args(Kind))}")
+    return _TEXT.format(things=_WORLDS[kind].format(name=json.dumps(name)))
+
+
+class Portraits:
+    """Draws one picture at a time, and keeps what it drew."""
+
+    def __init__(self) -> None:
+        """Have none."""
+        self._lock = threading.Lock()
+        self._kept: OrderedDict[tuple[object, ...], bytes] = OrderedDict()
+
+    def picture(self, text: str, *, where: str, signs: Signs, world: Callable[[], World]) -> bytes:
+        """Return a JPEG of what stands in a world.
+
+        Args:
+            text: Of the world.
+            where: Place from which it names files.
+            signs: Of these files.
+            world: Gives it.
+
+        Raises:
+            MjsimError: The world cannot be read, compiled or drawn.
+        """
+        key = text, where, tuple(sorted(signs.items()))
+        with self._lock:
+            if key not in self._kept:
+                self._kept[key] = jpeg(portrait(world(), width=SIZE[0], height=SIZE[1]))
+                if len(self._kept) > KEPT:
+                    self._kept.popitem(last=False)
+            self._kept.move_to_end(key)
+            return self._kept[key]
