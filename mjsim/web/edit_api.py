@@ -18,6 +18,7 @@ from mjsim.web.folder import Folder
 from mjsim.web.items import Json
 from mjsim.web.local import HEADERS
 from mjsim.web.modules import modules_in
+from mjsim.web.panel_schema import panel_schema
 from mjsim.web.parsed import Read, parsed
 from mjsim.web.pictures import MOST_BYTES, bring_picture, small_picture
 from mjsim.web.portraits import Portraits, text_of
@@ -28,7 +29,7 @@ from mjsim.web.scene_3d import Scene3dShelf
 from mjsim.web.sources import source_of_use
 from mjsim.web.trust import Trust
 from mjsim.web.watch import Signs, signs_of
-from mjsim.world import Change, UnwritableError, World, edited, items_in, panel_schema, parse_world
+from mjsim.world import Change, UnwritableError, World, edited, items_in, parse_world
 
 
 class OpenAsk(Ask):

@@ -175,7 +175,7 @@ from .items import with_values as with_values
 from .language import editor_schema as editor_schema
 from .language import expand as expand
 from .language import needs_expansion as needs_expansion
-from .language import panel_schema as panel_schema
+from .language import with_units as with_units
 from .language import world_schema as world_schema
 from .plan import MITRE_LIMIT as MITRE_LIMIT
 from .plan import SLICE as SLICE

@@ -4,6 +4,6 @@ from .expand import needs_expansion as needs_expansion
 from .merge import OPEN as OPEN
 from .repeats import Repeat as Repeat
 from .schema import editor_schema as editor_schema
-from .schema import panel_schema as panel_schema
+from .schema import with_units as with_units
 from .schema import world_schema as world_schema
 from .template import names_in as names_in

@@ -43,10 +43,10 @@ def editor_schema() -> Schema:
     return {**whole, "properties": properties, "$defs": kinds}
 
 
-def panel_schema() -> Schema:
-    """Return the same with a key `unit` at each field whose unit is known: 'm', 'deg', 's', 'Hz' and so on."""
-    schema: Schema = _with_units(editor_schema())
-    return schema
+def with_units(schema: Schema) -> Schema:
+    """Return a schema with a key `unit` at each field whose unit is known: 'm', 'deg', 's', 'Hz' and so on."""
+    found: Schema = _with_units(schema)
+    return found
 
 
 def _with_units(part: Any, name: str = "") -> Any:

@@ -1,0 +1,16 @@
+"""The schema of worlds from which the page makes its fields and hints."""
+
+import json
+from functools import cache
+
+from mjsim.web.items import Json
+from mjsim.world import with_units, worlds_folder
+
+
+@cache
+def panel_schema() -> Json:
+    """Return the schema of the text of worlds, with the unit of each field.
+
+    It is read from the file beside the shipped worlds: to make it anew from the models takes most of a second.
+    """
+    return with_units(json.loads((worlds_folder() / "mjsim.schema.json").read_text(encoding="utf-8")))
