@@ -5,11 +5,49 @@ what that lag would be: it aims at y + (b y' + y'') / k, with b = 1 / h and k = 
 derivatives are those of the steps of the physics, which are exact for them: the speed of step n is (y[n] - y[n-1]) / h.
 """
 
+from dataclasses import dataclass
+
 import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.world import Motion
+
+FASTEST = 1.0
+"""At which a joint goes where it is led to, unless it is faster then [rad/s, m/s],"""
+QUICKEST = 0.4
+"""and least time that it takes [s]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Blend:
+    """A way from one place to rest at another: a polynomial of the fifth degree, whose acceleration does not jump."""
+
+    begin: float
+    """[s]"""
+    seconds: float
+    """How long it takes [s]."""
+    factors: Array
+    """Of the powers 0 to 5 of the share of that time, shape (6,)."""
+
+    @classmethod
+    def to(cls, goal: float, *, begin: float, value: float, speed: float, change: float) -> "Blend":
+        """Return the way to a goal from a value with a speed and an acceleration, at a time [s]."""
+        # The greatest speed of such a way from rest is 15/8 of its mean.
+        seconds = max(QUICKEST, 15.0 / 8.0 * abs(goal - value) / FASTEST)
+        first = np.array([value, speed * seconds, change * seconds**2 / 2.0])
+        rest = np.array([goal - first.sum(), -first[1] - 2.0 * first[2], -2.0 * first[2]])
+        last = np.linalg.solve(np.array([[1.0, 1.0, 1.0], [3.0, 4.0, 5.0], [6.0, 12.0, 20.0]]), rest)
+        return cls(begin, seconds, np.concatenate([first, last]))
+
+    def at(self, time: float) -> tuple[float, float, float]:
+        """Return value, speed and acceleration at a time not before its begin [s]."""
+        share = min((time - self.begin) / self.seconds, 1.0)
+        way = np.polynomial.Polynomial(self.factors)
+        if share == 1.0:
+            return float(self.factors.sum()), 0.0, 0.0
+        speed, change = way.deriv(1)(share) / self.seconds, way.deriv(2)(share) / self.seconds**2
+        return float(way(share)), float(speed), float(change)
 
 
 class Course:
@@ -24,6 +62,7 @@ class Course:
             start: Value of the joint or distance at the start [rad, m].
         """
         self.drive, self._h = drive, step
+        self._blend: Blend | None = None
         speed, change = self.slope(0.0)
         before = start - self._h * (speed - self._h / 2.0 * change)
         self._n, self._window = 0, [before, start, start]
@@ -31,6 +70,8 @@ class Course:
 
     def slope(self, time: float) -> tuple[float, float]:
         """Return speed and acceleration of the motion at a time [s]."""
+        if self._blend is not None:
+            return self._blend.at(time)[1:]
         signal = self.drive.signal
         if self.drive.kind == "velocity":
             return float(signal.value(time)), float(signal.rate(time))
@@ -38,6 +79,8 @@ class Course:
 
     def _after(self, n: int) -> float:
         """Return the value one step after the window's middle, which is at step n."""
+        if self._blend is not None:
+            return self._blend.at((n + 1) * self._h)[0]
         if self.drive.kind != "velocity":
             return float(self.drive.signal.value((n + 1) * self._h))
         here, there = (float(self.drive.signal.value((n + k) * self._h)) for k in (0, 1))
@@ -53,6 +96,13 @@ class Course:
         """Return where the joint shall be at step n [rad, m]."""
         self._go_to(n)
         return self._window[1]
+
+    def lead(self, goal: float, n: int) -> None:
+        """From step n on go to a value and stay there, whatever the signal has [rad, m]."""
+        self._go_to(n)
+        speed, change = self.slope(n * self._h)
+        self._blend = Blend.to(goal, begin=n * self._h, value=self._window[1], speed=speed, change=change)
+        self._window[2] = self._after(n)
 
     def speed(self, n: int) -> float:
         """Return how fast the physics has it move at step n: half a step earlier than its goal [1/s]."""

@@ -75,7 +75,7 @@ class LedMechanism(MechanismAtWork):
 
     def _put(self, step: int) -> None:
         """Solve for all values and speeds at a step, and write them."""
-        linkage, rows = self._assembly.linkage, [*self._assembly.rows, *self._led(step)]
+        linkage, rows = self._assembly.linkage, [*self._assembly.rows, *self._locks.led(step)]
         slopes = [follower.slope(step * self._h)[0] for follower in self._followers]
         wanted = [np.zeros(self._held()), np.array(slopes)]
         self._now = tracked(linkage, rows, self._now, columns=range(linkage.size))
@@ -136,6 +136,17 @@ class Mechanisms:
         """Bring all to where they are at a tick."""
         for each in self._all:
             each.settle(tick * self._per_tick)
+
+    def lead(self, name: str, joint: str, goal: float, tick: int) -> None:
+        """From a tick on bring a joint of a mechanism, which follows a motion, to a value [rad, m]."""
+        self._named(name).lead(joint, goal, tick * self._per_tick)
+
+    def barred(self, name: str, joint: str, goal: float, tick: int) -> str:
+        """Return how loops do not allow what `lead` does, in words; '' where they do."""
+        return self._named(name).barred(joint, goal, tick * self._per_tick)
+
+    def _named(self, name: str) -> MechanismAtWork:
+        return next(each for each in self._all if each.mechanism.name == name)
 
     def failing(self, tick: int, *, known: bool) -> str:
         """Return why physics fails at a tick, in words: motions that a loop does not allow, or a loop that gives way.

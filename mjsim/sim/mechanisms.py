@@ -8,13 +8,9 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.mechanics import (
-    Apart,
     JointMotion,
-    Linear,
-    Rows,
     SensorReadings,
     TimeSignal,
-    close,
     jacobian,
     tracked,
     turning,
@@ -22,6 +18,7 @@ from mjsim.mechanics import (
 from mjsim.sim.closures import Closures
 from mjsim.sim.energy import EnergyCount
 from mjsim.sim.followers import Follower, yields
+from mjsim.sim.locks import Locks
 from mjsim.sim.mechanism_sensors import MechanismState, Probe, probes_of
 from mjsim.sim.mechanism_state import Places, copy_state, equality_forces
 from mjsim.sim.pushes import Push, around, effort_signal
@@ -72,6 +69,7 @@ class MechanismAtWork:
         self._h = float(model.opt.timestep)
         self._places = Places(model, mechanism)
         self._followers = self._make_followers()
+        self._locks = Locks(mechanism, self._followers)
         self._pushes: list[Push] = []
         ties = [each.name for each in self._assembly.couplings] + [each.name for each in self._assembly.rods]
         self._ties = [model.equality(self._full(name)).id for name in ties]
@@ -197,32 +195,19 @@ class MechanismAtWork:
             self._widest = max(self._widest, turned)
         self._step = step
 
+    def lead(self, joint: str, goal: float, step: int) -> None:
+        """From a step on bring a joint that follows a motion to a value, and keep it there [rad, m]."""
+        self._locks.follower(joint).lead(goal, step)
+
+    def barred(self, joint: str, goal: float, step: int) -> str:
+        """Return how its loops do not allow that a joint is led to a value [rad, m], in words; '' where they do."""
+        values = self._cut_values.copy()
+        values[self._places.columns] = self._places.read(self._data, self._assembly)[0][self._places.columns]
+        return self._locks.barred(joint, goal, step, values)
+
     def locked(self, step: int) -> str:
         """Return how its motions ask for what its loops do not allow at a step, in words; '' where they do not."""
-        linkage, rows = self._assembly.linkage, [*self._assembly.rows, *self._led(step)]
-        closed = close(linkage, rows, self._cut_values) if self._followers else None
-        if closed is None or closed.good:
-            return ""
-        asked = " and ".join(self._asked(follower, step) for follower in self._followers)
-        worst, how = self._assembly.gap(closed.values)
-        return (
-            f"mechanism '{self.mechanism.name}' locks: with {asked} its loop at '{worst}' does not close, by {how};"
-            " change the lengths, or the signal"
-        )
-
-    def _led(self, step: int) -> list[Rows]:
-        """Return what motions ask of the values at a step."""
-        rows = list[Rows]()
-        for follower in self._followers:
-            drive, goal = follower.drive, follower.goal(step)
-            rows.append(Linear({drive.column: 1.0}, goal) if drive.ends is None else Apart(drive.ends, goal))
-        return rows
-
-    def _asked(self, follower: Follower, step: int) -> str:
-        drive, goal = follower.drive, follower.goal(step)
-        turns = drive.column >= 0 and not self._assembly.slides[drive.column]
-        shown = f"{math.degrees(goal):.4g} degrees" if turns else f"{goal:.4g} m"
-        return f"'{self.mechanism.actuators[drive.number].target}' at {shown}"
+        return self._locks.locked(step, self._cut_values)
 
     def _found_fault(self) -> str:
         """Return how a loop is held no longer, or turns so far within a step that its energy is lost, in words."""

@@ -292,6 +292,10 @@ class Simulation(Closes):
         """Let the goals of commands move an arm again; raises UsageError where there is none."""
         self._happen(release=robot, arm=arm)
 
+    def lead(self, mechanism: str, joint: str, to_deg: float) -> None:
+        """Begin to bring a joint that follows a motion to a value [deg, m]; raises UsageError where it cannot."""
+        self._happen(lead=mechanism, joint=joint, to_deg=to_deg)
+
     def schedule(self, event: WorldEvent, *, instead_of: WorldEvent | None = None) -> None:
         """Have an event happen as those of the world file do, at a tick to come; as `WorldScript.schedule` has it."""
         self._script.schedule(event, instead_of=instead_of)
@@ -332,6 +336,8 @@ class Simulation(Closes):
             seed=self.seed,
             arm=lambda robot, name: self._robot(robot).arm(name),
             tune=lambda key, value: self._tuning.set(key, value),
+            lead=lambda name, joint, goal: self._mechanisms.lead(name, joint, goal, self.tick),
+            barred=lambda name, joint, goal: self._mechanisms.barred(name, joint, goal, self.tick),
         )
         self._radio = RadioNet([robot.name for robot in world.robots], world.radio, seed=self.seed)
         self._robots = {

@@ -19,6 +19,7 @@ from mjsim.sim.streams import stream
 from mjsim.world import (
     CloseEvent,
     LampEvent,
+    LeadEvent,
     Looks,
     MoveEvent,
     NoiseEvent,
@@ -34,6 +35,7 @@ from mjsim.world import (
     arm_of_event,
     item_names,
     leaves,
+    led_value,
     misplaced,
     reached_joints,
     with_noise,
@@ -53,12 +55,24 @@ DEEP = 1e-3
 ArmOf = Callable[[str, str], ArmAtWork]
 Tune = Callable[[str, float], None]
 
+Lead = Callable[[str, str, float], None]
+Barred = Callable[[str, str, float], str]
+
 
 class WorldScript:
     """Lets events happen, and movers and joints move, in a compiled world."""
 
     def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, world: World, *, seed: int, arm: ArmOf, tune: Tune
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        world: World,
+        *,
+        seed: int,
+        arm: ArmOf,
+        tune: Tune,
+        lead: Lead,
+        barred: Barred,
     ) -> None:
         """Put all movers where they start; events at time 0 are still to happen.
 
@@ -69,8 +83,10 @@ class WorldScript:
             seed: Of the run.
             arm: Returns an arm by the names of its robot and its own.
             tune: Changes a figure of noise by its key; raises UsageError where it cannot.
+            lead: Leads a joint of a mechanism, by the names of both, to a value [rad, m].
+            barred: Returns why a loop does not allow that, in words; '' where it does.
         """
-        self._arm, self._tune = arm, tune
+        self._arm, self._tune, self._lead, self._barred = arm, tune, lead, barred
         self._seed, self._pushes = seed, 0
         self._model, self._data, self._world = model, data, world
         self._scenery = Scenery(model, world)
@@ -103,6 +119,10 @@ class WorldScript:
             self._check_room(event)
         if isinstance(event, NoiseEvent):
             with_noise(self._world, event.noise, event.value)
+        if isinstance(event, LeadEvent):
+            wrong = self._barred(event.lead, event.joint, led_value(self._world, event))
+            if wrong:
+                raise UsageError(wrong)
         self._due = [event, *(each for each in self._due if each is not instead_of)]
         # The sort is stable, and of those at one time the newest stands first: it happens last.
         self._due.sort(key=lambda each: -each.time)
@@ -140,6 +160,8 @@ class WorldScript:
                 self._arm(event.reach, event.arm).lead(self._reached(event)[0])
             case ReleaseEvent():
                 self._arm(event.release, event.arm).lead(None)
+            case LeadEvent():
+                self._lead(event.lead, event.joint, led_value(self._world, event))
         self._scenery.show(self._scenery.looks.after(event, self._world))
         self._happened.append(event.model_copy(update={"time": time}))
 
@@ -231,6 +253,11 @@ class WorldScript:
                 _require(event.restore, "beacon", [beacon.name for beacon in self._world.beacons])
             case ReachEvent() | ReleaseEvent():
                 self._check_arm(event)
+            case LeadEvent():
+                try:
+                    led_value(self._world, event)
+                except ValueError as error:
+                    raise UsageError(str(error)) from None
 
     def _check_arm(self, event: ReachEvent | ReleaseEvent) -> None:
         try:

@@ -16,7 +16,7 @@ from mjsim.sim import lidar_places
 from mjsim.web.measured import SHOWN_FOR, lidar_points, lidar_readings
 from mjsim.web.news import EventNews, PastNews
 from mjsim.web.past import Past
-from mjsim.web.telling import events_told, tick_told
+from mjsim.web.telling import events_told, mechanisms_told, tick_told
 from mjsim.world import World
 
 EVENTS = 1000
@@ -56,6 +56,8 @@ class Feed:
         self._ways: dict[str, deque[tuple[float, Pose3]]] = {}
         self._scans: dict[str, tuple[Sequence[tuple[float, Pose3]], Scan | PointCloud]] = {}
         """Of each lidar, by 'ROBOT/LIDAR': the newest reading, and where the robot was until it came, by time [s]."""
+        self._led: dict[str, list[str]] = {}
+        """By mechanism, the joints that motions lead."""
         self._told: tuple[int, str] = (0, "")
         self._looking: dict[str, str] = {}
         self._pasts: dict[str, Past] = {}
@@ -68,6 +70,8 @@ class Feed:
         with self._lock:
             self._forget()
             self.world, self._looking, self._places = world, _cameras_of_observers(world), lidar_places(world)
+            told = mechanisms_told(world)
+            self._led = {each["name"]: [joint["name"] for joint in each["joints"]] for each in told}
         self._wake()
 
     def take(self, tick: Tick) -> None:
@@ -106,7 +110,10 @@ class Feed:
         if self._told[0] != number:
             self._told = (
                 number,
-                json.dumps(tick_told(newest, number=number, pace=pace, scans=self._points(newest)), allow_nan=False),
+                json.dumps(
+                    tick_told(newest, number=number, pace=pace, scans=self._points(newest), led=self._led),
+                    allow_nan=False,
+                ),
             )
         return self._told
 

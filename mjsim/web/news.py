@@ -75,6 +75,22 @@ class ArmTick(TypedDict):
 
 
 @_TOLD
+class MechanismFacts(TypedDict):
+    """A mechanism, and the joints of it that motions lead."""
+
+    name: str
+    joints: list[JointFacts]
+
+
+@_TOLD
+class MechanismTick(TypedDict):
+    """A mechanism at one tick."""
+
+    positions: list[float]
+    """Of the joints that motions lead [rad, m]."""
+
+
+@_TOLD
 class RobotFacts(TypedDict):
     """What is shown of a robot that does not change."""
 
@@ -136,6 +152,8 @@ class RunNews(TypedDict):
     speed: float | None
     """Simulated seconds a second that are wanted; null for as fast as it goes."""
     robots: list[RobotFacts]
+    mechanisms: NotRequired[list[MechanismFacts]]
+    """Those of which a joint can be led by hand."""
     controllable: bool
     recording: NotRequired[str | None]
     drivers: NotRequired[dict[str, Chosen]]
@@ -257,6 +275,8 @@ class TickNews(TypedDict):
     robots: dict[str, RobotTick]
     things: dict[str, PlanarPose]
     """Where everything is that can move but robots, by its name in the scene."""
+    mechanisms: NotRequired[dict[str, MechanismTick]]
+    """Those that have a joint that a motion leads, by name."""
     removed: NotRequired[list[str]]
     """Names of the beacons and obstacles that are away; left out for none."""
 

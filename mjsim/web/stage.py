@@ -12,7 +12,7 @@ from mjsim.record import Tick
 from mjsim.session import Session, State, event_keys
 from mjsim.web.feed import Feed
 from mjsim.web.painter import Painter
-from mjsim.web.telling import drivers_told, noise_told, robots_told
+from mjsim.web.telling import drivers_told, mechanisms_told, noise_told, robots_told
 from mjsim.world import World, noise_figures
 
 Scene = Callable[[World], Mapping[str, Any]]
@@ -139,6 +139,7 @@ class Stage:
             "seed": world.run.seed if session is None else session.seed,
             "speed": None if session is None else session.speed,
             "robots": robots_told(world, first=self._first),
+            "mechanisms": mechanisms_told(world),
             "controllable": session is not None,
             "recording": self._recording_of(session),
             "drivers": drivers_told(world),

@@ -16,6 +16,8 @@ from mjsim.web.news import (
     Chosen,
     EventNews,
     JointFacts,
+    MechanismFacts,
+    MechanismTick,
     NoiseFigure,
     Recognised,
     RobotFacts,
@@ -24,14 +26,32 @@ from mjsim.web.news import (
 )
 from mjsim.web.past import plain
 from mjsim.web.showing import shown_told
-from mjsim.world import EVENT_KINDS, Camera, Looks, Modules, Robot, Use, World, kind_of, noise_figures, rims, said_of
+from mjsim.world import (
+    EVENT_KINDS,
+    Camera,
+    Looks,
+    Modules,
+    Robot,
+    Use,
+    World,
+    kind_of,
+    led_joints,
+    noise_figures,
+    rims,
+    said_of,
+)
 
 _RING = np.asarray(np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False), dtype=float)
 """Directions of the rays of the ring, left positive [rad]."""
 
 
 def tick_told(
-    tick: Tick, *, number: int, pace: float, scans: Mapping[str, Mapping[str, Array]] | None = None
+    tick: Tick,
+    *,
+    number: int,
+    pace: float,
+    scans: Mapping[str, Mapping[str, Array]] | None = None,
+    led: Mapping[str, Sequence[str]] | None = None,
 ) -> TickNews:
     """Return a tick.
 
@@ -40,6 +60,7 @@ def tick_told(
         number: Of the tick, over all runs.
         pace: Simulated seconds a second.
         scans: Robot -> lidar -> where its beams met something, world frame, shape (n, 3) [m].
+        led: Mechanism -> the joints of it that motions lead.
     """
     found = scans or {}
     told: TickNews = {
@@ -50,6 +71,8 @@ def tick_told(
         "robots": {name: _robot_told(tick, name, found.get(name, {})) for name in tick.orders},
         "things": {name: plain(pose.as_array()) for name, pose in tick.things.items()},
     }
+    if mechanisms := {name: _led_told(tick, name, joints) for name, joints in (led or {}).items()}:
+        told["mechanisms"] = mechanisms
     return with_removed(told, tick.looks)
 
 
@@ -89,6 +112,12 @@ def _robot_told(tick: Tick, name: str, scans: Mapping[str, Array]) -> RobotTick:
     if belief.show:
         told["show"] = shown_told(belief.show)
     return told
+
+
+def _led_told(tick: Tick, name: str, joints: Sequence[str]) -> MechanismTick:
+    """Return where joints of a mechanism are."""
+    motion = tick.joints[name]
+    return {"positions": plain(motion.positions[[motion.names.index(joint) for joint in joints]], 6)}
 
 
 def _arms_told(tick: Tick, name: str) -> dict[str, ArmTick]:
@@ -135,6 +164,19 @@ def robots_told(world: World, *, first: str | None = None) -> list[RobotFacts]:
     return [_facts(robot) for robot in sorted(world.robots, key=lambda robot: robot.name != first)]
 
 
+def mechanisms_told(world: World) -> list[MechanismFacts]:
+    """Return the mechanisms of which a joint can be led by hand."""
+    told: list[MechanismFacts] = []
+    for mechanism in world.mechanisms:
+        joints = [
+            JointFacts(name=name, slides=slides, lower=_finite(lower), upper=_finite(upper))
+            for name, (slides, lower, upper) in led_joints(mechanism).items()
+        ]
+        if joints:
+            told.append({"name": mechanism.name, "joints": joints})
+    return told
+
+
 def drivers_told(world: World) -> dict[str, Chosen]:
     """Return which modules drive each robot."""
     return {robot.name: _modules_told(world.run.drivers.get(robot.name, Modules())) for robot in world.robots}
@@ -179,11 +221,15 @@ def _joints(arm: Arm) -> list[JointFacts]:
         {
             "name": f"joint{number}",
             "slides": link.slide,
-            "lower": link.lower if math.isfinite(link.lower) else None,
-            "upper": link.upper if math.isfinite(link.upper) else None,
+            "lower": _finite(link.lower),
+            "upper": _finite(link.upper),
         }
         for number, link in enumerate(arm.links, start=1)
     ]
+
+
+def _finite(bound: float) -> float | None:
+    return bound if math.isfinite(bound) else None
 
 
 def _modules_told(modules: Modules) -> Chosen:

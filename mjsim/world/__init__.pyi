@@ -2,6 +2,8 @@ from .check import Solids as Solids
 from .check import arm_of_event as arm_of_event
 from .check import check_world as check_world
 from .check import disc as disc
+from .check import led_joints as led_joints
+from .check import led_value as led_value
 from .check import misplaced as misplaced
 from .edit import Change as Change
 from .edit import UnwritableError as UnwritableError
@@ -73,6 +75,7 @@ from .items import Imu as Imu
 from .items import JointSensor as JointSensor
 from .items import Lamp as Lamp
 from .items import LampEvent as LampEvent
+from .items import LeadEvent as LeadEvent
 from .items import Lens as Lens
 from .items import Lidar as Lidar
 from .items import LightEvent as LightEvent

@@ -149,7 +149,7 @@ def test_sliders_and_fields_move_an_arm_in_a_browser():
         session = Session(world, speed=1.0, on_tick=live.show, on_change=live.changed)
         live.steer(session)
         with session, page_at(chrome, live.url) as page:
-            expect(page.get_by_role("tab", name="Arms")).to_have_attribute("aria-selected", "true", timeout=PATIENCE)
+            expect(page.get_by_role("tab", name="Joints")).to_have_attribute("aria-selected", "true", timeout=PATIENCE)
             page.locator("[data-view='outside'] canvas[data-filled]").wait_for(timeout=PATIENCE)
             slider = page.get_by_role("slider", name="joint1")
             expect(slider).to_be_enabled(timeout=PATIENCE)

@@ -1,6 +1,7 @@
 """A run is touched by hand in a real browser, and what was done is kept as events of the world's text."""
 
 import json
+import math
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -33,6 +34,22 @@ name: cell
 walls: [{points: [[0, 0], [4, 0], [4, 4], [0, 4]], closed: true}]
 robots:
   - {name: r, base: fixed, at: [2, 2], heading_deg: 90, arms: [{preset: puma560, start_deg: [0, 45, 0, 0, 30, 0]}]}
+run: {seconds: 1000}
+"""
+PRESS = """\
+mjsim: 1
+name: press
+mechanisms:
+  - name: lift
+    at: [2, 2]
+    bodies: [{name: table, box: [1, 1, 0.1], mass: 5}, {name: arm, rod: [0.8, 0.04]}]
+    joints:
+      - {prismatic: up, of: [ground, table], axis: [0, 0, 1], start: 0.5, range: [0, 1]}
+      - {revolute: swing, of: [table, arm], axis: [0, 0, 1]}
+    actuators:
+      - {position: up, signal: {constant: {value: 0.5}}}
+      - {angle: swing, signal: {ramp: {slope_deg: 400}}}
+robots: [{name: scout, preset: pioneer3dx, at: [0, 0]}]
 run: {seconds: 1000}
 """
 SHOWN = """time => {
@@ -153,3 +170,41 @@ def test_a_tool_is_dragged_on_the_plan_and_its_arm_given_back_and_both_are_kept(
     assert [kind_of(event, EVENT_KINDS) for event in kept] == ["reach", "release"]
     assert isinstance(kept[0], ReachEvent)
     assert near((kept[0].tool[1] * -1 + 2, kept[0].tool[0] + 2), *goal)
+
+
+def test_joints_of_a_mechanism_are_led_by_sliders_and_that_is_kept(tmp_path):
+    (tmp_path / "press.yaml").write_text(PRESS)
+    with chromium() as chrome, Studio(tmp_path, world="press.yaml") as studio, page_at(chrome, studio.url) as page:
+        page.get_by_role("tab", name="Run", exact=True).click()
+        page.get_by_role("button", name="Start", exact=True).click()
+        expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
+        page.get_by_role("tab", name="Joints").click()
+        up, swing = (page.get_by_role("slider", name=name) for name in ("up", "swing"))
+        expect(up).to_be_enabled(timeout=PATIENCE)
+        expect(page.get_by_text("Start a run of a robot with an arm")).to_be_hidden()
+        up.press("End")  # to the upper end of its range
+        until(studio, page, lambda tick: abs(tick["mechanisms"]["lift"]["positions"][0] - 1) < 1e-3)
+        expect(page.get_by_label("up, m")).to_have_value("1.00")
+        swing.press("Home")  # to half a turn back, in the turn that it is in
+        before = []
+        until(
+            studio,
+            page,
+            lambda tick: (
+                before.append(tick["mechanisms"]["lift"]["positions"][1])
+                or (len(before) > 5 and before[-1] == before[-6] and before[-1] > 0)
+            ),
+        )
+        assert before[-1] / math.pi % 2 == pytest.approx(1, abs=0.01)
+        field = page.get_by_label("up, m")
+        field.fill("3")
+        field.press("Enter")
+        expect(page.locator(".toast.error")).to_contain_text("cannot go to 3; its range is 0 to 1")
+        page.get_by_role("tab", name="Events").click()
+        page.get_by_role("button", name="Keep 2 as events").click()
+        expect(page.get_by_role("button", name="Kept as events")).to_be_disabled()
+        page.keyboard.press("Control+s")
+        expect(page.locator(".world .dot")).to_be_hidden()
+    kept = mjsim.load_world(tmp_path / "press.yaml").run.events
+    assert [(event.lead, event.joint) for event in kept] == [("lift", "up"), ("lift", "swing")]
+    assert kept[0].to_deg == 1

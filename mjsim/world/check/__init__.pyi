@@ -1,3 +1,5 @@
+from .leading import led_joints as led_joints
+from .leading import led_value as led_value
 from .movers import misplaced as misplaced
 from .plausibility import check_world as check_world
 from .reaching import arm_of_event as arm_of_event

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from mjsim.errors import Problem, UsageError
+from mjsim.world.check.leading import misled_joints
 from mjsim.world.check.movers import misled
 from mjsim.world.check.reaching import beyond_reach
 from mjsim.world.check.standing import SPARE, Doubt, Solids, called, disc, pair
@@ -24,7 +25,8 @@ IN_FRONT = 0.05
 def check_world(world: World) -> list[Problem]:
     """Return what is implausible in a valid world, sorted by place; nothing of the user's is run."""
     doubts = itertools.chain(
-        _openings(world), _crowded(world), _deaf_tags(world), beyond_reach(world), _noise_of_nothing(world)
+        *(_openings(world), _crowded(world), _deaf_tags(world), beyond_reach(world), _noise_of_nothing(world)),
+        misled_joints(world),
     )
     source = world.source
     faults = ((path, partial(str, message)) for message, path in doubts)

@@ -40,6 +40,7 @@ from .drives import WheelOdometry as WheelOdometry
 from .events import EVENT_KINDS as EVENT_KINDS
 from .events import CloseEvent as CloseEvent
 from .events import LampEvent as LampEvent
+from .events import LeadEvent as LeadEvent
 from .events import LightEvent as LightEvent
 from .events import MoveEvent as MoveEvent
 from .events import NoiseEvent as NoiseEvent

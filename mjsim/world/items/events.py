@@ -163,6 +163,17 @@ class ReleaseEvent(_Event):
     """Which of its arms."""
 
 
+class LeadEvent(_Event):
+    """A joint of a mechanism that follows a motion goes to a value, at 1 rad/s or 1 m/s or so, and stays there."""
+
+    lead: Name
+    """The mechanism."""
+    joint: Annotated[str, Field(min_length=1, max_length=200)]
+    """Joint of an `angle`, `position` or `velocity` actuator, or `JOINT.VALUE`."""
+    to_deg: Annotated[float, Field(ge=-36000, le=36000)]
+    """Its value [deg], or [m] of one that slides."""
+
+
 EVENT_KINDS: dict[str, type[_Event]] = {
     "move": MoveEvent,
     "open": OpenEvent,
@@ -176,6 +187,7 @@ EVENT_KINDS: dict[str, type[_Event]] = {
     "push": PushEvent,
     "reach": ReachEvent,
     "release": ReleaseEvent,
+    "lead": LeadEvent,
 }
 """Events by the key that says what happens."""
 
@@ -192,11 +204,13 @@ WorldEvent = Annotated[
     | ShoveEvent
     | PushEvent
     | ReachEvent
-    | ReleaseEvent,
+    | ReleaseEvent
+    | LeadEvent,
     OneOf(
         EVENT_KINDS,
         "an event needs what happens; write move: NAME, open: DOOR, close: DOOR, light: 0.5, lamp: NAME,"
-        " noise: KEY, remove: NAME, restore: BEACON, shove: NAME, push: NAME, reach: ROBOT or release: ROBOT",
+        " noise: KEY, remove: NAME, restore: BEACON, shove: NAME, push: NAME, reach: ROBOT,"
+        " release: ROBOT or lead: MECHANISM",
     ),
 ]
 
@@ -252,6 +266,8 @@ def said_of(event: WorldEvent) -> str:
             return f"{event.arm} of {event.reach} goes to {_goal_said(event)}"
         case ReleaseEvent():
             return f"{event.arm} of {event.release} is its navigator's again"
+        case LeadEvent():
+            return f"joint {event.joint} of {event.lead} goes to {event.to_deg:g}"
 
 
 def _goal_said(event: ReachEvent) -> str:

@@ -1,18 +1,18 @@
-/** Sliders for the joints of a robot's arms, and fields for where their tools are. */
+/** Sliders for the joints of a robot's arms, and fields for where their tools are. The rows serve mechanisms as well. */
 
 import { el, fill } from "../dom";
 import { button, sign } from "./controls";
 import type { Values } from "../api";
 import type { ArmFacts, JointFacts, RobotFacts, RobotTick } from "./protocol";
 
-const HINT = "Start a run of a robot with an arm; its joints and its tool can be moved here while it goes on.";
+const HINT = "Start a run of a robot with an arm, or of a mechanism that a motion leads; joints and tools can be moved here while it goes on.";
 const TOOL = ["x", "y", "z", "roll", "pitch", "yaw"] as const;
 /** How far sliders of joints without limits go, of those that turn and of those that slide [rad, m]. */
 const FREE = [Math.PI, 1] as const;
 /** A slider that is dragged moves its arm at most this often [ms]. */
 const CALM = 100;
 
-interface Row {
+export interface Row {
   slider: HTMLInputElement;
   field: HTMLInputElement;
   facts: JointFacts;
@@ -31,6 +31,8 @@ interface Part {
 /** One group for each arm of the robot that is shown. */
 export class ArmPanel {
   readonly element = el("div", { class: "run-noise run-arms" });
+  /** Stands here where there is nothing to move. */
+  readonly hint = el("p", { class: "hint" }, HINT);
   private parts: Part[] = [];
   private robot = "";
   private enabled = false;
@@ -80,13 +82,13 @@ export class ArmPanel {
 
   private build(arms: ArmFacts[]): void {
     this.parts = [];
-    if (arms.length === 0) return fill(this.element, el("p", { class: "hint" }, HINT));
+    if (arms.length === 0) return fill(this.element, this.hint);
     this.element.replaceChildren();
     for (const facts of arms) this.element.append(...this.part(facts));
   }
 
   private part(facts: ArmFacts): HTMLElement[] {
-    const rows = facts.joints.map((joint) => this.row(joint));
+    const rows = facts.joints.map(jointRow);
     const tool = TOOL.map((name, k) => this.field(`${facts.name} tool ${name}`, () => this.moveTool(part), k < 3 ? 0.01 : 1));
     const release = button(
       { class: "quiet", title: "Let the navigator move this arm again" },
@@ -113,19 +115,6 @@ export class ArmPanel {
       ),
       release,
     ];
-  }
-
-  private row(facts: JointFacts): Row {
-    const free = FREE[facts.slides ? 1 : 0];
-    const slider = el("input", {
-      type: "range",
-      min: facts.lower ?? -free,
-      max: facts.upper ?? free,
-      step: "any",
-      "aria-label": facts.name,
-    });
-    const field = el("input", { type: "number", step: "any", "aria-label": `${facts.name}, ${unit(facts)}` });
-    return { slider, field, facts };
   }
 
   private field(label: string, changed: () => void, step: number): HTMLInputElement {
@@ -167,7 +156,21 @@ export class ArmPanel {
   }
 }
 
-function line(label: string, slider: HTMLElement, field: HTMLElement, unit: string): HTMLElement {
+/** A slider and a field of a joint. */
+export function jointRow(facts: JointFacts): Row {
+  const free = FREE[facts.slides ? 1 : 0];
+  const slider = el("input", {
+    type: "range",
+    min: facts.lower ?? -free,
+    max: facts.upper ?? free,
+    step: "any",
+    "aria-label": facts.name,
+  });
+  const field = el("input", { type: "number", step: "any", "aria-label": `${facts.name}, ${unit(facts)}` });
+  return { slider, field, facts };
+}
+
+export function line(label: string, slider: HTMLElement, field: HTMLElement, unit: string): HTMLElement {
   return el(
     "div",
     { class: "run-noise-row" },
@@ -177,25 +180,25 @@ function line(label: string, slider: HTMLElement, field: HTMLElement, unit: stri
   );
 }
 
-function unit({ slides }: JointFacts): string {
+export function unit({ slides }: JointFacts): string {
   return slides ? "m" : "°";
 }
 
 /** Radians or metres for one of what is shown. */
-function scale({ slides }: JointFacts): number {
+export function scale({ slides }: JointFacts): number {
   return slides ? 1 : Math.PI / 180;
 }
 
-function shown(facts: JointFacts, value: number): number {
+export function shown(facts: JointFacts, value: number): number {
   return value / scale(facts);
 }
 
 /** To so many decimals that a limit stays within it [deg, m]. */
-function rounded(value: number): number {
+export function rounded(value: number): number {
   return Math.round(value * 1e5) / 1e5;
 }
 
 /** Write a number into a field in which nobody types. */
-function put(field: HTMLInputElement, value: number, digits = 2): void {
+export function put(field: HTMLInputElement, value: number, digits = 2): void {
   if (document.activeElement !== field) field.value = value.toFixed(digits);
 }

@@ -93,6 +93,18 @@ export interface JointFacts {
 /** Mean x, y [m], then covariance xx, xy, yy [m^2]. */
 export type LandmarkRow = [number, number, number, number, number];
 
+/** A mechanism, and the joints of it that motions lead. */
+export interface MechanismFacts {
+  name: string;
+  joints: JointFacts[];
+}
+
+/** A mechanism at one tick. */
+export interface MechanismTick {
+  /** Of the joints that motions lead [rad, m]. */
+  positions: number[];
+}
+
 export type News = RunNews | SceneNews | PastNews | TickNews | EventNews | RefusedNews;
 
 /** A figure of the world that may be changed while it runs. */
@@ -197,6 +209,8 @@ export interface RunNews {
   /** Simulated seconds a second that are wanted; null for as fast as it goes. */
   speed: number | null;
   robots: RobotFacts[];
+  /** Those of which a joint can be led by hand. */
+  mechanisms?: MechanismFacts[];
   controllable: boolean;
   recording?: string | null;
   drivers?: Record<string, Chosen>;
@@ -251,6 +265,8 @@ export interface TickNews {
   robots: Record<string, RobotTick>;
   /** Where everything is that can move but robots, by its name in the scene. */
   things: Record<string, PlanarPose>;
+  /** Those that have a joint that a motion leads, by name. */
+  mechanisms?: Record<string, MechanismTick>;
   /** Names of the beacons and obstacles that are away; left out for none. */
   removed?: string[];
 }

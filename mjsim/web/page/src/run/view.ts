@@ -16,6 +16,7 @@ import { EventList } from "./events";
 import { Floor } from "./floor";
 import { Wheel, type Push } from "./keys";
 import { Link, type LinkState } from "./link";
+import { MechanismPanel } from "./mechanisms";
 import { NoisePanel } from "./noise";
 import { Pad } from "./pad";
 import type { News, RunRequest, RefusedNews, RunNews, TickNews } from "./protocol";
@@ -42,6 +43,7 @@ export class RunView implements View {
   private readonly noise = new NoisePanel((key, value) => this.send({ do: "set", key, value }));
   private tabs: Tabs | null = null;
   private readonly arms = new ArmPanel((event) => this.send({ do: "touch", event }));
+  private readonly mechanisms = new MechanismPanel((event) => this.send({ do: "touch", event }));
   private readonly events = new EventList(
     "What happens to robots and world stands here: bumps, doors, lights, faults.",
   );
@@ -137,7 +139,7 @@ export class RunView implements View {
     this.tabs = new Tabs("run.tab", [
       ...setup,
       ["noise", "Noise", this.noise.element],
-      ["arms", "Arms", this.arms.element],
+      ["arms", "Joints", el("div", {}, this.arms.element, this.mechanisms.element)],
       ["plot", "Plot", this.plotter.element],
       ["events", "Events", this.keep.element],
     ]);
@@ -230,7 +232,7 @@ export class RunView implements View {
     if (!this.run) this.other = !this.live && isOpen && news.path !== path;
     if (news.state === "loading") this.other = this.driven = false;
     const over = news.state === "ended" || news.state === "failed";
-    return this.other && over ? { ...news, state: "idle", time: 0, error: null, recording: null, robots: [] } : news;
+    return this.other && over ? { ...news, state: "idle", time: 0, error: null, recording: null, robots: [], mechanisms: [] } : news;
   }
 
   private takeRun(news: RunNews): void {
@@ -282,6 +284,7 @@ export class RunView implements View {
       this.floor.show(this.newest);
       this.solids.door.think(this.floor.thoughts(this.newest));
       this.arms.tick(this.newest.robots[this.chosen]);
+      this.mechanisms.tick(this.newest.mechanisms);
     }
     const now = performance.now();
     if (now - this.drawnCharts >= CALM) {
@@ -366,12 +369,15 @@ export class RunView implements View {
     this.soon();
   }
 
-  /** Offer the arms of the robot that is chosen. */
+  /** Offer the arms of the robot that is chosen, and the mechanisms. */
   private showArms(): void {
     const robot = this.run?.robots.find((each) => each.name === this.chosen) ?? null;
     // A page of one arm alone is there to move it.
     if (this.live && robot?.arms.length && this.run?.robots.length === 1 && !this.arms.known) this.tabs?.show("arms");
-    this.arms.show(robot, this.running() && (this.run?.controllable ?? false));
+    const enabled = this.running() && (this.run?.controllable ?? false);
+    this.arms.show(robot, enabled);
+    this.mechanisms.show(this.run?.mechanisms ?? [], enabled);
+    this.arms.hint.hidden = this.mechanisms.known;
   }
 
   private canDrive(): boolean {

@@ -1,0 +1,76 @@
+/** Sliders for the joints of mechanisms that motions lead. */
+
+import type { Values } from "../api";
+import { el } from "../dom";
+import { jointRow, line, put, type Row, rounded, shown, unit } from "./arms";
+import type { MechanismFacts, MechanismTick } from "./protocol";
+
+interface Part {
+  facts: MechanismFacts;
+  rows: Row[];
+  /** Of its joints, when they were last told of [rad, m]. */
+  positions: number[];
+}
+
+/** One group for each mechanism. A slider leads its joint to where it is let go. */
+export class MechanismPanel {
+  readonly element = el("div", { class: "run-noise run-mechanisms" });
+  private parts: Part[] = [];
+  private shape = "";
+
+  /** `send` takes touches of the run, as events of a world file. */
+  constructor(private readonly send: (event: Values) => void) {}
+
+  /** Whether it shows mechanisms. */
+  get known(): boolean {
+    return this.parts.length > 0;
+  }
+
+  show(mechanisms: MechanismFacts[], enabled: boolean): void {
+    const shape = JSON.stringify(mechanisms);
+    if (shape !== this.shape) this.build(mechanisms);
+    this.shape = shape;
+    for (const { slider, field } of this.parts.flatMap((part) => part.rows)) slider.disabled = field.disabled = !enabled;
+  }
+
+  /** Show where joints are; what is being dragged or typed is left to the hand. */
+  tick(news: Record<string, MechanismTick> | undefined): void {
+    for (const part of this.parts) {
+      part.positions = news?.[part.facts.name]?.positions ?? part.positions;
+      part.rows.forEach((row, k) => {
+        const value = part.positions[k] ?? 0;
+        if (document.activeElement !== row.slider) row.slider.value = String(value - turns(row, value));
+        put(row.field, shown(row.facts, value));
+      });
+    }
+  }
+
+  private build(mechanisms: MechanismFacts[]): void {
+    this.parts = mechanisms.map((facts) => ({ facts, rows: facts.joints.map(jointRow), positions: [] }));
+    this.element.replaceChildren(...this.parts.flatMap((part) => this.group(part)));
+  }
+
+  private group(part: Part): HTMLElement[] {
+    const { facts, rows } = part;
+    rows.forEach((row, k) => {
+      const lead = (value: number): void =>
+        this.send({ lead: facts.name, joint: row.facts.name, to_deg: rounded(value) });
+      row.slider.addEventListener("input", () => put(row.field, shown(row.facts, Number(row.slider.value))));
+      row.slider.addEventListener("change", () =>
+        lead(shown(row.facts, Number(row.slider.value) + turns(row, part.positions[k] ?? 0))),
+      );
+      row.field.addEventListener("change", () => lead(Number(row.field.value)));
+    });
+    const title = "Led there at 1 rad/s or 1 m/s, and held; its signal counts no more";
+    return [
+      el("h3", { title }, facts.name),
+      ...rows.map((row) => line(row.facts.name, row.slider, row.field, unit(row.facts))),
+    ];
+  }
+}
+
+/** Whole turns of a joint without limits, which its slider leaves out [rad]. */
+function turns({ facts }: Row, value: number): number {
+  const isFree = !facts.slides && facts.lower === null && facts.upper === null;
+  return isFree ? 2 * Math.PI * Math.round(value / (2 * Math.PI)) : 0;
+}

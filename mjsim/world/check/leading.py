@@ -1,0 +1,62 @@
+"""Valid but implausible: events that lead joints of mechanisms which follow no motion, or beyond their range."""
+
+import math
+from collections.abc import Iterator
+
+from mjsim.errors import did_you_mean
+from mjsim.world.check.standing import Doubt
+from mjsim.world.items import LeadEvent, Mechanism, World
+
+ROUNDED = 1e-6
+"""Values may be this far beyond the range: a world file rounds them [rad, m]."""
+
+
+def misled_joints(world: World) -> Iterator[Doubt]:
+    """Yield what is wrong with events that lead joints of mechanisms."""
+    for index, event in enumerate(world.run.events):
+        if isinstance(event, LeadEvent):
+            try:
+                led_value(world, event)
+            except ValueError as error:
+                yield str(error), ("run", "events", index, "lead")
+
+
+def led_value(world: World, event: LeadEvent) -> float:
+    """Return the value that an event leads a joint to [rad, m].
+
+    Raises:
+        ValueError: There is no such mechanism, no motion leads such a joint of it, or the value is out of its range.
+    """
+    mechanisms = {each.name: each for each in world.mechanisms}
+    if event.lead not in mechanisms:
+        raise ValueError(f"no mechanism '{event.lead}' in this world{did_you_mean(event.lead, mechanisms)}")
+    mechanism = mechanisms[event.lead]
+    led = led_joints(mechanism)
+    if event.joint not in led:
+        known = (
+            f"; those that do are {', '.join(led)}" if led else ", nor does any other; add an actuator: {angle: JOINT}"
+        )
+        raise ValueError(f"joint '{event.joint}' of mechanism '{event.lead}' follows no motion{known}")
+    slides, lower, upper = led[event.joint]
+    scale = 1.0 if slides else math.pi / 180.0
+    value = event.to_deg * scale
+    if not lower - ROUNDED <= value <= upper + ROUNDED:
+        raise ValueError(
+            f"joint '{event.joint}' of mechanism '{event.lead}' cannot go to {event.to_deg:g}; its range is"
+            f" {lower / scale:g} to {upper / scale:g}"
+        )
+    return min(max(value, lower), upper)
+
+
+def led_joints(mechanism: Mechanism) -> dict[str, tuple[bool, float, float]]:
+    """Return the joints that motions lead, by name: whether each slides, and both ends of its range [rad, m]."""
+    found, led = mechanism.assembly, {}
+    columns = {drive.column for drive in found.drives if drive.column >= 0}
+    for joint in mechanism.joints:
+        for column in found.columns[joint.name]:
+            if column in columns:
+                slides = found.slides[column]
+                degrees = tuple(map(math.radians, joint.range_deg or (-math.inf, math.inf)))
+                lower, upper = (joint.range or (-math.inf, math.inf)) if slides else degrees
+                led[found.names[column]] = slides, float(lower), float(upper)
+    return led

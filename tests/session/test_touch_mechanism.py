@@ -1,0 +1,138 @@
+"""Joints of mechanisms led by hand: they go where they are led to, stay there, and repeat once that is written down."""
+
+import math
+from contextlib import closing
+
+import numpy as np
+import pytest
+
+import mjsim
+from mjsim.errors import UsageError
+from mjsim.record import same_run
+from mjsim.session import keep_events
+from mjsim.world import check_world
+
+PATIENCE = 60.0
+"""Nothing takes this long [s], on however loaded a machine."""
+LINKS = """
+mjsim: 1
+mechanisms:
+  - name: bars
+    at: [3, 2]
+    elevation: 4
+    mode: MODE
+    bodies: [{name: crank, rod: [1.0, 0.05]}, {name: coupler, rod: [3.5, 0.05]}, {name: rocker, rod: [3.0, 0.05]}]
+    joints:
+      - {revolute: q2, of: [ground, crank], axis: [0, 1, 0], start_deg: 28.6}
+      - {revolute: q3, of: [crank.end, coupler]}
+      - {revolute: q4, of: [{ground: [4, 0, 0]}, rocker]}
+      - {revolute: q5, of: [coupler.end, rocker.end]}
+    actuators: [{KIND: q2, signal: {ramp: {from_deg: 28.6, slope_deg: 60}}}]
+  - name: rockers                              # neither the crank nor the rocker turns all round
+    at: [3, 6]
+    elevation: 4
+    bodies: [{name: crank, rod: [2.5, 0.05]}, {name: coupler, rod: [1.0, 0.05]}, {name: rocker, rod: [2.5, 0.05]}]
+    joints:
+      - {revolute: p2, of: [ground, crank], axis: [0, 1, 0], start_deg: -80}
+      - {revolute: p3, of: [crank.end, coupler]}
+      - {revolute: p4, of: [{ground: [2.5, 0, 0]}, rocker]}
+      - {revolute: p5, of: [coupler.end, rocker.end]}
+    actuators: [{angle: p2, signal: {constant: {value_deg: -80}}}]
+  - name: lift
+    at: [0, 0]
+    bodies: [{name: table, box: [1, 1, 0.1], mass: 5}, {name: flap, rod: [0.5, 0.02]}]
+    joints:
+      - {prismatic: up, of: [ground, table], axis: [0, 0, 1], start: 0.5, range: [0, 1]}
+      - {revolute: hinge, of: [table, flap], axis: [0, 1, 0]}
+    actuators: [{position: up, signal: {sine: {offset: 0.5, amplitude: 0.1, frequency_hz: 0.5}}}]
+run: {seconds: 3}
+"""
+
+
+def text(mode="forward", kind="angle"):
+    if kind == "velocity":
+        signal = "{KIND: q2, signal: {ramp: {from_deg: 28.6, slope_deg: 60}}}"
+        return LINKS.replace("MODE", mode).replace(signal, "{velocity: q2, signal: {constant: {value_deg: 60}}}")
+    return LINKS.replace("MODE", mode).replace("KIND", kind)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("mode", "kind"), [("forward", "angle"), ("kinematics", "angle"), ("forward", "velocity")])
+def test_a_joint_that_is_led_goes_there_no_faster_than_it_was_or_a_radian_a_second_and_stays(mode, kind):
+    with mjsim.Simulation(mjsim.parse_world(text(mode, kind))) as sim:
+        for _ in range(12):
+            sim.step()
+        sim.lead("bars", "q2", 140)
+        speeds, jumps, before = [], [], sim.motions()["bars"]
+        for _ in range(95):
+            sim.step()
+            now = sim.motions()["bars"]
+            speeds.append(abs(now.velocities[0]))
+            jumps.append(abs(now.accelerations[0] - before.accelerations[0]))
+            before = now
+    assert math.degrees(now.positions[0]) == pytest.approx(140, abs=0.01)
+    assert now.goal[0] == pytest.approx(math.radians(140))
+    assert speeds[-1] < 1e-3
+    assert max(speeds) < 1.5  # it came with 60 degrees a second
+    assert max(jumps) < 0.5  # [rad/s^2] in a tick of 0.04 s: no blow to what hangs on it
+
+
+@pytest.fixture
+def touched():
+    session = mjsim.Session(mjsim.parse_world(text()))
+    session.start(paused=True)
+    assert session.wait("paused", timeout=PATIENCE) == "paused"
+    with closing(session):
+        yield session
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"lead": "bar", "joint": "q2", "to_deg": 1}, "no mechanism 'bar' in this world; did you mean 'bars'?"),
+        (
+            {"lead": "bars", "joint": "q3", "to_deg": 1},
+            "joint 'q3' of mechanism 'bars' follows no motion; those",
+        ),
+        (
+            {"lead": "lift", "joint": "up", "to_deg": 1.5},
+            "joint 'up' of mechanism 'lift' cannot go to 1.5; its range",
+        ),
+        ({"lead": "rockers", "joint": "p2", "to_deg": 180}, "mechanism 'rockers' locks: with 'p2' at"),
+    ],
+)
+def test_a_joint_that_cannot_be_led_so_is_refused_in_a_line(touched, keys, said):
+    with pytest.raises(UsageError) as caught:
+        touched.touch(keys)
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert touched.touched == ()
+
+
+def test_check_says_where_an_event_leads_a_joint_that_follows_nothing():
+    events = "events: [{time: 1, lead: lift, joint: hinge, to_deg: 1}]"
+    world = mjsim.parse_world(text().replace("{seconds: 3}", f"{{seconds: 3, {events}}}"))
+    (problem,) = check_world(world)
+    assert "joint 'hinge' of mechanism 'lift' follows no motion; those that do are up" in str(problem)
+
+
+def test_what_was_led_by_hand_repeats_to_the_byte_once_it_is_kept(tmp_path):
+    hand, kept = tmp_path / "hand.mcap", tmp_path / "kept.mcap"
+    with mjsim.Session(mjsim.parse_world(text()), record=hand) as session:
+        session.pause()
+        session.wait("paused", timeout=PATIENCE)
+        session.touch({"lead": "bars", "joint": "q2", "to_deg": 90})
+        session.touch({"lead": "lift", "joint": "up", "to_deg": 0.8})
+        session.tick()
+        session.wait("paused", timeout=PATIENCE)
+        session.touch({"lead": "lift", "joint": "up", "to_deg": 0.2})
+        session.go()
+        session.result()
+        events = session.touched
+    assert [event.lead for event in events] == ["bars", "lift", "lift"]
+    world = mjsim.parse_world(keep_events(text(), events))
+    with mjsim.Simulation(world) as sim:
+        mjsim.run(sim, record=kept)
+    assert same_run(hand, kept)
+    led = mjsim.read_recording(hand).joints["lift"]
+    np.testing.assert_allclose(led.positions[-1][0], 0.2, atol=1e-3)
