@@ -112,10 +112,8 @@ def _avoidance_of(driver: Driver) -> Avoidance | None:
 
 
 def _shows(navigator: Navigator | None, boundary: Boundary) -> bool:
-    """Return whether a navigator has something to show; those in other languages have not."""
-    if navigator is None or isinstance(navigator, Hosted):
-        return False
-    return boundary.offers("navigator", navigator, "show")
+    """Return whether a navigator may have something to show."""
+    return navigator is not None and boundary.offers("navigator", navigator, "show")
 
 
 class DeadReckoning:

@@ -7,9 +7,12 @@ import jsonschema
 import numpy as np
 import pytest
 
+import mjsim
+from mjsim.errors import ModuleFault
 from mjsim.interface import ShownGrid, ShownLines, ShownPoints, ShownText
 from mjsim.modules.covariances import Unfit
 from mjsim.modules.foreign.shown import shown_of
+from mjsim.world import Source, parse_world
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -55,3 +58,46 @@ def test_one_item_needs_no_list_and_nothing_is_nothing():
 def test_what_is_wrong_is_one_line(answer, why):
     with pytest.raises(Unfit, match=why):
         shown_of(answer)
+
+
+PLANNER = """#!/bin/sh
+while read -r line; do
+    case $line in
+        '{"call":"start"'*) echo '{}' ;;
+        *) echo '{"forward": 0.3, "show": [SHOWN]}' ;;
+    esac
+done
+"""
+HALL = """
+mjsim: 1
+walls: [{points: [[0, 0], [8, 0], [8, 6], [0, 6]], closed: true}]
+robots: [{name: r, preset: pioneer3dx, at: [1, 3]}]
+run: {seconds: 0.2, drivers: {r: {navigator: {use: "exec:./planner.sh"}}}}
+"""
+
+
+def planned(folder, shown):
+    """Return the way of a robot whose navigator is a program that shows something."""
+    program = folder / "planner.sh"
+    program.write_text(PLANNER.replace("SHOWN", shown))
+    program.chmod(0o755)
+    with mjsim.Simulation(parse_world(HALL, source=Source(file="hall.yaml", folder=folder))) as sim:
+        return mjsim.run(sim).robots["r"]
+
+
+def test_a_program_that_navigates_shows_its_way_beside_what_it_commands(tmp_path):
+    track = planned(tmp_path, '{"name": "way", "lines": [[1, 3], [4, 3]], "frame": "estimate"}')
+    assert track.command[-1, 0] == 0.3
+    (way,) = track.shown[-1]
+    assert isinstance(way, ShownLines)
+    assert (way.name, way.frame, way.points.tolist()) == ("way", "estimate", [[1, 3, 0], [4, 3, 0]])
+    definitions = json.loads((DOCS / "programs.schema.json").read_text())["$defs"]
+    schema = {"$defs": definitions, "$ref": "#/$defs/answers/properties/command"}
+    validator = jsonschema.Draft202012Validator(schema)
+    assert validator.is_valid({"forward": 0.3, "show": [{"points": []}]})
+    assert not validator.is_valid({"forward": 0.3, "show": [{"points": [], "text": "both"}]})
+
+
+def test_what_a_program_that_navigates_shows_wrongly_is_one_line(tmp_path):
+    with pytest.raises(ModuleFault, match=r"^navigator planner\.sh of robot 'r' .*returned item 1 of cmd\.show"):
+        planned(tmp_path, "{}")

@@ -106,6 +106,7 @@ LOOKER = """function [cmd, state] = looker(obs, est, robot, state)
 assert(isequal(est.landmarks, [1 2 3; 4 5 6]) && isequal(est.ids, [2 0 77]) && isequal(size(est.pose), [3 1]))
 assert(isequal(size(est.landmark_covariance), [2 2 3]))
 cmd.forward = 0.2; cmd.turn = 0.1; cmd.messages = {struct('a', [1 2]), 'hi'};
+cmd.show = struct('lines', [0 0; 1 2], 'name', 'way');
 end
 """
 
@@ -132,7 +133,8 @@ def test_a_function_gets_what_the_docs_say_and_its_answer_arrives_whole(tmp_path
     ((name, nu, S),) = track.innovations[-1]
     assert (name, nu.tolist(), S.tolist()) == ("lion", [0.1, 0.2], np.eye(2).tolist())
     assert track.command[-1].tolist()[:3:2] == [0.2, 0.1]
-    cloud, line, grid, text = track.shown[-1]
+    cloud, line, grid, text, way = track.shown[-1]
+    assert (way.name, way.points.tolist()) == ("way", [[0, 0, 0], [1, 2, 0]])
     assert (cloud.name, cloud.points.tolist()) == ("cloud", [[1, 2, 0], [3, 4, 0]])
     assert (line.points.tolist(), text.text, text.at.tolist()) == ([[0, 0, 0]], "hi", [1, 2, 0])
     np.testing.assert_array_equal(grid.cells, [[0, 1], [np.nan, 1]])

@@ -18,7 +18,7 @@ FIELDS: Mapping[str, Sequence[str]] = {
         *("pose", "covariance", "landmarks", "landmark_covariance", "ids", "joint_covariance"),
         *("innovations", "innovation_covariance", "innovation_ids", "show"),
     ),
-    "navigator": ("forward", "left", "turn", "wheels", "joints", "messages"),
+    "navigator": ("forward", "left", "turn", "wheels", "joints", "messages", "show"),
     "observer": ("id", "range", "bearing", "R"),
     "avoidance": ("forward", "left", "turn", "wheels", "joints"),
     "controller": ("",),

@@ -15,6 +15,7 @@ from mjsim.interface import (
     Numbers,
     Observation,
     RobotInfo,
+    Shown,
     Sighting,
     Tree,
     WheelCommand,
@@ -28,6 +29,7 @@ from mjsim.interface import (
 )
 from mjsim.modules.foreign.answers import FIELDS, Answer, command_of, estimate_of, sightings_of, torques_of
 from mjsim.modules.foreign.process import Ended
+from mjsim.modules.foreign.shown import shown_of
 from mjsim.modules.hosts import Failed, Hosted
 
 
@@ -61,6 +63,7 @@ class ForeignModule(Hosted):
         self._map: WorldMap | None = None
         self._numbers, self._pictures = Numbers(), False
         self._arms: dict[str, str] = {}
+        self._shown: tuple[Shown, ...] = ()
 
     @property
     def name(self) -> str:
@@ -95,7 +98,12 @@ class ForeignModule(Hosted):
     def command(self, seen: Observation, belief: Estimate) -> Command | WheelCommand:
         """Return what a navigator wants."""
         answer = self._ask("command", obs=self._seen(seen), est=estimate_tree(belief, self._numbers))
+        self._shown = shown_of(answer.get("show"), "cmd")
         return command_of(answer, self._arms, counts_last=self._engine.counts_last)
+
+    def show(self) -> tuple[Shown, ...]:
+        """Return what a navigator showed with its last command."""
+        return self._shown
 
     def adjust(self, command: Command, seen: Observation) -> Command | WheelCommand:
         """Return what an avoidance makes of a command."""

@@ -20,20 +20,21 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
 """What tells one kind from another -> its further keys."""
 
 
-def shown_of(answer: Any) -> tuple[Shown, ...]:
+def shown_of(answer: Any, of: str = "est") -> tuple[Shown, ...]:
     """Return what an answer shows; one item may stand without a list.
 
     Args:
         answer: As JSON gave it: an object, or a list of them; None for nothing.
+        of: What the language calls what it is a field of.
     """
     items = [] if answer is None else answer if isinstance(answer, list) else [answer]
     if len(items) > MOST_ITEMS:
         raise Unfit(f"returned a show of {len(items)} items; there must be at most {MOST_ITEMS}")
-    return tuple(_item(item, number) for number, item in enumerate(items, start=1))
+    return tuple(_item(item, number, of) for number, item in enumerate(items, start=1))
 
 
-def _item(item: Any, number: int) -> Shown:
-    where = f"item {number} of est.show"
+def _item(item: Any, number: int, of: str) -> Shown:
+    where = f"item {number} of {of}.show"
     if not isinstance(item, Mapping):
         raise Unfit(f"returned {where} that is no object; it must have points, lines, grid or text")
     kinds = [kind for kind in _KEYS if kind in item]
