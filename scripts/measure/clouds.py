@@ -69,14 +69,32 @@ def drive(world: mjsim.World, seconds: float | None) -> Drive:
         return Drive(clouds, np.array(poses), time.process_time() - began)
 
 
-def kiss_errors(found: Drive, *, voxel: float) -> tuple[float, float, float, float]:
-    """Return the length of the way, and the error of KISS-ICP with voxels of a size: largest, last, ATE [m]."""
+def straightened(found: Drive) -> list[Array]:
+    """Return the points of each cloud as the true motion since the last cloud has them, frame of its stamp [m]."""
+    clouds = [found.clouds[0].points.astype(float)]
+    for cloud, now, before in zip(found.clouds[1:], found.poses[1:], found.poses, strict=False):
+        now_from_before = np.linalg.inv(now) @ before
+        share = (cloud.times / cloud.times.min())[:, None]
+        turned = Rotation.from_rotvec(share * Rotation.from_matrix(now_from_before[:3, :3]).as_rotvec())
+        clouds.append(turned.apply(cloud.points.astype(float)) + share * now_from_before[:3, 3])
+    return clouds
+
+
+def kiss_errors(found: Drive, *, voxel: float, straighten: str) -> tuple[float, float, float, float]:
+    """Return the length of the way, and the error of KISS-ICP with voxels of a size: largest, last, ATE [m].
+
+    Args:
+        found: The drive.
+        voxel: Of its map [m].
+        straighten: Who straightens the clouds: `kiss` itself, the `truth`, or `nobody`.
+    """
     config = KISSConfig()
     config.data.max_range, config.mapping.voxel_size = FARTHEST, voxel
-    config.registration.max_num_threads = 1
+    config.data.deskew, config.registration.max_num_threads = straighten == "kiss", 1
     kiss, poses = KissICP(config), []
-    for cloud in found.clouds:
-        kiss.register_frame(cloud.points.astype(float), cloud.times.astype(float))
+    clouds = straightened(found) if straighten == "truth" else [cloud.points.astype(float) for cloud in found.clouds]
+    for points, cloud in zip(clouds, found.clouds, strict=True):
+        kiss.register_frame(points, cloud.times.astype(float))
         poses.append(kiss.last_pose)
     places = found.poses[0] @ np.array(poses)
     errors = np.linalg.norm(places[:, :3, 3] - found.poses[:, :3, 3], axis=1)
@@ -98,13 +116,16 @@ def main() -> None:
     parser.add_argument("--lidar", default="velodyne-vlp16", help="preset of the 3-D lidar; 2 m above the floor")
     parser.add_argument("--seconds", type=float, help="how long each drive is; as its world says unless given")
     parser.add_argument("--voxel", type=float, default=VOXEL, help="of the map of KISS-ICP [m]")
+    parser.add_argument(
+        "--straighten", choices=["kiss", "truth", "nobody"], default="kiss", help="who straightens the clouds"
+    )
     given = parser.parse_args()
     lidar = sensors.Lidar3d(lidar3d="top", preset=given.lidar, at=(0.0, 0.0, 2.0))
     for name in given.worlds:
         found, without = drive(world_with(name, lidar), given.seconds), drive(world_with(name), given.seconds)
         points = sum(len(cloud.points) for cloud in found.clouds)
         pace = points / (found.seconds - without.seconds)
-        way, largest, last, ate = kiss_errors(found, voxel=given.voxel)
+        way, largest, last, ate = kiss_errors(found, voxel=given.voxel, straighten=given.straighten)
         print(
             f"{name:10s} {points:,} points, {pace:,.0f} a second of the processor with recording   KISS-ICP: way "
             f"{way:.1f} m, largest error {1e3 * largest:.0f} mm, last {1e3 * last:.0f} mm: {last / way:.3%} of the way,"
