@@ -176,12 +176,24 @@ def test_doors_and_pictures_find_their_wall_and_robots_bring_sensors(sheet):
     sheet.reads("lidar: scan", "at: [4, 2]")
 
 
-def test_a_new_name_of_a_robot_is_that_of_its_driver_too(sheet, tmp_path):
+def test_a_new_name_of_a_robot_is_that_of_its_driver_and_of_events_too(sheet, tmp_path):
+    events = """\
+  events:
+    - {time: 1, move: scout, to: [3, 3]}   # lifted
+    - {time: 2, noise: robots.scout.odometry.noise.turn, value: 0.1}
+    - {time: 3, noise: robots.0.odometry.scale, value: 1.1}
+    - {time: 4, remove: crate}
+"""
+    before = ROOM.replace("obstacles:", events + "obstacles:")
+    sheet.text.click()
+    sheet.page.keyboard.press("Control+a")
+    with sheet.page.expect_response("**/api/parse"):
+        sheet.page.keyboard.insert_text(before)
     sheet.click(1, 1)
     sheet.field("Name").fill("rover")
     sheet.press("Enter")
     expect(sheet.title).to_have_text("rover")
-    assert saved(sheet, tmp_path) == ROOM.replace("scout", "rover")
+    assert saved(sheet, tmp_path) == before.replace("scout", "rover")
 
 
 def test_work_that_was_not_saved_is_offered_after_a_reload_until_it_is_saved(sheet, tmp_path):

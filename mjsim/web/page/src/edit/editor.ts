@@ -7,6 +7,7 @@ import type { Studio } from "../shell/view";
 import { debounced, Signal } from "../signal";
 import { arranged, type Arrangement } from "./arrange";
 import { type Piece, written } from "./clipboard";
+import { following } from "./follow";
 import { withPictures } from "./hung";
 import { Poser } from "./poser";
 import { canTurn, type Changed, isJoint, moved, spun } from "./shapes";
@@ -93,17 +94,9 @@ export class Editor {
     return done;
   }
 
-  /** What goes with a change: the driver of a robot, and what hangs on a thing, follow its name. */
+  /** What goes with a change. */
   alongWith(change: Change): Change[] {
-    const name = change.op === "set" && change.path.length === 3 && change.path[2] === "name" ? change.value : null;
-    const item = this.document.itemAt(change.path.slice(0, 2));
-    const old = item?.name;
-    if (typeof name !== "string" || !item || !old || item.raw?.["repeat"] !== undefined) return [];
-    const hung = this.items.filter((other) => other.values["on"] === old && !other.fixed);
-    const follow = hung.map((other): Change => ({ op: "set", path: [...other.path, "on"], value: name }));
-    if (item.type === "Robot" && this.hasDriver(old))
-      follow.push({ op: "rename", path: ["run", "drivers", old], value: name });
-    return follow;
+    return following(change, this.document);
   }
 
   /** Put a new item at the end of a list, and select it. */
