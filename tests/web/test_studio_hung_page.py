@@ -40,3 +40,16 @@ def test_pictures_go_with_their_wall_when_it_is_moved_turned_and_reshaped(sheet)
     sheet.reads(
         "points: [[0, 0], [4, 0]]", "at: [1, -0.06], heading_deg: -90}   # outside", "at: [3, 0.06], heading_deg: 90}"
     )
+
+
+def test_pictures_go_with_their_wall_when_its_numbers_are_typed(sheet):
+    sheet.click(0.4, 0)
+    expect(sheet.title).to_contain_text("wall")
+    sheet.page.locator(".panel summary", has_text="Points").click()
+    corner = sheet.field("Points: 2 y")
+    corner.fill("3")
+    corner.press("Enter")
+    sheet.reads("points: [[0, 0], [4, 3]]", "at: [0.836, 0.552], heading_deg: -53.13}   # outside")
+    sheet.reads("at: [2.364, 1.848], heading_deg: 126.87}", "at: [2.5, 0.06], heading_deg: -90}")
+    sheet.press("Control+z")  # a step of its own
+    sheet.reads("points: [[0, 0], [4, 0]]", "at: [1, -0.06], heading_deg: -90}   # outside", "at: [3, 0.06]")

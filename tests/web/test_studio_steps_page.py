@@ -45,3 +45,13 @@ def test_steps_of_undo_are_named_and_gone_to(sheet):
     expect(sheet.text).not_to_contain_text("crate")
     sheet.press("Control+z", "Control+z", "Control+z")
     expect(sheet.unsaved).to_be_hidden()
+
+
+def test_steps_by_keys_before_the_answer_to_a_drag_go_on_from_where_it_ended(sheet):
+    sheet.page.route("**/api/edit", lambda _: None)  # held until it is unrouted
+    sheet.drag((2, 2), (3, 2.5))
+    sheet.press("[", "ArrowRight")
+    sheet.page.unroute("**/api/edit")
+    sheet.reads("crate, box: [0.6, 0.4, 0.5], at: [3.05, 2.5], heading_deg: 15}")
+    sheet.press("Control+z", "Control+z")
+    sheet.reads("crate, box: [0.6, 0.4, 0.5], at: [3, 2.5]}")

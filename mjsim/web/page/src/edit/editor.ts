@@ -8,7 +8,7 @@ import { debounced, Signal } from "../signal";
 import { arranged, type Arrangement } from "./arrange";
 import { type Piece, written } from "./clipboard";
 import { following } from "./follow";
-import { withPictures } from "./hung";
+import { picturesAlong, withPictures } from "./hung";
 import { Poser } from "./poser";
 import { canTurn, type Changed, isJoint, moved, spun } from "./shapes";
 
@@ -36,7 +36,7 @@ export class Editor {
   ) {
     const { document } = studio;
     this.poser = new Poser(this);
-    document.opened.on(() => plan.forgetView());
+    document.opened.on(() => (plan.forgetView(), this.onTheWay.clear()));
     document.parsedChanged.on(() => this.show());
     document.selectionChanged.on(() => this.look());
     document.finishing.on(() => this.write.now());
@@ -94,9 +94,25 @@ export class Editor {
     return done;
   }
 
-  /** What goes with a change. */
+  /** Write what things were made by a drag or by keys; until the server has read it, they are taken as they are drawn. */
+  async commit(changed: Changed[]): Promise<void> {
+    for (const { ghost } of changed) this.onTheWay.set(keyOf(ghost.path), ghost);
+    await this.apply(changed.flatMap(({ changes }) => changes));
+    for (const { ghost } of changed) {
+      const key = keyOf(ghost.path);
+      if (this.onTheWay.get(key) === ghost) this.onTheWay.delete(key);
+    }
+  }
+
+  /** What goes with a change of a field: what is called by a name follows it, pictures follow their wall. */
   alongWith(change: Change): Change[] {
-    return following(change, this.document);
+    return [...following(change, this.document), ...this.hungOn(change)];
+  }
+
+  /** The pictures on a wall whose corners are set. */
+  private hungOn(change: Change): Change[] {
+    const wall = this.document.itemAt(change.path.slice(0, 2));
+    return change.op === "set" && wall ? picturesAlong(wall, change.path.slice(2), change.value, this.drawn) : [];
   }
 
   /** Put a new item at the end of a list, and select it. */
@@ -116,7 +132,7 @@ export class Editor {
   /** Shift what is selected. Steps that follow each other quickly are one change, shown at once. */
   nudge(by: Point): void {
     if (this.poser.nudge(by)) return;
-    this.step("shift", (item, steps) => moved(item, [by[0] * steps, by[1] * steps], this.items), JSON.stringify(by));
+    this.step("shift", (item, steps) => moved(item, [by[0] * steps, by[1] * steps], this.drawn), JSON.stringify(by));
   }
 
   /** Turn what is selected, each about its own middle. */
@@ -142,7 +158,12 @@ export class Editor {
 
   private stepped(): Changed[] {
     const { steps } = this;
-    return steps ? withPictures(steps.items.map((item) => steps.make(item, steps.count)), this.items) : [];
+    return steps ? withPictures(steps.items.map((item) => steps.make(item, steps.count)), this.drawn) : [];
+  }
+
+  /** All items as the changes that are still on their way will make them. */
+  private get drawn(): Item[] {
+    return this.onTheWay.size ? this.items.map((item) => this.asDrawn(item)) : this.items;
   }
 
   /** An item as the last change that is still on its way will make it. */
@@ -228,8 +249,7 @@ export class Editor {
   private writeSteps(): void {
     const changed = this.stepped();
     this.steps = null;
-    for (const { ghost } of changed) this.onTheWay.set(keyOf(ghost.path), ghost);
-    void this.apply(changed.flatMap(({ changes }) => changes));
+    void this.commit(changed);
   }
 
   /** A name that nothing has yet: as wished, or with a number. `behind`: what is written behind it of the first repetition. */
@@ -292,7 +312,6 @@ export class Editor {
 
   private show(): void {
     const { items, parsed } = this.document;
-    this.onTheWay.clear();
     if (!this.steps && !this.plan.dragging) this.plan.ghosts.clear();
     this.look();
     this.plan.setItems(items, parsed.bounds);

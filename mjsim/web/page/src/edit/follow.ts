@@ -4,7 +4,7 @@ import type { Change, Item, Path, Values } from "../api";
 import type { WorldDocument } from "../shell/document";
 
 /** Keys of events whose value is the name of a thing. */
-const NAMING = ["move", "open", "close", "lamp", "remove", "restore", "shove", "push", "reach", "release"];
+const NAMING = ["move", "open", "close", "lamp", "remove", "restore", "shove", "push", "reach", "release", "lead"];
 
 /** Changes of a world that follow one change; none unless that names a thing anew. */
 export function following(change: Change, document: WorldDocument): Change[] {

@@ -1,6 +1,6 @@
 /** Pictures go with the wall on which they hang, when it is moved, turned or reshaped. Nothing is drawn here. */
 
-import type { Item, Point } from "../api";
+import type { Change, Item, Path, Point } from "../api";
 import { add, direction, dot, heading, length, minus, times, turned } from "../plan/geometry";
 import { keyOf } from "../plan/plan";
 import { type Changed, isWall, moved, segmentsOf, spun } from "./shapes";
@@ -22,6 +22,19 @@ export function withPictures(changed: Changed[], items: Item[]): Changed[] {
   const along = (picture: Item): Changed[] =>
     walls.flatMap((wall) => followed(picture, before.get(keyOf(wall.path)), wall, items)).slice(0, 1);
   return [...changed, ...pictures.flatMap(along)];
+}
+
+/** What goes with a value that is set in a wall, at a path from there on: its pictures go along with its corners. */
+export function picturesAlong(wall: Item, [key, ...deeper]: Path, value: unknown, items: Item[]): Change[] {
+  if (!isWall(wall) || key !== "points") return [];
+  const ghost = { ...wall, values: { ...wall.values, points: put(wall.values["points"], deeper, value) } };
+  return withPictures([{ ghost, changes: [] }], items).slice(1).flatMap(({ changes }) => changes);
+}
+
+/** A value with another one at a path in its lists. */
+function put(value: unknown, [key, ...deeper]: Path, fresh: unknown): unknown {
+  if (key === undefined) return fresh;
+  return Array.isArray(value) ? value.map((each, k): unknown => (k === key ? put(each, deeper, fresh) : each)) : value;
 }
 
 function isFree(item: Item): boolean {

@@ -100,7 +100,7 @@ export class SelectTool implements Tool {
     const drag = this.held;
     if (drag?.kind === "pull") void this.editor.poser.keep();
     else if (drag && this.moving && drag.kind !== "band")
-      void this.editor.apply(this.changed.flatMap(({ changes }) => changes));
+      void this.editor.commit(this.changed);
     else if (drag?.kind === "items" && !this.from?.shift) this.editor.select([drag.grabbed]);
     else if (drag?.kind === "band" && !this.moving && !this.from?.shift) this.editor.select([]);
     this.held = null;
