@@ -8,6 +8,7 @@ import { el, fill } from "./dom";
 import { Shell } from "./shell/shell";
 import { startTheme } from "./shell/theme";
 import "./narrow.css";
+import { word } from "./words/words";
 
 startTheme();
 void start();
@@ -19,11 +20,11 @@ async function start(): Promise<void> {
     new Shell(root, await api.folder());
   } catch (error) {
     if (!(error instanceof Error)) throw error;
-    const again = el("button", { class: "primary", onclick: () => location.reload() }, "Try again");
+    const again = el("button", { class: "primary", onclick: () => location.reload() }, word("start.tryAgain"));
     const state = el(
       "div",
       { class: "state", role: "alert" },
-      el("h2", {}, "The studio cannot be opened"),
+      el("h2", {}, word("start.theStudioCannotBe")),
       el("p", {}, error.message),
       again,
     );

@@ -6,6 +6,7 @@ import { faded, inLight, readTokens } from "../run/ink";
 import { themeChanged } from "../shell/theme";
 import { rangeOf, type Curve, type Figure, type Ink } from "./figure";
 import { savingMenu } from "./saving";
+import { word } from "../words/words";
 
 type Column = (number | null | undefined)[];
 
@@ -112,7 +113,7 @@ export class Chart {
       const { x, y } = this.plot.scales;
       return {
         title,
-        x: "time [s]",
+        x: word("charts.timeAxis"),
         y: unit ? `${title.toLowerCase()} [${unit}]` : title,
         curves: this.curves(),
         xRange: [x?.min ?? 0, x?.max ?? 1],
@@ -130,7 +131,7 @@ export class Chart {
     const { lines, title } = this.settings;
     const [times, ...columns] = this.plot.data as unknown as Column[];
     const rows = (times ?? []).map((time, row) => [time, ...columns.map((column) => column[row])]);
-    return [["time [s]", ...lines.map((line) => line.name ?? (line.label || title))], ...rows];
+    return [[word("charts.timeAxis"), ...lines.map((line) => line.name ?? (line.label || title))], ...rows];
   }
 
   private curves(): Curve[] {

@@ -3,6 +3,7 @@
 import { el } from "../dom";
 import { remembered, toggle } from "../run/controls";
 import { KINDS, type Kind, type Sheet } from "./sheet";
+import { word } from "../words/words";
 
 export function chartChips(key: string, first: Kind[], sheet: Sheet, changed: () => void): HTMLElement {
   const kept = remembered(key)?.split(" ") ?? first;
@@ -19,5 +20,5 @@ export function chartChips(key: string, first: Kind[], sheet: Sheet, changed: ()
   const chips = KINDS.map(({ kind, label }) =>
     toggle({ class: "quiet run-small" }, now.has(kind), (on) => press(kind, on), label),
   );
-  return el("div", { class: "run-chips", role: "group", "aria-label": "Charts" }, ...chips);
+  return el("div", { class: "run-chips", role: "group", "aria-label": word("charts.charts") }, ...chips);
 }

@@ -1,6 +1,7 @@
 /** Layouts of plots by their names, as the browser keeps them: which numbers are drawn in which chart. */
 
 import { remembered } from "../run/controls";
+import { word } from "../words/words";
 
 /** Topic and the number's place in its messages. */
 export type Field = [topic: string, name: string];
@@ -21,7 +22,7 @@ export interface Layout {
 
 /** So many numbers are drawn in one chart, so many charts are in a layout, and so many layouts are kept. */
 export const MOST = { fields: 6, charts: 8, layouts: 40 };
-const FIRST = "Layout 1";
+const FIRST = word("charts.firstLayout");
 
 export class Layouts {
   all: Layout[];
@@ -72,9 +73,9 @@ export class Layouts {
   }
 
   private refused(name: string): string | null {
-    if (!name) return "Give the layout a name";
-    if (this.all.some((layout) => layout.name === name)) return `There is a layout “${name}” already`;
-    return this.all.length < MOST.layouts ? null : `${MOST.layouts} layouts are kept; remove one first`;
+    if (!name) return word("charts.giveTheLayoutA");
+    if (this.all.some((layout) => layout.name === name)) return word("charts.thereIsALayout", { name });
+    return this.all.length < MOST.layouts ? null : word("charts.layoutsAreKeptRemove", { layouts: MOST.layouts });
   }
 }
 

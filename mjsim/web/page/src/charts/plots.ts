@@ -9,6 +9,7 @@ import { Chart, inkNow, legend, NO_MARKS, rowAt, type Handlers, type Marks } fro
 import { drawFigure, rangeOf, type Curve, type Drawing, type Figure } from "./figure";
 import { titleOf, type Field, type PlotChart } from "./layouts";
 import { savingMenu } from "./saving";
+import { word } from "../words/words";
 
 type Values = (number | null)[];
 
@@ -47,7 +48,7 @@ class TimePlot implements Plot {
       color: () => rowColor(k),
     }));
     const [only] = fields;
-    const title = several || !only ? "Chosen numbers" : titleOf(only);
+    const title = several || !only ? word("charts.chosenNumbers") : titleOf(only);
     this.chart = new Chart({ title, unit: "", lines, digits: 4, each: several, tight: true }, handlers, sync);
     this.element = this.chart.element;
   }
@@ -134,12 +135,13 @@ class XyPlot implements Plot {
     const rows = this.curves.flatMap((curve, k) =>
       curve.time.map((time, row) => [ys[k] ?? "", time, curve.x[row] ?? null, curve.y[row] ?? null]),
     );
-    return [["curve", "time [s]", x ?? "", "value"], ...rows];
+    return [["curve", word("charts.timeAxis"), x ?? "", "value"], ...rows];
   }
 
   private get title(): string {
     const [x, ...ys] = this.fields.map(labelOf);
-    return ys.length ? `${ys.join(", ")} against ${x}` : `${x}: add a number for y`;
+    const drawn = ys.join(", ");
+    return ys.length ? word("charts.against", { drawn, x }) : word("charts.addANumberFor", { x });
   }
 
   private figureNow(): Figure {

@@ -8,6 +8,7 @@ import { newestWins } from "../signal";
 import { NO_MARKS, type Handlers, type Marks } from "./chart";
 import { empty, Layouts, MOST, titleOf, type Field, type PlotChart, type PlotKind } from "./layouts";
 import { makePlot, type Column, type Plot } from "./plots";
+import { word } from "../words/words";
 
 export type { Column, Field };
 
@@ -20,8 +21,8 @@ export interface Source {
 /** So many are offered for what was typed. */
 const OFFERED = 60;
 const KINDS: [PlotKind, string][] = [
-  ["time", "over time"],
-  ["xy", "x and y"],
+  ["time", word("charts.overTime")],
+  ["xy", word("charts.xAndY")],
 ];
 
 export class Plotter {
@@ -30,11 +31,11 @@ export class Plotter {
   private readonly charts = el("div", { class: "plotter-chart" });
   private readonly search = el("input", {
     type: "search",
-    placeholder: "Search topics and fields",
-    "aria-label": "Search topics and fields",
+    placeholder: word("charts.searchTopicsAndFields"),
+    "aria-label": word("charts.searchTopicsAndFields"),
     oninput: () => this.offer(),
   });
-  private readonly found = el("ul", { class: "plotter-found", "aria-label": "Fields" });
+  private readonly found = el("ul", { class: "plotter-found", "aria-label": word("charts.fields") });
   private readonly head = el("div", { class: "plotter-layouts" });
   private readonly cards = el("div", { class: "plotter-cards" });
   private readonly note = el("p", { class: "hint", role: "status" });
@@ -73,7 +74,7 @@ export class Plotter {
   /** There is another source. */
   async load(): Promise<void> {
     const turn = ++this.turn;
-    this.note.textContent = "Reading the list of fields …";
+    this.note.textContent = word("charts.readingTheListOf");
     try {
       const all = await this.source.fields();
       if (turn !== this.turn) return;
@@ -141,9 +142,10 @@ export class Plotter {
 
   private offer(): void {
     const words = this.search.value.toLowerCase().split(/\s+/);
-    const fit = this.all.filter((field) => words.every((word) => titleOf(field).toLowerCase().includes(word)));
-    const count = `${fit.length} ${fit.length === 1 ? "number" : "numbers"}`;
-    this.note.textContent = fit.length > OFFERED ? `${count}; the first ${OFFERED} are listed` : count;
+    const fit = this.all.filter((field) => words.every((part) => titleOf(field).toLowerCase().includes(part)));
+    const count = fit.length === 1 ? word("charts.oneNumber") : word("charts.numbers", { count: fit.length });
+    const some = word("charts.theFirstAreListed", { count, offered: OFFERED });
+    this.note.textContent = fit.length > OFFERED ? some : count;
     // Those that stay are not touched: a new one may come while one of them is pressed.
     const before = new Map([...this.found.children].map((item) => [item.textContent, item as HTMLElement]));
     put(this.found, fit.slice(0, OFFERED).map((field) => before.get(titleOf(field)) ?? this.offered(field)));
@@ -151,7 +153,7 @@ export class Plotter {
 
   private offered(field: Field): HTMLElement {
     const title = titleOf(field);
-    return el("li", {}, button({ class: "quiet", title: `Draw ${title}` }, () => this.add(field), title));
+    return el("li", {}, button({ class: "quiet", title: word("charts.draw", { title }) }, () => this.add(field), title));
   }
 
   private add(field: Field): void {
@@ -159,7 +161,9 @@ export class Plotter {
     if (!chart) return;
     const there = chart.fields.some((each) => titleOf(each) === titleOf(field));
     if (there || chart.fields.length >= MOST.fields) {
-      this.note.textContent = there ? `${titleOf(field)} is drawn already` : `A chart holds ${MOST.fields}; remove one, or add a chart`;
+      this.note.textContent = there
+        ? word("charts.isDrawnAlready", { field: titleOf(field) })
+        : word("charts.aChartHoldsRemove", { fields: MOST.fields });
       return;
     }
     chart.fields.push(field);
@@ -183,14 +187,14 @@ export class Plotter {
         this.current = charts.push(empty()) - 1;
         this.changed();
       },
-      "Add chart",
+      word("charts.addChart"),
     );
     fill(this.cards, ...charts.map((chart, k) => this.card(chart, k)), add);
   }
 
   private layoutControls(): HTMLElement[] {
     const names = this.layouts.all.map(({ name }): [string, string] => [name, name]);
-    const pick = choice({ "aria-label": "Layout" }, names, this.layouts.now.name, (name) => {
+    const pick = choice({ "aria-label": word("charts.layout") }, names, this.layouts.now.name, (name) => {
       this.layouts.choose(name);
       this.changed();
     });
@@ -198,19 +202,23 @@ export class Plotter {
       this.layouts.remove();
       this.changed();
     };
+    const { layouts } = this;
+    const begin = (): void => void this.name(word("charts.newLayout"), "", (name) => layouts.add(name));
+    const rename = (): void =>
+      void this.name(word("charts.renameLayout"), layouts.now.name, (name) => layouts.rename(name));
     return [
       pick,
-      button({ class: "quiet run-small" }, () => void this.name("New layout", "", (name) => this.layouts.add(name)), "New …"),
-      button({ class: "quiet run-small" }, () => void this.name("Rename layout", this.layouts.now.name, (name) => this.layouts.rename(name)), "Rename …"),
-      button({ class: "quiet run-small" }, remove, "Remove"),
+      button({ class: "quiet run-small" }, begin, word("charts.new")),
+      button({ class: "quiet run-small" }, rename, word("charts.rename")),
+      button({ class: "quiet run-small" }, remove, word("charts.removeLayout")),
     ];
   }
 
   private async name(title: string, value: string, use: (name: string) => string | null): Promise<void> {
-    const input = el("input", { type: "text", value, maxlength: 60, "aria-label": "Name of the layout" });
+    const input = el("input", { type: "text", value, maxlength: 60, "aria-label": word("charts.nameOfTheLayout") });
     const choices = [
-      { text: "Cancel", value: false },
-      { text: "Keep", value: true, kind: "primary" as const },
+      { text: word("charts.cancel"), value: false },
+      { text: word("charts.keep"), value: true, kind: "primary" as const },
     ];
     if (!(await ask(title, [input], choices))) return;
     const wrong = use(input.value.trim());
@@ -220,30 +228,31 @@ export class Plotter {
 
   private card(chart: PlotChart, k: number): HTMLElement {
     const taken = k === this.current;
-    const kind = choice({ "aria-label": `Kind of chart ${k + 1}` }, KINDS, chart.kind, (value) => {
+    const kind = choice({ "aria-label": word("charts.kindOfChart", { number: k + 1 }) }, KINDS, chart.kind, (value) => {
       chart.kind = value;
       this.changed();
     });
     const select = button(
-      { class: "quiet run-small plotter-pick", "aria-pressed": String(taken), title: "Numbers go into this chart" },
+      { class: "quiet run-small plotter-pick", "aria-pressed": String(taken), title: word("charts.numbersGoIntoThis") },
       () => {
         this.current = k;
         this.list();
       },
-      `Chart ${k + 1}`,
+      word("charts.chart", { number: k + 1 }),
     );
     const remove = (): void => {
       this.layouts.now.charts.splice(k, 1);
       if (!this.layouts.now.charts.length) this.layouts.now.charts.push(empty());
       this.changed();
     };
-    const drop = button({ class: "quiet square", "aria-label": `Remove chart ${k + 1}` }, remove, sign("close"));
-    const hint = chart.kind === "xy" ? "Choose x first, then what is drawn against it." : "Choose numbers below.";
+    const label = word("charts.removeChart", { number: k + 1 });
+    const drop = button({ class: "quiet square", "aria-label": label }, remove, sign("close"));
+    const hint = chart.kind === "xy" ? word("charts.chooseXFirstThen") : word("charts.chooseNumbersBelow");
     return el(
       "section",
-      { class: "plotter-card", "aria-label": `Chart ${k + 1}`, "data-current": taken },
+      { class: "plotter-card", "aria-label": word("charts.chart", { number: k + 1 }), "data-current": taken },
       el("header", {}, select, kind, drop),
-      el("ul", { class: "plotter-list", "aria-label": "Drawn" }, ...this.rows(chart)),
+      el("ul", { class: "plotter-list", "aria-label": word("charts.drawn") }, ...this.rows(chart)),
       chart.fields.length < (chart.kind === "xy" ? 2 : 1) && el("p", { class: "hint" }, hint),
       chart.kind === "xy" && this.scaleBox(chart),
     );
@@ -255,20 +264,21 @@ export class Plotter {
       chart.equal = box.checked;
       this.changed();
     });
-    return el("label", { class: "run-check" }, box, "one scale for both axes");
+    return el("label", { class: "run-check" }, box, word("charts.oneScaleForBoth"));
   }
 
   private rows(chart: PlotChart): HTMLElement[] {
     const there = chart.fields.filter((field) => this.known.has(titleOf(field)));
     return chart.fields.map((field) => {
-      const gone = there.includes(field) ? "" : " (not there)";
+      const gone = there.includes(field) ? "" : word("charts.notThere");
       const place = there.indexOf(field) - (chart.kind === "xy" ? 1 : 0);
       const mark = place < 0 ? el("b", {}, gone ? "–" : "x") : el("i", { style: `background: ${rowColor(place)}` });
       const remove = (): void => {
         chart.fields.splice(chart.fields.indexOf(field), 1);
         this.changed();
       };
-      const drop = button({ class: "quiet square", "aria-label": `Remove ${titleOf(field)}` }, remove, sign("close"));
+      const label = word("charts.removeField", { field: titleOf(field) });
+      const drop = button({ class: "quiet square", "aria-label": label }, remove, sign("close"));
       return el("li", {}, mark, el("span", {}, titleOf(field) + gone), drop);
     });
   }

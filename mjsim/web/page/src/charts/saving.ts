@@ -4,6 +4,7 @@ import { el } from "../dom";
 import { button, sign } from "../run/controls";
 import { fileName, savePng, saveSvg, type Figure } from "./figure";
 import { csvOf, save } from "./save";
+import { word } from "../words/words";
 
 export interface Savable {
   /** As it is now, in the colours of the light theme. */
@@ -24,7 +25,7 @@ export function savingMenu(chart: Savable): HTMLElement {
       label,
     );
   menu.append(
-    el("summary", { title: "Save as a file", "aria-label": "Save as a file" }, sign("save")),
+    el("summary", { title: word("charts.saveAsAFile"), "aria-label": word("charts.saveAsAFile") }, sign("save")),
     el(
       "div",
       {},

@@ -3,6 +3,7 @@
 import { faded, readTokens, rowColor } from "../run/ink";
 import type { History } from "../run/history";
 import { Chart, NO_MARKS, type ChartSettings, type Handlers, type Line, type Marks } from "./chart";
+import { word } from "../words/words";
 
 type Column = (number | null)[];
 
@@ -13,12 +14,12 @@ const NEES_EXPECTED = 3;
 export type Kind = "distance" | "x" | "y" | "heading" | "nees" | "timing";
 
 export const KINDS: { kind: Kind; label: string }[] = [
-  { kind: "distance", label: "Position" },
+  { kind: "distance", label: word("charts.position") },
   { kind: "x", label: "x" },
   { kind: "y", label: "y" },
-  { kind: "heading", label: "Heading" },
+  { kind: "heading", label: word("charts.heading") },
   { kind: "nees", label: "NEES" },
-  { kind: "timing", label: "Time per module" },
+  { kind: "timing", label: word("charts.timePerModule") },
 ];
 
 const AXES = { x: 0, y: 1, heading: 2 } as const;
@@ -46,24 +47,24 @@ function settingsOf(kind: Kind, modules: string[]): ChartSettings {
   switch (kind) {
     case "distance":
       return {
-        title: "Position error",
+        title: word("charts.positionError"),
         unit: "m",
         lines: [
-          { label: "estimate", color: estimate, width: 1.5 },
-          { label: "odometry", color: () => readTokens().odometry },
+          { label: word("charts.estimate"), color: estimate, width: 1.5 },
+          { label: word("charts.odometry"), color: () => readTokens().odometry },
         ],
         fromZero: true,
         atLeast: [0, 0.02],
       };
     case "x":
-      return bounded("x error", "m", 0.02);
+      return bounded(word("charts.xError"), "m", 0.02);
     case "y":
-      return bounded("y error", "m", 0.02);
+      return bounded(word("charts.yError"), "m", 0.02);
     case "heading":
-      return { ...bounded("Heading error", "deg", 0.5), digits: 2 };
+      return { ...bounded(word("charts.headingError"), "deg", 0.5), digits: 2 };
     case "nees":
       return {
-        title: "NEES, 95 % band",
+        title: word("charts.neesBand"),
         unit: "",
         lines: [{ label: "", color: estimate, width: 1.25 }],
         band: NEES_BAND,
@@ -75,7 +76,7 @@ function settingsOf(kind: Kind, modules: string[]): ChartSettings {
       };
     case "timing":
       return {
-        title: "Time",
+        title: word("charts.time"),
         unit: "ms",
         lines: modules.map((label, k) => ({ label, color: () => rowColor(k) })),
         fromZero: true,
@@ -119,7 +120,7 @@ export class Sheet {
     // It scrolls where there are many; so it can be reached by keys.
     this.element.tabIndex = 0;
     this.element.setAttribute("role", "group");
-    this.element.setAttribute("aria-label", "Charts");
+    this.element.setAttribute("aria-label", word("charts.charts"));
     this.arrange();
   }
 

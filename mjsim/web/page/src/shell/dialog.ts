@@ -1,6 +1,7 @@
 /** Questions: a dialog over the page that keeps the keyboard until it is answered. */
 
 import { el, type Child } from "../dom";
+import { word } from "../words/words";
 
 export interface Choice<T> {
   text: string;
@@ -46,7 +47,7 @@ export function askWith<T>(title: string, make: (answer: (value: T | null) => vo
     };
     const close = el(
       "button",
-      { type: "button", class: "quiet square", "aria-label": "Close", onclick: () => answer(null) },
+      { type: "button", class: "quiet square", "aria-label": word("shell.close"), onclick: () => answer(null) },
       "✕",
     );
     const head = el("div", { class: "dialog-head" }, el("h2", { id: "dialog-title" }, title), close);

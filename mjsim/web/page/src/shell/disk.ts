@@ -6,6 +6,7 @@ import type { Files } from "./files";
 import type { Notices } from "./notices";
 import type { TabLink } from "./tab";
 import type { Studio } from "./view";
+import { word } from "../words/words";
 
 /** While a drag goes on, or a save, it is looked at again after this long [ms]. */
 const LATER = 300;
@@ -66,8 +67,8 @@ export class Disk {
 
   private noteGone(path: string): void {
     this.notices.clear("disk");
-    const text = `${path} is no longer on disk: it was moved or deleted. Its text is kept here until you save it.`;
-    this.notices.set("gone", text, [{ text: "Save it again", kind: "primary", act: () => void this.files.save() }]);
+    const text = word("shell.isNoLongerOn", { path });
+    this.notices.set("gone", text, [{ text: word("shell.saveItAgain"), kind: "primary", act: () => void this.files.save() }]);
     this.studio.document.noteGone(true);
   }
 
@@ -80,7 +81,7 @@ export class Disk {
     // The person may have begun to change something meanwhile.
     if (world.isEdited || world.isBusy) return this.look();
     world.reload(opened);
-    if (world.text !== before) toasts.done(`${path} changed on disk and was reloaded; undo goes back.`);
+    if (world.text !== before) toasts.done(word("shell.reloadedFromDisk", { path }));
   }
 
   private async ask(path: string): Promise<void> {
@@ -91,10 +92,10 @@ export class Disk {
     this.told = `${path} ${opened.stamp}`;
     if (opened.text === world.text) return world.rebase(opened);
     this.notices.clear("gone");
-    this.notices.set("disk", `${path} changed on disk, and you have unsaved changes here.`, [
-      { text: "Load the one on disk", title: "Undo leads back to your changes", act: () => void this.files.reload() },
-      { text: "Keep both", title: "Save yours beside it under another name", act: () => void this.files.keepBoth() },
-      { text: "Keep mine", title: "Go on; saving overwrites the one on disk", act: () => void this.keepMine(path) },
+    this.notices.set("disk", word("shell.changedOnDiskAndHere", { path }), [
+      { text: word("shell.loadTheOneOn"), title: word("shell.undoLeadsBackTo"), act: () => void this.files.reload() },
+      { text: word("shell.keepBoth"), title: word("shell.saveYoursBesideIt"), act: () => void this.files.keepBoth() },
+      { text: word("shell.keepMine"), title: word("shell.goOnSavingOverwrites"), act: () => void this.keepMine(path) },
     ]);
   }
 
@@ -127,6 +128,7 @@ export class Disk {
     await world.read();
     await this.studio.refresh().catch((error) => toasts.error(error));
     const [first, ...others] = names;
-    toasts.done(`${others.length ? `${names.length} files of this world` : first} changed on disk.`);
+    const count = names.length;
+    toasts.done(others.length ? word("shell.filesOfThisWorld", { count }) : word("shell.changedOnDisk", { first }));
   }
 }

@@ -7,6 +7,7 @@ import { askWith } from "./dialog";
 import type { Notices } from "./notices";
 import type { TabLink } from "./tab";
 import type { Studio } from "./view";
+import { word } from "../words/words";
 
 /** Changes are kept this long after the first of them [ms], also while the person types on. */
 const PAUSE = 400;
@@ -127,8 +128,8 @@ export class Drafts {
   private async offer(drafts: Draft[]): Promise<void> {
     if (drafts.length === 0) return;
     for (const { id } of drafts) this.seen.add(id);
-    const chosen = await askWith<Draft>("Unsaved changes", (answer) => [
-      el("p", { class: "hint" }, "These changes were not saved when their page was closed. You can undo restoring them."),
+    const chosen = await askWith<Draft>(word("shell.unsavedChanges"), (answer) => [
+      el("p", { class: "hint" }, word("shell.theseChangesWereNot")),
       this.list(drafts, answer),
     ]);
     if (chosen) await this.restore(chosen);
@@ -149,11 +150,11 @@ export class Drafts {
           "li",
           {},
           el("span", {}, el("b", {}, named(draft)), el("span", { class: "hint" }, spoken(draft.when))),
-          el("button", { type: "button", class: "danger", onclick: () => void drop() }, "Discard"),
+          el("button", { type: "button", class: "danger", onclick: () => void drop() }, word("shell.discard")),
           el(
             "button",
             { type: "button", class: index ? "" : "primary", autofocus: index === 0, onclick: () => answer(draft) },
-            "Restore",
+            word("shell.restore"),
           ),
         );
         return row;
@@ -167,7 +168,7 @@ export class Drafts {
     const own = this.others.filter((draft) => this.isOwn(draft));
     const { path } = this.studio.document;
     const open = own.find(({ open, id }) => open && !this.known.has(id));
-    if (open) this.notices.set("tab", `Another tab has unsaved changes in ${path}.`, [], () => this.known.add(open.id));
+    if (open) this.notices.set("tab", word("shell.anotherTabHasUnsaved", { path }), [], () => this.known.add(open.id));
     else this.notices.clear("tab");
     const left = this.ready ? own.find(({ open, id }) => !open && !this.seen.has(id)) : undefined;
     if (left) this.noteLeft(left);
@@ -179,15 +180,15 @@ export class Drafts {
       this.seen.add(draft.id);
       this.note();
     };
-    const text = `A closed tab left unsaved changes in ${draft.path} (${spoken(draft.when)}).`;
+    const text = word("shell.aClosedTabLeft", { path: draft.path, when: spoken(draft.when) });
     const restore = (): void => void this.restore(draft).then((restored) => restored && done());
-    const title = "You can undo this";
+    const title = word("shell.youCanUndoThis");
     this.notices.set(
       "left",
       text,
       [
-        { text: "Discard", kind: "danger", act: () => void this.discard(draft).then(done) },
-        { text: "Restore", title, kind: "primary", act: restore },
+        { text: word("shell.discard"), kind: "danger", act: () => void this.discard(draft).then(done) },
+        { text: word("shell.restore"), title, kind: "primary", act: restore },
       ],
       done,
     );
@@ -215,8 +216,8 @@ export class Drafts {
 
   private noteAway(): void {
     if (!this.away || !this.studio.document.isChanged) return this.notices.clear("away");
-    const text = "The studio does not answer: your changes are not kept. Start it again, or download the text.";
-    this.notices.set("away", text, [{ text: "Download", act: () => this.download() }]);
+    const text = word("shell.theStudioDoesNot");
+    this.notices.set("away", text, [{ text: word("shell.download"), act: () => this.download() }]);
   }
 
   private download(): void {
@@ -276,7 +277,7 @@ export class Drafts {
 }
 
 function named({ path, fresh }: Draft): string {
-  return fresh ? `A new world (${path})` : path.replace(/^shipped:/, "");
+  return fresh ? word("shell.aNewWorld", { path }) : path.replace(/^shipped:/, "");
 }
 
 function spoken(when: number): string {

@@ -7,6 +7,7 @@ import { Drafts } from "./drafts";
 import type { Notices } from "./notices";
 import type { TabLink } from "./tab";
 import type { Studio } from "./view";
+import { word } from "../words/words";
 
 type Wanted = { open: string } | { make: string | undefined } | { restore: Draft };
 
@@ -27,14 +28,14 @@ export class Files {
   async ask(): Promise<void> {
     await this.studio.refresh().catch((error) => this.studio.toasts.error(error));
     const drafts = await this.drafts.left();
-    const wanted = await askWith<Wanted>("Open a world", (answer) => this.worldList(drafts, answer));
+    const wanted = await askWith<Wanted>(word("shell.openAWorld"), (answer) => this.worldList(drafts, answer));
     if (wanted) await this.take(wanted);
   }
 
   /** Let the person choose what a new world begins with. */
   async askNew(): Promise<void> {
-    const wanted = await askWith<Wanted>("New world", (answer) => [
-      el("p", { class: "hint" }, "Nothing is written to disk until you save."),
+    const wanted = await askWith<Wanted>(word("shell.newWorld"), (answer) => [
+      el("p", { class: "hint" }, word("shell.nothingIsWrittenTo")),
       el("div", { class: "cards" }, ...this.templates(answer)),
     ]);
     if (wanted) await this.take(wanted);
@@ -68,14 +69,14 @@ export class Files {
   async saveAs(): Promise<void> {
     const { document: world } = this.studio;
     await world.settled();
-    const field = el("input", { value: this.freshName(), spellcheck: false, required: true, "aria-label": "File" });
-    const note = el("p", { class: "hint" }, `In ${this.studio.folder.folder}`);
+    const field = el("input", { value: this.freshName(), spellcheck: false, required: true, "aria-label": word("shell.file") });
+    const note = el("p", { class: "hint" }, word("shell.in", { folder: this.studio.folder.folder }));
     const answer = await ask(
-      "Save as",
+      word("shell.saveAs"),
       [note, field],
       [
-        { text: "Cancel", value: false },
-        { text: "Save", value: true, kind: "primary" },
+        { text: word("shell.cancel"), value: false },
+        { text: word("shell.save"), value: true, kind: "primary" },
       ],
     );
     const name = field.value.trim();
@@ -106,14 +107,15 @@ export class Files {
     const { document: world } = this.studio;
     await world.settled();
     if (!world.isChanged) return true;
-    const text = `What you changed in ${world.path || "the new world"} is not saved.`;
+    const { path } = world;
+    const text = path ? word("shell.changesNotSaved", { path }) : word("shell.newWorldNotSaved");
     const answer = await ask<"stay" | "save" | "drop">(
-      "Save first?",
+      word("shell.saveFirst"),
       [el("p", {}, text)],
       [
-        { text: "Cancel", value: "stay" },
-        { text: "Drop the changes", value: "drop", kind: "danger" },
-        { text: "Save", value: "save", kind: "primary" },
+        { text: word("shell.cancel"), value: "stay" },
+        { text: word("shell.dropTheChanges"), value: "drop", kind: "danger" },
+        { text: word("shell.save"), value: "save", kind: "primary" },
       ],
     );
     if (answer === "save") await this.save();
@@ -168,7 +170,7 @@ export class Files {
     } finally {
       this.isSaving = false;
     }
-    toasts.done(`Saved ${path}`);
+    toasts.done(word("shell.saved", { path }));
     await this.studio.refresh().catch((error) => toasts.error(error));
     if (moved) await world.read(); // what stands beside the file is looked for from its new place
   }
@@ -178,13 +180,13 @@ export class Files {
     const same = path === this.studio.document.path;
     const body = [
       el("p", {}, error.message),
-      el("p", { class: "hint" }, "Your text is kept here until you decide; nothing was written."),
+      el("p", { class: "hint" }, word("shell.yourTextIsKept")),
     ];
-    const title = same ? `${path} is not as it was read` : `${path} is there already`;
+    const title = same ? word("shell.isNotAsIt", { path }) : word("shell.isThereAlready", { path });
     const answer = await ask<"mine" | "theirs" | "name">(title, body, [
-      { text: "Overwrite it", value: "mine", kind: "danger" },
-      ...(same ? [{ text: "Load the one on disk", value: "theirs" as const }] : []),
-      { text: "Save under another name", value: "name", kind: "primary" },
+      { text: word("shell.overwriteIt"), value: "mine", kind: "danger" },
+      ...(same ? [{ text: word("shell.loadTheOneOn"), value: "theirs" as const }] : []),
+      { text: word("shell.saveUnderAnotherName"), value: "name", kind: "primary" },
     ]);
     if (answer === "mine") {
       const stamp = typeof error.data["stamp"] === "string" ? error.data["stamp"] : null;
@@ -208,17 +210,17 @@ export class Files {
       );
     const own = folder.worlds.length
       ? el("div", { class: "cards" }, ...cards(folder.worlds, ""))
-      : el("p", { class: "hint" }, "No world file in this folder yet: begin with one below, or make a new one.");
+      : el("p", { class: "hint" }, word("shell.noWorldFileIn"));
     const search = el("input", {
       type: "search",
       class: "search",
-      placeholder: "Find a world",
-      "aria-label": "Find a world",
+      placeholder: word("shell.findAWorld"),
+      "aria-label": word("shell.findAWorld"),
       autofocus: true,
     });
     const unsaved = drafts.length
       ? [
-          el("p", { class: "list-title" }, "Unsaved changes"),
+          el("p", { class: "list-title" }, word("shell.unsavedChanges")),
           this.drafts.list(drafts, (draft) => draft && answer({ restore: draft })),
         ]
       : [];
@@ -228,9 +230,9 @@ export class Files {
       ...unsaved,
       el("p", { class: "list-title" }, folder.folder),
       own,
-      el("p", { class: "list-title" }, "Come with mjsim (saved under a name of your own)"),
+      el("p", { class: "list-title" }, word("shell.comeWithMjsimSaved")),
       el("div", { class: "cards" }, ...cards(folder.shipped.worlds, "shipped:")),
-      el("p", { class: "list-title" }, "New"),
+      el("p", { class: "list-title" }, word("shell.new")),
       el("div", { class: "cards" }, ...this.templates(answer)),
     );
     search.addEventListener("input", () => filter(rest, search.value));
@@ -241,8 +243,8 @@ export class Files {
     const empty = el(
       "button",
       { class: "card", autofocus: true, onclick: () => answer({ make: undefined }) },
-      el("b", {}, "Empty room"),
-      el("span", { class: "hint" }, "Nothing but a floor to draw on."),
+      el("b", {}, word("shell.emptyRoom")),
+      el("span", { class: "hint" }, word("shell.nothingButAFloor")),
     );
     const { templates, about } = this.studio.folder.shipped;
     const others = templates.map((name) =>

@@ -4,6 +4,7 @@ import { postJson } from "../api";
 import { el } from "../dom";
 import { ask, type Choice } from "./dialog";
 import type { Toasts } from "./toasts";
+import { word } from "../words/words";
 
 interface Invitation {
   url: string;
@@ -20,13 +21,14 @@ export async function askInvite(toasts: Toasts): Promise<void> {
     return;
   }
   const { url, minutes } = invitation;
-  const address = el("input", { class: "mono", value: url, readOnly: true, "aria-label": "Address", autofocus: true });
+  const label = word("shell.address");
+  const address = el("input", { class: "mono", value: url, readOnly: true, "aria-label": label, autofocus: true });
   address.addEventListener("focus", () => address.select());
-  const hint = minutes === null ? "Any browser of this machine can open it." : `It works once, within ${minutes} minutes.`;
-  const body = [el("p", {}, "Open this address in the other browser:"), address, el("p", { class: "hint" }, hint)];
-  const close: Choice<boolean> = { text: "Close", value: false };
+  const hint = minutes === null ? word("shell.anyBrowserOfThis") : word("shell.itWorksOnceWithin", { minutes });
+  const body = [el("p", {}, word("shell.openThisAddressIn")), address, el("p", { class: "hint" }, hint)];
+  const close: Choice<boolean> = { text: word("shell.close"), value: false };
   // Browsers have no clipboard for pages of other machines without encryption.
-  const choices = window.isSecureContext ? [close, { text: "Copy", value: true, kind: "primary" as const }] : [close];
-  const copy = await ask("Open in another browser", body, choices);
+  const choices = window.isSecureContext ? [close, { text: word("shell.copy"), value: true, kind: "primary" as const }] : [close];
+  const copy = await ask(word("shell.openInAnotherBrowser"), body, choices);
   if (copy) await navigator.clipboard.writeText(url).catch((error: unknown) => toasts.error(error));
 }

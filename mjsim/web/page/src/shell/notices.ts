@@ -1,6 +1,7 @@
 /** Notices above the view: what the person should know or decide, without taking the keyboard from them. */
 
 import { el, fill } from "../dom";
+import { word } from "../words/words";
 
 export interface Action {
   text: string;
@@ -29,7 +30,7 @@ export class Notices {
       "div",
       { class: "notice", "data-notice": key },
       el("div", {}, el("span", {}, text), ...buttons),
-      el("button", { class: "quiet square", "aria-label": "Close", onclick: away }, "✕"),
+      el("button", { class: "quiet square", "aria-label": word("shell.close"), onclick: away }, "✕"),
     );
     this.shown.set(key, { element, text });
     fill(this.element, ...[...this.shown.values()].map((notice) => notice.element));

@@ -19,13 +19,14 @@ import { Toasts } from "./toasts";
 import { takeTour } from "./tour";
 import { askTrust, type RunCode } from "./trust";
 import type { Studio, View, ViewName } from "./view";
+import { word } from "../words/words";
 
 const MAKERS: Record<ViewName, (studio: Studio) => View> = {
   edit: makeEditView,
   run: makeRunView,
   review: makeReviewView,
 };
-const TITLES: Record<ViewName, string> = { edit: "Edit", run: "Run", review: "Review" };
+const TITLES: Record<ViewName, string> = { edit: word("shell.edit"), run: word("shell.run"), review: word("shell.review") };
 const NAMES = Object.keys(TITLES) as ViewName[];
 
 export class Shell implements Studio {
@@ -41,12 +42,12 @@ export class Shell implements Studio {
   private readonly name = el("span", { class: "name" });
   private readonly changed = el(
     "span",
-    { class: "dot", title: "Not saved yet", role: "img", "aria-label": "Not saved yet" },
+    { class: "dot", title: word("shell.notSavedYet"), role: "img", "aria-label": word("shell.notSavedYet") },
     "•",
   );
-  private readonly save = tool("save", "Save (Ctrl+S)", () => void this.files.save());
-  private readonly undo = tool("undo", "Undo (Ctrl+Z)", () => void this.document.undo());
-  private readonly redo = tool("redo", "Redo (Ctrl+Shift+Z)", () => void this.document.redo());
+  private readonly save = tool("save", word("shell.saveCtrlS"), () => void this.files.save());
+  private readonly undo = tool("undo", word("shell.undoCtrlZ"), () => void this.document.undo());
+  private readonly redo = tool("redo", word("shell.redoCtrlShiftZ"), () => void this.document.redo());
   private readonly steps = stepsButton(this.document);
   private now: ViewName | null = null;
 
@@ -120,20 +121,20 @@ export class Shell implements Studio {
   }
 
   private bar(live: boolean): HTMLElement {
-    const light = tool("sun", "Light or dark", switchTheme);
+    const light = tool("sun", word("shell.lightOrDark"), switchTheme);
     const paint = (): void => {
       fill(light, icon(theme() === "dark" ? ICONS.sun : ICONS.moon));
-      light.title = theme() === "dark" ? "Light colours" : "Dark colours";
+      light.title = theme() === "dark" ? word("shell.lightColours") : word("shell.darkColours");
       light.setAttribute("aria-label", light.title);
     };
     themeChanged.on(paint);
     paint();
-    const invite = tool("share", "Open in another browser", () => void askInvite(this.toasts));
-    const help = tool("help", "Keys (?)", () => this.help());
+    const invite = tool("share", word("shell.openInAnotherBrowser"), () => void askInvite(this.toasts));
+    const help = tool("help", word("shell.keysShortcut"), () => this.help());
     help.classList.add("help");
     const world = el("button", {
       class: "quiet world",
-      title: "Open a world (Ctrl+O)",
+      title: word("shell.openAWorldCtrl"),
       onclick: () => void this.files.ask(),
     });
     world.append(this.name, this.changed, icon(ICONS.down));
@@ -141,7 +142,7 @@ export class Shell implements Studio {
       "header",
       { class: "bar" },
       el("span", { class: "brand" }, "mjsim"),
-      ...(live ? [] : [world, tool("new", "New world", () => void this.files.askNew()), this.save]),
+      ...(live ? [] : [world, tool("new", word("shell.newWorld"), () => void this.files.askNew()), this.save]),
       ...(live ? [] : [el("span", { class: "divider" }), this.undo, this.redo, this.steps]),
       el("span", { class: "space" }),
       live ? null : this.tabList(),
@@ -157,7 +158,7 @@ export class Shell implements Studio {
   }
 
   private tabList(): HTMLElement {
-    const list = el("div", { class: "tabs", role: "tablist", "aria-label": "Views" });
+    const list = el("div", { class: "tabs", role: "tablist", "aria-label": word("shell.views") });
     NAMES.forEach((name, index) => {
       const title = `${TITLES[name]} (Alt+${index + 1})`;
       const tab = el(
@@ -184,8 +185,8 @@ export class Shell implements Studio {
 
   private note(): void {
     const { document: world } = this;
-    const called = world.path ? world.path.replace(/^shipped:/, "") : "New world";
-    this.name.textContent = world.isOpen ? called : "Open a world";
+    const called = world.path ? world.path.replace(/^shipped:/, "") : word("shell.newWorld");
+    this.name.textContent = world.isOpen ? called : word("shell.openAWorld");
     this.changed.hidden = !world.isChanged;
     this.save.disabled = !world.isOpen;
     this.undo.disabled = !world.canUndo;

@@ -4,9 +4,10 @@ import { el, icon } from "../dom";
 import type { WorldDocument } from "./document";
 import { ICONS } from "./icons";
 import { openMenu } from "./menu";
+import { word } from "../words/words";
 
 export function stepsButton(world: WorldDocument): HTMLButtonElement {
-  const title = "Undo steps";
+  const title = word("shell.undoSteps");
   const attributes = { class: "quiet square", title, "aria-label": title, "aria-haspopup": "menu" };
   const button = el("button", { ...attributes, onclick: () => open(world, button) }, icon(ICONS.steps));
   return button;
@@ -14,12 +15,12 @@ export function stepsButton(world: WorldDocument): HTMLButtonElement {
 
 function open(world: WorldDocument, button: HTMLElement): void {
   const { names, at } = world.steps;
-  const entries = ["Opened", ...names].map((text, step) => ({
+  const entries = [word("shell.opened"), ...names].map((text, step) => ({
     text,
     checked: step === at,
     faint: step > at,
     act: () => void world.goTo(step),
   }));
   const { left, bottom } = button.getBoundingClientRect();
-  openMenu("Undo steps", [entries.reverse()], [left, bottom + 4]);
+  openMenu(word("shell.undoSteps"), [entries.reverse()], [left, bottom + 4]);
 }

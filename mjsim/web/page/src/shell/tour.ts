@@ -4,6 +4,7 @@ import { el } from "../dom";
 import { remembered } from "../run/controls";
 import "./tour.css";
 import type { Studio, ViewName } from "./view";
+import { word } from "../words/words";
 
 interface Step {
   view: ViewName;
@@ -17,38 +18,38 @@ const STEPS: Step[] = [
   {
     view: "edit",
     at: ".tools",
-    title: "Build",
-    text: "Pick a tool, then click on the plan: walls, doors and windows, boxes, pictures on walls, robots. What is there is dragged.",
+    title: word("shell.build"),
+    text: word("shell.pickAToolThen"),
   },
   {
     view: "edit",
     at: ".side-column",
-    title: "Find and change",
-    text: "All things by kind, with a search; below them every field of what is selected, with its unit and its meaning.",
+    title: word("shell.findAndChange"),
+    text: word("shell.allThingsByKind"),
   },
   {
     view: "edit",
     at: ".dock",
-    title: "The text is the world",
-    text: "Plan and text change each other as you work. What is wrong is said here, with its line. Undo leads back to the first letter.",
+    title: word("shell.theTextIsThe"),
+    text: word("shell.planAndTextChange"),
   },
   {
     view: "run",
     at: "#view-run .run-bar",
-    title: "Run",
-    text: "Start a run, pause it, go tick by tick. The column at the side chooses the modules of each robot, and records to a file.",
+    title: word("shell.run"),
+    text: word("shell.startARunPause"),
   },
   {
     view: "review",
     at: "#view-review .run-side",
-    title: "Review and compare",
-    text: "What was recorded is looked at here at any time of it. Tick two recordings to compare them.",
+    title: word("shell.reviewAndCompare"),
+    text: word("shell.whatWasRecordedIs"),
   },
   {
     view: "edit",
     at: ".bar .help",
-    title: "Help",
-    text: "Here stand all keys, and this tour once more. Everything can be done without a mouse.",
+    title: word("shell.help"),
+    text: word("shell.hereStandAllKeys"),
   },
 ];
 /** Between the card and what it tells of, and the edge of the page [px]. */
@@ -77,13 +78,14 @@ class Tour {
   private readonly title = el("h2", { id: "tour-title" });
   private readonly text = el("p", {});
   private readonly count = el("span", { class: "hint" });
-  private readonly back = el("button", { type: "button", onclick: () => this.go(this.now - 1) }, "Back");
+  private readonly back = el("button", { type: "button", onclick: () => this.go(this.now - 1) }, word("shell.back"));
   private readonly next = el("button", { type: "button", class: "primary", onclick: () => this.go(this.now + 1) });
   private readonly dialog: HTMLDialogElement;
   private now = 0;
 
   constructor(private readonly studio: Studio) {
-    const leave = el("button", { type: "button", class: "quiet", onclick: () => this.dialog.close() }, "Leave the tour");
+    const close = (): void => this.dialog.close();
+    const leave = el("button", { type: "button", class: "quiet", onclick: close }, word("shell.leaveTheTour"));
     // Heading and text are read anew at each step.
     const told = el("div", { "aria-live": "polite" }, this.title, this.text);
     const choices = el("div", { class: "choices" }, this.count, leave, this.back, this.next);
@@ -107,9 +109,9 @@ class Tour {
     this.studio.show(step.view);
     this.title.textContent = step.title;
     this.text.textContent = step.text;
-    this.count.textContent = `${to + 1} of ${STEPS.length}`;
+    this.count.textContent = word("shell.of", { number: to + 1, count: STEPS.length });
     this.back.disabled = to === 0;
-    this.next.textContent = to === STEPS.length - 1 ? "Done" : "Next";
+    this.next.textContent = to === STEPS.length - 1 ? word("shell.done") : word("shell.next");
     this.next.focus();
     this.place();
   }

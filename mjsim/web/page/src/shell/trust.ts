@@ -4,6 +4,7 @@ import { ApiError, type Code, type Values } from "../api";
 import { el } from "../dom";
 import { ask } from "./dialog";
 import type { Studio } from "./view";
+import { word } from "../words/words";
 
 /** Code that a run was refused for, and the modules that were chosen for it in place of the world's own. */
 export interface RunCode {
@@ -39,16 +40,16 @@ export async function askTrust(studio: Studio, run?: RunCode): Promise<boolean> 
 
 function mayRun(code: Code): Promise<boolean> {
   const body = [
-    el("p", {}, "This world brings its own code, which can do on this computer what you can do:"),
+    el("p", {}, word("shell.thisWorldBringsIts")),
     el("ul", {}, ...Object.keys(code).map((name) => el("li", { class: "mono" }, name))),
     el(
       "p",
       { class: "hint" },
-      "Allow it if you wrote it, or read it and trust where it comes from. You are asked again when it changes.",
+      word("shell.allowItIfYou"),
     ),
   ];
-  return ask("Let this world's code run?", body, [
-    { text: "Not now", value: false },
-    { text: "Allow", value: true, kind: "primary" },
+  return ask(word("shell.letThisWorldsCode"), body, [
+    { text: word("shell.notNow"), value: false },
+    { text: word("shell.allow"), value: true, kind: "primary" },
   ]).then((answer) => answer === true);
 }
