@@ -3,16 +3,17 @@
 import type { Bounds, Item, Point } from "../api";
 import { boundsOf } from "../plan/geometry";
 import { type Changed, isJoint, moved } from "./shapes";
+import { word } from "../words/words";
 
 export const ARRANGEMENTS = {
-  left: "Align left edges",
-  centre: "Align centres, left to right",
-  right: "Align right edges",
-  top: "Align top edges",
-  middle: "Align centres, top to bottom",
-  bottom: "Align bottom edges",
-  across: "Distribute left to right",
-  upright: "Distribute top to bottom",
+  left: word("edit.alignLeftEdges"),
+  centre: word("edit.alignCentresLeftToRight"),
+  right: word("edit.alignRightEdges"),
+  top: word("edit.alignTopEdges"),
+  middle: word("edit.alignCentresTopToBottom"),
+  bottom: word("edit.alignBottomEdges"),
+  across: word("edit.distributeLeftToRight"),
+  upright: word("edit.distributeTopToBottom"),
 } as const;
 
 export type Arrangement = keyof typeof ARRANGEMENTS;

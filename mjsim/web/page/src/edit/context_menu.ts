@@ -4,6 +4,7 @@ import type { Item } from "../api";
 import { type Entry, openMenu } from "../shell/menu";
 import type { Editor } from "./editor";
 import { canTurn } from "./shapes";
+import { word } from "../words/words";
 
 /** Ways from a thing to other places of the Edit view. */
 export interface Ways {
@@ -19,7 +20,7 @@ export interface Ways {
 export function openContextMenu(editor: Editor, ways: Ways, at: [number, number]): void {
   const { selected } = editor;
   const [first] = selected;
-  const name = selected.length === 1 && first ? first.label : selected.length ? `${selected.length} things` : "Plan";
+  const name = selected.length === 1 && first ? first.label : selected.length ? word("edit.things2", { count: selected.length }) : word("edit.plan");
   openMenu(name, first ? ofThings(editor, ways, selected, first) : ofPaper(editor), at);
 }
 
@@ -27,8 +28,8 @@ function ofPaper(editor: Editor): Entry[][] {
   return [
     [
       paste(editor),
-      { text: "Select all", keys: "Ctrl A", act: () => editor.selectAll() },
-      { text: "Show all", keys: "0", act: () => editor.plan.fit() },
+      { text: word("edit.selectAll"), keys: "Ctrl A", act: () => editor.selectAll() },
+      { text: word("edit.showAll"), keys: "0", act: () => editor.plan.fit() },
     ],
   ];
 }
@@ -42,22 +43,22 @@ function ofThings(editor: Editor, ways: Ways, selected: Item[], first: Item): En
   const repeated = selected.some((item) => item.origin === "repeat");
   const offered: [boolean, Entry][][] = [
     [
-      [free && copies, { text: "Cut", keys: "Ctrl X", act: () => document.execCommand("cut") }],
-      [copies, { text: "Copy", keys: "Ctrl C", act: () => document.execCommand("copy") }],
+      [free && copies, { text: word("edit.cut"), keys: "Ctrl X", act: () => document.execCommand("cut") }],
+      [copies, { text: word("edit.copy"), keys: "Ctrl C", act: () => document.execCommand("copy") }],
       [true, paste(editor)],
-      [copies, { text: "Duplicate", keys: "Ctrl D", act: () => editor.duplicate() }],
-      [free, { text: "Delete", keys: "Del", act: () => void editor.remove() }],
+      [copies, { text: word("edit.duplicate"), keys: "Ctrl D", act: () => editor.duplicate() }],
+      [free, { text: word("edit.delete"), keys: word("edit.del"), act: () => void editor.remove() }],
     ],
     [
-      [alone && ways.canRename(first), { text: "Rename", keys: "F2", act: () => ways.rename(first) }],
-      [foreign, { text: "Make single", act: () => editor.makeSingle() }],
-      [repeated, { text: "Make all single", act: () => editor.makeSingle("single") }],
-      [turns, { text: "Turn 90° left", act: () => editor.turn(90) }],
-      [turns, { text: "Turn 90° right", act: () => editor.turn(-90) }],
+      [alone && ways.canRename(first), { text: word("edit.rename"), keys: "F2", act: () => ways.rename(first) }],
+      [foreign, { text: word("edit.makeSingle"), act: () => editor.makeSingle() }],
+      [repeated, { text: word("edit.makeAllSingle"), act: () => editor.makeSingle("single") }],
+      [turns, { text: word("edit.turnLeft"), act: () => editor.turn(90) }],
+      [turns, { text: word("edit.turnRight"), act: () => editor.turn(-90) }],
     ],
     [
-      [alone && first.origin !== "include", { text: `Go to line ${first.line} of the text`, act: () => ways.text(first) }],
-      [true, { text: "Show in 3-D", act: () => ways.solid() }],
+      [alone && first.origin !== "include", { text: word("edit.goToLineOfThe", { line: first.line }), act: () => ways.text(first) }],
+      [true, { text: word("edit.showInD"), act: () => ways.solid() }],
     ],
   ];
   return offered.map((group) => group.flatMap(([applies, entry]) => (applies ? [entry] : [])));
@@ -66,5 +67,5 @@ function ofThings(editor: Editor, ways: Ways, selected: Item[], first: Item): En
 /** What is on the clipboard; what was copied on this page where the browser does not let it be read. */
 function paste(editor: Editor): Entry {
   const read = async (): Promise<string | undefined> => navigator.clipboard?.readText().catch(() => undefined);
-  return { text: "Paste", keys: "Ctrl V", act: () => void read().then((text) => editor.paste(text)) };
+  return { text: word("edit.paste"), keys: "Ctrl V", act: () => void read().then((text) => editor.paste(text)) };
 }

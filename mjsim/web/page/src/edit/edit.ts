@@ -24,10 +24,11 @@ import { splitter } from "./splitter";
 import { Panes } from "./panes";
 import { emptyState } from "./start";
 import { Tools } from "./tools";
+import { word } from "../words/words";
 
 export function makeEditView(studio: Studio): View {
-  const element = el("section", { class: "view edit loading", "aria-label": "Edit" });
-  const waiting = el("p", { class: "hint state" }, "Loading …");
+  const element = el("section", { class: "view edit loading", "aria-label": word("edit.edit") });
+  const waiting = el("p", { class: "hint state" }, word("edit.loading"));
   element.append(waiting);
   let inner: EditView | null = null;
   const begin = async (): Promise<void> => {
@@ -39,8 +40,8 @@ export function makeEditView(studio: Studio): View {
       studio.toasts.error(error);
       fill(
         waiting,
-        "The form of worlds could not be loaded. ",
-        el("button", { onclick: () => void begin() }, "Try again"),
+        word("edit.theFormOfWorldsCould"),
+        el("button", { onclick: () => void begin() }, word("edit.tryAgain")),
       );
     }
   };
@@ -74,7 +75,7 @@ class EditView {
     () => this.studio.askTrust(),
   );
   private readonly problems = el("div", { class: "problems" });
-  private readonly firstWord = el("p", {}, "An empty floor.");
+  private readonly firstWord = el("p", {}, word("edit.anEmptyFloor"));
   private readonly firstSteps = el(
     "div",
     { class: "first-steps", hidden: true },
@@ -83,15 +84,15 @@ class EditView {
       "button",
       { class: "primary", onclick: () => this.tools.take("wall") },
       icon(ICONS.wall),
-      "Draw the first wall (W)",
+      word("edit.drawTheFirstWallW"),
     ),
   );
   private readonly stale = el(
     "p",
     { class: "stale", hidden: true },
-    "The text cannot be read: this is the plan as it was.",
+    word("edit.theTextCannotBeRead"),
   );
-  private readonly dock = el("section", { class: "dock", "aria-label": "Text" });
+  private readonly dock = el("section", { class: "dock", "aria-label": word("edit.text") });
 
   constructor(
     private readonly studio: Studio,
@@ -129,13 +130,13 @@ class EditView {
   }
 
   private layOut(): void {
-    const hide = el("button", { class: "quiet hide-text", title: "Hide the text (T)", onclick: () => this.toggleText() }, "Hide");
+    const hide = el("button", { class: "quiet hide-text", title: word("edit.hideTheTextT"), onclick: () => this.toggleText() }, word("edit.hide"));
     this.dock.append(
       el(
         "header",
         { class: "dock-head" },
         icon(ICONS.text),
-        el("h3", {}, "Text"),
+        el("h3", {}, word("edit.text")),
         this.problems,
         el("span", { class: "space" }),
         hide,
@@ -144,16 +145,16 @@ class EditView {
     );
     const show = el(
       "button",
-      { class: "show-text", title: "Show the text (T)", onclick: () => this.toggleText() },
+      { class: "show-text", title: word("edit.showTheTextT"), onclick: () => this.toggleText() },
       icon(ICONS.text),
-      "Text",
+      word("edit.text"),
     );
     const zoom = el(
       "div",
       { class: "zoom" },
-      this.zoomButton("plus", "Zoom in (+)", () => this.plan.zoomAt(1.25)),
-      this.zoomButton("minus", "Zoom out (-)", () => this.plan.zoomAt(0.8)),
-      this.zoomButton("fit", "Show all (0)", () => this.plan.fit()),
+      this.zoomButton("plus", word("edit.zoomIn"), () => this.plan.zoomAt(1.25)),
+      this.zoomButton("minus", word("edit.zoomOut"), () => this.plan.zoomAt(0.8)),
+      this.zoomButton("fit", word("edit.showAll2"), () => this.plan.fit()),
     );
     const said = el("p", { class: "sr", role: "status", "aria-live": "polite" });
     this.editor.said.on((text) => (said.textContent = text));
@@ -173,7 +174,7 @@ class EditView {
       this.solids.set(on, this.studio.document.text);
     };
     const was = remembered("edit.scene") === "yes";
-    const press = toggle({ class: "quiet", title: "View in 3-D" }, was, (on) => {
+    const press = toggle({ class: "quiet", title: word("edit.viewInD") }, was, (on) => {
       remembered("edit.scene", on ? "yes" : "no");
       open(on);
     }, "3-D");
@@ -241,7 +242,7 @@ class EditView {
     };
     this.host.addEventListener("dragover", (event) => event.preventDefault());
     this.host.addEventListener("drop", (event) => void this.drop(event));
-    this.host.addEventListener("focus", () => this.host.matches(":focus-visible") && this.editor.said.emit("Plan"));
+    this.host.addEventListener("focus", () => this.host.matches(":focus-visible") && this.editor.said.emit(word("edit.plan")));
   }
 
   /** A picture that is dropped on the plan is hung up where it fell. */
@@ -263,7 +264,7 @@ class EditView {
     const { document } = this.studio;
     this.stale.hidden = document.parsed.items !== null;
     const wrong = document.parsed.problems.some((problem) => problem.kind === "error");
-    this.firstWord.textContent = wrong ? "Nothing of it can be drawn yet: see the errors." : "An empty floor.";
+    this.firstWord.textContent = wrong ? word("edit.nothingOfItCanBe") : word("edit.anEmptyFloor");
     this.firstSteps.hidden = document.items.length > 0 || this.tools.now !== "select" || document.parsed.items === null;
   }
 
@@ -276,10 +277,10 @@ class EditView {
     const errors = problems.filter((problem) => problem.kind === "error").length;
     const [first] = problems;
     if (!this.studio.document.isOpen) return;
-    if (!first) return fill(this.problems, el("span", { class: "hint" }, "No problems"));
+    if (!first) return fill(this.problems, el("span", { class: "hint" }, word("edit.noProblems")));
     const count = [
       errors ? `${errors} ${errors === 1 ? "error" : "errors"}` : "",
-      problems.length - errors ? `${problems.length - errors} to look at` : "",
+      problems.length - errors ? word("edit.toLookAt", { errors: problems.length - errors }) : "",
     ];
     const go = (): void => this.text.goTo(first.line, first.column);
     const text = `${count.filter(Boolean).join(", ")}: line ${first.line}: ${first.message}`;
@@ -287,7 +288,7 @@ class EditView {
       this.problems,
       el(
         "button",
-        { class: `quiet problem ${first.kind}`, title: `${text} (F8 goes to the next)`, onclick: go },
+        { class: `quiet problem ${first.kind}`, title: word("edit.fGoesToTheNext", { text }), onclick: go },
         icon(ICONS.warning),
         el("span", {}, text),
       ),

@@ -11,6 +11,7 @@ import { following } from "./follow";
 import { picturesAlong, withPictures } from "./hung";
 import { Poser } from "./poser";
 import { canTurn, type Changed, isJoint, moved, spun } from "./shapes";
+import { word } from "../words/words";
 
 export class Editor {
   /** Items as a drag has them now; empty when it is over. */
@@ -58,7 +59,7 @@ export class Editor {
     this.document.select(items.map((item) => item.path));
     const [first] = items;
     if (items.length === 1 && first) this.said.emit(described(first));
-    else if (items.length > 1) this.said.emit(`${items.length} things selected`);
+    else if (items.length > 1) this.said.emit(word("edit.thingsSelected", { items: items.length }));
   }
 
   hover(item: Item | null): void {

@@ -1,22 +1,23 @@
 /** What kinds of things are called. */
 
 import type { Item } from "../api";
+import { word } from "../words/words";
 
 /** Lists of a world, in the order in which they are told, and what a heading over their things says. */
 export const HEADINGS: Record<string, string> = {
-  walls: "Walls",
-  obstacles: "Obstacles",
-  beacons: "Beacons",
-  lamps: "Lamps",
-  robots: "Robots",
-  mechanisms: "Mechanisms",
-  people: "People",
-  floor: "Patches of floor",
+  walls: word("edit.walls"),
+  obstacles: word("edit.obstacles"),
+  beacons: word("edit.beacons"),
+  lamps: word("edit.lamps"),
+  robots: word("edit.robots"),
+  mechanisms: word("edit.mechanisms"),
+  people: word("edit.people"),
+  floor: word("edit.patchesOfFloor"),
 };
 
 /** What one thing is: "Wall", "Box", "Patch of floor". */
 export function kindName(item: Item): string {
-  if (item.type === "FloorPatch") return "Patch of floor";
+  if (item.type === "FloorPatch") return word("edit.patchOfFloor");
   const words = item.type.replace(/Obstacle$/, "") || item.kind;
   return words.charAt(0).toUpperCase() + words.slice(1).toLowerCase();
 }

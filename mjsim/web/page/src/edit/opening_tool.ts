@@ -8,6 +8,7 @@ import type { Plan } from "../plan/plan";
 import type { Editor } from "./editor";
 import { paintNote } from "./marks";
 import { rectangle, segmentsOf } from "./shapes";
+import { word } from "../words/words";
 
 const KINDS = {
   door: { width: 0.9 },
@@ -53,7 +54,7 @@ export class OpeningTool implements Tool {
     this.hover(spot);
     const { place } = this;
     if (!place)
-      return this.editor.said.emit(`Click on a wall to put a ${this.kind === "door" ? "doorway" : "window"} in`);
+      return this.editor.said.emit(word(this.kind === "door" ? "edit.clickToPutADoorway" : "edit.clickToPutAWindow"));
     if (this.editor.free([place.wall]).length === 0) return;
     const size: Values = { ...KINDS[this.kind], width: place.width };
     const value = { ...(place.segment ? { segment: place.segment } : {}), at: place.at, ...size };
@@ -105,6 +106,6 @@ export class OpeningTool implements Tool {
     context.strokeStyle = plan.palette.accent;
     context.lineWidth = 2;
     context.stroke();
-    paintNote(context, plan, this.screen, `${this.place.at.toFixed(2)} m from the corner, ${this.place.width} m wide`);
+    paintNote(context, plan, this.screen, word("edit.mFromTheCornerM", { at: this.place.at.toFixed(2), width: this.place.width }));
   }
 }

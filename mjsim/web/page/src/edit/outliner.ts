@@ -9,6 +9,7 @@ import { ICONS } from "../shell/icons";
 import type { Editor } from "./editor";
 import { HEADINGS } from "./kinds";
 import "./outliner.css";
+import { word } from "../words/words";
 
 /** Height of a row [px], as in the style sheets, taller for fingers; rows beyond the window that are drawn too. */
 const ROW = window.matchMedia("(pointer: coarse)").matches ? 40 : 26;
@@ -17,9 +18,9 @@ const SPARE = 6;
 type Row = { list: string; count: number } | { item: Item; level: number; place: number; size: number };
 
 export class Outliner {
-  readonly element = el("section", { class: "outliner", "aria-label": "Things" });
-  private readonly search = el("input", { type: "search", placeholder: "Search by name, kind or model", "aria-label": "Search things" });
-  private readonly tree = el("div", { class: "outline-tree", role: "tree", tabindex: 0, "aria-label": "Things", "aria-multiselectable": "true" });
+  readonly element = el("section", { class: "outliner", "aria-label": word("edit.things") });
+  private readonly search = el("input", { type: "search", placeholder: word("edit.searchByNameKindOr"), "aria-label": word("edit.searchThings") });
+  private readonly tree = el("div", { class: "outline-tree", role: "tree", tabindex: 0, "aria-label": word("edit.things"), "aria-multiselectable": "true" });
   private readonly paper = el("div", { role: "none" });
   private readonly none = el("p", { class: "hint pad", hidden: true });
   private readonly count = el("span", { class: "count" });
@@ -36,7 +37,7 @@ export class Outliner {
     private readonly book: SchemaBook,
     private readonly ask: (at: [number, number]) => void,
   ) {
-    this.head = el("button", { class: "quiet outline-head", onclick: () => this.open(!this.isOpen) }, icon(ICONS.down), el("span", {}, "Things"), this.count);
+    this.head = el("button", { class: "quiet outline-head", onclick: () => this.open(!this.isOpen) }, icon(ICONS.down), el("span", {}, word("edit.things")), this.count);
     this.paper.className = "outline-paper";
     this.tree.append(this.paper);
     const body = el("div", { class: "outline-body" }, this.search, this.tree, this.none);
@@ -95,7 +96,7 @@ export class Outliner {
     this.rows = rowsOf(found, wish ? new Set() : this.shut);
     this.none.hidden = found.length > 0;
     this.tree.hidden = found.length === 0;
-    this.none.textContent = wish ? `Nothing is called “${wish}”.` : "Nothing stands here yet.";
+    this.none.textContent = wish ? word("edit.nothingIsCalled", { wish }) : word("edit.nothingStandsHereYet");
     this.paper.style.height = `${this.rows.length * ROW}px`;
     this.draw();
   }
@@ -157,7 +158,7 @@ export class Outliner {
   }
 
   private nameField(item: Item): HTMLInputElement {
-    const field = el("input", { "aria-label": "New name", value: item.name ?? "", spellcheck: "false" });
+    const field = el("input", { "aria-label": word("edit.newName"), value: item.name ?? "", spellcheck: "false" });
     const end = (keep: boolean): void => {
       if (this.renamed === null) return;
       this.renamed = null;

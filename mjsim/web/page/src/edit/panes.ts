@@ -2,12 +2,13 @@
 
 import { el } from "../dom";
 import { setPressed, toggle } from "../run/controls";
+import { word } from "../words/words";
 
 type Pane = "fields" | "text";
 
 export class Panes {
   /** The buttons that open and shut them; styles show it on small screens alone. */
-  readonly element = el("div", { class: "panes", role: "group", "aria-label": "Beside the plan" });
+  readonly element = el("div", { class: "panes", role: "group", "aria-label": word("edit.besideThePlan") });
   private readonly buttons: Record<Pane, HTMLButtonElement>;
 
   constructor(
@@ -16,7 +17,7 @@ export class Panes {
   ) {
     const make = (pane: Pane, text: string): HTMLButtonElement =>
       toggle({}, false, (on) => this.put(on ? pane : null), text);
-    this.buttons = { fields: make("fields", "Fields"), text: make("text", "Text") };
+    this.buttons = { fields: make("fields", word("edit.fields")), text: make("text", word("edit.text")) };
     this.element.append(this.buttons.fields, this.buttons.text);
   }
 

@@ -9,6 +9,7 @@ import type { Editor } from "./editor";
 import { paintNote } from "./marks";
 import { faceNear, isWall, rectangle } from "./shapes";
 import { toGrid } from "./snap";
+import { word } from "../words/words";
 
 /** What is being put in. */
 export interface Piece {
@@ -111,7 +112,7 @@ export function turnedMaker(list: Path, kind: string, radius: number, values: ()
     const { name, ...rest } = values();
     const named = typeof name === "string" ? { name: editor.freshName(name) } : {};
     const value = { ...named, ...rest, at, ...(turn ? { heading_deg: turn } : {}) };
-    const note = radius ? `looks to ${turn}°` : `${at[0]}, ${at[1]} m`;
+    const note = radius ? word("edit.looksTo", { turn }) : `${at[0]}, ${at[1]} m`;
     return { list, value, ghost: made(kind, at, turn, radius ? [circle(at, radius)] : [], value), note };
   };
 }
@@ -134,7 +135,7 @@ export function beaconMaker(look: () => { name: string; value: Values }): Make {
       list: ["beacons"],
       value: written,
       ghost,
-      note: face ? `on the wall, ${Math.round(turn)}°` : `${place[0]}, ${place[1]} m`,
+      note: face ? word("edit.onTheWall", { turn: Math.round(turn) }) : `${place[0]}, ${place[1]} m`,
     };
   };
 }
@@ -150,7 +151,7 @@ export function robotMaker(look: () => Values): Make {
       list: ["robots"],
       value: written,
       ghost: made("robot", at, turn, [circle(at, 0.22)]),
-      note: `looks to ${turn}°`,
+      note: word("edit.looksTo", { turn }),
     };
   };
 }

@@ -5,6 +5,7 @@ import { ApiError } from "../api";
 import { el, fill } from "../dom";
 import { newestWins } from "../signal";
 import type { Editor } from "./editor";
+import { word } from "../words/words";
 
 const WIDTH = 320;
 
@@ -12,14 +13,14 @@ export class Preview {
   readonly element = el("figure", { class: "preview", hidden: true });
   private readonly picture = el("img", { alt: "" });
   private readonly caption = el("figcaption", {});
-  private readonly choice = el("select", { "aria-label": "Camera" });
+  private readonly choice = el("select", { "aria-label": word("edit.camera") });
   private readonly wanted: (ask: PreviewAsk) => void;
   private last = "";
   private ghosts: Item[] = [];
 
   constructor(private readonly editor: Editor) {
     this.element.append(
-      el("div", { class: "preview-head" }, el("span", {}, "Camera"), this.choice),
+      el("div", { class: "preview-head" }, el("span", {}, word("edit.camera")), this.choice),
       this.picture,
       this.caption,
     );
@@ -53,8 +54,8 @@ export class Preview {
     const key = JSON.stringify([ask, this.editor.studio.api.version]);
     if (key === this.last) return;
     this.last = key;
-    if (!this.picture.src) fill(this.caption, "Drawing …");
-    this.picture.alt = `What camera ${camera} of ${robot.name} sees`;
+    if (!this.picture.src) fill(this.caption, word("edit.drawing"));
+    this.picture.alt = word("edit.whatCameraOfSees", { camera, name: robot.name });
     this.wanted(ask);
   }
 
@@ -92,7 +93,7 @@ export class Preview {
     fill(
       this.caption,
       error.message,
-      needsTrust && el("button", { onclick: () => void allow() }, "Look at what it is"),
+      needsTrust && el("button", { onclick: () => void allow() }, word("edit.lookAtWhatItIs")),
     );
   }
 }

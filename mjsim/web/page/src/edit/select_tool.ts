@@ -23,6 +23,7 @@ import {
   spun,
 } from "./shapes";
 import { snapCorner, toGrid } from "./snap";
+import { word } from "../words/words";
 
 /** A drag begins after so many pixels; before that it is a click. */
 const THRESHOLD = 3;
@@ -242,7 +243,7 @@ export class SelectTool implements Tool {
     this.note = isOpening ? "" : `${signed(by[0])}, ${signed(by[1])} m`;
     const whole = items.filter((item) => item.type !== "Opening" || items.length === 1);
     const changed = whole.map((item) => moved(item, by, this.editor.items));
-    if (isOpening && changed[0]) this.note = `${Number(changed[0].ghost.values["at"]).toFixed(2)} m from the corner`;
+    if (isOpening && changed[0]) this.note = word("edit.fromTheCorner", { metres: Number(changed[0].ghost.values["at"]).toFixed(2) });
     return [...changed, ...this.openingsOf(whole, by)];
   }
 
@@ -265,7 +266,7 @@ export class SelectTool implements Tool {
     if (!face || !item.at) return null;
     const turn = spun(item, turned(face.heading_deg - (item.heading_deg ?? 0)));
     const place = moved(turn.ghost, minus(face.at, item.at), items);
-    this.note = `on the wall, ${Math.round(face.heading_deg)}°`;
+    this.note = word("edit.onTheWall2", { heading_deg: Math.round(face.heading_deg) });
     const isTurned = Math.abs(turned(face.heading_deg - (item.heading_deg ?? 0))) > 0.01;
     return { ghost: place.ghost, changes: [...place.changes, ...(isTurned ? turn.changes : [])] };
   }
@@ -375,7 +376,7 @@ function sizeNote(ghost: Item, corner: number | undefined): string {
   const points = cornersOf(ghost);
   if (corner !== undefined) {
     const [now, before] = [points[corner], points[corner - 1] ?? points[corner + 1]];
-    return now && before ? `${distance(now, before).toFixed(2)} m` : "";
+    return now && before ? word("edit.distance", { metres: distance(now, before).toFixed(2) }) : "";
   }
   const value = ["box", "ramp", "steps", "size", "cylinder", "sphere", "width"]
     .map((key) => ghost.values[key])

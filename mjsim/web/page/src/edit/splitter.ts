@@ -1,6 +1,7 @@
 /** The bar between plan and text: dragged, or moved by arrow keys. */
 
 import { el } from "../dom";
+import { word } from "../words/words";
 
 /** The text is at least so large [px]. */
 const LEAST = 90;
@@ -10,7 +11,7 @@ export function splitter(view: HTMLElement): HTMLElement {
     class: "splitter",
     role: "separator",
     tabindex: 0,
-    "aria-label": "Size of the text",
+    "aria-label": word("edit.sizeOfTheText"),
     "aria-valuenow": 200,
     "aria-valuemin": LEAST,
     "aria-valuemax": 2000,

@@ -4,6 +4,7 @@ import { el, icon } from "../dom";
 import { ICONS } from "../shell/icons";
 import { isNew, takeTour } from "../shell/tour";
 import type { Studio } from "../shell/view";
+import { word } from "../words/words";
 
 export function emptyState(studio: Studio): HTMLElement {
   const { worlds, shipped, folder } = studio.folder;
@@ -26,23 +27,23 @@ export function emptyState(studio: Studio): HTMLElement {
   return el(
     "div",
     { class: "state start" },
-    el("h2", {}, "Build a room for your robot"),
+    el("h2", {}, word("edit.buildARoomForYour")),
     el(
       "p",
       { class: "hint" },
-      "Draw walls, hang up pictures, put a robot in, and let it drive. Or look at a world that is there.",
+      word("edit.drawWallsHangUpPictures"),
     ),
     el(
       "div",
       { class: "row" },
-      el("button", { class: "primary", onclick: () => void create() }, icon(ICONS.new), "New world"),
+      el("button", { class: "primary", onclick: () => void create() }, icon(ICONS.new), word("edit.newWorld")),
       example
-        ? el("button", { onclick: () => void open(`shipped:${example}`) }, icon(ICONS.open), `See the ${example}`)
+        ? el("button", { onclick: () => void open(`shipped:${example}`) }, icon(ICONS.open), word("edit.seeThe", { example }))
         : null,
-      el("button", { onclick: () => void studio.askNew() }, "Begin with a template"),
+      el("button", { onclick: () => void studio.askNew() }, word("edit.beginWithATemplate")),
     ),
     isNew() ? tourOffer(studio) : null,
-    own.length ? el("p", { class: "list-title" }, `In ${folder}`) : null,
+    own.length ? el("p", { class: "list-title" }, word("edit.in", { folder })) : null,
     el("div", { class: "row" }, ...own),
   );
 }
@@ -52,7 +53,7 @@ function tourOffer(studio: Studio): HTMLElement {
   return el(
     "p",
     { class: "tour-offer" },
-    "New here? ",
-    el("button", { onclick: () => void takeTour(studio) }, "Take the tour in six steps"),
+    word("edit.newHere"),
+    el("button", { onclick: () => void takeTour(studio) }, word("edit.takeTheTourInSix")),
   );
 }

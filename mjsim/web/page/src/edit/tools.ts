@@ -14,36 +14,37 @@ import { OpeningTool } from "./opening_tool";
 import { beaconMaker, makeBox, makeCylinder, PlaceTool, robotMaker } from "./place_tool";
 import { SelectTool } from "./select_tool";
 import { WallTool } from "./wall_tool";
+import { word } from "../words/words";
 
 export const TOOLS = [
-  { name: "select", title: "Select", key: "V" },
-  { name: "hand", title: "Move the paper", key: "H" },
-  { name: "wall", title: "Wall", key: "W" },
-  { name: "door", title: "Doorway", key: "D" },
-  { name: "window", title: "Window", key: "N" },
-  { name: "box", title: "Box", key: "B" },
-  { name: "cylinder", title: "Cylinder", key: "C" },
-  { name: "beacon", title: "Picture or marker", key: "P" },
-  { name: "robot", title: "Robot", key: "R" },
-  { name: "more", title: "More things", key: "M" },
+  { name: "select", title: word("edit.select"), key: "V" },
+  { name: "hand", title: word("edit.moveThePaper"), key: "H" },
+  { name: "wall", title: word("edit.wall"), key: "W" },
+  { name: "door", title: word("edit.doorway"), key: "D" },
+  { name: "window", title: word("edit.window"), key: "N" },
+  { name: "box", title: word("edit.box"), key: "B" },
+  { name: "cylinder", title: word("edit.cylinder"), key: "C" },
+  { name: "beacon", title: word("edit.pictureOrMarker"), key: "P" },
+  { name: "robot", title: word("edit.robot"), key: "R" },
+  { name: "more", title: word("edit.moreThings"), key: "M" },
 ] as const;
 
 export type ToolName = (typeof TOOLS)[number]["name"];
 
 const HINTS: Record<ToolName, string> = {
-  select: "Drag things, or free paper to select several. Shift adds, Alt does not snap.",
-  hand: "Drag the paper.",
-  wall: "Click corner by corner. Enter or a double click ends, the first corner closes the room, Esc gives up.",
-  door: "Click on a wall.",
-  window: "Click on a wall.",
-  box: "Click, or drag from corner to corner.",
-  cylinder: "Click, or drag from its middle.",
-  beacon: "Click near a wall: it hangs there and looks into the room.",
-  robot: "Click, or drag to where it looks.",
+  select: word("edit.dragThingsOrFreePaper"),
+  hand: word("edit.dragThePaper"),
+  wall: word("edit.clickCornerByCornerEnter"),
+  door: word("edit.clickOnAWall"),
+  window: word("edit.clickOnAWall"),
+  box: word("edit.clickOrDragFromCorner"),
+  cylinder: word("edit.clickOrDragFromIts"),
+  beacon: word("edit.clickNearAWallIt"),
+  robot: word("edit.clickOrDragToWhere"),
   more: "",
 };
 export class Tools {
-  readonly bar = el("div", { class: "tools", role: "toolbar", "aria-label": "Tools", "aria-orientation": "vertical" });
+  readonly bar = el("div", { class: "tools", role: "toolbar", "aria-label": word("edit.tools"), "aria-orientation": "vertical" });
   readonly strip = el("div", { class: "strip" });
   readonly changed = new Signal<ToolName>();
   readonly wall: WallTool;
@@ -192,11 +193,11 @@ export class Tools {
       "button",
       {
         class: "adding",
-        title: "Add what is touched to the selection (Shift)",
+        title: word("edit.addWhatIsTouchedTo"),
         "aria-pressed": String(this.editor.adding),
         onclick: press,
       },
-      "Several",
+      word("edit.several"),
     );
     return button;
   }
@@ -205,7 +206,7 @@ export class Tools {
     const kinds = ["picture", "marker", "reflector", "anchor"] as const;
     const select = el(
       "select",
-      { "aria-label": "Kind" },
+      { "aria-label": word("edit.kind") },
       ...kinds.map((kind) => el("option", { selected: kind === this.look }, kind)),
     );
     select.addEventListener("change", () => {
@@ -227,7 +228,7 @@ export class Tools {
       select,
       el(
         "button",
-        { class: "pick", title: "Choose a picture", onclick: () => void choose() },
+        { class: "pick", title: word("edit.chooseAPicture"), onclick: () => void choose() },
         image,
         el("span", { class: "path" }, name),
       ),
@@ -245,7 +246,7 @@ export class Tools {
       box.addEventListener("change", () => (box.checked ? this.sensors.add(name) : this.sensors.delete(name)));
       return el("label", { class: "check" }, box, name);
     });
-    return [chooser(studio, "robot", this.preset, "Choose a robot", () => void choose()), ...boxes];
+    return [chooser(studio, "robot", this.preset, word("edit.chooseARobot"), () => void choose()), ...boxes];
   }
 
   private beacon(): { name: string; value: Values } {

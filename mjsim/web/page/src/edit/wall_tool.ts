@@ -9,6 +9,7 @@ import type { Editor } from "./editor";
 import { paintNote } from "./marks";
 import { wallOutlines } from "./shapes";
 import { snapCorner, type Snapped } from "./snap";
+import { word } from "../words/words";
 
 const THICKNESS = 0.1;
 
@@ -98,8 +99,8 @@ export class WallTool implements Tool {
     if (!last || !at) return at ? `${at[0].toFixed(2)}, ${at[1].toFixed(2)} m` : "";
     const [first] = this.corners;
     const closes = first && this.corners.length > 2 && distance(at, first) < 1e-6;
-    const length = `${distance(at, last).toFixed(2)} m  ${Math.round(turned(heading(minus(at, last))))}°`;
-    return closes ? `${length}  close the room` : length;
+    const length = word("edit.lengthAndHeading", { metres: distance(at, last).toFixed(2), degrees: Math.round(turned(heading(minus(at, last)))) });
+    return closes ? word("edit.closeTheRoom", { length }) : length;
   }
 
   private paint(context: CanvasRenderingContext2D, plan: Plan): void {

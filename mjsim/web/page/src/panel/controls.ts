@@ -3,6 +3,7 @@
 import { el, fill, icon } from "../dom";
 import { ICONS } from "../shell/icons";
 import type { Field, Kind } from "./schema";
+import { word } from "../words/words";
 
 export interface Entry {
   /** Stands for it when the page is drawn anew: keeps the keyboard's place. */
@@ -117,7 +118,7 @@ function stepping(
     const value = readNumber(text);
     if (value !== undefined) give(value);
     else if (text === "" && !entry.field.required) entry.give(undefined);
-    else refuse(input, entry, `'${text}' is no number`);
+    else refuse(input, entry, word("panel.isNoNumber", { text }));
   });
 }
 
@@ -152,7 +153,7 @@ function textField(entry: Entry, tools: Tools): HTMLElement {
   const input = el("input", { ...base(entry, shown(entry.value)), ...(offers.length ? { list } : {}) });
   commit(input, (text) => {
     if (text === input.defaultValue) return;
-    if (text === "" && entry.field.required) refuse(input, entry, "give it a name");
+    if (text === "" && entry.field.required) refuse(input, entry, word("panel.giveItAName"));
     else entry.give(text === "" ? undefined : text);
   });
   if (offers.length === 0) return input;
@@ -196,7 +197,7 @@ function colorField(entry: Entry): HTMLElement {
     if (text === input.defaultValue) return;
     if (/^#[0-9a-f]{6}$/i.test(text) || text.includes("${")) entry.give(text);
     else if (text === "" && !entry.field.required) entry.give(undefined);
-    else refuse(input, entry, `'${text}' is no colour; write it as #rrggbb`);
+    else refuse(input, entry, word("panel.isNoColourWriteIt", { text }));
   });
   const swatch = el("input", {
     type: "color",
@@ -222,7 +223,7 @@ function pictureField(entry: Entry, tools: Tools): HTMLElement {
     "data-id": entry.id,
     disabled: entry.disabled,
     "aria-label": `${entry.label}: choose a picture`,
-    title: path ?? "Choose a picture",
+    title: path ?? word("panel.chooseAPicture"),
     onclick: () => void choose(),
   });
   fill(button, picture, el("span", { class: "path" }, path?.replace(/^.*\//, "") ?? "Choose …"));

@@ -3,6 +3,7 @@
 import { el, type Child } from "../dom";
 import { askWith } from "../shell/dialog";
 import type { Studio } from "../shell/view";
+import { word } from "../words/words";
 
 /** What can be chosen. */
 interface Entry {
@@ -21,22 +22,22 @@ export async function chooseModel(studio: Studio): Promise<string | null> {
   const base = (document.path ?? "").replace(/[^/]*$/, "");
   // A world names what lies beside it or below.
   const own = folder.models.filter((path) => path.startsWith(base)).map((path) => path.slice(base.length));
-  return choose(studio, "model", "Choose a model", [
-    ["In this folder", own.map(modelEntry)],
-    ["Come with mjsim", folder.shipped.models.map(modelEntry)],
+  return choose(studio, "model", word("panel.chooseAModel"), [
+    [word("panel.inThisFolder"), own.map(modelEntry)],
+    [word("panel.comeWithMjsim"), folder.shipped.models.map(modelEntry)],
   ]);
 }
 
 /** Let the person choose a preset of a robot; null when they would rather not. */
 export function chooseRobot(studio: Studio): Promise<string | null> {
   const entries = studio.folder.shipped.presets.map(({ name, about }) => ({ value: name, name, about }));
-  return choose(studio, "robot", "Choose a robot", [["Come with mjsim", entries]]);
+  return choose(studio, "robot", word("panel.chooseARobot"), [[word("panel.comeWithMjsim"), entries]]);
 }
 
 /** Let the person choose a preset of an arm; null when they would rather not. */
 export function chooseArm(studio: Studio): Promise<string | null> {
   const entries = studio.folder.shipped.arms.map((name) => ({ value: name, name, about: "" }));
-  return choose(studio, "arm", "Choose an arm", [["Come with mjsim", entries]]);
+  return choose(studio, "arm", word("panel.chooseAnArm"), [[word("panel.comeWithMjsim"), entries]]);
 }
 
 /** A button that shows what is chosen, and opens what there is. */
@@ -55,11 +56,11 @@ function choose(studio: Studio, kind: Kind, title: string, groups: [string, Entr
   return askWith<string>(title, (answer) => {
     const parts = groups.filter(([, entries]) => entries.length).map(([head, entries]) => new Group(head, entries, (entry) => card(studio, kind, entry, answer)));
     const none = el("p", { class: "hint", role: "status" });
-    const search = el("input", { type: "search", class: "search", "aria-label": "Search", placeholder: "Search", autofocus: true });
+    const search = el("input", { type: "search", class: "search", "aria-label": word("panel.search"), placeholder: word("panel.search"), autofocus: true });
     search.addEventListener("input", () => {
       const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
       const found = parts.map((part) => part.narrow(words)).reduce((sum, count) => sum + count, 0);
-      none.textContent = found ? "" : `Nothing is called '${search.value}'; clear the search`;
+      none.textContent = found ? "" : word("panel.nothingIsCalledClearThe", { value: search.value });
     });
     const all = el("div", { class: "gallery" }, search, none, ...parts.flatMap((part) => part.elements));
     all.addEventListener("keydown", (event) => walk(all, event));
@@ -93,7 +94,7 @@ class Group {
 function card(studio: Studio, kind: Kind, entry: Entry, answer: (value: string) => void): HTMLElement {
   const image = el("img", { src: studio.api.portrait(kind, entry.value, studio.document.path), alt: "", loading: "lazy" });
   // What cannot be drawn is still there to be chosen, or to be found wrong by the check of the world.
-  image.addEventListener("error", () => image.replaceWith(el("span", { class: "hint no-portrait" }, "No picture")));
+  image.addEventListener("error", () => image.replaceWith(el("span", { class: "hint no-portrait" }, word("panel.noPicture"))));
   const about = entry.about ? el("span", { class: "hint" }, entry.about) : null;
   return el("button", { type: "button", class: "card", title: entry.value, onclick: () => answer(entry.value) }, image, el("b", {}, entry.name), about);
 }

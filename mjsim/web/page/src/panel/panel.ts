@@ -10,6 +10,7 @@ import { ICONS } from "../shell/icons";
 import { choosePicture } from "./pictures";
 import { objectRows, type Sheet, type Subject } from "./rows";
 import type { SchemaBook } from "./schema";
+import { word } from "../words/words";
 
 /** Keys of the world that have a plan of their own, and those that nobody needs to see. */
 const LISTS = [
@@ -20,12 +21,12 @@ const LISTS = [
 /** Keys that each of several things has for itself. */
 const OF_ONE = ["name", "at", "points", "openings", "sensors"];
 const SINGLE = {
-  repeat: "Write this repetition as an item of its own; the others stay repeated",
-  include: "Write the included file into this text",
+  repeat: word("panel.writeThisRepetitionAsAn"),
+  include: word("panel.writeTheIncludedFileInto"),
 };
 
 export class Panel {
-  readonly element = el("aside", { class: "panel", "aria-label": "Properties" });
+  readonly element = el("aside", { class: "panel", "aria-label": word("panel.properties") });
   private readonly body = el("div", { class: "panel-body" });
   private readonly open = new Map<string, boolean>();
   private ghosts: Item[] = [];
@@ -68,7 +69,7 @@ export class Panel {
   private draw(): void {
     const { selected } = this.editor;
     const keep = this.keyboard();
-    if (!this.editor.document.isOpen) fill(this.body, el("p", { class: "hint pad" }, "Nothing is open yet."));
+    if (!this.editor.document.isOpen) fill(this.body, el("p", { class: "hint pad" }, word("panel.nothingIsOpenYet")));
     else if (selected.length === 0) this.drawWorld();
     else if (selected.length === 1 && selected[0]) this.drawItem(selected[0]);
     else this.drawMany(selected);
@@ -94,14 +95,14 @@ export class Panel {
       ...this.general(item),
       ...(schema
         ? objectRows(this.sheet(), schema, subject)
-        : [el("p", { class: "hint pad" }, "Edit it in the text.")]),
+        : [el("p", { class: "hint pad" }, word("panel.editItInTheText"))]),
     );
   }
 
   /** Why an item cannot be changed here, and how it becomes one of the text's own. */
   private origin({ origin }: Item, why: string): Child {
     const press = origin ? { onclick: () => this.editor.makeSingle(), title: SINGLE[origin] } : null;
-    const button = press && el("button", { ...press, "data-id": "single" }, "Make single");
+    const button = press && el("button", { ...press, "data-id": "single" }, word("panel.makeSingle"));
     return el("div", { class: "note" }, icon(ICONS[origin ?? "lock"]), el("span", {}, why), button);
   }
 
@@ -120,12 +121,12 @@ export class Panel {
     const subject: Subject | null = parsed.world ? { path: [], ...given(parsed.world), fixed: false } : null;
     fill(
       this.body,
-      this.head("World", parsed.name || "", []),
+      this.head(word("panel.world"), parsed.name || "", []),
       ...loose.map((problem) =>
-        el("p", { class: `note ${problem.kind}` }, icon(ICONS.warning), `Line ${problem.line}: ${problem.message}`),
+        el("p", { class: `note ${problem.kind}` }, icon(ICONS.warning), word("panel.line", { line: problem.line, message: problem.message })),
       ),
       ...(schema && subject ? objectRows(this.sheet(), schema, subject, LISTS) : []),
-      el("p", { class: "hint pad" }, "Select a thing on the plan to see its fields."),
+      el("p", { class: "hint pad" }, word("panel.selectAThingOnThe")),
     );
   }
 
@@ -140,12 +141,12 @@ export class Panel {
     const types = new Set(items.map((item) => item.type));
     const [first] = items;
     const counted = `${items.length} selected`;
-    const title = types.size === 1 && first ? kindName(first) : "Several things";
+    const title = types.size === 1 && first ? kindName(first) : word("panel.severalThings");
     const rows: Child[] = [this.head(title, counted, this.buttons(true))];
     rows.push(this.arranger(items));
     const schema = this.book.shared([...types]);
     if (schema) rows.push(...objectRows(this.sheet(items), schema, common(items), OF_ONE));
-    rows.push(el("p", { class: "hint pad" }, "Drag them together, turn them with [ and ], or delete them."));
+    rows.push(el("p", { class: "hint pad" }, word("panel.dragThemTogetherTurnThem")));
     fill(this.body, ...rows);
   }
 
@@ -162,7 +163,7 @@ export class Panel {
         icon(ICONS[how]),
       );
     });
-    return el("div", { class: "arranger", role: "group", "aria-label": "Align and distribute" }, ...buttons);
+    return el("div", { class: "arranger", role: "group", "aria-label": word("panel.alignAndDistribute") }, ...buttons);
   }
 
   private sheet(items: Item[] = []): Sheet {
@@ -204,8 +205,8 @@ export class Panel {
     const one = (name: "copy" | "trash", title: string, onclick: () => void): HTMLElement =>
       el("button", { class: "quiet square", title, "aria-label": title, onclick, "data-id": name }, icon(ICONS[name]));
     return [
-      copies ? one("copy", "Duplicate (Ctrl+D)", () => this.editor.duplicate()) : null,
-      one("trash", "Delete (Del)", () => void this.editor.remove()),
+      copies ? one("copy", word("panel.duplicateCtrlD"), () => this.editor.duplicate()) : null,
+      one("trash", word("panel.deleteDel"), () => void this.editor.remove()),
     ];
   }
 

@@ -3,10 +3,11 @@
 import { el, type Child } from "../dom";
 import { askWith } from "../shell/dialog";
 import type { Studio } from "../shell/view";
+import { word } from "../words/words";
 
 /** Let the person choose; null when they would rather not. */
 export async function choosePicture(studio: Studio): Promise<string | null> {
-  return askWith<string>("Choose a picture", (answer) => [dropPlace(studio, answer), ...grids(studio, answer)]);
+  return askWith<string>(word("panel.chooseAPicture"), (answer) => [dropPlace(studio, answer), ...grids(studio, answer)]);
 }
 
 /** Bring a picture of the person's own into the folder; null when it was refused. */
@@ -44,7 +45,7 @@ function dropPlace(studio: Studio, answer: (path: string) => void): HTMLElement 
   const place = el(
     "button",
     { type: "button", class: "drop", onclick: () => input.click() },
-    "Drop a picture here, or choose a file …",
+    word("panel.dropAPictureHereOr"),
   );
   place.addEventListener("dragover", (event) => event.preventDefault());
   place.addEventListener("drop", (event) => {
@@ -71,7 +72,7 @@ function grids(studio: Studio, answer: (path: string) => void): Child[] {
     paths.length
       ? [el("p", { class: "list-title" }, title), el("div", { class: "cards pictures" }, ...paths.map(card))]
       : [];
-  return [...grid("In this folder", pictures), ...grid("Come with mjsim", [...shipped.pictures].sort(postersFirst))];
+  return [...grid(word("panel.inThisFolder"), pictures), ...grid(word("panel.comeWithMjsim"), [...shipped.pictures].sort(postersFirst))];
 }
 
 /** What is hung up comes before floors and walls. */

@@ -5,9 +5,10 @@ import { el, fill, type Child } from "../dom";
 import type { Editor } from "../edit/editor";
 import type { Poser } from "../edit/poser";
 import { SideDrawing } from "./side";
+import { word } from "../words/words";
 
-const LOOKS: Record<Look, string> = { side: "From the side", front: "From ahead" };
-const HELD = "The actuators, or the seat, say where this starts";
+const LOOKS: Record<Look, string> = { side: word("panel.fromTheSide"), front: word("panel.fromAhead") };
+const HELD = word("panel.theActuatorsOrTheSeat");
 const AXES = ["x", "y", "z"] as const;
 
 interface Row {
@@ -17,17 +18,17 @@ interface Row {
 }
 
 export class PosturePane {
-  readonly element = el("section", { class: "posture", "aria-label": "Pose", hidden: true });
+  readonly element = el("section", { class: "posture", "aria-label": word("panel.pose"), hidden: true });
   private readonly poser: Poser;
   private readonly look = el(
     "select",
-    { "aria-label": "View of the pose", onchange: () => (this.poser.look = this.look.value as Look) },
+    { "aria-label": word("panel.viewOfThePose"), onchange: () => (this.poser.look = this.look.value as Look) },
     ...Object.entries(LOOKS).map(([value, text]) => el("option", { value }, text)),
   );
   private readonly whole = el(
     "button",
-    { class: "quiet", title: "Select the whole mechanism", onclick: () => this.selectWhole() },
-    "Whole",
+    { class: "quiet", title: word("panel.selectTheWholeMechanism"), onclick: () => this.selectWhole() },
+    word("panel.whole"),
   );
   private readonly note = el("p", { class: "hint posture-note", role: "status" });
   private readonly rows = el("div", { class: "posture-rows" });
@@ -39,7 +40,7 @@ export class PosturePane {
   constructor(private readonly editor: Editor) {
     this.poser = editor.poser;
     this.drawing = new SideDrawing(this.poser, () => this.subject);
-    const head = el("div", { class: "preview-head" }, el("span", {}, "Pose"), this.whole, this.look);
+    const head = el("div", { class: "preview-head" }, el("span", {}, word("panel.pose")), this.whole, this.look);
     this.element.append(head, this.drawing.element, this.note, this.rows);
     this.poser.changed.on(() => this.draw());
   }
@@ -127,8 +128,8 @@ export class PosturePane {
 
 /** Which part of a person a joint belongs to. */
 function groupOf(name: string): string {
-  if (name.startsWith("left_")) return "Left side";
-  return name.startsWith("right_") ? "Right side" : "Trunk and head";
+  if (name.startsWith("left_")) return word("panel.leftSide");
+  return name.startsWith("right_") ? word("panel.rightSide") : word("panel.trunkAndHead");
 }
 
 /** Write a number into a field in which nobody types. */

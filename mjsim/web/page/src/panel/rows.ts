@@ -6,6 +6,7 @@ import { keyOf } from "../plan/plan";
 import { ICONS } from "../shell/icons";
 import { control, type Tools } from "./controls";
 import { type Field, labelOf, namingKey, type Option, type Schema, type SchemaBook } from "./schema";
+import { word } from "../words/words";
 
 /** What the rows of one item are made from. */
 export interface Subject {
@@ -90,7 +91,7 @@ function simpleRow(sheet: Sheet, place: Place): HTMLElement {
   const standard =
     field.fallback === null || field.fallback === undefined
       ? ""
-      : `Default ${plain(field.fallback)}${field.unit && typeof field.fallback === "number" ? ` ${field.unit}` : ""}.`;
+      : word("panel.default", { value: `${plain(field.fallback)}${field.unit && typeof field.fallback === "number" ? ` ${field.unit}` : ""}` });
   const meaning = [field.meaning, standard].filter(Boolean).join(" ");
   return el(
     "div",
@@ -113,7 +114,7 @@ function inner(place: Place): string {
 
 function resetButton(place: Place): HTMLElement {
   const { path, give } = place;
-  const title = `Reset ${spoken(place).toLowerCase()} to its default`;
+  const title = word("panel.resetToItsDefault", { place: spoken(place).toLowerCase() });
   return el(
     "button",
     {
@@ -157,7 +158,7 @@ function unionGroup(sheet: Sheet, place: Place, options: Option[]): HTMLElement 
   const chosen = now ? now.title : "none";
   const select = el(
     "select",
-    { "data-id": `${keyOf(place.path)} form`, disabled: place.fixed, "aria-label": `${spoken(place)}: which form` },
+    { "data-id": `${keyOf(place.path)} form`, disabled: place.fixed, "aria-label": word("panel.whichForm", { place: spoken(place) }) },
     ...titles.map((title) => el("option", { value: title, selected: title === chosen }, title)),
   );
   select.addEventListener("change", () => {
@@ -173,7 +174,7 @@ function unionGroup(sheet: Sheet, place: Place, options: Option[]): HTMLElement 
   const form = el(
     "div",
     { class: "field" },
-    el("span", { class: "label" }, "Form"),
+    el("span", { class: "label" }, word("panel.form")),
     el("div", { class: "value" }, select),
   );
   return group(
@@ -196,7 +197,7 @@ function plainInside(sheet: Sheet, place: Place, schema: Schema): Child {
   return simpleRow(sheet, {
     ...place,
     within: inner(place),
-    field: { ...sheet.book.field(place.field.key, schema, true), label: "Value", meaning: "" },
+    field: { ...sheet.book.field(place.field.key, schema, true), label: word("panel.value"), meaning: "" },
   });
 }
 
@@ -238,8 +239,8 @@ function listEntry(
       type: "button",
       class: "quiet reset",
       disabled: place.fixed,
-      title: "Take it out",
-      "aria-label": `Take ${field.label} out`,
+      title: word("panel.takeItOut"),
+      "aria-label": word("panel.takeOut", { label: field.label }),
       onclick: () => sheet.change([{ op: "remove", path }]),
     },
     icon(ICONS.trash),
@@ -298,7 +299,7 @@ function group(sheet: Sheet, { field, path }: Place, beside: Child, rows: Child[
     { title: field.meaning, "data-id": `${key} group` },
     icon(ICONS.down),
     el("span", { class: "group-name" }, field.label),
-    error ? el("span", { class: "bad-dot", role: "img", "aria-label": "has an error" }) : null,
+    error ? el("span", { class: "bad-dot", role: "img", "aria-label": word("panel.hasAnError") }) : null,
     el("span", { class: "count" }, count),
   );
   const details = el(

@@ -1,6 +1,7 @@
 /** What the JSON Schema says of a field: which control it wants, its unit, its meaning and its default. */
 
 import type { Values } from "../api";
+import { word } from "../words/words";
 
 export type Schema = Record<string, unknown>;
 
@@ -252,7 +253,7 @@ export class SchemaBook {
 
   private option(form: Schema): Option {
     const schema = this.resolve(form);
-    const plain: Record<string, string> = { boolean: "on or off", string: "text", number: "number", array: "several" };
+    const plain: Record<string, string> = { boolean: word("panel.onOrOff"), string: word("panel.text"), number: word("panel.number"), array: word("panel.several") };
     const title =
       schema["type"] === "object"
         ? labelOf(unCamel(String(schema["title"] ?? "more")))
@@ -305,7 +306,7 @@ function rank(key: string): number {
 }
 
 export function labelOf(key: string): string {
-  if (key === "fov_deg") return "Field of view";
+  if (key === "fov_deg") return word("panel.fieldOfView");
   const words = key.replace(/_(deg|hz)$/, "").replaceAll("_", " ");
   return words.charAt(0).toUpperCase() + words.slice(1);
 }

@@ -3,6 +3,7 @@
 import type { Item, Point, Pose } from "../api";
 import { el, fill } from "../dom";
 import type { Poser } from "../edit/poser";
+import { word } from "../words/words";
 
 const SPACE = "http://www.w3.org/2000/svg";
 /** Free paper around what is drawn, as a share of its size, and the least height of it [m]. */
@@ -39,7 +40,7 @@ export class SideDrawing {
   }
 
   show(pose: Pose, subject: Item): void {
-    this.svg.setAttribute("aria-label", `${subject.label} from ${pose.look === "side" ? "the side" : "ahead"}`);
+    this.svg.setAttribute("aria-label", word(pose.look === "side" ? "panel.thingFromTheSide" : "panel.thingFromAhead", { thing: subject.label }));
     // While something is dragged the paper stays where it is.
     if (!this.held) this.fit(pose);
     const chosen = this.poser.joint?.name;

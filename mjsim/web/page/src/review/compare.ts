@@ -13,6 +13,7 @@ import { comparisonFigures } from "./compare_figures";
 import { ComparePlan } from "./compare_plan";
 import { Player } from "./player";
 import { Scrub } from "./scrub";
+import { word } from "../words/words";
 
 /** Steps by keys, and of the bar [s]. */
 const STEP = 0.04;
@@ -24,15 +25,15 @@ export function styleOf(k: number, count: number): Pick<Line, "color" | "dash"> 
 }
 
 export class Compare {
-  readonly element = el("section", { class: "compare", "aria-label": "Comparison" });
+  readonly element = el("section", { class: "compare", "aria-label": word("review.comparison") });
   private readonly player = new Player();
   private readonly scrub = new Scrub((time) => this.player.seek(time));
   private readonly plan = new ComparePlan();
-  private readonly figures = el("div", { class: "compare-figures", tabindex: 0, role: "region", "aria-label": "Figures" });
-  private readonly sheet = el("div", { class: "run-sheet", tabindex: 0, role: "group", "aria-label": "Charts compared" });
+  private readonly figures = el("div", { class: "compare-figures", tabindex: 0, role: "region", "aria-label": word("review.figures") });
+  private readonly sheet = el("div", { class: "run-sheet", tabindex: 0, role: "group", "aria-label": word("review.chartsCompared") });
   private readonly title = el("strong", {}, "");
   private readonly time = el("output", { class: "run-value run-time" });
-  private readonly play = button({ class: "primary run-main", title: "Play (space)" }, () => this.player.toggle());
+  private readonly play = button({ class: "primary run-main", title: word("review.playSpace") }, () => this.player.toggle());
   private charts: Chart[] = [];
   private seconds = 0;
 
@@ -44,12 +45,12 @@ export class Compare {
     this.element.append(
       el(
         "div",
-        { class: "run-bar", role: "toolbar", "aria-label": "Comparison" },
-        button({ title: "Back to the recordings (Escape)" }, () => this.close(), sign("left"), "Back"),
+        { class: "run-bar", role: "toolbar", "aria-label": word("review.comparison") },
+        button({ title: word("review.backToTheRecordingsEscape") }, () => this.close(), sign("left"), word("review.back")),
         this.play,
         this.title,
         el("span", { class: "run-spring" }),
-        el("label", { class: "run-figure" }, el("span", {}, "Time"), this.time),
+        el("label", { class: "run-figure" }, el("span", {}, word("review.time")), this.time),
       ),
       el("div", { class: "compare-body" }, this.plan.tile.element, this.figures),
       el("div", { class: "run-dock compare-dock" }, this.scrub.element, this.sheet),
@@ -104,7 +105,7 @@ export class Compare {
     const { groups } = comparison;
     this.host.append(this.element);
     this.host.toggleAttribute("data-comparing", true);
-    write(this.title, `${chosen} chosen, ${groups.length} ${groups.length === 1 ? "kind" : "kinds"} of run`);
+    write(this.title, groups.length === 1 ? word("review.chosenOfOneKind", { chosen }) : word("review.chosenOfKinds", { chosen, kinds: groups.length }));
     fill(this.figures, ...comparisonFigures(comparison));
     this.draw(comparison);
     this.plan.take(comparison);
@@ -120,7 +121,7 @@ export class Compare {
     const lines: Line[] = [];
     groups.forEach((group, k) => lines.push(...errorLines(group, styleOf(k, groups.length), lines.length)));
     const errors = new Chart(
-      { title: "Position error", unit: "m", lines, fromZero: true, atLeast: [0, 0.02], each: true },
+      { title: word("review.positionError"), unit: "m", lines, fromZero: true, atLeast: [0, 0.02], each: true },
       handlers,
       "compare",
     );
@@ -154,7 +155,7 @@ export class Compare {
   }
 
   private label(playing: boolean): void {
-    fill(this.play, sign(playing ? "pause" : "play"), playing ? "Pause" : "Play");
+    fill(this.play, sign(playing ? "pause" : "play"), playing ? word("review.pause") : word("review.play"));
   }
 }
 
@@ -162,7 +163,7 @@ export class Compare {
 function errorLines({ label, errors, runs }: Group, style: ReturnType<typeof styleOf>, before: number): Line[] {
   return errors.flatMap((line, number) => {
     const spread = line.low !== undefined;
-    const told = spread ? `${label}: median of ${runs}, nine of ten` : label;
+    const told = spread ? word("review.medianOfNineOfTen", { label, runs }) : label;
     const own: Line = { label: number ? "" : told, ...style };
     if (!spread) return [own];
     const bound: Line = { label: "", name: `${label}: 95 %`, color: () => faded(style.color(), 0.35), width: 0.75 };

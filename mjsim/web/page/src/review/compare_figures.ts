@@ -6,19 +6,20 @@ import { save } from "../charts/save";
 import { rowColor } from "../run/ink";
 import { themeChanged } from "../shell/theme";
 import type { Comparison, Difference, Group } from "./comparison";
+import { word } from "../words/words";
 
 export function comparisonFigures(comparison: Comparison): HTMLElement[] {
   const { groups, certain, know, cells, means, differences } = comparison;
-  const nothing = el("p", {}, "No figure is certain to be better in one than in another.");
-  const heads = ["Better", "than", "in", "by [interval]", "pairs"];
+  const nothing = el("p", {}, word("review.noFigureIsCertainTo"));
+  const heads = [word("review.better"), word("review.than"), word("review.in"), word("review.byInterval"), word("review.pairs")];
   return [
     legend(groups),
-    el("h3", {}, "What is certain"),
+    el("h3", {}, word("review.whatIsCertain")),
     certain.length ? table(heads, certain, { class: "compare-certain" }) : nothing,
-    ...(know.length ? [el("h3", {}, "What to know"), el("ul", { class: "compare-know" }, ...know.map((told) => el("li", {}, `${told}.`)))] : []),
+    ...(know.length ? [el("h3", {}, word("review.whatToKnow")), el("ul", { class: "compare-know" }, ...know.map((told) => el("li", {}, `${told}.`)))] : []),
     el("div", { class: "run-figures-head" }, el("h3", {}, `Figures: ${cells}`), csvButton(comparison)),
-    table(["Figure", ...groups.map(({ label }) => label)], means, { class: "compare-means" }),
-    ...(differences.length ? [el("h3", {}, "Differences of pairs: mean [interval]"), ...differenceTables(differences)] : []),
+    table([word("review.figure"), ...groups.map(({ label }) => label)], means, { class: "compare-means" }),
+    ...(differences.length ? [el("h3", {}, word("review.differencesOfPairsMeanInterval")), ...differenceTables(differences)] : []),
   ];
 }
 
@@ -30,12 +31,12 @@ function legend(groups: Group[]): HTMLElement {
     themeChanged.on(paint);
     return el("li", {}, swatch, el("b", {}, label), el("span", { class: "hint" }, runs === 1 ? "1 run" : `${runs} runs`));
   });
-  return el("ul", { class: "compare-legend", "aria-label": "Groups" }, ...entries);
+  return el("ul", { class: "compare-legend", "aria-label": word("review.groups") }, ...entries);
 }
 
 function csvButton({ csv }: Comparison): HTMLElement {
   const keep = (): void => save(new Blob([csv], { type: "text/csv" }), "comparison.csv");
-  return button({ class: "run-small" }, keep, sign("copy"), "Save CSV");
+  return button({ class: "run-small" }, keep, sign("copy"), word("review.saveCsv"));
 }
 
 /** A table for every two groups. */

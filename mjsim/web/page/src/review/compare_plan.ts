@@ -12,6 +12,7 @@ import { makeTile, type Tile } from "../run/tile";
 import { color } from "../shell/theme";
 import type { Comparison, RunPath } from "./comparison";
 import { styleOf } from "./compare";
+import { word } from "../words/words";
 
 /** What stands in the way of robots. */
 const SOLID = new Set(["wall", "obstacle"]);
@@ -19,7 +20,7 @@ const SOLID = new Set(["wall", "obstacle"]);
 export class ComparePlan {
   readonly tile: Tile;
   private readonly host = el("div", { class: "run-floor", tabindex: 0, role: "group", "aria-label": "Plan; + - and 0 zoom" });
-  private readonly note = el("p", { class: "hint compare-no-plan" }, "No paths: a sweep keeps errors over time only.");
+  private readonly note = el("p", { class: "hint compare-no-plan" }, word("review.noPathsASweepKeeps"));
   private readonly legend = el("span", { class: "run-legend" });
   private readonly plan = new Plan(this.host);
   private paths: { path: RunPath; group: number }[] = [];
@@ -27,10 +28,10 @@ export class ComparePlan {
   private time = 0;
 
   constructor() {
-    const fit = button({ class: "quiet square", title: "Show the whole plan (0)" }, () => this.plan.fit(), sign("fit"));
+    const fit = button({ class: "quiet square", title: word("review.showTheWholePlan") }, () => this.plan.fit(), sign("fit"));
     const spring = el("span", { class: "run-spring" });
     this.host.append(this.note);
-    this.tile = makeTile("compare", "Paths", this.host, this.legend, spring, fit, savingMenu(this));
+    this.tile = makeTile("compare", word("review.paths"), this.host, this.legend, spring, fit, savingMenu(this));
     this.plan.hiddenKinds.add("robot");
     this.plan.overlay.push((context) => this.draw(context));
   }
@@ -39,7 +40,7 @@ export class ComparePlan {
     this.paths = groups.flatMap((group, k) => group.paths.map((path) => ({ path, group: k })));
     this.labels = groups.map(({ label }) => label);
     this.note.hidden = this.paths.length > 0;
-    this.legend.textContent = this.paths.length ? "lines: estimates; wide and pale: the truth" : "";
+    this.legend.textContent = this.paths.length ? word("review.linesEstimatesWideAndPale") : "";
     this.plan.forgetView();
     this.plan.setItems(scene?.items ?? [], scene?.bounds ?? [0, 0, 8, 6]);
   }
@@ -64,7 +65,7 @@ export class ComparePlan {
       const range = (of: "x" | "y"): [number, number] =>
         rangeOf([...curves.map((curve) => curve[of]), corners.map(([x, y]) => (of === "x" ? x : y))]);
       const axes = { x: "x [m]", y: "y [m]", xRange: range("x"), yRange: range("y"), equal: true };
-      return { title: "Paths", ...axes, curves, shapes, ink: inkNow() };
+      return { title: word("review.paths"), ...axes, curves, shapes, ink: inkNow() };
     });
   }
 
@@ -84,7 +85,7 @@ export class ComparePlan {
       const { color, dash, width } = this.style(group);
       const points = path[which].map(pointOf);
       const [x, y] = [points.map(([x]) => x), points.map(([, y]) => y)];
-      if (which === "truth") return { label: k ? "" : "truth, wide and pale", color: faded(color(), 0.28), width: 5, x, y };
+      if (which === "truth") return { label: k ? "" : word("review.truthWideAndPale"), color: faded(color(), 0.28), width: 5, x, y };
       const first = this.paths.findIndex((other) => other.group === group) === k;
       return { label: first ? (this.labels[group] ?? "") : "", color: color(), width, ...(dash ? { dash } : {}), x, y };
     });

@@ -4,13 +4,14 @@ import { ApiError } from "../api";
 import { el, fill } from "../dom";
 import { button, sign } from "../run/controls";
 import { recordings, type Recording } from "./recording";
+import { word } from "../words/words";
 
 /** The server is asked how far it is so often [ms]. */
 const ASK = 400;
 
 export class Film {
   readonly element = el("div", { class: "run-film" });
-  private readonly views = el("select", { "aria-label": "View of the video" });
+  private readonly views = el("select", { "aria-label": word("review.viewOfTheVideo") });
   private readonly start: HTMLButtonElement;
   private readonly what = el("p", { class: "hint" });
   private readonly progress = el("div", { class: "run-film-jobs", "aria-live": "polite" });
@@ -18,10 +19,10 @@ export class Film {
   private part: [number, number] = [0, 0];
 
   constructor() {
-    this.start = button({ class: "primary" }, () => void this.make(), sign("film"), "Export video");
+    this.start = button({ class: "primary" }, () => void this.make(), sign("film"), word("review.exportVideo"));
     this.element.append(
       this.what,
-      el("label", { class: "run-field" }, el("span", {}, "View"), this.views),
+      el("label", { class: "run-field" }, el("span", {}, word("review.view")), this.views),
       this.start,
       this.progress,
     );
@@ -40,15 +41,15 @@ export class Film {
     this.part = [from, to];
     const length = `${from.toFixed(2)} s to ${to.toFixed(2)} s`;
     this.what.textContent = marked
-      ? `The marked part, ${length}.`
-      : `The whole recording, ${length}; mark a part to export only that.`;
+      ? word("review.theMarkedPart", { length })
+      : word("review.theWholeRecordingMarkA", { length });
   }
 
   private async make(): Promise<void> {
     if (!this.recording) return;
     const [from, to] = this.part;
     const view = this.views.value;
-    const bar = el("progress", { max: 1, value: 0, "aria-label": "Progress" });
+    const bar = el("progress", { max: 1, value: 0, "aria-label": word("review.progress") });
     const note = el("span", {}, `${titleOf(view)}, ${(to - from).toFixed(1)} s`);
     const row = el("div", { class: "run-film-job" }, note, bar);
     this.progress.prepend(row);
@@ -79,11 +80,11 @@ export class Film {
 
 export function titleOf(view: string): string {
   const titles: Record<string, string> = {
-    plan: "Plan",
-    frame: "Plan, close-up, camera, errors",
-    chase: "Behind the robot",
-    overview: "From above",
-    outside: "Outside",
+    plan: word("review.plan"),
+    frame: word("review.planCloseUpCameraErrors"),
+    chase: word("review.behindTheRobot"),
+    overview: word("review.fromAbove"),
+    outside: word("review.outside"),
   };
   return titles[view] ?? view.replace("/", " · ").replace(":", ", ");
 }

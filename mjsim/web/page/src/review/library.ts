@@ -4,6 +4,7 @@ import { ApiError } from "../api";
 import { el, fill } from "../dom";
 import { button } from "../run/controls";
 import type { Studio } from "../shell/view";
+import { word } from "../words/words";
 
 export class Library {
   readonly element = el("div", { class: "run-library" });
@@ -11,8 +12,8 @@ export class Library {
   private readonly sweeps = el("div", {});
   /** Paths that are ticked. */
   private readonly ticked = new Set<string>();
-  private readonly go = button({ class: "primary" }, () => void this.begin(), "Compare");
-  private readonly every = button({ class: "quiet run-small" }, () => this.tickAll(), "Tick all");
+  private readonly go = button({ class: "primary" }, () => void this.begin(), word("review.compare"));
+  private readonly every = button({ class: "quiet run-small" }, () => this.tickAll(), word("review.tickAll"));
   private readonly foot = el("div", { class: "run-compare", hidden: true }, this.every, this.go);
   private readonly hint = el("p", { class: "hint" });
 
@@ -29,12 +30,12 @@ export class Library {
     for (const path of this.ticked) if (!recordings.includes(path) && !sweeps.includes(path)) this.ticked.delete(path);
     fill(this.list, ...recordings.map((path) => el("li", {}, this.box(path), this.entry(path, path === chosen))));
     const swept = sweeps.map((path) => el("li", {}, el("label", {}, this.box(path), path)));
-    fill(this.sweeps, sweeps.length > 0 && el("h3", {}, "Sweeps"), sweeps.length > 0 && el("ul", {}, ...swept));
+    fill(this.sweeps, sweeps.length > 0 && el("h3", {}, word("review.sweeps")), sweeps.length > 0 && el("ul", {}, ...swept));
     this.foot.hidden = recordings.length + sweeps.length === 0;
     this.count();
     this.hint.textContent = recordings.length
-      ? "Or drop an .mcap file anywhere on this page."
-      : "There is no recording in this folder yet. Run a world with “Record to a file”, or drop an .mcap file here.";
+      ? word("review.orDropAnMcapFile")
+      : word("review.thereIsNoRecordingIn");
   }
 
   /** Let recordings be dropped on an element. */
@@ -54,7 +55,7 @@ export class Library {
   }
 
   private box(path: string): HTMLInputElement {
-    const box = el("input", { type: "checkbox", checked: this.ticked.has(path), "aria-label": `Compare ${path}` });
+    const box = el("input", { type: "checkbox", checked: this.ticked.has(path), "aria-label": word("review.compare2", { path }) });
     box.addEventListener("change", () => {
       if (box.checked) this.ticked.add(path);
       else this.ticked.delete(path);
@@ -77,7 +78,7 @@ export class Library {
   /** Compare what is ticked; many recordings take a while to read. */
   private async begin(): Promise<void> {
     this.go.disabled = true;
-    this.go.textContent = "Reading …";
+    this.go.textContent = word("review.reading");
     await this.compare([...this.ticked]);
     this.count();
   }
@@ -88,8 +89,8 @@ export class Library {
     const enough = paths.length > 1 || paths.some((path) => this.studio.folder.sweeps.includes(path));
     this.go.disabled = !enough;
     const all = this.studio.folder.recordings.every((path) => this.ticked.has(path));
-    this.every.textContent = all ? "Tick none" : "Tick all";
-    this.go.textContent = enough ? `Compare ${paths.length} chosen` : "Compare: tick two or more";
+    this.every.textContent = all ? word("review.tickNone") : word("review.tickAll");
+    this.go.textContent = enough ? word("review.compareChosen", { paths: paths.length }) : word("review.compareTickTwoOrMore");
   }
 
   private entry(path: string, chosen: boolean): HTMLButtonElement {
@@ -120,7 +121,7 @@ export class Library {
       if (!response?.ok || !answer?.path)
         throw new ApiError(
           response?.status ?? 0,
-          answer?.error ?? `${file.name} could not be taken; copy it into the folder, then open it from the list`,
+          answer?.error ?? word("review.couldNotBeTakenCopy", { name: file.name }),
         );
       await this.studio.refresh();
       this.open(answer.path);

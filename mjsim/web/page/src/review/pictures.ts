@@ -9,6 +9,7 @@ import { drawRecognised, pixelRatio } from "../run/screen";
 import { makeTile, type Tile } from "../run/tile";
 import { titleOf } from "./film";
 import { recordings, type Recording } from "./recording";
+import { word } from "../words/words";
 
 interface Shown {
   tile: Tile;
@@ -20,17 +21,17 @@ interface Shown {
 
 /** What may be switched on beside the cameras. */
 const KINDS = [
-  ["depth", "Depth"],
-  ["segmentation", "Segments"],
-  ["outside", "Outside"],
-  ["chase", "Behind"],
+  ["depth", word("review.depth")],
+  ["segmentation", word("review.segments")],
+  ["outside", word("review.outside")],
+  ["chase", word("review.behind")],
 ] as const;
 
 type Kind = (typeof KINDS)[number][0];
 
 export class Pictures {
   /** Switches for the kinds of pictures. */
-  readonly switches = el("div", { class: "run-switches", role: "group", "aria-label": "Pictures" });
+  readonly switches = el("div", { class: "run-switches", role: "group", "aria-label": word("review.pictures") });
   private readonly views = new Map<string, Shown>();
   private readonly wanted = new Set<Kind>((remembered("review.views") ?? "outside").split(" ") as Kind[]);
   private recording: Recording | null = null;
@@ -101,7 +102,7 @@ export class Pictures {
       width: 640,
       height: 480,
     });
-    const note = el("p", { class: "hint run-waiting" }, "No picture yet");
+    const note = el("p", { class: "hint run-waiting" }, word("review.noPictureYet"));
     const body = el("div", { class: "run-picture", style: "aspect-ratio: 4 / 3" }, canvas, note);
     const ask = newestWins((time: number) => this.fetch(view, time, note));
     if (view === "outside") this.orbit(canvas, () => ask(this.time));
@@ -112,7 +113,7 @@ export class Pictures {
 
   private orbit(canvas: HTMLCanvasElement, again: () => void): void {
     canvas.classList.add("run-orbit");
-    canvas.setAttribute("aria-label", "View from outside; drag, wheel, arrows and + - turn it");
+    canvas.setAttribute("aria-label", word("review.viewFromOutsideDragWheel"));
     new Orbit(canvas, this.outside, (view) => {
       this.outside = view;
       this.turned = true;
@@ -130,7 +131,7 @@ export class Pictures {
     if (!response || this.recording !== recording) return;
     if (!response.ok) {
       const answer = (await response.json().catch(() => ({}))) as { error?: string };
-      note.textContent = answer.error ?? "No picture";
+      note.textContent = answer.error ?? word("review.noPicture");
       return;
     }
     const bitmap = await createImageBitmap(await response.blob()).catch(() => null);

@@ -2,6 +2,7 @@
 
 import { el, fill } from "../dom";
 import type { EventNews } from "../run/protocol";
+import { word } from "../words/words";
 
 export interface Part {
   from: number | null;
@@ -10,7 +11,7 @@ export interface Part {
 
 export class Scrub {
   readonly element = el("div", { class: "run-scrub" });
-  private readonly range = el("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": "Time" });
+  private readonly range = el("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": word("review.time") });
   private readonly band = el("div", { class: "run-scrub-part", hidden: true });
   private readonly flags = el("div", { class: "run-scrub-events" });
   private seconds = 1;

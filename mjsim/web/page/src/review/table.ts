@@ -4,6 +4,7 @@ import { el, fill } from "../dom";
 import { csvOf, save } from "../charts/save";
 import { button, sign } from "../run/controls";
 import type { Figures } from "./recording";
+import { word } from "../words/words";
 
 interface Row {
   robot: string;
@@ -114,13 +115,13 @@ export class Table {
       el(
         "p",
         { class: "hint" },
-        "Mark a part to get its figures: drag over a chart, or press I where it begins and O where it ends.",
+        word("review.markAPartToGet"),
       ),
     );
   }
 
   wait(): void {
-    fill(this.element, el("p", { class: "hint", role: "status" }, "Working out the figures …"));
+    fill(this.element, el("p", { class: "hint", role: "status" }, word("review.workingOutTheFigures")));
   }
 
   fail(message: string): void {
@@ -131,10 +132,10 @@ export class Table {
     this.rows = rowsOf(figures);
     this.title = `${from.toFixed(2)} s to ${to.toFixed(2)} s`;
     const copy = button(
-      { class: "run-small", title: "Copy as CSV" },
+      { class: "run-small", title: word("review.copyAsCsv") },
       () => void this.copy(),
       sign("copy"),
-      "Copy as CSV",
+      word("review.copyAsCsv"),
     );
     fill(this.element, el("div", { class: "run-figures-head" }, el("strong", {}, this.title), copy), this.table());
   }
@@ -158,9 +159,9 @@ export class Table {
     const head = el(
       "tr",
       {},
-      el("th", { scope: "col" }, "Figure"),
-      el("th", { scope: "col" }, "Value"),
-      el("th", { scope: "col" }, "Unit"),
+      el("th", { scope: "col" }, word("review.figure")),
+      el("th", { scope: "col" }, word("review.value")),
+      el("th", { scope: "col" }, word("review.unit")),
     );
     return el("table", {}, el("thead", {}, head), el("tbody", {}, ...body));
   }
@@ -169,11 +170,11 @@ export class Table {
     const text = this.csv();
     try {
       await navigator.clipboard.writeText(text);
-      this.tell("Copied as CSV");
+      this.tell(word("review.copiedAsCsv"));
     } catch {
       // A page that is not served from this machine may not write to the clipboard: offer a file.
       save(new Blob([text], { type: "text/csv" }), "statistics.csv");
-      this.tell("The browser does not allow copying; it was saved as statistics.csv");
+      this.tell(word("review.theBrowserDoesNotAllow"));
     }
   }
 }

@@ -26,6 +26,7 @@ import { Player } from "./player";
 import { NOTHING, recordings, type Recording } from "./recording";
 import { Scrub, type Part } from "./scrub";
 import { Table } from "./table";
+import { word } from "../words/words";
 
 const SPEEDS = [
   ["0.25", "¼ ×"],
@@ -38,7 +39,7 @@ const SPEEDS = [
 const FIRST_CHARTS: Kind[] = ["distance", "x", "y", "heading", "nees"];
 
 export class ReviewView implements View {
-  readonly element = el("section", { class: "view review", "aria-label": "Review" });
+  readonly element = el("section", { class: "view review", "aria-label": word("review.review") });
   private readonly player = new Player();
   private readonly record = new RunRecord();
   private readonly whole = new RunRecord();
@@ -52,7 +53,7 @@ export class ReviewView implements View {
   );
   private readonly scrub = new Scrub((time) => this.player.seek(time));
   private readonly film = new Film();
-  private readonly events = new EventList("Nothing happened in this recording.", (time) => this.player.seek(time));
+  private readonly events = new EventList(word("review.nothingHappenedInThisRecording"), (time) => this.player.seek(time));
   private readonly table: Table;
   private readonly library: Library;
   private readonly compare: Compare;
@@ -61,19 +62,19 @@ export class ReviewView implements View {
   private readonly plotter: Plotter;
   private readonly numbers = new RecordedNumbers();
   private readonly robot = el("select", {
-    "aria-label": "Robot",
+    "aria-label": word("review.robot"),
     hidden: true,
     onchange: () => this.choose(this.robot.value),
   });
   private readonly playButton = button(
-    { class: "primary run-main", title: "Play (space)" },
+    { class: "primary run-main", title: word("review.playSpace") },
     () => this.player.toggle(),
     sign("play"),
-    "Play",
+    word("review.play"),
   );
   private readonly time = el("output", { class: "run-value run-time" }, "–");
-  private readonly title = el("strong", { class: "review-title" }, "No recording");
-  private readonly cut = el("span", { class: "run-state", "data-state": "paused", hidden: true }, "Ends early: cut off");
+  private readonly title = el("strong", { class: "review-title" }, word("review.noRecording"));
+  private readonly cut = el("span", { class: "run-state", "data-state": "paused", hidden: true }, word("review.endsEarlyCutOff"));
   private readonly empty = el("div", { class: "state" });
   private readonly content: HTMLElement;
   private recording: Recording | null = null;
@@ -98,10 +99,10 @@ export class ReviewView implements View {
     const fail = (error: unknown): void => this.studio.toasts.error(error);
     this.plotter = new Plotter(this.sheet.element, "review", this.numbers, handlers, fail);
     this.tabs = new Tabs("review.tab", [
-      ["recordings", "Recordings", this.library.element],
-      ["figures", "Figures", el("div", {}, this.table.element, this.film.element)],
-      ["plot", "Plot", this.plotter.element],
-      ["events", "Events", this.events.element],
+      ["recordings", word("review.recordings"), this.library.element],
+      ["figures", word("review.figures"), el("div", {}, this.table.element, this.film.element)],
+      ["plot", word("review.plot"), this.plotter.element],
+      ["events", word("review.events"), this.events.element],
     ]);
     this.content = this.build();
     this.compare = new Compare(studio, this.element);
@@ -109,7 +110,7 @@ export class ReviewView implements View {
     this.floor.layers.changed.on(() => this.show(this.player.time));
     this.player.changed.on((time) => this.show(time));
     this.player.playingChanged.on((playing) =>
-      fill(this.playButton, sign(playing ? "pause" : "play"), playing ? "Pause" : "Play"),
+      fill(this.playButton, sign(playing ? "pause" : "play"), playing ? word("review.pause") : word("review.play")),
     );
     this.showEmpty();
   }
@@ -178,40 +179,40 @@ export class ReviewView implements View {
   }
 
   private bar(): HTMLElement {
-    const speeds = choice({ "aria-label": "Speed" }, SPEEDS, "1", (value) => (this.player.speed = Number(value)));
+    const speeds = choice({ "aria-label": word("review.speed") }, SPEEDS, "1", (value) => (this.player.speed = Number(value)));
     return el(
       "div",
-      { class: "run-bar", role: "toolbar", "aria-label": "Recording", inert: true },
+      { class: "run-bar", role: "toolbar", "aria-label": word("review.recording"), inert: true },
       this.playButton,
       el(
         "div",
         { class: "run-group" },
-        button({ class: "square", title: "One tick back (,)" }, () => this.player.step(-1), sign("left")),
-        button({ class: "square", title: "One tick on (.)" }, () => this.player.step(1), sign("right")),
+        button({ class: "square", title: word("review.oneTickBack") }, () => this.player.step(-1), sign("left")),
+        button({ class: "square", title: word("review.oneTickOn") }, () => this.player.step(1), sign("right")),
       ),
-      el("label", { class: "run-figure" }, el("span", {}, "Speed"), speeds),
+      el("label", { class: "run-figure" }, el("span", {}, word("review.speed")), speeds),
       el(
         "div",
         { class: "run-group" },
-        button({ title: "The part begins here (I)" }, () => this.markFrom(), "Mark begin"),
-        button({ title: "The part ends here (O)" }, () => this.markTo(), "Mark end"),
-        button({ class: "quiet", title: "Mark nothing (Escape)" }, () => this.mark({ from: null, to: null }), "Clear"),
+        button({ title: word("review.thePartBeginsHereI") }, () => this.markFrom(), word("review.markBegin")),
+        button({ title: word("review.thePartEndsHereO") }, () => this.markTo(), word("review.markEnd")),
+        button({ class: "quiet", title: word("review.markNothingEscape") }, () => this.mark({ from: null, to: null }), word("review.clear")),
       ),
       el("span", { class: "run-spring" }),
       this.title,
       this.cut,
-      el("label", { class: "run-figure" }, el("span", {}, "Time"), this.time),
+      el("label", { class: "run-figure" }, el("span", {}, word("review.time")), this.time),
     );
   }
 
   private async open(path: string): Promise<void> {
     this.player.pause();
     this.compare.close();
-    write(this.title, "Opening …");
+    write(this.title, word("review.opening"));
     try {
       this.take(await recordings.open(path));
     } catch (error) {
-      write(this.title, this.recording?.path ?? "No recording");
+      write(this.title, this.recording?.path ?? word("review.noRecording"));
       this.studio.toasts.error(error);
     }
   }
@@ -356,10 +357,10 @@ export class ReviewView implements View {
   private showEmpty(): void {
     const some = this.studio.folder.recordings.length > 0;
     const hint = some
-      ? "Choose one on the left, or drop an .mcap file here."
-      : "Record a run first, or drop an .mcap file here.";
-    const run = button({ class: "primary" }, () => this.studio.show("run"), "Go to Run");
-    fill(this.empty, el("h2", {}, "No recording is open"), el("p", { class: "hint" }, hint), some ? null : run);
+      ? word("review.chooseOneOnTheLeft")
+      : word("review.recordARunFirstOr");
+    const run = button({ class: "primary" }, () => this.studio.show("run"), word("review.goToRun"));
+    fill(this.empty, el("h2", {}, word("review.noRecordingIsOpen")), el("p", { class: "hint" }, hint), some ? null : run);
     this.content.querySelector(".run-stage")?.append(this.empty);
   }
 }

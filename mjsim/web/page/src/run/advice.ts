@@ -3,6 +3,7 @@
 import { el, fill } from "../dom";
 import { button } from "./controls";
 import type { RunNews } from "./protocol";
+import { word } from "../words/words";
 
 /** What there is to run, and what the person may be led to. */
 export interface Outlook {
@@ -46,21 +47,21 @@ export class Advice {
     const { run, world, live } = outlook;
     const state = run?.state ?? "idle";
     if (live) return [""];
-    if (state === "loading") return ["Loading the world …"];
+    if (state === "loading") return [word("run.loadingTheWorld")];
     if (run && (state === "running" || state === "paused")) return [whileRunning(run, outlook)];
     if (run?.recording && state === "ended")
-      return [`Recorded to ${run.recording}.`, ["Review it", () => this.ways.review(run.recording ?? "")]];
+      return [word("run.recordedTo", { recording: run.recording }), [word("run.reviewIt"), () => this.ways.review(run.recording ?? "")]];
     if (!world)
-      return ["No world is open: make or open one.", ["New world", this.ways.make], ["Open a world", this.ways.open]];
+      return [word("run.noWorldIsOpenMake"), [word("run.newWorld"), this.ways.make], [word("run.openAWorld"), this.ways.open]];
     if (!world.hasRobot)
-      return ["No robot is in this world: put one in, with R in Edit.", ["Go to Edit", this.ways.edit]];
+      return [word("run.noRobotIsInThis"), [word("run.goToEdit"), this.ways.edit]];
     return [""];
   }
 }
 
 function whileRunning(run: RunNews, { other, robot, driven }: Outlook): string {
-  if (other) return `This is the run of ${run.path || run.name || "another world"}. Stop it to see the one that is open.`;
+  if (other) return word("run.thisIsTheRunOf", { world: run.path || run.name || word("run.anotherWorld") });
   const chosen = run.drivers?.[robot];
   if (driven || !run.controllable || !chosen || chosen.navigator !== null) return "";
-  return "No navigator: drive with W A S D, or choose one in Setup.";
+  return word("run.noNavigatorDriveWithW");
 }

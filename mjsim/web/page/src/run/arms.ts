@@ -4,8 +4,9 @@ import { el, fill } from "../dom";
 import { button, sign } from "./controls";
 import type { Values } from "../api";
 import type { ArmFacts, JointFacts, RobotFacts, RobotTick } from "./protocol";
+import { word } from "../words/words";
 
-const HINT = "Start a run of a robot with an arm, or of a mechanism that a motion leads; joints and tools can be moved here while it goes on.";
+const HINT = word("run.startARunOfA");
 const TOOL = ["x", "y", "z", "roll", "pitch", "yaw"] as const;
 /** How far sliders of joints without limits go, of those that turn and of those that slide [rad, m]. */
 const FREE = [Math.PI, 1] as const;
@@ -91,13 +92,13 @@ export class ArmPanel {
     const rows = facts.joints.map(jointRow);
     const tool = TOOL.map((name, k) => this.field(`${facts.name} tool ${name}`, () => this.moveTool(part), k < 3 ? 0.01 : 1));
     const release = button(
-      { class: "quiet", title: "Let the navigator move this arm again" },
+      { class: "quiet", title: word("run.letTheNavigatorMoveThis") },
       () => {
         part.wanted = null;
         this.move({ release: this.robot, arm: facts.name });
       },
       sign("restart"),
-      "Give back",
+      word("run.giveBack"),
     );
     const part: Part = { facts, rows, tool, release, goal: [], wanted: null };
     this.parts.push(part);
@@ -110,7 +111,7 @@ export class ArmPanel {
       ...rows.map((row, k) => line(facts.joints[k]?.name ?? "", row.slider, row.field, unit(row.facts))),
       el(
         "div",
-        { class: "run-tool", role: "group", "aria-label": `${facts.name}, pose of the tool in the robot's frame` },
+        { class: "run-tool", role: "group", "aria-label": word("run.poseOfTheToolIn", { name: facts.name }) },
         ...TOOL.map((name, k) => el("label", {}, el("span", {}, `${name} [${k < 3 ? "m" : "°"}]`), tool[k])),
       ),
       release,

@@ -2,10 +2,11 @@
 
 import { el } from "../dom";
 import type { LinkState } from "./link";
+import { word } from "../words/words";
 
 const OUT =
-  "mjsim was started anew and does not know this browser. Open the address that it printed; this page then goes on by itself.";
-const LOST = "The server does not answer. Is mjsim still running? This page goes on by itself once it is back.";
+  word("run.mjsimWasStartedAnewAnd");
+const LOST = word("run.theServerDoesNotAnswer");
 
 export class Banner {
   readonly element = el("p", { class: "run-banner", role: "alert", hidden: true });

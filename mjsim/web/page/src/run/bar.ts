@@ -4,6 +4,7 @@ import { el } from "../dom";
 import { button, choice, sign, write } from "./controls";
 import type { LinkState } from "./link";
 import type { RunNews, TickNews } from "./protocol";
+import { word } from "../words/words";
 
 const SPEEDS = [
   ["0.25", "¼ ×"],
@@ -18,12 +19,12 @@ const SPEEDS = [
 type Speed = (typeof SPEEDS)[number][0];
 
 const STATES: Record<RunNews["state"], string> = {
-  idle: "Ready",
-  loading: "Loading",
-  running: "Running",
-  paused: "Paused",
-  ended: "Ended",
-  failed: "Failed",
+  idle: word("run.ready"),
+  loading: word("run.loading"),
+  running: word("run.running"),
+  paused: word("run.paused"),
+  ended: word("run.ended"),
+  failed: word("run.failed"),
 };
 
 export interface BarOrders {
@@ -45,16 +46,16 @@ export function clock(seconds: number): string {
 
 /** The strip; it shows what the server says and sends what is pressed. */
 export class Bar {
-  readonly element = el("div", { class: "run-bar", role: "toolbar", "aria-label": "Run" });
+  readonly element = el("div", { class: "run-bar", role: "toolbar", "aria-label": word("run.run") });
   private readonly main: HTMLButtonElement;
   private readonly step: HTMLButtonElement;
   private readonly again: HTMLButtonElement;
   private readonly halt: HTMLButtonElement;
   private readonly speeds: HTMLSelectElement;
-  private readonly time = el("output", { class: "run-value run-time", title: "Simulated time" }, "–");
-  private readonly pace = el("output", { class: "run-value", title: "Simulated seconds a second" }, "–");
-  private readonly pictures = el("output", { class: "run-value", title: "Pictures shown a second" }, "–");
-  private readonly status = el("span", { class: "run-state", role: "status" }, "Connecting");
+  private readonly time = el("output", { class: "run-value run-time", title: word("run.simulatedTime") }, "–");
+  private readonly pace = el("output", { class: "run-value", title: word("run.simulatedSecondsASecond") }, "–");
+  private readonly pictures = el("output", { class: "run-value", title: word("run.picturesShownASecond") }, "–");
+  private readonly status = el("span", { class: "run-state", role: "status" }, word("run.connecting"));
   /** What steers a run. */
   private readonly steering: HTMLElement[];
   private news: RunNews | null = null;
@@ -67,25 +68,25 @@ export class Bar {
     /** Whether runs are started here; else one is watched that was begun elsewhere. */
     private readonly starts: boolean,
   ) {
-    this.main = button({ class: "primary run-main" }, () => this.press(), sign("play"), el("span", {}, "Start"));
-    this.step = button({ class: "square", title: "Single tick (.)" }, () => orders.tick(), sign("step"));
+    this.main = button({ class: "primary run-main" }, () => this.press(), sign("play"), el("span", {}, word("run.start")));
+    this.step = button({ class: "square", title: word("run.singleTick") }, () => orders.tick(), sign("step"));
     this.again = button(
-      { class: "square", title: "Restart from the beginning" },
+      { class: "square", title: word("run.restartFromTheBeginning") },
       () => orders.restart(),
       sign("restart"),
     );
-    this.halt = button({ class: "square", title: "Stop the run" }, () => orders.stop(), sign("stop"));
-    this.speeds = choice<Speed>({ "aria-label": "Speed" }, SPEEDS, "1", (value) => orders.speed(speedOf(value)));
+    this.halt = button({ class: "square", title: word("run.stopTheRun") }, () => orders.stop(), sign("stop"));
+    this.speeds = choice<Speed>({ "aria-label": word("run.speed") }, SPEEDS, "1", (value) => orders.speed(speedOf(value)));
     const figure = (label: string, value: HTMLElement): HTMLElement =>
       el("label", { class: "run-figure" }, el("span", {}, label), value);
-    this.steering = [el("div", { class: "run-group" }, this.step, this.again, this.halt), figure("Speed", this.speeds)];
+    this.steering = [el("div", { class: "run-group" }, this.step, this.again, this.halt), figure(word("run.speed"), this.speeds)];
     this.element.append(
       this.main,
       ...this.steering,
       el("span", { class: "run-spring" }),
-      figure("Time", this.time),
-      figure("Pace", this.pace),
-      figure("Pictures", this.pictures),
+      figure(word("run.time"), this.time),
+      figure(word("run.pace"), this.pace),
+      figure(word("run.pictures"), this.pictures),
       this.status,
     );
     this.refresh();
@@ -147,7 +148,7 @@ export class Bar {
     const open = this.link === "open";
     const mine = open && (this.news?.controllable ?? false);
     const alive = state === "running" || state === "paused";
-    const label = state === "running" ? "Pause" : state === "paused" ? "Go on" : "Start";
+    const label = state === "running" ? word("run.pause") : state === "paused" ? word("run.goOn") : word("run.start");
     this.main.replaceChildren(sign(state === "running" ? "pause" : "play"), el("span", {}, label));
     this.main.title = `${label} (space)`;
     this.main.disabled = !mine || state === "loading" || !(alive || this.canStart);
@@ -161,10 +162,10 @@ export class Bar {
     this.main.hidden = watched || (!this.starts && !alive);
     const away: Record<LinkState, string> = {
       open: STATES[state],
-      connecting: "Connecting",
-      closed: "Ended",
-      lost: "Server lost; trying again",
-      out: "Not let in",
+      connecting: word("run.connecting"),
+      closed: word("run.ended"),
+      lost: word("run.serverLostTryingAgain"),
+      out: word("run.notLetIn"),
     };
     const text = away[this.link];
     write(this.status, text);

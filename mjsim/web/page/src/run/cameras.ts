@@ -7,6 +7,7 @@ import { Orbit, overlook } from "./orbit";
 import type { FrameHead, RunRequest, Outside, RobotFacts } from "./protocol";
 import { Screen } from "./screen";
 import { makeTile, type Tile } from "./tile";
+import { word } from "../words/words";
 
 /** The server is asked for another view from outside at most this often [ms]. */
 const CALM = 60;
@@ -19,7 +20,7 @@ type Kind = (typeof KINDS)[number];
 /** Makes a tile for each picture and says to the server which ones are wanted. */
 export class Cameras {
   /** Switches for the kinds of pictures. */
-  readonly switches = el("div", { class: "run-group run-switches", role: "group", "aria-label": "Pictures" });
+  readonly switches = el("div", { class: "run-group run-switches", role: "group", "aria-label": word("run.pictures") });
   private readonly screens = new Map<string, { screen: Screen; tile: Tile }>();
   private readonly wanted: Record<Kind | "outside", boolean>;
   private orbit: Orbit | null = null;
@@ -41,9 +42,9 @@ export class Cameras {
       outside: remembered("run.outside") !== "no",
     };
     for (const [kind, label] of [
-      ["depth", "Depth"],
-      ["segmentation", "Segments"],
-      ["outside", "Outside"],
+      ["depth", word("run.depth")],
+      ["segmentation", word("run.segments")],
+      ["outside", word("run.outside")],
     ] as const) {
       this.switches.append(toggle({ class: "quiet run-small" }, this.wanted[kind], (on) => this.want(kind, on), label));
     }
@@ -123,7 +124,7 @@ export class Cameras {
       "div",
       { class: "run-picture", style: `aspect-ratio: ${width} / ${height}` },
       screen.canvas,
-      el("p", { class: "hint run-waiting" }, "No picture yet"),
+      el("p", { class: "hint run-waiting" }, word("run.noPictureYet")),
     );
     const made = { screen, tile: makeTile(key, title, body) };
     this.screens.set(key, made);
@@ -132,7 +133,7 @@ export class Cameras {
   }
 
   private makeOrbit(screen: Screen): void {
-    screen.canvas.setAttribute("aria-label", "View from outside; drag, wheel, arrows and + - turn it");
+    screen.canvas.setAttribute("aria-label", word("run.viewFromOutsideDragWheel"));
     screen.canvas.classList.add("run-orbit");
     this.orbit = new Orbit(screen.canvas, this.first, () => this.soon());
   }
@@ -147,7 +148,7 @@ export class Cameras {
 }
 
 function titleOf(key: string): string {
-  if (key === "outside") return "Outside";
+  if (key === "outside") return word("run.outside");
   const [camera, kind] = key.split(":");
   return `${(camera ?? key).replace("/", " · ")}${kind ? `, ${kind}` : ""}`;
 }

@@ -4,6 +4,7 @@ import { clock } from "./bar";
 import { el } from "../dom";
 import { button } from "./controls";
 import type { EventNews } from "./protocol";
+import { word } from "../words/words";
 
 /** Most that are shown. */
 const MOST = 300;
@@ -11,7 +12,7 @@ const MOST = 300;
 /** A list of events; each can be pressed where there is something to do. */
 export class EventList {
   readonly element = el("div", { class: "run-events" });
-  private readonly list = el("ol", { "aria-label": "Events, newest first" });
+  private readonly list = el("ol", { "aria-label": word("run.eventsNewestFirst") });
   private readonly empty: HTMLElement;
 
   constructor(

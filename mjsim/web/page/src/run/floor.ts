@@ -13,6 +13,7 @@ import type { PlanarPose, RobotFacts, RobotTick } from "./protocol";
 import { Touch, type Standing } from "./touch";
 import type { RunRecord } from "./record";
 import { makeTile, type Tile } from "./tile";
+import { word } from "../words/words";
 
 /** While following, so much of the world is seen at least [px/m]. */
 const CLOSE = 90;
@@ -48,15 +49,15 @@ export class Floor {
     this.touch = new Touch({ plan: this.plan, robots: () => this.standing(), removed: () => this.removed }, send);
     this.layers.changed.on(() => this.plan.drawOver());
     this.follow = toggle(
-      { class: "quiet square", title: "Follow the robot (F)" },
+      { class: "quiet square", title: word("run.followTheRobotF") },
       false,
       (on) => this.setFollow(on),
       sign("follow"),
     );
-    const fit = button({ class: "quiet square", title: "Show the whole plan (0)" }, () => this.fit(), sign("fit"));
+    const fit = button({ class: "quiet square", title: word("run.showTheWholePlan") }, () => this.fit(), sign("fit"));
     this.tile = makeTile(
       "plan",
-      "Plan",
+      word("run.plan"),
       this.host,
       legend(),
       el("span", { class: "run-spring" }),
@@ -191,7 +192,7 @@ function legend(): HTMLElement {
     ["truth", "truth"],
     ["estimate", "estimate"],
     ["odometry", "odometry"],
-    ["seen", "landmarks, sightings"],
+    ["seen", word("run.landmarksSightings")],
   ] as const;
   return el(
     "span",

@@ -4,19 +4,20 @@ import { el } from "../dom";
 import { Signal } from "../signal";
 import { remembered, sign } from "./controls";
 import type { Shown } from "./overlay";
+import { word } from "../words/words";
 
 const LAYERS: [keyof Shown, string][] = [
-  ["truth", "Truth"],
-  ["estimate", "Estimate"],
-  ["odometry", "Odometry"],
-  ["trails", "Trails"],
+  ["truth", word("run.truth")],
+  ["estimate", word("run.estimate")],
+  ["odometry", word("run.odometry")],
+  ["trails", word("run.trails")],
   ["ellipses", "95 % ellipses"],
-  ["landmarks", "Landmarks"],
-  ["sightings", "Sightings"],
-  ["scans", "Lidar scans"],
-  ["ring", "Proximity ring"],
-  ["contacts", "Contacts"],
-  ["show", "Shown by modules"],
+  ["landmarks", word("run.landmarks")],
+  ["sightings", word("run.sightings")],
+  ["scans", word("run.lidarScans")],
+  ["ring", word("run.proximityRing")],
+  ["contacts", word("run.contacts")],
+  ["show", word("run.shownByModules")],
 ];
 /** Layers that are off until somebody wants them. */
 const OFF: (keyof Shown)[] = ["ring"];
@@ -30,7 +31,7 @@ export class Layers {
   /** Names of what modules show that is not to be seen. */
   readonly hidden: Set<string>;
   private readonly names = new Set<string>();
-  private readonly own = el("div", { class: "run-menu-own", role: "group", "aria-label": "Shown by modules" });
+  private readonly own = el("div", { class: "run-menu-own", role: "group", "aria-label": word("run.shownByModules") });
 
   constructor() {
     // What was chosen is kept as differences, so that layers that come later begin as they should.
@@ -57,8 +58,8 @@ export class Layers {
 
   private menu(): HTMLDetailsElement {
     const boxes = LAYERS.map(([key, label]) => box(label, this.shown[key], (on) => this.set(key, on)));
-    const list = el("div", { class: "run-menu", role: "group", "aria-label": "What is shown" }, ...boxes, this.own);
-    const title = { title: "What is shown", "aria-label": "What is shown" };
+    const list = el("div", { class: "run-menu", role: "group", "aria-label": word("run.whatIsShown") }, ...boxes, this.own);
+    const title = { title: word("run.whatIsShown"), "aria-label": word("run.whatIsShown") };
     const summary = el("summary", { class: "button quiet square", ...title }, sign("layers"));
     const details = el("details", { class: "run-layers" }, summary, list);
     document.addEventListener("pointerdown", (event) => {

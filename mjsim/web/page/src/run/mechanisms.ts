@@ -4,6 +4,7 @@ import type { Values } from "../api";
 import { el } from "../dom";
 import { jointRow, line, put, type Row, rounded, shown, unit } from "./arms";
 import type { MechanismFacts, MechanismTick } from "./protocol";
+import { word } from "../words/words";
 
 interface Part {
   facts: MechanismFacts;
@@ -61,7 +62,7 @@ export class MechanismPanel {
       );
       row.field.addEventListener("change", () => lead(Number(row.field.value)));
     });
-    const title = "Led there at 1 rad/s or 1 m/s, and held; its signal counts no more";
+    const title = word("run.ledThereAtRadS");
     return [
       el("h3", { title }, facts.name),
       ...rows.map((row) => line(row.facts.name, row.slider, row.field, unit(row.facts))),

@@ -3,6 +3,7 @@
 import { el } from "../dom";
 import { button, sign, write } from "./controls";
 import type { NoiseFigure } from "./protocol";
+import { word } from "../words/words";
 
 /** The slider's way is cut into so many steps. */
 const STEPS = 1000;
@@ -27,11 +28,11 @@ interface Row {
 export class NoisePanel {
   readonly element = el("div", { class: "run-noise" });
   private readonly rows = new Map<string, Row>();
-  private readonly empty = el("p", { class: "hint" }, "Start a run; its noise can be changed here while it goes on.");
+  private readonly empty = el("p", { class: "hint" }, word("run.startARunItsNoise"));
   private readonly all: HTMLButtonElement;
 
   constructor(private readonly set: (key: string, value: number) => void) {
-    this.all = button({ class: "quiet" }, () => this.resetAll(), sign("restart"), "Reset all to the world's values");
+    this.all = button({ class: "quiet" }, () => this.resetAll(), sign("restart"), word("run.resetAllToTheWorld"));
     this.element.append(this.empty, this.all);
     this.all.hidden = true;
   }
@@ -40,13 +41,13 @@ export class NoisePanel {
     if (noise.map((each) => each.key).join() !== [...this.rows.keys()].join()) this.build(noise);
     for (const each of noise) this.refresh(each, enabled);
     this.empty.hidden = noise.length > 0;
-    write(this.empty, enabled ? "Nothing in this run has noise that can be changed while it goes on." : this.hint());
+    write(this.empty, enabled ? word("run.nothingInThisRunHas") : this.hint());
     this.all.hidden = noise.length === 0;
     this.all.disabled = !enabled || noise.every((each) => each.value === each.initial);
   }
 
   private hint(): string {
-    return "Start a run; its noise can be changed here while it goes on.";
+    return word("run.startARunItsNoise");
   }
 
   private resetAll(): void {
@@ -93,7 +94,7 @@ export class NoisePanel {
       else field.value = String(rounded(this.rows.get(noise.key)?.noise.value ?? 0));
     });
     const reset = button(
-      { class: "quiet square", title: `Reset ${label} to ${noise.initial ?? 0}` },
+      { class: "quiet square", title: word("run.resetTo", { label, initial: noise.initial ?? 0 }) },
       () => this.set(noise.key, noise.initial ?? 0),
       sign("restart"),
     );

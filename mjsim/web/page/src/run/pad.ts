@@ -3,19 +3,20 @@
 import { el } from "../dom";
 import { sign, type IconName } from "./controls";
 import type { Wheel } from "./keys";
+import { word } from "../words/words";
 
 const WAYS: [IconName, string, [number, number, number]][] = [
-  ["turnLeft", "Turn left (A)", [0, 0, 1]],
-  ["up", "Forward (W)", [1, 0, 0]],
-  ["turnRight", "Turn right (D)", [0, 0, -1]],
-  ["left", "Left (Q)", [0, 1, 0]],
-  ["down", "Back (S)", [-1, 0, 0]],
-  ["right", "Right (E)", [0, -1, 0]],
+  ["turnLeft", word("run.turnLeftA"), [0, 0, 1]],
+  ["up", word("run.forwardW"), [1, 0, 0]],
+  ["turnRight", word("run.turnRightD"), [0, 0, -1]],
+  ["left", word("run.leftQ"), [0, 1, 0]],
+  ["down", word("run.backS"), [-1, 0, 0]],
+  ["right", word("run.rightE"), [0, -1, 0]],
 ];
 
 /** Six buttons that push while they are held; those aside only for robots that can. */
 export class Pad {
-  readonly element = el("div", { class: "run-pad", role: "group", "aria-label": "Drive" });
+  readonly element = el("div", { class: "run-pad", role: "group", "aria-label": word("run.drive") });
   private readonly aside: HTMLButtonElement[] = [];
 
   constructor(wheel: Wheel) {

@@ -3,6 +3,7 @@
 import { el, fill } from "../dom";
 import type { Module, Modules } from "../api";
 import { choice } from "./controls";
+import { word } from "../words/words";
 
 /** A module and the arguments that it is made with. */
 interface Use {
@@ -22,10 +23,10 @@ interface Driver {
 type Part = "observer" | "estimator" | "navigator" | "avoidance";
 
 const PARTS: { part: Part; list: keyof Modules; label: string; none: string }[] = [
-  { part: "observer", list: "observers", label: "Observer", none: "None" },
-  { part: "estimator", list: "estimators", label: "Estimator", none: "None (dead reckoning)" },
-  { part: "navigator", list: "navigators", label: "Navigator", none: "None (stands still)" },
-  { part: "avoidance", list: "avoidances", label: "Avoidance", none: "Off" },
+  { part: "observer", list: "observers", label: word("run.observer"), none: word("run.none") },
+  { part: "estimator", list: "estimators", label: word("run.estimator"), none: word("run.noneDeadReckoning") },
+  { part: "navigator", list: "navigators", label: word("run.navigator"), none: word("run.noneStandsStill") },
+  { part: "avoidance", list: "avoidances", label: word("run.avoidance"), none: word("run.off") },
 ];
 const OWN = "own";
 const NONE = "none";
@@ -48,12 +49,12 @@ export type OwnDrivers = Record<string, Record<string, unknown>>;
 
 export class Setup {
   readonly element = el("div", { class: "run-setup" });
-  private readonly seed = el("input", { type: "number", min: 0, step: 1, "aria-label": "Seed" });
-  private readonly seconds = el("input", { type: "number", min: 0, step: "any", "aria-label": "Length in seconds" });
+  private readonly seed = el("input", { type: "number", min: 0, step: 1, "aria-label": word("run.seed") });
+  private readonly seconds = el("input", { type: "number", min: 0, step: "any", "aria-label": word("run.lengthInSeconds") });
   private readonly record = el("input", { type: "checkbox" });
-  private readonly file = el("input", { type: "text", "aria-label": "File to record to", spellcheck: "false" });
+  private readonly file = el("input", { type: "text", "aria-label": word("run.fileToRecordTo"), spellcheck: "false" });
   private readonly robots = el("div", {});
-  private readonly note = el("p", { class: "hint" }, "Changes take effect with the next start.");
+  private readonly note = el("p", { class: "hint" }, word("run.changesTakeEffectWithThe"));
   private readonly picks = new Map<string, Pick>();
   private modules: Modules = { observers: [], estimators: [], navigators: [], avoidances: [] };
   private names: string[] = [];
@@ -66,11 +67,11 @@ export class Setup {
     this.record.addEventListener("change", () => (this.file.disabled = !this.record.checked));
     this.element.append(
       this.note,
-      el("h3", {}, "Run"),
-      field("Length", this.seconds, "s"),
-      field("Seed", this.seed),
-      el("label", { class: "run-check" }, this.record, "Record to a file"),
-      field("File", this.file),
+      el("h3", {}, word("run.run")),
+      field(word("run.length"), this.seconds, "s"),
+      field(word("run.seed"), this.seed),
+      el("label", { class: "run-check" }, this.record, word("run.recordToAFile")),
+      field(word("run.file"), this.file),
       this.robots,
     );
   }
@@ -128,10 +129,10 @@ export class Setup {
     this.picks.set(key, pick);
     const modules = this.modules[list];
     const options: [string, string][] = [
-      [OWN, `${this.ownTitle(robot, part, modules)} (world)`],
+      [OWN, word("run.world", { modules: this.ownTitle(robot, part, modules) })],
       [NONE, none],
     ];
-    if (part === "avoidance") options.push([BUILT_IN, "Built in"]);
+    if (part === "avoidance") options.push([BUILT_IN, word("run.builtIn")]);
     options.push(...modules.map((module): [string, string] => [module.use, module.title]));
     const keys = el("div", { class: "run-keys" });
     const select = choice({ "aria-label": `${label} of ${robot}`, "data-part": key }, options, pick.use, (use) => {
@@ -144,9 +145,9 @@ export class Setup {
 
   private ownTitle(robot: string, part: Part, modules: Module[]): string {
     const own = this.own[robot]?.[part] as { use?: string } | boolean | null | undefined;
-    if (own === true) return "Built in";
+    if (own === true) return word("run.builtIn");
     const use = typeof own === "object" && own ? own.use : null;
-    if (!use) return part === "avoidance" ? "Off" : "None";
+    if (!use) return part === "avoidance" ? word("run.off") : word("run.none");
     return modules.find((module) => module.use === use)?.title ?? use.split(":").pop() ?? use;
   }
 

@@ -1,6 +1,7 @@
 /** Whether the column with setup, noise and events is shown: as it was left, else where there is room for it. */
 
 import { remembered, setPressed, sign, toggle } from "./controls";
+import { word } from "../words/words";
 
 /** A button that shows and hides the column. */
 export function sideSwitch(side: HTMLElement): HTMLButtonElement {
@@ -10,7 +11,7 @@ export function sideSwitch(side: HTMLElement): HTMLButtonElement {
     setPressed(button, open);
   };
   const button = toggle(
-    { class: "quiet square", title: "Setup, noise and events" },
+    { class: "quiet square", title: word("run.setupNoiseAndEvents") },
     true,
     (open) => {
       put(open);

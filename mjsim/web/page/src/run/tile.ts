@@ -2,6 +2,7 @@
 
 import { el, put, type Child } from "../dom";
 import { button, sign } from "./controls";
+import { word } from "../words/words";
 
 export interface Tile {
   key: string;
@@ -39,7 +40,7 @@ export class Stage {
   private addButton(tile: Tile): void {
     if (tile.element.querySelector(".run-enlarge")) return;
     const enlarge = button(
-      { class: "quiet square run-enlarge", title: "Show large" },
+      { class: "quiet square run-enlarge", title: word("run.showLarge") },
       () => this.enlarge(tile.key),
       sign("enlarge"),
     );

@@ -8,6 +8,7 @@ import { toggle, isPressed, setPressed, sign } from "./controls";
 import type { PlanarPose, RobotFacts, RobotTick } from "./protocol";
 import { openTouchMenu } from "./touch_menu";
 import { drawTools, type Held, reachEvent, toolsOf } from "./touch_tools";
+import { word } from "../words/words";
 
 /** A push by a drag with Shift [N s for a metre]. */
 const PER_METRE = 10;
@@ -50,7 +51,7 @@ export interface Floorplan {
 export class Touch implements Tool {
   /** Switches it on and off. */
   readonly button = toggle(
-    { class: "quiet square", title: "Touch: drag robots and things, Shift pushes (T)", hidden: true },
+    { class: "quiet square", title: word("run.touchDragRobotsAndThings"), hidden: true },
     false,
     (on) => this.hold(on),
     sign("hand"),

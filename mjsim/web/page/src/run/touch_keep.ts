@@ -5,12 +5,13 @@ import { el, fill } from "../dom";
 import type { Studio } from "../shell/view";
 import { button } from "./controls";
 import type { RunNews } from "./protocol";
+import { word } from "../words/words";
 
 /** A button above the list of events. */
 export class Keep {
   readonly element: HTMLElement;
   private readonly keep = button({}, () => void this.write());
-  private readonly note = el("p", { class: "hint" }, "What you did by hand happens again in every run of the world once it is kept.");
+  private readonly note = el("p", { class: "hint" }, word("run.whatYouDidByHand"));
   private readonly head = el("div", { class: "run-keep", hidden: true }, this.keep, this.note);
   private run: RunNews | null = null;
   /** So many of the touches of this run stand in the text already. */
@@ -30,7 +31,7 @@ export class Keep {
     const fresh = touched - this.kept;
     this.head.hidden = touched === 0 || this.studio.folder.mode === "live";
     this.keep.disabled = fresh === 0;
-    fill(this.keep, fresh === 0 ? "Kept as events" : fresh === 1 ? "Keep 1 as event" : `Keep ${fresh} as events`);
+    fill(this.keep, fresh === 0 ? word("run.keptAsEvents") : fresh === 1 ? word("run.keepOneAsEvent") : word("run.keepAsEvents", { fresh }));
   }
 
   private async write(): Promise<void> {
@@ -39,10 +40,10 @@ export class Keep {
     const touched: Values[] = run?.touched ?? [];
     const fresh = touched.slice(this.kept);
     if (!run || fresh.length === 0) return;
-    if (document.path !== run.path) return toasts.error("Another world is open; open the one that ran to keep its events");
+    if (document.path !== run.path) return toasts.error(word("run.anotherWorldIsOpenOpen"));
     if (!(await document.change(fresh.map((value) => ({ op: "add", path: ["run", "events"], value }))))) return;
     this.kept = touched.length;
     this.show(run);
-    toasts.done(`${fresh.length === 1 ? "One event was" : `${fresh.length} events were`} added to the world; undo in Edit takes back`);
+    toasts.done(fresh.length === 1 ? word("run.oneEventWasAdded") : word("run.eventsWereAdded", { count: fresh.length }));
   }
 }

@@ -4,6 +4,7 @@ import type { Item, Point, Values } from "../api";
 import { direction, times } from "../plan/geometry";
 import { type Entry, openMenu } from "../shell/menu";
 import type { Touchable } from "./touch";
+import { word } from "../words/words";
 
 /** A push of the menu [N s]. */
 const PUSH = 5;
@@ -32,10 +33,10 @@ export function openTouchMenu({ thing, items, removed }: Touched, send: (event: 
 
 function ofThing(thing: Touchable, send: (event: Values) => void): Entry[][] {
   const { held } = thing;
-  if (held) return [[{ text: "Give back to its navigator", act: () => send({ release: held.robot.name, arm: held.arm }) }]];
+  if (held) return [[{ text: word("run.giveBackToItsNavigator"), act: () => send({ release: held.robot.name, arm: held.arm }) }]];
   const push = (text: string, turn: number): Entry => {
     const way = times(direction(thing.heading_deg + turn), PUSH).map((value) => Math.round(value * 1000) / 1000);
-    return { text: `Push ${text}, ${PUSH} N s`, act: () => send({ shove: thing.name, impulse: [...way, 0] }) };
+    return { text: word("run.pushNS", { text, push: PUSH }), act: () => send({ shove: thing.name, impulse: [...way, 0] }) };
   };
   const turn = (text: string, by: number): Entry => ({
     text,
@@ -43,7 +44,7 @@ function ofThing(thing: Touchable, send: (event: Values) => void): Entry[][] {
   });
   return [
     [push("ahead", 0), push("back", 180), push("left", 90), push("right", -90)],
-    [turn("Turn 90° left", 90), turn("Turn 90° right", -90)],
+    [turn(word("run.turnLeft"), 90), turn(word("run.turnRight"), -90)],
   ];
 }
 
@@ -54,16 +55,16 @@ function ofItem(item: Item, name: string, removed: ReadonlySet<string>, send: (e
   if (item.kind === "opening" && item.values["door"]) {
     const far = farthest(item);
     return [
-      entry(`Open ${name}`, { open: name, angle_deg: far }),
-      entry(`Open ${name} to the other side`, { open: name, angle_deg: -far }),
-      entry(`Shut ${name}`, { close: name }),
+      entry(word("run.open", { name }), { open: name, angle_deg: far }),
+      entry(word("run.openToTheOtherSide", { name }), { open: name, angle_deg: -far }),
+      entry(word("run.shut", { name }), { close: name }),
     ];
   }
   if (item.kind === "beacon" || item.kind === "marker")
-    return [away ? entry(`Switch ${name} on`, { restore: name }) : entry(`Switch ${name} off`, { remove: name })];
+    return [away ? entry(word("run.switchOn", { name }), { restore: name }) : entry(word("run.switchOff", { name }), { remove: name })];
   if (item.kind === "light")
-    return [entry(`Switch ${name} off`, { lamp: name, brightness: 0 }), entry(`Switch ${name} on`, { lamp: name, brightness: 1 })];
-  if ((item.kind === "obstacle" || item.kind === "mover") && !away) return [entry(`Take ${name} away`, { remove: name })];
+    return [entry(word("run.switchOff", { name }), { lamp: name, brightness: 0 }), entry(word("run.switchOn", { name }), { lamp: name, brightness: 1 })];
+  if ((item.kind === "obstacle" || item.kind === "mover") && !away) return [entry(word("run.takeAway", { name }), { remove: name })];
   return [];
 }
 

@@ -26,13 +26,14 @@ import { sideSwitch } from "./side";
 import { Tabs } from "./tabs";
 import { Stage } from "./tile";
 import { Keep } from "./touch_keep";
+import { word } from "../words/words";
 
 /** Charts are drawn at most this often [ms]. */
 const CALM = 120;
 const FIRST_CHARTS: Kind[] = ["x", "y", "heading", "nees", "timing"];
 
 export class RunView implements View {
-  readonly element = el("section", { class: "view run", "aria-label": "Run" });
+  readonly element = el("section", { class: "view run", "aria-label": word("run.run") });
   private readonly record = new RunRecord();
   private readonly floor = new Floor(this.record, (event) => this.send({ do: "touch", event }));
   private readonly stage = new Stage();
@@ -45,7 +46,7 @@ export class RunView implements View {
   private readonly arms = new ArmPanel((event) => this.send({ do: "touch", event }));
   private readonly mechanisms = new MechanismPanel((event) => this.send({ do: "touch", event }));
   private readonly events = new EventList(
-    "What happens to robots and world stands here: bumps, doors, lights, faults.",
+    word("run.whatHappensToRobotsAnd"),
   );
   private readonly keep: Keep;
   private readonly wheel = new Wheel(() => this.canDrive(), (push) => this.drive(push));
@@ -68,9 +69,9 @@ export class RunView implements View {
     edit: () => this.studio.show("edit"),
     review: (recording) => this.studio.show("review", recording),
   });
-  private readonly noPictures = el("p", { class: "hint run-empty" }, "Pictures of the cameras come here during a run.");
+  private readonly noPictures = el("p", { class: "hint run-empty" }, word("run.picturesOfTheCamerasCome"));
   private readonly robot = el("select", {
-    "aria-label": "Robot",
+    "aria-label": word("run.robot"),
     hidden: true,
     onchange: () => this.chooseRobot(this.robot.value),
   });
@@ -135,13 +136,13 @@ export class RunView implements View {
   }
 
   private build(): void {
-    const setup: [string, string, HTMLElement][] = this.live ? [] : [["setup", "Setup", this.setup.element]];
+    const setup: [string, string, HTMLElement][] = this.live ? [] : [["setup", word("run.setup"), this.setup.element]];
     this.tabs = new Tabs("run.tab", [
       ...setup,
-      ["noise", "Noise", this.noise.element],
-      ["arms", "Joints", el("div", {}, this.arms.element, this.mechanisms.element)],
-      ["plot", "Plot", this.plotter.element],
-      ["events", "Events", this.keep.element],
+      ["noise", word("run.noise"), this.noise.element],
+      ["arms", word("run.joints"), el("div", {}, this.arms.element, this.mechanisms.element)],
+      ["plot", word("run.plot"), this.plotter.element],
+      ["events", word("run.events"), this.keep.element],
     ]);
     const side = el("aside", { class: "run-side" }, this.tabs.element);
     const chips = chartChips("run.charts", FIRST_CHARTS, this.sheet, () => this.soon());
@@ -329,9 +330,9 @@ export class RunView implements View {
     const { document, toasts } = this.studio;
     await document.settled();
     const { path, text, parsed } = document;
-    if (path === null) return toasts.error("No world is open; open one, or make a new one, then start it");
+    if (path === null) return toasts.error(word("run.noWorldIsOpenOpen"));
     const wrong = parsed.problems.find((problem) => problem.kind === "error");
-    if (wrong) return toasts.error(`Line ${wrong.line} of the world is wrong: ${wrong.message}`);
+    if (wrong) return toasts.error(word("run.lineOfTheWorldIs", { line: wrong.line, message: wrong.message }));
     if (Object.keys(parsed.needs_trust).length && !(await this.studio.askTrust())) return;
     this.banner.clear();
     this.send({ do: "start", path, text, speed: this.bar.speed, ...this.setup.settings() });

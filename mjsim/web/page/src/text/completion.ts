@@ -14,6 +14,7 @@ import type { Module } from "../api";
 import type { Field, Level, SchemaBook } from "../panel/schema";
 import type { Studio } from "../shell/view";
 import { ancestor, hint, levelsOf } from "./hover";
+import { word } from "../words/words";
 
 /** Keys whose value is the name of a thing of the world. */
 const NAMING = ["on", "robot", "move", "open", "close", "lamp", "remove", "restore", "shove", "push", "reach", "release"];
@@ -69,7 +70,7 @@ function keyOption(field: Field, order: number): Completion {
   return {
     label: key,
     apply: inner ? `${key}:` : `${key}: `,
-    detail: [unit ? `[${unit}]` : "", required ? "required" : ""].join(" ").trim(),
+    detail: [unit ? `[${unit}]` : "", required ? word("text.required") : ""].join(" ").trim(),
     info: () => hint(field),
     boost: (required ? 50 : 0) - Math.min(order, 40),
   };

@@ -5,6 +5,7 @@ import type { Extension } from "@codemirror/state";
 import { hoverTooltip } from "@codemirror/view";
 import { el } from "../dom";
 import type { Field, Level, SchemaBook } from "../panel/schema";
+import { word } from "../words/words";
 
 type SyntaxNode = ReturnType<typeof syntaxTree>["topNode"];
 
@@ -22,9 +23,9 @@ export function hoverHints(book: SchemaBook): Extension {
 export function hint(field: Field): HTMLElement {
   const { key, unit, meaning, fallback, kind, required } = field;
   const facts = [
-    required ? "required" : "",
-    fallback === undefined || fallback === null ? "" : `default ${JSON.stringify(fallback)}`,
-    kind.is === "choice" ? `one of ${kind.options.join(", ")}` : "",
+    required ? word("text.required") : "",
+    fallback === undefined || fallback === null ? "" : word("text.default", { value: JSON.stringify(fallback) }),
+    kind.is === "choice" ? word("text.oneOf", { options: kind.options.join(", ") }) : "",
   ];
   const said = facts.filter((fact) => fact && fact.length < 200).join("; ");
   const head = el("p", {}, el("b", {}, key), unit ? ` [${unit}]` : "");

@@ -3,6 +3,7 @@
 import { el } from "../dom";
 import { askWith } from "../shell/dialog";
 import type { Studio } from "../shell/view";
+import { word } from "../words/words";
 
 export async function showSource(studio: Studio, use: string): Promise<void> {
   const { path, text } = studio.document;
@@ -12,7 +13,7 @@ export async function showSource(studio: Studio, use: string): Promise<void> {
       const begins = index + 1 === source.line;
       return el("li", begins ? { class: "begins" } : {}, `${line}\n`);
     });
-    const list = el("ol", { class: "source mono", tabindex: "0", "aria-label": `Text of ${source.name}` }, ...lines);
+    const list = el("ol", { class: "source mono", tabindex: "0", "aria-label": word("text.textOf", { name: source.name }) }, ...lines);
     const shown = askWith<void>(source.name, () => [list]);
     list.querySelector(".begins")?.scrollIntoView({ block: "start" });
     await shown;

@@ -34,6 +34,7 @@ import { definitions } from "./definition";
 import { difference } from "./difference";
 import { hoverHints } from "./hover";
 import { HIGHLIGHT, THEME } from "./look";
+import { word } from "../words/words";
 
 /** A change that came from elsewhere, not from the keyboard. */
 const fromOutside = Annotation.define<boolean>();
@@ -112,7 +113,7 @@ export class TextPane {
       THEME,
       chosenLines,
       this.endings.of(EditorState.lineSeparator.of("\n")),
-      EditorView.contentAttributes.of({ "aria-label": "Text of the world, YAML", tabindex: "0" }),
+      EditorView.contentAttributes.of({ "aria-label": word("text.textOfTheWorldYaml"), tabindex: "0" }),
       // Tab indents lines that are selected; else it goes on through the page, as everywhere.
       keymap.of([
         {
