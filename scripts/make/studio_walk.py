@@ -105,6 +105,7 @@ def compare(walk: Walk) -> None:
     expect(boxes).to_have_count(2)
     for box in boxes.all():
         box.check()
+    expect(walk.page.locator("#view-review .run-waiting").locator("visible=true")).to_have_count(0)
     walk.keep("both recordings ticked in Review")
     walk.press("Compare 2 chosen")
     expect(walk.page.locator(".compare-legend b")).to_have_count(2)

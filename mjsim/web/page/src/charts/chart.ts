@@ -4,6 +4,7 @@ import uPlot from "uplot";
 
 import { faded, inLight, readTokens } from "../run/ink";
 import { themeChanged } from "../shell/theme";
+import { decade, LOGARITHMIC } from "./decades";
 import { rangeOf, type Curve, type Figure, type Ink } from "./figure";
 import { savingMenu } from "./saving";
 import { word } from "../words/words";
@@ -159,6 +160,7 @@ export class Chart {
 
   private options(sync?: string): uPlot.Options {
     const { settings } = this;
+    const lines = settings.logarithmic ? LOGARITHMIC : {};
     const axis = (values: uPlot.Axis): uPlot.Axis => ({
       stroke: () => readTokens().muted,
       grid: { stroke: () => readTokens().hair, width: 1 },
@@ -181,7 +183,7 @@ export class Chart {
       },
       axes: [
         axis({ size: 22, space: 48 }),
-        axis({ size: 44, space: 22, values: (_plot, ticks) => ticks.map((tick) => this.label(tick)) }),
+        axis({ size: 44, space: 22, ...lines, values: (_plot, ticks) => ticks.map((tick) => this.label(tick)) }),
       ],
       series: [{}, ...settings.lines.map(series)],
       bands: settings.lines.flatMap(bands),
@@ -204,7 +206,7 @@ export class Chart {
   }
 
   private label(tick: number): string {
-    return this.settings.logarithmic && tick < 0 ? "" : plain(tick);
+    return this.settings.logarithmic ? decade(tick) : plain(tick);
   }
 
   private range(low: number | null, high: number | null): [number, number] {
