@@ -22,14 +22,15 @@ WATCHDOG = 0.5
 """How long a command is obeyed unless another one comes, simulated [s]."""
 PATIENCE = 30.0
 """How long a service waits for what it has begun [s]."""
-TWIST = "geometry_msgs/msg/Twist"
+TWISTS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
+"""What is taken as a command; Nav2 sends the second since Kilted."""
 
 
 class Bridge(Closes):
     """A world at work in a thread of its own, which other programs see as robots of ROS 2.
 
-    It publishes what `mjsim.ros` tells of each tick, obeys `/R/cmd_vel`, and offers the services `/mjsim/pause`
-    (std_srvs/SetBool), `/mjsim/step` and `/mjsim/reset` (std_srvs/Trigger).
+    It publishes what `mjsim.ros` tells of each tick, obeys `/R/cmd_vel` (Twist or TwistStamped), and offers the
+    services `/mjsim/pause` (std_srvs/SetBool), `/mjsim/step` and `/mjsim/reset` (std_srvs/Trigger).
     """
 
     def __init__(
@@ -107,13 +108,15 @@ class Bridge(Closes):
         self._bus.close()
 
     def _obey(self, robot: str, name: str, watchdog: float) -> None:
-        """Drive a robot by what comes on its `cmd_vel`."""
+        """Drive a robot by what comes on its `cmd_vel`; a stamp is not looked at, since a command counts from now."""
 
-        def take(twist: Any) -> None:
+        def take(message: Any) -> None:
+            twist = getattr(message, "twist", message)
             command = Command(twist.linear.x, twist.linear.y, twist.angular.z)
             self.session.drive(robot, command, hold=watchdog)
 
-        self._bus.receive(RosTopic(f"/{name}/cmd_vel", TWIST, COMMANDS), take)
+        for kind in TWISTS:
+            self._bus.receive(RosTopic(f"/{name}/cmd_vel", kind, COMMANDS), take)
 
     def _tell(self, tick: Tick) -> None:
         """Publish a tick, in the session's thread."""

@@ -143,18 +143,26 @@ def listen(domain: int) -> tuple[dict, dict]:
     still = place_of(heard.messages["/scout/truth"][-1])
     services.call("pause", False)
     began = clock_of(heard.messages["/clock"][-1])
+    twist = {"linear": {"x": 0.3, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": 0.0}}
 
-    def driven() -> bool:
-        wheel.send({"linear": {"x": 0.3, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": 0.0}})
+    def driven(sender, message: dict, until: float) -> bool:
+        sender.send(message)
         time.sleep(0.02)
-        return clock_of(heard.messages["/clock"][-1]) > began + 2.0
+        return clock_of(heard.messages["/clock"][-1]) > until
 
-    heard.wait_for("two driven seconds", driven)
+    heard.wait_for("two driven seconds", lambda: driven(wheel, twist, began + 2.0))
     moved = place_of(heard.messages["/scout/truth"][-1])
     heard.wait_for("the watchdog", lambda: clock_of(heard.messages["/clock"][-1]) > began + 3.5)
     halted = place_of(heard.messages["/scout/truth"][-1])
     heard.wait_for("a second at rest", lambda: clock_of(heard.messages["/clock"][-1]) > began + 4.0)
     noticed["places"] = [still, moved, halted, place_of(heard.messages["/scout/truth"][-1])]
+    stamped = node.advertise("/scout/cmd_vel", "geometry_msgs/msg/TwistStamped")
+    heard.wait_for("subscribers of stamped commands", lambda: stamped.subscriber_count > 0)
+    stamp = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "base_link"}
+    until = clock_of(heard.messages["/clock"][-1]) + 1.0
+    back = {**twist, "linear": {"x": -0.3, "y": 0.0, "z": 0.0}}
+    heard.wait_for("a stamped second", lambda: driven(stamped, {"header": stamp, "twist": back}, until))
+    noticed["stamped"] = place_of(heard.messages["/scout/truth"][-1])
     services.call("pause", True)
     for _ in range(50):  # what is on its way
         heard.take()

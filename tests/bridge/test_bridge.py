@@ -99,6 +99,8 @@ class TestABridge:
         assert moved[0] - still[0] == pytest.approx(0.6, abs=0.1)  # two seconds at 0.3 m/s, less its acceleration
         assert halted[0] - moved[0] == pytest.approx(0.5 * 0.3, abs=0.12)  # half a second, then it brakes
         assert math.dist(halted, later) < 1e-4
+        # A second at -0.3 m/s told by TwistStamped, less its acceleration.
+        assert noticed["stamped"][0] - later[0] == pytest.approx(-0.3, abs=0.1)
 
     def test_services_pause_step_and_reset(self, noticed: dict):
         assert noticed["paused"].startswith("paused at ")
