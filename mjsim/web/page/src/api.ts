@@ -1,6 +1,7 @@
 /** What the server offers: its values, and one call for each of its addresses. */
 
 import type { Item } from "./run/protocol";
+import { word } from "./words/words";
 
 export type Point = [number, number];
 export type Path = (string | number)[];
@@ -202,7 +203,7 @@ export class ApiError extends Error {
   }
 }
 
-const GONE = "the studio does not answer; see whether `mjsim studio` still runs, then try again";
+const GONE = word("start.gone");
 
 /** Ask the server for JSON. Raises ApiError. */
 export async function getJson<T>(address: string): Promise<T> {
@@ -294,6 +295,6 @@ async function answer(address: string, request: RequestInit): Promise<Response> 
   }
   if (response.ok) return response;
   const data = (await response.json().catch(() => ({}))) as Values;
-  const message = typeof data["error"] === "string" ? data["error"] : `the studio answered ${response.status}`;
+  const message = typeof data["error"] === "string" ? data["error"] : word("start.answered", { status: response.status });
   throw new ApiError(response.status, message, data);
 }

@@ -16,6 +16,7 @@ void start();
 async function start(): Promise<void> {
   const root = document.getElementById("studio");
   if (!root) return;
+  root.querySelector(".opening .hint")?.replaceChildren(word("start.opening"));
   try {
     new Shell(root, await api.folder());
   } catch (error) {

@@ -87,6 +87,7 @@ export class Chart {
     head.append(heading(settings), legend(settings.lines), savingMenu(this), this.reading);
     const box = document.createElement("div");
     box.className = "run-chart-box";
+    box.dataset["empty"] = word("charts.noValues");
     this.element.append(head, box);
     const empty = [[], ...settings.lines.map(() => [])] as unknown as uPlot.AlignedData;
     this.plot = new uPlot(this.options(sync), empty, box);

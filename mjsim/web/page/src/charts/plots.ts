@@ -70,7 +70,7 @@ class TimePlot implements Plot {
 /** A number, or several, against the first one; the point of the time that is looked at is marked. */
 class XyPlot implements Plot {
   readonly element = el("figure", { class: "run-chart" });
-  private readonly box = el("div", { class: "run-chart-box plotter-xy", role: "img" });
+  private readonly box = el("div", { class: "run-chart-box plotter-xy", role: "img", "data-empty": word("charts.noValues") });
   private readonly reading = el("output", {});
   private readonly endings: (() => void)[] = [];
   /** A row for each time of a curve. */

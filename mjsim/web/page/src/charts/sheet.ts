@@ -117,6 +117,7 @@ export class Sheet {
     private readonly sync?: string,
   ) {
     this.element.className = "run-sheet";
+    this.element.dataset["empty"] = word("charts.noneChosen");
     // It scrolls where there are many; so it can be reached by keys.
     this.element.tabIndex = 0;
     this.element.setAttribute("role", "group");

@@ -60,7 +60,7 @@ class EditView {
     class: "plan",
     tabindex: 0,
     role: "application",
-    "aria-label": "Plan of the world. Page Down goes from thing to thing, arrows move it, Enter goes to its fields.",
+    "aria-label": word("edit.planOfTheWorld"),
   });
   private readonly plan = new Plan(this.host);
   private readonly editor: Editor;
@@ -279,11 +279,11 @@ class EditView {
     if (!this.studio.document.isOpen) return;
     if (!first) return fill(this.problems, el("span", { class: "hint" }, word("edit.noProblems")));
     const count = [
-      errors ? `${errors} ${errors === 1 ? "error" : "errors"}` : "",
+      errors ? word(errors === 1 ? "edit.oneError" : "edit.errors", { errors }) : "",
       problems.length - errors ? word("edit.toLookAt", { errors: problems.length - errors }) : "",
     ];
     const go = (): void => this.text.goTo(first.line, first.column);
-    const text = `${count.filter(Boolean).join(", ")}: line ${first.line}: ${first.message}`;
+    const text = word("edit.firstProblem", { count: count.filter(Boolean).join(", "), line: first.line, message: first.message });
     fill(
       this.problems,
       el(

@@ -189,14 +189,14 @@ export class Editor {
     }
     this.document.select([]);
     void this.apply(changes);
-    if (whole.length) this.said.emit(`${whole.length === 1 ? whole[0]?.label : `${whole.length} things`} deleted`);
+    if (whole.length) this.said.emit(word("edit.deleted", { things: counted(whole) }));
   }
 
   /** Return what is selected as text of a world, to be put on the clipboard; empty when nothing can be copied. */
   copy(): string {
     const pieces = this.pieces();
     this.copied = { text: written(pieces), pasted: 0 };
-    if (pieces.length) this.said.emit(`${pieces.length === 1 ? this.selected[0]?.label : `${pieces.length} things`} copied`);
+    if (pieces.length) this.said.emit(word("edit.copied", { things: pieces.length === 1 ? counted(this.selected.slice(0, 1)) : word("edit.things2", { count: pieces.length }) }));
     return this.copied.text;
   }
 
@@ -345,12 +345,18 @@ export function isWithin(path: Path, outer: Path): boolean {
   return path.length > outer.length && outer.every((key, index) => key === path[index]);
 }
 
+/** The name of one thing, the number of several. */
+function counted(items: Item[]): string {
+  return items.length === 1 && items[0] ? items[0].label : word("edit.things2", { count: items.length });
+}
+
 /** A sentence about an item, for who hears the plan. */
 export function described(item: Item): string {
-  const place = item.at ? ` at ${item.at.map((value) => value.toFixed(2)).join(", ")} m` : "";
+  const place = item.at?.map((value) => value.toFixed(2)).join(", ");
+  const name = place ? word("edit.thingAt", { name: item.label, place }) : item.label;
   const facing = item.heading_deg !== null && item.type !== "Opening" ? `, ${Math.round(item.heading_deg)}°` : "";
   const held = item.fixed ? `; ${item.fixed}` : "";
-  return `${item.label}${place}${facing}${held}`;
+  return `${name}${facing}${held}`;
 }
 
 /** What stands of an item in the text, so that a copy says the same. */

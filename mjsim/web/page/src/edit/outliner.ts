@@ -92,7 +92,7 @@ export class Outliner {
     const { items } = this.editor;
     const wish = this.search.value.trim().toLowerCase();
     const found = wish ? items.filter((item) => wordsOf(item).includes(wish)) : items;
-    this.count.textContent = wish ? `${found.length} of ${items.length}` : String(items.length);
+    this.count.textContent = wish ? word("shell.of", { number: found.length, count: items.length }) : String(items.length);
     this.rows = rowsOf(found, wish ? new Set() : this.shut);
     this.none.hidden = found.length > 0;
     this.tree.hidden = found.length === 0;

@@ -101,7 +101,7 @@ export function roundMaker(list: Path, values: (radius: number) => Values): Make
   return (_editor, at, to) => {
     const radius = to ? Math.max(short(distance(at, to), 2), 0.02) : 0.2;
     const value = { ...values(radius), at };
-    return { list, value, ghost: made("obstacle", at, 0, [circle(at, radius)]), note: `radius ${radius} m` };
+    return { list, value, ghost: made("obstacle", at, 0, [circle(at, radius)]), note: word("edit.radius", { radius }) };
   };
 }
 

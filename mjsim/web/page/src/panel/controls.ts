@@ -171,7 +171,7 @@ function switchField(entry: Entry): HTMLElement {
   });
   input.checked = entry.value === true;
   input.addEventListener("change", () => entry.give(input.checked));
-  return el("label", { class: "switch" }, input, el("span", { class: "hint" }, input.checked ? "yes" : "no"));
+  return el("label", { class: "switch" }, input, el("span", { class: "hint" }, word(input.checked ? "panel.yes" : "panel.no")));
 }
 
 function choiceField(entry: Entry, options: (string | number)[]): HTMLSelectElement {
@@ -203,7 +203,7 @@ function colorField(entry: Entry): HTMLElement {
     type: "color",
     value: /^#[0-9a-f]{6}$/i.test(value) ? value : "#888888",
     disabled: entry.disabled,
-    "aria-label": `${entry.label}: choose`,
+    "aria-label": word("panel.chooseFor", { label: entry.label }),
     "data-id": `${entry.id} swatch`,
   });
   swatch.addEventListener("change", () => entry.give(swatch.value));
@@ -222,11 +222,11 @@ function pictureField(entry: Entry, tools: Tools): HTMLElement {
     class: "pick",
     "data-id": entry.id,
     disabled: entry.disabled,
-    "aria-label": `${entry.label}: choose a picture`,
+    "aria-label": word("panel.choosePictureFor", { label: entry.label }),
     title: path ?? word("panel.chooseAPicture"),
     onclick: () => void choose(),
   });
-  fill(button, picture, el("span", { class: "path" }, path?.replace(/^.*\//, "") ?? "Choose …"));
+  fill(button, picture, el("span", { class: "path" }, path?.replace(/^.*\//, "") ?? word("panel.choose")));
   return button;
 }
 

@@ -140,7 +140,7 @@ export class Panel {
   private drawMany(items: Item[]): void {
     const types = new Set(items.map((item) => item.type));
     const [first] = items;
-    const counted = `${items.length} selected`;
+    const counted = word("panel.selected", { count: items.length });
     const title = types.size === 1 && first ? kindName(first) : word("panel.severalThings");
     const rows: Child[] = [this.head(title, counted, this.buttons(true))];
     rows.push(this.arranger(items));

@@ -106,13 +106,13 @@ export class PosturePane {
 
   private handRow(side: string, fixed: boolean): HTMLElement {
     const fields = AXES.map((axis, k) => {
-      const label = `${side} hand ${axis}`;
-      const field = el("input", { type: "number", step: 0.01, disabled: fixed, "aria-label": `${label}, m` });
+      const label = word("panel.handAxis", { hand: handName(side), axis });
+      const field = el("input", { type: "number", step: 0.01, disabled: fixed, "aria-label": label });
       field.addEventListener("change", () => this.lead(side));
       this.hands.push({ side, axis: k, field });
       return field;
     });
-    return el("div", { class: "posture-row posture-hand" }, el("span", {}, `${side} hand`), ...fields, "m");
+    return el("div", { class: "posture-row posture-hand" }, el("span", {}, handName(side)), ...fields, "m");
   }
 
   private lead(side: string): void {
@@ -137,3 +137,7 @@ function put(field: HTMLInputElement, value: number, digits: number): void {
   if (document.activeElement !== field) field.value = String(Number(value.toFixed(digits)));
 }
 
+/** Hands are sides of the body; those of other robots go by their own names. */
+function handName(side: string): string {
+  return side === "left" ? word("panel.leftHand") : side === "right" ? word("panel.rightHand") : side;
+}

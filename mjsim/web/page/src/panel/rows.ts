@@ -8,6 +8,9 @@ import { control, type Tools } from "./controls";
 import { type Field, labelOf, namingKey, type Option, type Schema, type SchemaBook } from "./schema";
 import { word } from "../words/words";
 
+/** What stands where a value or an entry could be. */
+const NONE = word("panel.noneSet");
+
 /** What the rows of one item are made from. */
 export interface Subject {
   path: Path;
@@ -154,8 +157,8 @@ function objectGroup(sheet: Sheet, place: Place, schema: Schema): HTMLElement {
 
 function unionGroup(sheet: Sheet, place: Place, options: Option[]): HTMLElement {
   const now = sheet.book.optionOf(options, place.value);
-  const titles = [...(place.field.nullable ? ["none"] : []), ...options.map((option) => option.title)];
-  const chosen = now ? now.title : "none";
+  const titles = [...(place.field.nullable ? [NONE] : []), ...options.map((option) => option.title)];
+  const chosen = now ? now.title : NONE;
   const select = el(
     "select",
     { "data-id": `${keyOf(place.path)} form`, disabled: place.fixed, "aria-label": word("panel.whichForm", { place: spoken(place) }) },
@@ -210,7 +213,7 @@ function listGroup(sheet: Sheet, place: Place, entry: Schema): HTMLElement {
     place,
     null,
     [...rows, adder(sheet, place, entry)],
-    values.length ? String(values.length) : "none",
+    values.length ? String(values.length) : NONE,
   );
 }
 
@@ -287,7 +290,7 @@ function mapGroup(sheet: Sheet, place: Place, entry: Schema): HTMLElement {
     const [raw, within] = [under(place.raw, key), inner(place)];
     return valueRow(sheet, { field, path, value, raw, written: true, fixed: place.fixed, within, give });
   });
-  return group(sheet, place, null, rows, rows.length ? String(rows.length) : "none");
+  return group(sheet, place, null, rows, rows.length ? String(rows.length) : NONE);
 }
 
 function group(sheet: Sheet, { field, path }: Place, beside: Child, rows: Child[], count = ""): HTMLElement {
@@ -357,6 +360,6 @@ function singular(label: string): string {
 }
 
 function plain(value: unknown): string {
-  if (typeof value === "boolean") return value ? "yes" : "no";
+  if (typeof value === "boolean") return word(value ? "panel.yes" : "panel.no");
   return typeof value === "object" ? JSON.stringify(value) : String(value);
 }

@@ -30,7 +30,7 @@ export class Compare {
   private readonly scrub = new Scrub((time) => this.player.seek(time));
   private readonly plan = new ComparePlan();
   private readonly figures = el("div", { class: "compare-figures", tabindex: 0, role: "region", "aria-label": word("review.figures") });
-  private readonly sheet = el("div", { class: "run-sheet", tabindex: 0, role: "group", "aria-label": word("review.chartsCompared") });
+  private readonly sheet = el("div", { class: "run-sheet", "data-empty": word("charts.noneChosen"), tabindex: 0, role: "group", "aria-label": word("review.chartsCompared") });
   private readonly title = el("strong", {}, "");
   private readonly time = el("output", { class: "run-value run-time" });
   private readonly play = button({ class: "primary run-main", title: word("review.playSpace") }, () => this.player.toggle());
@@ -128,7 +128,7 @@ export class Compare {
     errors.show(joined(groups.flatMap((group) => group.errors.flatMap(columnsOf))));
     const consistency = new Chart(
       {
-        title: "NEES, 95 % band",
+        title: word("charts.neesBand"),
         unit: "",
         lines: groups.map(({ label }, k) => ({ label, ...styleOf(k, groups.length) })),
         band: nees.band,
@@ -148,7 +148,7 @@ export class Compare {
   }
 
   private show(time: number): void {
-    write(this.time, `${clock(time)} of ${clock(this.seconds)}`);
+    write(this.time, word("review.timeOf", { time: clock(time), whole: clock(this.seconds) }));
     this.scrub.show(time);
     this.plan.show(time);
     for (const chart of this.charts) chart.mark({ ...NO_MARKS, now: time });

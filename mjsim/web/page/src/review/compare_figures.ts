@@ -17,7 +17,7 @@ export function comparisonFigures(comparison: Comparison): HTMLElement[] {
     el("h3", {}, word("review.whatIsCertain")),
     certain.length ? table(heads, certain, { class: "compare-certain" }) : nothing,
     ...(know.length ? [el("h3", {}, word("review.whatToKnow")), el("ul", { class: "compare-know" }, ...know.map((told) => el("li", {}, `${told}.`)))] : []),
-    el("div", { class: "run-figures-head" }, el("h3", {}, `Figures: ${cells}`), csvButton(comparison)),
+    el("div", { class: "run-figures-head" }, el("h3", {}, word("review.figuresOf", { cells })), csvButton(comparison)),
     table([word("review.figure"), ...groups.map(({ label }) => label)], means, { class: "compare-means" }),
     ...(differences.length ? [el("h3", {}, word("review.differencesOfPairsMeanInterval")), ...differenceTables(differences)] : []),
   ];
@@ -29,7 +29,7 @@ function legend(groups: Group[]): HTMLElement {
     const paint = (): void => void (swatch.style.background = rowColor(k));
     paint();
     themeChanged.on(paint);
-    return el("li", {}, swatch, el("b", {}, label), el("span", { class: "hint" }, runs === 1 ? "1 run" : `${runs} runs`));
+    return el("li", {}, swatch, el("b", {}, label), el("span", { class: "hint" }, word(runs === 1 ? "review.oneRun" : "review.runs", { runs })));
   });
   return el("ul", { class: "compare-legend", "aria-label": word("review.groups") }, ...entries);
 }
@@ -41,10 +41,10 @@ function csvButton({ csv }: Comparison): HTMLElement {
 
 /** A table for every two groups. */
 function differenceTables(differences: Difference[]): HTMLElement[] {
-  const pairs = [...new Set(differences.map(({ first, second }) => `${second} less ${first}`))];
+  const pairs = [...new Set(differences.map(({ first, second }) => word("review.less", { second, first })))];
   return pairs.map((pair) => {
-    const own = differences.filter(({ first, second }) => `${second} less ${first}` === pair);
-    return table([pair, "", "pairs"], own.map(differenceRow), { class: "compare-differences" });
+    const own = differences.filter(({ first, second }) => word("review.less", { second, first }) === pair);
+    return table([pair, "", word("review.pairs")], own.map(differenceRow), { class: "compare-differences" });
   });
 }
 

@@ -19,7 +19,7 @@ const SOLID = new Set(["wall", "obstacle"]);
 
 export class ComparePlan {
   readonly tile: Tile;
-  private readonly host = el("div", { class: "run-floor", tabindex: 0, role: "group", "aria-label": "Plan; + - and 0 zoom" });
+  private readonly host = el("div", { class: "run-floor", tabindex: 0, role: "group", "aria-label": word("run.planKeys") });
   private readonly note = el("p", { class: "hint compare-no-plan" }, word("review.noPathsASweepKeeps"));
   private readonly legend = el("span", { class: "run-legend" });
   private readonly plan = new Plan(this.host);

@@ -39,7 +39,7 @@ export class Film {
 
   mark(from: number, to: number, marked: boolean): void {
     this.part = [from, to];
-    const length = `${from.toFixed(2)} s to ${to.toFixed(2)} s`;
+    const length = word("review.fromTo", { from: from.toFixed(2), to: to.toFixed(2) });
     this.what.textContent = marked
       ? word("review.theMarkedPart", { length })
       : word("review.theWholeRecordingMarkA", { length });

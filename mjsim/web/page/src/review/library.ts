@@ -43,6 +43,7 @@ export class Library {
     const over = (on: boolean) => (event: DragEvent) => {
       if (!event.dataTransfer?.types.includes("Files")) return;
       event.preventDefault();
+      place.dataset["drop"] = word("review.dropTheRecording");
       place.toggleAttribute("data-dropping", on);
     };
     place.addEventListener("dragover", over(true));

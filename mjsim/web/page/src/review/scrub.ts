@@ -30,7 +30,7 @@ export class Scrub {
 
   show(time: number): void {
     this.range.value = String(time);
-    this.range.setAttribute("aria-valuetext", `${time.toFixed(2)} seconds`);
+    this.range.setAttribute("aria-valuetext", word("review.seconds", { time: time.toFixed(2) }));
   }
 
   mark({ from, to }: Part): void {

@@ -130,7 +130,7 @@ export class Table {
 
   show(figures: Figures, from: number, to: number): void {
     this.rows = rowsOf(figures);
-    this.title = `${from.toFixed(2)} s to ${to.toFixed(2)} s`;
+    this.title = word("review.fromTo", { from: from.toFixed(2), to: to.toFixed(2) });
     const copy = button(
       { class: "run-small", title: word("review.copyAsCsv") },
       () => void this.copy(),

@@ -275,7 +275,7 @@ export class ReviewView implements View {
   private show(time: number): void {
     const recording = this.recording;
     if (!recording) return;
-    write(this.time, `${clock(time)} of ${clock(recording.seconds)}`);
+    write(this.time, word("review.timeOf", { time: clock(time), whole: clock(recording.seconds) }));
     this.scrub.show(time);
     this.markCharts();
     this.showFloor(recording, time);

@@ -90,7 +90,7 @@ export class ArmPanel {
 
   private part(facts: ArmFacts): HTMLElement[] {
     const rows = facts.joints.map(jointRow);
-    const tool = TOOL.map((name, k) => this.field(`${facts.name} tool ${name}`, () => this.moveTool(part), k < 3 ? 0.01 : 1));
+    const tool = TOOL.map((name, k) => this.field(word("run.toolOf", { arm: facts.name, part: name }), () => this.moveTool(part), k < 3 ? 0.01 : 1));
     const release = button(
       { class: "quiet", title: word("run.letTheNavigatorMoveThis") },
       () => {

@@ -139,7 +139,7 @@ export class Bar {
     const whole = this.news?.seconds;
     write(
       this.time,
-      this.news?.state === "idle" ? "–" : clock(time) + (whole ? ` of ${clock(whole).replace(".00", "")}` : ""),
+      this.news?.state === "idle" ? "–" : !whole ? clock(time) : word("review.timeOf", { time: clock(time), whole: clock(whole).replace(".00", "") }),
     );
   }
 

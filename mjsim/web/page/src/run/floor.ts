@@ -27,7 +27,7 @@ export interface Moment {
 export class Floor {
   readonly tile: Tile;
   /** Things may be laid over the plan here. */
-  readonly host = el("div", { class: "run-floor", tabindex: 0, role: "group", "aria-label": "Plan; + - and 0 zoom" });
+  readonly host = el("div", { class: "run-floor", tabindex: 0, role: "group", "aria-label": word("run.planKeys") });
   private readonly plan: Plan;
   private readonly follow: HTMLButtonElement;
   /** What is drawn. */
@@ -189,9 +189,9 @@ export class Floor {
 
 function legend(): HTMLElement {
   const entries = [
-    ["truth", "truth"],
-    ["estimate", "estimate"],
-    ["odometry", "odometry"],
+    ["truth", word("run.truthDrawn")],
+    ["estimate", word("charts.estimate")],
+    ["odometry", word("charts.odometry")],
     ["seen", word("run.landmarksSightings")],
   ] as const;
   return el(

@@ -82,7 +82,7 @@ export class NoisePanel {
       type: "number",
       min: span.even ? null : 0,
       step: "any",
-      "aria-label": `${label}, ${noise.unit ?? "value"}`,
+      "aria-label": `${label}, ${noise.unit ?? word("run.value")}`,
     });
     // Each value that is set is an event: one, where the slider is let go, not one for each step of its way.
     const shown = (): number => valueAt(span, Number(slider.value) / STEPS);

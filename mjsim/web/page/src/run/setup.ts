@@ -135,7 +135,7 @@ export class Setup {
     if (part === "avoidance") options.push([BUILT_IN, word("run.builtIn")]);
     options.push(...modules.map((module): [string, string] => [module.use, module.title]));
     const keys = el("div", { class: "run-keys" });
-    const select = choice({ "aria-label": `${label} of ${robot}`, "data-part": key }, options, pick.use, (use) => {
+    const select = choice({ "aria-label": word("run.partOf", { part: label, robot }), "data-part": key }, options, pick.use, (use) => {
       this.picks.set(key, { use, values: {} });
       this.showKeys(keys, key, modules);
     });

@@ -9,6 +9,7 @@ import type { Item } from "../api";
 import type { Grip, Pull } from "./grip";
 import type { SceneView } from "./scene";
 import type { Thoughts } from "./thoughts";
+import { word } from "../words/words";
 import "./scene.css";
 
 const PROGRAM = "/scene.js";
@@ -81,9 +82,9 @@ export class Door {
   }
 
   /** By which handles what is selected is held; what is said about it. */
-  hold(grip: Grip | null, word: string): void {
-    this.held = [grip, word];
-    this.view?.hold(grip, word);
+  hold(grip: Grip | null, said: string): void {
+    this.held = [grip, said];
+    this.view?.hold(grip, said);
   }
 
   /** Where a drag has things meanwhile. */
@@ -134,7 +135,7 @@ export class Door {
   private async made(): Promise<SceneView> {
     if (this.view) return this.view;
     const program = (await import(PROGRAM)) as typeof import("./scene");
-    const view = new program.SceneView();
+    const view = new program.SceneView(word);
     view.chosen.on((item) => this.chosen.emit(item));
     view.handles.pulled.on((pull) => this.pulled.emit(pull));
     view.slow.on((rate) => this.slow.emit(rate));

@@ -15,24 +15,27 @@ import { ABOVE, Stage3d } from "./stage";
 import { forget, thoughtsOf, type Thoughts } from "./thoughts";
 import { Touching } from "./touching";
 
+/** What looks up words. The page gives its own, so that their table is in one program only. */
+type Look = typeof import("../words/words").word;
+
 export class SceneView {
   readonly element = el("div", { class: "scene" });
   /** What was picked; null: nothing of the world. */
   readonly chosen = new Signal<Item | null>();
-  private readonly stage = new Stage3d("The world in 3-D; drag, wheel, arrows, + - and 0 move the view");
+  private readonly stage: Stage3d;
   private readonly said = el("output", { class: "scene-said" });
-  private readonly note = el("p", { class: "hint scene-note", role: "status" }, "Loading …");
-  private readonly follow = el("select", { "aria-label": "Follow" });
-  private readonly eye = el("select", { "aria-label": "Look from" });
+  private readonly note: HTMLElement;
+  private readonly follow: HTMLSelectElement;
+  private readonly eye: HTMLSelectElement;
   private readonly ruler: HTMLButtonElement;
   private solids: Solids | null = null;
   private items: Item[] = [];
   private selected: Item[] = [];
   private dragged: AsDragged | null = null;
   private grip: Grip | null = null;
-  readonly handles = new Handles(this.stage);
+  readonly handles: Handles;
   /** Told with the pictures a second when those are too few. */
-  readonly slow = this.stage.pacing.slow;
+  readonly slow: Signal<number>;
   private readonly marks = new Group();
   private readonly measure = new Group();
   private readonly touching = new Touching();
@@ -47,14 +50,20 @@ export class SceneView {
   private ends: Vector3[] = [];
   private followed: Vector3 | null = null;
 
-  constructor() {
+  constructor(private readonly word: Look) {
+    this.stage = new Stage3d(word("scene.theWorldIn3d"), word("scene.noGraphics"));
+    this.handles = new Handles(this.stage);
+    this.slow = this.stage.pacing.slow;
+    this.note = el("p", { class: "hint scene-note", role: "status" }, word("scene.loading"));
+    this.follow = el("select", { "aria-label": word("scene.follow") });
+    this.eye = el("select", { "aria-label": word("scene.lookFrom") });
     this.ruler = el(
       "button",
       { class: "quiet", type: "button", "aria-pressed": "false", onclick: () => this.setRuler(!this.measuring) },
-      "Measure",
+      word("scene.measure"),
     );
-    const whole = el("button", { class: "quiet", type: "button", onclick: () => this.fit() }, "Show all");
-    const bar = el("div", { class: "scene-bar", role: "group", "aria-label": "3-D" });
+    const whole = el("button", { class: "quiet", type: "button", onclick: () => this.fit() }, word("scene.showAll"));
+    const bar = el("div", { class: "scene-bar", role: "group", "aria-label": word("scene.bar") });
     bar.append(this.eye, this.follow, whole, this.ruler, this.said);
     this.element.append(this.stage.canvas, bar, this.note);
     this.stage.over.add(this.marks, this.measure, this.touching.group);
@@ -125,9 +134,9 @@ export class SceneView {
   }
 
   /** By which handles what is selected is held; what is said about it. */
-  hold(grip: Grip | null, word: string): void {
+  hold(grip: Grip | null, said: string): void {
     this.grip = grip;
-    if (!this.measuring) this.said.value = word;
+    if (!this.measuring) this.said.value = said;
     this.mark();
   }
 
@@ -197,7 +206,7 @@ export class SceneView {
     this.ruler.setAttribute("aria-pressed", String(on));
     this.ends = [];
     this.measure.clear();
-    this.said.value = on ? "Press two places" : "";
+    this.said.value = on ? this.word("scene.pressTwoPlaces") : "";
     this.mark();
   }
 
@@ -209,23 +218,24 @@ export class SceneView {
     this.measure.clear();
     const [from, to] = this.ends;
     if (!from || !to) {
-      this.said.value = "Press the other place";
+      this.said.value = this.word("scene.pressTheOtherPlace");
       return;
     }
     const line = new Line(points([...from.toArray(), ...to.toArray()]), new LineBasicMaterial({ color: color("--seen"), depthTest: false }));
     line.renderOrder = 3;
     this.measure.add(line);
-    const [along, rise] = [Math.hypot(to.x - from.x, to.y - from.y), to.z - from.z];
-    this.said.value = `${from.distanceTo(to).toFixed(3)} m; level ${along.toFixed(3)} m, up ${rise.toFixed(3)} m`;
+    const parts = { distance: from.distanceTo(to), level: Math.hypot(to.x - from.x, to.y - from.y), up: to.z - from.z };
+    const figures = Object.entries(parts).map(([name, length]) => [name, length.toFixed(3)]);
+    this.said.value = this.word("scene.distance", Object.fromEntries(figures) as Record<string, string>);
     this.stage.soon();
   }
 
   private offer({ bodies, cameras }: Solids): void {
     const names = bodies.slice(1).map((body) => String(body.userData["name"]));
     const robots = names.filter((name) => name.endsWith("/base"));
-    refill(this.follow, [["", "Follow nothing"], ...robots.map((name) => [name, `Follow ${name.split("/")[0]}`] as const)]);
+    refill(this.follow, [["", this.word("scene.followNothing")], ...robots.map((name) => [name, this.word("scene.followRobot", { name: name.split("/")[0] })] as const)]);
     const aboard = [...cameras.keys()].filter((name) => name.includes("/") && !name.endsWith("/chase"));
-    refill(this.eye, [["", "From anywhere"], ...aboard.map((name) => [name, `Camera ${name}`] as const)]);
+    refill(this.eye, [["", this.word("scene.fromAnywhere")], ...aboard.map((name) => [name, this.word("scene.camera", { name })] as const)]);
     this.follow.hidden = robots.length === 0;
     this.eye.hidden = aboard.length === 0;
     this.setEye();

@@ -66,9 +66,10 @@ export class Stage3d {
   private drawn = 0;
   private readonly endings: (() => void)[] = [];
 
-  constructor(label: string) {
+  /** `label` names the picture; `refusal` is the message of the Error where the browser draws nothing in 3-D. */
+  constructor(label: string, refusal: string) {
     this.canvas.setAttribute("aria-label", label);
-    this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: !isSlow(drawnBy()) });
+    this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: !isSlow(drawnBy(refusal)) });
     this.orbit.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.orbit, this.canvas);
     this.controls.maxPolarAngle = 0.98 * Math.PI;
@@ -287,10 +288,10 @@ export class Stage3d {
   }
 }
 
-/** What draws the pictures, by its own name. Raises Error when nothing does. */
-function drawnBy(): string {
+/** What draws the pictures, by its own name. Raises Error with `refusal` when nothing does. */
+function drawnBy(refusal: string): string {
   const context = document.createElement("canvas").getContext("webgl2");
-  if (!context) throw new Error("This browser draws nothing in 3-D here: switch on its graphics acceleration (WebGL 2).");
+  if (!context) throw new Error(refusal);
   const known = context.getExtension("WEBGL_debug_renderer_info");
   const name = known ? String(context.getParameter(known.UNMASKED_RENDERER_WEBGL)) : "";
   context.getExtension("WEBGL_lose_context")?.loseContext();

@@ -3,6 +3,7 @@
 import { el, fill } from "../dom";
 import { button, remembered, toggle } from "../run/controls";
 import { makeTile, type Tile } from "../run/tile";
+import { word } from "../words/words";
 import { Door } from "./door";
 
 export class SolidsTile {
@@ -25,18 +26,18 @@ export class SolidsTile {
     { yields = false } = {},
   ) {
     this.door = new Door(scene);
-    this.tile = makeTile("scene", "3-D", el("div", { class: "scene-place" }, this.door.element, this.rest));
+    this.tile = makeTile("scene", word("scene.bar"), el("div", { class: "scene-place" }, this.door.element, this.rest));
     this.on = remembered(kept) === "yes";
     this.door.set(this.on, null);
     this.switch = toggle(
-      { class: "quiet run-small", title: "View in 3-D" },
+      { class: "quiet run-small", title: word("scene.viewIn3d") },
       this.on,
       (now) => {
         remembered(kept, now ? "yes" : "no");
         this.show(now);
         changed();
       },
-      "3-D",
+      word("scene.bar"),
     );
     if (yields) this.door.slow.on((rate) => this.yield(rate));
   }
@@ -72,9 +73,9 @@ export class SolidsTile {
         remembered(this.kept, "yes");
         this.show(true);
       },
-      "Show it nonetheless",
+      word("scene.showItNonetheless"),
     );
-    const said = `3-D draws ${rate.toFixed(rate < 10 ? 1 : 0)} pictures a second here; it is off, so that the run is not slowed.`;
+    const said = word("scene.tooSlow", { rate: rate.toFixed(rate < 10 ? 1 : 0) });
     fill(this.rest, el("p", { class: "hint" }, said), nonetheless);
     this.rest.hidden = false;
   }

@@ -5,6 +5,7 @@ import { debounced, newestWins, Signal } from "../signal";
 import { difference } from "../text/difference";
 import { History } from "./history";
 import { named } from "./naming";
+import { word } from "../words/words";
 
 const EMPTY: Parsed = { problems: [], items: [], bounds: [0, 0, 10, 8], name: "", run: {}, needs_trust: {}, files: {} };
 /** Typing is read after so long a pause [ms]. */
@@ -153,7 +154,7 @@ export class WorldDocument {
   async restore(text: string, past: Past): Promise<void> {
     this.typedAt = 0;
     [this.draft, this.sketched] = [null, false];
-    if (this.isEdited) this.history.push(text, false, "Restore unsaved changes");
+    if (this.isEdited) this.history.push(text, false, word("step.restore"));
     else this.history.restore(text, past);
     this.textChanged.emit("edit");
     this.stateChanged.emit();
@@ -167,7 +168,7 @@ export class WorldDocument {
     this.typedAt = 0;
     this.asked++;
     this.edition++;
-    this.push(world.text, false, "Load from disk");
+    this.push(world.text, false, word("step.load"));
     this.textChanged.emit("edit");
     this.stateChanged.emit();
     this.adopt(world);
@@ -194,7 +195,7 @@ export class WorldDocument {
     const now = Date.now();
     const goesOn = now - this.typedAt < STROKE && this.canUndo;
     this.typedAt = now;
-    this.push(text, goesOn, `Type in line ${lineOfChange(this.text, text)}`);
+    this.push(text, goesOn, word("step.type", { line: lineOfChange(this.text, text) }));
     this.textChanged.emit("type");
     this.stateChanged.emit();
     this.readSoon();
@@ -236,7 +237,7 @@ export class WorldDocument {
   private async ofEdition<T>(edition: number, work: () => Promise<T>): Promise<T> {
     const done = edition === this.edition ? await work() : null;
     if (done !== null && edition === this.edition) return done;
-    throw new ApiError(409, "the world was reloaded meanwhile; make this change again");
+    throw new ApiError(409, word("step.wasReloaded"));
   }
 
   /** What was set stands in the text, be it right or wrong. */

@@ -2,6 +2,7 @@
 
 import type { Past } from "../api";
 import { difference } from "../text/difference";
+import { word } from "../words/words";
 
 type Step = Past["steps"][number];
 
@@ -27,7 +28,7 @@ export class History {
 
   /** What each step did, the oldest first, and how many of them lead to the text. */
   get told(): { names: string[]; at: number } {
-    return { names: this.steps.map(({ what }) => what ?? "Change"), at: this.at };
+    return { names: this.steps.map(({ what }) => what ?? word("step.change")), at: this.at };
   }
 
   /** Take another text, as a step of its own or joined to the last one, which keeps its name. What was undone is gone. */
@@ -66,9 +67,9 @@ export class History {
   restore(text: string, { steps, at }: Past): void {
     const before = (later: string | null, step: Step): string | null => (later === null ? null : checked(later, step));
     const first = steps.slice(0, at).reduceRight(before, text as string | null);
-    if (first === null) return this.push(text, false, "Restore unsaved changes");
+    if (first === null) return this.push(text, false, word("step.restore"));
     this.steps.length = this.at;
-    this.push(first, false, "Restore unsaved changes");
+    this.push(first, false, word("step.restore"));
     this.steps.push(...steps);
     this.at += at;
     this.text = text;

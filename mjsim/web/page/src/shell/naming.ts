@@ -1,14 +1,15 @@
 /** What a step of undo is called, from the changes that it made. */
 
 import type { Change, Item, Path, Values } from "../api";
+import { type Key, word } from "../words/words";
 
 /** Keys of an item and what changing them does; of several, the first one tells. */
-const VERBS: [string, string[]][] = [
-  ["Rename", ["name"]],
-  ["Resize", ["box", "cylinder", "sphere", "ramp", "steps", "size", "width"]],
-  ["Turn", ["heading_deg"]],
-  ["Move", ["at", "points", "path", "route"]],
-  ["Pose", ["start", "start_deg", "joints_deg", "targets"]],
+const VERBS: [Key, string[]][] = [
+  ["step.rename", ["name"]],
+  ["step.resize", ["box", "cylinder", "sphere", "ramp", "steps", "size", "width"]],
+  ["step.turn", ["heading_deg"]],
+  ["step.move", ["at", "points", "path", "route"]],
+  ["step.pose", ["start", "start_deg", "joints_deg", "targets"]],
 ];
 
 /** The innermost item at or around a path; null when it belongs to none. */
@@ -17,24 +18,25 @@ type ItemAt = (path: Path) => Item | null;
 /** What changes do, in two or three words: "Move crate", "Delete 3 things", "Set floor.friction". */
 export function named(changes: Change[], itemAt: ItemAt): string {
   const [first] = changes;
-  if (!first) return "Change";
+  if (!first) return word("step.change");
   // What goes along with these, such as the driver of a robot, is not told.
-  if (first.op === "add" || first.op === "rename") return withThings(first.op === "add" ? "Add" : "Rename", changes.filter(({ op }) => op === first.op).map(newName));
+  if (first.op === "add" || first.op === "rename") return withThings(first.op === "add" ? "step.add" : "step.rename", changes.filter(({ op }) => op === first.op).map(newName));
   const deleted = changes.filter(({ op, path }) => op === "remove" && typeof path.at(-1) === "number");
-  if (deleted.length) return withThings("Delete", deleted.map(({ path }) => itemAt(path)?.label ?? shown(path)));
-  if (first.op === "single" || first.op === "apart") return withThings("Make single", changes.map(({ path }) => itemAt(path)?.label ?? shown(path)));
+  if (deleted.length) return withThings("step.delete", deleted.map(({ path }) => itemAt(path)?.label ?? shown(path)));
+  if (first.op === "single" || first.op === "apart") return withThings("step.single", changes.map(({ path }) => itemAt(path)?.label ?? shown(path)));
   const things = [...new Set(changes.map(({ path }) => itemAt(path)?.label ?? ""))];
-  if (things[0] === "") return `${first.op === "set" ? "Set" : "Reset"} ${shown(first.path)}`;
+  if (things[0] === "") return word(first.op === "set" ? "step.set" : "step.reset", { key: shown(first.path) });
   const keys = changes.map(({ path }) => String(path[itemAt(path)?.path.length ?? 0]));
   const [verb] = VERBS.find(([, of]) => keys.some((key) => of.includes(key))) ?? [];
-  if (verb === "Rename") return `Rename ${things[0]}`;
+  if (verb === "step.rename") return word(verb, { things: things[0] });
   if (verb) return withThings(verb, things);
-  const what = new Set(keys).size === 1 ? keys[0] : "fields";
-  return withThings(`${first.op === "set" ? "Set" : "Reset"} ${what} of`, things);
+  const key = new Set(keys).size === 1 ? keys[0] : word("step.fields");
+  return withThings(first.op === "set" ? "step.setOf" : "step.resetOf", things, { key });
 }
 
-function withThings(verb: string, things: string[]): string {
-  return `${verb} ${things.length === 1 ? things[0] : `${things.length} things`}`;
+function withThings(verb: Key, things: string[], values: { key?: string | undefined } = {}): string {
+  const named = things.length === 1 ? things[0] : word("step.things", { count: things.length });
+  return word(verb, { ...values, things: named });
 }
 
 /** What an item that is added will be called: by its name, else by its shape or its list. */

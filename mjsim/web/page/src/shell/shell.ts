@@ -11,6 +11,7 @@ import { Files } from "./files";
 import { askHelp } from "./help";
 import { ICONS } from "./icons";
 import { askInvite } from "./invite";
+import { languageButton } from "./language";
 import { Notices } from "./notices";
 import { TabLink } from "./tab";
 import { stepsButton } from "./steps";
@@ -149,6 +150,7 @@ export class Shell implements Studio {
       el("span", { class: "space" }),
       invite,
       help,
+      languageButton(),
       light,
     );
   }

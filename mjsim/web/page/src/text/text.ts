@@ -34,6 +34,7 @@ import { definitions } from "./definition";
 import { difference } from "./difference";
 import { hoverHints } from "./hover";
 import { HIGHLIGHT, THEME } from "./look";
+import { phrases } from "./phrases";
 import { word } from "../words/words";
 
 /** A change that came from elsewhere, not from the keyboard. */
@@ -111,6 +112,7 @@ export class TextPane {
       yaml(),
       HIGHLIGHT,
       THEME,
+      phrases(),
       chosenLines,
       this.endings.of(EditorState.lineSeparator.of("\n")),
       EditorView.contentAttributes.of({ "aria-label": word("text.textOfTheWorldYaml"), tabindex: "0" }),

@@ -6,16 +6,38 @@ export type Key = keyof typeof EN;
 type Words = Record<Key, string>;
 
 const KEY = "mjsim-language";
-/** A language is its table, made when it is chosen. */
-const LANGUAGES: Record<string, () => Words> = { en: () => EN, "en-XA": accented };
+interface Language {
+  /** As its speakers call it. */
+  name: string;
+  /** Its table, made when it is chosen. */
+  table(): Words;
+}
 
-const language = chosen();
-const words = (LANGUAGES[language] ?? LANGUAGES["en"] ?? ((): Words => EN))();
+const ENGLISH: Language = { name: "English", table: () => EN };
+/** By their BCP 47 tags. */
+const LANGUAGES: Record<string, Language> = { en: ENGLISH, "en-XA": { name: "Énglísh", table: accented } };
+/** Shows what is in no table: for those who write the page, offered only where it was switched on by hand. */
+const FOR_DEVELOPERS = "en-XA";
+
+/** The tag of the language of the page. */
+export const language = chosen();
+const words = (LANGUAGES[language] ?? ENGLISH).table();
 document.documentElement.lang = language;
 
 /** Look up words; what stands in braces there, as {path}, is replaced by the value of that name. */
 export function word(key: Key, values: Record<string, string | number | null | undefined> = {}): string {
   return words[key].replace(/\{(\w+)\}/g, (whole, name: string) => String(values[name] ?? whole));
+}
+
+/** The languages that a person can choose: tag and name. */
+export function offered(): [tag: string, name: string][] {
+  const tags = Object.keys(LANGUAGES).filter((tag) => tag !== FOR_DEVELOPERS || tag === language);
+  return tags.map((tag) => [tag, LANGUAGES[tag]?.name ?? tag]);
+}
+
+/** Use another language from the next load of the page on. */
+export function choose(tag: string): void {
+  window.localStorage.setItem(KEY, tag);
 }
 
 /** What the browser remembers, where there is such a language; English else. */
