@@ -80,6 +80,26 @@ def test_every_view_of_the_studio_is_faultless(browser, folder):
         assert_faultless(page)
 
 
+@pytest.mark.parametrize("size", [(390, 844), (640, 360)], ids=["phone", "200 %"])
+def test_views_on_small_screens_are_faultless(browser, folder, size):
+    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url) as page:
+        expect.set_options(timeout=PATIENCE)
+        page.set_viewport_size({"width": size[0], "height": size[1]})
+        expect(page.locator("#view-edit .plan")).to_have_attribute("data-view", re.compile(","))
+        assert_faultless(page)
+        page.get_by_role("tab", name="Run", exact=True).click()
+        page.get_by_role("button", name="Setup, noise and events").click()
+        expect(page.locator("#view-run .run-setup select").first).to_be_visible()
+        assert_faultless(page)
+        page.get_by_role("tab", name="Review", exact=True).click()
+        page.locator("[data-path='run1.mcap']").click()
+        expect(page.locator(".run-time:visible")).to_contain_text("of 0.96 s")
+        page.locator("#view-review").get_by_role("tab", name="Plot", exact=True).click()
+        page.locator("#view-review").get_by_role("button", name="3-D", exact=True).click()
+        expect(page.locator("#view-review .scene[data-filled]")).to_be_attached()
+        assert_faultless(page)
+
+
 @pytest.mark.parametrize(
     "command",
     [

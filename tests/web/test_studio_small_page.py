@@ -2,6 +2,7 @@
 
 import json
 import re
+from shutil import copytree
 
 import pytest
 from playwright.sync_api import expect
@@ -167,3 +168,64 @@ def test_fingers_drag_pinch_and_ask_for_the_menu(browser, folder):
         fingers.put("touchEnd")
         page.get_by_role("menuitem", name="Rename").click()
         expect(page.locator(".outline-row input")).to_be_focused()
+
+
+CUT_HEADS = """() => [...document.querySelectorAll(".view h2, .run-legend")].filter(
+  each => each.checkVisibility() && each.scrollWidth > each.clientWidth).map(each => each.textContent)"""
+TEXTS_OUT = """svg => { const outer = svg.getBoundingClientRect();
+return [...svg.querySelectorAll("text")].filter(text => {
+  const box = text.getBoundingClientRect();
+  return box.top < outer.top || box.bottom > outer.bottom || box.left < outer.left || box.right > outer.right;
+}).map(text => text.textContent); }"""
+
+
+def test_heads_of_views_and_names_of_axes_are_whole_on_a_phone_and_the_plan_fills_a_low_window(
+    browser, folder, tmp_path
+):
+    own = copytree(folder, tmp_path / "own")  # other tests leave unsaved texts
+    with Studio(own, world="room.yaml") as studio, page_at(browser, studio.url) as page:
+        page.set_viewport_size({"width": 390, "height": 844})
+        page.get_by_role("tab", name="Run", exact=True).click()
+        expect(page.locator("#view-run .run-floor canvas").first).to_be_visible(timeout=PATIENCE)
+        assert page.evaluate(CUT_HEADS) == []
+        page.get_by_role("tab", name="Review", exact=True).click()
+        review = page.locator("#view-review")
+        review.locator("[data-path='run1.mcap']").click()
+        review.get_by_role("tab", name="Plot", exact=True).click()
+        review.get_by_label("Kind of chart 1").select_option("xy")
+        for axis in "xy":
+            review.get_by_label("Search topics and fields").fill(f"truth position.{axis}")
+            review.locator(".plotter-found button").click()
+        drawn = review.locator(".plotter-xy svg")
+        expect(drawn).to_be_visible(timeout=PATIENCE)
+        assert drawn.evaluate(TEXTS_OUT) == []
+        expect(drawn.locator("text").last).to_have_text(re.compile(r"^…\w+\.y$"))
+        review.get_by_role("tab", name="Recordings", exact=True).click()
+        for seed in (1, 2):
+            page.get_by_label(f"Compare run{seed}.mcap").check()
+        page.get_by_role("button", name="Compare 2 chosen").click()
+        expect(page.locator(".compare-legend")).to_be_visible(timeout=PATIENCE)
+        assert page.evaluate(CUT_HEADS) == []
+        page.set_viewport_size({"width": 640, "height": 360})
+        page.get_by_role("tab", name="Run", exact=True).click()
+        page.evaluate(DRAWN)
+        plan = page.locator("#view-run .run-floor")
+        _, _, scale = json.loads(plan.get_attribute("data-view"))
+        assert 6 * scale > 0.5 * plan.bounding_box()["height"]  # the room is 6 m wide
+
+
+def test_the_view_in_3d_is_seen_among_other_pictures(browser, folder, tmp_path):
+    own = copytree(folder, tmp_path / "own")  # other tests leave unsaved texts
+    with Studio(own, world="room.yaml") as studio, page_at(browser, studio.url) as page:
+        page.set_viewport_size({"width": 1280, "height": 720})
+        page.get_by_role("tab", name="Review", exact=True).click()
+        review = page.locator("#view-review")
+        review.locator("[data-path='run1.mcap']").click()
+        review.get_by_role("button", name="3-D", exact=True).click()
+        scene = review.locator(".scene[data-filled]")
+        expect(scene).to_be_visible(timeout=PATIENCE)
+        # The bar leaves two thirds of a small view to the scene, and offers all where there is room.
+        assert scene.locator(".scene-bar").bounding_box()["height"] < scene.bounding_box()["height"] / 3
+        expect(scene.get_by_role("button", name="Measure")).to_be_hidden()
+        review.locator("[data-view='scene']").get_by_role("button", name="Show large").first.click()
+        expect(scene.get_by_role("button", name="Measure")).to_be_visible()

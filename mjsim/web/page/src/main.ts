@@ -29,7 +29,7 @@ async function start(): Promise<void> {
       el("p", {}, error.message),
       again,
     );
-    fill(root, el("header", { class: "bar" }, el("span", { class: "brand" }, "mjsim")), state);
+    fill(root, el("header", { class: "bar" }, el("h1", { class: "brand" }, "mjsim")), state);
     console.error(error);
   }
 }

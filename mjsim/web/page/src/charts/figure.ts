@@ -3,6 +3,9 @@
 import { faded } from "../run/ink";
 import { save } from "./save";
 
+/** Of the small print, at most on average [px]. */
+const WIDTH_OF_LETTER = 6.3;
+
 type Values = ArrayLike<number | null | undefined>;
 type Range = [number, number];
 
@@ -175,8 +178,14 @@ function axes(
   }
   const aside = `rotate(-90 14 ${frame.y + frame.height / 2})`;
   drawn.push(text(figure.x, { ...small, x: middle, y: bottom + 32, "text-anchor": "middle" }));
-  drawn.push(text(figure.y, { ...small, x: 14, y: frame.y + frame.height / 2, "text-anchor": "middle", transform: aside }));
+  drawn.push(text(tail(figure.y, frame.y + frame.height), { ...small, x: 14, y: frame.y + frame.height / 2, "text-anchor": "middle", transform: aside }));
   return drawn;
+}
+
+/** A label as its end that is no longer than so much [px] in the small print: names of fields differ in their last parts. */
+function tail(label: string, room: number): string {
+  const most = Math.floor(room / WIDTH_OF_LETTER);
+  return label.length <= most ? label : `…${label.slice(1 - most)}`;
 }
 
 function bandOf({ band = [0, 0], behind }: Figure, frame: Frame, place: Place): SVGElement {

@@ -136,7 +136,7 @@ class EditView {
         "header",
         { class: "dock-head" },
         icon(ICONS.text),
-        el("h3", {}, word("edit.text")),
+        el("h2", {}, word("edit.text")),
         this.problems,
         el("span", { class: "space" }),
         hide,

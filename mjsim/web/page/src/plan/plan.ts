@@ -144,7 +144,7 @@ export class Plan {
 
   /** Show all of the world. */
   fit(): void {
-    this.view.fit(this.bounds, this.rulers ? RULER + 22 : 16);
+    this.view.fit(this.bounds, this.rulers ? RULER + Math.min(22, 0.06 * Math.min(this.view.width, this.view.height)) : 16);
     if (this.rulers) this.view.left += RULER / 2;
     if (this.rulers) this.view.top += RULER / 2;
     this.fitted = this.whole = this.view.width > 20;

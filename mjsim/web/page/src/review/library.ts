@@ -30,7 +30,7 @@ export class Library {
     for (const path of this.ticked) if (!recordings.includes(path) && !sweeps.includes(path)) this.ticked.delete(path);
     fill(this.list, ...recordings.map((path) => el("li", {}, this.box(path), this.entry(path, path === chosen))));
     const swept = sweeps.map((path) => el("li", {}, el("label", {}, this.box(path), path)));
-    fill(this.sweeps, sweeps.length > 0 && el("h3", {}, word("review.sweeps")), sweeps.length > 0 && el("ul", {}, ...swept));
+    fill(this.sweeps, sweeps.length > 0 && el("h2", {}, word("review.sweeps")), sweeps.length > 0 && el("ul", {}, ...swept));
     this.foot.hidden = recordings.length + sweeps.length === 0;
     this.count();
     this.hint.textContent = recordings.length

@@ -107,7 +107,7 @@ export class ArmPanel {
       row.field.addEventListener("change", () => this.moveJoint(part, k, Number(row.field.value) * scale(row.facts)));
     });
     return [
-      el("h3", {}, facts.name),
+      el("h2", {}, facts.name),
       ...rows.map((row, k) => line(facts.joints[k]?.name ?? "", row.slider, row.field, unit(row.facts))),
       el(
         "div",

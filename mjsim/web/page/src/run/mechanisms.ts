@@ -64,7 +64,7 @@ export class MechanismPanel {
     });
     const title = word("run.ledThereAtRadS");
     return [
-      el("h3", { title }, facts.name),
+      el("h2", { title }, facts.name),
       ...rows.map((row) => line(row.facts.name, row.slider, row.field, unit(row.facts))),
     ];
   }

@@ -61,7 +61,7 @@ export class NoisePanel {
     let group = "";
     for (const each of noise) {
       const [head, tail] = splitKey(each.key);
-      if (head !== group) this.element.append(el("h3", {}, head));
+      if (head !== group) this.element.append(el("h2", {}, head));
       group = head;
       this.element.append(this.row(each, tail));
     }

@@ -67,7 +67,7 @@ export class Setup {
     this.record.addEventListener("change", () => (this.file.disabled = !this.record.checked));
     this.element.append(
       this.note,
-      el("h3", {}, word("run.run")),
+      el("h2", {}, word("run.run")),
       field(word("run.length"), this.seconds, "s"),
       field(word("run.seed"), this.seed),
       el("label", { class: "run-check" }, this.record, word("run.recordToAFile")),
@@ -119,7 +119,7 @@ export class Setup {
   private build(): void {
     fill(
       this.robots,
-      ...this.names.flatMap((name) => [el("h3", {}, name), ...PARTS.map((each) => this.row(name, each))]),
+      ...this.names.flatMap((name) => [el("h2", {}, name), ...PARTS.map((each) => this.row(name, each))]),
     );
   }
 

@@ -142,7 +142,7 @@ export class Shell implements Studio {
     return el(
       "header",
       { class: "bar" },
-      el("span", { class: "brand" }, "mjsim"),
+      el("h1", { class: "brand" }, "mjsim"),
       ...(live ? [] : [world, tool("new", word("shell.newWorld"), () => void this.files.askNew()), this.save]),
       ...(live ? [] : [el("span", { class: "divider" }), this.undo, this.redo, this.steps]),
       el("span", { class: "space" }),
