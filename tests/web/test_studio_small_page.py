@@ -226,6 +226,9 @@ def test_the_view_in_3d_is_seen_among_other_pictures(browser, folder, tmp_path):
         expect(scene).to_be_visible(timeout=PATIENCE)
         # The bar leaves two thirds of a small view to the scene, and offers all where there is room.
         assert scene.locator(".scene-bar").bounding_box()["height"] < scene.bounding_box()["height"] / 3
+        tile = review.locator("[data-view='scene'].run-tile").bounding_box()
+        canvas = scene.locator("canvas").bounding_box()
+        assert canvas["y"] + canvas["height"] <= tile["y"] + tile["height"]
         expect(scene.get_by_role("button", name="Measure")).to_be_hidden()
         review.locator("[data-view='scene']").get_by_role("button", name="Show large").first.click()
         expect(scene.get_by_role("button", name="Measure")).to_be_visible()
