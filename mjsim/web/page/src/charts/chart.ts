@@ -6,6 +6,9 @@ import { faded, inLight, readTokens } from "../run/ink";
 import { themeChanged } from "../shell/theme";
 import { decade, LOGARITHMIC } from "./decades";
 import { rangeOf, type Curve, type Figure, type Ink } from "./figure";
+import { heading, legend } from "./head";
+import { quantile, rowAt } from "./rows";
+import { across, upright } from "./rules";
 import { savingMenu } from "./saving";
 import { word } from "../words/words";
 
@@ -67,7 +70,6 @@ export interface Handlers {
 
 /** Share of the values that a robust axis shows. */
 const MOST_SHOWN = 0.99;
-const SAMPLE = 800;
 
 /** One chart over time in a box of its own. */
 export class Chart {
@@ -310,46 +312,6 @@ export function inkNow(): Ink {
   return { paper, text: ink, grid: hair };
 }
 
-/** Index of the last time that is not after a given one. */
-export function rowAt(times: ArrayLike<number>, time: number): number {
-  let [low, high] = [0, times.length - 1];
-  while (low < high) {
-    const middle = (low + high + 1) >> 1;
-    if ((times[middle] ?? 0) <= time) low = middle;
-    else high = middle - 1;
-  }
-  return low;
-}
-
-/** The value that a share of those that are known does not exceed; of many, some hundreds are looked at. */
-function quantile(values: Column, share: number): number {
-  const every = Math.ceil(values.length / SAMPLE);
-  const known = values.filter((value, k) => k % every === 0 && typeof value === "number") as number[];
-  known.sort((a, b) => a - b);
-  return known[Math.floor(share * (known.length - 1))] ?? Number.POSITIVE_INFINITY;
-}
-
-function heading({ title, unit }: ChartSettings): HTMLElement {
-  const element = document.createElement("strong");
-  element.textContent = unit ? `${title} [${unit}]` : title;
-  return element;
-}
-
-export function legend(lines: Pick<Line, "label" | "color">[]): HTMLElement {
-  const list = document.createElement("span");
-  list.className = "run-chart-legend";
-  for (const line of lines.filter((each) => each.label)) {
-    const entry = document.createElement("span");
-    const swatch = document.createElement("i");
-    const paint = (): void => void (swatch.style.background = line.color());
-    paint();
-    themeChanged.on(paint);
-    entry.append(swatch, line.label);
-    list.append(entry);
-  }
-  return list;
-}
-
 function series(line: Line): uPlot.Series {
   return {
     stroke: () => line.color(),
@@ -363,34 +325,6 @@ function series(line: Line): uPlot.Series {
 function bands(line: Line, k: number): uPlot.Band[] {
   if (line.fillTo === undefined) return [];
   return [{ series: [line.fillTo, k + 1], fill: () => line.fill?.() ?? "transparent" }];
-}
-
-function across(plot: uPlot, value: number, color: string): void {
-  const y = plot.valToPos(value, "y", true);
-  stroke(plot.ctx, [plot.bbox.left, y, plot.bbox.left + plot.bbox.width, y], color, 1);
-}
-
-function upright(plot: uPlot, time: number, color: string, width: number): void {
-  const x = plot.valToPos(time, "x", true);
-  const { left, top, height } = plot.bbox;
-  if (x < left - 1 || x > left + plot.bbox.width + 1) return;
-  stroke(plot.ctx, [x, top, x, top + height], color, width * devicePixelRatio);
-}
-
-function stroke(
-  context: CanvasRenderingContext2D,
-  [x0, y0, x1, y1]: [number, number, number, number],
-  color: string,
-  width: number,
-): void {
-  context.save();
-  context.strokeStyle = color;
-  context.lineWidth = width;
-  context.beginPath();
-  context.moveTo(x0, y0);
-  context.lineTo(x1, y1);
-  context.stroke();
-  context.restore();
 }
 
 /** A number as short as it can be. */

@@ -5,11 +5,13 @@ import uPlot from "uplot";
 import { el, fill } from "../dom";
 import { inLight, readTokens, rowColor } from "../run/ink";
 import { themeChanged } from "../shell/theme";
-import { Chart, inkNow, legend, NO_MARKS, rowAt, type Handlers, type Marks } from "./chart";
+import { Chart, inkNow, NO_MARKS, type Handlers, type Marks } from "./chart";
 import { drawFigure, rangeOf, type Curve, type Drawing, type Figure } from "./figure";
 import { titleOf, type Field, type PlotChart } from "./layouts";
 import { savingMenu } from "./saving";
 import { word } from "../words/words";
+import { legend } from "./head";
+import { rowAt } from "./rows";
 
 type Values = (number | null)[];
 

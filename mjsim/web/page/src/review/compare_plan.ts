@@ -1,6 +1,7 @@
 /** The paths of runs that are compared, on the plan of their world. */
 
-import { inkNow, rowAt } from "../charts/chart";
+import { inkNow } from "../charts/chart";
+import { rowAt } from "../charts/rows";
 import { rangeOf, type Curve, type Figure } from "../charts/figure";
 import { savingMenu } from "../charts/saving";
 import { el } from "../dom";

@@ -2,7 +2,8 @@
 
 import { ApiError } from "../api";
 import { chartChips } from "../charts/chips";
-import { rowAt, type Marks } from "../charts/chart";
+import type { Marks } from "../charts/chart";
+import { rowAt } from "../charts/rows";
 import { Plotter } from "../charts/plotter";
 import { Sheet, type Kind } from "../charts/sheet";
 import { el, fill } from "../dom";

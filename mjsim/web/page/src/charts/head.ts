@@ -1,0 +1,25 @@
+/** What stands above a chart: its title with the unit, and the names of its lines. */
+
+import { themeChanged } from "../shell/theme";
+import type { ChartSettings, Line } from "./chart";
+
+export function heading({ title, unit }: ChartSettings): HTMLElement {
+  const element = document.createElement("strong");
+  element.textContent = unit ? `${title} [${unit}]` : title;
+  return element;
+}
+
+export function legend(lines: Pick<Line, "label" | "color">[]): HTMLElement {
+  const list = document.createElement("span");
+  list.className = "run-chart-legend";
+  for (const line of lines.filter((each) => each.label)) {
+    const entry = document.createElement("span");
+    const swatch = document.createElement("i");
+    const paint = (): void => void (swatch.style.background = line.color());
+    paint();
+    themeChanged.on(paint);
+    entry.append(swatch, line.label);
+    list.append(entry);
+  }
+  return list;
+}
