@@ -6,18 +6,22 @@ from typing import Literal
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from mjsim.geometry import Array, wrap_angle, wrap_angles
+from mjsim.geometry import Array, wrap_angle
 
-from .ekf_models import MotionModel, landmark_from, range_bearing
+from .ekf_models import MotionModel, apart, landmark_from, range_bearing, together
 
 Jacobians = Literal["standard", "first-estimates"]
+Places = np.ndarray[tuple[int], np.dtype[np.intp]]
+"""Where the x of k landmarks stand in the mean, shape (k,)."""
 
 YOUNG, STRAYED = 3, 0.2
 """Up to so many looks, the first among them, a first estimate is renewed that the newest one has left by more than this
 share of the way to the landmark: its first look was poor, and derivatives taken there would be wrong for ever. Later
 the landmark and the robot move together as loops close, and derivatives should not follow."""
+ITERATIONS, STILL = 10, 1e-3
+"""At most so many, until the pose moves by less than that from one to the next [m, rad]."""
 
 
 class EkfSlamFilter:
@@ -46,6 +50,7 @@ class EkfSlamFilter:
         covariance: ArrayLike | None = None,
         parameters: int = 0,
         renew: float = math.inf,
+        far: float = math.inf,
     ) -> None:
         """Start without landmarks.
 
@@ -56,11 +61,13 @@ class EkfSlamFilter:
             parameters: Number p of the motion's constant errors, which are estimated too; 0 at the start, and certain.
             renew: A first estimate is given up that the newest one has left by more than this share of the way to the
                 landmark: its derivatives describe no measurement any more.
+            far: A correction is iterated that turns the robot by more than this [rad], or moves it or a landmark that
+                it sees by more than this share of the way between them: derivatives taken before do not hold after it.
         """
         if jacobians not in ("standard", "first-estimates"):
             raise ValueError(f"jacobians is {jacobians!r}; it must be 'standard' or 'first-estimates'")
         self._first = jacobians == "first-estimates"
-        self._renewed_at = renew
+        self._renewed_at, self._far = renew, far
         self._base = 3 + parameters  # landmarks stand behind the pose and these
         self._order: dict[Hashable, int] = {}  # name -> where its x stands in the mean
         self._mean, self._P = np.zeros(35), np.zeros((35, 35))
@@ -206,8 +213,7 @@ class EkfSlamFilter:
             S: Their covariances, shape (k, 2, 2).
         """
         z, C = self.expect(names)
-        nu = np.asarray(measurements, dtype=float).reshape(-1, 2) - z
-        nu[:, 1] = wrap_angles(nu[:, 1])
+        nu = apart(np.asarray(measurements, dtype=float).reshape(-1, 2), z)
         return nu, C + np.asarray(measurement_covariance, dtype=float)
 
     def update(self, names: Sequence[Hashable], measurements: ArrayLike, measurement_covariance: ArrayLike) -> None:
@@ -222,7 +228,7 @@ class EkfSlamFilter:
         Z = np.asarray(measurements, dtype=float).reshape(-1, 2)
         if len(names) != len(Z):
             raise ValueError(f"{len(names)} names for {len(Z)} measurements; give one a measurement")
-        R = _together(np.asarray(measurement_covariance, dtype=float), len(Z))
+        R = together(np.asarray(measurement_covariance, dtype=float), len(Z))
         known = [i for i, name in enumerate(names) if name in self._order]
         if known:
             self._correct(self._places([names[i] for i in known]), Z[known], R[known][:, :, known])
@@ -261,10 +267,10 @@ class EkfSlamFilter:
     def _size(self) -> int:
         return self._base + 2 * len(self._order)
 
-    def _places(self, names: Sequence[Hashable]) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    def _places(self, names: Sequence[Hashable]) -> Places:
         return np.array([self._order[name] for name in names], dtype=np.intp)
 
-    def _expect(self, places: np.ndarray[tuple[int], np.dtype[np.intp]]) -> tuple[Array, Array, Array]:
+    def _expect(self, places: Places) -> tuple[Array, Array, Array]:
         """Return expected measurements (k, 2) and their derivatives (k, 2, 3) and (k, 2, 2)."""
         columns = places[:, None] + (0, 1)
         expected, H_pose, H_landmark = range_bearing(self._mean[:3], self._mean[columns])
@@ -272,36 +278,74 @@ class EkfSlamFilter:
             _, H_pose, H_landmark = range_bearing(self._anchor[:3], self._anchor[columns])
         return expected, H_pose, H_landmark
 
-    def _correct(self, places: np.ndarray[tuple[int], np.dtype[np.intp]], Z: Array, R: Array) -> None:
+    def _correct(self, places: Places, Z: Array, R: Array) -> None:
         """Update mean and covariance: P - K S K^T as P - W^T W with S = L L^T and W = L^-1 H P.
 
         H has five columns a row that are not zero, so H P costs O(n k) and the whole O(n^2 k). W^T W is symmetric
         to the last bit, and so stays P.
         """
-        size, count = self._size, 2 * len(places)
         expected, H_pose, H_landmark = self._expect(places)
-        nu = Z - expected
-        nu[:, 1] = wrap_angles(nu[:, 1])
-        P = self._P[:size, :size]
-        columns = places[:, None] + (0, 1)
+        step, W = self._gained(places, H_pose, H_landmark, apart(Z, expected), R)
+        if self._is_far(step, places):
+            step, W = self._iterated(places, Z, R, step, W)
+        self._apply(step, W)
+        if self._first:
+            self._renew(places)
+
+    def _gained(self, places: Places, H_pose: Array, H_landmark: Array, nu: Array, R: Array) -> tuple[Array, Array]:
+        """Return the step K nu, shape (3 + p + 2 n,), and W, shape (2 k, 3 + p + 2 n)."""
+        size, count = self._size, 2 * len(places)
+        P, columns = self._P[:size, :size], places[:, None] + (0, 1)
         HP = (H_pose @ P[:3] + H_landmark @ P[columns]).reshape(count, size)
         S = (HP[:, :3] @ H_pose.reshape(count, 3).T).reshape(count, -1, 2)
         S += np.einsum("akj,kij->aki", HP[:, columns], H_landmark)
         L = np.linalg.cholesky(S.reshape(count, count) + R.reshape(count, count))
         W = scipy.linalg.solve_triangular(L, HP, lower=True, check_finite=False)
         gained = scipy.linalg.solve_triangular(L, nu.ravel(), lower=True, check_finite=False)
-        self._apply(W.T @ gained, W)
-        if self._first:
-            self._renew(places)
+        return W.T @ gained, W
 
-    def _renew(self, places: np.ndarray[tuple[int], np.dtype[np.intp]]) -> None:
+    def _is_far(self, step: Array, places: Places) -> bool:
+        """Return whether derivatives taken before a step do not hold after it."""
+        if abs(step.item(2)) > self._far:
+            return True
+        columns = places[:, None] + (0, 1)
+        moved, way = step[columns] - step[:2], self._mean[columns] - self._mean[:2]
+        return bool(np.any((moved * moved).sum(axis=1) > self._far**2 * (way * way).sum(axis=1)))
+
+    def _iterated(self, places: Places, Z: Array, R: Array, step: Array, W: Array) -> tuple[Array, Array]:
+        """Return step and W with derivatives at where the step leads to; those given where that does not settle.
+
+        References:
+            Bell, Cathey, The Iterated Kalman Filter Update as a Gauss-Newton Method, IEEE TAC 38(2), 1993, equation 21.
+        """
+        columns, plain = places[:, None] + (0, 1), (step, W)
+        for _ in range(ITERATIONS):
+            mean = self._moved(step)
+            expected, H_pose, H_landmark = range_bearing(mean[:3], mean[columns])
+            H_pose, H_landmark = self._by_step(H_pose, H_landmark, step, columns)
+            nu = apart(Z, expected) + H_pose @ step[:3] + np.einsum("kij,kj->ki", H_landmark, step[columns])
+            before = step[:3]
+            step, W = self._gained(places, H_pose, H_landmark, nu, R)
+            if np.abs(step[:3] - before).max() < STILL:
+                return step, W
+        return plain
+
+    def _moved(self, step: Array) -> Array:
+        """Return the mean after a step, shape (3 + p + 2 n,)."""
+        return np.asarray(self._mean[: self._size] + step)
+
+    def _by_step(self, H_pose: Array, H_landmark: Array, step: Array, columns: NDArray[np.intp]) -> tuple[Array, Array]:
+        """Return derivatives by the step that has led here, (k, 2, 3) and (k, 2, 2), of those by pose and landmark."""
+        return H_pose, H_landmark
+
+    def _renew(self, places: Places) -> None:
         """Take the newest estimates for the first ones of landmarks that have strayed from those too far."""
         looks = self._looks[places] + 1
         self._looks[places] = looks
         columns = places[:, None] + (0, 1)
-        apart = np.hypot(*(self._mean[columns] - self._anchor[columns]).T)
+        strayed_by = np.hypot(*(self._mean[columns] - self._anchor[columns]).T)
         most = np.where(looks <= YOUNG, STRAYED, self._renewed_at)
-        strayed = columns[apart > most * np.hypot(*(self._mean[columns] - self._mean[:2]).T)]
+        strayed = columns[strayed_by > most * np.hypot(*(self._mean[columns] - self._mean[:2]).T)]
         self._anchor[strayed] = self._mean[strayed]
 
     def _apply(self, step: Array, W: Array) -> None:
@@ -345,12 +389,3 @@ class EkfSlamFilter:
         P[:size, :size] = self._P
         self._P = P
         self._spare = np.empty(room * room)
-
-
-def _together(R: Array, count: int) -> Array:
-    """Return the covariance of all measurements together, shape (k, 2, k, 2), of one for all, of each or of all."""
-    if R.shape == (2 * count, 2 * count):
-        return R.reshape(count, 2, count, 2)
-    together, each = np.zeros((count, 2, count, 2)), np.arange(count)
-    together[each, :, each] = R
-    return together

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mjsim.geometry import Array, wrap_angle
+from mjsim.geometry import Array, wrap_angle, wrap_angles
 
 MotionModel = Callable[[Array, Array], tuple[Array, Array, Array]]
 """motion(pose, control) -> new pose (3,), F (3, 3), G (3, m)."""
@@ -112,3 +112,19 @@ def landmark_from(pose: Array, measurement: Array) -> tuple[Array, Array]:
     c, s = math.cos(float(pose[2]) + bearing), math.sin(float(pose[2]) + bearing)
     landmark = np.array([float(pose[0]) + distance * c, float(pose[1]) + distance * s])
     return landmark, np.array([[c, -distance * s], [s, distance * c]])
+
+
+def apart(Z: Array, expected: Array) -> Array:
+    """Return measured less expected range and bearing, shape (k, 2) [m, rad]."""
+    nu = Z - expected
+    nu[:, 1] = wrap_angles(nu[:, 1])
+    return nu
+
+
+def together(R: Array, count: int) -> Array:
+    """Return the covariance of all measurements together, shape (k, 2, k, 2), of one for all, of each or of all."""
+    if R.shape == (2 * count, 2 * count):
+        return R.reshape(count, 2, count, 2)
+    together, each = np.zeros((count, 2, count, 2)), np.arange(count)
+    together[each, :, each] = R
+    return together

@@ -26,7 +26,7 @@ from .ekf_filter import EkfSlamFilter, Jacobians
 from .ekf_models import bicycle_motion, odometry_motion
 from .invariant_ekf import InvariantEkfSlamFilter
 from .map_management import Probation
-from .odometry_errors import COUNT, OdometryErrors
+from .odometry_errors import COUNT, DELAY, OdometryErrors
 from .picture_errors import PictureErrors, each_of
 from .recent_motion import RecentMotion
 from .relocation import Relocation, pose_from_looks
@@ -42,6 +42,9 @@ _LEAST = 0.5
 
 RENEW = 0.5
 """Share of the way to a landmark by which its place may change before derivatives follow: they are 27 degrees off."""
+FAR = 0.2
+"""Corrections that turn the robot farther, or move it by more than this share of the way to a landmark, are iterated:
+after a minute without a landmark the first look at one turns it by more than derivatives hold for [rad]."""
 WAY = 1.0
 """Over which systematic errors of odometry are taken to make as much as its noise [m, rad]."""
 ANYWHERE = (10.0, 10.0, 1.0)
@@ -68,6 +71,7 @@ class EkfSlam:
         nod_deg: float = 0.15,
         repeat: float = 0.5,
         systematic: float | None = None,
+        delay: float = DELAY,
         association: Literal["known", "nearest", "joint"] = "known",
         joint_covariance: bool = False,
     ) -> None:
@@ -89,6 +93,8 @@ class EkfSlam:
                 taken to make as much as the noise that it claims [m]; they are part of the state. Infinite: there are
                 none. Unless given 1 m with names; without, none: a robot that takes its way for uncertain pairs with
                 what is not there.
+            delay: How much later, or earlier, than odometry tells the robot may move, standard deviation; this too is
+                part of the state, unless `systematic` is infinite [s].
             association: What becomes of sightings without a name: with 'known' nothing; 'nearest' pairs each with
                 the landmark that fits it best, 'joint' finds the largest pairing that can be true as a whole.
                 Landmarks without a name are numbered from 0.
@@ -109,7 +115,8 @@ class EkfSlam:
         self._joint = joint_covariance
         usual = WAY if association == "known" else math.inf
         self._systematic = usual if systematic is None else systematic
-        self._odometry_errors = OdometryErrors(self._systematic)
+        self._delay = delay
+        self._odometry_errors = OdometryErrors(self._systematic, delay=self._delay)
         self._motion = odometry_motion()
         self._filter = _new_filter(jacobians, pose=np.zeros(3), covariance=np.zeros((3, 3)))
         self._usual = np.zeros(3)
@@ -117,7 +124,7 @@ class EkfSlam:
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Begin at the robot's prior with an empty map."""
         self._recent, self._relocation = RecentMotion(), Relocation()
-        self._odometry_errors = OdometryErrors(self._systematic)
+        self._odometry_errors = OdometryErrors(self._systematic, delay=self._delay)
         self._errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
         self._filter = _new_filter(self._jacobians, pose=robot.prior.as_array(), covariance=robot.prior_covariance)
         self._usual = np.zeros(3)
@@ -128,7 +135,7 @@ class EkfSlam:
         """Return the belief after this tick's odometry and sightings."""
         moved = seen.odometry
         covariance = self._steadied(moved.covariance) * self._odometry_scale**2
-        self._move(moved, covariance)
+        self._move(moved, covariance, seen.dt)
         self._recent.move(moved, seen.time)
         self._errors.move(moved, seen.sightings)
         self._forget(seen.time)
@@ -150,13 +157,16 @@ class EkfSlam:
 
     @property
     def systematic_errors(self) -> Array:
-        """What is added to what odometry tells, shape (3,): a share of the way, a turn [rad/m], a share of the turn."""
+        """What is added to what odometry tells, shape (4,).
+
+        A share of the way, a turn [rad/m], a share of the turn, and how much later the robot moves than it is told [s].
+        """
         return self._filter.parameters
 
-    def _move(self, moved: Odometry, covariance: Array) -> None:
+    def _move(self, moved: Odometry, covariance: Array, seconds: float) -> None:
         """Move the belief, and let systematic errors of odometry be as large as its noise after a while."""
-        slopes, gained = self._odometry_errors.step(moved, covariance)
-        control = (moved.forward, moved.left, moved.turn)
+        delay = float(self._filter.parameters[3])
+        control, slopes, gained = self._odometry_errors.step(moved, covariance, seconds, delay=delay)
         self._filter.predict(self._motion, control, covariance, slopes=slopes, wander=gained)
 
     def _relocate(self, time: float) -> None:
@@ -266,8 +276,8 @@ class EkfSlam:
 
 def _new_filter(jacobians: Jacobians | Literal["invariant"], *, pose: Array, covariance: Array) -> EkfSlamFilter:
     if jacobians == "invariant":
-        return InvariantEkfSlamFilter(pose=pose, covariance=covariance, parameters=COUNT)
-    return EkfSlamFilter(jacobians=jacobians, pose=pose, covariance=covariance, parameters=COUNT, renew=RENEW)
+        return InvariantEkfSlamFilter(pose=pose, covariance=covariance, parameters=COUNT, far=FAR)
+    return EkfSlamFilter(jacobians=jacobians, pose=pose, covariance=covariance, parameters=COUNT, renew=RENEW, far=FAR)
 
 
 def _squared_distances(nu: Array, S: Array) -> Array:

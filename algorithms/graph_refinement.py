@@ -39,7 +39,7 @@ class Leg:
     covariance: Array
     """Of the step, in the axes of the first, shape (3, 3)."""
     slopes: Array
-    """Derivative of the step by the systematic errors of odometry, shape (3, 3)."""
+    """Derivative of the step by the systematic errors of odometry, shape (3, 4)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -57,7 +57,7 @@ class MeasuredGraph:
     looks: Sequence[tuple[int, Sighting]]
     """From which pose, and what; each of a landmark by its name."""
     doubt: Array
-    """Variances of the systematic errors of odometry, shape (3,)."""
+    """Variances of the systematic errors of odometry, shape (4,)."""
 
 
 def refined_poses(gtsam: Any, drive: MeasuredGraph) -> tuple[Array, Array]:
@@ -69,14 +69,14 @@ def refined_poses(gtsam: Any, drive: MeasuredGraph) -> tuple[Array, Array]:
 
     Returns:
         poses: World frame, shape (n, 3) [m, m, rad].
-        errors: As `OdometryErrors` has them, shape (3,).
+        errors: As `OdometryErrors` has them, shape (4,).
 
     References:
         Zhang, Parameter Estimation Techniques, Image and Vision Computing 15(1), 1997, table 1: Cauchy's loss.
     """
     values = _values(gtsam, drive)
     poses, landmarks = drive.poses, dict(drive.landmarks)
-    errors = np.zeros(3)
+    errors = np.zeros(len(drive.doubt))
     for _ in range(ROUNDS):
         errors = systematic_errors(drive, poses, errors)
         graph = _graph(gtsam, drive, errors, sighting_scales(drive, poses, landmarks))
@@ -94,12 +94,12 @@ def turned_covariance(covariance: Array, angle: float) -> Array:
 
 
 def systematic_errors(drive: MeasuredGraph, poses: Array, known: Array) -> Array:
-    """Return the systematic errors of odometry that the poses show, shape (3,), by weighted least squares.
+    """Return the systematic errors of odometry that the poses show, shape (4,), by weighted least squares.
 
     Args:
         drive: With its legs.
         poses: As the graph has them, shape (n, 3).
-        known: The errors so far, by which legs are told that fit badly, shape (3,).
+        known: The errors so far, by which legs are told that fit badly, shape (4,).
     """
     if not drive.legs:
         return known

@@ -91,7 +91,7 @@ class GraphSlam:
         moved = np.array([seen.odometry.forward, seen.odometry.left, seen.odometry.turn])
         self._step, F, G = self._motion(self._step, moved)
         floor = np.diag([1.0, 1.0, 0.0]) * FLOOR**2 * abs(seen.odometry.turn)
-        slopes, gained = self._odometry_errors.step(seen.odometry, seen.odometry.covariance)
+        _, slopes, gained = self._odometry_errors.step(seen.odometry, seen.odometry.covariance, seen.dt)
         self._slopes, self._doubt = F @ self._slopes + G @ slopes, self._doubt + gained
         self._step_covariance = F @ self._step_covariance @ F.T + G @ seen.odometry.covariance @ G.T + floor
         far = np.hypot(*self._step[:2]) > self._distance or abs(self._step[2]) > self._turn

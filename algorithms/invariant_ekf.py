@@ -36,7 +36,12 @@ class InvariantEkfSlamFilter(EkfSlamFilter):
     """
 
     def __init__(
-        self, *, pose: ArrayLike = (0.0, 0.0, 0.0), covariance: ArrayLike | None = None, parameters: int = 0
+        self,
+        *,
+        pose: ArrayLike = (0.0, 0.0, 0.0),
+        covariance: ArrayLike | None = None,
+        parameters: int = 0,
+        far: float = math.inf,
     ) -> None:
         """Start without landmarks.
 
@@ -44,19 +49,36 @@ class InvariantEkfSlamFilter(EkfSlamFilter):
             pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
             covariance: Of the pose, shape (3, 3); None for zeros, which makes the start the origin of the map.
             parameters: Number of the motion's constant errors; theirs are differences, as in the textbook.
+            far: From when on a correction is iterated, as `EkfSlamFilter` has it [rad].
         """
-        super().__init__(jacobians="standard", pose=pose, covariance=covariance, parameters=parameters)
+        super().__init__(jacobians="standard", pose=pose, covariance=covariance, parameters=parameters, far=far)
 
     def _apply(self, step: Array, W: Array) -> None:
         """Move the mean along the exponential of the correction, and P to the errors about the new mean."""
-        turn, rows = float(step[2]), self._point_rows()
+        rows, new = self._point_rows(), self._moved(step)
+        moved = _turned_left(new[rows] - self._mean[rows])
+        self._mean[: self._size] = new
+        self._mean[2] = wrap_angle(self._mean[2])
+        self._shear(moved, W)
+
+    def _moved(self, step: Array) -> Array:
+        """Return the mean after a step along the exponential, shape (3 + p + 2 n,)."""
+        turn, rows, new = float(step[2]), self._point_rows(), self._mean[: self._size] + step
         old = self._mean[rows]
         shifts = step[rows] - turn * _turned_left(old)
-        new = old @ _rotation(turn).T + shifts @ _arc(turn).T
-        self._mean[2] = wrap_angle(self._mean[2] + turn)
-        self._mean[3 : self._base] += step[3 : self._base]
-        self._mean[rows] = new
-        self._shear(_turned_left(new - old), W)
+        new[rows] = old @ _rotation(turn).T + shifts @ _arc(turn).T
+        return np.asarray(new)
+
+    def _by_step(self, H_pose: Array, H_landmark: Array, step: Array, columns: NDArray[np.intp]) -> tuple[Array, Array]:
+        """Return H times the derivative of R p + V (d - J p turn), where the step has brought a point p."""
+        turn, rows = float(step[2]), np.concatenate([np.arange(2)[None], columns])
+        old, V = self._mean[rows], _arc(turn)
+        shifts = step[rows] - turn * _turned_left(old)
+        by_turn = _turned_left(old) @ (_rotation(turn) - V).T + shifts @ _arc_slope(turn).T
+        by_pose = np.array(H_pose)
+        by_pose[:, :, :2] = H_pose[:, :, :2] @ V
+        by_pose[:, :, 2] += H_pose[:, :, :2] @ by_turn[0] + np.einsum("kij,kj->ki", H_landmark, by_turn[1:])
+        return by_pose, H_landmark @ V
 
     def _point_rows(self) -> NDArray[np.intp]:
         """Return where x and y of the position and of the landmarks stand in the state, shape (1 + n, 2)."""
@@ -108,4 +130,14 @@ def _arc(turn: float) -> Array:
         along, across = 1.0, turn / 2
     else:
         along, across = math.sin(turn) / turn, (1.0 - math.cos(turn)) / turn
+    return np.array([[along, -across], [across, along]])
+
+
+def _arc_slope(turn: float) -> Array:
+    """Return the derivative of `_arc` by the turn, shape (2, 2)."""
+    if abs(turn) < 1e-4:
+        along, across = -turn / 3, 0.5
+    else:
+        c, s = math.cos(turn), math.sin(turn)
+        along, across = (turn * c - s) / turn**2, (turn * s + c - 1.0) / turn**2
     return np.array([[along, -across], [across, along]])

@@ -2,16 +2,25 @@
 
 A data sheet of odometry tells noise that is new in each tick. But worn wheels report too long a way all along, a wrong
 track too small a turn, and a flat tyre turns the robot a little with each metre. Over a long way that adds up to more
-than noise does, and a filter that takes it for noise is too sure of its heading.
+than noise does, and a filter that takes it for noise is too sure of its heading. Odometry may also come late, or early
+where commands are told in its place: then the motion of each tick is partly that of another.
 """
+
+import math
+from collections import deque
 
 import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.interface import Odometry
 
-COUNT = 3
-"""Errors: of the way, as a share of it; of the turn, for each metre driven [rad/m]; of the turn, as a share of it."""
+COUNT = 4
+"""Errors: of the way, as a share of it; of the turn, for each metre driven [rad/m]; of the turn, as a share of it; and
+how much later the robot moves than it is told [s]."""
+DELAY = 0.1
+"""Standard deviation of the delay [s]: wheels take so long to follow a command, or computers to tell what they did."""
+LATEST = 0.5
+"""A robot is not taken to move later than that [s]."""
 BEGIN = 0.05
 """Once the robot has driven so far, the noise that odometry claims is compared with its way [m]."""
 
@@ -23,31 +32,54 @@ class OdometryErrors:
     given way L if the variance of s is q / L. For the turn a radian turned counts as a metre of way.
     """
 
-    def __init__(self, way: float) -> None:
-        """Start at rest, with no error given; `way` is L, infinite for a robot without such errors [m]."""
-        self._way = way
+    def __init__(self, way: float, *, delay: float = DELAY) -> None:
+        """Start at rest, with no error given.
+
+        Args:
+            way: L, infinite for a robot without such errors [m].
+            delay: Standard deviation of the delay, if there are such errors [s].
+        """
+        self._way, self._delay = way, 0.0 if math.isinf(way) else delay
         self._claimed, self._moved = np.zeros(2), np.zeros(2)
         self._given = np.zeros(COUNT)
+        self._told: deque[Array] = deque()
 
-    def step(self, moved: Odometry, covariance: Array) -> tuple[Array, Array]:
+    def step(
+        self, moved: Odometry, covariance: Array, seconds: float, *, delay: float = 0.0
+    ) -> tuple[Array, Array, Array]:
         """Return what a tick tells of them.
 
         Args:
-            moved: The motion of the tick.
+            moved: The motion of the tick as it is told.
             covariance: Of (forward, left, turn) as it is claimed, shape (3, 3).
+            seconds: How long a tick takes [s].
+            delay: How much later the robot is taken to move [s].
 
         Returns:
-            slopes: Derivative of (forward, left, turn) by the errors, shape (3, 3).
-            gained: By how much their variances grow at this tick, shape (3,).
+            control: (forward, left, turn) of the tick with that delay, less its slope times it, shape (3,).
+            slopes: Derivative of (forward, left, turn) by the errors, shape (3, 4).
+            gained: By how much their variances grow at this tick, shape (4,).
         """
-        forward, left, turn = moved.forward, moved.left, moved.turn
-        way = float(np.hypot(forward, left))
+        told = np.array([moved.forward, moved.left, moved.turn])
+        way = float(np.hypot(moved.forward, moved.left))
         self._claimed += covariance[0, 0] + covariance[1, 1], covariance[2, 2]
-        self._moved += way, way + abs(turn)
+        self._moved += way, way + abs(moved.turn)
         gained = np.zeros(COUNT)
         if self._moved[0] > BEGIN:
             by_way, by_turn = (self._claimed / self._moved / self._way).tolist()
-            gained = np.maximum(np.array([by_way, by_turn, by_turn]) - self._given, 0.0)
+            gained = np.maximum(np.array([by_way, by_turn, by_turn, self._delay**2]) - self._given, 0.0)
             self._given += gained
-        slopes = np.array([[forward, 0.0, 0.0], [left, 0.0, 0.0], [0.0, forward, turn]])
-        return slopes, gained
+        self._told.appendleft(told)
+        while len(self._told) > LATEST / seconds + 2.0:
+            self._told.pop()
+        # Velocity is even within a tick, so that a delayed one has its parts of two ticks.
+        whole, part = divmod(min(max(delay, 0.0), LATEST) / seconds, 1.0)
+        newer, older = (self._past(int(whole) + back) for back in (0, 1))
+        forward, left, turn = ((1.0 - part) * newer + part * older).tolist()
+        slopes = np.array([[forward, 0.0, 0.0, 0.0], [left, 0.0, 0.0, 0.0], [0.0, forward, turn, 0.0]])
+        slopes[:, 3] = (older - newer) / seconds
+        return np.array([forward, left, turn]) - max(delay, 0.0) * slopes[:, 3], slopes, gained
+
+    def _past(self, ticks: int) -> Array:
+        """Return the motion that was told so many ticks ago; before the first the robot rested."""
+        return self._told[ticks] if ticks < len(self._told) else np.zeros(3)

@@ -26,6 +26,10 @@ OUTLIER = 6.0
 """Sightings are outliers beyond so many standard deviations, as the median absolute deviation tells them."""
 LEAST = 20
 """Windows, or sightings, without which nothing is told."""
+LATEST, FINEST = 0.6, 0.02
+"""A delay is looked for up to so many seconds either way, in such steps."""
+CLEAR = 0.9
+"""Without a delay more than so much of the turns' error would be left: then the log tells none."""
 NORMAL = 1.4826
 """Standard deviation of a normal distribution by its median absolute deviation."""
 
@@ -44,6 +48,8 @@ class MotionCalibration:
     """How much too far to the left odometry turns [rad/s]."""
     turn: float
     """Noise of the turn, once the bias is taken away [rad/sqrt(rad)]."""
+    delay: float
+    """How much later the robot turns than odometry tells [s]; 0 where the log does not tell, turning evenly."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,6 +104,8 @@ def noise_text(calibrations: Mapping[str, Calibration]) -> str:
     if motions:
         noise["distance"], noise["turn"] = _root([m.distance for m in motions]), _root([m.turn for m in motions])
         bias["scale"] = float(np.mean([m.scale for m in motions]))
+        if delay := float(np.mean([m.delay for m in motions])):
+            bias["delay"] = delay
         bias["turn_deg"] = math.degrees(float(np.mean([m.turn_bias for m in motions])))
     if looks:
         noise["range"], noise["bearing_deg"] = (
@@ -108,7 +116,7 @@ def noise_text(calibrations: Mapping[str, Calibration]) -> str:
         bias["bearing_deg"] = math.degrees(float(np.mean([s.bearing_bias for s in looks])))
     lines = [f"# Measured by mjsim calibrate; means over {', '.join(calibrations)}.", "noise:"]
     lines += [f"  {key}: {value:.5g}" for key, value in noise.items()]
-    lines += ["bias:  # scale of odometry's way; its turn [deg/s]; of range [m] and bearing"]
+    lines += ["bias:  # scale of odometry's way; its delay [s] and turn [deg/s]; of range [m] and bearing"]
     lines += [f"  {key}: {value:.5g}" for key, value in bias.items()]
     return "\n".join(lines) + "\n"
 
@@ -156,7 +164,29 @@ def _motion(track: Track) -> MotionCalibration | None:
         distance=_per_root(told[driven, 0] / scale - true[driven, 0], way[driven]),
         turn_bias=bias / seconds,
         turn=_per_root(off - bias, turned),
+        delay=_delay(track),
     )
+
+
+def _delay(track: Track) -> float:
+    """Return by how much odometry must be moved so that its turns agree best with those of the truth [s]."""
+    known = np.asarray(np.isfinite(np.column_stack([track.truth, track.odometry])).all(axis=1))
+    times, rates = track.time, np.diff(track.time)
+    true = wrap_angles(np.diff(track.truth[:, 2])) / rates
+    heading = np.concatenate([[0.0], np.nancumsum(wrap_angles(np.diff(track.odometry[:, 2])))])
+    within = (times[:-1] - LATEST >= times[0]) & (times[1:] + LATEST <= times[-1])
+    both = np.flatnonzero(np.logical_and(known[:-1], known[1:]) & within)
+    if len(both) < LEAST:
+        return 0.0
+    delays, left = np.arange(-LATEST, LATEST + FINEST / 2, FINEST), []
+    for delay in delays.tolist():
+        told = np.diff(np.interp(times - delay, times, heading)) / rates
+        told, turned = told[both], true[both]
+        share = float(told @ turned) / max(float(told @ told), 1e-12)
+        left.append(float(np.sum((turned - share * told) ** 2)))
+    best = int(np.argmin(left))
+    without = left[len(delays) // 2]
+    return float(delays[best]) if left[best] < CLEAR * without else 0.0
 
 
 def _chords(poses: Array, ends: NDArray[np.intp], rows: int) -> Array:

@@ -1,7 +1,7 @@
 """The file of noise and bias that `mjsim calibrate -o` writes, and what an import makes of it.
 
     noise: {distance: 0.05, turn: 0.1, range: 0.03, bearing_deg: 1.5}
-    bias: {scale: 1.08, turn_deg: 0.2, range: 0.09, bearing_deg: -0.2}
+    bias: {scale: 1.08, turn_deg: 0.2, delay: 0.16, range: 0.09, bearing_deg: -0.2}
 
 Every key may be missing: noise is then that of the log's kind, and there is no bias.
 """
@@ -12,8 +12,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 from pydantic import Field
 
+from mjsim.geometry import Array
 from mjsim.interface import Odometry, Sighting
 from mjsim.world import Model, read_described
 
@@ -54,6 +56,8 @@ class Bias(Model):
     """Way by odometry over the true way."""
     turn_deg: Annotated[float, Field(ge=-360, le=360)] = 0.0
     """How much too far to the left odometry turns while the robot moves [deg/s]."""
+    delay: Annotated[float, Field(ge=-5, le=5)] = 0.0
+    """How much later the robot moves than odometry tells [s]."""
     range: Annotated[float, Field(ge=-100, le=100)] = 0.0
     """Told less true [m]."""
     bearing_deg: Annotated[float, Field(ge=-180, le=180)] = 0.0
@@ -65,6 +69,10 @@ class Bias(Model):
             return step
         turn = step.turn - math.radians(self.turn_deg) * seconds
         return replace(step, forward=step.forward / self.scale, left=step.left / self.scale, turn=turn)
+
+    def off_times(self, rows: Array) -> Array:
+        """Return odometry whose rows (n, k) begin with their times [s], moved to when the robot moved."""
+        return rows + np.array([self.delay] + [0.0] * (rows.shape[1] - 1)) if self.delay else rows
 
     def off_sighting(self, seen: Sighting) -> Sighting:
         """Return a sighting without the errors of range and bearing."""

@@ -140,7 +140,10 @@ class _Ticked:
         self._clouds = {name: _told_at(clouds.stamps, nominal) for name, clouds in log.clouds.items()}
         edges = self._moments(nominal)
         rest = Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
-        told = motions(log.twists, edges, noise) if log.track is None else track_motions(log.track, edges, noise)
+        if log.track is None:
+            told = motions(bias.off_times(log.twists), edges, noise)
+        else:
+            told = track_motions(bias.off_times(log.track), edges, noise)
         lasting = np.diff(edges).tolist()
         self._motions = [rest, *(bias.off_motion(step, time) for step, time in zip(told, lasting, strict=True))]
         self._sightings = _rows_since(np.array([sighting.stamp for sighting in log.sightings]), edges)

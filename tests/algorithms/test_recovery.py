@@ -98,8 +98,27 @@ def test_systematic_errors_of_odometry_are_learnt(jacobians):
     drive(slam, scale=1.08, veer=0.06)
     # What is added to the way that odometry tells: it is 8 % too long, and turns by 0.06 rad too much in 1.08 m. On a
     # circle of 1 m a share of the turn is the same as so much turn for each metre.
-    scale, veer, turn = slam.systematic_errors
+    scale, veer, turn, _ = slam.systematic_errors
     assert (scale, veer + turn * 1.06 / 1.08) == pytest.approx((1.0 / 1.08 - 1.0, -0.06 / 1.08), abs=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("jacobians", VARIANTS)
+@pytest.mark.parametrize("ticks", [1.6, 0.0])
+def test_a_robot_that_follows_its_commands_late_is_noticed(jacobians, ticks):
+    """It turns left and right by turns, `ticks` of 0.1 s later than it is told."""
+    rng, truth, slam = np.random.default_rng(4), Pose(0.0, 0.0, 0.0), EkfSlam(jacobians=jacobians)
+    slam.start(pioneer(prior=truth), {}, rng)
+    noise = np.array([0.02 * np.sqrt(0.05), 0.0, 0.05 * np.sqrt(0.05)])
+    told = [np.array([0.05, 0.0, 0.08 if (tick // 20) % 2 else -0.05]) for tick in range(600)]
+    whole, part = int(ticks), ticks - int(ticks)
+    for tick, command in enumerate(told, start=1):
+        newer, older = (told[max(tick - 1 - whole - back, 0)] for back in (0, 1))
+        truth = truth @ Pose(*((1.0 - part) * newer + part * older + noise * rng.standard_normal(3)))
+        seen = tuple(looks_from(truth.as_array(), DT * tick, rng)) if tick % 5 == 0 else ()
+        moved = Odometry(*command.tolist(), np.diag(noise**2))
+        slam.update(Observation(time=DT * tick, dt=DT, odometry=moved, sightings=seen))
+    assert slam.systematic_errors[3] == pytest.approx(DT * ticks, abs=0.02)
 
 
 @pytest.mark.slow

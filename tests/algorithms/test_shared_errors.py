@@ -55,7 +55,9 @@ def test_the_estimator_of_a_nodding_robot_is_consistent_and_that_which_holds_it_
     low, high = chi2.ppf([0.025, 0.975], 3 * runs) / runs
     with threadpool_limits(1, user_api="blas"):
         average, level = (
-            np.mean([nees_of_a_round(EkfSlam(nod_deg=assumed, repeat=0.0), seed) for seed in range(runs)], axis=0)
+            np.mean(
+                [nees_of_a_round(EkfSlam(nod_deg=assumed, repeat=0.0, delay=0.0), seed) for seed in range(runs)], axis=0
+            )
             for assumed in (0.15, 0.0)
         )
     assert np.mean((average > low) & (average < high)) > 0.9

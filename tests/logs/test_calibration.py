@@ -63,6 +63,34 @@ def test_the_command_says_it_and_writes_it_once(log, tmp_path, capsys):
     assert run_command("calibrate", log.path, "-o", tmp_path / "noise.yaml", "--overwrite") == 0
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("ticks", [-2, 0, 3])
+def test_a_delay_is_told_and_an_import_takes_it_away(tmp_path, ticks):
+    """A robot turns left and right by turns, so many ticks later than its log tells."""
+    times = DT * np.arange(600)
+    turns = np.where((times // 2.0) % 2 == 0, 0.06, -0.04)
+    truth = [mjsim.Pose(0.0, 0.0, 0.0)]
+    for turn in np.roll(turns, ticks)[:-1]:
+        truth.append(truth[-1] @ mjsim.Pose(0.03, 0.0, float(turn)))
+    poses = [mjsim.Pose(0.0, 0.0, 0.0)]
+    for turn in turns[:-1]:
+        poses.append(poses[-1] @ mjsim.Pose(0.03, 0.0, float(turn)))
+    for name, rows in (("odometry", poses), ("truth", truth)):
+        lines = [f"{time:.3f},{at.x!r},{at.y!r},{at.heading!r}" for time, at in zip(times, rows, strict=True)]
+        (tmp_path / f"{name}.csv").write_text("\n".join(["t,x,y,yaw", *lines]) + "\n")
+    tables = [f"{name}: {{file: {name}.csv, time: t, x: x, y: y, heading: yaw}}\n" for name in ("odometry", "truth")]
+    (tmp_path / "log.yaml").write_text("".join(["log: tables\n", *tables]))
+    found = mjsim.calibrate(tmp_path / "log.yaml")["robot"].motion
+    assert found.delay == pytest.approx(DT * ticks, abs=0.011)
+    assert run_command("calibrate", tmp_path / "log.yaml", "-o", tmp_path / "noise.yaml") == 0
+    wishes = Wishes().measured_by(tmp_path / "noise.yaml")
+    assert wishes.bias.delay == pytest.approx(found.delay)
+    if ticks:
+        again = mjsim.calibrate(mjsim.import_log(tmp_path / "log.yaml", wishes=wishes))["robot"].motion
+        assert again.delay == 0.0
+        assert again.turn < 0.3 * found.turn
+
+
 def test_a_log_without_truth_is_refused(log):
     blind = {name: dataclasses.replace(t, truth=np.full_like(t.truth, np.nan)) for name, t in log.robots.items()}
     with pytest.raises(UsageError, match="too little truth"):
