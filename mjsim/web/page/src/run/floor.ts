@@ -100,6 +100,7 @@ export class Floor {
     const pose = moment.robots[this.chosen]?.truth;
     if (pose && isPressed(this.follow)) this.plan.follow([pose[0], pose[1]]);
     this.plan.drawOver();
+    this.touch.showLeads();
   }
 
   /** The moment that is shown, for the view in 3-D: with the same layers. */

@@ -4,10 +4,11 @@ import type { Item, Point, Values } from "../api";
 import { add, distance, length, minus, times } from "../plan/geometry";
 import type { Spot, Tool } from "../plan/gestures";
 import type { Plan } from "../plan/plan";
+import type { Door } from "../scene/door";
 import { toggle, isPressed, setPressed, sign } from "./controls";
 import type { PlanarPose, RobotFacts, RobotTick } from "./protocol";
 import { openTouchMenu } from "./touch_menu";
-import { drawTools, type Held, reachEvent, toolsOf } from "./touch_tools";
+import { drawTools, type Held, ledEvent, reachEvent, toolLeads, toolsOf } from "./touch_tools";
 import { word } from "../words/words";
 
 /** A push by a drag with Shift [N s for a metre]. */
@@ -56,6 +57,7 @@ export class Touch implements Tool {
     (on) => this.hold(on),
     sign("hand"),
   );
+  private solids: Door | null = null;
   private enabled = false;
   private grab: Grab | null = null;
 
@@ -73,6 +75,17 @@ export class Touch implements Tool {
     this.enabled = on;
     this.button.hidden = !on;
     if (!on) this.hold(false);
+  }
+
+  /** Have handles in a view in 3-D too. */
+  leadIn(solids: Door): void {
+    this.solids = solids;
+    solids.led.on((led) => this.send(ledEvent(led)));
+  }
+
+  /** Put those handles where tools are now. */
+  showLeads(): void {
+    this.solids?.lead(isPressed(this.button) ? toolLeads(this.floor.robots()) : []);
   }
 
   down(spot: Spot): boolean {
@@ -133,6 +146,7 @@ export class Touch implements Tool {
     this.cancel();
     setPressed(this.button, on);
     this.floor.plan.tool = on ? this : null;
+    this.showLeads();
   }
 
   private next(step: number): void {

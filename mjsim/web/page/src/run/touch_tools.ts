@@ -3,6 +3,7 @@
 import type { Point, Values } from "../api";
 import type { Palette } from "../plan/palette";
 import type { PlanView } from "../plan/view";
+import type { Lead, Led } from "../scene/grip";
 import type { Standing, Touchable } from "./touch";
 
 /** Half the side of a handle [px]. */
@@ -28,6 +29,22 @@ export function toolsOf(robots: Standing[]): Touchable[] {
   );
 }
 
+/** The same, for the view in 3-D: in the frames of their robots. */
+export function toolLeads(robots: Standing[]): Lead[] {
+  return robots.flatMap(({ name, pose, tick }) =>
+    Object.entries(tick.arms ?? {}).map(([arm, { tool }]): Lead => {
+      const [x = 0, y = 0, z = 0] = tool;
+      return { key: JSON.stringify([name, arm]), body: `${name}/base`, stands: pose, at: [x, y, z] };
+    }),
+  );
+}
+
+/** The event that takes a tool where it was led in 3-D. */
+export function ledEvent({ key, to }: Led): Values {
+  const [reach, arm] = JSON.parse(key) as [string, string];
+  return { reach, arm, tool: to.map(rounded) };
+}
+
 /** The event that takes a tool to a place of the plan, as high as it is. */
 export function reachEvent({ robot, arm, z }: Held, [x, y]: Point): Values {
   const [left, top, heading] = robot.pose;
@@ -37,7 +54,11 @@ export function reachEvent({ robot, arm, z }: Held, [x, y]: Point): Values {
     aside * Math.cos(heading) - along * Math.sin(heading),
     z,
   ];
-  return { reach: robot.name, arm, tool: tool.map((value) => Math.round(value * 1e4) / 1e4) };
+  return { reach: robot.name, arm, tool: tool.map(rounded) };
+}
+
+function rounded(value: number): number {
+  return Math.round(value * 1e4) / 1e4;
 }
 
 /** Draw a handle at each tool. */

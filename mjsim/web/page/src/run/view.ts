@@ -45,9 +45,7 @@ export class RunView implements View {
   private tabs: Tabs | null = null;
   private readonly arms = new ArmPanel((event) => this.send({ do: "touch", event }));
   private readonly mechanisms = new MechanismPanel((event) => this.send({ do: "touch", event }));
-  private readonly events = new EventList(
-    word("run.whatHappensToRobotsAnd"),
-  );
+  private readonly events = new EventList(word("run.whatHappensToRobotsAnd"));
   private readonly keep: Keep;
   private readonly wheel = new Wheel(() => this.canDrive(), (push) => this.drive(push));
   private readonly pad = new Pad(this.wheel);
@@ -149,6 +147,7 @@ export class RunView implements View {
     this.floor.host.append(this.pad.element);
     this.cameras.switches.append(this.solids.switch);
     this.solids.door.ready.on(() => this.cameras.watch());
+    this.floor.touch.leadIn(this.solids.door);
     this.solids.door.chosen.on((item) => item?.kind === "robot" && this.chooseRobot(item.name ?? ""));
     this.bar.element.prepend(sideSwitch(side));
     const dock = el(

@@ -6,7 +6,7 @@ import { el } from "../dom";
 import { keyOf } from "../plan/plan";
 import { themeChanged } from "../shell/theme";
 import type { Item } from "../api";
-import type { Grip, Pull } from "./grip";
+import type { Grip, Lead, Led, Pull } from "./grip";
 import type { SceneView } from "./scene";
 import type { Thoughts } from "./thoughts";
 import { word } from "../words/words";
@@ -20,6 +20,8 @@ export class Door {
   readonly chosen = new Signal<Item | null>();
   /** What is done by a handle. */
   readonly pulled = new Signal<Pull>();
+  /** What is led somewhere by a handle. */
+  readonly led = new Signal<Led>();
   /** Told with its pictures a second when those are too few. */
   readonly slow = new Signal<number>();
   /** Told when the scene is there, and when it no longer is. */
@@ -87,6 +89,11 @@ export class Door {
     this.view?.hold(grip, said);
   }
 
+  /** Which tools and hands can be led. */
+  lead(leads: Lead[]): void {
+    if (this.isReady) this.view?.lead(leads);
+  }
+
   /** Where a drag has things meanwhile. */
   drag(dragged: Item[]): void {
     const ghosts = new Map(dragged.map((ghost) => [keyOf(ghost.path), ghost]));
@@ -138,6 +145,7 @@ export class Door {
     const view = new program.SceneView(word);
     view.chosen.on((item) => this.chosen.emit(item));
     view.handles.pulled.on((pull) => this.pulled.emit(pull));
+    view.leads.led.on((led) => this.led.emit(led));
     view.slow.on((rate) => this.slow.emit(rate));
     view.show(...this.shown);
     view.hold(...this.held);

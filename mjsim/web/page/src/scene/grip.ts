@@ -13,6 +13,26 @@ export interface Grip {
   lift: boolean;
 }
 
+/** x, y, z [m]. */
+export type Place = [number, number, number];
+
+/** A tool of an arm or a hand that can be led. */
+export interface Lead {
+  key: string;
+  /** The body in whose frame its place is. */
+  body: string;
+  /** x, y and heading of that frame where no body that moves has this name [m, rad]. */
+  stands: Place;
+  at: Place;
+}
+
+/** Where one is led. */
+export interface Led {
+  key: string;
+  /** In the same frame as its place. */
+  to: Place;
+}
+
 /** One moment of a drag by a handle. */
 export interface Pull {
   kind: "move" | "turn" | "lift";

@@ -10,16 +10,16 @@ import { points } from "./marks";
 import type { Stage3d } from "./stage";
 
 /** How long a handle is, as a share of how far away the thing is. */
-const REACH = 0.13;
+export const REACH = 0.13;
 /** A knob, as a share of that. */
-const KNOB = 0.09;
+export const KNOB = 0.09;
 /** A circle is drawn with so many corners. */
 const ROUND = 48;
 /** A knob is met within so many pixels; by a finger within more. */
-const NEAR = 12;
-const NEAR_FINGER = 24;
+export const NEAR = 12;
+export const NEAR_FINGER = 24;
 /** A press that moves less than this drags nothing [px]. */
-const STILL = 3;
+export const STILL = 3;
 
 /** What can be taken, at a place in units of the handles' length. */
 interface Knob {

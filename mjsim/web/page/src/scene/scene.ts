@@ -7,8 +7,9 @@ import { el, fill } from "../dom";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
 import { takeAway } from "./away";
-import type { Grip } from "./grip";
+import type { Grip, Lead } from "./grip";
 import { Handles } from "./handles";
+import { Leads } from "./leads";
 import { type AsDragged, heights, itemAt, markOf, points } from "./marks";
 import { countThings, dispose, pose, readSolids, thingOf, type Solids } from "./solids";
 import { ABOVE, Stage3d } from "./stage";
@@ -34,6 +35,7 @@ export class SceneView {
   private dragged: AsDragged | null = null;
   private grip: Grip | null = null;
   readonly handles: Handles;
+  readonly leads: Leads;
   /** Told with the pictures a second when those are too few. */
   readonly slow: Signal<number>;
   private readonly marks = new Group();
@@ -53,6 +55,7 @@ export class SceneView {
   constructor(private readonly word: Look) {
     this.stage = new Stage3d(word("scene.theWorldIn3d"), word("scene.noGraphics"));
     this.handles = new Handles(this.stage);
+    this.leads = new Leads(this.stage);
     this.slow = this.stage.pacing.slow;
     this.note = el("p", { class: "hint scene-note", role: "status" }, word("scene.loading"));
     this.follow = el("select", { "aria-label": word("scene.follow") });
@@ -140,6 +143,12 @@ export class SceneView {
     this.mark();
   }
 
+  /** Which tools and hands can be led. */
+  lead(leads: Lead[]): void {
+    const bodies = new Map(this.solids?.bodies.map((body) => [String(body.userData["name"]), body]) ?? []);
+    this.leads.show(leads, (name) => bodies.get(name) ?? null);
+  }
+
   /** Where a drag has things meanwhile; null: it is over. */
   drag(dragged: AsDragged | null): void {
     this.dragged = dragged;
@@ -155,6 +164,7 @@ export class SceneView {
   recolor(): void {
     this.stage.recolor();
     this.touching.recolor();
+    this.leads.recolor();
     this.think(this.thought);
     this.mark();
   }
@@ -162,6 +172,7 @@ export class SceneView {
   dispose(): void {
     if (this.solids) dispose(this.solids);
     this.handles.dispose();
+    this.leads.dispose();
     this.touching.dispose();
     for (const each of this.retired) each.dispose();
     this.stage.dispose();

@@ -176,6 +176,22 @@ export class Stage3d {
     return this.onPlane(clientX, clientY, new Plane().setFromNormalAndCoplanarPoint(facing.normalize(), place));
   }
 
+  /** Which place of the plane through another one that faces who looks is seen at a place of the page; null when none is. */
+  onFacing(clientX: number, clientY: number, place: Vector3): Vector3 | null {
+    const normal = this.orbit.getWorldDirection(new Vector3());
+    return this.onPlane(clientX, clientY, new Plane().setFromNormalAndCoplanarPoint(normal, place));
+  }
+
+  /** Which place of the line through another one, in a direction of length 1, is seen next to a place of the page. */
+  onLine(clientX: number, clientY: number, place: Vector3, way: Vector3): Vector3 | null {
+    const facing = this.orbit.position.clone().sub(place);
+    facing.addScaledVector(way, -facing.dot(way));
+    if (facing.lengthSq() < 1e-9) return null;
+    const plane = new Plane().setFromNormalAndCoplanarPoint(facing.normalize(), place);
+    const seen = this.onPlane(clientX, clientY, plane);
+    return seen && place.clone().addScaledVector(way, seen.sub(place).dot(way));
+  }
+
   private onPlane(clientX: number, clientY: number, plane: Plane): Vector3 | null {
     return this.rayAt(clientX, clientY).ray.intersectPlane(plane, new Vector3());
   }

@@ -1,0 +1,218 @@
+/** Handles in 3-D at tools and hands: each is led in the plane that faces who looks, the last one taken along x, y, z too. */
+
+import { Group, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, type Object3D, SphereGeometry, Vector3 } from "three";
+import { color } from "../shell/theme";
+import { Signal } from "../signal";
+import type { Lead, Led } from "./grip";
+import { KNOB, NEAR, NEAR_FINGER, REACH, STILL } from "./handles";
+import { points } from "./marks";
+import type { Stage3d } from "./stage";
+
+const WAYS = { x: new Vector3(1, 0, 0), y: new Vector3(0, 1, 0), z: new Vector3(0, 0, 1) };
+type Way = keyof typeof WAYS;
+
+interface Knob {
+  key: string;
+  /** The only direction that it goes in; null: in the plane that faces who looks. */
+  way: Way | null;
+}
+
+interface Held extends Knob {
+  start: PointerEvent;
+  /** Where the handle was, and where it was taken, world frame [m]. */
+  from: Vector3;
+  taken: Vector3;
+  to: Vector3 | null;
+}
+
+type Find = (body: string) => Object3D | null;
+
+export class Leads {
+  readonly led = new Signal<Led>();
+  private readonly group = new Group();
+  private leads: Lead[] = [];
+  private find: Find = () => null;
+  /** Which of them has handles along axes. */
+  private active = "";
+  private held: Held | null = null;
+  private shown = "";
+  private readonly endings: (() => void)[] = [];
+
+  constructor(private readonly stage: Stage3d) {
+    stage.over.add(this.group);
+    stage.drawing.on(() => this.scale());
+    this.listen("pointerdown", (event) => this.down(event));
+    this.listen("pointermove", (event) => this.move(event));
+    this.listen("pointerup", (event) => this.isHolder(event) && this.end(true));
+    this.listen("pointercancel", (event) => this.isHolder(event) && this.end(false));
+    const escape = (event: KeyboardEvent): void => {
+      if (event.key !== "Escape" || !this.held) return;
+      event.stopImmediatePropagation();
+      this.end(false);
+    };
+    window.addEventListener("keydown", escape, true);
+    this.endings.push(() => window.removeEventListener("keydown", escape, true));
+  }
+
+  /** Put handles where tools and hands are now; `find` gives bodies that move. */
+  show(leads: Lead[], find: Find): void {
+    [this.leads, this.find] = [leads, find];
+    if (!this.leads.some(({ key }) => key === this.active)) this.active = this.leads[0]?.key ?? "";
+    if (this.held && !this.leads.some(({ key }) => key === this.held?.key)) this.end(false);
+    this.build();
+    this.stage.soon();
+  }
+
+  recolor(): void {
+    this.shown = "";
+    this.build();
+  }
+
+  dispose(): void {
+    for (const end of this.endings) end();
+    this.clear();
+  }
+
+  /** Make handles anew where there are others. */
+  private build(): void {
+    const shown = [this.active, ...this.leads.map(({ key }) => key)].join("\n");
+    if (shown !== this.shown) {
+      this.shown = shown;
+      this.clear();
+      this.group.add(...this.leads.map(({ key }) => drawn(key === this.active)));
+    }
+    this.scale();
+  }
+
+  private clear(): void {
+    this.group.traverse((part) => {
+      if (!(part instanceof Mesh || part instanceof LineSegments)) return;
+      (part as Mesh).geometry.dispose();
+      ((part as Mesh).material as MeshBasicMaterial).dispose();
+    });
+    this.group.clear();
+  }
+
+  private scale(): void {
+    this.leads.forEach((lead, k) => {
+      const made = this.group.children[k];
+      const place = this.placeOf(lead);
+      made?.position.copy(place);
+      made?.scale.setScalar(this.length(place));
+    });
+    this.stage.orbit.updateMatrixWorld();
+    const places = this.knobs().map((knob) => [knob.key, knob.way ?? "", ...this.stage.onCanvas(this.knobPlace(knob)).map(Math.round)]);
+    this.stage.canvas.dataset["leads"] = JSON.stringify(places);
+  }
+
+  /** How long handles are there [m]. */
+  private length(place: Vector3): number {
+    return Math.max(REACH * this.stage.orbit.position.distanceTo(place), 1e-3);
+  }
+
+  private knobs(): Knob[] {
+    const free = this.leads.map(({ key }): Knob => ({ key, way: null }));
+    const ways = (Object.keys(WAYS) as Way[]).map((way): Knob => ({ key: this.active, way }));
+    return this.leads.length ? [...free, ...ways] : [];
+  }
+
+  /** Where one is, or is led by the pointer, world frame [m]. */
+  private placeOf(lead: Lead): Vector3 {
+    if (this.held?.key === lead.key && this.held.to) return this.held.to.clone();
+    return new Vector3(...lead.at).applyMatrix4(this.frame(lead));
+  }
+
+  /** The frame of its place in the world. */
+  private frame({ body, stands: [x, y, heading] }: Lead): Matrix4 {
+    const found = this.find(body);
+    if (!found) return new Matrix4().makeRotationZ(heading).setPosition(x, y, 0);
+    found.updateMatrixWorld();
+    return found.matrixWorld;
+  }
+
+  private knobPlace({ key, way }: Knob): Vector3 {
+    const lead = this.leads.find((each) => each.key === key);
+    const place = lead ? this.placeOf(lead) : new Vector3();
+    return way ? place.addScaledVector(WAYS[way], this.length(place)) : place;
+  }
+
+  private listen(kind: "pointerdown" | "pointermove" | "pointerup" | "pointercancel", heard: (event: PointerEvent) => void): void {
+    const { canvas } = this.stage;
+    // Before the view itself is turned by the same press.
+    const first = (event: PointerEvent): void => {
+      const was = this.held;
+      heard(event);
+      if (was || this.held) event.stopImmediatePropagation();
+    };
+    canvas.addEventListener(kind, first, true);
+    this.endings.push(() => canvas.removeEventListener(kind, first, true));
+  }
+
+  private down(event: PointerEvent): void {
+    const knob = event.button || this.held ? null : this.knobAt(event);
+    if (!knob) return;
+    this.stage.canvas.setPointerCapture(event.pointerId);
+    this.stage.canvas.focus();
+    const [from, taken] = [this.knobPlace({ ...knob, way: null }), this.knobPlace(knob)];
+    this.held = { ...knob, start: event, from, taken, to: null };
+    this.active = knob.key;
+    this.build();
+  }
+
+  private move(event: PointerEvent): void {
+    const { held, stage } = this;
+    if (!held) {
+      if (!event.buttons && this.knobAt(event)) stage.canvas.style.cursor = "grab";
+      return;
+    }
+    if (!this.isHolder(event)) return;
+    const { clientX, clientY } = event;
+    if (!held.to && Math.hypot(clientX - held.start.clientX, clientY - held.start.clientY) <= STILL) return;
+    const seen = held.way ? stage.onLine(clientX, clientY, held.taken, WAYS[held.way]) : stage.onFacing(clientX, clientY, held.taken);
+    if (seen) held.to = held.from.clone().add(seen.sub(held.taken));
+    stage.soon();
+  }
+
+  /** Whether it is the pointer, of several fingers, that holds a handle. */
+  private isHolder(event: PointerEvent): boolean {
+    return event.pointerId === this.held?.start.pointerId;
+  }
+
+  private end(done: boolean): void {
+    const { held } = this;
+    const lead = this.leads.find(({ key }) => key === held?.key);
+    this.held = null;
+    this.stage.soon();
+    if (!done || !held?.to || !lead) return;
+    const to = held.to.clone().applyMatrix4(this.frame(lead).clone().invert());
+    this.led.emit({ key: lead.key, to: to.toArray() });
+  }
+
+  private knobAt(event: PointerEvent): Knob | null {
+    const box = this.stage.canvas.getBoundingClientRect();
+    const far = (knob: Knob): number => {
+      const [x, y] = this.stage.onCanvas(this.knobPlace(knob));
+      return Math.hypot(x + box.left - event.clientX, y + box.top - event.clientY);
+    };
+    const near = event.pointerType === "touch" ? NEAR_FINGER : NEAR;
+    const [nearest] = this.knobs().sort((a, b) => far(a) - far(b));
+    return nearest && this.stage.isFree && far(nearest) <= near ? nearest : null;
+  }
+}
+
+/** A knob, with those along the axes and the lines to them where it is the one that was taken last. */
+function drawn(active: boolean): Group {
+  const accent = color("--accent");
+  const ink = { color: accent, depthTest: false, transparent: true };
+  const group = new Group();
+  const places = [new Vector3(), ...(active ? Object.values(WAYS) : [])];
+  const knobs = places.map((place) => {
+    const knob = new Mesh(new SphereGeometry(KNOB, 16, 12), new MeshBasicMaterial(ink));
+    knob.position.copy(place);
+    return knob;
+  });
+  const lines = places.flatMap((place) => [0, 0, 0, ...place.toArray()]);
+  group.add(...knobs, new LineSegments(points(lines), new LineBasicMaterial(ink)));
+  for (const part of group.children) part.renderOrder = 4;
+  return group;
+}

@@ -1,0 +1,74 @@
+"""Tools are led in the 3-D view of a run, in a real browser, and what was done is kept."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+import mjsim
+from mjsim.web import Studio
+from tests.browser import browser as listener
+from tests.web.test_studio_touch_page import CELL, until
+from tests.windows import PATIENCE, chromium, page_at
+
+pytestmark = pytest.mark.slow
+
+
+def opened(page):
+    """Open the view in 3-D of a run that can be touched, large, and return its canvas."""
+    page.evaluate("() => localStorage.setItem('mjsim.run.scene.slow', 'yes')")
+    page.locator("#view-run").get_by_title("View in 3-D").click()
+    expect(page.locator("#view-run .scene")).to_have_attribute("data-filled", "", timeout=PATIENCE)
+    page.get_by_role("button", name="Touch: drag").click()
+    page.locator("#view-run [data-view=scene] .run-enlarge").click()
+    return page.locator("#view-run .scene canvas")
+
+
+def lead(canvas, key, way, by):
+    """Drag a handle of what is led by so much [px], in the plane that faces the view for way ''."""
+    expect(canvas).to_have_attribute("data-leads", re.compile(r"\["), timeout=PATIENCE)
+    canvas.page.wait_for_function(
+        "([canvas, key]) => JSON.parse(canvas.dataset.leads || '[]').some(([each]) => each.includes(key))",
+        arg=[canvas.element_handle(), key],
+        timeout=PATIENCE,
+    )
+    box = canvas.bounding_box()
+    entries = json.loads(canvas.get_attribute("data-leads"))
+    x, y = next((x, y) for each, along, x, y in entries if key in each and along == way)
+    mouse = canvas.page.mouse
+    mouse.move(box["x"] + x, box["y"] + y)
+    mouse.down()
+    mouse.move(box["x"] + x + by[0] / 2, box["y"] + y + by[1] / 2)
+    mouse.move(box["x"] + x + by[0], box["y"] + y + by[1])
+    mouse.up()
+
+
+def tool(studio) -> np.ndarray:
+    """Return where the tool in the cell is, frame of its robot, shape (3,) [m]."""
+    with listener(studio.url) as watcher:
+        return np.array(watcher.until("tick")["robots"]["r"]["arms"]["arm"]["tool"][:3])
+
+
+def test_a_tool_is_led_in_3d_along_an_axis_and_freely_and_that_is_kept(tmp_path):
+    (tmp_path / "cell.yaml").write_text(CELL)
+    with chromium() as chrome, Studio(tmp_path, world="cell.yaml") as studio, page_at(chrome, studio.url) as page:
+        page.get_by_role("tab", name="Run", exact=True).click()
+        page.get_by_role("button", name="Start", exact=True).click()
+        expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
+        canvas = opened(page)
+        before = tool(studio)
+        lead(canvas, "arm", "z", (0, 10))
+        until(studio, page, lambda tick: tick["robots"]["r"]["arms"]["arm"]["tool"][2] < before[2] - 0.1)
+        page.get_by_role("tab", name="Events").click()
+        expect(page.get_by_role("button", name="Keep 1 as event")).to_be_enabled()
+        lead(canvas, "arm", "", (-8, 4))
+        page.get_by_role("button", name="Keep 2 as events").click()
+        page.keyboard.press("Control+s")
+        expect(page.locator(".world .dot")).to_be_hidden()
+    down, aside = mjsim.load_world(tmp_path / "cell.yaml").run.events
+    # Along z alone, to what the arm sags.
+    assert np.allclose(down.tool[:2], before[:2], atol=5e-3)
+    assert down.tool[2] < before[2] - 0.1
+    assert np.linalg.norm(np.subtract(aside.tool, down.tool)) > 0.02
