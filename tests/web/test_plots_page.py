@@ -10,6 +10,7 @@ from playwright.sync_api import expect
 
 import mjsim
 from mjsim.web import Studio
+from tests.sheet import DRAWN
 from tests.windows import PATIENCE, page_at
 
 pytestmark = pytest.mark.slow
@@ -120,3 +121,38 @@ def test_numbers_of_a_live_run_are_drawn_as_they_come(browser, folder):
         assert float(table[-1][1]) > 0.5
         kept = json.loads(page.evaluate("localStorage.getItem('mjsim.run.layouts')"))
         assert len(kept["layouts"][0]["charts"][0]["fields"]) == 2
+
+
+LABELS = """() => {
+  const { fillText } = CanvasRenderingContext2D.prototype;
+  window.labels = new WeakMap();
+  CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+    const frames = window.labels.get(this.canvas) ?? new Map();
+    // Those of the upright axis are drawn from its right; a number that is drawn again at its place is the same.
+    if (this.textAlign === "right") frames.set(`${text} ${Math.round(y)}`, text);
+    window.labels.set(this.canvas, frames);
+    fillText.call(this, text, x, y);
+  };
+  const { clearRect } = CanvasRenderingContext2D.prototype;
+  CanvasRenderingContext2D.prototype.clearRect = function (...box) {
+    window.labels.delete(this.canvas);
+    clearRect.apply(this, box);
+  };
+}"""
+LABELS_OF = "canvas => [...(window.labels.get(canvas) ?? new Map()).values()]"
+
+
+def test_an_axis_names_two_numbers_at_least_so_that_its_scale_can_be_read(browser, folder):
+    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url) as page:
+        page.add_init_script(f"({LABELS})()")
+        page.reload()
+        review = opened(page)
+        few = {}
+        for height in range(90, 150, 4):  # windows and heads of several lines make the same chart lower or higher
+            review.locator(".run-sheet").evaluate("(sheet, high) => sheet.style.height = `${high}px`", height)
+            page.evaluate(DRAWN)
+            for chart in review.locator(".run-chart").all():
+                labels = chart.locator("canvas").evaluate(LABELS_OF)
+                if len(labels) < 2:
+                    few[chart.locator("strong").inner_text(), height] = labels
+        assert few == {}

@@ -186,7 +186,13 @@ export class Chart {
       },
       axes: [
         axis({ size: 22, space: 48 }),
-        axis({ size: 44, space: 22, ...lines, values: (_plot, ticks) => ticks.map((tick) => this.label(tick)) }),
+        // A quarter of the height: then two numbers stand at it at least, whatever lies between them.
+        axis({
+          size: 44,
+          space: (_plot, _axis, _low, _high, room) => Math.min(22, room / 4),
+          ...lines,
+          values: (_plot, ticks) => ticks.map((tick) => this.label(tick)),
+        }),
       ],
       series: [{}, ...settings.lines.map(series)],
       bands: settings.lines.flatMap(bands),
