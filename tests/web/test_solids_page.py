@@ -102,3 +102,14 @@ def test_a_browser_without_3d_says_so_in_one_line_and_runs_all_the_same(sheet):
     page.locator(".run-main").click()
     expect(page.locator("#view-run .scene-door")).to_have_text(line, timeout=PATIENCE)
     expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
+
+
+def test_before_a_run_the_place_of_the_scene_says_when_it_comes(sheet):
+    page = sheet.page
+    page.get_by_role("tab", name="Run").click()
+    page.locator("#view-run").get_by_title("View in 3-D").click()
+    rest = page.locator("#view-run .scene-rest")
+    expect(rest).to_have_text("The scene comes here with a run.")
+    page.locator(".run-main").click()
+    expect(page.locator("#view-run .scene")).to_be_visible(timeout=PATIENCE)
+    expect(rest).to_be_hidden()

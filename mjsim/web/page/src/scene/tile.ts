@@ -11,7 +11,7 @@ export class SolidsTile {
   /** Puts the tile among the others. */
   readonly switch: HTMLButtonElement;
   private readonly tile: Tile;
-  /** Stands in the place of the view while that is too slow for a run. */
+  /** Stands in the place of the view while there is no scene yet, or it is too slow for a run. */
   private readonly rest = el("div", { class: "scene-rest", role: "status", hidden: true });
   private on: boolean;
   private key: unknown = null;
@@ -28,7 +28,7 @@ export class SolidsTile {
     this.door = new Door(scene);
     this.tile = makeTile("scene", word("scene.bar"), el("div", { class: "scene-place" }, this.door.element, this.rest));
     this.on = remembered(kept) === "yes";
-    this.door.set(this.on, null);
+    this.show(this.on);
     this.switch = toggle(
       { class: "quiet run-small", title: word("scene.viewIn3d") },
       this.on,
@@ -48,14 +48,18 @@ export class SolidsTile {
 
   /** Another scene is to be seen. */
   want(key: unknown): void {
+    const isFirst = this.key === null;
     this.key = key;
+    if (isFirst) this.show(this.on);
     this.door.want(key);
   }
 
   private show(on: boolean): void {
     this.on = on;
-    this.rest.hidden = true;
-    this.door.element.hidden = false;
+    const waits = on && this.key === null;
+    if (waits) fill(this.rest, el("p", { class: "hint" }, word("scene.comesWithARun")));
+    this.rest.hidden = !waits;
+    this.door.element.hidden = waits;
     this.door.set(on, this.key);
   }
 

@@ -480,6 +480,7 @@ export const EN = {
   "run.world": "{modules} (world)",
   "scene.bar": "3-D",
   "scene.camera": "Camera {name}",
+  "scene.comesWithARun": "The scene comes here with a run.",
   "scene.distance": "{distance} m; level {level} m, up {up} m",
   "scene.follow": "Follow",
   "scene.followNothing": "Follow nothing",
