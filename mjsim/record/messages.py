@@ -317,6 +317,8 @@ def _event_keys(event: WorldEvent) -> dict[str, Any]:
     keys = event.model_dump(mode="json", exclude_none=True)
     if "signal" in keys:
         keys["signal"] = json.dumps(keys["signal"])
+    if "hand" in keys:
+        del keys["arm"]
     return keys
 
 

@@ -43,6 +43,8 @@ class BatchRays:
         moves = model.body_weldid[model.geom_bodyid] != 0
         self._fixed: NDArray[np.int64] = np.flatnonzero(~moves & ~own & ~is_clear(model))
         self._movers: NDArray[np.int64] = np.flatnonzero(moves & ~own & ~is_clear(model))
+        # Bodies that stand still and hang on others: segments of people, and little else.
+        self._turning = np.flatnonzero((model.body_weldid == 0) & (model.body_parentid != 0))
         count = len(self._batches), len(self._movers)
         self._places, self._axes = np.empty((*count, 3)), np.empty((*count, 9))
         self._eyes, self._ahead = np.empty((count[0], 3)), np.empty((count[0], 3))
@@ -68,7 +70,7 @@ class BatchRays:
         else:
             solid = SOLID[self._model.geom_group].astype(bool)
             resting = solid[self._movers] & self._stay()
-            hits = self._standing("fixed", self._fixed[solid[self._fixed]], b"", limit)
+            hits = self._standing("fixed", self._fixed[solid[self._fixed]], self._held(), limit)
             if resting.any():
                 poses = self._places[0, resting].tobytes() + self._axes[0, resting].tobytes()
                 hits.add(self._standing("resting", self._movers[resting], poses, limit))
@@ -78,6 +80,10 @@ class BatchRays:
                 self._at_mover(number, mover, hits[batch])
             self._at_round(number, states[number], hits[batch], limit)
         return hits
+
+    def _held(self) -> bytes:
+        """Return how what stands still is turned: events move the arms of people."""
+        return bytes(self._model.body_quat[self._turning].tobytes())
 
     def _bring_up(self, state: Array) -> None:
         self._data.qpos[:] = state

@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.compile import GHOST, dim_lamp, dim_light, lamp_names
+from mjsim.sim.hands import LedHands
 from mjsim.sim.renderer import UNSEEN
 from mjsim.world import Looks, World, first_looks, item_names
 
@@ -20,6 +21,7 @@ class Scenery:
         self._model, self._world = model, world
         self._looks = first_looks(world)
         self._lamps = dict(zip(item_names(world.lamps), zip(world.lamps, lamp_names(world), strict=True), strict=True))
+        self._hands = LedHands(model, world)
         self._groups = model.geom_group.copy()
         self._contacts = np.stack([model.geom_contype, model.geom_conaffinity])
 
@@ -37,6 +39,8 @@ class Scenery:
             if brightness != before.lamps[name]:
                 lamp, light = self._lamps[name]
                 dim_lamp(self._model, light, lamp, brightness)
+        if looks.reached != before.reached:
+            self._hands.show(looks.reached)
         for name in sorted(looks.removed - before.removed):
             self._take_away(name)
         for name in sorted(before.removed - looks.removed):

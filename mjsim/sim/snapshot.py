@@ -5,6 +5,7 @@ import mujoco
 CHANGED = (
     "body_conaffinity",
     "body_contype",
+    "body_quat",
     "eq_data",
     "geom_conaffinity",
     "geom_contype",
@@ -16,7 +17,8 @@ CHANGED = (
     "numeric_data",
     "site_pos",
 )
-"""What a run changes of a model: what is taken away, locks of doors, lamps and light, what constraints aim at."""
+"""What a run changes of a model: what is taken away, hands of people, locks of doors, lamps and light, what constraints
+aim at."""
 HEADLIGHT = ("ambient", "diffuse")
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
+from mjsim.sim.hands import is_upper
 from mjsim.sim.triangles import Triangles, joined, triangles_of
 
 PLAIN = (0.5, 0.5, 0.5, 1.0)
@@ -47,7 +48,7 @@ def moving_bodies(model: mujoco.MjModel) -> NDArray[np.intp]:
     """Return, of each body, the nearest at or above it that can move, 0 for none, shape (nbody,)."""
     found = np.zeros(model.nbody, dtype=np.intp)
     for body in range(1, model.nbody):
-        moves = model.body_jntnum[body] > 0 or model.body_mocapid[body] >= 0
+        moves = model.body_jntnum[body] > 0 or model.body_mocapid[body] >= 0 or is_upper(model, body)
         found[body] = body if moves else found[model.body_parentid[body]]
     return found
 

@@ -156,7 +156,7 @@ class WorldScript:
                 self._joints.move(f"door/{event.close}", 0.0)
             case NoiseEvent():
                 self._tune(event.noise, event.value)
-            case ReachEvent():
+            case ReachEvent() if event.hand is None:
                 self._arm(event.reach, event.arm).lead(self._reached(event)[0])
             case ReleaseEvent():
                 self._arm(event.release, event.arm).lead(None)
@@ -251,6 +251,8 @@ class WorldScript:
                 _require(event.remove, "beacon or obstacle", things)
             case RestoreEvent():
                 _require(event.restore, "beacon", [beacon.name for beacon in self._world.beacons])
+            case ReachEvent() if event.hand is not None:
+                _require(event.reach, "person", [person.name for person in self._world.people])
             case ReachEvent() | ReleaseEvent():
                 self._check_arm(event)
             case LeadEvent():

@@ -12,6 +12,10 @@ def beyond_reach(world: World) -> Iterator[Doubt]:
     for index, event in enumerate(world.run.events):
         if isinstance(event, ReachEvent | ReleaseEvent):
             path = ("run", "events", index)
+            if isinstance(event, ReachEvent) and event.hand is not None:
+                if (unknown := unknown_person(world, event.reach)) is not None:
+                    yield unknown, (*path, "reach")
+                continue
             try:
                 item = arm_of_event(world, event)
             except ValueError as error:
@@ -19,6 +23,12 @@ def beyond_reach(world: World) -> Iterator[Doubt]:
                 continue
             if isinstance(event, ReachEvent) and (wrong := reached_joints(item, event, item.start())[1]) is not None:
                 yield wrong, (*path, "tool" if event.joints_deg is None else "joints_deg")
+
+
+def unknown_person(world: World, name: str) -> str | None:
+    """Return what is wrong with the name of a person whose hand moves; None where nothing is."""
+    people = [person.name for person in world.people]
+    return None if name in people else f"no person '{name}' in this world{did_you_mean(name, people)}"
 
 
 def event_key(event: ReachEvent | ReleaseEvent) -> str:

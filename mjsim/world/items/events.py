@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, TypeAdapter, ValidationError, model_validator
 
@@ -131,10 +131,13 @@ class PushEvent(_Event):
 
 
 class ReachEvent(_Event):
-    """An arm goes to joint values or a pose of its tool, at 1 rad/s or 1 m/s at most, and stays until released."""
+    """An arm goes to joint values or a pose of its tool, at 1 rad/s or 1 m/s at most, and stays until released.
+
+    Of a person, a hand is elsewhere from now on.
+    """
 
     reach: Name
-    """The robot."""
+    """The robot, or the person."""
     arm: Name = "arm"
     """Which of its arms."""
     joints_deg: Annotated[tuple[Metres, ...], Field(strict=False, min_length=1, max_length=32)] | None = None
@@ -144,13 +147,27 @@ class ReachEvent(_Event):
     rpy_deg: RollPitchYaw | None = None
     """[roll, pitch, yaw] of the tool about the axes of the robot, right-handed, in this order. Unless it is given,
     and of an arm with fewer than six joints, only the place of the tool counts."""
+    hand: Literal["left", "right"] | None = None
+    """Of a person: which hand."""
+    to: Point3 | None = None
+    """[x, y, z] of its grip in the world, found by inverse kinematics; out of reach, it comes as near as it can [m]."""
 
     @model_validator(mode="after")
     def _says_where(self) -> Self:
+        if self.hand is not None or self.to is not None:
+            return self._says_where_the_hand_is()
         if (self.joints_deg is None) == (self.tool is None):
             raise fault("an arm reaches for joint values or with its tool; give joints_deg or tool: [x, y, z]")
         if self.rpy_deg is not None and self.tool is None:
             raise fault("rpy_deg turns a tool; give tool: [x, y, z] with it", "rpy_deg")
+        return self
+
+    def _says_where_the_hand_is(self) -> Self:
+        if self.hand is None or self.to is None:
+            raise fault("a person reaches with a hand; give hand: left or right, and to: [x, y, z]")
+        for key in ("arm", "joints_deg", "tool", "rpy_deg"):
+            if getattr(self, key) != type(self).model_fields[key].default:
+                raise fault(f"'{key}' is of a robot's arm, 'hand' of a person; leave out one of them", key)
         return self
 
 
@@ -209,7 +226,7 @@ WorldEvent = Annotated[
     OneOf(
         EVENT_KINDS,
         "an event needs what happens; write move: NAME, open: DOOR, close: DOOR, light: 0.5, lamp: NAME,"
-        " noise: KEY, remove: NAME, restore: BEACON, shove: NAME, push: NAME, reach: ROBOT,"
+        " noise: KEY, remove: NAME, restore: BEACON, shove: NAME, push: NAME, reach: ROBOT or PERSON,"
         " release: ROBOT or lead: MECHANISM",
     ),
 ]
@@ -262,6 +279,8 @@ def said_of(event: WorldEvent) -> str:
         case PushEvent():
             duration = "" if event.seconds is None else f" for {event.seconds:g} s"
             return f"{event.push} is pushed by a force, a {event.signal.kind}{duration}"
+        case ReachEvent(to=to) if to is not None:
+            return f"the {event.hand} hand of {event.reach} reaches for [{to[0]:g}, {to[1]:g}, {to[2]:g}]"
         case ReachEvent():
             return f"{event.arm} of {event.reach} goes to {_goal_said(event)}"
         case ReleaseEvent():

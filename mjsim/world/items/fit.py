@@ -182,10 +182,12 @@ def _events_without_target(run: Mapping[str, Any], keys: Mapping[str, Any]) -> I
     events = list(_items(run, "events"))
     if not events:
         return
-    targets = _event_targets(keys)
+    targets, people = _event_targets(keys), _names(_items(keys, "people"))
     for index, event in events:
         for key, (what, names) in targets.items():
             name = event.get(key)
+            if key == "reach" and event.get("hand") is not None:
+                what, names = "person", people
             if isinstance(name, str) and name not in names:
                 yield f"no {what} '{name}' in this world{did_you_mean(name, names)}", ("run", "events", index, key)
     yield from _opened_too_far(events, keys)

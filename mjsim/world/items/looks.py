@@ -1,10 +1,10 @@
 """What events make of the looks of a world: its light, and what is no longer there."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from mjsim.world.ground import item_names
-from mjsim.world.items.events import LampEvent, LightEvent, RemoveEvent, RestoreEvent, WorldEvent
+from mjsim.world.items.events import LampEvent, LightEvent, ReachEvent, RemoveEvent, RestoreEvent, WorldEvent
 from mjsim.world.items.world import World
 
 
@@ -18,6 +18,8 @@ class Looks:
     """Brightness of each lamp by its name."""
     removed: frozenset[str] = frozenset()
     """Names of obstacles and beacons that were taken away, with what they carried."""
+    reached: Mapping[str, tuple[tuple[str, tuple[float, float, float]], ...]] = field(default_factory=dict)
+    """Of each person whose hands have moved, in turn: which hand, and where its grip was to be, world frame [m]."""
 
     def after(self, event: WorldEvent, world: World) -> "Looks":
         """Return how the world looks after an event."""
@@ -32,6 +34,9 @@ class Looks:
             case RestoreEvent():
                 lost = any(item.name == event.restore and item.on in self.removed for item in world.beacons)
                 return self if lost else replace(self, removed=self.removed - {event.restore})
+            case ReachEvent(hand=str(hand), to=(x, y, z)):
+                before = self.reached.get(event.reach, ())
+                return replace(self, reached={**self.reached, event.reach: (*before, (hand, (x, y, z)))})
             case _:
                 return self
 
