@@ -232,3 +232,12 @@ def test_the_view_in_3d_is_seen_among_other_pictures(browser, folder, tmp_path):
         expect(scene.get_by_role("button", name="Measure")).to_be_hidden()
         review.locator("[data-view='scene']").get_by_role("button", name="Show large").first.click()
         expect(scene.get_by_role("button", name="Measure")).to_be_visible()
+
+
+def test_the_bar_of_a_low_window_names_what_it_opens(browser, tmp_path):
+    with Studio(tmp_path) as studio, page_at(browser, studio.url) as page:
+        page.set_viewport_size({"width": 640, "height": 360})
+        name = page.locator(".bar .world .name")
+        expect(name).to_have_text("Open a world", timeout=PATIENCE)
+        assert name.evaluate("name => name.scrollWidth <= name.clientWidth")
+        assert page.evaluate("document.scrollingElement.scrollWidth <= innerWidth")
