@@ -2,6 +2,7 @@ from .bases import gear_of as gear_of
 from .canvas import Canvas as Canvas
 from .glb import glb_bytes as glb_bytes
 from .glb import write_glb as write_glb
+from .hands import LedPeople as LedPeople
 from .odometry import arc_end as arc_end
 from .odometry import arc_end_slopes as arc_end_slopes
 from .onlooker import Onlooker as Onlooker

@@ -18,16 +18,63 @@ Reach = tuple[str, tuple[float, float, float]]
 """Which hand, and where its grip is to be, world frame [m]."""
 
 
+class LedPeople:
+    """Postures of the people of a world whose hands were led; each is worked out once."""
+
+    def __init__(self, world: World) -> None:
+        """Know nothing yet."""
+        self._world = world
+        self._people = {person.name: person for person in world.people}
+        self._known: dict[tuple[str, tuple[Reach, ...]], Array] = {}
+
+    def values(self, name: str, reaches: tuple[Reach, ...]) -> Array:
+        """Return the values of a figure's joints after reaches, shape (n,) [rad]."""
+        key = name, reaches
+        if key not in self._known:
+            self._known[key] = self._led(name, reaches)
+        return self._known[key]
+
+    def grips(self, reached: Mapping[str, tuple[Reach, ...]]) -> dict[str, dict[str, Array]]:
+        """Return where the grips of all hands are, by person and side, world frame, shape (3,) each [m]."""
+        found = {}
+        for name, person in self._people.items():
+            poses = person.figure.poses(self.values(name, reached.get(name, ())), self._start(person)[1])
+            marks = {side: person.figure.landmarks[f"{side}_grip"] for side in ("left", "right")}
+            found[name] = {
+                side: poses[mark.segment][:3, :3] @ mark.at + poses[mark.segment][:3, 3] for side, mark in marks.items()
+            }
+        return found
+
+    def _start(self, person: Person) -> tuple[Array, Array]:
+        """Return the values of the joints before any reach, and world from pelvis."""
+        if person.seat is None:
+            return person.posture(), person.poses()["pelvis"]
+        from mjsim.posture import seated
+
+        found = seated(self._world, person)
+        return found.values, found.world_from_pelvis
+
+    def _led(self, name: str, reaches: tuple[Reach, ...]) -> Array:
+        person = self._people[name]
+        values, root = self._start(person)
+        if not reaches:
+            return values
+        from mjsim.posture import lead_hands
+
+        *before, (side, to) = reaches
+        values = self.values(name, tuple(before))
+        return lead_hands(person.figure, values, root, {side: np.array(to)}).values
+
+
 class LedHands:
     """Turns the segments of people in a model, forwards or backwards in time; the model is changed in place."""
 
     def __init__(self, model: mujoco.MjModel, world: World) -> None:
         """Keep how the segments are turned at the start."""
-        self._model, self._world = model, world
+        self._model, self._led = model, LedPeople(world)
         self._people = {person.name: person for person in world.people}
         self._start = model.body_quat.copy()
         self._shown: Mapping[str, tuple[Reach, ...]] = {}
-        self._known: dict[tuple[str, tuple[Reach, ...]], Array] = {}
 
     def show(self, reached: Mapping[str, tuple[Reach, ...]]) -> None:
         """Let hands be where they were led, one after the other; those of all others as at the start."""
@@ -43,31 +90,10 @@ class LedHands:
             for body in bodies.values():
                 self._model.body_quat[body] = self._start[body]
             return
-        segments, poses = person.figure.segments, person.figure.poses(self._values(person, reaches))
+        segments, poses = person.figure.segments, person.figure.poses(self._led.values(person.name, reaches))
         for segment, body in bodies.items():
             turned = poses[str(segments[segment].parent)][:3, :3].T @ poses[segment][:3, :3]
             mujoco.mju_mat2Quat(self._model.body_quat[body], turned.ravel())
-
-    def _values(self, person: Person, reaches: tuple[Reach, ...]) -> Array:
-        """Return the values of the figure's joints after reaches, shape (n,) [rad]."""
-        key = person.name, reaches
-        if key not in self._known:
-            self._known[key] = self._led(person, reaches)
-        return self._known[key]
-
-    def _led(self, person: Person, reaches: tuple[Reach, ...]) -> Array:
-        from mjsim.posture import lead_hands, seated
-
-        if person.seat is None:
-            values, root = person.posture(), person.poses()["pelvis"]
-        else:
-            found = seated(self._world, person)
-            values, root = found.values, found.world_from_pelvis
-        if not reaches:
-            return values
-        *before, (side, to) = reaches
-        values = self._values(person, tuple(before))
-        return lead_hands(person.figure, values, root, {side: np.array(to)}).values
 
 
 def is_upper(model: mujoco.MjModel, body: int) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 from mjsim.geometry import Array, Pose3
 from mjsim.interface import CameraFrame, PointCloud, Scan, Sighting
 from mjsim.record import Tick
-from mjsim.sim import lidar_places
+from mjsim.sim import LedPeople, lidar_places
 from mjsim.web.measured import SHOWN_FOR, lidar_points, lidar_readings
 from mjsim.web.news import EventNews, PastNews
 from mjsim.web.past import Past
@@ -58,6 +58,8 @@ class Feed:
         """Of each lidar, by 'ROBOT/LIDAR': the newest reading, and where the robot was until it came, by time [s]."""
         self._led: dict[str, list[str]] = {}
         """By mechanism, the joints that motions lead."""
+        self._people: LedPeople | None = None
+        """Where their hands are."""
         self._told: tuple[int, str] = (0, "")
         self._looking: dict[str, str] = {}
         self._pasts: dict[str, Past] = {}
@@ -71,6 +73,7 @@ class Feed:
             self._forget()
             self.world, self._looking, self._places = world, _cameras_of_observers(world), lidar_places(world)
             told = mechanisms_told(world)
+            self._people = LedPeople(world) if world.people else None
             self._led = {each["name"]: [joint["name"] for joint in each["joints"]] for each in told}
         self._wake()
 
@@ -108,10 +111,12 @@ class Feed:
         if newest is None:
             return None
         if self._told[0] != number:
+            reached = {} if newest.looks is None else newest.looks.reached
+            hands = self._people.grips(reached) if self._people is not None else None
             self._told = (
                 number,
                 json.dumps(
-                    tick_told(newest, number=number, pace=pace, scans=self._points(newest), led=self._led),
+                    tick_told(newest, number=number, pace=pace, scans=self._points(newest), led=self._led, hands=hands),
                     allow_nan=False,
                 ),
             )

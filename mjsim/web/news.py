@@ -277,6 +277,8 @@ class TickNews(TypedDict):
     """Where everything is that can move but robots, by its name in the scene."""
     mechanisms: NotRequired[dict[str, MechanismTick]]
     """Those that have a joint that a motion leads, by name."""
+    hands: NotRequired[dict[str, dict[str, tuple[float, float, float]]]]
+    """Where the grips of people are, by person and side [m]; left out where there is nobody."""
     removed: NotRequired[list[str]]
     """Names of the beacons and obstacles that are away; left out for none."""
 

@@ -52,6 +52,7 @@ def tick_told(
     pace: float,
     scans: Mapping[str, Mapping[str, Array]] | None = None,
     led: Mapping[str, Sequence[str]] | None = None,
+    hands: Mapping[str, Mapping[str, Array]] | None = None,
 ) -> TickNews:
     """Return a tick.
 
@@ -61,6 +62,7 @@ def tick_told(
         pace: Simulated seconds a second.
         scans: Robot -> lidar -> where its beams met something, world frame, shape (n, 3) [m].
         led: Mechanism -> the joints of it that motions lead.
+        hands: Person -> side -> where the grip of that hand is, world frame, shape (3,) [m].
     """
     found = scans or {}
     told: TickNews = {
@@ -73,7 +75,14 @@ def tick_told(
     }
     if mechanisms := {name: _led_told(tick, name, joints) for name, joints in (led or {}).items()}:
         told["mechanisms"] = mechanisms
+    if hands:
+        told["hands"] = {name: {side: _place(at) for side, at in each.items()} for name, each in hands.items()}
     return with_removed(told, tick.looks)
+
+
+def _place(at: Array) -> tuple[float, float, float]:
+    x, y, z = (round(float(value), 4) for value in at)
+    return x, y, z
 
 
 def with_removed(told: TickNews, looks: Looks | None) -> TickNews:

@@ -10,10 +10,18 @@ from playwright.sync_api import expect
 import mjsim
 from mjsim.web import Studio
 from tests.browser import browser as listener
-from tests.web.test_studio_touch_page import CELL, until
+from tests.web.test_studio_touch_page import CELL, drag, until
 from tests.windows import PATIENCE, chromium, page_at
 
 pytestmark = pytest.mark.slow
+ROOM = """\
+mjsim: 1
+name: room
+walls: [{points: [[0, 0], [4, 0], [4, 4], [0, 4]], closed: true}]
+people: [{name: anna, sex: female, at: [2, 2], heading_deg: 90}]
+robots: [{name: scout, at: [0.5, 0.5]}]
+run: {seconds: 1000}
+"""
 
 
 def opened(page):
@@ -72,3 +80,34 @@ def test_a_tool_is_led_in_3d_along_an_axis_and_freely_and_that_is_kept(tmp_path)
     assert np.allclose(down.tool[:2], before[:2], atol=5e-3)
     assert down.tool[2] < before[2] - 0.1
     assert np.linalg.norm(np.subtract(aside.tool, down.tool)) > 0.02
+
+
+def hand(tick) -> np.ndarray:
+    """Return where the right hand is, shape (3,) [m]."""
+    return np.array(tick["hands"]["anna"]["right"])
+
+
+def test_a_hand_is_led_on_the_plan_and_in_3d_and_that_is_kept(tmp_path):
+    (tmp_path / "room.yaml").write_text(ROOM)
+    with chromium() as chrome, Studio(tmp_path, world="room.yaml") as studio, page_at(chrome, studio.url) as page:
+        page.get_by_role("tab", name="Run", exact=True).click()
+        page.get_by_role("button", name="Start", exact=True).click()
+        expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
+        with listener(studio.url) as watcher:
+            start = hand(watcher.until("tick"))
+        until(studio, page, lambda tick: True)
+        page.get_by_role("button", name="Touch: drag").click()
+        drag(page, start[:2], (2.3, 2.3))
+        until(studio, page, lambda tick: np.hypot(*(hand(tick)[:2] - (2.3, 2.3))) < 0.06)
+        page.get_by_role("button", name="Touch: drag").click()
+        canvas = opened(page)
+        lead(canvas, "right", "", (0, -8))
+        until(studio, page, lambda tick: hand(tick)[2] > start[2] + 0.05)
+        page.get_by_role("tab", name="Events").click()
+        page.get_by_role("button", name="Keep 2 as events").click()
+        page.keyboard.press("Control+s")
+        expect(page.locator(".world .dot")).to_be_hidden()
+    events = mjsim.load_world(tmp_path / "room.yaml").run.events
+    assert [(event.reach, event.hand) for event in events] == [("anna", "right")] * 2
+    # On the plan it keeps its height.
+    assert abs(events[0].to[2] - start[2]) < 1e-3

@@ -11,6 +11,7 @@ import { Layers } from "./layers";
 import { Overlay } from "./overlay";
 import type { PlanarPose, RobotFacts, RobotTick } from "./protocol";
 import { Touch, type Standing } from "./touch";
+import type { Hands } from "./touch_tools";
 import type { RunRecord } from "./record";
 import { makeTile, type Tile } from "./tile";
 import { word } from "../words/words";
@@ -21,6 +22,7 @@ const CLOSE = 90;
 export interface Moment {
   robots: Record<string, RobotTick>;
   things: Record<string, PlanarPose>;
+  hands?: Hands;
   removed?: string[];
 }
 
@@ -46,7 +48,7 @@ export class Floor {
     send: (event: Values) => void = () => undefined,
   ) {
     this.plan = new Plan(this.host);
-    this.touch = new Touch({ plan: this.plan, robots: () => this.standing(), removed: () => this.removed }, send);
+    this.touch = new Touch({ plan: this.plan, robots: () => this.standing(), hands: () => this.moment?.hands ?? {}, removed: () => this.removed }, send);
     this.layers.changed.on(() => this.plan.drawOver());
     this.follow = toggle(
       { class: "quiet square", title: word("run.followTheRobotF") },

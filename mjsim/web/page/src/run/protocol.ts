@@ -267,6 +267,8 @@ export interface TickNews {
   things: Record<string, PlanarPose>;
   /** Those that have a joint that a motion leads, by name. */
   mechanisms?: Record<string, MechanismTick>;
+  /** Where the grips of people are, by person and side [m]; left out where there is nobody. */
+  hands?: Record<string, Record<string, [number, number, number]>>;
   /** Names of the beacons and obstacles that are away; left out for none. */
   removed?: string[];
 }

@@ -8,7 +8,7 @@ import type { Door } from "../scene/door";
 import { toggle, isPressed, setPressed, sign } from "./controls";
 import type { PlanarPose, RobotFacts, RobotTick } from "./protocol";
 import { openTouchMenu } from "./touch_menu";
-import { drawTools, type Held, ledEvent, reachEvent, toolLeads, toolsOf } from "./touch_tools";
+import { drawTools, handLeads, type Hands, type Held, ledEvent, reachEvent, toolLeads, toolsOf } from "./touch_tools";
 import { word } from "../words/words";
 
 /** A push by a drag with Shift [N s for a metre]. */
@@ -46,6 +46,7 @@ export type Standing = RobotFacts & { pose: PlanarPose; tick: RobotTick };
 export interface Floorplan {
   readonly plan: Plan;
   robots(): Standing[];
+  hands(): Hands;
   removed(): ReadonlySet<string>;
 }
 
@@ -85,7 +86,7 @@ export class Touch implements Tool {
 
   /** Put those handles where tools are now. */
   showLeads(): void {
-    this.solids?.lead(isPressed(this.button) ? toolLeads(this.floor.robots()) : []);
+    this.solids?.lead(isPressed(this.button) ? [...toolLeads(this.floor.robots()), ...handLeads(this.floor.hands())] : []);
   }
 
   down(spot: Spot): boolean {
@@ -174,7 +175,7 @@ export class Touch implements Tool {
     });
     const movable = plan.items.filter((item) => item.kind === "obstacle" && item.values["movable"] === true);
     const there = movable.flatMap((item) => (item.name && !gone.has(item.name) ? [this.ofItem(item, item.name)] : []));
-    return [...toolsOf(this.floor.robots()), ...robots, ...there];
+    return [...toolsOf(this.floor.robots(), this.floor.hands()), ...robots, ...there];
   }
 
   private ofItem(item: Item, name: string): Touchable {
@@ -221,7 +222,7 @@ export class Touch implements Tool {
   private draw(context: CanvasRenderingContext2D): void {
     const { grab } = this;
     const { view, palette } = this.floor.plan;
-    if (isPressed(this.button)) drawTools(context, this.floor.robots(), view, palette);
+    if (isPressed(this.button)) drawTools(context, toolsOf(this.floor.robots(), this.floor.hands()), view, palette);
     if (!grab) return;
     const [from, to] = [view.toScreen(grab.thing.at), view.toScreen(grab.to)];
     context.strokeStyle = palette.accent;

@@ -28,11 +28,12 @@ export function openTouchMenu({ thing, items, removed }: Touched, send: (event: 
   const there = others.filter(({ entries }) => entries.length > 0);
   const name = thing?.name ?? there[0]?.item.name;
   const groups = [...(thing ? ofThing(thing, send) : []), ...there.map(({ entries }) => entries)];
-  if (name) openMenu(name, groups, at);
+  if (name && groups.length) openMenu(name, groups, at);
 }
 
 function ofThing(thing: Touchable, send: (event: Values) => void): Entry[][] {
   const { held } = thing;
+  if (held && "person" in held) return [];
   if (held) return [[{ text: word("run.giveBackToItsNavigator"), act: () => send({ release: held.robot.name, arm: held.arm }) }]];
   const push = (text: string, turn: number): Entry => {
     const way = times(direction(thing.heading_deg + turn), PUSH).map((value) => Math.round(value * 1000) / 1000);

@@ -3,22 +3,55 @@
 import type { Point, Values } from "../api";
 import type { Palette } from "../plan/palette";
 import type { PlanView } from "../plan/view";
-import type { Lead, Led } from "../scene/grip";
+import type { Lead, Led, Place } from "../scene/grip";
 import type { Standing, Touchable } from "./touch";
 
 /** Half the side of a handle [px]. */
 const HALF = 5;
 
+/** Where the hands of people are, by person and side [m]. */
+export type Hands = Record<string, Record<string, Place>>;
+
+/** Whose hand it is. */
+export interface HeldHand {
+  person: string;
+  side: string;
+  /** Above the floor [m]. */
+  z: number;
+}
+
 /** Whose tool it is. */
-export interface Held {
+export interface HeldTool {
   robot: Standing;
   arm: string;
   /** Above the robot's origin [m]. */
   z: number;
 }
 
-/** The tools of all arms, where they are. */
-export function toolsOf(robots: Standing[]): Touchable[] {
+export type Held = HeldTool | HeldHand;
+
+/** All hands, where they are. */
+function handsOf(hands: Hands): Touchable[] {
+  return Object.entries(hands).flatMap(([person, sides]) =>
+    Object.entries(sides).map(([side, [x, y, z]]): Touchable => {
+      return { name: `${person}/${side}`, at: [x, y], heading_deg: 0, radius: 0, held: { person, side, z } };
+    }),
+  );
+}
+
+/** The same, for the view in 3-D. */
+export function handLeads(hands: Hands): Lead[] {
+  return Object.entries(hands).flatMap(([person, sides]) =>
+    Object.entries(sides).map(([side, at]): Lead => ({ key: JSON.stringify([person, "", side]), body: "", stands: [0, 0, 0], at })),
+  );
+}
+
+/** The tools of all arms and all hands, where they are. */
+export function toolsOf(robots: Standing[], hands: Hands): Touchable[] {
+  return [...armTools(robots), ...handsOf(hands)];
+}
+
+function armTools(robots: Standing[]): Touchable[] {
   return robots.flatMap((robot) =>
     Object.entries(robot.tick.arms ?? {}).map(([arm, { tool }]): Touchable => {
       const [x = 0, y = 0, z = 0, , , yaw = 0] = tool;
@@ -41,12 +74,15 @@ export function toolLeads(robots: Standing[]): Lead[] {
 
 /** The event that takes a tool where it was led in 3-D. */
 export function ledEvent({ key, to }: Led): Values {
-  const [reach, arm] = JSON.parse(key) as [string, string];
+  const [reach, arm, hand] = JSON.parse(key) as [string, string, string?];
+  if (hand) return { reach, hand, to: to.map(rounded) };
   return { reach, arm, tool: to.map(rounded) };
 }
 
 /** The event that takes a tool to a place of the plan, as high as it is. */
-export function reachEvent({ robot, arm, z }: Held, [x, y]: Point): Values {
+export function reachEvent(held: Held, [x, y]: Point): Values {
+  if ("person" in held) return { reach: held.person, hand: held.side, to: [x, y, held.z].map(rounded) };
+  const { robot, arm, z } = held;
   const [left, top, heading] = robot.pose;
   const [along, aside] = [x - left, y - top];
   const tool = [
@@ -62,8 +98,8 @@ function rounded(value: number): number {
 }
 
 /** Draw a handle at each tool. */
-export function drawTools(context: CanvasRenderingContext2D, robots: Standing[], view: PlanView, palette: Palette): void {
-  for (const { at } of toolsOf(robots)) {
+export function drawTools(context: CanvasRenderingContext2D, tools: Touchable[], view: PlanView, palette: Palette): void {
+  for (const { at } of tools) {
     const [x, y] = view.toScreen(at);
     context.lineWidth = 2;
     context.fillStyle = palette.paper;
