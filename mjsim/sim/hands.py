@@ -26,6 +26,7 @@ class LedPeople:
         self._world = world
         self._people = {person.name: person for person in world.people}
         self._known: dict[tuple[str, tuple[Reach, ...]], Array] = {}
+        self._grips: dict[str, tuple[tuple[Reach, ...], dict[str, Array]]] = {}
 
     def values(self, name: str, reaches: tuple[Reach, ...]) -> Array:
         """Return the values of a figure's joints after reaches, shape (n,) [rad]."""
@@ -36,14 +37,18 @@ class LedPeople:
 
     def grips(self, reached: Mapping[str, tuple[Reach, ...]]) -> dict[str, dict[str, Array]]:
         """Return where the grips of all hands are, by person and side, world frame, shape (3,) each [m]."""
-        found = {}
         for name, person in self._people.items():
-            poses = person.figure.poses(self.values(name, reached.get(name, ())), self._start(person)[1])
-            marks = {side: person.figure.landmarks[f"{side}_grip"] for side in ("left", "right")}
-            found[name] = {
-                side: poses[mark.segment][:3, :3] @ mark.at + poses[mark.segment][:3, 3] for side, mark in marks.items()
-            }
-        return found
+            reaches = reached.get(name, ())
+            if name not in self._grips or self._grips[name][0] != reaches:
+                self._grips[name] = reaches, self._placed(person, reaches)
+        return {name: grips for name, (_, grips) in self._grips.items()}
+
+    def _placed(self, person: Person, reaches: tuple[Reach, ...]) -> dict[str, Array]:
+        poses = person.figure.poses(self.values(person.name, reaches), self._start(person)[1])
+        marks = {side: person.figure.landmarks[f"{side}_grip"] for side in ("left", "right")}
+        return {
+            side: poses[mark.segment][:3, :3] @ mark.at + poses[mark.segment][:3, 3] for side, mark in marks.items()
+        }
 
     def _start(self, person: Person) -> tuple[Array, Array]:
         """Return the values of the joints before any reach, and world from pelvis."""

@@ -73,6 +73,7 @@ def test_a_tool_is_led_in_3d_along_an_axis_and_freely_and_that_is_kept(tmp_path)
         expect(page.get_by_role("button", name="Keep 1 as event")).to_be_enabled()
         lead(canvas, "arm", "", (-8, 4))
         page.get_by_role("button", name="Keep 2 as events").click()
+        expect(page.get_by_role("button", name="Kept as events")).to_be_disabled()
         page.keyboard.press("Control+s")
         expect(page.locator(".world .dot")).to_be_hidden()
     down, aside = mjsim.load_world(tmp_path / "cell.yaml").run.events
@@ -105,6 +106,7 @@ def test_a_hand_is_led_on_the_plan_and_in_3d_and_that_is_kept(tmp_path):
         until(studio, page, lambda tick: hand(tick)[2] > start[2] + 0.05)
         page.get_by_role("tab", name="Events").click()
         page.get_by_role("button", name="Keep 2 as events").click()
+        expect(page.get_by_role("button", name="Kept as events")).to_be_disabled()
         page.keyboard.press("Control+s")
         expect(page.locator(".world .dot")).to_be_hidden()
     events = mjsim.load_world(tmp_path / "room.yaml").run.events
