@@ -52,6 +52,7 @@ class FastSlam:
         self._index: dict[str, int] = {}
         self._means = np.zeros((self._number, 16, 2))
         self._covariances = np.zeros((self._number, 16, 2, 2))
+        self._proposals = np.zeros((self._number, 3, 3))
 
     def update(self, seen: Observation) -> Estimate:
         """Return the belief after this tick's odometry and sightings."""
@@ -86,6 +87,7 @@ class FastSlam:
             P = np.where(good[:, None, None], P - K @ H @ P, P)
             # A particle that cannot explain the sighting is weighed as if it lay at the gate.
             log_weights -= 0.5 * (np.minimum(distance, GATE) + np.log(np.linalg.det(S)))
+        self._proposals = P
         root = np.linalg.cholesky(0.5 * (P + P.transpose(0, 2, 1)) + 1e-15 * np.eye(3))
         self._poses = mean + (root @ self._rng.standard_normal((self._number, 3, 1)))[..., 0]
         self._poses[:, 2] = wrap_angles(self._poses[:, 2])
@@ -121,14 +123,18 @@ class FastSlam:
     def _resample(self) -> None:
         drawn = systematic_resample_with(self._weights, self._rng)
         self._poses, self._means = self._poses[drawn], self._means[drawn]
-        self._covariances = self._covariances[drawn]
+        self._covariances, self._proposals = self._covariances[drawn], self._proposals[drawn]
         self._weights = np.full(self._number, 1.0 / self._number)
 
     def _noise(self, sighting: Sighting) -> Array:
         return np.asarray(sighting.covariance * self._sighting_scale**2)
 
     def _belief(self) -> Estimate:
-        """Return mean and covariance over the particles, of the pose and of each landmark."""
+        """Return mean and covariance over the particles, of the pose and of each landmark.
+
+        A particle stands for the Gaussian that it was drawn from: where one of them has nearly all of the weight, the
+        spread of the others says nothing of how far that one may be off.
+        """
         w = self._weights
         apart = self._poses - self._poses[np.argmax(w)]
         apart[:, 2] = wrap_angles(apart[:, 2])
@@ -141,7 +147,8 @@ class FastSlam:
             spread = np.einsum("n,nij->ij", w, self._covariances[:, i]) + (off * w[:, None]).T @ off
             landmarks[name] = (mean, spread)
         pose = Pose.from_array(self._poses[np.argmax(w)] + offset)
-        return Estimate(pose, (centred * w[:, None]).T @ centred + 1e-12 * np.eye(3), landmarks)
+        within = np.einsum("n,nij->ij", w, self._proposals)
+        return Estimate(pose, (centred * w[:, None]).T @ centred + within + 1e-12 * np.eye(3), landmarks)
 
 
 def _compounded(poses: Array, step: Array) -> Array:
