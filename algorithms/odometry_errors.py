@@ -17,7 +17,7 @@ from mjsim.interface import Odometry
 COUNT = 4
 """Errors: of the way, as a share of it; of the turn, for each metre driven [rad/m]; of the turn, as a share of it; and
 how much later the robot moves than it is told [s]."""
-DELAY = 0.1
+DELAY = 0.05
 """Standard deviation of the delay [s]: wheels take so long to follow a command, or computers to tell what they did."""
 LATEST = 0.5
 """A robot is not taken to move later than that [s]."""
