@@ -19,21 +19,29 @@ Reach = tuple[str, tuple[float, float, float]]
 
 
 class LedPeople:
-    """Postures of the people of a world whose hands were led; each is worked out once."""
+    """Postures of the people of a world whose hands were led; each on the way to the last is worked out once."""
 
     def __init__(self, world: World) -> None:
         """Know nothing yet."""
         self._world = world
         self._people = {person.name: person for person in world.people}
-        self._known: dict[tuple[str, tuple[Reach, ...]], Array] = {}
+        self._starts: dict[str, tuple[Array, Array]] = {}
+        self._ways: dict[str, tuple[list[Reach], list[Array]]] = {}
         self._grips: dict[str, tuple[tuple[Reach, ...], dict[str, Array]]] = {}
 
     def values(self, name: str, reaches: tuple[Reach, ...]) -> Array:
         """Return the values of a figure's joints after reaches, shape (n,) [rad]."""
-        key = name, reaches
-        if key not in self._known:
-            self._known[key] = self._led(name, reaches)
-        return self._known[key]
+        if name not in self._ways:
+            self._ways[name] = [], [self._start(self._people[name])[0]]
+        way, postures = self._ways[name]
+        shared = next((k for k, (old, new) in enumerate(zip(way, reaches, strict=False)) if old != new), None)
+        shared = min(len(way), len(reaches)) if shared is None else shared
+        if shared < len(reaches):
+            del way[shared:], postures[shared + 1 :]
+            for reach in reaches[shared:]:
+                postures.append(self._led(name, postures[-1], reach))
+                way.append(reach)
+        return postures[len(reaches)]
 
     def grips(self, reached: Mapping[str, tuple[Reach, ...]]) -> dict[str, dict[str, Array]]:
         """Return where the grips of all hands are, by person and side, world frame, shape (3,) each [m]."""
@@ -52,23 +60,22 @@ class LedPeople:
 
     def _start(self, person: Person) -> tuple[Array, Array]:
         """Return the values of the joints before any reach, and world from pelvis."""
-        if person.seat is None:
-            return person.posture(), person.poses()["pelvis"]
+        if person.name not in self._starts:
+            self._starts[person.name] = self._seated(person) if person.seat is not None else _standing(person)
+        return self._starts[person.name]
+
+    def _seated(self, person: Person) -> tuple[Array, Array]:
         from mjsim.posture import seated
 
         found = seated(self._world, person)
         return found.values, found.world_from_pelvis
 
-    def _led(self, name: str, reaches: tuple[Reach, ...]) -> Array:
-        person = self._people[name]
-        values, root = self._start(person)
-        if not reaches:
-            return values
+    def _led(self, name: str, values: Array, reach: Reach) -> Array:
+        """Return the values of a figure's joints after one reach more."""
         from mjsim.posture import lead_hands
 
-        *before, (side, to) = reaches
-        values = self.values(name, tuple(before))
-        return lead_hands(person.figure, values, root, {side: np.array(to)}).values
+        (side, to), person = reach, self._people[name]
+        return lead_hands(person.figure, values, self._start(person)[1], {side: np.array(to)}).values
 
 
 class LedHands:
@@ -99,6 +106,10 @@ class LedHands:
         for segment, body in bodies.items():
             turned = poses[str(segments[segment].parent)][:3, :3].T @ poses[segment][:3, :3]
             mujoco.mju_mat2Quat(self._model.body_quat[body], turned.ravel())
+
+
+def _standing(person: Person) -> tuple[Array, Array]:
+    return person.posture(), person.poses()["pelvis"]
 
 
 def is_upper(model: mujoco.MjModel, body: int) -> bool:

@@ -6,6 +6,7 @@ import pytest
 import mjsim
 from mjsim.errors import WorldError
 from mjsim.sim import StillScene
+from mjsim.sim.hands import LedPeople
 from mjsim.world import looks_after
 
 ROOM = """
@@ -93,3 +94,18 @@ def test_a_person_that_is_not_there_is_named():
     with pytest.raises(WorldError) as caught:
         mjsim.parse_world(ROOM.replace("EVENTS", event))
     assert "no person 'ana' in this world; did you mean 'anna'?" in str(caught.value)
+
+
+@pytest.mark.slow
+def test_a_hand_that_was_led_a_thousand_times_is_shown_from_any_of_them():
+    world = mjsim.parse_world(ROOM.replace("EVENTS", ""))
+    places = [(1.6, 0.2 * np.sin(k), 1.0 + 0.1 * np.cos(k)) for k in range(1000)]
+    reaches = tuple(("right", (float(x), float(y), float(z))) for x, y, z in places)
+    people = LedPeople(world)
+    there = people.grips({"anna": reaches})["anna"]["right"]
+    np.testing.assert_allclose(there, places[-1], atol=2e-3)
+    # Back in time, and another way from there.
+    np.testing.assert_allclose(people.grips({"anna": reaches[:5]})["anna"]["right"], places[4], atol=2e-3)
+    other = LedPeople(world)
+    for anew in ((*reaches[:5], reaches[9]), reaches[:6], ()):
+        np.testing.assert_array_equal(people.values("anna", anew), other.values("anna", anew))
