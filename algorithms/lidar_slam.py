@@ -75,10 +75,11 @@ class LidarSlam:
     def _begin(self, prior: Array, covariance: Array) -> None:
         """Forget everything but where the robot starts."""
         self._prior, self._prior_covariance = prior, covariance
-        self._map = PartsMap(prior, covariance, loop_distance=self._loop_distance, loop_share=self._loop_share)
         self._way: list[tuple[float, int, Array]] = []
         self._reached: list[Array] = []
         self._bias = OdometryBias()
+        rules = {"loop_distance": self._loop_distance, "loop_share": self._loop_share}
+        self._map = PartsMap(prior, covariance, self._bias, **rules)
         self._shown, self._next_shown = tuple[Shown, ...](), 0.0
         self._rest()
 
@@ -169,16 +170,17 @@ class LidarSlam:
         error = range_noise(scan)
         points = sensor.transform(smoothed(scan, error).points())
         surface = surface_of(points, origin=(sensor.x, sensor.y), noise=error, increment=scan.angle_increment)
-        laid = Laid(self._step, self._step_covariance, self._step_covariance)
+        laid = Laid(self._step, self._step_covariance, self._step_covariance, self._step_covariance, np.eye(3))
+        moved = self._told, self._driven, self._moving
         if self.keyframes:
             noise = self._step_covariance + self._slip()
-            before = noise + self._bias.doubt(self._told, self._driven, self._moving)
-            laid = lay(surface, self._map.recent_walls(), self._step, before, scans=self._map.recent)
+            doubt = self._bias.doubt(*moved)
+            laid = lay(surface, self._map.recent_walls(), self._step, noise, doubt=doubt, scans=self._map.recent)
             off = laid.pose - self._step
             off[2] = wrap_angle(float(off[2]))
             self._reached.append(self._step)
-            self._bias.learn(self._told, self._driven, self._moving, off, noise, laid.covariance)
-        self._map.add(looked, surface, laid)
+            self._bias.learn(*moved, off, noise, laid.covariance)
+        self._map.add(looked, surface, laid, laid.follows @ self._bias.slopes(*moved))
         self._rest()
 
     def _slip(self) -> Array:

@@ -9,8 +9,9 @@ from mjsim.geometry import Array
 
 from .ekf_models import odometry_motion
 from .level_scan import LevelScan
-from .loop_closing import Loop, agree, find_loop
-from .pose_graph import PoseGraph, carried, compose, step_between
+from .loop_closing import WIDEST, Loop, agree, find_loop
+from .odometry_bias import OdometryBias
+from .pose_graph import COMMON, PoseGraph, carried, compose, step_between
 from .scan_matching import Surface, joined
 from .scan_search import Laid
 
@@ -18,6 +19,8 @@ LOCAL = 6
 """Scans back that make up the walls on which a new one is laid."""
 PART = 8
 """Scans that make up a part of the map."""
+LENGTH = 2.0
+"""A part is at least about so long where the robot drives straight on [m]."""
 RECENT = 4
 """Parts back from which on a place counts as an old one."""
 TRIED = 3
@@ -26,6 +29,9 @@ MISFIT = 100.0
 """Squared error, in units, of a loop that is given up."""
 UNSOLVED = 16
 """So many parts may be added before covariances are worked out anew."""
+NOTABLE, SLIGHT = 0.1, np.diag([1e-4, 1e-4, 1e-6])
+"""The graph is solved anew when what was learnt of odometry moves the newest part by a squared error of so many units,
+or of this covariance."""
 SETTLED = 0.005
 """The graph is solved on while poses move by more than this [m, rad]."""
 
@@ -39,8 +45,22 @@ class Keyframe:
     """The walls that it shows, in the robot's frame."""
     part: int
     """Of the map."""
-    place: Array
-    """Its pose in the frame of the part, shape (3,)."""
+    place: "Place"
+    """In the frame of the part."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Place:
+    """A pose that is known the better, the better it is known what odometry errs by all the time."""
+
+    at: Array
+    """Where it is if odometry errs by nothing, shape (3,)."""
+    slopes: Array
+    """How it changes with what odometry errs by, shape (3, 4)."""
+
+    def given(self, errors: Array) -> Array:
+        """Return the pose if odometry errs by this (4,), shape (3,)."""
+        return self.at + self.slopes @ errors
 
 
 class PartsMap:
@@ -50,12 +70,15 @@ class PartsMap:
         Hess, Kohler, Rapp, Andor, Real-Time Loop Closure in 2D LIDAR SLAM, ICRA 2016, section IV and V.
     """
 
-    def __init__(self, prior: Array, prior_covariance: Array, *, loop_distance: float, loop_share: float) -> None:
+    def __init__(
+        self, prior: Array, prior_covariance: Array, bias: OdometryBias, *, loop_distance: float, loop_share: float
+    ) -> None:
         """Begin without scans.
 
         Args:
             prior: Where the robot starts, world frame, shape (3,) [m, m, rad].
             prior_covariance: Of it, shape (3, 3).
+            bias: What is known of what odometry errs by all the time, kept up by others.
             loop_distance: How near an old part must be to be tried for a loop [m].
             loop_share: Of the walls seen near old ones, the share that must lie on them for a loop to count.
         """
@@ -67,8 +90,11 @@ class PartsMap:
         """Its poses are those of the parts."""
         self.loops = 0
         """How many are closed."""
-        self._covariance = prior_covariance
-        self._since: tuple[Array, Array] = (np.zeros(3), np.zeros((3, 3)))
+        self._bias, self._by_loops = bias, np.zeros(COMMON)
+        self._solved_errors = bias.errors
+        # Of the newest part: its covariance if it were known what odometry errs by, and how its pose changes with that.
+        self._covariance, self._slopes = prior_covariance, np.zeros((3, COMMON))
+        self._forget_since()
         self._begins = [0]
         self._walls: list[Surface] = []
         self._untried: deque[tuple[int, int, Array]] = deque()
@@ -82,27 +108,49 @@ class PartsMap:
         Loops are looked for in windows that are cautious, as if each match erred for itself; what is told of the
         robot's pose is what matches err by.
         """
-        self._place, self._cautious = np.zeros(3), np.zeros((3, 3))
+        self._place, self._cautious = Place(np.zeros(3), np.zeros((3, COMMON))), np.zeros((3, 3))
         self._lasting, self._passing = np.zeros((3, 3)), np.zeros((3, 3))
 
-    def add(self, looked: LevelScan, surface: Surface, laid: Laid) -> None:
+    def _forget_since(self) -> None:
+        """Count the way since the last solution from here: pose, cautious covariance of its own, slopes."""
+        self._since = np.zeros(3), np.zeros((3, 3)), np.zeros((3, COMMON))
+
+    def add(self, looked: LevelScan, surface: Surface, laid: Laid, slopes: Array) -> None:
         """Add a scan.
 
         Args:
             looked: As it came.
             surface: The walls that it shows, in the robot's frame.
             laid: The robot in the frame of the scan before, or of the prior.
+            slopes: How that changes with what odometry errs by all the time, shape (3, 4).
         """
-        _, self._passing = self._after(self._place, np.zeros((3, 3)), laid.pose, laid.covariance - laid.lasting)
-        _, self._cautious = self._after(self._place, self._cautious, laid.pose, laid.covariance)
-        self._place, self._lasting = self._after(self._place, self._lasting, laid.pose, laid.lasting)
+        errors = self._errors
+        place = self._place.given(errors)
+        _, self._passing = self._after(place, np.zeros((3, 3)), laid.pose, laid.own - laid.lasting)
+        _, self._cautious = self._after(place, self._cautious, laid.pose, laid.own)
+        pose, F, G = self._motion(place, laid.pose)
+        slopes = F @ self._place.slopes + G @ slopes
+        self._place = Place(pose - slopes @ errors, slopes)
+        self._lasting = F @ self._lasting @ F.T + G @ laid.lasting @ G.T
         if len(self.keyframes) - self._begins[-1] >= PART:
             self._begin_part()
         self.keyframes.append(Keyframe(looked, surface, len(self._begins) - 1, self._place))
 
     def belief(self) -> tuple[Array, Array]:
         """Return the pose of the newest scan in the world, shape (3,), and its covariance, shape (3, 3)."""
-        return self._after(self.graph.poses[-1], self._covariance, self._place, self._spread)
+        pose, covariance, slopes = self._newest()
+        return pose, _total(covariance, slopes, self._bias)
+
+    def _newest(self) -> tuple[Array, Array, Array]:
+        """Return the newest pose in the world, its covariance if odometry's errors were known, and its slopes."""
+        pose, F, G = self._motion(self.graph.poses[-1], self._place.given(self._errors))
+        covariance = F @ self._covariance @ F.T + G @ self._spread @ G.T
+        return pose, covariance, F @ self._slopes + G @ self._place.slopes
+
+    @property
+    def _errors(self) -> Array:
+        """What odometry errs by all the time, by scans that follow one another and by loops, shape (4,)."""
+        return self._bias.errors + self._by_loops
 
     def poses(self) -> Array:
         """Return the poses of all scans in the world, shape (n, 3)."""
@@ -124,11 +172,18 @@ class PartsMap:
         """Do one piece of what waits: compare a new part with an old one, or solve the graph further."""
         if self._untried:
             self._try_loop(*self._untried.popleft())
-        elif self._moving:
+        elif self._moving or self._learnt():
             self._solve()
+
+    def _learnt(self) -> bool:
+        """Return whether what was learnt of odometry since the last solution moves the newest part notably."""
+        off = self._slopes @ (self._bias.errors - self._solved_errors)
+        known = _total(self._covariance, self._slopes, self._bias)
+        return bool(off @ np.linalg.solve(known + SLIGHT, off) > NOTABLE)
 
     def finish(self) -> None:
         """Do all that waits."""
+        self._moving = len(self.graph.steps) > 0
         while self._untried or self._moving:
             self.work()
 
@@ -138,7 +193,7 @@ class PartsMap:
         return self._lasting + self._passing
 
     def _pose(self, keyframe: Keyframe) -> Array:
-        return compose(self.graph.poses[keyframe.part], keyframe.place)
+        return compose(self.graph.poses[keyframe.part], keyframe.place.given(self._errors))
 
     def _after(self, pose: Array, covariance: Array, step: Array, spread: Array) -> tuple[Array, Array]:
         """Return a pose and its covariance after a step with a covariance of its own."""
@@ -148,14 +203,18 @@ class PartsMap:
     def _begin_part(self) -> None:
         """Finish the part at hand, and begin another at the newest place."""
         part, members = len(self._begins) - 1, self.keyframes[self._begins[-1] :]
-        self._walls.append(joined([each.surface.moved(each.place) for each in members]))
+        errors = self._errors
+        self._walls.append(joined([each.surface.moved(each.place.given(errors)) for each in members]))
         old = self._near(part)
         self._untried.extend(zip(old, [part] * len(old), self._step_covariances(old, part), strict=True))
         information = np.asarray(np.linalg.inv(self._cautious + 1e-10 * np.eye(3)), dtype=float)
-        pose, self._covariance = self.belief()
+        pose, self._covariance, self._slopes = self._newest()
         self.graph.add_pose(pose)
-        self.graph.add_step(part, part + 1, self._place, information, self._spread)
-        self._since = self._after(*self._since, self._place, self._cautious)
+        self.graph.add_step(part, part + 1, self._place.at, information, self._spread, self._place.slopes)
+        since, covariance, slopes = self._since
+        since, F, G = self._motion(since, self._place.given(errors))
+        covariance = F @ covariance @ F.T + G @ self._cautious @ G.T
+        self._since = since, covariance, F @ slopes + G @ self._place.slopes
         self._begin_way()
         self._begins.append(len(self.keyframes))
 
@@ -168,11 +227,23 @@ class PartsMap:
             return []
         if max(ones) >= self.graph.solved or other - self.graph.solved > UNSOLVED:
             self.graph.factorise()
-            self._since = (np.zeros(3), np.zeros((3, 3)))
+            self._forget_since()
         last, poses = self.graph.solved - 1, self.graph.poses
-        until = self.graph.step_covariances(ones, last)
+        until = self.graph.joint_step_covariances(ones, last)
         steps = step_between(poses[ones], poses[last])
-        return [self._after(step, spread, *self._since)[1] for step, spread in zip(steps, until, strict=True)]
+        return [self._since_too(step, joint) for step, joint in zip(steps, until, strict=True)]
+
+    def _since_too(self, step: Array, joint: Array) -> Array:
+        """Return the covariance (3, 3) of a step carried on along the way since the last solution.
+
+        Args:
+            step: To the newest part of that solution, shape (3,).
+            joint: Covariance of it and of what odometry errs by all the time, shape (7, 7).
+        """
+        since, covariance, slopes = self._since
+        _, F, G = self._motion(step, since)
+        J = np.concatenate([F, G @ slopes], axis=1)
+        return np.asarray(J @ joint @ J.T + G @ covariance @ G.T)
 
     def _near(self, part: int) -> list[int]:
         """Return the old parts of the map where a finished one might be, the nearest first."""
@@ -181,7 +252,8 @@ class PartsMap:
             return []
         middles = [compose(self.graph.poses[k], self._middle(k)) for k in (*range(old), part)]
         apart = np.hypot(*(np.array(middles)[:-1, :2] - middles[-1][:2]).T)
-        drift = 2.0 * float(np.sqrt(np.trace(self._covariance[:2, :2])))
+        known = _total(self._covariance, self._slopes, self._bias)
+        drift = 2.0 * float(np.sqrt(np.trace(known[:2, :2])))
         chosen: list[int] = []
         for k in np.argsort(apart).tolist():
             if apart[k] > self._loop_distance + drift or len(chosen) == TRIED * (1 + (drift > 2.0)):
@@ -192,11 +264,14 @@ class PartsMap:
 
     def _middle(self, part: int) -> Array:
         """Return the pose of the middle scan of a finished part in its frame, shape (3,)."""
-        return self.keyframes[self._begins[part] + PART // 2].place
+        return self.keyframes[self._begins[part] + PART // 2].place.given(self._errors)
 
     def _try_loop(self, old: int, new: int, covariance: Array) -> None:
         """Compare a new part with an old one and its neighbours."""
-        around = range(max(0, old - 1), min(new - RECENT, old + 2))
+        # A place elsewhere that looks alike must not win only since the walls of the right one are left out.
+        reach = min(3.0 * float(np.sqrt(np.diag(covariance)[:2].max())), WIDEST[0])
+        beside = 1 + int(reach / LENGTH)
+        around = range(max(0, old - beside), min(new - RECENT, old + beside + 1))
         steps = step_between(self.graph.poses[old], self.graph.poses[around.start : around.stop])
         walls = joined([self._walls[k].moved(step) for k, step in zip(around, steps, strict=True)])
         guess = step_between(self.graph.poses[old], self.graph.poses[new])
@@ -219,8 +294,10 @@ class PartsMap:
     def _solve(self) -> None:
         """Solve the graph further; when it is settled, give up the loops that do not fit."""
         before = self.graph.poses
+        self.graph.expect(self._bias.errors, self._bias.covariance)
         self.graph.solve(rounds=1)
-        self._since = (np.zeros(3), np.zeros((3, 3)))
+        self._by_loops, self._solved_errors = self.graph.errors - self._bias.errors, self._bias.errors
+        self._forget_since()
         self._moving = bool(np.abs(step_between(before, self.graph.poses)).max() > SETTLED)
         if not self._moving:
             dropped = self.graph.drop_misfits(MISFIT)
@@ -228,4 +305,12 @@ class PartsMap:
         newest = len(self.graph.poses) - 1
         # The graph holds its first pose; how unsure that one is turns and shifts all.
         by_first = carried(self.graph.poses[newest], self.graph.poses[0])
-        self._covariance = self.graph.covariance(newest) + by_first @ self._prior_covariance @ by_first.T
+        joint = self.graph.joint_covariance(newest)
+        self._slopes = np.asarray(np.linalg.solve(joint[3:, 3:], joint[3:, :3]).T)
+        own = joint[:3, :3] - self._slopes @ joint[3:, :3]
+        self._covariance = own + by_first @ self._prior_covariance @ by_first.T
+
+
+def _total(own: Array, slopes: Array, bias: OdometryBias) -> Array:
+    """Return the covariance (3, 3) of a pose with a covariance of its own that changes with what odometry errs by."""
+    return np.asarray(own + slopes @ bias.covariance @ slopes.T)

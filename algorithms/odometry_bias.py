@@ -40,6 +40,16 @@ class OdometryBias:
         """
         return told - _effects(told, float(np.hypot(told[0], told[1])), seconds) @ self.errors
 
+    def slopes(self, told: Array, way: float, seconds: float) -> Array:
+        """Return how a corrected step changes with what odometry errs by, shape (3, 4).
+
+        Args:
+            told: The step by odometry alone, shape (3,) [m, m, rad].
+            way: How far the robot drove on it [m].
+            seconds: How long it moved [s].
+        """
+        return -_effects(told, way, seconds)
+
     def doubt(self, told: Array, way: float, seconds: float) -> Array:
         """Return the covariance of a step by what is not known of its systematic errors, shape (3, 3).
 

@@ -10,6 +10,8 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from mjsim.geometry import Array, wrap_angle, wrap_angles
 
+COMMON = 4
+"""Errors that all steps may have in common: what odometry errs by all the time."""
 HUBER = 2.0
 """Beyond so many standard deviations a step between far poses counts less than its square."""
 
@@ -33,7 +35,13 @@ class PoseGraph:
     """Weight of each step, the inverse of a covariance, shape (k, 3, 3)."""
     spreads: Array = field(default_factory=lambda: np.zeros((0, 3, 3)))
     """Covariance of what each step errs by, shape (k, 3, 3); weights may be more cautious."""
-    _factors: SuperLU | None = field(default=None, init=False, repr=False)
+    slopes: Array = field(default_factory=lambda: np.zeros((0, 3, COMMON)))
+    """How each step changes with the errors that all have in common, shape (k, 3, 4); `steps` are without them."""
+    errors: Array = field(default_factory=lambda: np.zeros(COMMON))
+    """The errors that all steps have in common, as they agree best, shape (4,)."""
+    _expected: Array = field(default_factory=lambda: np.zeros(COMMON), init=False, repr=False)
+    _doubt: Array = field(default_factory=lambda: np.eye(COMMON), init=False, repr=False)
+    _solution: "Solution | None" = field(default=None, init=False, repr=False)
     """Factors of the normal equations of the last round."""
 
     def add_pose(self, pose: Array) -> int:
@@ -41,31 +49,47 @@ class PoseGraph:
         self.poses = np.concatenate([self.poses, pose[None]])
         return len(self.poses) - 1
 
-    def add_step(self, one: int, other: int, step: Array, information: Array, spread: Array | None = None) -> None:
+    def expect(self, errors: Array, covariance: Array) -> None:
+        """Take what is known, beside the steps, of the errors that they have in common, (4,) and (4, 4)."""
+        self._expected, self._doubt = errors, covariance
+
+    def add_step(
+        self,
+        one: int,
+        other: int,
+        step: Array,
+        information: Array,
+        spread: Array | None = None,
+        slopes: Array | None = None,
+    ) -> None:
         """Add a measured step from one pose to another.
 
         Args:
             one: Number of the pose that it leads from.
             other: Number of the pose that it leads to.
-            step: Pose of the second in the frame of the first, shape (3,).
+            step: Pose of the second in the frame of the first if the errors in common were 0, shape (3,).
             information: Its weight, shape (3, 3).
-            spread: Covariance of what it errs by, shape (3, 3); the inverse of the weight unless given.
+            spread: Covariance of what it errs by for itself, shape (3, 3); the inverse of the weight unless given.
+            slopes: How it changes with the errors in common, shape (3, 4); not at all unless given.
         """
         spread = np.asarray(np.linalg.inv(information), dtype=float) if spread is None else spread
         self.ends = np.concatenate([self.ends, np.array([[one, other]], dtype=np.intp)])
         self.steps = np.concatenate([self.steps, step[None]])
         self.informations = np.concatenate([self.informations, information[None]])
         self.spreads = np.concatenate([self.spreads, spread[None]])
+        slopes = np.zeros((3, COMMON)) if slopes is None else slopes
+        self.slopes = np.concatenate([self.slopes, slopes[None]])
 
     def solve(self, *, rounds: int = 8) -> float:
         """Move the poses to where they agree with all steps best; return the mean squared error left, in units."""
         squared = np.zeros(0)
         for _ in range(rounds):
-            H, b, squared = self._system()
-            self._factors = _factors(H)
-            change = self._factors.solve(-b).reshape(-1, 3)
+            self._solution, b, squared = self._system()
+            solved = self._solution.solve(-b[:, None])[:, 0]
+            change = solved[:-COMMON].reshape(-1, 3)
             self.poses = self.poses + change
             self.poses[:, 2] = wrap_angles(self.poses[:, 2])
+            self.errors = self.errors + solved[-COMMON:]
             if np.abs(change).max() < 1e-6:
                 break
         return float(np.mean(squared)) if len(squared) else 0.0
@@ -76,12 +100,18 @@ class PoseGraph:
         kept = (np.abs(self.ends[:, 0] - self.ends[:, 1]) == 1) | (squared <= limit)
         self.ends, self.steps = self.ends[kept], self.steps[kept]
         self.informations, self.spreads = self.informations[kept], self.spreads[kept]
+        self.slopes = self.slopes[kept]
         return int(np.sum(~kept))
 
     def covariance(self, number: int) -> Array:
         """Return the covariance of one pose, given the first, by what the steps err by, shape (3, 3).
 
         With weights that are the inverses of the spreads it is that of `covariances`.
+        """
+        return self.joint_covariance(number)[:3, :3]
+
+    def joint_covariance(self, number: int) -> Array:
+        """Return that of one pose and of the errors that all steps have in common, shape (7, 7).
 
         References:
             White, A heteroskedasticity-consistent covariance matrix estimator, Econometrica 48, 1980: least squares
@@ -89,51 +119,62 @@ class PoseGraph:
         """
         if self.solved < len(self.poses):
             self.factorise()
-        columns = self._columns([number]).reshape(-1, 3, 3)
+        every = self._columns([number])
+        columns, common = every[:-COMMON].reshape(-1, 3, 3 + COMMON), every[-COMMON:]
         _, J, squared = self._errors()
         first, second = self.ends.T
-        change = J[:, :, :3] @ columns[first] + J[:, :, 3:] @ columns[second]
+        change = J[:, :, :3] @ columns[first] + J[:, :, 3:] @ columns[second] - self.slopes @ common
         weighed = self.informations @ change
         each = weighed.transpose(0, 2, 1) @ self.spreads @ weighed
-        return np.asarray(np.einsum("k,kij->ij", self._weights(squared), each))
+        by_steps = np.einsum("k,kij->ij", self._weights(squared), each)
+        return np.asarray(by_steps + common.T @ np.linalg.solve(self._doubt, common))
 
     @property
     def solved(self) -> int:
         """How many poses, from the first, the last solution has; 0 before the first one."""
-        return 0 if self._factors is None else int(self._factors.shape[0]) // 3
+        return 0 if self._solution is None else len(self._solution.across) // 3
 
     def factorise(self) -> None:
         """Prepare covariances of the poses where they are."""
-        self._factors = _factors(self._system()[0])
+        self._solution = self._system()[0]
 
     def covariances(self, numbers: Sequence[int]) -> Array:
         """Return the joint covariance of k poses, given the first of the graph, by the weights, shape (3 k, 3 k).
 
         It is that of the last solution where that has all of these poses.
         """
-        return self._columns(numbers)[_rows(numbers)]
+        number = 3 * len(numbers)
+        return self._columns(numbers)[_rows(numbers), :number]
 
     def step_covariances(self, ones: Sequence[int], other: int) -> list[Array]:
         """Return the covariances of the steps from some poses to another, shape (3, 3) each."""
-        joint = self.covariances([*ones, other])
-        last = 3 * len(ones) + np.arange(3)
+        return [joint[:3, :3] for joint in self.joint_step_covariances(ones, other)]
+
+    def joint_step_covariances(self, ones: Sequence[int], other: int) -> list[Array]:
+        """Return those of the same steps and of the errors that all have in common, shape (7, 7) each."""
+        numbers = [*ones, other]
+        columns = self._columns(numbers)
+        joint = columns[_ends(numbers, len(columns))]
+        last = 3 * len(ones) + np.arange(3 + COMMON)
         found = []
         for k, one in enumerate(ones):
             _, A, B = step_errors(self.poses[one][None], self.poses[other][None], np.zeros((1, 3)))
             both = np.concatenate([3 * k + np.arange(3), last])
-            J = np.concatenate([A[0], B[0]], axis=1)
+            J = np.zeros((3 + COMMON, 6 + COMMON))
+            J[:3, :3], J[:3, 3:6], J[3:, 6:] = A[0], B[0], np.eye(COMMON)
             found.append(np.asarray(J @ joint[np.ix_(both, both)] @ J.T, dtype=float))
         return found
 
     def _columns(self, numbers: Sequence[int]) -> Array:
-        """Return the columns of the inverse of H that belong to k poses, shape (3 n, 3 k)."""
-        if self._factors is None or max(numbers) >= self.solved:
+        """Return the columns of the inverse of H of k poses and of the errors in common, shape (3 n + 4, 3 k + 4)."""
+        if self._solution is None or max(numbers) >= self.solved:
             self.factorise()
-        assert self._factors is not None
-        rows = _rows(numbers)
-        columns = np.zeros((3 * self.solved, len(rows)))
+        assert self._solution is not None
+        size = 3 * self.solved + COMMON
+        rows = _ends(numbers, size)
+        columns = np.zeros((size, len(rows)))
         columns[rows, np.arange(len(rows))] = 1.0
-        return np.asarray(self._factors.solve(columns), dtype=float)
+        return self._solution.solve(columns)
 
     def _weights(self, squared: Array) -> Array:
         """Return how much each step counts beside its information, by its squared error in units, shape (k,)."""
@@ -144,12 +185,12 @@ class PoseGraph:
     def _errors(self) -> tuple[Array, Array, Array]:
         """Return each step's error (k, 3), its derivatives by both poses (k, 3, 6), and its square in units (k,)."""
         first, second = self.ends.T
-        error, A, B = step_errors(self.poses[first], self.poses[second], self.steps)
+        error, A, B = step_errors(self.poses[first], self.poses[second], self.steps + self.slopes @ self.errors)
         squared = np.einsum("ki,ki->k", error, (self.informations @ error[:, :, None])[:, :, 0])
         return error, np.concatenate([A, B], axis=2), squared
 
-    def _system(self) -> tuple[csc_array, Array, Array]:
-        """Return H (3 n, 3 n) and b (3 n,) of the normal equations, and each step's squared error."""
+    def _system(self) -> tuple["Solution", Array, Array]:
+        """Return the factors of H and b (3 n + 4,) of the normal equations, and each step's squared error."""
         number, ends = len(self.poses), self.ends
         error, J, squared = self._errors()
         weighted = J.transpose(0, 2, 1) @ (self.informations * self._weights(squared)[:, None, None])
@@ -160,12 +201,55 @@ class PoseGraph:
         blocks = np.concatenate([blocks, 1e12 * np.eye(3)[None]])
         rows = np.append(np.repeat(ends, 2, axis=1), 0)
         columns = np.append(np.tile(ends, (1, 2)), 0)
-        return _of_blocks(blocks, rows, columns, number), b, squared
+        factors = _factors(_of_blocks(blocks, rows, columns, number))
+        mixed = -(weighted @ self.slopes).reshape(-1, COMMON)
+        summed = [np.bincount(at.ravel(), column, 3 * number) for column in mixed.T]
+        across = np.asarray(np.stack(summed, axis=1), dtype=float)
+        # The derivative of a step's error by the errors in common is minus its slopes.
+        by_slopes = (self.slopes.transpose(0, 2, 1) @ self.informations) * self._weights(squared)[:, None, None]
+        known = np.linalg.inv(self._doubt)
+        common = known + (by_slopes @ self.slopes).sum(axis=0)
+        pull = known @ (self.errors - self._expected) - (by_slopes @ error[:, :, None]).sum(axis=0)[:, 0]
+        return Solution.of(factors, across, common), np.concatenate([b, pull]), squared
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solution:
+    """Factors of the normal equations of n poses and the errors that all steps have in common."""
+
+    factors: SuperLU
+    """Of the part of the poses."""
+    across: Array
+    """By how much poses change with the errors in common, steps held, times -1: shape (3 n, 4)."""
+    common: Array
+    """Inverse of the part of the errors in common once the poses follow them, shape (4, 4)."""
+
+    @classmethod
+    def of(cls, factors: SuperLU, across: Array, common: Array) -> "Solution":
+        """Return it of the factors of the poses' part of H, the part of both (3 n, 4), and that of the errors (4, 4).
+
+        References:
+            Golub, Van Loan, Matrix Computations (2013), section 3.2.11: the Schur complement.
+        """
+        follow = np.asarray(factors.solve(across), dtype=float)
+        return cls(factors, follow, np.asarray(np.linalg.inv(common - across.T @ follow), dtype=float))
+
+    def solve(self, right: Array) -> Array:
+        """Return what H times makes the right side (3 n + 4, m)."""
+        poses = np.asarray(self.factors.solve(np.ascontiguousarray(right[:-COMMON])), dtype=float)
+        # `across` is A^-1 B with A symmetric, so its transpose times the right side is B^T A^-1 times it.
+        errors = self.common @ (right[-COMMON:] - self.across.T @ right[:-COMMON])
+        return np.concatenate([poses - self.across @ errors, errors])
 
 
 def _rows(numbers: Sequence[int]) -> NDArray[np.intp]:
     """Return where the states of k poses stand, shape (3 k,)."""
     return (3 * np.asarray(numbers)[:, None] + np.arange(3)).ravel()
+
+
+def _ends(numbers: Sequence[int], size: int) -> NDArray[np.intp]:
+    """Return where the states of k poses and, at the end, the errors in common stand, shape (3 k + 4,)."""
+    return np.concatenate([_rows(numbers), np.arange(size - COMMON, size)])
 
 
 def _of_blocks(blocks: Array, rows: NDArray[np.intp], columns: NDArray[np.intp], number: int) -> csc_array:

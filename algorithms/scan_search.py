@@ -42,11 +42,17 @@ class Laid:
     """Of the scan's frame in that of the walls, shape (3,) [m, m, rad]."""
     covariance: Array
     """Of the pose, shape (3, 3)."""
+    own: Array
+    """Of the pose if it were known what odometry errs by all the time, shape (3, 3)."""
     lasting: Array
-    """The part of the covariance that adds up along a way of such poses, shape (3, 3)."""
+    """The part of `own` that adds up along a way of such poses, shape (3, 3)."""
+    follows: Array
+    """How the pose changes with the step that odometry tells, shape (3, 3): one where walls tell nothing."""
 
 
-def lay(scan: Surface, walls: Surface, step: Array, covariance: Array, *, scans: int = 1) -> Laid:
+def lay(
+    scan: Surface, walls: Surface, step: Array, noise: Array, *, doubt: Array | None = None, scans: int = 1
+) -> Laid:
     """Return where a new scan lies in the frame of older walls, by the walls and by odometry, and how sure that is.
 
     A match must hold much of the scan and be one that odometry allows. If none does, the scan is looked for farther
@@ -57,11 +63,13 @@ def lay(scan: Surface, walls: Surface, step: Array, covariance: Array, *, scans:
         scan: In its own frame.
         walls: Seen before.
         step: What odometry tells, shape (3,) [m, m, rad].
-        covariance: Of it, shape (3, 3).
+        noise: Covariance of it by what is new at each step, shape (3, 3).
+        doubt: By what odometry may err by all the time, shape (3, 3); nothing unless given.
         scans: How many scans show the walls.
     """
+    covariance = noise if doubt is None else noise + doubt
     if len(walls.points) < FEWEST or len(scan.points) < FEWEST:
-        return Laid(step, covariance, covariance)
+        return Laid(step, covariance, noise, noise, np.eye(3))
     field, information = WallField(walls), np.asarray(np.linalg.inv(covariance), dtype=float)
     window = np.clip(3.0 * np.sqrt(np.diag(covariance)), NARROWEST, WIDEST)
     found = hypotheses(field, scan, step, information, window)
@@ -69,11 +77,12 @@ def lay(scan: Surface, walls: Surface, step: Array, covariance: Array, *, scans:
     # Odometry may have slipped: it counts for a tenth of its standard deviation's inverse.
     weak = 0.01 * information
     if held and not _pulled(field, scan, found[0], step, covariance, weak):
-        return _laid(found, scans)
+        return _laid(found, noise, scans)
     freed = hypotheses(field, scan, step, weak, LOST, most=5)
     if freed[0].share > 0.6 and freed[0].conflict < 0.2 and not is_ambiguous(freed):
-        return _laid(freed, scans)
-    return _laid(found, scans) if held else Laid(step, 4.0 * covariance, 4.0 * covariance)
+        return _laid(freed, 100.0 * noise, scans)
+    slipped = 4.0 * covariance
+    return _laid(found, noise, scans) if held else Laid(step, slipped, slipped, slipped, np.eye(3))
 
 
 def _pulled(field: WallField, scan: Surface, best: Match, step: Array, covariance: Array, weak: Array) -> bool:
@@ -163,7 +172,7 @@ def _surprise(match: Match, step: Array, covariance: Array) -> float:
     return float(off @ np.linalg.solve(covariance + np.minimum(seen, 1.0), off))
 
 
-def _laid(found: list[Match], scans: int) -> Laid:
+def _laid(found: list[Match], noise: Array, scans: int) -> Laid:
     """Return the best of some hypotheses on walls that some scans show, the others weighed by their likelihood.
 
     A pose on the walls of the last n scans is as far off as the mean of theirs, and by an error of its own; one by
@@ -179,9 +188,10 @@ def _laid(found: list[Match], scans: int) -> Laid:
         off = other.pose - best.pose
         off[2] = wrap_angle(float(off[2]))
         others = others + np.exp(-0.5 * (other.cost - best.cost)) * np.outer(off, off)
-    P = np.asarray(np.linalg.inv(best.information), dtype=float)
+    covariance, by_odometry = np.linalg.inv(best.information) + others, np.linalg.inv(noise)
+    P = np.asarray(np.linalg.inv(best.seen + by_odometry), dtype=float)
     share = np.linalg.inv(np.eye(3) + 0.5 * (scans - 1) * P @ best.seen)
-    return Laid(best.pose, P + others, share @ P @ share.T + others)
+    return Laid(best.pose, covariance, P + others, share @ P @ share.T + others, np.asarray(P @ by_odometry))
 
 
 def _lattice(guess: Array, window: Array, step: float, turn: float) -> Array:
