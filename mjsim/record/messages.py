@@ -21,7 +21,7 @@ from mjsim.interface import Command, Estimate, JointGoal, Observation, Sighting,
 from mjsim.record.numbers import Message, flat, numbers, packed, stamp_json, unpacked
 from mjsim.record.readings import CODECS, sighting_messages
 from mjsim.record.tick import Order, RobotEvent, Tick
-from mjsim.world import WorldEvent, said_of
+from mjsim.world import ReachEvent, WorldEvent, said_of
 
 _WORLD_EVENT: TypeAdapter[WorldEvent] = TypeAdapter(WorldEvent)
 
@@ -291,6 +291,7 @@ def event_of(message: Message) -> RobotEvent:
 
 def world_event_message(time: float, event: WorldEvent) -> Message:
     """Return what happened to the world as a line of a log, and exactly."""
+    short = {"short": event.short} if isinstance(event, ReachEvent) and event.short else {}
     return {
         "timestamp": stamp_json(time),
         "level": 2,
@@ -300,6 +301,7 @@ def world_event_message(time: float, event: WorldEvent) -> Message:
         "line": 0,
         "time": float(time),
         "event": _event_keys(event) | {"time": float(time)},
+        **short,
     }
 
 
@@ -309,7 +311,7 @@ def world_event_of(message: Message) -> WorldEvent:
     if isinstance(signal := keys.get("signal"), str):
         keys["signal"] = json.loads(signal)
     event: WorldEvent = _WORLD_EVENT.validate_python(keys)
-    return event
+    return event.stays_away(message["short"]) if isinstance(event, ReachEvent) and "short" in message else event
 
 
 def _event_keys(event: WorldEvent) -> dict[str, Any]:

@@ -194,7 +194,8 @@ class Recording:
 
     def looks(self, row: int) -> Looks:
         """Return how the world looks at a row: its light, and what is no longer there."""
-        return looks_after(self.world, (event for event in self.events if event.time <= self.time[row]))
+        time = float(self.time[row])
+        return looks_after(self.world, (event for event in self.events if event.time <= time), time=time)
 
     def messages(self, topic: str) -> Iterator[bytes]:
         """Yield the messages of a topic as they stand in the file; none for a topic that is not there."""

@@ -212,7 +212,7 @@ WORLD_EVENT = topic(
                 "restore": text("Beacon that is there again"),
                 "reach": text("Robot whose arm is moved, or person"),
                 "hand": text("Which hand of a person: left or right"),
-                "release": text("Robot whose arm its navigator moves again"),
+                "release": text("Robot whose arm its navigator moves again, or person"),
                 "arm": text("Which of its arms"),
                 "joints_deg": numbers("Where its joints go [deg, m]"),
                 "tool": numbers("x, y, z where its tool goes, in the robot's frame [m]"),
@@ -242,7 +242,9 @@ WORLD_EVENT = topic(
                 *("lead", "joint", "to_deg"),
             ),
         ),
+        "short": number("Of a hand, how far it stays away from where it was led [m]; left out when it gets there"),
     },
+    optional=("short",),
 )
 THINGS = topic(
     "mjsim.Things",

@@ -17,7 +17,7 @@ from mjsim.session.gate import Gate, State
 from mjsim.session.helm import Helm
 from mjsim.session.touches import joints_keys, noise_kept, schedule_touch, touch_of
 from mjsim.session.watcher import Watcher
-from mjsim.world import NoiseEvent, World, WorldEvent, with_noise
+from mjsim.world import NoiseEvent, ReachEvent, World, WorldEvent, with_noise
 
 if TYPE_CHECKING:
     from mjsim.record import Recorder, Tick
@@ -173,6 +173,26 @@ class Session(Closes):
             UsageError: There is no such arm, or its tool does not reach there.
         """
         self.touch({"reach": robot, "arm": arm, "tool": [*at], "rpy_deg": [math.degrees(angle) for angle in rpy]})
+
+    def reach(self, person: str, hand: str, at: Sequence[float] | None) -> float:
+        """Lead a hand of a person, at 1 m/s at most; None gives it back.
+
+        Args:
+            person: Whose hand.
+            hand: 'left' or 'right'.
+            at: Where its grip goes: x, y, z in the world [m].
+
+        Returns:
+            How far it stays away from there [m]; 0 when it gets there.
+
+        Raises:
+            UsageError: There is no such person, or the hand or the place is none.
+        """
+        if at is None:
+            self.touch({"release": person, "hand": hand})
+            return 0.0
+        event = self.touch({"reach": person, "hand": hand, "to": [*at]})
+        return event.short if isinstance(event, ReachEvent) else 0.0
 
     def set_noise(self, key: str, value: float) -> None:
         """Change how much a sensor, a drive or its odometry errs, from the next tick on.

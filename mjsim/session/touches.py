@@ -74,7 +74,7 @@ def schedule_touch(sim: "Simulation", event: WorldEvent, touched: Sequence[World
     """
     touch = event.model_copy(update={"time": _written_time((sim.tick + 1) * sim.dt)})
     same = next((each for each in touched if _is_overruled(each, touch)), None)
-    sim.schedule(touch, instead_of=same)
+    touch = sim.schedule(touch, instead_of=same)
     return (*(each for each in touched if each is not same), touch)
 
 

@@ -1,12 +1,15 @@
 """Hands of people that events have moved: upper bodies are turned as inverse kinematics have them."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import overload
 
 import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.world import Person, World
+from mjsim.world import HandLed, Looks, Person, World
 
 UPPER = (
     *("abdomen", "thorax", "neck", "head"),
@@ -14,49 +17,89 @@ UPPER = (
 )
 """Segments that move when a hand does; hips and legs stay."""
 
-Reach = tuple[str, tuple[float, float, float]]
-"""Which hand, and where its grip is to be, world frame [m]."""
+USUAL = 0.8
+"""The speed that a hand reaches on its way [m/s]."""
+SPEED = 1.0
+"""No hand is faster, also when it is led elsewhere on its way [m/s]."""
+LEAST = 0.1
+"""However near a hand is led, it takes so long [s]."""
+SAMPLES = 64
+"""A motion is looked at so often when its duration is worked out."""
+STRETCHED = 1.2
+"""A motion that would be too fast, as another one is still going on, takes so many times as long, and so on."""
+TIMES = 12
+"""So often, at most."""
+AWAY = 0.002
+"""A hand that is nearer to where it was led is there [m]."""
+
+
+@dataclass(slots=True)
+class _Course:
+    """How the hands of one person were led: the posture that each turn aims at, and when that is there."""
+
+    aims: list[tuple[str, tuple[float, float, float] | None]]
+    """Which hand, and where to."""
+    postures: list[Array]
+    """Values of the joints before all, then those that each turn aims at [rad]."""
+    short: list[float]
+    """How far each hand stays away from where it was led [m]."""
+    times: list[tuple[float, float]]
+    """When each turn begins, and how long it takes [s]."""
+    asked: Sequence[HandLed] | None = None
+    """The turns that were asked for last, which are worked out."""
 
 
 class LedPeople:
-    """Postures of the people of a world whose hands were led; each on the way to the last is worked out once."""
+    """Postures of the people of a world whose hands were led; each on the way to the last is worked out once.
+
+    Hands move as people's do: the joints go from posture to posture with the least jerk, so that hands reach
+    `USUAL`. A hand that is led elsewhere on its way passes from one motion into the other without a stop.
+
+    References:
+        Flash, Hogan: The Coordination of Arm Movements, Journal of Neuroscience 5 (1985), equation 2.
+    """
 
     def __init__(self, world: World) -> None:
         """Know nothing yet."""
         self._world = world
         self._people = {person.name: person for person in world.people}
         self._starts: dict[str, tuple[Array, Array]] = {}
-        self._ways: dict[str, tuple[list[Reach], list[Array]]] = {}
-        self._grips: dict[str, tuple[tuple[Reach, ...], dict[str, Array]]] = {}
+        self._courses: dict[str, _Course] = {}
+        self._grips: dict[str, tuple[object, dict[str, Array]]] = {}
 
-    def values(self, name: str, reaches: tuple[Reach, ...]) -> Array:
-        """Return the values of a figure's joints after reaches, shape (n,) [rad]."""
-        if name not in self._ways:
-            self._ways[name] = [], [self._start(self._people[name])[0]]
-        way, postures = self._ways[name]
-        shared = next((k for k, (old, new) in enumerate(zip(way, reaches, strict=False)) if old != new), None)
-        shared = min(len(way), len(reaches)) if shared is None else shared
-        if shared < len(reaches):
-            del way[shared:], postures[shared + 1 :]
-            for reach in reaches[shared:]:
-                postures.append(self._led(name, postures[-1], reach))
-                way.append(reach)
-        return postures[len(reaches)]
+    def values(self, name: str, turns: Sequence[HandLed], time: float = math.inf) -> Array:
+        """Return the values of a figure's joints, shape (n,) [rad].
 
-    def grips(self, reached: Mapping[str, tuple[Reach, ...]]) -> dict[str, dict[str, Array]]:
+        Args:
+            name: Of the person.
+            turns: How its hands were led, in the order of time.
+            time: When [s]; all hands have arrived unless given.
+        """
+        return self._blend(self._course(name, turns), len(turns), time)
+
+    def arrival(self, name: str, turns: Sequence[HandLed]) -> float:
+        """Return when the hands of a person are where they were led last [s]; -inf when they never were."""
+        begin, seconds = self._course(name, turns).times[len(turns) - 1] if turns else (-math.inf, 0.0)
+        return begin + seconds
+
+    def short(self, name: str, turns: Sequence[HandLed]) -> float:
+        """Return how far the hand that was led last stays away from there [m]; 0 when it gets there."""
+        far = self._course(name, turns).short[len(turns) - 1] if turns else 0.0
+        return far if far > AWAY else 0.0
+
+    def grips(self, looks: Looks | None) -> dict[str, dict[str, Array]]:
         """Return where the grips of all hands are, by person and side, world frame, shape (3,) each [m]."""
         for name, person in self._people.items():
-            reaches = reached.get(name, ())
-            if name not in self._grips or self._grips[name][0] != reaches:
-                self._grips[name] = reaches, self._placed(person, reaches)
+            turns = () if looks is None else looks.reached.get(name, ())
+            time = math.inf if looks is None else min(looks.time, self.arrival(name, turns))
+            if name not in self._grips or self._grips[name][0] != (turns, time):
+                self._grips[name] = (turns, time), self._placed(person, self.values(name, turns, time))
         return {name: grips for name, (_, grips) in self._grips.items()}
 
-    def _placed(self, person: Person, reaches: tuple[Reach, ...]) -> dict[str, Array]:
-        poses = person.figure.poses(self.values(person.name, reaches), self._start(person)[1])
-        marks = {side: person.figure.landmarks[f"{side}_grip"] for side in ("left", "right")}
-        return {
-            side: poses[mark.segment][:3, :3] @ mark.at + poses[mark.segment][:3, 3] for side, mark in marks.items()
-        }
+    def _placed(self, person: Person, values: Array) -> dict[str, Array]:
+        """Return where the grips are by side, shape (..., 3) [m], for values of shape (..., n)."""
+        spots = person.figure.spots(person.figure.poses(values, self._start(person)[1]))
+        return {side: spots[f"{side}_grip"] for side in ("left", "right")}
 
     def _start(self, person: Person) -> tuple[Array, Array]:
         """Return the values of the joints before any reach, and world from pelvis."""
@@ -70,12 +113,78 @@ class LedPeople:
         found = seated(self._world, person)
         return found.values, found.world_from_pelvis
 
-    def _led(self, name: str, values: Array, reach: Reach) -> Array:
-        """Return the values of a figure's joints after one reach more."""
+    def _course(self, name: str, turns: Sequence[HandLed]) -> _Course:
+        """Return how a person's hands were led, at least as far as these turns; others than before are worked out."""
+        if name not in self._courses:
+            self._courses[name] = _Course([], [self._start(self._people[name])[0]], [], [])
+        course = self._courses[name]
+        if course.asked is turns:
+            return course
+        aims = [(turn.hand, turn.to) for turn in turns]
+        if (known := _shared(course.aims, aims)) < len(aims):
+            del course.aims[known:], course.postures[known + 1 :], course.short[known:], course.times[known:]
+            for number in range(known, len(aims)):
+                values, far = self._aimed(name, course.postures, aims[: number + 1])
+                course.aims.append(aims[number])
+                course.postures.append(values)
+                course.short.append(far)
+        begins = [turn.time for turn in turns]
+        if (known := _shared([begin for begin, _ in course.times], begins)) < len(begins):
+            del course.times[known:]
+            for number in range(known, len(begins)):
+                course.times.append((begins[number], 0.0))
+                course.times[number] = begins[number], self._duration(name, course, number + 1)
+        course.asked = turns
+        return course
+
+    def _aimed(
+        self, name: str, postures: Sequence[Array], aims: Sequence[tuple[str, tuple[float, float, float] | None]]
+    ) -> tuple[Array, float]:
+        """Return the values of the joints after the last aim, and how far the hand stays away [m]."""
         from mjsim.posture import lead_hands
 
-        (side, to), person = reach, self._people[name]
-        return lead_hands(person.figure, values, self._start(person)[1], {side: np.array(to)}).values
+        (side, to), before, start = aims[-1], postures[-1], postures[0]
+        if to is None:
+            # The trunk is given back as well, as far as the other hand leaves it.
+            side, to = next(((other, place) for other, place in reversed(aims) if other != side), (side, None))
+            before = start
+        if to is None:
+            return start, 0.0
+        person = self._people[name]
+        found = lead_hands(person.figure, before, self._start(person)[1], {side: np.array(to)})
+        return found.values, 0.0 if aims[-1][1] is None else found.short.get(side, 0.0)
+
+    def _blend(self, course: _Course, count: int, time: float) -> Array:
+        """Return the values of the joints at a time, after so many turns, shape (n,) [rad]."""
+        arrived = (k for k in range(count, 0, -1) if sum(course.times[k - 1]) <= time)
+        first = next(arrived, 0)
+        values = course.postures[first]
+        for (begin, seconds), aim in zip(
+            course.times[first:count], course.postures[first + 1 : count + 1], strict=True
+        ):
+            if time > begin:
+                values = values + _least_jerk((time - begin) / seconds) * (aim - values)
+        return values
+
+    def _duration(self, name: str, course: _Course, count: int) -> float:
+        """Return how long the last of so many turns takes, so that no hand is too fast meanwhile [s]."""
+        person, begin, aim = self._people[name], course.times[count - 1][0], course.postures[count]
+        share = _least_jerk(np.linspace(0.0, 1.0, SAMPLES + 1))[:, None]
+
+        def fastest(values: Array, seconds: float) -> float:
+            grips = self._placed(person, values + share * (aim - values)).values()
+            return max(float(np.linalg.norm(np.diff(grip, axis=0), axis=1).max()) for grip in grips) * SAMPLES / seconds
+
+        def before(seconds: float) -> Array:
+            times = begin + seconds * np.linspace(0.0, 1.0, SAMPLES + 1)
+            return np.stack([self._blend(course, count - 1, time) for time in times.tolist()])
+
+        seconds = max(LEAST, fastest(before(0.0), 1.0) / USUAL)
+        for _ in range(TIMES):
+            if fastest(before(seconds), seconds) <= SPEED:
+                break
+            seconds *= STRETCHED
+        return seconds
 
 
 class LedHands:
@@ -83,29 +192,48 @@ class LedHands:
 
     def __init__(self, model: mujoco.MjModel, world: World) -> None:
         """Keep how the segments are turned at the start."""
-        self._model, self._led = model, LedPeople(world)
+        self._model = model
+        self.people = LedPeople(world)
+        """Where their hands go."""
         self._people = {person.name: person for person in world.people}
         self._start = model.body_quat.copy()
-        self._shown: Mapping[str, tuple[Reach, ...]] = {}
+        self._shown: dict[str, tuple[tuple[HandLed, ...], float]] = {}
 
-    def show(self, reached: Mapping[str, tuple[Reach, ...]]) -> None:
-        """Let hands be where they were led, one after the other; those of all others as at the start."""
-        changed = [name for name in {**self._shown, **reached} if self._shown.get(name) != reached.get(name)]
-        for name in changed:
+    def show(self, reached: Mapping[str, tuple[HandLed, ...]], time: float) -> None:
+        """Let hands be where they are at a time [s], led one after the other; those of all others as at the start."""
+        for name in {**self._shown, **reached}:
             if name in self._people:
-                self._turn(self._people[name], reached.get(name, ()))
-        self._shown = dict(reached)
+                turns = reached.get(name, ())
+                shown = turns, min(time, self.people.arrival(name, turns))
+                if self._shown.get(name) != shown:
+                    self._turn(self._people[name], *shown)
+                    self._shown[name] = shown
 
-    def _turn(self, person: Person, reaches: tuple[Reach, ...]) -> None:
+    def _turn(self, person: Person, turns: tuple[HandLed, ...], time: float) -> None:
         bodies = {segment: self._model.body(f"{person.name}/{segment}").id for segment in UPPER}
-        if not reaches:
+        if not turns:
             for body in bodies.values():
                 self._model.body_quat[body] = self._start[body]
             return
-        segments, poses = person.figure.segments, person.figure.poses(self._led.values(person.name, reaches))
+        segments, poses = person.figure.segments, person.figure.poses(self.people.values(person.name, turns, time))
         for segment, body in bodies.items():
             turned = poses[str(segments[segment].parent)][:3, :3].T @ poses[segment][:3, :3]
             mujoco.mju_mat2Quat(self._model.body_quat[body], turned.ravel())
+
+
+@overload
+def _least_jerk(share: float) -> float: ...
+@overload
+def _least_jerk(share: Array) -> Array: ...
+def _least_jerk(share: float | Array) -> float | Array:
+    """Return how much of its way a motion has gone after a share of its time, 0 to 1."""
+    return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+
+
+def _shared(old: Sequence[object], new: Sequence[object]) -> int:
+    """Return how many members two rows have in common at their beginnings."""
+    different = (k for k, (first, second) in enumerate(zip(old, new, strict=False)) if first != second)
+    return next(different, min(len(old), len(new)))
 
 
 def _standing(person: Person) -> tuple[Array, Array]:

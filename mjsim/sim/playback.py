@@ -1,5 +1,6 @@
 """Pictures of recorded states: the same scene drawn again, from any camera of it."""
 
+import math
 from bisect import bisect_right
 from collections.abc import Iterable
 
@@ -65,7 +66,9 @@ class Playback(Closes):
             UsageError: There is no such camera.
         """
         past = 0 if time is None else bisect_right(self._times, time)
-        self._scene.show(qpos, looks=looks_after(self._world, self._events[:past]))
+        self._scene.show(
+            qpos, looks=looks_after(self._world, self._events[:past], time=math.inf if time is None else time)
+        )
         if camera.endswith("/chase"):
             bring_near(self._scene.model, self._scene.data, camera)
         return self._renderer.render(self._scene.data, camera, out)

@@ -1,5 +1,7 @@
 """The looks of a compiled world as events leave them: light, lamps, and what is no longer there."""
 
+from collections.abc import Sequence
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -7,7 +9,7 @@ from numpy.typing import NDArray
 from mjsim.compile import GHOST, dim_lamp, dim_light, lamp_names
 from mjsim.sim.hands import LedHands
 from mjsim.sim.renderer import UNSEEN
-from mjsim.world import Looks, World, first_looks, item_names
+from mjsim.world import Looks, ReachEvent, World, WorldEvent, first_looks, item_names
 
 FREE = 6
 """Degrees of freedom of what can fall."""
@@ -39,12 +41,19 @@ class Scenery:
             if brightness != before.lamps[name]:
                 lamp, light = self._lamps[name]
                 dim_lamp(self._model, light, lamp, brightness)
-        if looks.reached != before.reached:
-            self._hands.show(looks.reached)
+        if looks.reached or before.reached:
+            self._hands.show(looks.reached, looks.time)
         for name in sorted(looks.removed - before.removed):
             self._take_away(name)
         for name in sorted(before.removed - looks.removed):
             self._bring_back(name)
+
+    def tried(self, event: ReachEvent, before: Sequence[WorldEvent] = ()) -> ReachEvent:
+        """Return the event of a hand as it would go after others: it tells how far the hand stays away."""
+        looks = self._looks
+        for each in (*before, event):
+            looks = looks.after(each, self._world)
+        return event.stays_away(self._hands.people.short(event.reach, looks.reached[event.reach]))
 
     def _take_away(self, name: str) -> None:
         """Let what is called so be neither seen nor met nor touched; what can fall goes on lying on the floor."""

@@ -277,28 +277,28 @@ class Simulation(Closes):
         self._happen(shove=name, impulse=tuple(impulse), seconds=seconds)
 
     def reach(self, robot: str, keys: Mapping[str, object]) -> None:
-        """Begin to move an arm, whatever goals commands have, until `release`.
+        """Begin to move an arm, whatever goals commands have, or a person's hand, until `release`.
 
         Args:
-            robot: Name.
-            keys: As events have them: `joints_deg` [deg, m], or `tool` [m] with or without `rpy_deg`; and `arm`.
+            robot: Name; or that of a person.
+            keys: As events have: `joints_deg` [deg, m], or `tool` [m] with or without `rpy_deg`; `arm`; `hand`, `to`.
 
         Raises:
-            UsageError: A key is wrong, there is no such arm, or it cannot be there.
+            UsageError: A key is wrong, there is no such arm or person, or it cannot be there.
         """
         self._happen(**{**keys, "reach": robot})
 
-    def release(self, robot: str, arm: str = "arm") -> None:
-        """Let the goals of commands move an arm again; raises UsageError where there is none."""
-        self._happen(release=robot, arm=arm)
+    def release(self, robot: str, arm: str = "arm", *, hand: str | None = None) -> None:
+        """Let goals of commands move an arm again, or a hand of a person go back; raises UsageError for none."""
+        self._happen(release=robot, arm=arm, hand=hand)
 
     def lead(self, mechanism: str, joint: str, to_deg: float) -> None:
         """Begin to bring a joint that follows a motion to a value [deg, m]; raises UsageError where it cannot."""
         self._happen(lead=mechanism, joint=joint, to_deg=to_deg)
 
-    def schedule(self, event: WorldEvent, *, instead_of: WorldEvent | None = None) -> None:
+    def schedule(self, event: WorldEvent, *, instead_of: WorldEvent | None = None) -> WorldEvent:
         """Have an event happen as those of the world file do, at a tick to come; as `WorldScript.schedule` has it."""
-        self._script.schedule(event, instead_of=instead_of)
+        return self._script.schedule(event, instead_of=instead_of)
 
     def happened(self) -> tuple[WorldEvent, ...]:
         """Return what has happened to the world since the last call, each at the time when it did."""

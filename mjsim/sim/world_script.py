@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -104,12 +105,15 @@ class WorldScript:
         self._heights = {robot.name: 0.0 for robot in world.robots}
         self._movers.put(0.0)
 
-    def schedule(self, event: WorldEvent, *, instead_of: WorldEvent | None = None) -> None:
+    def schedule(self, event: WorldEvent, *, instead_of: WorldEvent | None = None) -> WorldEvent:
         """Have an event happen when its time comes, after those of the same time.
 
         Args:
             event: What is to happen.
             instead_of: One that was scheduled before and is still to happen.
+
+        Returns:
+            The event; that of a hand tells how far it will stay away.
 
         Raises:
             UsageError: What it names is not there, or there is no room where it puts something; nothing changes then.
@@ -123,14 +127,20 @@ class WorldScript:
             wrong = self._barred(event.lead, event.joint, led_value(self._world, event))
             if wrong:
                 raise UsageError(wrong)
+        if isinstance(event, ReachEvent) and event.hand is not None:
+            until = [each for each in reversed(self._due) if each.time <= event.time]
+            event = self._scenery.tried(event, until)
         self._due = [event, *(each for each in self._due if each is not instead_of)]
         # The sort is stable, and of those at one time the newest stands first: it happens last.
         self._due.sort(key=lambda each: -each.time)
+        return event
 
     def let_happen(self, time: float) -> None:
         """Let all scripted events happen whose time has come [s]."""
         while self._due and self._due[-1].time <= time + EARLY:
             self.happen(self._due.pop(), time)
+        if self._scenery.looks.reached:
+            self._scenery.show(replace(self._scenery.looks, time=time))
 
     def happen(self, event: WorldEvent, time: float) -> None:
         """Let an event happen now.
@@ -158,12 +168,16 @@ class WorldScript:
                 self._tune(event.noise, event.value)
             case ReachEvent() if event.hand is None:
                 self._arm(event.reach, event.arm).lead(self._reached(event)[0])
-            case ReleaseEvent():
+            case ReleaseEvent() if event.hand is None:
                 self._arm(event.release, event.arm).lead(None)
             case LeadEvent():
                 self._lead(event.lead, event.joint, led_value(self._world, event))
-        self._scenery.show(self._scenery.looks.after(event, self._world))
-        self._happened.append(event.model_copy(update={"time": time}))
+        # Hands set out at the tick, not at the time that the file has.
+        happened: WorldEvent = event.model_copy(update={"time": time})
+        if isinstance(happened, ReachEvent) and happened.hand is not None:
+            happened = self._scenery.tried(happened)
+        self._scenery.show(replace(self._scenery.looks.after(happened, self._world), time=time))
+        self._happened.append(happened)
 
     @property
     def looks(self) -> Looks:
@@ -251,8 +265,8 @@ class WorldScript:
                 _require(event.remove, "beacon or obstacle", things)
             case RestoreEvent():
                 _require(event.restore, "beacon", [beacon.name for beacon in self._world.beacons])
-            case ReachEvent() if event.hand is not None:
-                _require(event.reach, "person", [person.name for person in self._world.people])
+            case ReachEvent(reach=name) | ReleaseEvent(release=name) if event.hand is not None:
+                _require(name, "person", [person.name for person in self._world.people])
             case ReachEvent() | ReleaseEvent():
                 self._check_arm(event)
             case LeadEvent():

@@ -111,8 +111,7 @@ class Feed:
         if newest is None:
             return None
         if self._told[0] != number:
-            reached = {} if newest.looks is None else newest.looks.reached
-            hands = self._people.grips(reached) if self._people is not None else None
+            hands = self._people.grips(newest.looks) if self._people is not None else None
             self._told = (
                 number,
                 json.dumps(

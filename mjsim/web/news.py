@@ -331,6 +331,18 @@ class RefusedNews(TypedDict):
 
 
 @_TOLD
+class ShortNews(TypedDict):
+    """A hand that was led by the page does not get there."""
+
+    kind: Literal["short"]
+    person: str
+    hand: str
+    """left or right."""
+    metres: float
+    """How far it stays away [m]."""
+
+
+@_TOLD
 class FrameHead(TypedDict):
     """What stands before a picture, or before where bodies are."""
 
@@ -344,4 +356,4 @@ class FrameHead(TypedDict):
     """Distances at the near and the far end of the colours of a picture of depth [m]."""
 
 
-News = TypeAliasType("News", RunNews | SceneNews | PastNews | TickNews | EventNews | RefusedNews)
+News = TypeAliasType("News", RunNews | SceneNews | PastNews | TickNews | EventNews | RefusedNews | ShortNews)

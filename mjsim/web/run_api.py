@@ -19,6 +19,7 @@ from mjsim.session import Session
 from mjsim.web.answers import RefusedError, asked
 from mjsim.web.files import source_of
 from mjsim.web.folder import Folder
+from mjsim.web.news import ShortNews
 from mjsim.web.requests import (
     DriveByHand,
     FrameShown,
@@ -36,7 +37,7 @@ from mjsim.web.scene_3d import Scene3dShelf
 from mjsim.web.stage import Scene, Stage
 from mjsim.web.trust import Code, Trust
 from mjsim.web.viewer import Viewer
-from mjsim.world import World, check_world, parse_world
+from mjsim.world import ReachEvent, World, check_world, parse_world
 
 
 class RunApi:
@@ -118,7 +119,8 @@ class RunApi:
             case SetNoise():
                 await asyncio.to_thread(self._session().set_noise, request.key, request.value)
             case Touch():
-                await asyncio.to_thread(self._touch, request)
+                if (short := await asyncio.to_thread(self._touch, request)) is not None:
+                    await viewer.tell(short)
             case DriveByHand():
                 self._drive(request)
 
@@ -170,11 +172,15 @@ class RunApi:
             raise WorldError(problems)
         return world
 
-    def _touch(self, request: Touch) -> None:
+    def _touch(self, request: Touch) -> ShortNews | None:
+        """Touch the run; return what there is to say of a hand that does not get there."""
         session = self._session()
-        session.touch(request.event)
+        event = session.touch(request.event)
         if session.state == "paused":
             session.tick()
+        if not isinstance(event, ReachEvent) or event.hand is None or not event.short:
+            return None
+        return {"kind": "short", "person": event.reach, "hand": event.hand, "metres": round(event.short, 3)}
 
     def _drive(self, request: DriveByHand) -> None:
         session = self._session()

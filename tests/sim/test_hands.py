@@ -1,13 +1,15 @@
 """Hands of people that events move: where they are, who sees it, and that it repeats."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import mjsim
-from mjsim.errors import WorldError
+from mjsim.errors import UsageError, WorldError
 from mjsim.sim import StillScene
 from mjsim.sim.hands import LedPeople
-from mjsim.world import looks_after
+from mjsim.world import HandLed, ReachEvent, check_world, looks_after, said_of
 
 ROOM = """
 mjsim: 1
@@ -35,7 +37,7 @@ def nearest(sim):
 def test_a_hand_goes_where_an_event_leads_it_and_a_lidar_meets_it_there():
     with mjsim.Simulation(mjsim.parse_world(ROOM.replace("EVENTS", EVENT))) as sim:
         before, left, legs = nearest(sim), grip(sim, "left"), sim.data.body("anna/left_foot").xpos.copy()
-        for _ in range(10):
+        for _ in range(40):
             sim.step()
         np.testing.assert_allclose(grip(sim), TO, atol=1e-3)
         np.testing.assert_array_equal(sim.data.body("anna/left_foot").xpos, legs)
@@ -49,19 +51,77 @@ def test_a_3d_lidar_meets_a_hand_where_it_was_led_and_no_longer_where_it_was():
     room = ROOM.replace("{lidar: scan, at: [0, 0, 1.0], beams: 181, fov_deg: 40, range: [0.05, 10]}", LIDAR)
     with mjsim.Simulation(mjsim.parse_world(room.replace("EVENTS", EVENT))) as sim:
         seen = []
-        for _ in range(20):
+        for _ in range(50):
             sim.step()
             if (cloud := sim.sense("r").clouds.get("scan")) is not None:
                 seen.append(float(np.linalg.norm(cloud.points[cloud.points[:, 2] > -0.5], axis=1).min()))
     assert min(seen[-3:]) < seen[0] - 0.1
 
 
-def test_a_hand_out_of_reach_comes_as_near_as_it_can():
+def test_a_hand_out_of_reach_comes_as_near_as_it_can_and_the_event_tells_how_near():
     event = "{time: 0, reach: anna, hand: left, to: [-3, 0, 1.2]}"
     with mjsim.Simulation(mjsim.parse_world(ROOM.replace("EVENTS", event))) as sim:
-        x, _, z = grip(sim, "left")
+        (happened,) = sim.happened()
+        for _ in range(60):
+            sim.step()
+        x, _, z = there = grip(sim, "left")
         assert 1.0 < x < 1.6
         assert abs(z - 1.2) < 0.2
+        assert isinstance(happened, ReachEvent)
+        assert happened.short == pytest.approx(np.linalg.norm(there - (-3, 0, 1.2)), abs=2e-3)
+        assert said_of(happened).endswith(f", which is {happened.short:.2g} m out of reach")
+        sim.reset()
+        sim.reach("anna", {"hand": "right", "to": TO})
+        assert [event.short for event in sim.happened()[1:]] == [0.0]
+
+
+def speeds(sim, ticks):
+    """Return the speeds of both hands over so many ticks [m/s], shape (ticks, 2)."""
+    places = []
+    for _ in range(ticks + 1):
+        places.append([grip(sim, "left"), grip(sim, "right")])
+        sim.step()
+    return np.linalg.norm(np.diff(places, axis=0), axis=2) / sim.dt
+
+
+def test_hands_move_no_faster_than_people_do_and_without_jolts_also_when_led_elsewhere_on_the_way():
+    again = "{time: 0.6, reach: anna, hand: right, to: [1.7, -0.3, 1.5]}"
+    back = "{time: 1.0, release: anna, hand: right}"
+    world = mjsim.parse_world(ROOM.replace("EVENTS", f"{EVENT}, {again}, {back}"))
+    with mjsim.Simulation(world) as sim:
+        start = sim.model.body_quat.copy()
+        found = speeds(sim, 150)
+        assert 0.5 < found.max() <= 1.0
+        # A jump of the speed would be one of some 0.8 m/s; people speed up by some 5 m/s^2.
+        assert np.abs(np.diff(found, axis=0)).max() / sim.dt < 6.0
+        # Given back, it is where it was, to the last bit, and rests.
+        assert found[-5:].max() == 0.0
+        np.testing.assert_allclose(sim.model.body_quat, start, atol=1e-12)
+
+
+def test_a_hand_that_is_given_back_leaves_the_other_one_where_it_was_led():
+    left = "{time: 0, reach: anna, hand: left, to: [1.6, -0.2, 1.1]}"
+    back = "{time: 0.4, release: anna, hand: right}"
+    with mjsim.Simulation(mjsim.parse_world(ROOM.replace("EVENTS", f"{left}, {EVENT}, {back}"))) as sim:
+        before = grip(sim)
+        for _ in range(200):
+            sim.step()
+        np.testing.assert_allclose(grip(sim, "left"), (1.6, -0.2, 1.1), atol=2e-3)
+        assert np.linalg.norm(grip(sim) - before) < 0.3  # it hangs on a trunk that leans
+        assert np.linalg.norm(grip(sim) - TO) > 0.3
+
+
+def test_a_still_scene_shows_a_hand_on_its_way_as_the_run_had_it():
+    world = mjsim.parse_world(ROOM.replace("EVENTS", EVENT))
+    scene = StillScene(world)
+    with mjsim.Simulation(world) as sim:
+        happened = list(sim.happened())
+        for _ in range(15):
+            sim.step()
+            happened += sim.happened()
+        assert np.linalg.norm(grip(sim) - TO) > 0.1
+        scene.show(sim.data.qpos, looks=looks_after(world, happened, time=sim.time))
+        np.testing.assert_array_equal(scene.data.site("anna/right_grip").xpos, grip(sim))
 
 
 def test_a_still_scene_shows_hands_as_events_left_them_forwards_and_backwards():
@@ -81,6 +141,8 @@ def test_a_still_scene_shows_hands_as_events_left_them_forwards_and_backwards():
     [
         ("{time: 0, reach: anna, hand: left}", "a person reaches with a hand; give hand: left or right, and to:"),
         ("{time: 0, reach: anna, hand: left, to: [1, 1, 1], tool: [1, 1, 1]}", "'tool' is of a robot's arm"),
+        ("{time: 0, release: anna, hand: left, arm: boom}", "'arm' is of a robot's arm, 'hand' of a person"),
+        ("{time: 0, release: anna, hand: up}", "hand is 'up'"),
     ],
 )
 def test_a_reach_that_is_half_said_is_refused(event, said):
@@ -89,8 +151,18 @@ def test_a_reach_that_is_half_said_is_refused(event, said):
     assert said in str(caught.value)
 
 
-def test_a_person_that_is_not_there_is_named():
-    event = "{time: 0, reach: ana, hand: left, to: [1, 1, 1]}"
+@pytest.mark.parametrize("event", ["{time: 0, release: anna}", "{time: 0, reach: anna, tool: [1, 1, 1]}"])
+def test_an_event_of_a_person_that_says_no_hand_is_refused(event):
+    said = "'anna' is a person; say which hand: left or right"
+    world = mjsim.parse_world(ROOM.replace("EVENTS", event))
+    assert said in str(check_world(world)[0])
+    with pytest.raises(UsageError, match=said):
+        mjsim.Simulation(world)
+
+
+@pytest.mark.parametrize("what", ["reach: ana, hand: left, to: [1, 1, 1]", "release: ana, hand: left"])
+def test_a_person_that_is_not_there_is_named(what):
+    event = f"{{time: 0, {what}}}"
     with pytest.raises(WorldError) as caught:
         mjsim.parse_world(ROOM.replace("EVENTS", event))
     assert "no person 'ana' in this world; did you mean 'anna'?" in str(caught.value)
@@ -100,12 +172,13 @@ def test_a_person_that_is_not_there_is_named():
 def test_a_hand_that_was_led_a_thousand_times_is_shown_from_any_of_them():
     world = mjsim.parse_world(ROOM.replace("EVENTS", ""))
     places = [(1.6, 0.2 * np.sin(k), 1.0 + 0.1 * np.cos(k)) for k in range(1000)]
-    reaches = tuple(("right", (float(x), float(y), float(z))) for x, y, z in places)
-    people = LedPeople(world)
-    there = people.grips({"anna": reaches})["anna"]["right"]
+    turns = tuple(HandLed(3.0 * k, "right", (float(x), float(y), float(z))) for k, (x, y, z) in enumerate(places))
+    people, looks = LedPeople(world), looks_after(world, ())
+    there = people.grips(replace(looks, reached={"anna": turns}))["anna"]["right"]
     np.testing.assert_allclose(there, places[-1], atol=2e-3)
     # Back in time, and another way from there.
-    np.testing.assert_allclose(people.grips({"anna": reaches[:5]})["anna"]["right"], places[4], atol=2e-3)
+    there = people.grips(replace(looks, reached={"anna": turns[:5]}))["anna"]["right"]
+    np.testing.assert_allclose(there, places[4], atol=2e-3)
     other = LedPeople(world)
-    for anew in ((*reaches[:5], reaches[9]), reaches[:6], ()):
+    for anew in ((*turns[:5], turns[9]), turns[:6], ()):
         np.testing.assert_array_equal(people.values("anna", anew), other.values("anna", anew))

@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 import mjsim
 from mjsim.web import Studio
 from tests.browser import browser as listener
-from tests.web.test_studio_touch_page import CELL, drag, until
+from tests.web.test_studio_touch_page import CELL, drag, pick, until
 from tests.windows import PATIENCE, chromium, page_at
 
 pytestmark = pytest.mark.slow
@@ -88,6 +88,17 @@ def hand(tick) -> np.ndarray:
     return np.array(tick["hands"]["anna"]["right"])
 
 
+def rests():
+    """Return a fact of a tick: the hand is where it was at the one before."""
+    before = [np.full(3, np.nan)]
+
+    def fact(tick) -> bool:
+        before.append(hand(tick))
+        return np.array_equal(*before[-2:])
+
+    return fact
+
+
 def test_a_hand_is_led_on_the_plan_and_in_3d_and_that_is_kept(tmp_path):
     (tmp_path / "room.yaml").write_text(ROOM)
     with chromium() as chrome, Studio(tmp_path, world="room.yaml") as studio, page_at(chrome, studio.url) as page:
@@ -100,16 +111,30 @@ def test_a_hand_is_led_on_the_plan_and_in_3d_and_that_is_kept(tmp_path):
         page.get_by_role("button", name="Touch: drag").click()
         drag(page, start[:2], (2.3, 2.3))
         until(studio, page, lambda tick: np.hypot(*(hand(tick)[:2] - (2.3, 2.3))) < 0.06)
+        until(studio, page, rests())
+        # What is out of reach is told in a line, and among the events.
+        drag(page, (2.3, 2.3), (3.8, 3.8))
+        line = page.locator(".toast.done", has_text="The right hand of anna does not reach there: it stays")
+        expect(line).to_be_visible(timeout=PATIENCE)
+        away = float(re.search(r"stays ([\d.]+) m", line.inner_text())[1])
+        until(studio, page, lambda tick: abs(np.linalg.norm(hand(tick) - (3.8, 3.8, start[2])) - away) < 0.06)
+        until(studio, page, rests())
+        with listener(studio.url) as watcher:
+            x, y, _ = hand(watcher.until("tick"))
+        pick(page, (x, y), "Give back")
+        until(studio, page, lambda tick: np.linalg.norm(hand(tick) - start) < 1e-3)
         page.get_by_role("button", name="Touch: drag").click()
         canvas = opened(page)
         lead(canvas, "right", "", (0, -8))
         until(studio, page, lambda tick: hand(tick)[2] > start[2] + 0.05)
         page.get_by_role("tab", name="Events").click()
-        page.get_by_role("button", name="Keep 2 as events").click()
+        page.get_by_role("button", name="Keep 4 as events").click()
         expect(page.get_by_role("button", name="Kept as events")).to_be_disabled()
         page.keyboard.press("Control+s")
         expect(page.locator(".world .dot")).to_be_hidden()
     events = mjsim.load_world(tmp_path / "room.yaml").run.events
-    assert [(event.reach, event.hand) for event in events] == [("anna", "right")] * 2
+    led, beyond, back, lifted = events
+    assert [(event.reach, event.hand) for event in (led, beyond, lifted)] == [("anna", "right")] * 3
+    assert (back.release, back.hand) == ("anna", "right")
     # On the plan it keeps its height.
     assert abs(events[0].to[2] - start[2]) < 1e-3

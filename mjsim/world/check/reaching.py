@@ -12,9 +12,9 @@ def beyond_reach(world: World) -> Iterator[Doubt]:
     for index, event in enumerate(world.run.events):
         if isinstance(event, ReachEvent | ReleaseEvent):
             path = ("run", "events", index)
-            if isinstance(event, ReachEvent) and event.hand is not None:
-                if (unknown := unknown_person(world, event.reach)) is not None:
-                    yield unknown, (*path, "reach")
+            if event.hand is not None:
+                if (unknown := unknown_person(world, getattr(event, event_key(event)))) is not None:
+                    yield unknown, (*path, event_key(event))
                 continue
             try:
                 item = arm_of_event(world, event)
@@ -44,6 +44,8 @@ def arm_of_event(world: World, event: ReachEvent | ReleaseEvent) -> RobotArm:
     """
     name: str = getattr(event, event_key(event))
     arms = {robot.name: {item.name: item for item in robot.arms} for robot in world.robots}
+    if name not in arms and any(person.name == name for person in world.people):
+        raise ValueError(f"'{name}' is a person; say which hand: left or right")
     if name not in arms:
         raise ValueError(f"no robot '{name}' in this world{did_you_mean(name, arms)}")
     if event.arm not in arms[name]:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, TypeAdapter, ValidationError, model_validator
+from pydantic import Field, PrivateAttr, TypeAdapter, ValidationError, model_validator
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.world.ground import (
@@ -133,7 +133,7 @@ class PushEvent(_Event):
 class ReachEvent(_Event):
     """An arm goes to joint values or a pose of its tool, at 1 rad/s or 1 m/s at most, and stays until released.
 
-    Of a person, a hand is elsewhere from now on.
+    Of a person, a hand goes elsewhere, at 1 m/s at most, and stays there until released.
     """
 
     reach: Name
@@ -151,6 +151,18 @@ class ReachEvent(_Event):
     """Of a person: which hand."""
     to: Point3 | None = None
     """[x, y, z] of its grip in the world, found by inverse kinematics; out of reach, it comes as near as it can [m]."""
+    _short: float = PrivateAttr(default=0.0)
+
+    @property
+    def short(self) -> float:
+        """How far the hand stays away from where it was led [m], once it is known; 0 when it gets there."""
+        return self._short
+
+    def stays_away(self, short: float) -> Self:
+        """Return the same event, of a hand that stays so far away from where it was led [m]."""
+        copy = self.model_copy()
+        copy._short = short
+        return copy
 
     @model_validator(mode="after")
     def _says_where(self) -> Self:
@@ -165,19 +177,32 @@ class ReachEvent(_Event):
     def _says_where_the_hand_is(self) -> Self:
         if self.hand is None or self.to is None:
             raise fault("a person reaches with a hand; give hand: left or right, and to: [x, y, z]")
-        for key in ("arm", "joints_deg", "tool", "rpy_deg"):
-            if getattr(self, key) != type(self).model_fields[key].default:
-                raise fault(f"'{key}' is of a robot's arm, 'hand' of a person; leave out one of them", key)
+        _refuse_of_arms(self, "arm", "joints_deg", "tool", "rpy_deg")
         return self
 
 
 class ReleaseEvent(_Event):
-    """The navigator moves an arm again."""
+    """The navigator moves an arm again; a hand of a person goes back to where it was at the start."""
 
     release: Name
-    """The robot."""
+    """The robot, or the person."""
     arm: Name = "arm"
     """Which of its arms."""
+    hand: Literal["left", "right"] | None = None
+    """Of a person: which hand."""
+
+    @model_validator(mode="after")
+    def _is_of_one(self) -> Self:
+        if self.hand is not None:
+            _refuse_of_arms(self, "arm")
+        return self
+
+
+def _refuse_of_arms(event: ReachEvent | ReleaseEvent, *keys: str) -> None:
+    """Raise when an event of a hand has keys of an arm as well."""
+    for key in keys:
+        if getattr(event, key) != type(event).model_fields[key].default:
+            raise fault(f"'{key}' is of a robot's arm, 'hand' of a person; leave out one of them", key)
 
 
 class LeadEvent(_Event):
@@ -227,7 +252,7 @@ WorldEvent = Annotated[
         EVENT_KINDS,
         "an event needs what happens; write move: NAME, open: DOOR, close: DOOR, light: 0.5, lamp: NAME,"
         " noise: KEY, remove: NAME, restore: BEACON, shove: NAME, push: NAME, reach: ROBOT or PERSON,"
-        " release: ROBOT or lead: MECHANISM",
+        " release: ROBOT or PERSON, or lead: MECHANISM",
     ),
 ]
 
@@ -280,9 +305,12 @@ def said_of(event: WorldEvent) -> str:
             duration = "" if event.seconds is None else f" for {event.seconds:g} s"
             return f"{event.push} is pushed by a force, a {event.signal.kind}{duration}"
         case ReachEvent(to=to) if to is not None:
-            return f"the {event.hand} hand of {event.reach} reaches for [{to[0]:g}, {to[1]:g}, {to[2]:g}]"
+            short = f", which is {event.short:.2g} m out of reach" if event.short else ""
+            return f"the {event.hand} hand of {event.reach} reaches for [{to[0]:g}, {to[1]:g}, {to[2]:g}]{short}"
         case ReachEvent():
             return f"{event.arm} of {event.reach} goes to {_goal_said(event)}"
+        case ReleaseEvent(hand=str(hand)):
+            return f"the {hand} hand of {event.release} goes back to where it was at the start"
         case ReleaseEvent():
             return f"{event.arm} of {event.release} is its navigator's again"
         case LeadEvent():

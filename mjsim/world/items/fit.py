@@ -186,9 +186,11 @@ def _events_without_target(run: Mapping[str, Any], keys: Mapping[str, Any]) -> I
     for index, event in events:
         for key, (what, names) in targets.items():
             name = event.get(key)
-            if key == "reach" and event.get("hand") is not None:
+            if not isinstance(name, str):
+                continue
+            if key in ("reach", "release") and (event.get("hand") is not None or name in people):
                 what, names = "person", people
-            if isinstance(name, str) and name not in names:
+            if name not in names:
                 yield f"no {what} '{name}' in this world{did_you_mean(name, names)}", ("run", "events", index, key)
     yield from _opened_too_far(events, keys)
 

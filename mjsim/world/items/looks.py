@@ -1,11 +1,32 @@
 """What events make of the looks of a world: its light, and what is no longer there."""
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from mjsim.world.ground import item_names
-from mjsim.world.items.events import LampEvent, LightEvent, ReachEvent, RemoveEvent, RestoreEvent, WorldEvent
+from mjsim.world.items.events import (
+    LampEvent,
+    LightEvent,
+    ReachEvent,
+    ReleaseEvent,
+    RemoveEvent,
+    RestoreEvent,
+    WorldEvent,
+)
 from mjsim.world.items.world import World
+
+
+@dataclass(frozen=True, slots=True)
+class HandLed:
+    """A hand of a person is led somewhere, or given back."""
+
+    time: float
+    """When it sets out [s]."""
+    hand: str
+    """left or right."""
+    to: tuple[float, float, float] | None
+    """Where its grip is to be, world frame [m]; None for where it was at the start."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,8 +39,10 @@ class Looks:
     """Brightness of each lamp by its name."""
     removed: frozenset[str] = frozenset()
     """Names of obstacles and beacons that were taken away, with what they carried."""
-    reached: Mapping[str, tuple[tuple[str, tuple[float, float, float]], ...]] = field(default_factory=dict)
-    """Of each person whose hands have moved, in turn: which hand, and where its grip was to be, world frame [m]."""
+    reached: Mapping[str, tuple[HandLed, ...]] = field(default_factory=dict)
+    """Of each person whose hands were led: how, in turn."""
+    time: float = math.inf
+    """The instant, as far as hands are still on their way; they have arrived unless told [s]."""
 
     def after(self, event: WorldEvent, world: World) -> "Looks":
         """Return how the world looks after an event."""
@@ -35,10 +58,14 @@ class Looks:
                 lost = any(item.name == event.restore and item.on in self.removed for item in world.beacons)
                 return self if lost else replace(self, removed=self.removed - {event.restore})
             case ReachEvent(hand=str(hand), to=(x, y, z)):
-                before = self.reached.get(event.reach, ())
-                return replace(self, reached={**self.reached, event.reach: (*before, (hand, (x, y, z)))})
+                return self._led(event.reach, HandLed(event.time, hand, (x, y, z)))
+            case ReleaseEvent(hand=str(hand)):
+                return self._led(event.release, HandLed(event.time, hand, None))
             case _:
                 return self
+
+    def _led(self, person: str, led: HandLed) -> "Looks":
+        return replace(self, reached={**self.reached, person: (*self.reached.get(person, ()), led)})
 
 
 def first_looks(world: World) -> Looks:
@@ -47,9 +74,15 @@ def first_looks(world: World) -> Looks:
     return Looks(world.light, dict(zip(item_names(world.lamps), brightness, strict=True)))
 
 
-def looks_after(world: World, events: Iterable[WorldEvent]) -> Looks:
-    """Return how a world looks after events, in their order."""
-    looks = first_looks(world)
+def looks_after(world: World, events: Iterable[WorldEvent], *, time: float = math.inf) -> Looks:
+    """Return how a world looks after events, in their order.
+
+    Args:
+        world: As it was written.
+        events: What has happened.
+        time: The instant, for hands that are still on their way; they have arrived unless given [s].
+    """
+    looks = replace(first_looks(world), time=time)
     for event in events:
         looks = looks.after(event, world)
     return looks

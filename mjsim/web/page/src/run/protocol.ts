@@ -105,7 +105,7 @@ export interface MechanismTick {
   positions: number[];
 }
 
-export type News = RunNews | SceneNews | PastNews | TickNews | EventNews | RefusedNews;
+export type News = RunNews | SceneNews | PastNews | TickNews | EventNews | RefusedNews | ShortNews;
 
 /** A figure of the world that may be changed while it runs. */
 export interface NoiseFigure {
@@ -226,6 +226,16 @@ export interface SceneNews {
   kind: "scene";
   items: Item[];
   bounds: [number, number, number, number];
+}
+
+/** A hand that was led by the page does not get there. */
+export interface ShortNews {
+  kind: "short";
+  person: string;
+  /** left or right. */
+  hand: string;
+  /** How far it stays away [m]. */
+  metres: number;
 }
 
 /** Something that an estimator shows: points, lines, a grid or a text; which it is, its keys tell. */

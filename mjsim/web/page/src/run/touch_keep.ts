@@ -1,10 +1,10 @@
-/** Writes what was done by hand into the world's text, as its events. */
+/** What was done by hand: it is written into the world's text, as its events, and what did not come of it is said. */
 
 import type { Values } from "../api";
 import { el, fill } from "../dom";
 import type { Studio } from "../shell/view";
 import { button } from "./controls";
-import type { RunNews } from "./protocol";
+import type { RunNews, ShortNews } from "./protocol";
 import { word } from "../words/words";
 
 /** A button above the list of events. */
@@ -46,4 +46,10 @@ export class Keep {
     this.show(run);
     toasts.done(fresh.length === 1 ? word("run.oneEventWasAdded") : word("run.eventsWereAdded", { count: fresh.length }));
   }
+}
+
+/** How far a hand stays away from where it was led. */
+export function shortSaid({ person, hand, metres }: ShortNews): string {
+  const said = { person, metres: metres.toFixed(2) };
+  return hand === "left" ? word("run.leftHandStaysAway", said) : word("run.rightHandStaysAway", said);
 }

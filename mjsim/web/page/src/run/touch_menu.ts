@@ -33,7 +33,10 @@ export function openTouchMenu({ thing, items, removed }: Touched, send: (event: 
 
 function ofThing(thing: Touchable, send: (event: Values) => void): Entry[][] {
   const { held } = thing;
-  if (held && "person" in held) return [];
+  if (held && "person" in held) {
+    const { person, side } = held;
+    return [[{ text: word("run.giveBack"), act: () => send({ release: person, hand: side }) }]];
+  }
   if (held) return [[{ text: word("run.giveBackToItsNavigator"), act: () => send({ release: held.robot.name, arm: held.arm }) }]];
   const push = (text: string, turn: number): Entry => {
     const way = times(direction(thing.heading_deg + turn), PUSH).map((value) => Math.round(value * 1000) / 1000);

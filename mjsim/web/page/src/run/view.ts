@@ -19,13 +19,13 @@ import { Link, type LinkState } from "./link";
 import { MechanismPanel } from "./mechanisms";
 import { NoisePanel } from "./noise";
 import { Pad } from "./pad";
-import type { News, RunRequest, RefusedNews, RunNews, TickNews } from "./protocol";
+import type { News, RunRequest, ShortNews, RefusedNews, RunNews, TickNews } from "./protocol";
 import { RunRecord } from "./record";
 import { Setup } from "./setup";
 import { sideSwitch } from "./side";
 import { Tabs } from "./tabs";
 import { Stage } from "./tile";
-import { Keep } from "./touch_keep";
+import { Keep, shortSaid } from "./touch_keep";
 import { word } from "../words/words";
 
 /** Charts are drawn at most this often [ms]. */
@@ -200,10 +200,11 @@ export class RunView implements View {
   private take(news: News): void {
     if (news.kind === "run") this.takeRun(this.ownRun(news));
     else if (news.kind === "refused") void this.refused(news);
+    else if (news.kind === "short") this.studio.toasts.done(shortSaid(news));
     else if (this.live || this.run?.state !== "idle") this.takeMoment(news);
   }
 
-  private takeMoment(news: Exclude<News, RunNews | RefusedNews>): void {
+  private takeMoment(news: Exclude<News, RunNews | RefusedNews | ShortNews>): void {
     if (news.kind === "tick") this.takeTick(news);
     else if (news.kind === "event") this.events.add(news);
     else if (news.kind === "scene") {
