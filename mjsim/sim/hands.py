@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.people import columns
 from mjsim.world import HandLed, Looks, Person, World
 
 UPPER = (
@@ -34,7 +35,7 @@ AWAY = 0.002
 
 
 @dataclass(slots=True)
-class _Course:
+class _LedCourse:
     """How the hands of one person were led: the posture that each turn aims at, and when that is there."""
 
     aims: list[tuple[str, tuple[float, float, float] | None]]
@@ -64,8 +65,9 @@ class LedPeople:
         self._world = world
         self._people = {person.name: person for person in world.people}
         self._starts: dict[str, tuple[Array, Array]] = {}
-        self._courses: dict[str, _Course] = {}
+        self._courses: dict[str, _LedCourse] = {}
         self._grips: dict[str, tuple[object, dict[str, Array]]] = {}
+        self._outlines: dict[str, tuple[object, list[tuple[Array, str]]]] = {}
 
     def values(self, name: str, turns: Sequence[HandLed], time: float = math.inf) -> Array:
         """Return the values of a figure's joints, shape (n,) [rad].
@@ -90,11 +92,33 @@ class LedPeople:
     def grips(self, looks: Looks | None) -> dict[str, dict[str, Array]]:
         """Return where the grips of all hands are, by person and side, world frame, shape (3,) each [m]."""
         for name, person in self._people.items():
-            turns = () if looks is None else looks.reached.get(name, ())
-            time = math.inf if looks is None else min(looks.time, self.arrival(name, turns))
-            if name not in self._grips or self._grips[name][0] != (turns, time):
-                self._grips[name] = (turns, time), self._placed(person, self.values(name, turns, time))
+            turns, time = key = self._moment(name, looks)
+            if name not in self._grips or self._grips[name][0] != key:
+                self._grips[name] = key, self._placed(person, self.values(name, turns, time))
         return {name: grips for name, (_, grips) in self._grips.items()}
+
+    def outlines(self, looks: Looks | None) -> dict[str, list[tuple[Array, str]]]:
+        """Return what people whose hands were led look like from above, by name.
+
+        Outlines of segments, the lowest first, each with its colour; convex, world frame, counter-clockwise, shape
+        (n, 2) [m].
+        """
+        found: dict[str, list[tuple[Array, str]]] = {}
+        for name, person in self._people.items():
+            turns, time = key = self._moment(name, looks)
+            if not turns:
+                continue
+            if name not in self._outlines or self._outlines[name][0] != key:
+                poses = person.figure.poses(self.values(name, turns, time), self._start(person)[1])
+                segments = columns(person.skins, poses).items()
+                self._outlines[name] = key, [(outline, person.color_of(segment)) for segment, (outline, *_) in segments]
+            found[name] = self._outlines[name][1]
+        return found
+
+    def _moment(self, name: str, looks: Looks | None) -> tuple[tuple[HandLed, ...], float]:
+        """Return how the hands of a person were led until then, and when that is, but for the rest after it [s]."""
+        turns = () if looks is None else looks.reached.get(name, ())
+        return turns, math.inf if looks is None else min(looks.time, self.arrival(name, turns))
 
     def _placed(self, person: Person, values: Array) -> dict[str, Array]:
         """Return where the grips are by side, shape (..., 3) [m], for values of shape (..., n)."""
@@ -113,10 +137,10 @@ class LedPeople:
         found = seated(self._world, person)
         return found.values, found.world_from_pelvis
 
-    def _course(self, name: str, turns: Sequence[HandLed]) -> _Course:
+    def _course(self, name: str, turns: Sequence[HandLed]) -> _LedCourse:
         """Return how a person's hands were led, at least as far as these turns; others than before are worked out."""
         if name not in self._courses:
-            self._courses[name] = _Course([], [self._start(self._people[name])[0]], [], [])
+            self._courses[name] = _LedCourse([], [self._start(self._people[name])[0]], [], [])
         course = self._courses[name]
         if course.asked is turns:
             return course
@@ -154,7 +178,7 @@ class LedPeople:
         found = lead_hands(person.figure, before, self._start(person)[1], {side: np.array(to)})
         return found.values, 0.0 if aims[-1][1] is None else found.short.get(side, 0.0)
 
-    def _blend(self, course: _Course, count: int, time: float) -> Array:
+    def _blend(self, course: _LedCourse, count: int, time: float) -> Array:
         """Return the values of the joints at a time, after so many turns, shape (n,) [rad]."""
         arrived = (k for k in range(count, 0, -1) if sum(course.times[k - 1]) <= time)
         first = next(arrived, 0)
@@ -166,7 +190,7 @@ class LedPeople:
                 values = values + _least_jerk((time - begin) / seconds) * (aim - values)
         return values
 
-    def _duration(self, name: str, course: _Course, count: int) -> float:
+    def _duration(self, name: str, course: _LedCourse, count: int) -> float:
         """Return how long the last of so many turns takes, so that no hand is too fast meanwhile [s]."""
         person, begin, aim = self._people[name], course.times[count - 1][0], course.postures[count]
         share = _least_jerk(np.linspace(0.0, 1.0, SAMPLES + 1))[:, None]

@@ -85,8 +85,8 @@ class Panel:
 
     def draw(self, image: Picture, moment: Moment, *, around: Array | None = None) -> PlanView:
         """Draw the plan, or its window around a world point, into a picture; return what it shows."""
-        if moment.looks is not None and moment.looks.removed != self._removed:
-            self._take_away(moment.looks.removed)
+        if moment.looks is not None and (other := moment.looks.removed | moment.looks.reached.keys()) != self._removed:
+            self._take_away(other)
         height, width = image.shape[:2]
         column, row = 0, 0
         if around is not None:

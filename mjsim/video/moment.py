@@ -101,7 +101,7 @@ def moments(recording: Recording, robot: str, rows: Sequence[int]) -> Iterator[M
     scans = enumerate(recorded_points(recording, robot))
     for row in rows:
         now = float(track.time[row])
-        if bisect_right(changes, now) != past:
+        if bisect_right(changes, now) != past or looks.reached:
             past, looks = bisect_right(changes, now), recording.looks(row)
         renewed = False
         while stamp <= now + 1e-9:

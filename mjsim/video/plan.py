@@ -75,7 +75,7 @@ def draw_background(
         image: Of the view's size; it is drawn over.
         world: What is drawn.
         view: What of it is shown.
-        removed: Names of what was taken away.
+        removed: Names of what was taken away, and of people that are drawn elsewhere.
         letters: To write names beside beacons and obstacles; without names unless given.
     """
     image[:] = floor_color(world)
@@ -84,7 +84,7 @@ def draw_background(
     _draw_grid(image, world, view)
     for obstacle in _standing(world, removed):
         draw_outline(image, view.pixels(footprint(obstacle)), parse_color(obstacle.color))
-    for person in world.people:
+    for person in (each for each in world.people if each.name not in removed):
         for outline, color in from_above(world, person):
             draw_outline(image, view.pixels(outline), parse_color(color))
     _draw_walls(image, world, view)

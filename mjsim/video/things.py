@@ -1,11 +1,13 @@
 """What moves on a plan besides robots, and what events change: things, doors, lamps."""
 
 import math
+from itertools import chain
 
 import numpy as np
 
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Picture
+from mjsim.sim import LedPeople
 from mjsim.video.ink import INK, PAPER, Color, blend, draw_disc, draw_polyline, parse_color
 from mjsim.video.moment import Moment
 from mjsim.video.plan import draw_beacon, draw_outline
@@ -31,6 +33,7 @@ class Things:
                 outline = start.inverse().transform(footprint(obstacle))
                 self._obstacles.append((name, start, outline, parse_color(obstacle.color)))
         self._leaves = leaves(world)
+        self._people = LedPeople(world)
         carriers = {item.name for item in world.robots} | {name for name, *_ in self._obstacles}
         self._carried = [beacon for beacon in world.beacons if beacon.on in carriers]
         self._starts = {
@@ -44,6 +47,8 @@ class Things:
         for name, _, outline, color in self._obstacles:
             if name not in looks.removed:
                 draw_outline(image, view.pixels(places[name].transform(outline)), color)
+        for part, said in chain.from_iterable(self._people.outlines(looks).values()):
+            draw_outline(image, view.pixels(part), parse_color(said))
         for leaf in self._leaves:
             place = _pose(moment, f"door/{leaf.name}", leaf.pose(math.radians(leaf.door.angle_deg)))
             ends = view.pixels(place.transform([[0.0, 0.0], [leaf.width, 0.0]]))

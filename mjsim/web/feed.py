@@ -112,10 +112,19 @@ class Feed:
             return None
         if self._told[0] != number:
             hands = self._people.grips(newest.looks) if self._people is not None else None
+            people = self._people.outlines(newest.looks) if self._people is not None else None
             self._told = (
                 number,
                 json.dumps(
-                    tick_told(newest, number=number, pace=pace, scans=self._points(newest), led=self._led, hands=hands),
+                    tick_told(
+                        newest,
+                        number=number,
+                        pace=pace,
+                        scans=self._points(newest),
+                        led=self._led,
+                        hands=hands,
+                        people=people,
+                    ),
                     allow_nan=False,
                 ),
             )

@@ -279,6 +279,8 @@ class TickNews(TypedDict):
     """Those that have a joint that a motion leads, by name."""
     hands: NotRequired[dict[str, dict[str, tuple[float, float, float]]]]
     """Where the grips of people are, by person and side [m]; left out where there is nobody."""
+    people: NotRequired[dict[str, list[list[tuple[float, float]]]]]
+    """Outlines from above of people whose hands were led, the lowest part first [m]; left out for none."""
     removed: NotRequired[list[str]]
     """Names of the beacons and obstacles that are away; left out for none."""
 

@@ -41,6 +41,8 @@ from mjsim.world import (
     said_of,
 )
 
+CORNERS = 16
+"""An outline of a part of a body that moves has so many at most."""
 _RING = np.asarray(np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False), dtype=float)
 """Directions of the rays of the ring, left positive [rad]."""
 
@@ -53,6 +55,7 @@ def tick_told(
     scans: Mapping[str, Mapping[str, Array]] | None = None,
     led: Mapping[str, Sequence[str]] | None = None,
     hands: Mapping[str, Mapping[str, Array]] | None = None,
+    people: Mapping[str, Sequence[tuple[Array, str]]] | None = None,
 ) -> TickNews:
     """Return a tick.
 
@@ -63,6 +66,7 @@ def tick_told(
         scans: Robot -> lidar -> where its beams met something, world frame, shape (n, 3) [m].
         led: Mechanism -> the joints of it that motions lead.
         hands: Person -> side -> where the grip of that hand is, world frame, shape (3,) [m].
+        people: Person whose hands were led -> outlines from above with their colours, world frame, shape (n, 2) [m].
     """
     found = scans or {}
     told: TickNews = {
@@ -77,7 +81,14 @@ def tick_told(
         told["mechanisms"] = mechanisms
     if hands:
         told["hands"] = {name: {side: _place(at) for side, at in each.items()} for name, each in hands.items()}
+    if people:
+        told["people"] = {name: [_thinned(outline) for outline, _ in parts] for name, parts in people.items()}
     return with_removed(told, tick.looks)
+
+
+def _thinned(outline: Array) -> list[tuple[float, float]]:
+    """Return at most `CORNERS` corners of an outline [m]."""
+    return [(round(x, 3), round(y, 3)) for x, y in outline[:: -(-len(outline) // CORNERS)].tolist()]
 
 
 def _place(at: Array) -> tuple[float, float, float]:

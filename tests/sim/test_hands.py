@@ -7,9 +7,10 @@ import pytest
 
 import mjsim
 from mjsim.errors import UsageError, WorldError
+from mjsim.posture import from_above
 from mjsim.sim import StillScene
 from mjsim.sim.hands import LedPeople
-from mjsim.world import HandLed, ReachEvent, check_world, looks_after, said_of
+from mjsim.world import HandLed, ReachEvent, ReleaseEvent, check_world, looks_after, said_of
 
 ROOM = """
 mjsim: 1
@@ -109,6 +110,43 @@ def test_a_hand_that_is_given_back_leaves_the_other_one_where_it_was_led():
         np.testing.assert_allclose(grip(sim, "left"), (1.6, -0.2, 1.1), atol=2e-3)
         assert np.linalg.norm(grip(sim) - before) < 0.3  # it hangs on a trunk that leans
         assert np.linalg.norm(grip(sim) - TO) > 0.3
+
+
+SEAT = "{name: chair, box: [0.4, 0.5, 0.4], at: [2, 0], heading_deg: 180, seat: {at: [0, 0, 0.49], back_deg: 10}}"
+
+
+def test_who_sits_reaches_from_the_seat_and_is_given_back_to_it():
+    at, back = (1.6, 0.2, 0.9), "{time: 2, release: anna, hand: right}"
+    event = f"{{time: 0.2, reach: anna, hand: right, to: [{at[0]}, {at[1]}, {at[2]}]}}"
+    room = ROOM.replace("at: [2, 0], heading_deg: 180", "seat: chair").replace("EVENTS", f"{event}, {back}")
+    with mjsim.Simulation(mjsim.parse_world(f"{room}obstacles: [{SEAT}]\n")) as sim:
+        start, hips = grip(sim), sim.data.body("anna/pelvis").xpos.copy()
+        legs = sim.data.body("anna/left_foot").xpos.copy()
+        assert hips[2] < 0.7
+        for _ in range(49):
+            sim.step()
+        np.testing.assert_allclose(grip(sim), at, atol=2e-3)
+        np.testing.assert_array_equal(sim.data.body("anna/pelvis").xpos, hips)
+        np.testing.assert_array_equal(sim.data.body("anna/left_foot").xpos, legs)
+        for _ in range(60):
+            sim.step()
+        np.testing.assert_allclose(grip(sim), start, atol=1e-9)
+
+
+def test_a_plan_draws_people_as_they_stand_when_a_hand_was_led_and_says_nothing_of_others():
+    world = mjsim.parse_world(ROOM.replace("EVENTS", EVENT))
+    people, looks = LedPeople(world), looks_after(world, world.run.events)
+    (anna,) = people.outlines(looks).values()
+    at_hand = [np.linalg.norm(outline.mean(axis=0) - TO[:2]) for outline, _ in anna]
+    assert min(at_hand) < 0.06
+    before = [outline for outline, _ in from_above(world, world.people[0])]
+    assert min(np.linalg.norm(outline.mean(axis=0) - TO[:2]) for outline in before) > 0.15
+    assert people.outlines(looks_after(world, ())) == {}
+    # Given back, they are as the plan draws them.
+    given_back = [*world.run.events, ReleaseEvent(time=3, release="anna", hand="right")]
+    (anna,) = people.outlines(looks_after(world, given_back)).values()
+    for (outline, _), was in zip(anna, before, strict=True):
+        np.testing.assert_allclose(outline, was, atol=1e-9)
 
 
 def test_a_still_scene_shows_a_hand_on_its_way_as_the_run_had_it():

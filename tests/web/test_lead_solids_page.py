@@ -2,6 +2,7 @@
 
 import json
 import re
+from time import monotonic
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from playwright.sync_api import expect
 import mjsim
 from mjsim.web import Studio
 from tests.browser import browser as listener
-from tests.web.test_studio_touch_page import CELL, drag, pick, until
+from tests.web.test_studio_touch_page import CELL, drag, pick, screen, until
 from tests.windows import PATIENCE, chromium, page_at
 
 pytestmark = pytest.mark.slow
@@ -88,6 +89,19 @@ def hand(tick) -> np.ndarray:
     return np.array(tick["hands"]["anna"]["right"])
 
 
+def drawn(page, at) -> bytes:
+    """Return a picture of the page around a place of the plan, some 12 px wide."""
+    x, y = screen(page, *at)
+    return page.screenshot(clip={"x": x - 6, "y": y - 6, "width": 12, "height": 12})
+
+
+def expect_drawn(page, at, picture, *, same) -> None:
+    """Wait until a place of the plan looks as in a picture, or otherwise."""
+    ends = monotonic() + PATIENCE / 1000
+    while (drawn(page, at) == picture) != same:
+        assert monotonic() < ends
+
+
 def rests():
     """Return a fact of a tick: the hand is where it was at the one before."""
     before = [np.full(3, np.nan)]
@@ -107,11 +121,17 @@ def test_a_hand_is_led_on_the_plan_and_in_3d_and_that_is_kept(tmp_path):
         expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
         with listener(studio.url) as watcher:
             start = hand(watcher.until("tick"))
-        until(studio, page, lambda tick: True)
+        until(studio, page, lambda tick: "people" not in tick)
+        empty = drawn(page, (2.3, 2.3))
         page.get_by_role("button", name="Touch: drag").click()
         drag(page, start[:2], (2.3, 2.3))
         until(studio, page, lambda tick: np.hypot(*(hand(tick)[:2] - (2.3, 2.3))) < 0.06)
         until(studio, page, rests())
+        # The plan draws the arm where it is.
+        page.get_by_role("button", name="Touch: drag").click()
+        page.mouse.move(*screen(page, 1, 1))
+        expect_drawn(page, (2.3, 2.3), empty, same=False)
+        page.get_by_role("button", name="Touch: drag").click()
         # What is out of reach is told in a line, and among the events.
         drag(page, (2.3, 2.3), (3.8, 3.8))
         line = page.locator(".toast.done", has_text="The right hand of anna does not reach there: it stays")
@@ -124,6 +144,8 @@ def test_a_hand_is_led_on_the_plan_and_in_3d_and_that_is_kept(tmp_path):
         pick(page, (x, y), "Give back")
         until(studio, page, lambda tick: np.linalg.norm(hand(tick) - start) < 1e-3)
         page.get_by_role("button", name="Touch: drag").click()
+        page.mouse.move(*screen(page, 1, 1))
+        expect_drawn(page, (2.3, 2.3), empty, same=True)
         canvas = opened(page)
         lead(canvas, "right", "", (0, -8))
         until(studio, page, lambda tick: hand(tick)[2] > start[2] + 0.05)

@@ -9,6 +9,8 @@ import type { PlanView } from "./view";
 export interface Stand {
   at: Point;
   heading_deg: number;
+  /** Its outlines, where they are others than there, world frame [m]. */
+  polygons?: Point[][];
 }
 
 /** How an item is shown. */
@@ -52,6 +54,7 @@ export function inOrder(items: Item[]): Item[] {
 /** Outlines of an item where it stands, world frame [m]. */
 export function outlines(item: Item, stand?: Stand): Point[][] {
   if (!stand || !item.at) return item.polygons;
+  if (stand.polygons) return stand.polygons;
   const from = item.at;
   const turn = stand.heading_deg - (item.heading_deg ?? 0);
   return item.polygons.map((polygon) => polygon.map((point) => add(stand.at, rotate(minus(point, from), turn))));

@@ -2,7 +2,7 @@
 
 import { el } from "../dom";
 import type { Thoughts } from "../scene/thoughts";
-import type { Bounds, Item, Values } from "../api";
+import type { Bounds, Item, Point, Values } from "../api";
 import { keyOf, Plan } from "../plan/plan";
 import { button, isPressed, setPressed, sign, toggle } from "./controls";
 import { Evidence } from "./evidence";
@@ -23,6 +23,7 @@ export interface Moment {
   robots: Record<string, RobotTick>;
   things: Record<string, PlanarPose>;
   hands?: Hands;
+  people?: Record<string, Point[][]>;
   removed?: string[];
 }
 
@@ -39,6 +40,8 @@ export class Floor {
   readonly touch: Touch;
   private robots: RobotFacts[] = [];
   private removed: ReadonlySet<string> = new Set();
+  /** People whose hands were led. */
+  private posed: ReadonlySet<string> = new Set();
   private moment: Moment | null = null;
   private chosen = "";
   private names = new Set<string>();
@@ -97,8 +100,8 @@ export class Floor {
   show(moment: Moment): void {
     this.moment = moment;
     for (const tick of Object.values(moment.robots)) this.layers.offer((tick.show ?? []).map((item) => item.name));
-    const changed = this.takeAway(moment.removed ?? []);
-    if (this.move(moment.things) || changed) this.plan.refresh();
+    const changed = [this.takeAway(moment.removed ?? []), this.move(moment.things), this.pose(moment.people ?? {})];
+    if (changed.includes(true)) this.plan.refresh();
     const pose = moment.robots[this.chosen]?.truth;
     if (pose && isPressed(this.follow)) this.plan.follow([pose[0], pose[1]]);
     this.plan.drawOver();
@@ -155,6 +158,20 @@ export class Floor {
       moved = true;
     }
     return moved;
+  }
+
+  /** Set aside how people stand whose hands were led; true when one has begun to, or no longer does. */
+  private pose(people: Record<string, Point[][]>): boolean {
+    const gone = [...this.posed].filter((name) => !people[name]);
+    for (const name of gone) this.plan.stands.delete(name);
+    const fresh = Object.keys(people).some((name) => !this.posed.has(name));
+    for (const item of this.plan.items) {
+      const parts = item.kind === "person" && item.name && people[item.name];
+      if (!parts || !item.name || !item.at) continue;
+      this.plan.stands.set(item.name, { at: item.at, heading_deg: item.heading_deg ?? 0, polygons: parts });
+    }
+    this.posed = new Set(Object.keys(people));
+    return fresh || gone.length > 0;
   }
 
   private setFollow(on: boolean): void {

@@ -279,6 +279,8 @@ export interface TickNews {
   mechanisms?: Record<string, MechanismTick>;
   /** Where the grips of people are, by person and side [m]; left out where there is nobody. */
   hands?: Record<string, Record<string, [number, number, number]>>;
+  /** Outlines from above of people whose hands were led, the lowest part first [m]; left out for none. */
+  people?: Record<string, [number, number][][]>;
   /** Names of the beacons and obstacles that are away; left out for none. */
   removed?: string[];
 }
