@@ -175,7 +175,7 @@ class LidarSlam:
         if self.keyframes:
             noise = self._step_covariance + self._slip()
             doubt = self._bias.doubt(*moved)
-            laid = lay(surface, self._map.recent_walls(), self._step, noise, doubt=doubt, scans=self._map.recent)
+            laid = lay(surface, self._map.recent_walls(), self._step, noise, doubt=doubt)
             off = laid.pose - self._step
             off[2] = wrap_angle(float(off[2]))
             self._reached.append(self._step)

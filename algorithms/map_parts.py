@@ -156,11 +156,6 @@ class PartsMap:
         """Return the poses of all scans in the world, shape (n, 3)."""
         return np.array([self._pose(each) for each in self.keyframes]).reshape(-1, 3)
 
-    @property
-    def recent(self) -> int:
-        """How many scans show the recent walls."""
-        return min(len(self.keyframes), LOCAL)
-
     def recent_walls(self) -> Surface:
         """Return the walls of the last few scans in the frame of the newest one; at least one scan is there."""
         last = self.keyframes[-LOCAL:]

@@ -43,8 +43,8 @@ class Surface:
     normals: Array
     """Unit vectors across the walls, towards the side from which they were seen, shape (n, 2)."""
     noise: Array
-    """How far each lies off its wall by the noise of ranges, a share `EFFECTIVE` of them independent: standard
-    deviation, shape (n,) [m]."""
+    """How far each lies off its wall by the noise of ranges, a share `EFFECTIVE` of them independent, or its neighbours
+    off the line through them, as at an edge: standard deviation, shape (n,) [m]."""
 
     def moved(self, pose: Array) -> "Surface":
         """Return it in the frame in which `pose` (x, y, heading) is its frame's pose."""
@@ -76,13 +76,13 @@ def surface_of(
     even, run = _evenly(points, np.hypot(*(points - origin).T))
     if len(even) < 3:
         return Surface(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
-    centres, normals, flat = _lines(even, run, half=2 + int(noise / BLURRED))
+    centres, normals, off, flat = _lines(even, run, half=2 + int(noise / BLURRED))
     towards = np.sum((np.asarray(origin) - centres) * normals, axis=1)
     normals = np.where(towards[:, None] < 0.0, -normals, normals)
     # Ranges err by their noise times the cosine of the angle at which the beam meets the wall, towards / r, across it,
     # and beams meet it every r * increment / cosine. So much tells an element of `SPACING`.
     squared = EFFECTIVE * noise**2 * increment / SPACING * np.abs(towards)
-    return Surface(centres[flat], normals[flat], np.sqrt(squared[flat]))
+    return Surface(centres[flat], normals[flat], np.maximum(np.sqrt(squared), off)[flat])
 
 
 def _evenly(points: Array, ranges: Array) -> tuple[Array, NDArray[np.intp]]:
@@ -102,11 +102,12 @@ def _evenly(points: Array, ranges: Array) -> tuple[Array, NDArray[np.intp]]:
     return points[after - 1] + share[:, None] * step[after - 1], wall[after - 1]
 
 
-def _lines(points: Array, run: NDArray[np.intp], *, half: int) -> tuple[Array, Array, NDArray[np.bool_]]:
+def _lines(points: Array, run: NDArray[np.intp], *, half: int) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
     """Return the line through each point and its neighbours on the same wall.
 
     Returns:
-        A point of the line, shape (n, 2); its normal, shape (n, 2); whether the neighbours lie on it, shape (n,).
+        A point of the line, shape (n, 2); its normal, shape (n, 2); how far neighbours lie off it, standard deviation,
+        shape (n,) [m]; whether they lie on it, shape (n,).
     """
     number = np.arange(len(points))
     first = np.maximum(number - half, np.searchsorted(run, run, side="left"))
@@ -122,7 +123,9 @@ def _lines(points: Array, run: NDArray[np.intp], *, half: int) -> tuple[Array, A
     across = np.maximum(0.5 * (xx + yy) - np.hypot(0.5 * (xx - yy), xy), 0.0)
     means = np.stack([mx, my], axis=-1)
     centres = points - np.sum((points - means) * normals, axis=1)[:, None] * normals
-    return centres, normals, (count >= 3) & (across < FLAT**2)
+    # Two of the points' degrees of freedom are the line's.
+    off = np.sqrt(across * count / np.maximum(count - 2.0, 1.0))
+    return centres, normals, off, (count >= 3) & (across < FLAT**2)
 
 
 def joined(surfaces: list[Surface]) -> Surface:
@@ -155,6 +158,11 @@ class WallField:
         self._most = np.array([columns - 1, rows - 1])
         free = np.ones((rows, columns), dtype=np.uint8)
         at = self.cells(surface.points)
+        count = np.bincount(at, minlength=rows * columns).reshape(rows, columns).astype(np.float32)
+        # Each scan has one element every `SPACING`, three in a row of three cells.
+        blurred = cv2.blur(count, (3, 3), borderType=cv2.BORDER_CONSTANT)
+        self.scans: NDArray[np.float32] = np.asarray(blurred, dtype=np.float32) * np.float32(3.0 * SPACING / cell)
+        """How many scans show the wall in each cell, about; shape (rows, columns)."""
         free.ravel()[at] = 0
         distance, labels = cv2.distanceTransformWithLabels(
             free, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
@@ -189,6 +197,8 @@ class Match:
     """Of the scan's elements that lie on the surface."""
     seen: Array
     """Part of the information that is from the points alone, shape (3, 3)."""
+    older: Array
+    """The same, each point counted by half of how many scans beside one show its wall, shape (3, 3)."""
     cost: float
     """Minus twice the log-likelihood of scan and guess, up to a constant."""
     conflict: float
@@ -214,10 +224,10 @@ def align(field: WallField, scan: Surface, guess: Array, information: Array, *, 
     pose = np.array(guess if start is None else start, dtype=float)
     seen, reach, sigma = np.zeros((3, 3)), 0.5, SIGMA
     for _ in range(12):
-        distance, miss, J = _compared(field, scan, pose)
+        distance, miss, J, noise = _compared(field, scan, pose)
         # Huber: beyond two standard deviations a miss counts less than its square.
         size, near = np.abs(miss), distance < reach
-        spread = np.maximum(sigma, scan.noise)
+        spread = np.maximum(sigma, noise)
         weight = np.minimum(1.0, 2.0 * spread / np.maximum(size, 1e-9)) * near
         J[:, :2] = J[:, :2] @ _trusted(J, weight)
         weighted = (EFFECTIVE / spread**2 * weight)[:, None] * J
@@ -231,7 +241,9 @@ def align(field: WallField, scan: Surface, guess: Array, information: Array, *, 
         sigma = min(max(_median(size[near]) / 0.674, FINEST), SIGMA) if near.any() else SIGMA
         if np.abs(step).max() < 1e-3:
             break
-    return _judged(field, scan, pose, guess, information, seen)
+    at = field.cells(scan.points @ rotation(float(pose[2])).T + pose[:2])
+    others = 0.5 * np.maximum(field.scans.ravel()[at] - 1.0, 0.0)
+    return _judged(field, scan, pose, guess, information, seen, (others[:, None] * weighted).T @ J)
 
 
 def _trusted(J: Array, weight: Array) -> Array:
@@ -261,17 +273,19 @@ def _median(values: Array) -> float:
     return float(np.partition(values, middle)[middle])
 
 
-def _judged(field: WallField, scan: Surface, pose: Array, guess: Array, information: Array, seen: Array) -> Match:
+def _judged(
+    field: WallField, scan: Surface, pose: Array, guess: Array, information: Array, seen: Array, older: Array
+) -> Match:
     """Return how well a scan lies on a surface at a pose."""
     pose = np.array([pose[0], pose[1], wrap_angle(float(pose[2]))])
-    distance, miss, _ = _compared(field, scan, pose)
+    distance, miss, _, _ = _compared(field, scan, pose)
     on = (distance < 0.2) & (np.abs(miss) < CUT * SIGMA)
     squares = np.where(on, (miss / SIGMA) ** 2, CUT**2)
     off = pose - guess
     off[2] = wrap_angle(off[2])
     cost = WEIGHED * float(squares.sum()) + float(off @ information @ off)
     conflict = float(np.mean(~on & (distance < 0.5)))
-    return Match(pose, seen + information, float(np.mean(on)), seen, cost, conflict)
+    return Match(pose, seen + information, float(np.mean(on)), seen, older, cost, conflict)
 
 
 def misses(pose: Array, points: Array, places: Array, normals: Array) -> tuple[Array, Array]:
@@ -293,19 +307,20 @@ def misses(pose: Array, points: Array, places: Array, normals: Array) -> tuple[A
     return np.einsum("ni,ni->n", normals, arm + pose[:2] - places), J
 
 
-def _compared(field: WallField, scan: Surface, pose: Array) -> tuple[Array, Array, Array]:
+def _compared(field: WallField, scan: Surface, pose: Array) -> tuple[Array, Array, Array, Array]:
     """Return how far elements of a scan are from those of a surface, and how that changes with the pose.
 
     Returns:
         Distance to the nearest element, infinite if that faces another side, (n,) [m]; distance in front of its line,
-        (n,) [m]; derivative of the latter by (x, y, heading), (n, 3).
+        (n,) [m]; derivative of the latter by (x, y, heading), (n, 3); the larger one of both elements' noise, (n,) [m].
     """
     R = rotation(float(pose[2])).T
     distance, number = field.nearest(scan.points @ R + pose[:2])
     normals = field.surface.normals[number]
     faces = np.einsum("ni,ni->n", scan.normals @ R, normals) > 0.7
     miss, J = misses(pose, scan.points, field.surface.points[number], normals)
-    return np.where(faces, distance, np.inf), miss, J
+    noise = np.maximum(scan.noise, field.surface.noise[number])
+    return np.where(faces, distance, np.inf), miss, J, noise
 
 
 def rotation(angle: float) -> Array:

@@ -50,9 +50,7 @@ class Laid:
     """How the pose changes with the step that odometry tells, shape (3, 3): one where walls tell nothing."""
 
 
-def lay(
-    scan: Surface, walls: Surface, step: Array, noise: Array, *, doubt: Array | None = None, scans: int = 1
-) -> Laid:
+def lay(scan: Surface, walls: Surface, step: Array, noise: Array, *, doubt: Array | None = None) -> Laid:
     """Return where a new scan lies in the frame of older walls, by the walls and by odometry, and how sure that is.
 
     A match must hold much of the scan and be one that odometry allows. If none does, the scan is looked for farther
@@ -65,7 +63,6 @@ def lay(
         step: What odometry tells, shape (3,) [m, m, rad].
         noise: Covariance of it by what is new at each step, shape (3, 3).
         doubt: By what odometry may err by all the time, shape (3, 3); nothing unless given.
-        scans: How many scans show the walls.
     """
     covariance = noise if doubt is None else noise + doubt
     if len(walls.points) < FEWEST or len(scan.points) < FEWEST:
@@ -77,12 +74,12 @@ def lay(
     # Odometry may have slipped: it counts for a tenth of its standard deviation's inverse.
     weak = 0.01 * information
     if held and not _pulled(field, scan, found[0], step, covariance, weak):
-        return _laid(found, noise, scans)
+        return _laid(found, noise)
     freed = hypotheses(field, scan, step, weak, LOST, most=5)
     if freed[0].share > 0.6 and freed[0].conflict < 0.2 and not is_ambiguous(freed):
-        return _laid(freed, 100.0 * noise, scans)
+        return _laid(freed, 100.0 * noise)
     slipped = 4.0 * covariance
-    return _laid(found, noise, scans) if held else Laid(step, slipped, slipped, slipped, np.eye(3))
+    return _laid(found, noise) if held else Laid(step, slipped, slipped, slipped, np.eye(3))
 
 
 def _pulled(field: WallField, scan: Surface, best: Match, step: Array, covariance: Array, weak: Array) -> bool:
@@ -172,12 +169,13 @@ def _surprise(match: Match, step: Array, covariance: Array) -> float:
     return float(off @ np.linalg.solve(covariance + np.minimum(seen, 1.0), off))
 
 
-def _laid(found: list[Match], noise: Array, scans: int) -> Laid:
-    """Return the best of some hypotheses on walls that some scans show, the others weighed by their likelihood.
+def _laid(found: list[Match], noise: Array) -> Laid:
+    """Return the best of some hypotheses, the others weighed by their likelihood.
 
-    A pose on the walls of the last n scans is as far off as the mean of theirs, and by an error of its own; one by
+    A pose on walls that the last n scans show is as far off as the mean of theirs, and by an error of its own; one by
     odometry as far off as the last. So an error of its own lives on in the share 1 / m, m being the number of steps
-    that the pose is measured over: (n + 1) / 2 on average as far as walls tell it, one as far as odometry does.
+    that the pose is measured over: (n + 1) / 2 on average as far as walls tell it, one as far as odometry does. What
+    tells the way along a corridor, edges of doors, is often shown by the last scan alone.
 
     References:
         Beveridge, Nelson, A new approach to decomposition of economic time series, Journal of Monetary Economics 7,
@@ -190,7 +188,7 @@ def _laid(found: list[Match], noise: Array, scans: int) -> Laid:
         others = others + np.exp(-0.5 * (other.cost - best.cost)) * np.outer(off, off)
     covariance, by_odometry = np.linalg.inv(best.information) + others, np.linalg.inv(noise)
     P = np.asarray(np.linalg.inv(best.seen + by_odometry), dtype=float)
-    share = np.linalg.inv(np.eye(3) + 0.5 * (scans - 1) * P @ best.seen)
+    share = np.linalg.inv(np.eye(3) + P @ best.older)
     return Laid(best.pose, covariance, P + others, share @ P @ share.T + others, np.asarray(P @ by_odometry))
 
 

@@ -75,7 +75,7 @@ def test_a_graph_finds_the_error_that_its_steps_have_in_common_as_least_squares_
 def test_a_match_follows_odometry_where_walls_tell_nothing_and_only_there():
     wall = surface_of(np.column_stack([np.linspace(-4, 4, 400), np.full(400, 1.0)]))
     noise, doubt = np.diag([0.03, 0.03, 0.01]) ** 2, np.diag([0.05, 0.0, 0.02]) ** 2
-    laid = lay(wall, wall, np.array([0.3, 0.0, 0.0]), noise, doubt=doubt, scans=6)
+    laid = lay(wall, wall, np.array([0.3, 0.0, 0.0]), noise, doubt=doubt)
     assert laid.follows[0, 0] > 0.9
     assert np.abs(laid.follows[1:]).max() < 0.1
     # What odometry errs by all the time is not in the part that is new at each step.

@@ -11,7 +11,7 @@ import shapely
 import mjsim
 from mjsim.algorithms.lidar_slam import LidarSlam
 from mjsim.algorithms.pose_graph import PoseGraph, step_between
-from mjsim.algorithms.scan_matching import Surface, WallField, align, surface_of
+from mjsim.algorithms.scan_matching import Surface, WallField, align, joined, surface_of
 from mjsim.algorithms.scan_search import hypotheses, lay
 from mjsim.algorithms.waypoints import Waypoints
 from mjsim.geometry import Pose, wrap_angle
@@ -122,7 +122,7 @@ def test_along_a_bare_corridor_the_guess_decides():
     reach = np.minimum(1.0 / np.maximum(np.abs(np.sin(angles)), 1e-9), 6.0)
     points = np.stack([reach * np.cos(angles), reach * np.sin(angles)], axis=-1)[reach < 5.9]
     wall = surface_of(points)
-    laid = lay(wall, wall, np.array([0.25, 0.05, 0.02]), np.diag([0.1, 0.1, 0.1]) ** 2, scans=6)
+    laid = lay(wall, joined([wall] * 6), np.array([0.25, 0.05, 0.02]), np.diag([0.1, 0.1, 0.1]) ** 2)
     assert laid.pose[0] == pytest.approx(0.25, abs=0.05)
     np.testing.assert_allclose(laid.pose[1:], 0.0, atol=0.005)
     assert laid.covariance[0, 0] > 50 * laid.covariance[1, 1]
@@ -139,8 +139,34 @@ def test_errors_of_matches_on_the_last_six_scans_add_up_as_the_lasting_part_says
         off[k] = off[max(0, k - 6) : k].mean(axis=0) + rng.normal(size=off.shape[1])
     gained = (off[150:].var(axis=1).mean() - off[50:100].var(axis=1).mean()) / 100
     room = surface_at(Pose(2, 2, 0.3))
-    laid = lay(room, room, np.zeros(3), np.eye(3), scans=6)
-    np.testing.assert_allclose(np.diag(laid.lasting), gained * np.diag(laid.covariance), rtol=0.15)
+    laid = lay(room, joined([room] * 6), np.zeros(3), np.eye(3))
+    np.testing.assert_allclose(np.diag(laid.lasting), gained * np.diag(laid.covariance), rtol=0.2)
+    # On the walls of one scan there is nothing to average over.
+    laid = lay(room, room, np.zeros(3), np.eye(3))
+    np.testing.assert_allclose(np.diag(laid.lasting), np.diag(laid.covariance), rtol=0.3)
+
+
+def test_an_error_along_a_corridor_lasts_if_one_scan_alone_shows_the_edge_that_tells_it():
+    wall, edge = np.column_stack([np.linspace(-4, 4, 400), np.full(400, 1.0)]), np.array([[4.0, 1.0], [4.0, 0.0]])
+    edge = edge[:1] + np.linspace(0, 1, 50)[:, None] * (edge[1:] - edge[:1])
+    scan, bare = surface_of(np.concatenate([wall, edge])), surface_of(wall)
+    noise = np.diag([0.1, 0.1, 0.1]) ** 2
+    seldom = lay(scan, joined([scan] + [bare] * 5), np.zeros(3), noise)
+    often = lay(scan, joined([scan] * 6), np.zeros(3), noise)
+    assert seldom.lasting[0, 0] > 5.0 * often.lasting[0, 0]
+    np.testing.assert_allclose(seldom.lasting[1, 1], often.lasting[1, 1], rtol=0.3)
+
+
+def test_an_element_at_an_edge_counts_less_than_one_on_a_straight_wall():
+    wall, jamb = (
+        np.column_stack([np.linspace(-2, 0, 200), np.ones(200)]),
+        np.column_stack([np.zeros(9), 1.01 + np.arange(9) / 100]),
+    )
+    surface = surface_of(np.concatenate([wall, jamb]))
+    straight = np.abs(surface.normals[:, 1]) > 0.999
+    assert surface.noise[straight & (surface.points[:, 0] < -0.5)].max() < 0.001
+    assert not straight.all()
+    assert surface.noise[~straight].min() > 0.005
 
 
 def weighted_graph(errors):
