@@ -5,21 +5,19 @@ from collections.abc import Hashable, Sequence
 from typing import Literal
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
 
 from mjsim.geometry import Array, wrap_angle
 
-from .ekf_models import MotionModel, apart, landmark_from, range_bearing, together
+from .ekf_models import MotionModel, apart, gain, landmark_from, range_bearing, together
 
 Jacobians = Literal["standard", "first-estimates"]
 Places = np.ndarray[tuple[int], np.dtype[np.intp]]
 """Where the x of k landmarks stand in the mean, shape (k,)."""
 
 YOUNG, STRAYED = 3, 0.2
-"""Up to so many looks, the first among them, a first estimate is renewed that the newest one has left by more than this
-share of the way to the landmark: its first look was poor, and derivatives taken there would be wrong for ever. Later
-the landmark and the robot move together as loops close, and derivatives should not follow."""
+"""Up to so many looks a first estimate is renewed that the newest one has left by more than this share of the way to
+the landmark: its first look was poor. Later both move together as loops close, and derivatives should not follow."""
 ITERATIONS, STILL = 10, 1e-3
 """At most so many, until the pose moves by less than that from one to the next [m, rad]."""
 
@@ -191,12 +189,7 @@ class EkfSlamFilter:
     def expect_together(self, names: Sequence[Hashable]) -> Array:
         """Return the covariance of what would be measured of k landmarks together, H P H^T, shape (2 k, 2 k)."""
         places = self._places(names)
-        _, H_pose, H_landmark = self._expect(places)
-        count, columns = 2 * len(places), places[:, None] + (0, 1)
-        HP = (H_pose @ self._P[:3] + H_landmark @ self._P[columns]).reshape(count, len(self._P))
-        C = (HP[:, :3] @ H_pose.reshape(count, 3).T).reshape(count, len(places), 2)
-        C += np.einsum("akj,kij->aki", HP[:, columns], H_landmark)
-        return np.asarray(C.reshape(count, count))
+        return self._projected(places, *self._expect(places)[1:])[1]
 
     def innovations(
         self, names: Sequence[Hashable], measurements: ArrayLike, measurement_covariance: ArrayLike
@@ -230,16 +223,28 @@ class EkfSlamFilter:
             raise ValueError(f"{len(names)} names for {len(Z)} measurements; give one a measurement")
         R = together(np.asarray(measurement_covariance, dtype=float), len(Z))
         known = [i for i, name in enumerate(names) if name in self._order]
+        new = [i for i, name in enumerate(names) if name not in self._order and name not in names[:i]]
+        again = sorted(set(range(len(Z))).difference(known, new))  # seen twice in their first batch
         if known:
             self._correct(self._places([names[i] for i in known]), Z[known], R[known][:, :, known])
-        again = []
-        for i in sorted(set(range(len(Z))).difference(known)):
-            if names[i] in self._order:  # seen twice in its first batch
-                again.append(i)
-            else:
-                self._add(names[i], Z[i], R[i, :, i])
+        for i in new:
+            self._add(names[i], Z[i], R[i, :, i])
         if again:
             self._correct(self._places([names[i] for i in again]), Z[again], R[again][:, :, again])
+
+    def positions(self, names: Sequence[Hashable]) -> Array:
+        """Return where k landmarks of the map are, shape (k, 2) [m]."""
+        return np.asarray(self._mean[self._places(names)[:, None] + (0, 1)])
+
+    def unite(self, kept: Hashable, gone: Hashable, variance: float) -> None:
+        """Take two landmarks for one: correct by that they are in one place, and remove the second.
+
+        The gap between them has a variance in each direction [m^2]: sightings of either may err.
+        """
+        at, other = self._order[kept] + np.arange(2), self._order[gone] + np.arange(2)
+        HP = self._P[at, : self._size] - self._P[other, : self._size]
+        self._apply(*gain(HP, HP[:, at] - HP[:, other] + variance * np.eye(2), self._mean[other] - self._mean[at]))
+        self.remove(gone)
 
     def remove(self, name: Hashable) -> None:
         """Take a landmark out of the map; what it has told of the pose and of other landmarks stays."""
@@ -294,15 +299,17 @@ class EkfSlamFilter:
 
     def _gained(self, places: Places, H_pose: Array, H_landmark: Array, nu: Array, R: Array) -> tuple[Array, Array]:
         """Return the step K nu, shape (3 + p + 2 n,), and W, shape (2 k, 3 + p + 2 n)."""
+        HP, C = self._projected(places, H_pose, H_landmark)
+        return gain(HP, C + R.reshape(C.shape), nu.ravel())
+
+    def _projected(self, places: Places, H_pose: Array, H_landmark: Array) -> tuple[Array, Array]:
+        """Return H P, shape (2 k, 3 + p + 2 n), and H P H^T, shape (2 k, 2 k)."""
         size, count = self._size, 2 * len(places)
         P, columns = self._P[:size, :size], places[:, None] + (0, 1)
         HP = (H_pose @ P[:3] + H_landmark @ P[columns]).reshape(count, size)
-        S = (HP[:, :3] @ H_pose.reshape(count, 3).T).reshape(count, -1, 2)
-        S += np.einsum("akj,kij->aki", HP[:, columns], H_landmark)
-        L = np.linalg.cholesky(S.reshape(count, count) + R.reshape(count, count))
-        W = scipy.linalg.solve_triangular(L, HP, lower=True, check_finite=False)
-        gained = scipy.linalg.solve_triangular(L, nu.ravel(), lower=True, check_finite=False)
-        return W.T @ gained, W
+        C = (HP[:, :3] @ H_pose.reshape(count, 3).T).reshape(count, len(places), 2)
+        C += np.einsum("akj,kij->aki", HP[:, columns], H_landmark)
+        return HP, C.reshape(count, count)
 
     def _is_far(self, step: Array, places: Places) -> bool:
         """Return whether derivatives taken before a step do not hold after it."""

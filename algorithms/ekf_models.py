@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+import scipy.linalg
 
 from mjsim.geometry import Array, wrap_angle, wrap_angles
 
@@ -128,3 +129,10 @@ def together(R: Array, count: int) -> Array:
     together, each = np.zeros((count, 2, count, 2)), np.arange(count)
     together[each, :, each] = R
     return together
+
+
+def gain(HP: Array, S: Array, nu: Array) -> tuple[Array, Array]:
+    """Return the step K nu, shape (n,), and W = L^-1 H P, shape (m, n), with S = L L^T."""
+    L = np.linalg.cholesky(S)
+    W = scipy.linalg.solve_triangular(L, HP, lower=True, check_finite=False)
+    return W.T @ scipy.linalg.solve_triangular(L, nu, lower=True, check_finite=False), W

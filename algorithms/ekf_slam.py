@@ -25,6 +25,7 @@ from .association import joint_compatibility, nearest_neighbour
 from .ekf_filter import EkfSlamFilter, Jacobians
 from .ekf_models import bicycle_motion, odometry_motion
 from .invariant_ekf import InvariantEkfSlamFilter
+from .landmark_merging import Twins
 from .map_management import Probation
 from .odometry_errors import COUNT, DELAY, OdometryErrors
 from .picture_errors import PictureErrors, each_of
@@ -120,14 +121,16 @@ class EkfSlam:
         self._motion = odometry_motion()
         self._filter = _new_filter(jacobians, pose=np.zeros(3), covariance=np.zeros((3, 3)))
         self._usual = np.zeros(3)
+        self._merged: set[Hashable] = set()
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Begin at the robot's prior with an empty map."""
         self._recent, self._relocation = RecentMotion(), Relocation()
+        self._twins = Twins(gate=self._gate, scale=self._sighting_scale)
         self._odometry_errors = OdometryErrors(self._systematic, delay=self._delay)
         self._errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
         self._filter = _new_filter(self._jacobians, pose=robot.prior.as_array(), covariance=robot.prior_covariance)
-        self._usual = np.zeros(3)
+        self._usual, self._merged = np.zeros(3), set()
         confirmations, patience = self._rules
         self._probation = Probation(confirmations=confirmations, patience=patience)
 
@@ -240,6 +243,7 @@ class EkfSlam:
         paired = [i for i, name in enumerate(names) if name is not None]
         strange = self._strange(names, told, Z, R)
         innovations = self._take([names[i] for i in paired], [sightings[i] for i in paired], time)
+        self._merge([(name, sightings[i]) for i, name in enumerate(names) if name is not None])
         if not strange:
             return innovations
         waiting = [name for name in self._filter.names() if name in self._probation]
@@ -247,6 +251,17 @@ class EkfSlam:
         fresh = self._numbers()
         names = [next(fresh) if name is None else name for name in names]
         return innovations + self._take(names, [sightings[i] for i in strange], time)
+
+    def _merge(self, seen: Sequence[tuple[Hashable, Sighting]]) -> None:
+        """Take landmarks for one that were mapped twice; this moment's, each with its sighting, tell which are two."""
+        seen = [(name, sighting) for name, sighting in seen if isinstance(name, int)]
+        self._twins.saw([name for name, _ in seen])
+        while twins := self._twins.find(self._filter, seen, [name for name in self._told() if isinstance(name, int)]):
+            kept, gone, variance = twins
+            self._filter.unite(kept, gone, variance)
+            self._twins.unite(kept, gone)
+            self._merged.add(gone)
+            seen = [(kept if name == gone else name, sighting) for name, sighting in seen]
 
     def _strange(self, names: Sequence[Hashable | None], told: Sequence[Hashable], Z: Array, R: Array) -> list[int]:
         """Return the sightings that no landmark of the map explains but one that another sighting explains better."""
@@ -266,7 +281,7 @@ class EkfSlam:
 
     def _numbers(self) -> Iterator[int]:
         """Yield numbers for new landmarks without a name, the least that are free."""
-        return (number for number in itertools.count() if number not in self._filter)
+        return (n for n in itertools.count() if n not in self._filter and n not in self._merged)
 
     def _measured(self, sightings: Sequence[Sighting]) -> tuple[Array, Array]:
         """Return measurements (k, 2) [m, rad] and their covariances (k, 2, 2)."""

@@ -1,0 +1,81 @@
+"""Landmarks without a name that were mapped twice, and are one.
+
+A robot that comes back with a wrong idea of where it is takes what it sees for new, and maps it again beside the old.
+As the map settles the two come to lie in one place. Two things tell them from neighbours: they lie nearer to each other
+than sightings err, and they were never seen at one moment. How sure the belief is of their places is not asked: one
+that has taken old for new is too sure, and one that is unsure would take neighbours for one.
+"""
+
+from collections import defaultdict
+from collections.abc import Hashable, Sequence
+
+import numpy as np
+
+from mjsim.interface import Sighting
+
+from .ekf_filter import EkfSlamFilter
+
+
+class Twins:
+    """Finds pairs of landmarks that are one.
+
+    References:
+        Dissanayake, Newman, Clark, Durrant-Whyte, Csorba, A Solution to the Simultaneous Localization and Map Building
+        (SLAM) Problem, IEEE T-RA 17(3), 2001, section V: landmarks are kept by how good they are.
+    """
+
+    def __init__(self, *, gate: float, scale: float) -> None:
+        """Start with nothing seen.
+
+        Args:
+            gate: Largest squared distance of two landmarks that are one, by the variance of its coordinates.
+            scale: Factor on the standard deviation of sightings.
+        """
+        self._gate, self._scale = gate, scale
+        self._beside: dict[Hashable, set[Hashable]] = defaultdict(set)
+        """By landmark: those that were seen at one moment with it."""
+
+    def saw(self, names: Sequence[Hashable]) -> None:
+        """Take the landmarks of one moment."""
+        for name in names:
+            self._beside[name].update(names)
+
+    def find(
+        self, slam: EkfSlamFilter, seen: Sequence[tuple[Hashable, Sighting]], among: Sequence[Hashable]
+    ) -> tuple[Hashable, Hashable, float] | None:
+        """Return two landmarks that are one, the older first, and the variance of each coordinate of their gap [m^2].
+
+        Args:
+            slam: The belief.
+            seen: Landmarks of this moment with their sightings: one of the two is among them.
+            among: Landmarks that they may be, oldest first.
+
+        Returns:
+            None if there are no such two.
+        """
+        if not seen:
+            return None
+        rows = {name: row for row, name in enumerate(among)}
+        variances = 2.0 * self._scale**2 * np.array([_variance(sighting) for _, sighting in seen])
+        places = slam.positions(among)
+        gaps = slam.positions([name for name, _ in seen])[:, None] - places
+        near = np.einsum("kni,kni->kn", gaps, gaps) < self._gate * variances[:, None]
+        for k, row in np.argwhere(near).tolist():
+            name = seen[k][0]
+            if among[row] not in self._beside[name]:
+                first, second = sorted((row, rows[name]))
+                return among[first], among[second], float(variances[k])
+        return None
+
+    def unite(self, kept: Hashable, gone: Hashable) -> None:
+        """Take two landmarks for one from now on."""
+        beside = self._beside.pop(gone, set()) - {gone}
+        self._beside[kept] |= beside | {kept}
+        for other in beside:
+            self._beside[other] = self._beside[other] - {gone} | {kept}
+
+
+def _variance(sighting: Sighting) -> float:
+    """Return that of a place seen so in the direction in which it errs most [m^2]."""
+    along, across = float(sighting.covariance[0][0]), sighting.range**2 * float(sighting.covariance[1][1])
+    return max(along, across)
