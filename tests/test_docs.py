@@ -1,6 +1,7 @@
 """The pages say what the program does."""
 
 import importlib
+import itertools
 import re
 import runpy
 import shutil
@@ -16,6 +17,55 @@ from mjsim.run import drivers_of
 from mjsim.world import check_world
 
 ROOT = Path(__file__).parent.parent
+
+
+PAGES = sorted([*(ROOT / "docs").glob("*.md"), *ROOT.glob("*.md"), *(ROOT / "scripts").glob("**/*.md")])
+FENCED = re.compile(r"^ *(```+)[^`\n]*\n.*?^ *\1$", re.MULTILINE | re.DOTALL)
+WRAPPED = [page for page in PAGES if page.name != "CHANGELOG.md"]
+"""Pages whose prose is wrapped; what landed once in the log of changes is left as it is."""
+
+
+@pytest.mark.parametrize("page", WRAPPED, ids=lambda page: page.name)
+def test_prose_is_wrapped_at_120_columns(page):
+    # What cannot be wrapped is left out: code, tables, pictures and a code span or a link that is long by itself.
+    text = FENCED.sub(lambda block: "\n" * block[0].count("\n"), page.read_text(encoding="utf-8"))
+    long = [
+        f"{page.name}:{number}: {line[:60]}..."
+        for number, line in enumerate(text.splitlines(), start=1)
+        if len(line) > 120
+        and not line.startswith(("|", "    "))
+        and not re.fullmatch(r" *(?:- )?(!\[[^]]*\]\([^)]*\)|`[^`]*`|\S+)[.,;:]?", line)
+    ]
+    assert long == []
+
+
+def anchors(text: str) -> set[str]:
+    """Return what links may point to in a page: its headings as GitHub writes them, the second of a name as NAME-1."""
+    found: set[str] = set()
+    for heading in re.findall("^#+ (.*)$", FENCED.sub("", text), re.MULTILINE):
+        shown = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading)
+        name = re.sub(r"[^\w\- ]", "", shown.lower()).replace(" ", "-")
+        again = (f"{name}-{count}" for count in itertools.count(1))
+        while name in found:
+            name = next(again)
+        found.add(name)
+    return found
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_of_a_page_lead_somewhere(page):
+    # The head of the page of robots is read as part of docs/robots.md.
+    folder = ROOT / "docs" if page.name == "robots_head.md" else page.parent
+    text = re.sub("`[^`]*`", "", FENCED.sub("", page.read_text(encoding="utf-8")))
+    dead = []
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if re.match("[a-z]+:", target):
+            continue
+        name, _, anchor = target.partition("#")
+        to = (folder / name).resolve() if name else page
+        if not to.exists() or (anchor and to.suffix == ".md" and anchor not in anchors(to.read_text(encoding="utf-8"))):
+            dead.append(target)
+    assert dead == []
 
 
 def test_the_page_of_the_world_file_is_what_the_schema_says():

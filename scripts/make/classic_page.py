@@ -2,6 +2,7 @@
 """Make docs/classic.md and its pictures anew: the classic experiments, as they come out on this machine."""
 
 import shutil
+import textwrap
 from pathlib import Path
 
 from mjsim.experiments import Result, run_experiments
@@ -30,8 +31,9 @@ def section(result: Result) -> str:
     rows = "\n".join(f"| {f.what} | {number(f)} | {f.wanted} | {verdict(f.holds)} |" for f in result.findings)
     pictures = "\n".join(f"\n![{p.caption}](images/classic/{p.name}.png)\n*{p.caption}*" for p in result.pictures)
     world = f"worlds/classic/{result.name}.yaml"
+    said = f"{result.question} [{world}](../{world})"
     return (
-        f"\n## {result.title}\n\n{result.question} [{world}](../{world})\n\n"
+        f"\n## {result.title}\n\n{textwrap.fill(said, 120, break_long_words=False, break_on_hyphens=False)}\n\n"
         f"| | measured | wanted | |\n|---|---|---|---|\n{rows}\n{pictures}\n"
     )
 

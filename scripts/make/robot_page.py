@@ -116,9 +116,9 @@ def page() -> str:
     text += "|---|---|---|---|---|---|\n" + "".join(sizes(name) for name in preset_names())
     text += (
         "\nThe source of each figure stands beside it in the preset's file.\n\n## How well they drive\n\n"
-        "Measured on a level floor of friction 1 without noise (`python scripts/make/robot_page.py`), as the deviation"
-        " from the ideal: the way straight ahead, the turn on the spot, the radius of a circle, how far odometry is off"
-        " after a metre on that circle, and the way sideways.\n\n"
+        "Measured on a level floor of friction 1 without noise (`python scripts/make/robot_page.py`), as the\n"
+        "deviation from the ideal: the way straight ahead, the turn on the spot, the radius of a circle, how far\n"
+        "odometry is off after a metre on that circle, and the way sideways.\n\n"
         "| preset | straight | on the spot | circle | odometry | sideways |\n|---|---|---|---|---|---|\n"
     )
     text += "".join(accuracy(name) for name in preset_names())

@@ -4,6 +4,7 @@ python scripts/make/world_pictures.py [WORLD]...   (pictures of all worlds unles
 """
 
 import sys
+import textwrap
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -63,7 +64,7 @@ Every one of them runs as it is:
 
 
 def about(name: str) -> str:
-    """Return what a world says of itself in the comment at its head."""
+    """Return what a world says of itself in the comment at its head, wrapped."""
     lines = (WORLDS / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
     said = []
     for line in lines:
@@ -71,7 +72,7 @@ def about(name: str) -> str:
             break
         if "yaml-language-server" not in line:
             said.append(line.removeprefix("#").strip())
-    return " ".join(said)
+    return textwrap.fill(" ".join(said), 120, break_long_words=False, break_on_hyphens=False)
 
 
 def camera_of(world: World) -> str:
