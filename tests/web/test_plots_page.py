@@ -23,6 +23,7 @@ run:
   seconds: 2
   drivers: {scout: {navigator: {use: "mjsim.algorithms.waypoints:Waypoints", points: [[1, 0], [1, 1]]}}}
 """
+SIGMA, MINUS = "\N{GREEK SMALL LETTER SIGMA}", "\N{MINUS SIGN}"
 X, Y = "/scout/truth.pose.position.x", "/scout/truth.pose.position.y"
 
 
@@ -121,6 +122,41 @@ def test_numbers_of_a_live_run_are_drawn_as_they_come(browser, folder):
         assert float(table[-1][1]) > 0.5
         kept = json.loads(page.evaluate("localStorage.getItem('mjsim.run.layouts')"))
         assert len(kept["layouts"][0]["charts"][0]["fields"]) == 2
+
+
+SWATCHES = """list => [...list.querySelectorAll("i")].map(swatch => {
+  const root = getComputedStyle(document.documentElement);
+  const painted = document.body.appendChild(document.createElement("i"));
+  const names = ["truth", "estimate", "odometry", "seen", "scanned", "beacon"];
+  const found = names.find(name => {
+    painted.style.background = root.getPropertyValue(`--${name}`);
+    return getComputedStyle(painted).backgroundColor === getComputedStyle(swatch).backgroundColor;
+  });
+  painted.remove();
+  return found;
+})"""
+
+
+def test_truth_estimate_and_odometry_have_their_own_colours_in_whatever_order(browser, folder):
+    expect.set_options(timeout=PATIENCE)
+    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url) as page:
+        review = opened(page)
+        for field in ("odometry.pose.position.x", "estimate.pose.position.x", "estimate.pose.position.y"):
+            draw(review, f"/scout/{field}")
+        chart = review.locator(".plotter-chart .run-chart")
+        expect(chart.locator(".run-chart-legend")).to_contain_text("estimate")
+        colors = ["odometry", "estimate", "truth"]
+        assert review.locator(".plotter-list").evaluate(SWATCHES) == colors
+        assert chart.locator(".run-chart-legend").evaluate(SWATCHES) == colors
+
+
+def test_the_lines_of_errors_have_names_the_narrow_bound_before_the_wide(browser, folder):
+    expect.set_options(timeout=PATIENCE)
+    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url) as page:
+        chart = opened(page).locator(".run-chart", has_text="x error").first
+        expect(chart.locator(".run-chart-legend > span")).to_have_text(["error", f"2{SIGMA}", f"3{SIGMA}"])
+        bounds = [f"{sign}{factor}{SIGMA}" for factor in (2, 3) for sign in ("", MINUS)]
+        assert numbers(page, chart)[0][1:] == ["error", *bounds]
 
 
 LABELS = """() => {

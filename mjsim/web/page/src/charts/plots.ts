@@ -3,9 +3,10 @@
 import uPlot from "uplot";
 
 import { el, fill } from "../dom";
-import { inLight, readTokens, rowColor } from "../run/ink";
+import { inLight, readTokens } from "../run/ink";
 import { themeChanged } from "../shell/theme";
 import { Chart, inkNow, NO_MARKS, type Handlers, type Marks } from "./chart";
+import { colorsOf } from "./colors";
 import { drawFigure, rangeOf, type Curve, type Drawing, type Figure } from "./figure";
 import { titleOf, type Field, type PlotChart } from "./layouts";
 import { savingMenu } from "./saving";
@@ -44,10 +45,11 @@ class TimePlot implements Plot {
 
   constructor(fields: Field[], handlers: Handlers, sync: string) {
     const several = fields.length > 1;
+    const colorOf = colorsOf(fields);
     const lines = fields.map((field, k) => ({
       label: several ? labelOf(field) : "",
       name: titleOf(field),
-      color: () => rowColor(k),
+      color: () => colorOf(k),
     }));
     const [only] = fields;
     const title = several || !only ? word("charts.chosenNumbers") : titleOf(only);
@@ -75,6 +77,7 @@ class XyPlot implements Plot {
   private readonly box = el("div", { class: "run-chart-box plotter-xy", role: "img", "data-empty": word("charts.noValues") });
   private readonly reading = el("output", {});
   private readonly endings: (() => void)[] = [];
+  private readonly colorOf: (k: number) => string;
   /** A row for each time of a curve. */
   private curves: { time: number[]; x: Values; y: Values }[] = [];
   private drawing: Drawing | null = null;
@@ -85,7 +88,9 @@ class XyPlot implements Plot {
     private readonly equal: boolean,
     private readonly handlers: Handlers,
   ) {
-    const lines = fields.slice(1).map((field, k) => ({ label: fields.length > 2 ? labelOf(field) : "", color: () => rowColor(k) }));
+    const drawn = fields.slice(1);
+    this.colorOf = colorsOf(drawn);
+    const lines = drawn.map((field, k) => ({ label: drawn.length > 1 ? labelOf(field) : "", color: () => this.colorOf(k) }));
     this.box.setAttribute("aria-label", this.title);
     this.element.append(el("figcaption", {}, el("strong", {}, this.title), legend(lines), savingMenu(this), this.reading), this.box);
     const sizes = new ResizeObserver(() => this.draw());
@@ -116,7 +121,7 @@ class XyPlot implements Plot {
       spots,
       ...marked.map((point, k) => {
         const [x, y] = point ? (this.drawing?.place(...point) ?? [0, 0]) : [0, 0];
-        return point && circle(x, y, rowColor(k), readTokens().paper);
+        return point && circle(x, y, this.colorOf(k), readTokens().paper);
       }),
     );
     const [first] = marked;
@@ -149,7 +154,7 @@ class XyPlot implements Plot {
   private figureNow(): Figure {
     const [x, ...ys] = this.fields.map(labelOf);
     const several = ys.length > 1;
-    const curves = this.curves.map(({ x, y }, k): Curve => ({ label: several ? (ys[k] ?? "") : "", color: rowColor(k), x, y }));
+    const curves = this.curves.map(({ x, y }, k): Curve => ({ label: several ? (ys[k] ?? "") : "", color: this.colorOf(k), x, y }));
     return {
       title: this.title,
       x: x ?? "",

@@ -2,9 +2,9 @@
 
 import { el, fill, put } from "../dom";
 import { button, choice, sign } from "../run/controls";
-import { rowColor } from "../run/ink";
 import { ask } from "../shell/dialog";
 import { newestWins } from "../signal";
+import { colorsOf } from "./colors";
 import { NO_MARKS, type Handlers, type Marks } from "./chart";
 import { empty, Layouts, MOST, titleOf, type Field, type PlotChart, type PlotKind } from "./layouts";
 import { makePlot, type Column, type Plot } from "./plots";
@@ -269,10 +269,12 @@ export class Plotter {
 
   private rows(chart: PlotChart): HTMLElement[] {
     const there = chart.fields.filter((field) => this.known.has(titleOf(field)));
+    const first = chart.kind === "xy" ? 1 : 0;
+    const colorOf = colorsOf(there.slice(first));
     return chart.fields.map((field) => {
       const gone = there.includes(field) ? "" : word("charts.notThere");
-      const place = there.indexOf(field) - (chart.kind === "xy" ? 1 : 0);
-      const mark = place < 0 ? el("b", {}, gone ? "–" : "x") : el("i", { style: `background: ${rowColor(place)}` });
+      const place = there.indexOf(field) - first;
+      const mark = place < 0 ? el("b", {}, gone ? "–" : "x") : el("i", { style: `background: ${colorOf(place)}` });
       const remove = (): void => {
         chart.fields.splice(chart.fields.indexOf(field), 1);
         this.changed();

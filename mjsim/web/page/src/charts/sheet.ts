@@ -33,11 +33,11 @@ function bounded(title: string, unit: string, atLeast: number): ChartSettings {
     ...(fillTo === undefined ? {} : { fillTo, fill: () => faded(readTokens().estimate, 0.11) }),
   });
   const lines = [
-    { label: "", color: () => readTokens().estimate, width: 1.5 },
-    bound("3σ", 0.45),
-    bound("", 0.45, 2),
+    { label: word("charts.error"), color: () => readTokens().estimate, width: 1.5 },
     bound("2σ", 0.75),
-    bound("", 0.75, 4),
+    bound("", 0.75, 2),
+    bound("3σ", 0.45),
+    bound("", 0.45, 4),
   ];
   return { title, unit, lines, atLeast: [-atLeast, atLeast], expected: 0 };
 }
@@ -98,7 +98,7 @@ function columnsOf(kind: Kind, history: History, modules: string[]): Column[] {
     default: {
       const k = AXES[kind];
       const times = (factor: number): Column => history.sigmas[k].map((each) => (each === null ? null : factor * each));
-      return [history.errors[k], times(3), times(-3), times(2), times(-2)];
+      return [history.errors[k], times(2), times(-2), times(3), times(-3)];
     }
   }
 }

@@ -54,6 +54,11 @@ export function rowColor(k: number): string {
   return color(ROWS[k % ROWS.length] ?? "--muted");
 }
 
+/** Return the row whose colour a quantity has everywhere, -1 if it has none of its own. */
+export function rowNamed(quantity: string): number {
+  return ["truth", "estimate", "odometry"].includes(quantity) ? ROWS.indexOf(`--${quantity}`) : -1;
+}
+
 /** The same colour '#rrggbb', part of which lets through what is behind it. */
 export function faded(rgb: string, share: number): string {
   const alpha = Math.round(255 * share);

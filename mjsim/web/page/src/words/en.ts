@@ -13,6 +13,7 @@ export const EN = {
   "charts.chosenNumbers": "Chosen numbers",
   "charts.draw": "Draw {title}",
   "charts.drawn": "Drawn",
+  "charts.error": "error",
   "charts.estimate": "estimate",
   "charts.fields": "Fields",
   "charts.firstLayout": "Layout 1",
