@@ -49,7 +49,7 @@ def write_glb(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
     return write_file(path, glb_bytes(scene.model, scene.data), overwrite=overwrite)
 
 
-def glb_bytes(model: mujoco.MjModel, data: mujoco.MjData) -> bytes:
+def glb_bytes(model: mujoco.MjModel, data: mujoco.MjData, *, sparing: bool = False) -> bytes:
     """Return what is seen of a model as a .glb file.
 
     Below a node that turns z up to y up stands a node for all that does not move, then one for each body that does,
@@ -59,11 +59,12 @@ def glb_bytes(model: mujoco.MjModel, data: mujoco.MjData) -> bytes:
     Args:
         model: What is drawn.
         data: With the places of geoms and bodies worked out.
+        sparing: Whether many people have fewer triangles, for a view that is drawn often.
 
     Raises:
         UsageError: It has more than `MOST_TRIANGLES`.
     """
-    bodies = solid_bodies(model, data, groups=SEEN_FROM_OUTSIDE)
+    bodies = solid_bodies(model, data, groups=SEEN_FROM_OUTSIDE, sparing=sparing)
     count = sum(len(surface.triangles.corners) for body in bodies for surface in body.surfaces)
     if count > MOST_TRIANGLES:
         raise UsageError(f"the scene has {count} triangles; at most {MOST_TRIANGLES} can be given away")

@@ -264,6 +264,14 @@ def _standing(person: Person) -> tuple[Array, Array]:
     return person.posture(), person.poses()["pelvis"]
 
 
+def is_segment(model: mujoco.MjModel, body: int) -> bool:
+    """Return whether a body is a segment of a person."""
+    person, _, _ = model.body(body).name.rpartition("/")
+    pelvis = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, f"{person}/pelvis")
+    # Nothing else has a body of that name with a neck on it.
+    return bool(pelvis > 0 and mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, f"{person}/neck") > 0)
+
+
 def is_upper(model: mujoco.MjModel, body: int) -> bool:
     """Return whether a body is a segment of a person that moves when a hand does."""
     person, _, segment = model.body(body).name.rpartition("/")

@@ -9,11 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
-from mjsim.sim.hands import is_upper
-from mjsim.sim.triangles import Triangles, joined, triangles_of
+from mjsim.sim.hands import is_segment, is_upper
+from mjsim.sim.triangles import Triangles, coarser, joined, triangles_of
 
 PLAIN = (0.5, 0.5, 0.5, 1.0)
 """The colour of a geom that names none: MuJoCo then takes its material's."""
+
+CROWD = 60_000
+"""When people have more triangles than that together, they are drawn with fewer."""
+CELLS, LEAST = 10, 0.004
+"""Then the longest side of a part of a body has so many cells, no smaller than this [m]."""
 
 Look = tuple[int | None, bool]
 """The picture on a surface, as the model counts them, and whether one sees through it."""
@@ -53,15 +58,19 @@ def moving_bodies(model: mujoco.MjModel) -> NDArray[np.intp]:
     return found
 
 
-def solid_bodies(model: mujoco.MjModel, data: mujoco.MjData, *, groups: Sequence[int]) -> list[SolidBody]:
+def solid_bodies(
+    model: mujoco.MjModel, data: mujoco.MjData, *, groups: Sequence[int], sparing: bool = False
+) -> list[SolidBody]:
     """Return what is seen of a model, all that stands still first.
 
     Args:
         model: What is drawn.
         data: With the places of geoms and bodies worked out; each surface is in the frame of its body.
         groups: Of geoms that are seen.
+        sparing: Whether many people have fewer triangles.
     """
     carriers = moving_bodies(model)
+    crowd = crowded(model) if sparing else frozenset()
     parts: dict[int, dict[Look, list[int]]] = defaultdict(lambda: defaultdict(list))
     for geom in np.flatnonzero(np.isin(model.geom_group, groups)).tolist():
         alpha = _color(model, geom)[3]
@@ -71,20 +80,32 @@ def solid_bodies(model: mujoco.MjModel, data: mujoco.MjData, *, groups: Sequence
         SolidBody(
             body,
             tuple(
-                surface for look, geoms in parts[body].items() for surface in _merged(model, data, body, look, geoms)
+                surface
+                for look, geoms in parts[body].items()
+                for surface in _merged(model, data, body, look, geoms, crowd)
             ),
         )
         for body in sorted({0, *carriers.tolist()})
     ]
 
 
+def crowded(model: mujoco.MjModel) -> frozenset[int]:
+    """Return the geoms of people where they have more than `CROWD` triangles together; none otherwise."""
+    meshes = np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_MESH).tolist()
+    own = [geom for geom in meshes if is_segment(model, int(model.geom_bodyid[geom]))]
+    count = int(model.mesh_facenum[model.geom_dataid[own]].sum()) if own else 0
+    return frozenset(own) if count > CROWD else frozenset()
+
+
 def _merged(
-    model: mujoco.MjModel, data: mujoco.MjData, body: int, look: Look, geoms: Sequence[int]
+    model: mujoco.MjModel, data: mujoco.MjData, body: int, look: Look, geoms: Sequence[int], crowd: frozenset[int]
 ) -> list[MergedSurface]:
     """Return geoms of one look as one surface in the frame of a body; none when nothing of them has a surface."""
     names, shapes, colors = [], [], []
     for geom in geoms:
         shape = triangles_of(model, geom)
+        if shape is not None and geom in crowd:
+            shape = coarser(shape, max(float(np.ptp(shape.points, axis=0).max()) / CELLS, LEAST))
         if shape is not None and len(shape.corners):
             shapes.append(_placed(shape, model, data, geom=geom, body=body))
             names.append((_name(model, geom), len(shape.corners)))

@@ -169,3 +169,32 @@ def joined(parts: list[Triangles]) -> Triangles:
         np.concatenate([part.places for part in parts]),
         np.concatenate([part.corners + np.uint32(at) for part, at in zip(parts, first, strict=False)]),
     )
+
+
+def coarser(shape: Triangles, cell: float) -> Triangles:
+    """Return a surface with fewer triangles: corners in one cell of a lattice become one, in their middle.
+
+    Args:
+        shape: Smooth, and without a picture on it.
+        cell: Side of a cell [m].
+
+    References:
+        Rossignac, Borrel: Multi-resolution 3D approximations for rendering complex scenes (1993): vertex clustering.
+    """
+    _, into, counts = np.unique(np.round(shape.points / cell), axis=0, return_inverse=True, return_counts=True)
+    into = into.reshape(-1)
+    points, normals = np.zeros((len(counts), 3)), np.zeros((len(counts), 3))
+    np.add.at(points, into, shape.points)
+    np.add.at(normals, into, shape.normals)
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    corners = into[shape.corners]
+    first, second, third = corners.T
+    corners = corners[(first != second) & (second != third) & (third != first)]
+    # Of triangles that fell together one is enough.
+    _, kept = np.unique(np.sort(corners, axis=1), axis=0, return_index=True)
+    return Triangles(
+        points / counts[:, None],
+        normals / np.maximum(lengths, 1e-12),
+        np.zeros((len(counts), 2)),
+        corners[np.sort(kept)].astype(np.uint32),
+    )

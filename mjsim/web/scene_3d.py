@@ -30,7 +30,7 @@ class Scene3d:
         self._scene, self._lock = StillScene(world), threading.Lock()
         self._scene.show(self._scene.model.qpos0)
         self._bodies = np.unique(moving_bodies(self._scene.model))
-        self._packed = gzip.compress(glb_bytes(self._scene.model, self._scene.data), LEVEL, mtime=0)
+        self._packed = gzip.compress(glb_bytes(self._scene.model, self._scene.data, sparing=True), LEVEL, mtime=0)
 
     def surfaces(self) -> Response:
         """Return the answer that gives the scene as it stands at the start, as glTF."""

@@ -19,7 +19,14 @@ from mjsim.bench.large import large_floor
 from mjsim.web import Studio
 
 GALLERY = Path(mjsim.__file__).parent.parent / "worlds" / "gallery.yaml"
-CASES = (("the gallery", GALLERY.read_text()), ("1000 segments of walls", large_floor(1000)))
+PEOPLE = "people:\n" + "".join(
+    f"  - {{name: p{k}, sex: female, at: [{4.5 + k % 4}, {3 + k // 4}]}}\n" for k in range(8)
+)
+CASES = (
+    ("the gallery", GALLERY.read_text()),
+    ("the gallery, 8 people", GALLERY.read_text() + PEOPLE),
+    ("1000 segments of walls", large_floor(1000)),
+)
 TURN = """([canvas, seconds]) => new Promise((done) => {
   const key = {code: "ArrowLeft", key: "ArrowLeft", ctrlKey: true, bubbles: true, cancelable: true};
   const frames = () => Number(canvas.dataset.frames);

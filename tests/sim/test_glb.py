@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mjsim.errors import UsageError
-from mjsim.sim import glb_bytes, write_glb
+from mjsim.sim import StillScene, glb_bytes, write_glb
 from mjsim.world import parse_world
 
 ROOM = """
@@ -83,7 +83,6 @@ def hit(triangles: np.ndarray, start: np.ndarray, way: np.ndarray) -> float:
 
 @pytest.mark.slow
 def test_rays_meet_the_surfaces_of_a_file_where_mujoco_meets_them(tmp_path):
-    from mjsim.sim.still import StillScene
 
     world = parse_world(ROOM)
     scene = StillScene(world)
@@ -126,6 +125,26 @@ def test_a_shape_is_closed_and_looks_outwards(shape, size, volume):
     assert 0.95 * volume < enclosed <= volume * (1 + 1e-6)
     area = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]).sum(axis=0)
     np.testing.assert_allclose(area, 0.0, atol=1e-6)
+
+
+def test_many_people_have_fewer_triangles_in_a_view_and_keep_their_forms():
+    def scene(count, **more):
+        people = "".join(f"  - {{name: p{k}, sex: female, at: [{k}, 0]}}\n" for k in range(count))
+        still = StillScene(parse_world(f"mjsim: 1\npeople:\n{people}"))
+        still.show(still.model.qpos0)
+        return surfaces(glb_bytes(still.model, still.data, **more))
+
+    few, fewer = scene(2), scene(2, sparing=True)
+    assert sum(map(len, few.values())) == sum(map(len, fewer.values())) > 40_000
+    whole, thin = scene(3), scene(3, sparing=True)
+    assert sum(map(len, thin.values())) < 0.35 * sum(map(len, whole.values()))
+    assert whole.keys() == thin.keys()
+    for name in whole.keys() - {"world"}:
+        full, coarse = (each[name].reshape(-1, 3).astype(float) for each in (whole, thin))
+        # A cell is a tenth of the longest side; a corner is in the middle of those of its cell.
+        cell = np.ptp(full, axis=0).max() / 10
+        assert np.abs(full.min(axis=0) - coarse.min(axis=0)).max() < cell
+        assert np.abs(full.max(axis=0) - coarse.max(axis=0)).max() < cell
 
 
 def test_heights_of_a_field_stand_where_mujoco_has_them():
