@@ -81,7 +81,7 @@ class ReviewApi:
     def _tick(self, request: Request) -> TickNews:
         _, opened = self._opened(request)
         row = row_at(opened.recording, _number(request, "time"))
-        return row_told(opened.recording, row, measured=opened.measured)
+        return row_told(opened.recording, row, measured=opened.measured, people=opened.people(row))
 
     def _picture(self, request: Request) -> Response:
         _, opened = self._opened(request)

@@ -1,7 +1,7 @@
 """What the page is told of a recording: the whole of it thinned, and single ticks."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +14,13 @@ from mjsim.web.measured import SensorPast, row_of
 from mjsim.web.news import EventNews, RobotTick, TickNews, TrackHistory
 from mjsim.web.past import plain, track_told
 from mjsim.web.showing import shown_told
-from mjsim.web.telling import recognised_told, robots_told, with_removed
+from mjsim.web.telling import people_told, recognised_told, robots_told, with_removed
 from mjsim.world import EVENT_KINDS, kind_of, said_of
 
 MOST = 5000
 """Rows of a track that are told."""
+People = Mapping[str, Sequence[tuple[Array, str]]]
+"""Outlines from above of people by name, with their colours, world frame, shape (n, 2) each [m]."""
 PACED_OVER = 1.0
 """Time over which the pace of a recorded run is measured [s]."""
 WHOLE = "frame"
@@ -54,13 +56,16 @@ def row_at(recording: Recording, time: float) -> int:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # an estimate may be anywhere
-def row_told(recording: Recording, row: int, *, measured: SensorPast | None = None) -> TickNews:
+def row_told(
+    recording: Recording, row: int, *, measured: SensorPast | None = None, people: People | None = None
+) -> TickNews:
     """Return a recorded tick in the JSON form of a live one.
 
     Args:
         recording: Where it is from.
         row: Of the tick.
         measured: What its sensors measured; left out unless given.
+        people: Outlines from above of people whose hands were led, with their colours.
     """
     first = row_at(recording, float(recording.time[row]) - PACED_OVER)
     took = float(recording.clock[row] - recording.clock[first])
@@ -79,6 +84,8 @@ def row_told(recording: Recording, row: int, *, measured: SensorPast | None = No
             name: plain(places[row]) for name, places in recording.things.items() if np.isfinite(places[row]).all()
         },
     }
+    if people:
+        told["people"] = people_told(people)
     return with_removed(told, recording.looks(row))
 
 

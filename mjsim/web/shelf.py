@@ -6,10 +6,10 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from mjsim.record import Recording, read_recording
-from mjsim.sim import Onlooker, Orbit
+from mjsim.sim import LedPeople, Onlooker, Orbit
 from mjsim.web.answers import RefusedError
 from mjsim.web.measured import SensorPast
-from mjsim.web.reviewing import row_at
+from mjsim.web.reviewing import People, row_at
 from mjsim.web.scene_3d import Scene3d, Scene3dShelf
 from mjsim.web.shots import depth_shown, jpeg, segmentation_shown
 
@@ -27,7 +27,13 @@ class Opened:
         self.recording = recording
         self._onlooker, self._solids = Onlooker(recording.world), Scene3dShelf()
         self.measured = SensorPast(recording)
+        self._people, self._posing = LedPeople(recording.world), threading.Lock()
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="mjsim-review")
+
+    def people(self, row: int) -> People:
+        """Return what people whose hands were led look like from above at a row."""
+        with self._posing:
+            return self._people.outlines(self.recording.looks(row))
 
     def picture(self, time: float, view: str, *, orbit: Orbit | None = None) -> bytes:
         """Return what was to be seen at a time, drawn again from the recorded state, as JPEG; waits for it.

@@ -82,8 +82,13 @@ def tick_told(
     if hands:
         told["hands"] = {name: {side: _place(at) for side, at in each.items()} for name, each in hands.items()}
     if people:
-        told["people"] = {name: [_thinned(outline) for outline, _ in parts] for name, parts in people.items()}
+        told["people"] = people_told(people)
     return with_removed(told, tick.looks)
+
+
+def people_told(people: Mapping[str, Sequence[tuple[Array, str]]]) -> dict[str, list[list[tuple[float, float]]]]:
+    """Return the outlines of people whose hands were led."""
+    return {name: [_thinned(outline) for outline, _ in parts] for name, parts in people.items()}
 
 
 def _thinned(outline: Array) -> list[tuple[float, float]]:

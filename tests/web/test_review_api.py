@@ -15,7 +15,9 @@ from mjsim.bench.entering import client_of
 from mjsim.sim import SEEN_FROM_OUTSIDE, Playback
 from mjsim.web.folder import Folder
 from mjsim.web.review_api import ReviewApi
+from mjsim.web.reviewing import row_told
 from mjsim.web.server import Server
+from mjsim.web.shelf import Opened
 from tests.record_ticks import hand_made_ticks, record
 from tests.solids import names_of
 
@@ -97,6 +99,26 @@ def test_a_recording_is_told_as_a_whole(page, recording):
     errors = np.linalg.norm(np.array(track["truth"])[:, :2] - np.array(track["estimate"])[:, :2], axis=1)
     np.testing.assert_allclose(track["error"], errors, atol=2e-4)
     assert set(track["timing"]) == {"estimator", "navigator", "sense", "step"}
+
+
+def test_a_recorded_tick_has_people_as_they_stood_when_a_hand_was_led(tmp_path):
+    at = (1.4, 0.2, 1.2)
+    event = f"{{time: 0.4, reach: anna, hand: right, to: [{at[0]}, {at[1]}, {at[2]}]}}"
+    text = f"""mjsim: 1
+people: [{{name: anna, sex: female, at: [1, 0]}}, {{name: eve, sex: female, at: [1, 2]}}]
+robots: [{{name: scout, at: [0, 0]}}]
+run: {{seconds: 3, events: [{event}]}}
+"""
+    with mjsim.Simulation(mjsim.parse_world(text)) as sim:
+        mjsim.run(sim, record=tmp_path / "run.mcap")
+    opened = Opened(mjsim.read_recording(tmp_path / "run.mcap"))
+    far = []
+    for row in (0, 5, 20, 74):
+        told = row_told(opened.recording, row, people=opened.people(row)).get("people", {})
+        assert list(told) == (["anna"] if row > 9 else [])
+        far += [min(np.linalg.norm(np.mean(outline, axis=0) - at[:2]) for outline in each) for each in told.values()]
+    # On its way, and there: the middle of the hand is not far from its grip.
+    assert far[0] > 0.1 > 0.06 > far[1]
 
 
 @pytest.mark.parametrize(("asked", "row"), [(-1.0, 0), (0.0, 0), (1.0, 25), (1.039, 25), (99.0, 74)])

@@ -300,7 +300,7 @@ export class ReviewView implements View {
       trails.estimate.fill(track.estimate.slice(0, k + 1));
       trails.odometry.fill(track.odometry.slice(0, k + 1));
     }
-    const moment = { robots, things: this.tick?.things ?? {}, removed: this.tick?.removed ?? [] };
+    const moment = { robots, things: this.tick?.things ?? {}, people: this.tick?.people ?? {}, removed: this.tick?.removed ?? [] };
     this.floor.show(moment);
     this.solids.door.think(this.floor.thoughts(moment));
   }
