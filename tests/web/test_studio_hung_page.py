@@ -53,3 +53,15 @@ def test_pictures_go_with_their_wall_when_its_numbers_are_typed(sheet):
     sheet.reads("at: [2.364, 1.848], heading_deg: 126.87}", "at: [2.5, 0.06], heading_deg: -90}")
     sheet.press("Control+z")  # a step of its own
     sheet.reads("points: [[0, 0], [4, 0]]", "at: [1, -0.06], heading_deg: -90}   # outside", "at: [3, 0.06]")
+
+
+def test_pictures_stay_on_the_faces_of_a_wall_whose_thickness_is_typed(sheet):
+    sheet.click(0.4, 0)
+    expect(sheet.title).to_contain_text("wall")
+    thickness = sheet.field("Thickness")
+    thickness.fill("0.5")
+    thickness.press("Enter")
+    sheet.reads("thickness: 0.5", "at: [1, -0.26], heading_deg: -90}   # outside", "at: [3, 0.26], heading_deg: 90}")
+    sheet.reads("inward, image: posters/lion.jpg, at: [2.5, 0.06]")
+    sheet.press("Control+z")
+    sheet.reads("at: [1, -0.06], heading_deg: -90}   # outside", "at: [3, 0.06], heading_deg: 90}")

@@ -10,6 +10,9 @@ const NEAR = 0.06;
 /** and looks so straight away from it [deg]. */
 const ASKEW = 10;
 
+/** Of walls that do not say how thick they are [m]. */
+const THICKNESS = 0.1;
+
 type Segment = [Point, Point];
 
 /** What is changed, with the pictures that go along; those that are changed themselves do not. */
@@ -24,10 +27,10 @@ export function withPictures(changed: Changed[], items: Item[]): Changed[] {
   return [...changed, ...pictures.flatMap(along)];
 }
 
-/** What goes with a value that is set in a wall, at a path from there on: its pictures go along with its corners. */
+/** What goes with a value that is set in a wall, at a path from there on: pictures go with its corners and its faces. */
 export function picturesAlong(wall: Item, [key, ...deeper]: Path, value: unknown, items: Item[]): Change[] {
-  if (!isWall(wall) || key !== "points") return [];
-  const ghost = { ...wall, values: { ...wall.values, points: put(wall.values["points"], deeper, value) } };
+  if (!isWall(wall) || (key !== "points" && key !== "thickness")) return [];
+  const ghost = { ...wall, values: { ...wall.values, [key]: put(wall.values[key], deeper, value) } };
   return withPictures([{ ghost, changes: [] }], items).slice(1).flatMap(({ changes }) => changes);
 }
 
@@ -44,13 +47,13 @@ function isFree(item: Item): boolean {
 /** The picture where the wall takes it; nothing where it does not hang on the wall. */
 function followed(picture: Item, before: Item | undefined, after: Item, items: Item[]): Changed[] {
   const [old, fresh] = [before ? segmentsOf(before) : [], segmentsOf(after)];
-  const reach = Number(after.values["thickness"] ?? 0.1) / 2 + NEAR;
-  const index = old.findIndex((segment) => hangsOn(picture, segment, reach));
-  const [from, to] = [old[index], fresh[index]];
-  if (!from || !to || !picture.at || old.length !== fresh.length || length(minus(...to)) === 0) return [];
+  const half = before ? halfOf(before) : 0;
+  const index = old.findIndex((segment) => hangsOn(picture, segment, half + NEAR));
+  const [from, to, out] = [old[index], fresh[index], halfOf(after) - half];
+  if (!from || !to || Number.isNaN(out) || !picture.at || old.length !== fresh.length || length(minus(...to)) === 0) return [];
   const turn = turned(heading(minus(to[1], to[0])) - heading(minus(from[1], from[0])));
   const put = spun(picture, Math.abs(turn) > 0.005 ? turn : 0);
-  const place = moved(put.ghost, minus(carried(picture.at, from, to), picture.at), items);
+  const place = moved(put.ghost, minus(carried(picture.at, from, to, out), picture.at), items);
   const own = [...place.changes, ...(Math.abs(turn) > 0.005 ? put.changes : [])];
   return [{ ghost: place.ghost, changes: own }];
 }
@@ -63,14 +66,22 @@ function hangsOn({ at, heading_deg }: Item, [start, end]: Segment, reach: number
   return along >= 0 && along <= length(minus(end, start)) && Math.abs(off) <= reach && straight > Math.cos((ASKEW * Math.PI) / 180);
 }
 
-/** Where a point of a segment lies once that is elsewhere: as far from the end that stayed, else from the start. */
-function carried(at: Point, from: Segment, to: Segment): Point {
+/** From the middle of a wall to its faces [m]. */
+function halfOf(wall: Item): number {
+  return Number(wall.values["thickness"] ?? THICKNESS) / 2;
+}
+
+/**
+ * Where a point of a segment lies once that is elsewhere: as far from the end that stayed, else from the start, and
+ * farther out by so much as the wall has grown there.
+ */
+function carried(at: Point, from: Segment, to: Segment, out: number): Point {
   const [along, off] = within(at, from);
   const [was, long] = [length(minus(from[1], from[0])), length(minus(to[1], to[0]))];
   const isEndKept = length(minus(from[1], to[1])) === 0;
   const now = Math.min(Math.max(isEndKept ? long - (was - along) : along, 0), long);
   const way = times(minus(to[1], to[0]), 1 / long);
-  return add(add(to[0], times(way, now)), times(sideOf(to), off));
+  return add(add(to[0], times(way, now)), times(sideOf(to), off + Math.sign(off) * out));
 }
 
 /** How far along a segment a point lies from its start, and how far to its left [m]. */
