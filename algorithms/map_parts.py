@@ -45,12 +45,12 @@ class Keyframe:
     """The walls that it shows, in the robot's frame."""
     part: int
     """Of the map."""
-    place: "Place"
+    place: "UncertainPlace"
     """In the frame of the part."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Place:
+class UncertainPlace:
     """A pose that is known the better, the better it is known what odometry errs by all the time."""
 
     at: Array
@@ -108,7 +108,7 @@ class PartsMap:
         Loops are looked for in windows that are cautious, as if each match erred for itself; what is told of the
         robot's pose is what matches err by.
         """
-        self._place, self._cautious = Place(np.zeros(3), np.zeros((3, COMMON))), np.zeros((3, 3))
+        self._place, self._cautious = UncertainPlace(np.zeros(3), np.zeros((3, COMMON))), np.zeros((3, 3))
         self._lasting, self._passing = np.zeros((3, 3)), np.zeros((3, 3))
 
     def _forget_since(self) -> None:
@@ -130,7 +130,7 @@ class PartsMap:
         _, self._cautious = self._after(place, self._cautious, laid.pose, laid.own)
         pose, F, G = self._motion(place, laid.pose)
         slopes = F @ self._place.slopes + G @ slopes
-        self._place = Place(pose - slopes @ errors, slopes)
+        self._place = UncertainPlace(pose - slopes @ errors, slopes)
         self._lasting = F @ self._lasting @ F.T + G @ laid.lasting @ G.T
         if len(self.keyframes) - self._begins[-1] >= PART:
             self._begin_part()

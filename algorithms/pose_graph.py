@@ -41,7 +41,7 @@ class PoseGraph:
     """The errors that all steps have in common, as they agree best, shape (4,)."""
     _expected: Array = field(default_factory=lambda: np.zeros(COMMON), init=False, repr=False)
     _doubt: Array = field(default_factory=lambda: np.eye(COMMON), init=False, repr=False)
-    _solution: "Solution | None" = field(default=None, init=False, repr=False)
+    _solution: "GraphSolution | None" = field(default=None, init=False, repr=False)
     """Factors of the normal equations of the last round."""
 
     def add_pose(self, pose: Array) -> int:
@@ -189,7 +189,7 @@ class PoseGraph:
         squared = np.einsum("ki,ki->k", error, (self.informations @ error[:, :, None])[:, :, 0])
         return error, np.concatenate([A, B], axis=2), squared
 
-    def _system(self) -> tuple["Solution", Array, Array]:
+    def _system(self) -> tuple["GraphSolution", Array, Array]:
         """Return the factors of H and b (3 n + 4,) of the normal equations, and each step's squared error."""
         number, ends = len(self.poses), self.ends
         error, J, squared = self._errors()
@@ -210,11 +210,11 @@ class PoseGraph:
         known = np.linalg.inv(self._doubt)
         common = known + (by_slopes @ self.slopes).sum(axis=0)
         pull = known @ (self.errors - self._expected) - (by_slopes @ error[:, :, None]).sum(axis=0)[:, 0]
-        return Solution.of(factors, across, common), np.concatenate([b, pull]), squared
+        return GraphSolution.of(factors, across, common), np.concatenate([b, pull]), squared
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Solution:
+class GraphSolution:
     """Factors of the normal equations of n poses and the errors that all steps have in common."""
 
     factors: SuperLU
@@ -225,7 +225,7 @@ class Solution:
     """Inverse of the part of the errors in common once the poses follow them, shape (4, 4)."""
 
     @classmethod
-    def of(cls, factors: SuperLU, across: Array, common: Array) -> "Solution":
+    def of(cls, factors: SuperLU, across: Array, common: Array) -> "GraphSolution":
         """Return it of the factors of the poses' part of H, the part of both (3 n, 4), and that of the errors (4, 4).
 
         References:
