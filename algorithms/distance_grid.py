@@ -21,29 +21,33 @@ class DistanceGrid:
         Felzenszwalb, Huttenlocher, Distance Transforms of Sampled Functions, Theory of Computing 8, 2012.
     """
 
-    def __init__(self, occupied: NDArray[np.bool_], *, lower: Array, cell: float) -> None:
+    def __init__(self, occupied: NDArray[np.bool_], *, lower: Array, cell: float, finer: int = 1) -> None:
         """Measure the distances.
 
         Args:
-            occupied: Cells that hold something, shape (rows, columns), the first row at the smallest y.
+            occupied: What holds something, shape (finer * rows, finer * columns), the first row at the smallest y.
             lower: Corner of the grid with the smallest x and y, shape (2,) [m].
             cell: Side of a cell [m].
+            finer: Into so many parts, an odd number, each side of a cell is divided in `occupied`.
         """
         self.lower, self.cell = np.asarray(lower, dtype=float), cell
         free = np.where(occupied, 0, 255).astype(np.uint8)
         distance = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
         # OpenCV gives a large number where nothing is occupied at all.
-        self.distance: Array = np.minimum(distance.astype(float), sum(free.shape)) * cell
+        distance = distance[finer // 2 :: finer, finer // 2 :: finer].astype(float)
+        self.distance: Array = np.minimum(distance, sum(free.shape)) * (cell / finer)
         """Shape (rows, columns) [m]."""
 
     @classmethod
-    def from_segments(cls, segments: Array, *, cell: float = 0.05, margin: float = 1.0) -> Self:
+    def from_segments(cls, segments: Array, *, cell: float = 0.05, margin: float = 1.0, finer: int = 1) -> Self:
         """Draw walls into a grid that reaches beyond them.
 
         Args:
             segments: Faces of walls and obstacles, shape (n, 2, 2) [m].
             cell: Side of a cell [m].
             margin: How far the grid reaches beyond the walls [m].
+            finer: Walls are drawn so many times finer than the cells, an odd number: a wall that is drawn in whole
+                cells is off by up to half of one, all along.
 
         Raises:
             ValueError: There is no wall.
@@ -52,12 +56,12 @@ class DistanceGrid:
             raise ValueError("the map has no walls")
         lower = segments.min(axis=(0, 1)) - margin
         columns, rows = np.ceil((segments.max(axis=(0, 1)) + margin - lower) / cell).astype(int)
-        drawn = np.zeros((rows, columns), dtype=np.uint8)
+        drawn = np.zeros((finer * rows, finer * columns), dtype=np.uint8)
         # For OpenCV a pixel's centre is a whole number.
-        corners = np.round(((segments - lower) / cell - 0.5) * 2**FIXED_POINT).astype(np.int32)
+        corners = np.round(((segments - lower) / (cell / finer) - 0.5) * 2**FIXED_POINT).astype(np.int32)
         for one, other in corners:
             cv2.line(drawn, one.tolist(), other.tolist(), 1, 1, cv2.LINE_8, FIXED_POINT)
-        return cls(drawn == 1, lower=lower, cell=cell)
+        return cls(drawn == 1, lower=lower, cell=cell, finer=finer)
 
     def cells(self, points: Array) -> NDArray[np.intp]:
         """Return (row, column) of the cells that hold points (..., 2) [m]; beyond the grid those of its edge."""

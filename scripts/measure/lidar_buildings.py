@@ -1,9 +1,13 @@
 #!/usr/bin/env python3
 """Drive robots with poor odometry and a plain lidar through buildings, and print how well `LidarSlam` does in each.
 
-    .venv/bin/python scripts/measure/lidar_buildings.py [BUILDING ...] [--seeds 1] [--odometry exact biased]
+    .venv/bin/python scripts/measure/lidar_buildings.py [BUILDING ...] [--seeds 1] [--odometry honest biased]
+        [--lidar old wide] [--walkers 0 8]
 
-The lidar is that of old logs: 181 beams over 180 degrees, 5 scans a second, ranges in whole centimetres. Odometry is
+The lidar is, unless told otherwise, that of old logs: `old`, 181 beams over 180 degrees, 5 scans a second, 30 m; others
+are `fast` (the same 40 times a second), `wide` (541 beams over 270 degrees), `wide-fast` (both), `near` (`wide`, but
+4 m) and `round` (360 beams all around, 12 m). Ranges come in whole centimetres. Walkers are people who go to and fro
+along the robot's way, beside it. Odometry is
 
 - `honest`: as its data sheet says,
 - `biased`: 10 % too long, and turned by -0.3 degrees a second while the robot moves,
@@ -21,8 +25,9 @@ a maze; a hall of pillars; a warehouse.
 
 import argparse
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
@@ -37,9 +42,17 @@ from mjsim.report.metrics import absolute_trajectory_errors
 from mjsim.world import World, with_settings
 
 WORLDS = Path(__file__).resolve().parents[2] / "worlds"
-LIDAR = (
-    "{lidar: scan, at: [0.1, 0, 0.3], beams: 181, fov_deg: 180, range: [0.05, 30], rate_hz: 5, noise: {range: 0.01}}"
-)
+LIDAR = "{lidar: scan, at: [0.1, 0, 0.3], KIND, noise: {range: 0.01}}"
+LIDARS = {
+    "old": "beams: 181, fov_deg: 180, range: [0.05, 30], rate_hz: 5",
+    "fast": "beams: 181, fov_deg: 180, range: [0.05, 30], rate_hz: 40",
+    "wide": "beams: 541, fov_deg: 270, range: [0.05, 30], rate_hz: 5",
+    "wide-fast": "beams: 541, fov_deg: 270, range: [0.05, 30], rate_hz: 40",
+    "near": "beams: 541, fov_deg: 270, range: [0.05, 4], rate_hz: 5",
+    "round": "beams: 360, fov_deg: 360, range: [0.05, 12], rate_hz: 5",
+}
+ASIDE = 0.6
+"""How far from the robot's way people walk [m]."""
 ROBOT = (
     "{name: scout, preset: pioneer3dx, at: AT, drive: {noise: {speed: 0.02, turn: 0.02}}, "
     "odometry: {noise: {distance: 0.01, turn: 0.02}}, sensors: [" + LIDAR + "]}"
@@ -122,10 +135,27 @@ def buildings() -> dict[str, Building]:
     }
 
 
-def prepared(building: Building) -> World:
-    """Return a world with the robot of all rows in it."""
-    robot = ROBOT.replace("AT", str(list(building.start)))
-    return with_settings(building.world, [f"robots=[{robot}]", "run.drivers={}", "run.rate_hz=25"])
+def prepared(building: Building, *, lidar: str = "old", walkers: int = 0) -> World:
+    """Return a world with a robot in it that has one of the lidars, and with people who walk."""
+    robot = ROBOT.replace("AT", str(list(building.start))).replace("KIND", LIDARS[lidar])
+    rate = ["run.rate_hz=40", "run.step_ms=1"] if lidar.endswith("fast") else ["run.rate_hz=25"]
+    settings = [f"robots=[{robot}]", "run.drivers={}", *rate]
+    world = with_settings(building.world, settings)
+    people = mjsim.parse_world(f"mjsim: 1\nname: people\nobstacles: [{', '.join(walks(building, walkers))}]\n")
+    return world.model_copy(update={"obstacles": [*world.obstacles, *people.obstacles]})
+
+
+def walks(building: Building, number: int) -> Iterator[str]:
+    """Yield people who walk to and fro beside the robot's way, each along one stretch of it."""
+    rng, points = np.random.default_rng(7), np.array([building.start, *building.points])
+    stretches = [(a, b) for a, b in pairwise(points) if np.hypot(*(b - a)) > 2.0]
+    for k in range(number):
+        a, b = stretches[rng.integers(len(stretches))]
+        ahead = (b - a) / np.hypot(*(b - a))
+        aside = ASIDE * np.array([-ahead[1], ahead[0]]) * rng.choice([-1.0, 1.0])
+        ends = np.round([b + aside - 0.5 * ahead, a + aside + 0.5 * ahead], 3).tolist()
+        path = f"{{points: {ends}, speed: {rng.uniform(0.6, 1.3):.2f}}}"
+        yield f"{{name: walker-{k}, cylinder: [0.2, 1.7], at: {ends[0]}, path: {path}}}"
 
 
 def driven(world: World, points: Sequence[tuple[float, float]], *, seed: int) -> Drive:
@@ -208,17 +238,20 @@ def main() -> None:
     parser.add_argument("buildings", nargs="*", choices=[[], *buildings()], help="all unless given")
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--odometry", nargs="+", default=["honest", "biased", "slips"])
+    parser.add_argument("--lidar", nargs="+", choices=LIDARS, default=["old"])
+    parser.add_argument("--walkers", nargs="+", type=int, default=[0], help="how many people walk there")
     given = parser.parse_args()
-    print("building  odometry seed   final: mean, max, online: mean, max, ATE [m], of odometry, NEES mean, median,")
-    print("                          loops, scans kept, a scan: mean, worst [ms]")
-    for name in given.buildings or buildings():
+    print("building  lidar  walkers odometry seed   final: mean, max, online: mean, max, ATE [m], of odometry,")
+    print("                          NEES mean, median, loops, scans kept, a scan: mean, worst [ms]")
+    for name, lidar, walkers in product(given.buildings or buildings(), given.lidar, given.walkers):
         building = buildings()[name]
-        world = prepared(building)
+        world = prepared(building, lidar=lidar, walkers=walkers)
         for seed in range(1, given.seeds + 1):
             drive = driven(world, building.points, seed=seed)
             for kind in given.odometry:
                 with threadpool_limits(1, user_api="blas"):
-                    print(f"{name:<10}{kind:<9}{seed:4d}  {row(drive, kind)}", flush=True)
+                    figures = row(drive, kind)
+                print(f"{name:<10}{lidar:<10}{walkers:3d}  {kind:<9}{seed:4d}  {figures}", flush=True)
 
 
 if __name__ == "__main__":

@@ -45,3 +45,17 @@ def test_a_line_is_clear_where_a_disc_could_pass():
 def test_a_map_without_walls_is_told():
     with pytest.raises(ValueError, match="no walls"):
         DistanceGrid.from_segments(np.zeros((0, 2, 2)))
+
+
+def test_a_wall_that_is_drawn_finer_than_cells_is_where_it_is():
+    wall = np.array([[[0.0, 0.0], [2.0, 0.0]], [[0.0, 0.513], [2.0, 0.513]]])
+    off = []
+    for finer in (1, 5):
+        grid = DistanceGrid.from_segments(wall, cell=0.05, finer=finer)
+        rows = np.arange(grid.distance.shape[0])
+        centres = grid.lower[1] + (rows + 0.5) * grid.cell
+        expected = np.minimum(np.abs(centres), np.abs(centres - 0.513))
+        off.append(np.abs(grid.distance[:, grid.distance.shape[1] // 2] - expected).max())
+    assert off[0] > 0.015
+    # Half of a fifth of a cell, and the rounding of OpenCV.
+    assert off[1] < 0.007

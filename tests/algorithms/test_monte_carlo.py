@@ -1,16 +1,22 @@
-"""Monte Carlo localization in a room whose scans are worked out by shapely, without the simulator."""
+"""Monte Carlo localization in a room whose scans are worked out by shapely, and in the maze."""
 
 import dataclasses
+import itertools
+from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
 
+import mjsim
 from mjsim.algorithms.monte_carlo import MonteCarloLocalization, systematic_resample_with
+from mjsim.algorithms.waypoints import Waypoints
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.interface import BeaconInfo, Observation, Odometry, Scan, SensorInfo, Sighting, WorldMap
+from mjsim.world import with_settings
 from tests.robots import pioneer
 
+MAZE = Path(__file__).parents[2] / "worlds" / "maze.yaml"
 CORNERS = np.array([(0, 0), (10, 0), (10, 4), (6, 4), (6, 7), (0, 7)], dtype=float)
 POST = np.array([(2, 3), (3, 3), (3, 3.5), (2, 3.5)], dtype=float)
 WALLS = np.concatenate([np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in (CORNERS, POST)])
@@ -118,3 +124,35 @@ def test_a_secret_map_and_a_missing_lidar_are_told():
     estimator.take_map(MAP)
     with pytest.raises(ValueError, match="no lidar 'scan'"):
         estimator.start(pioneer(), {}, np.random.default_rng(0))
+
+
+@pytest.mark.slow
+def test_walls_between_cells_do_not_pull_the_belief_aside():
+    # Mean NEES was 6.4, and the error 16 mm, when walls were drawn in whole cells of the grid.
+    maze = with_settings(mjsim.load_world(MAZE), ["robots.theseus.odometry.noise={distance: 0.01, turn: 0.01}"])
+    driver = mjsim.Driver(
+        estimator=MonteCarloLocalization(lidar="scan"),
+        navigator=Waypoints([(1.8, 0.6), (1.8, 1.8), (0.6, 1.8), (0.6, 3), (3, 3)], speed=0.4, lookahead=0.35),
+    )
+    errors, nees = [], []
+    with mjsim.Simulation(maze, seed=1) as sim:
+        for tick in itertools.takewhile(lambda tick: tick.time < 15, mjsim.ticks(sim, {"theseus": driver})):
+            belief = tick.orders["theseus"].estimate
+            off = belief.pose.as_array() - tick.truth["theseus"].as_array()
+            off[2] = wrap_angle(float(off[2]))
+            errors.append(np.hypot(*off[:2]))
+            nees.append(off @ np.linalg.solve(belief.covariance, off))
+    assert np.mean(errors) < 0.01
+    assert np.mean(nees) < 4.0
+    assert np.max(nees) < 25.0
+
+
+def test_a_robot_that_stands_does_not_become_surer_by_looking_again():
+    rng, pose = np.random.default_rng(5), Pose(4.1, 1.9, 0.05)
+    estimator, sure = started(Pose(4, 2, 0), np.diag([0.2, 0.2, 0.1]) ** 2), []
+    looked = scan_from(pose, rng)
+    for tick in range(40):
+        rest = Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
+        belief = estimator.update(Observation(0.04 * tick, 0.04, rest, scans={"scan": looked}))
+        sure.append(np.sqrt(np.diag(belief.covariance)))
+    assert (sure[-1] > 0.7 * sure[0]).all()
