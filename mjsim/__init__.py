@@ -1,4 +1,4 @@
-"""mjsim: a simulator for navigation and SLAM of indoor wheeled robots, with real camera pictures.
+"""mjsim: a simulator for navigation and SLAM of indoor wheeled robots, with rendered camera images.
 
 Everything public is here: `import mjsim`, then `mjsim.load_world`, `mjsim.Simulation`, `mjsim.run` and so on.
 """

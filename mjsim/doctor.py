@@ -1,4 +1,4 @@
-"""What this machine has: what draws pictures and how fast, GNU Octave, and what to type for what is missing."""
+"""Diagnosis of this machine: OpenGL and its speed, GNU Octave, and how to install what is missing."""
 
 import os
 import subprocess
@@ -49,30 +49,30 @@ class Diagnosis:
     """What was found on this machine."""
 
     backend: str | None
-    """The one that mjsim uses; None when it can use none."""
+    """The OpenGL backend that mjsim uses; None if none works."""
     renderer: str | None
-    """Who draws, as OpenGL tells it."""
+    """Name of the renderer, as OpenGL reports it."""
     pictures_per_second: float | None
-    """Of a small room, 640 x 480."""
+    """Speed with a small room, 640 x 480."""
     picture: Path | None
-    """Where the test picture is."""
+    """File of the test picture."""
     fault: str | None
-    """One line with what to type, when there is no backend."""
+    """One line that says what to type, if there is no backend."""
     backends: Mapping[str, str]
-    """What each backend said when it was tried alone."""
+    """Result of each backend, tried in a separate process."""
     versions: Mapping[str, str]
-    """Of Python and of the main libraries."""
+    """Versions of Python and of the main libraries."""
     octave: str
-    """Version and place of GNU Octave, for modules in .m files; or what to type when there is none."""
+    """Version and path of GNU Octave, for modules in .m files; or what to type if there is none."""
     cores: int
-    """Processors that this process may use."""
+    """Number of processors that this process may use."""
 
 
 def diagnose(picture: Path | None, *, overwrite: bool = False) -> Diagnosis:
-    """Find out what draws here and how fast, and whether Octave is there.
+    """Find out which OpenGL works here and how fast, and whether Octave is installed.
 
     Args:
-        picture: Where to write a test picture, PNG; None for nowhere.
+        picture: File for a test picture, PNG; None for no picture.
         overwrite: Whether that may replace a file.
 
     Raises:
@@ -115,16 +115,16 @@ def diagnose(picture: Path | None, *, overwrite: bool = False) -> Diagnosis:
 
 
 def report_lines(diagnosis: Diagnosis) -> Sequence[str]:
-    """Return a diagnosis as lines for people."""
+    """Return a diagnosis as lines of text."""
     lines = [f"backend   {diagnosis.backend or 'none'}"]
     if diagnosis.backend:
         lines += [
             f"renderer  {diagnosis.renderer}",
-            f"speed     {diagnosis.pictures_per_second:.0f} pictures a second, {WIDTH} x {HEIGHT}, a small room",
+            f"speed     {diagnosis.pictures_per_second:.0f} pictures per second of a small room, {WIDTH} x {HEIGHT}",
         ]
     if diagnosis.picture:
         lines.append(f"picture   {diagnosis.picture}")
-    lines += ["", "tried, each alone"]
+    lines += ["", "backends, each tried in a process of its own"]
     lines += [f"  {name:24}{said}" for name, said in diagnosis.backends.items()]
     lines += ["", "versions"]
     lines += [f"  {name:24}{version}" for name, version in diagnosis.versions.items()]

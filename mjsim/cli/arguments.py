@@ -36,9 +36,9 @@ RunFile = Annotated[Path, typer.Argument(metavar="RUN.mcap", help="A recording."
 Settings = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change a value: robots.scout.odometry.scale=1.1")
 ]
-Begin = Annotated[float | None, typer.Option("--from", metavar="S", help="Only from this time on [s].")]
-End = Annotated[float | None, typer.Option("--to", metavar="S", help="Only until this time [s].")]
+Begin = Annotated[float | None, typer.Option("--from", metavar="S", help="Start at this time of the recording [s].")]
+End = Annotated[float | None, typer.Option("--to", metavar="S", help="End at this time of the recording [s].")]
 Formats = Annotated[
-    str, typer.Option("--formats", metavar="png,pdf,svg", help="What plots are written as: one or more of these.")
+    str, typer.Option("--formats", metavar="png,pdf,svg", help="File formats of the plots: one or more of these.")
 ]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]

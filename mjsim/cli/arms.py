@@ -25,24 +25,25 @@ UNITS = ("", "deg", "m", "m", "deg", "deg, m", "deg/s, m/s", "N m, N", "kg", "")
 
 
 def arm(
-    name: Annotated[str, typer.Argument(metavar="PRESET|FILE", help="Such as puma560; YAML with `dh`; MJCF or URDF.")],
+    name: Annotated[
+        str,
+        typer.Argument(metavar="PRESET|FILE", help="A preset such as puma560, a YAML file with `dh`, or MJCF or URDF."),
+    ],
     joints: Annotated[
         str | None,
-        typer.Option(metavar="Q1,Q2,...", help="Values of the joints [deg, m]; those at the start unless given."),
+        typer.Option(metavar="Q1,Q2,...", help="Joint values [deg, m]; default: the start position."),
     ] = None,
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a picture of the arm: PNG, SVG or PDF.")
-    ] = None,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Plot the arm to a PNG, SVG or PDF file.")] = None,
     end: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Body or site of a model at the end of its chain.")
+        str | None, typer.Option(metavar="NAME", help="Body or site of the MJCF or URDF model that carries the tool.")
     ] = None,
     drive: Annotated[
-        bool, typer.Option("--drive", help="Move joints and tool by sliders in the browser, until Ctrl-C.")
+        bool, typer.Option("--drive", help="Move joints and tool with sliders in the browser, until Ctrl-C.")
     ] = False,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser; print the address.")] = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Print the table of an arm's joints, their limits, and where its tool is; draw or drive it on request."""
+    """Print the joint table of an arm, its limits and the pose of its tool; with options, plot or move it."""
     import numpy as np
 
     from mjsim.world import arm_item
@@ -79,14 +80,14 @@ def _drive(name: str, end: str | None, *, no_browser: bool) -> None:
     with LiveView(world) as page, addresses_on_signal(lambda: page.url):
 
         def print_address() -> None:
-            say(f"move it at {page.url} ; this address works once{how_to_get_another()}; Ctrl-C ends it")
+            say(f"open {page.url} to move the arm; this address works once{how_to_get_another()}; Ctrl-C stops")
 
         session = Session(world, speed=1.0, on_tick=page.show, on_change=page.changed)
         page.steer(session)
         if no_browser or not has_screen():
             print_address()
         else:
-            say(f"the arm is at {page.address} and opens in your browser; Ctrl-C ends it")
+            say(f"opening {page.address} in your browser; Ctrl-C stops")
             page.open(failed=print_address)
         # This is how it is meant to end.
         with suppress(KeyboardInterrupt), session:
@@ -102,7 +103,7 @@ def _values(text: str, arm: "Arm") -> "Array":
     except ValueError:
         values = []
     if len(values) != arm.n or not all(map(math.isfinite, values)):
-        raise UsageError(f"--joints is '{text}'; give {arm.n} numbers with commas between them")
+        raise UsageError(f"--joints is '{text}'; give {arm.n} numbers separated by commas")
     return np.array([v if link.slide else math.radians(v) for v, link in zip(values, arm.links, strict=True)])
 
 
@@ -172,7 +173,7 @@ def _picture(arm: "Arm", q: "Array", path: Path) -> bytes:
 
     kind = path.suffix.lower().lstrip(".")
     if kind not in ("png", "svg", "pdf"):
-        raise UsageError(f"'{path}' is no picture; its name must end in .png, .svg or .pdf")
+        raise UsageError(f"'{path}' is not a picture; its name must end in .png, .svg or .pdf")
     data = io.BytesIO()
     arm.plot(q).savefig(data, format=kind, dpi=120)
     return data.getvalue()

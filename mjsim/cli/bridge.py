@@ -1,4 +1,4 @@
-"""The command `bridge`: a running world as robots of ROS 2."""
+"""The command `bridge`: runs a world and connects its robots to ROS 2."""
 
 from contextlib import nullcontext
 from pathlib import Path
@@ -13,22 +13,24 @@ from mjsim.progress import say
 
 def bridge(
     world: WorldFile,
-    output: Annotated[Path | None, typer.Option("-o", metavar="RUN.mcap", help="Also record it.")] = None,
-    seconds: Annotated[float | None, typer.Option(help="How long, simulated.", min=0.0)] = None,
-    seed: Annotated[int | None, typer.Option(help="Of all chance in the run.", min=0)] = None,
-    speed: Annotated[float, typer.Option(help="Simulated seconds a second.", min=0.01)] = 1.0,
+    output: Annotated[Path | None, typer.Option("-o", metavar="RUN.mcap", help="Also record the run.")] = None,
+    seconds: Annotated[float | None, typer.Option(help="Duration, in simulated seconds.", min=0.0)] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of all random numbers of the run.", min=0)] = None,
+    speed: Annotated[float, typer.Option(help="Simulated seconds per second of real time.", min=0.01)] = 1.0,
     interface: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Network interface, or its address; loopback unless given.")
+        str | None, typer.Option(metavar="NAME", help="Network interface or its address; default: loopback.")
     ] = None,
     modules: Annotated[
-        bool, typer.Option("--modules", help="The world's own modules drive while no commands come.")
+        bool, typer.Option("--modules", help="The world's own modules drive while no commands arrive.")
     ] = False,
-    watchdog: Annotated[float, typer.Option(metavar="S", help="How long a command is obeyed [s].")] = 0.5,
-    paused: Annotated[bool, typer.Option("--paused", help="Stop after the first tick; services go on.")] = False,
+    watchdog: Annotated[
+        float, typer.Option(metavar="S", help="A robot stops this long after its last command [s].")
+    ] = 0.5,
+    paused: Annotated[bool, typer.Option("--paused", help="Pause after the first tick; services still work.")] = False,
     overwrite: Overwrite = False,
     settings: Settings = None,
 ) -> None:
-    """Run a world as robots of ROS 2, without ROS."""
+    """Run a world and connect its robots to ROS 2, without a ROS installation."""
     from mjsim.bridge import Bridge
     from mjsim.modules import load_runnable, thread_faults
     from mjsim.record import reserve
@@ -54,7 +56,7 @@ def bridge(
         ) as live,
     ):
         robots = ", ".join(live.robots) or "no robots"
-        say(f"ROS 2, domain {live.domain}, {interface or 'loopback'}: {robots}; Ctrl-C ends it")
+        say(f"ROS 2, domain {live.domain}, {interface or 'loopback'}: {robots}; Ctrl-C stops")
         live.start(paused=paused)
         live.session.result()
     if output is not None:

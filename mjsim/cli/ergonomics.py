@@ -1,4 +1,4 @@
-"""The command `ergonomics`: how people fit their workplaces."""
+"""The command `ergonomics`: how well people fit their workplaces."""
 
 import math
 from collections.abc import Iterator
@@ -12,11 +12,11 @@ from mjsim.cli.arguments import Overwrite, Settings, WorldFile
 
 def ergonomics(
     world: WorldFile,
-    output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder of the pages.")] = Path("out/ergonomics"),
+    output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder for the pages.")] = Path("out/ergonomics"),
     settings: Settings = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write a page of each person who sits: posture, contacts, reach, sight, clearances, travel of the seat."""
+    """Write a page about each seated person: posture, contacts, reach, sight, clearances, travel of the seat."""
     from mjsim.ergonomics import write_ergonomics
     from mjsim.world import load_checked, with_settings
 
@@ -29,7 +29,7 @@ def ergonomics(
 
 
 def _lines(name: str, figures: dict[str, Any]) -> Iterator[str]:
-    """Yield the key figures of a person for people."""
+    """Yield the key figures of a person as text."""
     errors = [value for key, each in figures["contacts"].items() if key != "gaze" for value in each.values()]
     yield f"{name}: {len(figures['contacts'])} contacts, the largest error {max(errors, default=0.0):.4g} mm"
     for contact in figures["missed"]:

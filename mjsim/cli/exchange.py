@@ -1,4 +1,4 @@
-"""The command `export-world`: worlds out to what others read."""
+"""The command `export-world`: writes worlds in other formats."""
 
 from pathlib import Path
 from typing import Annotated
@@ -13,14 +13,16 @@ from mjsim.output import require_free
 def export_world(
     world: WorldFile,
     map: Annotated[Path | None, typer.Option(metavar="DIR", help="A map for Nav2: map.yaml and map.pgm.")] = None,
-    resolution: Annotated[float, typer.Option(help="Side of a cell of the map [m].")] = 0.05,
-    sdf: Annotated[Path | None, typer.Option(metavar="FILE", help="SDF for Gazebo, its pictures beside it.")] = None,
-    usd: Annotated[Path | None, typer.Option(metavar="FILE", help="USD, robots too; needs usd-core.")] = None,
-    glb: Annotated[Path | None, typer.Option(metavar="FILE", help="glTF as one file, robots too.")] = None,
+    resolution: Annotated[float, typer.Option(help="Cell size of the map [m].")] = 0.05,
+    sdf: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="SDF for Gazebo, with its pictures beside it.")
+    ] = None,
+    usd: Annotated[Path | None, typer.Option(metavar="FILE", help="USD, including robots; needs usd-core.")] = None,
+    glb: Annotated[Path | None, typer.Option(metavar="FILE", help="glTF in one file, including robots.")] = None,
     svg: Annotated[Path | None, typer.Option(metavar="FILE", help="A plan to scale, with names.")] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write a world in other formats: for Nav2, for Gazebo, for films and other viewers, for print."""
+    """Write a world in other formats: for Nav2, Gazebo, animation, 3-D viewers, print."""
     from mjsim.exchange import write_map, write_sdf, write_svg
     from mjsim.world import load_checked
 

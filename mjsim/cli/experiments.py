@@ -1,4 +1,4 @@
-"""The command of the classic experiments."""
+"""The command `experiments`: the classic experiments."""
 
 from pathlib import Path
 from typing import Annotated
@@ -10,13 +10,13 @@ from mjsim.progress import say, tracked
 
 
 def experiments(
-    output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder of the page.")],
+    output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder for the page.")],
     only: Annotated[
         list[str] | None, typer.Argument(metavar="[NAME]...", help="bump, odometry, avoidance, triangulation, slam.")
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Make the classic experiments; write a page with figures, plots and verdicts."""
+    """Run the classic experiments; write a page with results, plots and verdicts."""
     from mjsim.experiments import EXPERIMENTS, lines, run_experiments
 
     names = only or list(EXPERIMENTS)

@@ -1,4 +1,4 @@
-"""The command `lab`: plants made linear, looked at, and controlled."""
+"""The command `lab`: linearises, analyses and controls plants."""
 
 from functools import partial
 from pathlib import Path
@@ -15,25 +15,32 @@ if TYPE_CHECKING:
 
 def lab(
     world: WorldFile,
-    plant: Annotated[str | None, typer.Argument(metavar="PLANT", help="One of its plants; all unless given.")] = None,
-    output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder of the pages.")] = Path("out/lab"),
-    run: Annotated[Path | None, typer.Option(metavar="RUN.mcap", help="Identify the plant from this run.")] = None,
+    plant: Annotated[str | None, typer.Argument(metavar="PLANT", help="One plant of the world; default: all.")] = None,
+    output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder for the pages.")] = Path("out/lab"),
+    run: Annotated[
+        Path | None, typer.Option(metavar="RUN.mcap", help="Identify the plant from this recording.")
+    ] = None,
     pid: Annotated[
-        str | None, typer.Option(metavar="RULE", help="A PID: ziegler-nichols, tyreus-luyben, cohen-coon or simc.")
+        str | None,
+        typer.Option(metavar="RULE", help="PID tuning rule: ziegler-nichols, tyreus-luyben, cohen-coon or simc."),
     ] = None,
     place: Annotated[
-        str | None, typer.Option(metavar="P1,P2,...", help="State feedback for these poles, such as -3,-2+1j,-2-1j.")
+        str | None,
+        typer.Option(metavar="P1,P2,...", help="State feedback with these closed-loop poles, such as -3,-2+1j,-2-1j."),
     ] = None,
     lqr: Annotated[
         str | None, typer.Option(metavar="Q1,Q2,...:R", help="State feedback that minimises x' Q x + R u^2.")
     ] = None,
     lead: Annotated[
-        str | None, typer.Option(metavar="DEG@RAD/S[:LAG]", help="A lead for this phase margin at this crossover.")
+        str | None,
+        typer.Option(
+            metavar="DEG@RAD/S[:LAG]", help="Lead compensator with this phase margin at this crossover frequency."
+        ),
     ] = None,
     settings: Settings = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Make plants linear and write a page of each: matrices, poles, responses, margins, identification, controllers."""
+    """Linearise plants, write a page about each: matrices, poles, responses, margins, identification, controllers."""
     from mjsim.lab import write_lab
     from mjsim.record import read_recording
     from mjsim.world import load_checked, with_settings
@@ -50,7 +57,7 @@ def lab(
 
 
 def _designers(*, pid: str | None, place: str | None, lqr: str | None, lead: str | None) -> "list[Designer]":
-    """Return what gives the controllers that were asked for."""
+    """Return the design functions of the requested controllers."""
     from mjsim.lab import lqr_design, pid_design, placed_design
 
     found: list[Designer] = []
@@ -83,19 +90,19 @@ def _numbers(text: str, option: str, kind: type[Any]) -> list[Any]:
     try:
         values = [kind(_imaginary(part.strip())) for part in text.split(",")]
     except ValueError:
-        raise UsageError(f"{option} is '{text}'; give numbers with commas between them") from None
+        raise UsageError(f"{option} is '{text}'; give numbers separated by commas") from None
     if not all(abs(value) < 1e12 for value in values):
         raise UsageError(f"{option} is '{text}'; its numbers must be finite")
     return values
 
 
 def _imaginary(text: str) -> str:
-    """Return a number whose imaginary part is written as Python has it."""
+    """Return a number with its imaginary unit written as in Python."""
     return f"{text[:-1]}j" if text.endswith("i") else text
 
 
 def _lines(name: str, figures: dict[str, Any]) -> list[str]:
-    """Return the key figures of a plant for people."""
+    """Return the key figures of a plant as text."""
     from mjsim.lab import complex_text
 
     def shown(pairs: list[list[float]]) -> str:
@@ -107,7 +114,7 @@ def _lines(name: str, figures: dict[str, Any]) -> list[str]:
         lines.append(f"  {_nonlinear_text(figures, 'the linear step response', 'after its step')}")
     if "dry_friction" in figures:
         lines.append(
-            f"  dry friction of up to {figures['dry_friction']:.4g} is left out of both; the page shows it too"
+            f"  dry friction of up to {figures['dry_friction']:.4g} is left out of both; the page also shows it"
         )
     if (found := figures.get("identification")) is not None:
         shares = ", ".join(f"{value:.2f} %" for value in found["identified_fit_percent"])
@@ -121,8 +128,8 @@ def _lines(name: str, figures: dict[str, Any]) -> list[str]:
 
 
 def _nonlinear_text(figures: dict[str, Any], linear: str, when: str) -> str:
-    """Return how well the nonlinear plant does what the linear one does, or when it runs away."""
+    """Return how well the linear response fits that of the nonlinear plant, or when the latter diverges."""
     if figures["nonlinear_fit_percent"] is None:
-        return f"{when} the nonlinear plant runs away after {figures['nonlinear_seconds']:.3g} s"
+        return f"{when} the nonlinear plant diverges after {figures['nonlinear_seconds']:.3g} s"
     shares = ", ".join(f"{value:.2f} %" for value in figures["nonlinear_fit_percent"])
     return f"{linear} fits the nonlinear one by {shares}"

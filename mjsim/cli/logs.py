@@ -1,4 +1,4 @@
-"""The commands `import-log`, a real robot's log -> a recording, and `calibrate`, how far its sensors are off."""
+"""The commands `import-log`, which converts a real robot's log, and `calibrate`, which estimates noise and bias."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -15,34 +15,46 @@ if TYPE_CHECKING:
     from mjsim.logs import Calibration
 
 TOLD = ("bag breaks off", "calibration", "clock", "odometry", "place of")
-"""How facts begin that are said of an imported log; others are in its metadata."""
+"""Prefixes of the metadata entries that are printed after an import."""
 
 
 def import_log(
     source: Annotated[
         Path,
         typer.Argument(
-            metavar="LOG", help="Of MRCLAM, Victoria Park, TUM RGB-D, EuRoC, CARMEN; a ROS bag; YAML of tables."
+            metavar="LOG",
+            help="MRCLAM, Victoria Park, TUM RGB-D, EuRoC or CARMEN; a ROS bag; or YAML that describes tables.",
         ),
     ],
     output: Annotated[Path, typer.Option("-o", metavar="RUN.mcap", help="The recording to write.")],
-    robot: Annotated[list[str] | None, typer.Option(metavar="R", help="Of MRCLAM or a bag; may be repeated.")] = None,
-    topic: Annotated[list[str] | None, typer.Option(metavar="KIND=TOPIC", help="Of a bag; may be repeated.")] = None,
-    rate: Annotated[float | None, typer.Option(help="Ticks a second.", min=0.1, max=250)] = None,
-    begin: Annotated[float, typer.Option(help="Leave so much of the beginning out [s].", min=0.0)] = 0.0,
-    seconds: Annotated[float | None, typer.Option(help="Take so much of it [s].", min=0.0)] = None,
-    known_map: Annotated[bool, typer.Option("--known-map", help="Modules know where landmarks are.")] = False,
-    distance_noise: Annotated[float | None, typer.Option(help="Of odometry [m/sqrt(m)].", min=0.0)] = None,
-    turn_noise: Annotated[float | None, typer.Option(help="Of odometry [rad/sqrt(rad)].", min=0.0)] = None,
-    veer_noise: Annotated[float | None, typer.Option(help="Of odometry [rad/sqrt(m)].", min=0.0)] = None,
-    range_noise: Annotated[float | None, typer.Option(help="Of a sighting [m].", min=1e-6)] = None,
-    bearing_noise_deg: Annotated[float | None, typer.Option(help="Of a sighting.", min=1e-6)] = None,
+    robot: Annotated[
+        list[str] | None, typer.Option(metavar="R", help="Robots to import from MRCLAM or a bag; may be repeated.")
+    ] = None,
+    topic: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KIND=TOPIC", help="Topic of a bag to read, such as odometry=/odom; may be repeated."),
+    ] = None,
+    rate: Annotated[float | None, typer.Option(help="Ticks per second of the recording.", min=0.1, max=250)] = None,
+    begin: Annotated[float, typer.Option(help="Skip this much at the beginning [s].", min=0.0)] = 0.0,
+    seconds: Annotated[float | None, typer.Option(help="Import only this much [s].", min=0.0)] = None,
+    known_map: Annotated[
+        bool, typer.Option("--known-map", help="Give modules the positions of the landmarks.")
+    ] = False,
+    distance_noise: Annotated[
+        float | None, typer.Option(help="Odometry noise of distance [m/sqrt(m)].", min=0.0)
+    ] = None,
+    turn_noise: Annotated[float | None, typer.Option(help="Odometry noise of turns [rad/sqrt(rad)].", min=0.0)] = None,
+    veer_noise: Annotated[
+        float | None, typer.Option(help="Odometry noise of heading over distance [rad/sqrt(m)].", min=0.0)
+    ] = None,
+    range_noise: Annotated[float | None, typer.Option(help="Range noise of sightings [m].", min=1e-6)] = None,
+    bearing_noise_deg: Annotated[float | None, typer.Option(help="Bearing noise of sightings.", min=1e-6)] = None,
     noise: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Noise and bias as `mjsim calibrate -o` wrote them.")
+        Path | None, typer.Option(metavar="FILE", help="Noise and bias, as written by `mjsim calibrate -o`.")
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Make a recording of a real robot's log; which kind it is, its files tell."""
+    """Convert a real robot's log to a recording; the format is detected from its files."""
     from mjsim.logs import Wishes
     from mjsim.logs import import_log as recorded
 
@@ -69,11 +81,13 @@ def import_log(
 
 
 def calibrate(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log with truth, or a recording.")],
-    output: Annotated[Path | None, typer.Option("-o", metavar="NOISE.yaml", help="Where noise and bias go.")] = None,
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log with ground truth, or a recording.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", metavar="NOISE.yaml", help="Write noise and bias to this file.")
+    ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Say how far odometry and sightings are off, from a log that knows where the robot was."""
+    """Estimate noise and bias of odometry and sightings from a log with ground truth."""
     from mjsim.logs import calibrate as calibrated
     from mjsim.logs import write_noise
     from mjsim.output import require_free
@@ -89,7 +103,7 @@ def calibrate(
 
 
 def _lines(name: str, found: "Calibration") -> Iterator[str]:
-    """Yield what is told of a robot."""
+    """Yield the lines printed about a robot."""
     if (m := found.motion) is not None:
         yield (
             f"{name} odometry: way {100 * (m.scale - 1):+.1f} %, noise {m.distance:.3f} m/sqrt(m);"
@@ -105,7 +119,7 @@ def _lines(name: str, found: "Calibration") -> Iterator[str]:
 
 
 def _topics(words: Sequence[str]) -> dict[str, list[str]]:
-    """Return what is read -> the topics that it is read from."""
+    """Return the topics to read, by kind of data."""
     topics: dict[str, list[str]] = {}
     for word in words:
         kind, equals, topic = word.partition("=")

@@ -13,11 +13,11 @@ from mjsim.output import free_path
 def doctor(
     output: Annotated[
         Path | None,
-        typer.Option("-o", metavar="PNG", help="The test picture; out/doctor.png unless given, or doctor-2.png."),
+        typer.Option("-o", metavar="PNG", help="The test picture; default: out/doctor.png, or the next free name."),
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Tell which OpenGL backend works and how fast, with a test picture, and whether GNU Octave is there."""
+    """Report which OpenGL backend works and how fast, render a test picture, and look for GNU Octave."""
     from mjsim.doctor import diagnose, report_lines
 
     default = Path("out") / "doctor.png"
@@ -29,12 +29,16 @@ def doctor(
 
 
 def bench(
-    only: Annotated[list[str] | None, typer.Argument(metavar="[FIGURE]...", help="Figures to measure; all.")] = None,
-    runs: Annotated[int, typer.Option(help="How often each is measured.", min=1)] = 5,
-    peers: Annotated[bool, typer.Option("--peers", help="Measure ir-sim and PyBullet too.")] = False,
-    cpu: Annotated[bool, typer.Option("--cpu", help="Processor time, for busy machines.")] = False,
+    only: Annotated[
+        list[str] | None, typer.Argument(metavar="[FIGURE]...", help="Figures to measure; default: all.")
+    ] = None,
+    runs: Annotated[int, typer.Option(help="Number of measurements of each figure.", min=1)] = 5,
+    peers: Annotated[bool, typer.Option("--peers", help="Also measure ir-sim and PyBullet.")] = False,
+    cpu: Annotated[
+        bool, typer.Option("--cpu", help="Measure processor time instead of wall-clock time, for busy machines.")
+    ] = False,
 ) -> None:
-    """Measure speeds on this machine: name, median, min, max, unit, runs; then what is asked of their ratios."""
+    """Measure speed on this machine: name, median, min, max, unit, runs; then the required ratios."""
     from mjsim.bench import measure
 
     for line in measure(only or (), runs=runs, peers=peers, clock=time.process_time if cpu else time.perf_counter):

@@ -1,4 +1,4 @@
-"""The command `new`: worlds from maps, drawings, mazes and templates, and robots from their makers' files."""
+"""The command `new`: worlds from maps, drawings, mazes and templates, and robots from manufacturers' files."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,50 +29,50 @@ if TYPE_CHECKING:
 MapFile = Annotated[
     Path | None,
     typer.Option(
-        "--from", metavar="FILE", help="A map's YAML file or picture, an SVG or DXF drawing, a landmark map (.mat)."
+        "--from", metavar="FILE", help="YAML file or image of a map, SVG or DXF drawing, or landmark map (.mat)."
     ),
 ]
-MazeSize = Annotated[str | None, typer.Option(metavar="9x9", help="A maze of so many cells.")]
-RoomSize = Annotated[str | None, typer.Option(metavar="12x10", help="A room of so many metres, full of things.")]
+MazeSize = Annotated[str | None, typer.Option(metavar="9x9", help="A maze with this many cells.")]
+RoomSize = Annotated[str | None, typer.Option(metavar="12x10", help="A cluttered room of this size [m].")]
 TemplateName = Annotated[
     str | None, typer.Option(metavar="NAME", help="A shipped world: office, corridor, empty or gallery.")
 ]
-NewFile = Annotated[Path | None, typer.Option("-o", metavar="WORLD.yaml", help="The file; printed unless given.")]
-Replace = Annotated[bool, typer.Option("--overwrite", "--force", help="Replace a file that exists.")]
+NewFile = Annotated[
+    Path | None, typer.Option("-o", metavar="WORLD.yaml", help="File to write; default: standard output.")
+]
+Replace = Annotated[bool, typer.Option("--overwrite", "--force", help="Replace an existing file.")]
 RobotPreset = Annotated[
-    str | None, typer.Option(metavar="PRESET", help="Which robot is put into it; the pioneer3dx unless given.")
+    str | None, typer.Option(metavar="PRESET", help="Robot to place in the world; default: pioneer3dx.")
 ]
 LidarName = Annotated[
-    str | None, typer.Option(metavar="NAME", help="A lidar for it: lds-01, lds-02, hokuyo-ust-10lx, sick-lms111.")
+    str | None, typer.Option(metavar="NAME", help="Lidar of the robot: lds-01, lds-02, hokuyo-ust-10lx, sick-lms111.")
 ]
 EstimatorSpec = Annotated[
     str | None,
-    typer.Option(
-        metavar="SPEC", help="How it finds out where it is: monte_carlo, lidar_slam, or module:Class{key: value}."
-    ),
+    typer.Option(metavar="SPEC", help="Estimator of the robot: monte_carlo, lidar_slam, or module:Class{key: value}."),
 ]
-Seed = Annotated[int, typer.Option(help="Of the maze or the things.", min=0)]
-CellSide = Annotated[float, typer.Option(help="Side of a cell of the maze [m].")]
-MarkerCount = Annotated[int, typer.Option(help="Markers along the robot's way through the maze.", min=0)]
+Seed = Annotated[int, typer.Option(help="Seed of the maze or the clutter.", min=0)]
+CellSide = Annotated[float, typer.Option(help="Cell size of the maze [m].")]
+MarkerCount = Annotated[int, typer.Option(help="Number of markers along the robot's path through the maze.", min=0)]
 UnitLength = Annotated[
     float | None,
-    typer.Option(help="Metres to one unit of a drawing or a landmark map, to a pixel of a picture.", min=1e-6),
+    typer.Option(help="Metres per unit of a drawing or landmark map, or per pixel of an image.", min=1e-6),
 ]
 WallThickness = Annotated[
-    float | None, typer.Option(help="Of walls in a drawing [m]; as the lines are drawn unless given.", min=0.01)
+    float | None, typer.Option(help="Thickness of walls in a drawing [m]; default: as drawn.", min=0.01)
 ]
 WallLayers = Annotated[
-    list[str] | None, typer.Option(metavar="NAME", help="Layer of the drawing that holds walls; may be repeated.")
+    list[str] | None, typer.Option(metavar="NAME", help="Layer of the drawing with walls; may be repeated.")
 ]
 FurnitureRule = Annotated[
-    Literal["keep", "drop"], typer.Option(help="Whether furniture of a drawing becomes obstacles.")
+    Literal["keep", "drop"], typer.Option(help="Whether furniture in a drawing becomes obstacles.")
 ]
-WithoutRobot = Annotated[bool, typer.Option("--no-robot", help="Leave the robot out.")]
+WithoutRobot = Annotated[bool, typer.Option("--no-robot", help="Do not add a robot.")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Wanted:
-    """What the options say of the new world: what it is made from, and its robot."""
+    """Options for the new world: its source and its robot."""
 
     source: Path | None
     maze: str | None
@@ -88,23 +88,23 @@ class _Wanted:
         equipped = self.lidar is not None or self.estimator is not None
         if sum(value is not None for value in (self.source, self.maze, self.clutter, self.template)) != 1:
             raise UsageError(
-                "a world is made from one thing; give one of --from FILE, --maze 9x9, --clutter 12x10,"
+                "a world has one source; give exactly one of --from FILE, --maze 9x9, --clutter 12x10,"
                 " --template NAME, --robot-from FILE"
             )
         if self.template is not None and (self.robot is not None or self.no_robot):
-            raise UsageError("a template has a robot of its own; change it in the new file")
+            raise UsageError("a template already has a robot; change it in the new file")
         if self.source is None and equipped:
-            raise UsageError("--lidar and --estimator are for worlds from maps and drawings; they go with --from FILE")
+            raise UsageError("--lidar and --estimator are for worlds from maps and drawings; use them with --from FILE")
         if self.no_robot and equipped:
             raise UsageError("--lidar and --estimator need a robot; leave out --no-robot")
 
     def preset(self) -> str | None:
-        """Return the preset of its robot; None for no robot."""
+        """Return the preset of the robot; None for no robot."""
         return None if self.no_robot else _preset(self.robot or "pioneer3dx", self.folder)
 
     @property
     def folder(self) -> Path:
-        """In which the world will be."""
+        """Folder of the new world."""
         return _folder(self.output)
 
 
@@ -135,10 +135,10 @@ def new(
     package: Package = None,
     arg: XacroArgument = None,
 ) -> None:
-    """Write a new world: from the map of a robot or a drawing, a maze, a cluttered room, a template; or a robot."""
+    """Create a world from a robot's map, a drawing, a maze, a cluttered room or a template; or create a robot."""
     if robot_from is not None:
         if any(value is not None for value in (source, maze, clutter, template, robot)):
-            raise UsageError("--robot-from makes the preset of a robot; bring the world with a command of its own")
+            raise UsageError("--robot-from creates the preset of a robot; create the world with a separate command")
         wished = Wished(left_wheel or (), right_wheel or (), steering or (), drive, forward, package or (), arg or ())
         write_robot(robot_from, output, wished, overwrite=overwrite)
         return
@@ -174,7 +174,7 @@ def _from_file(source: Path, wanted: _Wanted, reading: "Reading") -> "Brought":
 
 
 def _made(wanted: _Wanted, *, seed: int, cell: float, beacons: int) -> "Brought":
-    """Return a world that is made from no file: a maze, a cluttered room, or a template."""
+    """Return a world that needs no source file: a maze, a cluttered room, or a template."""
     from mjsim.exchange import bring_clutter, bring_maze, bring_template, name_of
 
     name = None if wanted.output is None else name_of(wanted.output)
@@ -188,7 +188,7 @@ def _made(wanted: _Wanted, *, seed: int, cell: float, beacons: int) -> "Brought"
 
 
 def _write(brought: "Brought", output: Path | None, *, overwrite: bool) -> None:
-    """Say what was found, and write the world, or print it."""
+    """Print the report, and write or print the world."""
     for line in brought.report:
         say(line)
     if output is None:
@@ -198,15 +198,15 @@ def _write(brought: "Brought", output: Path | None, *, overwrite: bool) -> None:
 
 
 def _folder(output: Path | None) -> Path:
-    """Return the folder in which the new world will be."""
+    """Return the folder of the new world."""
     return (output or Path("world.yaml")).resolve().parent
 
 
 def _preset(name: str, folder: Path) -> str:
-    """Return the name of a robot that comes with mjsim, or the path of the file of one from the folder of the world.
+    """Return the name of a shipped robot preset, or the path of a preset file relative to the folder of the world.
 
     Raises:
-        UsageError: There is none such, or a world in this folder cannot name it.
+        UsageError: There is no such preset, or its file is outside the folder of the world.
     """
     from mjsim.errors import did_you_mean
     from mjsim.world import preset_names
@@ -214,7 +214,7 @@ def _preset(name: str, folder: Path) -> str:
     if name.endswith((".yaml", ".yml")):
         place = Path(name).resolve()
         if not place.is_file():
-            raise UsageError(f"no file '{name}'; name what mjsim new --robot-from wrote, or a preset")
+            raise UsageError(f"no file '{name}'; name a file written by mjsim new --robot-from, or a preset")
         if not place.is_relative_to(folder):
             raise UsageError(f"'{name}' must be in the folder of the new world, '{folder}'; move one of them")
         return place.relative_to(folder).as_posix()
@@ -224,10 +224,10 @@ def _preset(name: str, folder: Path) -> str:
 
 
 def _estimator(spec: str, output: Path | None) -> "Use":
-    """Return the module that a text names, written as the new world names it; it is looked at, not kept.
+    """Return the module that a text names, as the new world will name it; the class is loaded only to check it.
 
     Raises:
-        UsageError: There is none such, or a world at this place cannot name its file.
+        UsageError: There is no such module, or its file is outside the folder of the world.
     """
     from mjsim.exchange import ESTIMATORS
     from mjsim.modules import module_of

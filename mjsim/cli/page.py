@@ -1,4 +1,4 @@
-"""What the commands that serve a page share: the token, and addresses for more browsers."""
+"""Shared by the commands that serve a page: the token, and addresses for further browsers."""
 
 import os
 import signal
@@ -26,7 +26,7 @@ def read_token(source: str) -> str:
     """
     kind, colon, place = source.partition(":")
     if not colon or kind not in ("file", "env") or not place:
-        raise UsageError(f"a token on the command line can be read by all users of this machine; {_HOW}")
+        raise UsageError(f"all users of this machine can read a token on the command line; {_HOW}")
     token = _from_file(Path(place)) if kind == "file" else os.environ.pop(place, "")
     if not token.strip():
         what = f"file '{place}'" if kind == "file" else f"environment variable {place}"
@@ -43,7 +43,9 @@ def addresses_on_signal(address: Callable[[], str]) -> Iterator[None]:
 
     def answer(*_: Any) -> None:
         # A handler interrupts the main thread anywhere, even while it prints.
-        threading.Thread(target=lambda: say(f"for another browser, once: {address()}"), daemon=True).start()
+        threading.Thread(
+            target=lambda: say(f"address for another browser, works once: {address()}"), daemon=True
+        ).start()
 
     before = signal.signal(signal.SIGUSR1, answer)
     try:
@@ -53,7 +55,7 @@ def addresses_on_signal(address: Callable[[], str]) -> Iterator[None]:
 
 
 def how_to_get_another() -> str:
-    """Return how one gets an address for another browser, as the end of a sentence; '' where there is no way."""
+    """Return how to get an address for another browser, as the end of a sentence; '' on systems without SIGUSR1."""
     return "" if sys.platform == "win32" else f"; 'kill -USR1 {os.getpid()}' prints another one"
 
 
@@ -65,12 +67,12 @@ def _from_file(path: Path) -> str:
     except OSError as error:
         raise UsageError(f"cannot read the token from '{path}': {error.strerror}") from None
     except ValueError:
-        raise UsageError(f"'{path}' is no text; write the token into it, in one line") from None
+        raise UsageError(f"'{path}' is not a text file; write the token into it, in one line") from None
     if sys.platform != "win32" and mode & 0o077:
         raise UsageError(f"other users can read '{path}' (mode {mode:04o}); run 'chmod 600 {path}'")
     return text
 
 
 def has_screen() -> bool:
-    """Return whether a browser has somewhere to appear; one for terminals would take this one."""
+    """Return whether there is a graphical display; a text browser would occupy this terminal."""
     return sys.platform in ("darwin", "win32") or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))

@@ -1,4 +1,4 @@
-"""The command line: arguments in, one call, text out. Results go to stdout, everything for people to stderr."""
+"""The command line: parses arguments and makes one call. Results go to stdout, messages to stderr."""
 
 import atexit
 import gc
@@ -19,7 +19,7 @@ from mjsim.progress import say
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it."""
 TERMINATED = 143
-"""Exit code after the signal TERM, by which `kill`, `timeout`, services and containers end a program."""
+"""Exit code after the signal TERM, which `kill`, `timeout`, services and containers send."""
 COMMANDS = {
     "doctor": "machine",
     "new": "new",
@@ -47,7 +47,7 @@ COMMANDS = {
     "experiments": "experiments",
     "bench": "machine",
 }
-"""Each command, in the order of the help, and the file beside this one that holds it, loaded when it is needed."""
+"""Commands in the order of the help, and the module of each in this package, imported only when needed."""
 BRIEF = {"check", "schema", "worlds"}
 """Commands that end within a second or so; help does too."""
 
@@ -72,7 +72,7 @@ def app(names: Iterable[str] = COMMANDS) -> typer.Typer:
     """Return the command line with these commands."""
     made = typer.Typer(
         name="mjsim",
-        help="A simulator for navigation and SLAM of indoor wheeled robots, with real camera pictures.",
+        help="A simulator for navigation and SLAM of indoor wheeled robots, with rendered camera images.",
         no_args_is_help=True,
         context_settings={"help_option_names": ["-h", "--help"]},
         rich_markup_mode=None,
@@ -85,14 +85,14 @@ def app(names: Iterable[str] = COMMANDS) -> typer.Typer:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and exit: 0, 2 for the user's mistake, 1 for a failed run, 130 or 143 when interrupted."""
-    # At the end Python looks through all objects once more, which takes as long as loading many of them.
+    """Run the command line and exit: 0, 2 after a user error, 1 after a failed run, 130 or 143 when interrupted."""
+    # The garbage collection at exit takes as long as loading many modules; skip it.
     atexit.register(gc.freeze)
-    # Pydantic would look through all installed packages for plugins, which takes as long as reading a world.
+    # Pydantic's search for plugins in all installed packages takes as long as reading a world.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     words = sys.argv[1:] if arguments is None else list(arguments)
     if arguments is None and (not words or words[0] not in COMMANDS or words[0] in BRIEF):
-        # Nearly all that is made stays to the end; looking for garbage would take a tenth of the time.
+        # Nearly all objects live until exit; garbage collection would take a tenth of the time.
         gc.disable()
     terminations = _interrupt_when_terminated() if arguments is None else ()
     code = _exit_code(lambda: app(_needed(words))(args=words, prog_name="mjsim", standalone_mode=False))
@@ -101,12 +101,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _interrupt_when_terminated() -> Sequence[int]:
-    """Let the signal TERM close what is open as Ctrl-C does; return the list that it will be in."""
+    """Make the signal TERM close open files as Ctrl-C does; return a list to which the signal is added on arrival."""
     came: list[int] = []
 
     def interrupt(number: int, frame: FrameType | None) -> NoReturn:
         came.append(number)
-        signal.signal(number, signal.SIG_DFL)  # A second one ends a program that cannot close what it has open.
+        signal.signal(number, signal.SIG_DFL)  # A second signal ends a program that hangs while closing.
         raise KeyboardInterrupt
 
     signal.signal(signal.SIGTERM, interrupt)
@@ -114,12 +114,12 @@ def _interrupt_when_terminated() -> Sequence[int]:
 
 
 def _needed(words: Sequence[str]) -> Iterable[str]:
-    """Return the command that the words name; where there is none, all of them, for help and for what was meant."""
+    """Return the command that the words name, or all commands, for the help and for suggestions."""
     return words[:1] if words and words[0] in COMMANDS else COMMANDS
 
 
 def _name_unfinished_threads() -> None:
-    """Say which threads Python waits for at its end; ours are daemons, so a module started them."""
+    """Print which threads Python waits for at exit; ours are daemons, so a module started them."""
     for thread in threading.enumerate():
         if thread is not threading.main_thread() and not thread.daemon:
             say(f"waiting for thread '{thread.name}' of a module; end it, or make it a daemon")
@@ -129,7 +129,7 @@ def _exit_code(call: Callable[[], int | None]) -> int:
     try:
         code = call() or 0
     except typer.TyperException as error:
-        # What was typed is wrong; without any command the message is the help. The prefix is that of who checks values.
+        # The arguments are wrong; without any command the message is the help. Pydantic adds the prefix.
         text = error.format_message().replace(": Value error, ", ": ")
         print(text if text.startswith("Usage") else f"mjsim: {text}", file=sys.stderr)
         return 2
@@ -139,5 +139,5 @@ def _exit_code(call: Callable[[], int | None]) -> int:
     except (KeyboardInterrupt, typer.Abort):
         code = INTERRUPTED
     if code == INTERRUPTED:
-        say("interrupted; what was recorded until then is closed and readable")
+        say("interrupted; the recording up to here is closed and readable")
     return code

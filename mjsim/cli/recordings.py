@@ -1,4 +1,4 @@
-"""The commands that turn a recording into something else: `video` and `export`."""
+"""The commands that convert recordings: `video` and `export`."""
 
 from collections.abc import Callable
 from functools import partial
@@ -18,19 +18,19 @@ if TYPE_CHECKING:
 
 def video(
     recording: RunFile,
-    output: Annotated[Path, typer.Option("-o", metavar="MP4", help="The film to write.")],
+    output: Annotated[Path, typer.Option("-o", metavar="MP4", help="The video to write.")],
     view: Annotated[
-        str | None, typer.Option(help="One view alone: plan, chase, overview, diagrams, ROBOT/CAMERA.")
+        str | None, typer.Option(help="Show only one view: plan, chase, overview, diagrams or ROBOT/CAMERA.")
     ] = None,
-    follow: Annotated[str | None, typer.Option(help="What the close-up follows: truth, estimate, nothing.")] = None,
-    sightings: Annotated[bool | None, typer.Option(help="Lines to what is seen.")] = None,
-    ellipses: Annotated[bool | None, typer.Option(help="95 % ellipses.")] = None,
-    trails: Annotated[bool | None, typer.Option(help="Trails of the robot.")] = None,
+    follow: Annotated[str | None, typer.Option(help="What the close-up follows: truth, estimate or nothing.")] = None,
+    sightings: Annotated[bool | None, typer.Option(help="Draw lines to sighted beacons.")] = None,
+    ellipses: Annotated[bool | None, typer.Option(help="Draw 95 % confidence ellipses.")] = None,
+    trails: Annotated[bool | None, typer.Option(help="Draw true and estimated paths.")] = None,
     begin: Begin = None,
     end: End = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Draw the film of a recording."""
+    """Make a video of a recording."""
     from mjsim.record import read_recording
     from mjsim.video import make_video
 
@@ -42,17 +42,18 @@ def video(
 def export(
     recording: RunFile,
     tum: Annotated[Path | None, typer.Option(metavar="DIR", help="Trajectories for evo.")] = None,
-    csv: Annotated[Path | None, typer.Option(metavar="DIR", help="Tables.")] = None,
+    csv: Annotated[Path | None, typer.Option(metavar="DIR", help="Tables as CSV.")] = None,
     npz: Annotated[Path | None, typer.Option(metavar="FILE", help="Arrays for NumPy.")] = None,
-    mat: Annotated[Path | None, typer.Option(metavar="FILE", help="Arrays for Matlab and Octave.")] = None,
-    images: Annotated[Path | None, typer.Option(metavar="DIR", help="The onboard pictures.")] = None,
-    rosbag2: Annotated[Path | None, typer.Option(metavar="DIR", help="A bag of ROS 2.")] = None,
-    storage: Annotated[Literal["mcap", "sqlite3"], typer.Option(help="Of the bag.")] = "mcap",
-    tum_rgbd: Annotated[Path | None, typer.Option(metavar="DIR", help="TUM RGB-D, a data set a camera.")] = None,
-    euroc: Annotated[Path | None, typer.Option(metavar="DIR", help="EuRoC, a data set a robot.")] = None,
-    carmen: Annotated[Path | None, typer.Option(metavar="FILE", help="A log of CARMEN, one a robot.")] = None,
+    mat: Annotated[Path | None, typer.Option(metavar="FILE", help="Arrays for MATLAB and Octave.")] = None,
+    images: Annotated[Path | None, typer.Option(metavar="DIR", help="The pictures of the onboard cameras.")] = None,
+    rosbag2: Annotated[Path | None, typer.Option(metavar="DIR", help="A ROS 2 bag.")] = None,
+    storage: Annotated[Literal["mcap", "sqlite3"], typer.Option(help="Storage format of the bag.")] = "mcap",
+    tum_rgbd: Annotated[Path | None, typer.Option(metavar="DIR", help="TUM RGB-D, one data set per camera.")] = None,
+    euroc: Annotated[Path | None, typer.Option(metavar="DIR", help="EuRoC, one data set per robot.")] = None,
+    carmen: Annotated[Path | None, typer.Option(metavar="FILE", help="CARMEN log, one file per robot.")] = None,
     redraw: Annotated[
-        bool, typer.Option("--redraw", help="Draw pictures again without loss, for a bag, TUM RGB-D and EuRoC.")
+        bool,
+        typer.Option("--redraw", help="Render pictures again without compression loss, for bags, TUM RGB-D and EuRoC."),
     ] = False,
     overwrite: Overwrite = False,
 ) -> None:
@@ -87,7 +88,7 @@ def _data_sets(
     *,
     redraw: bool,
 ) -> tuple[tuple[Callable[..., object], Path | None], ...]:
-    """Return what writes each data set, and where to; nothing is loaded for those that are not wanted."""
+    """Return the exporter and destination of each data set; exporters are imported only if one is requested."""
     if (rosbag2, tum_rgbd, euroc, carmen) == (None,) * 4:
         return ()
     from mjsim.datasets import export_carmen, export_euroc, export_rosbag2, export_tum_rgbd
@@ -109,15 +110,15 @@ def film(
     end: float | None = None,
     overwrite: bool = False,
 ) -> None:
-    """Draw the film of a recording and print its path.
+    """Make a video of a recording and print its path.
 
     Args:
         recording: What is shown.
-        path: The film.
-        draw: `make_video` with its options; that of the world's own view unless given.
-        begin: Only what was from this time on [s].
-        end: Only what was until this time [s].
-        overwrite: Whether the film may replace a file.
+        path: The video.
+        draw: `make_video` with its options; the view of the world file unless given.
+        begin: Start of the video in the recording [s].
+        end: End of the video in the recording [s].
+        overwrite: Whether the video may replace a file.
     """
     from mjsim.video import frames_between, make_video
 

@@ -1,4 +1,4 @@
-"""The commands `report` and `compare`: what recordings tell."""
+"""The commands `report` and `compare`: statistics of recordings."""
 
 from pathlib import Path
 from typing import Annotated
@@ -12,13 +12,13 @@ from mjsim.progress import tracked
 
 def report(
     recording: RunFile,
-    output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder of the report.")],
+    output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder for the report.")],
     begin: Begin = None,
     end: End = None,
     formats: Formats = "png",
     overwrite: Overwrite = False,
 ) -> None:
-    """Write statistics.json, report.html, tables and plots of a run or a part of it; print the key figures."""
+    """Write statistics.json, report.html, tables and plots of a run or a section of it; print the key figures."""
     from mjsim.record import read_recording
     from mjsim.report import REPORT_FILES, key_table, parse_formats, write_report
 
@@ -31,16 +31,17 @@ def report(
 
 def compare(
     runs: Annotated[
-        list[Path], typer.Argument(metavar="RUN.mcap...", help="Recordings, folders of them, or a sweep's folder.")
+        list[Path],
+        typer.Argument(metavar="RUN.mcap...", help="Recordings, folders with recordings, or folders of sweeps."),
     ],
     output: Annotated[
         Path | None, typer.Option("-o", metavar="DIR", help="Also write tables, plots and comparison.html.")
     ] = None,
-    confidence: Annotated[float, typer.Option(help="That all intervals of a figure hold at once.")] = 0.95,
+    confidence: Annotated[float, typer.Option(help="Joint confidence level of all intervals of a figure.")] = 0.95,
     formats: Formats = "png",
     overwrite: Overwrite = False,
 ) -> None:
-    """Compare runs by what differs in them, pair by pair with the same seed; say what is certain."""
+    """Compare runs, grouped by their settings and paired by seed; report which differences are significant."""
     from mjsim.report import COMPARISON_FILES, comparison_lines, parse_formats, write_comparison
     from mjsim.report import compare as compare_runs
 

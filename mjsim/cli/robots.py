@@ -1,4 +1,4 @@
-"""`mjsim new --robot-from`: the preset of a robot from its maker's file."""
+"""`mjsim new --robot-from`: a robot preset from the manufacturer's file."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -13,26 +13,26 @@ from mjsim.output import require_free, write_files
 from mjsim.progress import say
 
 RobotFrom = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="A robot's URDF, xacro or MJCF, made a preset with -o.")
+    Path | None, typer.Option(metavar="FILE", help="URDF, xacro or MJCF of a robot; -o names the preset to write.")
 ]
-LeftWheel = Annotated[list[str] | None, typer.Option(metavar="JOINT", help="A wheel to its left; may be repeated.")]
-RightWheel = Annotated[list[str] | None, typer.Option(metavar="JOINT", help="A wheel to its right; may be repeated.")]
-Steering = Annotated[list[str] | None, typer.Option(metavar="JOINT", help="A joint that steers; may be repeated.")]
+LeftWheel = Annotated[list[str] | None, typer.Option(metavar="JOINT", help="Joint of a left wheel; may be repeated.")]
+RightWheel = Annotated[list[str] | None, typer.Option(metavar="JOINT", help="Joint of a right wheel; may be repeated.")]
+Steering = Annotated[list[str] | None, typer.Option(metavar="JOINT", help="A steering joint; may be repeated.")]
 DriveKind = Annotated[
-    str | None, typer.Option(metavar="KIND", help="How it drives: differential, skid_steer or ackermann.")
+    str | None, typer.Option(metavar="KIND", help="Kind of drive: differential, skid_steer or ackermann.")
 ]
-Forward = Annotated[str | None, typer.Option(metavar="AXIS", help="Where it looks in its file: +x, -x, +y or -y.")]
+Forward = Annotated[
+    str | None, typer.Option(metavar="AXIS", help="Forward direction of the robot in its file: +x, -x, +y or -y.")
+]
 Package = Annotated[
     list[str] | None, typer.Option(metavar="NAME=DIR", help="Folder of a ROS package; may be repeated.")
 ]
-XacroArgument = Annotated[
-    list[str] | None, typer.Option(metavar="NAME=VALUE", help="Argument of xacro; may be repeated.")
-]
+XacroArgument = Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="xacro argument; may be repeated.")]
 
 
 @dataclass(frozen=True, slots=True)
 class Wished:
-    """What the options of the command say of a robot."""
+    """Options of the command for a robot."""
 
     left: Sequence[str]
     right: Sequence[str]
@@ -44,15 +44,15 @@ class Wished:
 
 
 def write_robot(path: Path, output: Path | None, wished: Wished, *, overwrite: bool) -> None:
-    """Write the preset of a robot, its model in a folder beside it, and say what was found.
+    """Write the preset of a robot, with its model in a folder beside it, and print a report.
 
     Raises:
-        UsageError: It cannot be made, or a file exists.
+        UsageError: The file cannot be converted, or an output file exists.
     """
     from mjsim.exchange import RobotOptions, bring_robot
 
     if output is None or output.suffix not in (".yaml", ".yml"):
-        raise UsageError("a robot has files of its own; name the preset with -o ROBOT.yaml")
+        raise UsageError("a robot needs a preset file; name it with -o ROBOT.yaml")
     name = re.sub(r"[^A-Za-z0-9_-]+", "_", output.stem).strip("_-") or "robot"
     packages = {key: _folder(key, value) for key, value in _pairs(wished.packages, "--package NAME=DIR").items()}
     require_free(output, overwrite=overwrite)
@@ -81,7 +81,7 @@ def _pairs(words: Sequence[str], option: str) -> Mapping[str, str]:
     for word in words:
         name, sign, value = word.partition("=")
         if not sign or not name:
-            raise UsageError(f"'{word}' is no {option.partition(' ')[2]}; write {option}")
+            raise UsageError(f"'{word}' is not {option.partition(' ')[2]}; write {option}")
         pairs[name] = value
     return pairs
 

@@ -1,4 +1,4 @@
-"""The commands that make recordings from worlds and recordings: `run` and `replay`."""
+"""The commands that write recordings: `run` and `replay`."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -19,13 +19,16 @@ if TYPE_CHECKING:
 def run(
     world: WorldFile,
     output: Annotated[
-        Path | None, typer.Option("-o", metavar="RUN.mcap", help="out/NAME/run.mcap unless given, or run-2.mcap.")
+        Path | None,
+        typer.Option(
+            "-o", metavar="RUN.mcap", help="Recording to write; default: out/NAME/run.mcap, or the next free name."
+        ),
     ] = None,
-    seconds: Annotated[float | None, typer.Option(help="How long, simulated.", min=0.0)] = None,
-    seed: Annotated[int | None, typer.Option(help="Of all chance in the run.", min=0)] = None,
-    video: Annotated[Path | None, typer.Option(metavar="MP4", help="Also draw the video, after the run.")] = None,
-    live: Annotated[bool, typer.Option("--live", help="Watch it in a browser while it runs.")] = False,
-    realtime: Annotated[bool, typer.Option("--realtime", help="Go no faster than the clock.")] = False,
+    seconds: Annotated[float | None, typer.Option(help="Duration, in simulated seconds.", min=0.0)] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of all random numbers of the run.", min=0)] = None,
+    video: Annotated[Path | None, typer.Option(metavar="MP4", help="Also make a video, after the run.")] = None,
+    live: Annotated[bool, typer.Option("--live", help="Watch and steer the run in a browser.")] = False,
+    realtime: Annotated[bool, typer.Option("--realtime", help="Run no faster than real time.")] = False,
     overwrite: Overwrite = False,
     settings: Settings = None,
 ) -> None:
@@ -63,17 +66,17 @@ def run(
 
 def replay(
     recording: RunFile,
-    robot: Annotated[str, typer.Option(metavar="R", help="Whose observations are replayed.")],
+    robot: Annotated[str, typer.Option(metavar="R", help="The robot whose observations are replayed.")],
     estimator: Annotated[
-        str, typer.Option(metavar="SPEC", help="module:Class or file.py:Class; arguments in braces: {key: value}.")
+        str, typer.Option(metavar="SPEC", help="module:Class or file.py:Class, with arguments in braces: {key: value}.")
     ],
     output: Annotated[Path, typer.Option("-o", metavar="RUN2.mcap", help="The recording to write.")],
     observer: Annotated[
-        str | None, typer.Option(metavar="SPEC", help="The estimator gets the run's own sightings unless given.")
+        str | None, typer.Option(metavar="SPEC", help="Observer to run; default: use the recorded sightings.")
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Run other modules on the observations of a recording."""
+    """Replay the observations of a recording through another estimator."""
     from mjsim.modules import module_of, thread_faults
     from mjsim.record import read_recording
     from mjsim.run import replay as replay_run
@@ -101,7 +104,7 @@ def replay(
 
 
 def _check_outputs(output: Path | None, video: Path | None, *, overwrite: bool) -> None:
-    """Refuse what cannot be written now, not after the run."""
+    """Refuse an output that cannot be written before the run, not after it."""
     if output is not None:
         require_free(output, overwrite=overwrite)
     if video is not None:
@@ -112,7 +115,7 @@ def _check_outputs(output: Path | None, video: Path | None, *, overwrite: bool) 
 
 
 def _recording_of(world: "World", output: Path | None, *, overwrite: bool) -> NewFile:
-    """Return where a run is recorded, reserved: as given, else the world's own place or the next free name there."""
+    """Reserve and return the file of the recording: as given, else the default of the world or the next free name."""
     from mjsim.record import reserve, reserve_next
 
     path = output or Path("out") / world.name / "run.mcap"
@@ -120,13 +123,13 @@ def _recording_of(world: "World", output: Path | None, *, overwrite: bool) -> Ne
 
 
 def _run_live(world: "World", place: NewFile, *, seed: int | None, seconds: float, speed: float | None) -> "Recording":
-    """Run a world in a session that a page shows and steers; return what was recorded."""
+    """Run a world in a session that a page shows and steers; return the recording."""
     from mjsim.record import read_recording
     from mjsim.session import Session
     from mjsim.web import LiveView
 
     with LiveView(world) as page, addresses_on_signal(lambda: page.url):
-        say(f"watch it at {page.url} ; this address works once{how_to_get_another()}")
+        say(f"open {page.url} to watch; this address works once{how_to_get_another()}")
         with tracked(f"run {world.name}", total=seconds, unit="s") as advance:
 
             def watch(tick: "Tick") -> None:

@@ -11,13 +11,13 @@ from mjsim.output import write_file
 
 
 def worlds(
-    copy: Annotated[str | None, typer.Option("--copy", metavar="NAME", help="Copy this one to work on.")] = None,
+    copy: Annotated[str | None, typer.Option("--copy", metavar="NAME", help="Copy this world, to edit it.")] = None,
     output: Annotated[
-        Path | None, typer.Option("-o", metavar="WORLD.yaml", help="Where to; NAME.yaml unless given.")
+        Path | None, typer.Option("-o", metavar="WORLD.yaml", help="File to write; default: NAME.yaml.")
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """List the worlds that come with mjsim: name, file, one line about each; or copy one."""
+    """List the worlds that come with mjsim with name, file and a short description; or copy one."""
     from mjsim.world import own_copy, shipped_worlds, world_summary
 
     shipped = shipped_worlds()
@@ -27,7 +27,7 @@ def worlds(
         print(write_file(output or f"{copy}.yaml", own_copy(shipped[copy]).encode(), overwrite=overwrite))
         return
     if output is not None:
-        raise UsageError("-o says where a copy goes; say which with --copy NAME")
+        raise UsageError("-o names the file of a copy; name the world to copy with --copy NAME")
     wide, long = max(map(len, shipped)), max(len(str(path)) for path in shipped.values())
     for name, path in shipped.items():
         print(f"{name:<{wide}}  {path!s:<{long}}  {world_summary(path)}")

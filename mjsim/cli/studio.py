@@ -1,4 +1,4 @@
-"""The command `studio`: the page to edit worlds, to run them, and to look at what was recorded."""
+"""The command `studio`: the page to edit worlds, run them and review recordings."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -17,24 +17,31 @@ if TYPE_CHECKING:
 def studio(
     world: Annotated[
         str | None,
-        typer.Argument(metavar="[WORLD]", help="A world file, a shipped world, or a folder; the working folder."),
+        typer.Argument(
+            metavar="[WORLD]", help="A world file, a shipped world, or a folder; default: the working folder."
+        ),
     ] = None,
-    port: Annotated[int, typer.Option(help="Of the page; 0 takes a free one.", min=0, max=65535)] = 0,
-    host: Annotated[str, typer.Option(metavar="ADDRESS", help="To listen at; 0.0.0.0 lets other machines in.")] = (
-        "127.0.0.1"
-    ),
+    port: Annotated[int, typer.Option(help="Port of the page; 0 selects a free one.", min=0, max=65535)] = 0,
+    host: Annotated[
+        str, typer.Option(metavar="ADDRESS", help="Address to listen on; 0.0.0.0 allows access from other machines.")
+    ] = ("127.0.0.1"),
     token: Annotated[
         str | None,
-        typer.Option(metavar="file:PATH|env:NAME", help="Where the token stands that lets in any browser, to log in."),
+        typer.Option(
+            metavar="file:PATH|env:NAME", help="File or variable with a token with which any browser can log in."
+        ),
     ] = None,
     no_token: Annotated[
-        bool, typer.Option("--no-token", help="Let in every user of this machine; they can then run code as you.")
+        bool,
+        typer.Option(
+            "--no-token", help="Let every user of this machine in without a token; they can then run code as you."
+        ),
     ] = False,
     no_browser: Annotated[
         bool, typer.Option("--no-browser", help="Do not open a browser; print an address that works once.")
     ] = False,
 ) -> None:
-    """Edit worlds, run them and look at recordings in the browser."""
+    """Edit worlds, run them and review recordings in the browser."""
     from mjsim.web import Studio
 
     folder, name = opened(world)
@@ -44,11 +51,11 @@ def studio(
         addresses_on_signal(lambda: page.url),
     ):
         if no_token:
-            say("warning: without a token every user and program of this machine can run code as you through the page")
+            say("warning: without a token, every user and program on this machine can run code as you through the page")
         if no_browser or not has_screen():
             _print_address(page)
         else:
-            say(f"the studio is at {page.address} and opens in your browser; Ctrl-C ends it")
+            say(f"the studio is at {page.address} and opens in your browser; Ctrl-C stops it")
             page.open(failed=lambda: _print_address(page))
         # This is how it is meant to end.
         with suppress(KeyboardInterrupt):
@@ -56,13 +63,13 @@ def studio(
 
 
 def _print_address(page: "Studio") -> None:
-    say(f"the studio is at {page.url} ; Ctrl-C ends it")
+    say(f"the studio is at {page.url} ; Ctrl-C stops it")
     if page.asks_for_token:
         say(f"that address works once, within 5 minutes{how_to_get_another()}")
 
 
 def opened(world: str | None) -> tuple[Path, str | None]:
-    """Return the folder to be opened, and the world in it: the working folder, where `mjsim run` puts recordings."""
+    """Return the folder to open and the world in it; usually the working folder, where `mjsim run` puts recordings."""
     from mjsim.web import shipped_name
     from mjsim.world import world_path
 
@@ -76,7 +83,7 @@ def opened(world: str | None) -> tuple[Path, str | None]:
     path = world_path(world).resolve()
     if not path.is_file():
         raise UsageError(f"no file '{world}'; name a world file or a folder")
-    # A home is no folder of worlds: all that lies below is looked through.
+    # Never open a home folder: the studio searches everything below the folder.
     if path.is_relative_to(here) and here not in (Path.home(), Path(here.anchor)):
         return here, path.relative_to(here).as_posix()
     return path.parent, path.name

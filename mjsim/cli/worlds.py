@@ -13,7 +13,7 @@ from mjsim.progress import say
 
 
 def check(worlds: WorldFiles) -> None:
-    """Print every mistake in world files; nothing when there is none."""
+    """Check world files and print every error; print nothing if there is none."""
     right = [_is_right(path) for path in worlds]
     if not all(right):
         raise typer.Exit(2)
@@ -21,11 +21,9 @@ def check(worlds: WorldFiles) -> None:
 
 def fmt(
     worlds: WorldFiles,
-    check: Annotated[
-        bool, typer.Option("--check", help="Change nothing; exit with 1 when a file would change.")
-    ] = False,
+    check: Annotated[bool, typer.Option("--check", help="Change nothing; exit with 1 if a file would change.")] = False,
 ) -> None:
-    """Format world files, keeping every value and comment; print the names of those that change."""
+    """Format world files, keeping every value and comment; print the names of the changed files."""
     from mjsim.world import format_file
 
     code = 0
@@ -43,17 +41,19 @@ def fmt(
 
 def compile(
     world: WorldFile,
-    output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder of scene.xml and assets.")],
+    output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder for scene.xml and assets.")],
     overwrite: Overwrite = False,
 ) -> None:
-    """Write the scene as MJCF with its assets; plain MuJoCo loads it."""
+    """Write the scene as MJCF with its assets, for MuJoCo without mjsim."""
     from mjsim.compile import export_scene, refused_links
     from mjsim.world import load_checked
 
     checked = load_checked(world)
     print(export_scene(checked, output, overwrite=overwrite))
     for name in refused_links(checked):
-        say(f"{name} has a mass or an inertia that MuJoCo refuses; scene.xml has the nearest, a run the exact one")
+        say(
+            f"MuJoCo refuses the mass or inertia of {name}; scene.xml has the nearest valid one, runs use the exact one"
+        )
 
 
 def show(
@@ -62,20 +62,22 @@ def show(
     camera: Annotated[
         str | None,
         typer.Option(
-            "--camera", "--view", help="Not the plan: ROBOT/CAMERA, PERSON/left_eye, ROBOT/chase or overview."
+            "--camera",
+            "--view",
+            help="Instead of the plan: ROBOT/CAMERA, PERSON/left_eye, ROBOT/chase or overview.",
         ),
     ] = None,
     labels: Annotated[
         Literal["none", "walls", "all"] | None,
-        typer.Option(help="Which names are written; unless given, those of things only where there is room."),
+        typer.Option(help="Names to show; default: robots, beacons, doors, lamps, and objects where there is room."),
     ] = None,
     beside: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Draw the map's YAML file, SVG or DXF that the world was made from, too."),
+        typer.Option(metavar="FILE", help="Also draw the map (YAML), SVG or DXF from which the world was made."),
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Draw the plan of a world to be printed, or what a camera sees at the start."""
+    """Draw the plan of a world for printing, or the image of a camera at the start."""
     from mjsim.video import draw_beside, draw_world, take_picture
     from mjsim.world import load_checked
 
@@ -95,7 +97,7 @@ def show(
 
 
 def schema() -> None:
-    """Print the JSON Schema of the world file, for completion in editors."""
+    """Print the JSON Schema of world files, for completion in editors."""
     import json
 
     from mjsim.world import editor_schema
@@ -104,7 +106,7 @@ def schema() -> None:
 
 
 def _is_right(path: str) -> bool:
-    """Return whether nothing is wrong with a world file; print what is."""
+    """Return whether a world file is free of errors; print the errors."""
     from mjsim.modules import check_modules
     from mjsim.world import MechanismModel, ModelBody, ModelObstacle, check_world, load_world
 

@@ -183,7 +183,7 @@ def _margin_rows(margins: Mapping[str, float | None]) -> list[tuple[str, str]]:
 def _shares(plant: LinearPlant, shares: Sequence[float] | None, time: Array) -> str:
     """Return how well each output fits, or when the nonlinear plant runs away."""
     if shares is None:
-        return f"the nonlinear plant runs away after {time[-1]:.3g} s"
+        return f"the nonlinear plant diverges after {time[-1]:.3g} s"
     return ", ".join(f"{name} {value:.2f} %" for name, value in zip(plant.outputs, shares, strict=True))
 
 

@@ -65,7 +65,7 @@ def test_a_sweep_without_pyarrow_leaves_its_table_as_csv(without, tmp_path, caps
     out, err = capsys.readouterr()
     assert ended.value.code == 0
     assert out.splitlines()[-1] == str(tmp_path / "sweep" / "table.csv")
-    assert f"mjsim: a table in Parquet too needs pyarrow; type: {how_to_install('pyarrow')}\n" in err
+    assert f"mjsim: for the table as Parquet, install pyarrow: {how_to_install('pyarrow')}\n" in err
     assert not (tmp_path / "sweep" / "table.parquet").exists()
     assert len((tmp_path / "sweep" / "table.csv").read_text().splitlines()) == 3
 

@@ -182,12 +182,12 @@ def test_a_broken_file_is_told_in_one_line(tmp_path, monkeypatch, text, options,
     ("line", "what"),
     [
         (["new", "--robot-from", "nowhere.urdf", "-o", "x.yaml"], "no file 'nowhere.urdf'"),
-        (["new", "--robot-from", "x.urdf"], "name the preset with -o ROBOT.yaml"),
-        (["new", "--robot-from", "x.urdf", "--maze", "3x3"], "bring the world with a command of its own"),
+        (["new", "--robot-from", "x.urdf"], "name it with -o ROBOT.yaml"),
+        (["new", "--robot-from", "x.urdf", "--maze", "3x3"], "create the world with a separate command"),
         (["new", "--clutter", "6x6", "--robot", "pioneer3dy"], "no preset 'pioneer3dy'; did you mean 'pioneer3dx'?"),
         (
             ["new", "--clutter", "6x6", "--robot", "a/b.yaml"],
-            "no file 'a/b.yaml'; name what mjsim new --robot-from wrote",
+            "no file 'a/b.yaml'; name a file written by mjsim new --robot-from",
         ),
         (["new", "--clutter", "6x6", "--robot", "bad.yaml"], "'bad.yaml' does not describe a robot"),
         (

@@ -92,9 +92,9 @@ def test_new_writes_a_world_and_keeps_what_is_there(tmp_path, capsys):
     for line, message in [
         (["--maze", "5x4", "-o", str(path)], f"'{path}' exists; name another file, or add --overwrite"),
         (["--maze", "5 by 4"], "the size of the maze is '5 by 4'; write it like 9x9"),
-        (["--maze", "5x4", "--template", "empty"], "a world is made from one thing"),
+        (["--maze", "5x4", "--template", "empty"], "a world has one source"),
         (["--template", "ofice"], "no template 'ofice'; templates are office, corridor, empty, gallery"),
-        (["--template", "empty", "--no-robot"], "a template has a robot of its own; change it in the new file"),
+        (["--template", "empty", "--no-robot"], "a template already has a robot; change it in the new file"),
         (["--clutter", "12 m"], "the size of the room is '12 m'; write it like 12x10"),
         (["--clutter", "2x10"], "the room is 2 x 10 m; a side has 3 to 40 m"),
     ]:

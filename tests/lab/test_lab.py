@@ -179,7 +179,7 @@ def test_fit_is_100_for_the_same_and_0_for_the_mean():
     ("arguments", "message"),
     [
         (["dubble"], "no plant 'dubble' in this world; did you mean 'double'?"),
-        (["double", "--lqr", "1,x"], "--lqr is '1,x'; give numbers with commas between them"),
+        (["double", "--lqr", "1,x"], "--lqr is '1,x'; give numbers separated by commas"),
         (["double", "--lead", "50"], "--lead is '50'; write a margin and a crossover, such as 50@6"),
         (["double", "--place", "-1,inf"], "--place is '-1,inf'; its numbers must be finite"),
     ],

@@ -58,9 +58,9 @@ def test_the_token_comes_from_a_file_or_the_environment(tmp_path, monkeypatch):
     (tmp_path / "open").chmod(0o644)
     (tmp_path / "empty").touch(0o600)
     for source, said in (
-        ("s3cret-s3cret-s3cret", "a token on the command line can be read by all users"),
-        ("file:", "a token on the command line can be read"),
-        ("word:s3cret", "a token on the command line can be read"),
+        ("s3cret-s3cret-s3cret", "all users of this machine can read a token on the command line"),
+        ("file:", "can read a token on the command line"),
+        ("word:s3cret", "can read a token on the command line"),
         (f"file:{tmp_path}/none", "cannot read the token from"),
         (f"file:{tmp_path}/open", "(mode 0644); run 'chmod 600"),
         (f"file:{tmp_path}/empty", "holds no token"),
