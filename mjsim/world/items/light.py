@@ -26,3 +26,5 @@ class Lamp(Model):
     range: Length = 10.0
     """How far it is of use [m]: a picture shows its light when what is nearer than this to it may be seen, and of
     many such lamps that of the nearest."""
+    group: Name | None = None
+    """Of the things that the studio selects, moves and turns as one; a run does not know it."""

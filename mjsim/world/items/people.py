@@ -80,6 +80,8 @@ class Person(Model):
     """Joints that are not as in standing at ease; names and ranges stand in docs/people.md."""
     colors: PersonColors = PersonColors()
     """Of skin, hair and clothes."""
+    group: Name | None = None
+    """Of the things that the studio selects, moves and turns as one; a run does not know it."""
     _thing: "Obstacle | None" = PrivateAttr(default=None)
     _floors: "tuple[Obstacle, ...]" = PrivateAttr(default=())
 

@@ -52,6 +52,8 @@ class Robot(Model):
     """Arms on its base."""
     proximity_range: Length = 2.0
     """How far the ring of 16 proximity rays sees [m]."""
+    group: Name | None = None
+    """Of the things that the studio selects, moves and turns as one; a run does not know it."""
 
     @property
     def own_imu(self) -> Imu | None:

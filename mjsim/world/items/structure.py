@@ -81,6 +81,8 @@ class Wall(Model):
     """Size of one tile of the texture [m]."""
     openings: Annotated[tuple[Opening, ...], Field(strict=False)] = ()
     """Doorways and windows."""
+    group: Name | None = None
+    """Of the things that the studio selects, moves and turns as one; a run does not know it."""
 
     @model_validator(mode="after")
     def _corners_differ(self) -> Self:
@@ -122,6 +124,8 @@ class FloorPatch(Model):
     """A picture that covers it instead of the colour."""
     tile: Length = 1.0
     """Size of one tile of the texture [m]."""
+    group: Name | None = None
+    """Of the things that the studio selects, moves and turns as one; a run does not know it."""
 
     def outline(self) -> Array:
         """Return its corners, world frame, counter-clockwise, shape (4, 2) [m]."""

@@ -56,6 +56,8 @@ class _Obstacle(Model):
     """Where a person sits on it."""
     targets: Targets = ()
     """What hands, feet and eyes of people meet on it."""
+    group: Name | None = None
+    """Of the things that the studio selects, moves and turns as one; a run does not know it."""
 
     @property
     def origin_height(self) -> float:
@@ -217,6 +219,8 @@ class Beacon(Model):
 
     anchor: bool = False
     """Whether it holds a radio anchor; one without a face does not reflect."""
+    group: Name | None = None
+    """Of the things that the studio selects, moves and turns as one; a run does not know it."""
 
     @property
     def has_face(self) -> bool:

@@ -36,6 +36,8 @@ class Mechanism(MechanismParts):
     """Height of its frame above the floor [m]."""
     collide: bool = False
     """Whether its bodies touch each other."""
+    group: Name | None = None
+    """Of the things that the studio selects, moves and turns as one; a run does not know it."""
     _source: Source = PrivateAttr(default=BUILT)
 
     @model_validator(mode="after")

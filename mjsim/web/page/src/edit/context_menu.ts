@@ -3,6 +3,7 @@
 import type { Item } from "../api";
 import { type Entry, openMenu } from "../shell/menu";
 import type { Editor } from "./editor";
+import { groupable, groupOf, wholeGroup, withGroups } from "./groups";
 import { canTurn } from "./shapes";
 import { word } from "../words/words";
 
@@ -53,6 +54,9 @@ function ofThings(editor: Editor, ways: Ways, selected: Item[], first: Item): En
       [alone && ways.canRename(first), { text: word("edit.rename"), keys: "F2", act: () => ways.rename(first) }],
       [foreign, { text: word("edit.makeSingle"), act: () => editor.makeSingle() }],
       [repeated, { text: word("edit.makeAllSingle"), act: () => editor.makeSingle("single") }],
+      [groupable(selected).length > 1 && !wholeGroup(selected, editor.items), { text: word("edit.group"), keys: "Ctrl G", act: () => void editor.group(true) }],
+      [groupable(selected).some(groupOf), { text: word("edit.ungroup"), keys: "Ctrl Shift G", act: () => void editor.group(false) }],
+      [withGroups(selected, editor.items).length > selected.length, { text: word("edit.selectGroup"), act: () => editor.pick(selected) }],
       [turns, { text: word("edit.turnLeft"), act: () => editor.turn(90) }],
       [turns, { text: word("edit.turnRight"), act: () => editor.turn(-90) }],
     ],

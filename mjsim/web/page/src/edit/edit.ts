@@ -232,12 +232,12 @@ class EditView {
     document.parsedChanged.on(() => this.showSolids());
     document.selectionChanged.on(() => this.showSolids());
     holdSolids(this.editor, this.tools, this.solids);
-    this.solids.chosen.on((item) => this.editor.select(item ? [item] : []));
+    this.solids.chosen.on((item) => this.editor.pick(item ? [item] : []));
     this.tools.changed.on(() => this.showFirstSteps());
     this.plan.menuAsked = (spot, at) => {
       const item = this.plan.itemAt(spot.screen, spot.touch ? 12 : 6);
       const isChosen = this.editor.selected.some((other) => item && keyOf(other.path) === keyOf(item.path));
-      if (!isChosen) this.editor.select(item ? [item] : []);
+      if (!isChosen) this.editor.pick(item ? [item] : []);
       this.openMenu(at);
     };
     this.host.addEventListener("dragover", (event) => event.preventDefault());

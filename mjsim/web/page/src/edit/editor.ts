@@ -8,9 +8,10 @@ import { debounced, Signal } from "../signal";
 import { arranged, type Arrangement } from "./arrange";
 import { type Piece, written } from "./clipboard";
 import { following } from "./follow";
+import { byThemselves, grouped, regrouped, turnedAlike, ungrouped, withGroups } from "./groups";
 import { picturesAlong, withPictures } from "./hung";
 import { Poser } from "./poser";
-import { canTurn, type Changed, isJoint, moved, spun } from "./shapes";
+import { type Changed, isJoint, moved } from "./shapes";
 import { word } from "../words/words";
 
 export class Editor {
@@ -25,7 +26,7 @@ export class Editor {
   /** Poses of mechanisms and people. */
   readonly poser: Poser;
   private hovered: string | null = null;
-  private steps: { key: string; count: number; items: Item[]; make(item: Item, steps: number): Changed } | null = null;
+  private steps: { key: string; count: number; items: Item[]; make(items: Item[], steps: number): Changed[] } | null = null;
   private readonly onTheWay = new Map<string, Item>();
   private readonly write = debounced(() => this.writeSteps(), 200);
   /** What was copied or pasted last, and how often that was pasted since. */
@@ -60,6 +61,11 @@ export class Editor {
     const [first] = items;
     if (items.length === 1 && first) this.said.emit(described(first));
     else if (items.length > 1) this.said.emit(word("edit.thingsSelected", { items: items.length }));
+  }
+
+  /** Select things with the groups that they are of. */
+  pick(items: Item[]): void {
+    this.select(withGroups(items, this.items));
   }
 
   hover(item: Item | null): void {
@@ -133,21 +139,18 @@ export class Editor {
   /** Shift what is selected. Steps that follow each other quickly are one change, shown at once. */
   nudge(by: Point): void {
     if (this.poser.nudge(by)) return;
-    this.step("shift", (item, steps) => moved(item, [by[0] * steps, by[1] * steps], this.drawn), JSON.stringify(by));
+    const shift = (item: Item, steps: number): Changed => moved(item, [by[0] * steps, by[1] * steps], this.drawn);
+    this.step("shift", (items, steps) => byThemselves(items).map((item) => shift(item, steps)), JSON.stringify(by));
   }
 
-  /** Turn what is selected, each about its own middle. */
+  /** Turn what is selected, each thing and each group about its own middle. */
   turn(degrees: number): void {
     if (this.poser.turn(degrees)) return;
-    this.step(
-      "turn",
-      (item, steps) => (canTurn(item) ? spun(item, degrees * steps) : { ghost: item, changes: [] }),
-      String(degrees),
-    );
+    this.step("turn", (items, steps) => turnedAlike(items, degrees * steps, this.drawn), String(degrees));
   }
 
   /** Do a small change once more: it is written when no more come. */
-  private step(kind: string, make: (item: Item, steps: number) => Changed, size: string): void {
+  private step(kind: string, make: (items: Item[], steps: number) => Changed[], size: string): void {
     const key = `${kind} ${size} ${JSON.stringify(this.document.selection)}`;
     if (this.steps && this.steps.key !== key) this.write.now();
     if (!this.steps)
@@ -159,7 +162,7 @@ export class Editor {
 
   private stepped(): Changed[] {
     const { steps } = this;
-    return steps ? withPictures(steps.items.map((item) => steps.make(item, steps.count)), this.drawn) : [];
+    return steps ? withPictures(steps.make(steps.items, steps.count), this.drawn) : [];
   }
 
   /** All items as the changes that are still on their way will make them. */
@@ -235,6 +238,13 @@ export class Editor {
     await this.apply(arranged(this.free(this.selected), how, this.items).flatMap(({ changes }) => changes));
   }
 
+  /** Make what is selected one group, or take it out of its groups. */
+  async group(together: boolean): Promise<void> {
+    await this.document.settled();
+    const changes = together ? grouped(this.free(this.selected), this.items) : ungrouped(this.selected);
+    if (changes.length > (together ? 1 : 0)) await this.apply(changes);
+  }
+
   selectAll(): void {
     this.select(this.items.filter((item) => item.type !== "Opening"));
   }
@@ -273,8 +283,9 @@ export class Editor {
     if (pieces.length === 0) return;
     const taken = this.names();
     const by: Point = [this.shift[0] * steps, this.shift[1] * steps];
-    const changes = pieces.map(({ list, value }): Change => {
-      const fresh = this.renamed(offset(value, by), taken);
+    const values = regrouped(pieces.map(({ value }) => value), this.items);
+    const changes = pieces.map(({ list }, index): Change => {
+      const fresh = this.renamed(offset(values[index] ?? {}, by), taken);
       return { op: "add", path: list === "floor" ? ["floor", "patches"] : [list], value: fresh };
     });
     if (!(await this.apply(changes))) return;

@@ -49,7 +49,7 @@ export class EditKeys {
   /** True when the key was one of ours. */
   key(event: KeyboardEvent): boolean {
     if (!this.editor.document.isOpen) return false;
-    if (isCommand(event) && !(event.key in ARROWS)) return this.command(event.key.toLowerCase());
+    if (isCommand(event) && !(event.key in ARROWS)) return this.command(event.key.toLowerCase(), event.shiftKey);
     if (event.altKey) return false;
     const onButton =
       event.target instanceof HTMLButtonElement ||
@@ -58,10 +58,11 @@ export class EditKeys {
     return this.arrow(event) || this.act(event) || this.editor.plan.key(event) || this.letter(event.key);
   }
 
-  private command(key: string): boolean {
+  private command(key: string, shift: boolean): boolean {
     const work: Record<string, () => void> = {
       a: () => this.editor.selectAll(),
       d: () => this.editor.duplicate(),
+      g: () => void this.editor.group(!shift),
     };
     work[key]?.();
     return key in work;

@@ -1,8 +1,8 @@
 /** What is drawn over the plan while it is edited. */
 
 import type { Item, Point, Values } from "../api";
-import { add, rotate } from "../plan/geometry";
-import type { Plan } from "../plan/plan";
+import { add, boundsOf, rotate } from "../plan/geometry";
+import { keyOf, type Plan } from "../plan/plan";
 
 /** How far a camera's view is drawn [m]. */
 const SIGHT = 3;
@@ -67,4 +67,17 @@ export function paintBand(context: CanvasRenderingContext2D, plan: Plan, a: Poin
   context.fillRect(a[0], a[1], b[0] - a[0], b[1] - a[1]);
   context.globalAlpha = 1;
   context.strokeRect(a[0], a[1], b[0] - a[0], b[1] - a[1]);
+}
+
+/** A dashed frame around things that are one group, as a drag has them. */
+export function paintFrame(context: CanvasRenderingContext2D, plan: Plan, group: Item[]): void {
+  const shown = group.map((item) => plan.ghosts.get(keyOf(item.path)) ?? item);
+  const points = shown.flatMap((item) => [...item.polygons.flat(), ...(item.at ? [item.at] : [])]);
+  if (!points.length) return;
+  const [x0, y0, x1, y1] = boundsOf(points.map((point) => plan.view.toScreen(point)));
+  context.save();
+  context.lineWidth = 1;
+  context.setLineDash([5, 4]);
+  context.strokeRect(x0 - 6, y0 - 6, x1 - x0 + 12, y1 - y0 + 12);
+  context.restore();
 }

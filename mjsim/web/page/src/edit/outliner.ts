@@ -7,6 +7,7 @@ import type { SchemaBook } from "../panel/schema";
 import { remembered } from "../run/controls";
 import { ICONS } from "../shell/icons";
 import type { Editor } from "./editor";
+import { groupOf } from "./groups";
 import { HEADINGS } from "./kinds";
 import "./outliner.css";
 import { word } from "../words/words";
@@ -154,7 +155,8 @@ export class Outliner {
     const known = { "aria-level": level, "aria-posinset": place, "aria-setsize": size, "aria-selected": String(chosen.has(id)) };
     const name = this.renamed === id ? this.nameField(item) : el("span", { class: "outline-name" }, item.label);
     const held = item.fixed ? el("span", { class: "held", title: item.fixed }, icon(ICONS[item.origin ?? "lock"]), el("span", { class: "sr" }, item.fixed)) : null;
-    return el("div", { ...common, ...known }, name, el("span", { class: "outline-model" }, modelOf(item)), held);
+    const group = groupOf(item) ? el("span", { class: "outline-group", title: word("edit.ofGroup", { group: groupOf(item) }) }, groupOf(item)) : null;
+    return el("div", { ...common, ...known }, name, el("span", { class: "outline-model" }, modelOf(item)), group, held);
   }
 
   private nameField(item: Item): HTMLInputElement {
@@ -297,5 +299,5 @@ function modelOf(item: Item): string {
 }
 
 function wordsOf(item: Item): string {
-  return [item.label, item.kind, item.type, String(item.path[0]), modelOf(item)].join(" ").toLowerCase();
+  return [item.label, groupOf(item) ?? "", item.kind, item.type, String(item.path[0]), modelOf(item)].join(" ").toLowerCase();
 }

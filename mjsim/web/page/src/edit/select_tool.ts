@@ -6,9 +6,11 @@ import type { Spot, Tool } from "../plan/gestures";
 import { disc, line } from "../plan/items";
 import { keyOf, type Plan } from "../plan/plan";
 import type { Editor } from "./editor";
+import { byThemselves, groupOf, middleOf, turnedAlike, wholeGroup, withGroups } from "./groups";
 import { withPictures } from "./hung";
 import { canLift, heightOf, lifted } from "./lift";
-import { paintBand, paintNote, paintViews } from "./marks";
+import { paintBand, paintFrame, paintNote, paintViews } from "./marks";
+import { signed, sizeNote } from "./notes";
 import {
   type Changed,
   canTurn,
@@ -19,7 +21,6 @@ import {
   isJoint,
   isWall,
   moved,
-  pivotOf,
   spun,
 } from "./shapes";
 import { snapCorner, toGrid } from "./snap";
@@ -35,7 +36,7 @@ const FINEST = 0.001;
 type Drag =
   | { kind: "items"; items: Item[]; grabbed: Item }
   | { kind: "handle"; handle: Handle; item: Item }
-  | { kind: "turn"; item: Item; pivot: Point; from: number }
+  | { kind: "turn"; items: Item[]; pivot: Point; from: number }
   | { kind: "lift"; items: Item[] }
   | { kind: "pull"; part: string }
   | { kind: "band"; kept: Item[] };
@@ -54,8 +55,12 @@ export class SelectTool implements Tool {
     editor.plan.overlay.push((context, plan) => editor.plan.tool === this && this.paint(context, plan));
   }
 
-  double(): void {
-    if (this.editor.selected.length) this.editor.asked.emit();
+  /** Of a group take the one thing alone; of one thing its fields. */
+  double(spot: Spot): void {
+    const { editor } = this;
+    const item = editor.plan.itemAt(spot.screen);
+    if (item && groupOf(item) !== null && editor.selected.length > 1) editor.select([item]);
+    else if (editor.selected.length) editor.asked.emit();
   }
 
   down(touched: Spot): boolean {
@@ -71,8 +76,8 @@ export class SelectTool implements Tool {
     const [item] = items;
     if (!item) return;
     [this.from, this.now, this.moving, this.changed] = [spot, spot, true, []];
-    const pivot = pivotOf(item);
-    if (kind === "turn") this.held = { kind, item, pivot, from: heading(minus(spot.world, pivot)) };
+    const pivot = middleOf(items);
+    if (kind === "turn") this.held = { kind, items, pivot, from: heading(minus(spot.world, pivot)) };
     else this.held = kind === "lift" ? { kind, items } : { kind: "items", items, grabbed: item };
   }
 
@@ -91,7 +96,7 @@ export class SelectTool implements Tool {
     if (!this.from || !this.held) return;
     this.moving ||= distance(spot.screen, this.from.screen) > THRESHOLD;
     if (!this.moving) return;
-    if (this.held.kind === "band") this.editor.select([...this.held.kept, ...this.banded()]);
+    if (this.held.kind === "band") this.editor.pick([...this.held.kept, ...this.banded()]);
     else if (this.held.kind === "pull") this.pull(this.held.part, this.from, spot);
     else this.editor.preview((this.changed = withPictures(this.changes(this.held, spot), this.editor.items)));
     this.editor.plan.drawOver();
@@ -102,7 +107,7 @@ export class SelectTool implements Tool {
     if (drag?.kind === "pull") void this.editor.poser.keep();
     else if (drag && this.moving && drag.kind !== "band")
       void this.editor.commit(this.changed);
-    else if (drag?.kind === "items" && !this.from?.shift) this.editor.select([drag.grabbed]);
+    else if (drag?.kind === "items" && !this.from?.shift) this.settle(drag.grabbed);
     else if (drag?.kind === "band" && !this.moving && !this.from?.shift) this.editor.select([]);
     this.held = null;
     this.note = "";
@@ -145,20 +150,24 @@ export class SelectTool implements Tool {
   private grabItem(item: Item, shift: boolean): Drag | null {
     const selected = this.editor.selected;
     const isIn = selected.some((other) => keyOf(other.path) === keyOf(item.path));
-    if (shift)
-      this.editor.select(
-        isIn ? selected.filter((other) => keyOf(other.path) !== keyOf(item.path)) : [...selected, item],
-      );
-    else if (!isIn) this.editor.select([item]);
+    const own = new Set(withGroups([item], this.editor.items).map(({ path }) => keyOf(path)));
+    if (shift && isIn) this.editor.select(selected.filter(({ path }) => !own.has(keyOf(path))));
+    else if (!isIn) this.editor.pick(shift ? [...selected, item] : [item]);
     if (shift && isIn) return { kind: "band", kept: this.editor.selected };
     if (isJoint(item) && item.name && this.alone())
       return this.editor.free([item]).length ? { kind: "pull", part: item.name } : null;
     return { kind: "items", items: this.editor.selected, grabbed: item };
   }
 
+  /** After a press without a drag: all of the group, unless one of it was taken alone. */
+  private settle(grabbed: Item): void {
+    const alone = this.alone();
+    if (!alone || keyOf(alone.path) !== keyOf(grabbed.path)) this.editor.pick([grabbed]);
+  }
+
   private changes(drag: Drag, spot: Spot): Changed[] {
     if (drag.kind === "handle") return [this.resized(drag.handle, spot)];
-    if (drag.kind === "turn") return [this.spun(drag, spot)];
+    if (drag.kind === "turn") return this.spun(drag, spot);
     if (drag.kind === "lift") return this.lifted(drag.items, spot);
     if (drag.kind === "band" || drag.kind === "pull") return [];
     const items = drag.items.filter((item) => !item.fixed);
@@ -200,19 +209,19 @@ export class SelectTool implements Tool {
     return changed;
   }
 
-  private spun(drag: { item: Item; pivot: Point; from: number }, spot: Spot): Changed {
+  private spun(drag: { items: Item[]; pivot: Point; from: number }, spot: Spot): Changed[] {
     const angle = turned(heading(minus(spot.world, drag.pivot)) - drag.from);
-    const base = isWall(drag.item) ? 0 : (drag.item.heading_deg ?? 0);
+    const [only, ...more] = drag.items;
+    const base = more.length || !only || isWall(only) ? 0 : (only.heading_deg ?? 0);
     const step = spot.alt || spot.shift ? 1 : 15;
     const by = Math.round((base + angle) / step) * step - base;
-    const changed = spun(drag.item, by);
     this.note = `${Math.round(turned(base + by))}°`;
-    return changed;
+    return turnedAlike(drag.items, by, this.editor.items);
   }
 
   private lifted(items: Item[], { rise = 0, alt }: Spot): Changed[] {
     const { step } = this.editor.plan;
-    const changed = items
+    const changed = byThemselves(items)
       .filter((item) => !item.fixed && canLift(item))
       .map((item) => lifted(item, rise, alt ? FINEST : step));
     const [first] = changed;
@@ -242,7 +251,7 @@ export class SelectTool implements Tool {
     }
     this.note = isOpening ? "" : `${signed(by[0])}, ${signed(by[1])} m`;
     const whole = items.filter((item) => item.type !== "Opening" || items.length === 1);
-    const changed = whole.map((item) => moved(item, by, this.editor.items));
+    const changed = byThemselves(whole).map((item) => moved(item, by, this.editor.items));
     if (isOpening && changed[0]) this.note = word("edit.fromTheCorner", { metres: Number(changed[0].ghost.values["at"]).toFixed(2) });
     return [...changed, ...this.openingsOf(whole, by)];
   }
@@ -311,22 +320,33 @@ export class SelectTool implements Tool {
   }
 
   private turnerAt(spot: Spot): Drag | null {
-    const item = this.alone();
-    const ends = item && this.turner(item);
-    if (!item || !ends || distance(ends[1], spot.screen) > (spot.touch ? 20 : 10)) return null;
-    const pivot = pivotOf(item);
-    return { kind: "turn", item, pivot, from: heading(minus(this.editor.plan.view.toWorld(ends[1]), pivot)) };
+    const ends = this.turner();
+    if (!ends || distance(ends[1], spot.screen) > (spot.touch ? 20 : 10)) return null;
+    const items = this.turned();
+    const pivot = middleOf(items);
+    return { kind: "turn", items, pivot, from: heading(minus(this.editor.plan.view.toWorld(ends[1]), pivot)) };
+  }
+
+  /** What the handle for turning turns: one thing, or all of a group. */
+  private turned(): Item[] {
+    const { selected, items } = this.editor;
+    const isOne = selected.length === 1 && selected.every(canTurn);
+    return (isOne || wholeGroup(selected, items)) && selected.every((item) => !item.fixed) ? selected : [];
   }
 
   /** Stem and knob of the handle for turning, in pixels. */
-  private turner(item: Item): [Point, Point] | null {
-    if (item.fixed || !canTurn(item)) return null;
-    const { view } = this.editor.plan;
-    const shown = this.editor.plan.ghosts.get(keyOf(item.path)) ?? item;
-    const pivot = view.toScreen(pivotOf(shown));
-    const angle = isWall(shown) ? 90 : (shown.heading_deg ?? 0);
-    const far = Math.max(0, ...shown.polygons.flat().map((point) => distance(view.toScreen(point), pivot)));
-    const reach = (isWall(shown) ? Math.min(far, 40) : far) + STEM;
+  private turner(): [Point, Point] | null {
+    const { plan } = this.editor;
+    const { view, ghosts } = plan;
+    const shown = this.turned().map((item) => ghosts.get(keyOf(item.path)) ?? item);
+    const [first, ...more] = shown;
+    if (!first) return null;
+    const pivot = view.toScreen(middleOf(shown));
+    const upright = more.length > 0 || isWall(first);
+    const angle = upright ? 90 : (first.heading_deg ?? 0);
+    const outline = shown.flatMap(({ polygons }) => polygons.flat());
+    const far = Math.max(0, ...outline.map((point) => distance(view.toScreen(point), pivot)));
+    const reach = (upright ? Math.min(far, more.length ? 120 : 40) : far) + STEM;
     const [c, s] = [Math.cos((angle * Math.PI) / 180), Math.sin((angle * Math.PI) / 180)];
     return [pivot, [pivot[0] + c * reach, pivot[1] - s * reach]];
   }
@@ -335,6 +355,7 @@ export class SelectTool implements Tool {
     const item = this.alone();
     context.lineWidth = 1.5;
     if (item) paintViews(context, plan, plan.ghosts.get(keyOf(item.path)) ?? item);
+    this.paintTurner(context, plan);
     if (item) this.paintHandles(context, plan, item);
     if (this.held?.kind === "band" && this.moving && this.from && this.now)
       paintBand(context, plan, this.from.screen, this.now.screen);
@@ -342,19 +363,23 @@ export class SelectTool implements Tool {
     if (note && this.now && this.moving) paintNote(context, plan, this.now.screen, note);
   }
 
-  private paintHandles(context: CanvasRenderingContext2D, plan: Plan, item: Item): void {
-    const shown = plan.ghosts.get(keyOf(item.path)) ?? item;
+  private paintTurner(context: CanvasRenderingContext2D, plan: Plan): void {
+    const group = this.editor.selected.length > 1 ? this.turned() : [];
     context.strokeStyle = plan.palette.accent;
     context.fillStyle = plan.palette.paper;
-    const stem = this.turner(item);
-    if (stem) {
-      context.globalAlpha = 0.6;
-      line(context, ...stem);
-      context.globalAlpha = 1;
-      disc(context, stem[1], 5.5);
-      context.fill();
-      context.stroke();
-    }
+    paintFrame(context, plan, group);
+    const stem = this.turner();
+    if (!stem) return;
+    context.globalAlpha = 0.6;
+    line(context, ...stem);
+    context.globalAlpha = 1;
+    disc(context, stem[1], 5.5);
+    context.fill();
+    context.stroke();
+  }
+
+  private paintHandles(context: CanvasRenderingContext2D, plan: Plan, item: Item): void {
+    const shown = plan.ghosts.get(keyOf(item.path)) ?? item;
     for (const [x, y] of Object.values(this.hands())) {
       disc(context, plan.view.toScreen([x, y]), 5.5);
       context.fill();
@@ -370,20 +395,4 @@ export class SelectTool implements Tool {
       context.stroke();
     }
   }
-}
-
-function sizeNote(ghost: Item, corner: number | undefined): string {
-  const points = cornersOf(ghost);
-  if (corner !== undefined) {
-    const [now, before] = [points[corner], points[corner - 1] ?? points[corner + 1]];
-    return now && before ? word("edit.distance", { metres: distance(now, before).toFixed(2) }) : "";
-  }
-  const value = ["box", "ramp", "steps", "size", "cylinder", "sphere", "width"]
-    .map((key) => ghost.values[key])
-    .find((size) => size !== undefined);
-  return Array.isArray(value) ? `${value.slice(0, 2).join(" × ")} m` : `${String(value)} m`;
-}
-
-function signed(value: number): string {
-  return `${value < 0 ? "−" : "+"}${Math.abs(value).toFixed(2)}`;
 }

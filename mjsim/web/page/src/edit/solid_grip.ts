@@ -5,6 +5,7 @@ import type { Spot } from "../plan/gestures";
 import type { Door } from "../scene/door";
 import type { Grip, Pull } from "../scene/grip";
 import type { Editor } from "./editor";
+import { middleOf, wholeGroup } from "./groups";
 import { canLift } from "./lift";
 import { canTurn, isJoint, isSeated, pivotOf } from "./shapes";
 import type { Tools } from "./tools";
@@ -14,7 +15,7 @@ export function holdSolids(editor: Editor, tools: Tools, door: Door): void {
   let word = "";
   const hold = (): void => {
     const items = tools.now === "select" ? editor.selected : [];
-    door.hold(gripOf(items), word || wordOf(items));
+    door.hold(gripOf(items, editor.items), word || wordOf(items));
   };
   editor.document.parsedChanged.on(hold);
   editor.document.selectionChanged.on(hold);
@@ -41,16 +42,17 @@ function spotOf({ along, alt, rise }: Pull, world: Point, editor: Editor): Spot 
 }
 
 /** By which handles things are held; null when nothing of them can be done here. */
-function gripOf(items: Item[]): Grip | null {
+function gripOf(items: Item[], all: Item[]): Grip | null {
   const free = items.filter((item) => !item.fixed && !isJoint(item) && !isSeated(item));
   const [first] = free;
   if (!first || first !== items[0]) return null;
   const alone = items.length === 1;
+  const isGroup = free.length === items.length && wholeGroup(items, all) !== null;
   const axes = first.type === "Opening" ? [first.heading_deg ?? 0] : [0, 90];
   return {
-    at: pivotOf(first),
+    at: isGroup ? middleOf(items) : pivotOf(first),
     axes: alone || first.type !== "Opening" ? axes : [],
-    heading: alone && canTurn(first) ? (first.heading_deg ?? 0) : null,
+    heading: isGroup ? 0 : alone && canTurn(first) ? (first.heading_deg ?? 0) : null,
     lift: free.some(canLift),
   };
 }

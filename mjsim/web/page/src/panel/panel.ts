@@ -4,6 +4,7 @@ import type { Change, Item, Problem, Values } from "../api";
 import { el, fill, icon, type Child } from "../dom";
 import { arrangeable, type Arrangement, ARRANGEMENTS } from "../edit/arrange";
 import { type Editor, itemOf } from "../edit/editor";
+import { groupable, groupOf, wholeGroup } from "../edit/groups";
 import { kindName } from "../edit/kinds";
 import { keyOf } from "../plan/plan";
 import { ICONS } from "../shell/icons";
@@ -140,10 +141,12 @@ export class Panel {
   private drawMany(items: Item[]): void {
     const types = new Set(items.map((item) => item.type));
     const [first] = items;
-    const counted = word("panel.selected", { count: items.length });
-    const title = types.size === 1 && first ? kindName(first) : word("panel.severalThings");
+    const group = wholeGroup(items, this.editor.items);
+    const counted = group ?? word("panel.selected", { count: items.length });
+    const kind = types.size === 1 && first ? kindName(first) : word("panel.severalThings");
+    const title = group ? word("panel.groupOf", { count: items.length }) : kind;
     const rows: Child[] = [this.head(title, counted, this.buttons(true))];
-    rows.push(this.arranger(items));
+    rows.push(this.arranger(items), this.grouper(items, group));
     const schema = this.book.shared([...types]);
     if (schema) rows.push(...objectRows(this.sheet(items), schema, common(items), OF_ONE));
     rows.push(el("p", { class: "hint pad" }, word("panel.dragThemTogetherTurnThem")));
@@ -164,6 +167,19 @@ export class Panel {
       );
     });
     return el("div", { class: "arranger", role: "group", "aria-label": word("panel.alignAndDistribute") }, ...buttons);
+  }
+
+  /** Buttons that make things one group and take them out of theirs. */
+  private grouper(items: Item[], whole: string | null): Child {
+    const button = (text: string, together: boolean): HTMLElement =>
+      el("button", { onclick: () => void this.editor.group(together) }, text);
+    const own = groupable(items);
+    return el(
+      "div",
+      { class: "grouper" },
+      own.length > 1 && !whole ? button(word("edit.group"), true) : null,
+      own.some(groupOf) ? button(word("edit.ungroup"), false) : null,
+    );
   }
 
   private sheet(items: Item[] = []): Sheet {

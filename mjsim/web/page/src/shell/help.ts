@@ -18,6 +18,7 @@ const KEYS: [string, string][] = [
   ["[  ]", word("shell.turnByWithShift")],
   ["Ctrl D, Delete", word("shell.duplicateDelete")],
   ["Ctrl C, Ctrl X, Ctrl V, Ctrl A", word("shell.copyCutPasteSelect")],
+  ["Ctrl G, Ctrl Shift G", word("shell.groupUngroup")],
   ["F2", word("shell.rename")],
   [word("shell.keyMenu"), word("shell.menuOfWhatIs")],
   ["+  −  0", word("shell.zoomInZoomOut")],

@@ -9,6 +9,7 @@ const VERBS: [Key, string[]][] = [
   ["step.resize", ["box", "cylinder", "sphere", "ramp", "steps", "size", "width"]],
   ["step.turn", ["heading_deg"]],
   ["step.move", ["at", "points", "path", "route"]],
+  ["step.group", ["group"]],
   ["step.pose", ["start", "start_deg", "joints_deg", "targets"]],
 ];
 
@@ -28,6 +29,7 @@ export function named(changes: Change[], itemAt: ItemAt): string {
   if (things[0] === "") return word(first.op === "set" ? "step.set" : "step.reset", { key: shown(first.path) });
   const keys = changes.map(({ path }) => String(path[itemAt(path)?.path.length ?? 0]));
   const [verb] = VERBS.find(([, of]) => keys.some((key) => of.includes(key))) ?? [];
+  if (verb === "step.group" && first.op === "unset") return withThings("step.ungroup", things);
   if (verb === "step.rename") return word(verb, { things: things[0] });
   if (verb) return withThings(verb, things);
   const key = new Set(keys).size === 1 ? keys[0] : word("step.fields");
