@@ -1,4 +1,4 @@
-"""Write docs/robots.md and docs/images/robots: every robot with its sizes, its picture, and how well it drives.
+"""Write docs/robots.md and docs/images/robots: dimensions, picture and driving accuracy of every robot.
 
 python scripts/make/robot_page.py [ROBOT]...   (pictures of all robots unless some are named)
 """
@@ -115,10 +115,10 @@ def page() -> str:
     text += "\n## Sizes\n\n| preset | drive | length x width x height [m] | mass [kg] | wheel radius [m] | limits |\n"
     text += "|---|---|---|---|---|---|\n" + "".join(sizes(name) for name in preset_names())
     text += (
-        "\nThe source of each figure stands beside it in the preset's file.\n\n## How well they drive\n\n"
-        "Measured on a level floor of friction 1 without noise (`python scripts/make/robot_page.py`), as the\n"
-        "deviation from the ideal: the way straight ahead, the turn on the spot, the radius of a circle, how far\n"
-        "odometry is off after a metre on that circle, and the way sideways.\n\n"
+        "\nThe preset files give the source of each value.\n\n## Driving accuracy\n\n"
+        "Deviation from the ideal motion, measured on a level floor with friction 1 and without noise\n"
+        "(`python scripts/make/robot_page.py`): distance straight ahead, turn on the spot, radius of a circle, odometry\n"
+        "error per metre on that circle, and distance sideways.\n\n"
         "| preset | straight | on the spot | circle | odometry | sideways |\n|---|---|---|---|---|---|\n"
     )
     text += "".join(accuracy(name) for name in preset_names())
