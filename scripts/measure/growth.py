@@ -64,7 +64,7 @@ class GrowthPlot:
 
 
 def pictures_of(make: Callable[[], World], places: Callable[[], Sequence[Pose]], *, worth: int) -> Prepare:
-    """Measure pictures a second of a world from places; `worth` says from how many geoms on walls are asked to hide."""
+    """Measure pictures per second of a world from places; `worth`: number of geoms from which occlusion is tested."""
 
     @contextmanager
     def prepare() -> Iterator[Once]:
@@ -165,12 +165,12 @@ PLOTS = (
         "walls",
         "Pictures in an office",
         "wall segments",
-        "pictures a second",
+        "pictures per second",
         SEGMENTS,
         (
-            GrowthCurve("as it is drawn", in_office(ASKED)),
-            GrowthCurve("what walls hide drawn too", in_office(NEVER)),
-            GrowthCurve("wall by wall, nothing left out", lambda n: office_geom_by_geom(n), 1000),
+            GrowthCurve("normal rendering", in_office(ASKED)),
+            GrowthCurve("without skipping what walls occlude", in_office(NEVER)),
+            GrowthCurve("wall by wall, without culling", lambda n: office_geom_by_geom(n), 1000),
             GrowthCurve("floor: one textured quad", lambda n: picture_floor(WIDTH, HEIGHT)),
         ),
     ),
@@ -178,12 +178,13 @@ PLOTS = (
         "beacons",
         "Pictures among beacons",
         "beacons",
-        "pictures a second",
+        "pictures per second",
         BEACONS,
         (
-            GrowthCurve("in an office, five a room", in_furnished_office),
+            GrowthCurve("in an office, five per room", in_furnished_office),
             GrowthCurve(
-                "in one hall, before the camera", lambda n: pictures_of(lambda: one_hall(n), hall_places, worth=ASKED)
+                "in one hall, in front of the camera",
+                lambda n: pictures_of(lambda: one_hall(n), hall_places, worth=ASKED),
             ),
             GrowthCurve("floor: one textured quad", lambda n: picture_floor(WIDTH, HEIGHT)),
         ),
@@ -192,7 +193,7 @@ PLOTS = (
         "robots",
         "A tick with several robots",
         "robots",
-        "ms a tick",
+        "ms per tick",
         ROBOTS,
         (
             GrowthCurve("with a lidar each", ticks_of(LIDAR)),
