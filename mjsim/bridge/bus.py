@@ -4,25 +4,22 @@ import ipaddress
 import os
 import socket
 import stat
-import threading
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from mjsim.bridge.idl import sample_type
+from mjsim.bridge.listener import Listener
 from mjsim.closing import Closes
 from mjsim.errors import UsageError, did_you_mean, how_to_install
-from mjsim.progress import say
-from mjsim.ros import Outgoing, Qos, RosTopic, bytes_of, message_of
+from mjsim.ros import Outgoing, RosTopic, bytes_of, type_hash
 
 LOOPBACK, LOOPBACK_DEVICE = "127.0.0.1", "lo"
 MOST_DOMAINS = 232
 """Ports for higher ones end beyond 65535."""
 FIRST_PORT, PORTS = 7400, 250
 """Of domain 0, and of each domain; those of RTPS."""
-LOOK = 0.2
-"""How often the thread that receives looks whether it is to end [s]."""
 
 
 def domain_id() -> int:
@@ -52,7 +49,7 @@ class Bus(Closes):
         """
         place = _place(interface)
         try:
-            from cyclonedds.core import DDSException, WaitSet
+            from cyclonedds.core import DDSException
             from cyclonedds.domain import Domain, DomainParticipant
         except ModuleNotFoundError:
             raise UsageError(
@@ -71,10 +68,9 @@ class Bus(Closes):
             _keep_to_loopback(domain)
         self._writers: dict[RosTopic, Any] = {}
         self._sample_types: dict[RosTopic, Any] = {}
-        self._taken: list[tuple[Any, str, Callable[[Any], None]]] = []
-        self._waiting: Any = WaitSet(self._participant)
-        self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._receive, name="mjsim-bridge", daemon=True)
+        # A service may wait for what it has begun; commands do not wait for it.
+        self._topics = Listener(self._participant, name="mjsim-bridge")
+        self._services = Listener(self._participant, name="mjsim-services")
 
     def send(self, each: Outgoing, *, space: str = "rt") -> None:
         """Send a message; its topic is announced with the first.
@@ -94,29 +90,29 @@ class Bus(Closes):
 
         self._sample_types[topic] = sample_type(topic.type)
         found = self._topic(topic.name, topic.type, space)
-        self._writers[topic] = DataWriter(self._participant, found, qos=_profile(topic.qos))
+        self._writers[topic] = DataWriter(self._participant, found, qos=_profile(topic))
 
     def receive(self, topic: RosTopic, take: Callable[[Any], None], *, space: str = "rt") -> None:
-        """Have a function called with each message of a topic, in the bus's thread; before `start`."""
-        from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
+        """Have a function called with each message of a topic, in a thread of the bus; before `start`.
+
+        Requests and responses of services have a thread of their own.
+        """
         from cyclonedds.sub import DataReader
 
-        reader = DataReader(self._participant, self._topic(topic.name, topic.type, space), qos=_profile(topic.qos))
-        condition = ReadCondition(reader, SampleState.NotRead | ViewState.Any | InstanceState.Alive)
-        self._waiting.attach(condition)
-        self._taken.append((reader, topic.type, take))
+        reader = DataReader(self._participant, self._topic(topic.name, topic.type, space), qos=_profile(topic))
+        (self._topics if space == "rt" else self._services).add(reader, topic.type, take)
 
     def start(self) -> None:
         """Begin to receive."""
-        self._thread.start()
+        self._topics.start()
+        self._services.start()
 
     def close(self) -> None:
         """Leave; a second call does nothing."""
-        self._closing.set()
-        if self._thread.is_alive() and threading.current_thread() is not self._thread:
-            self._thread.join()
+        self._topics.close()
+        self._services.close()
         # Entities of DDS are deleted with their objects; the domain comes last.
-        self._writers, self._taken, self._waiting = {}, [], None
+        self._writers = {}
         self._participant = None
         self._domain = None
 
@@ -124,24 +120,6 @@ class Bus(Closes):
         from cyclonedds.topic import Topic
 
         return Topic(self._participant, f"{space}{name}", sample_type(kind))
-
-    def _receive(self) -> None:
-        from cyclonedds.util import duration
-
-        while not self._closing.is_set():
-            self._waiting.wait(duration(seconds=LOOK))
-            for reader, kind, take in self._taken:
-                for sample in reader.take(N=100):
-                    if hasattr(sample, "cdr"):
-                        self._take(kind, take, sample.cdr)
-
-    @staticmethod
-    def _take(kind: str, take: Callable[[Any], None], cdr: bytes) -> None:
-        """Hand a message over; what is wrong with it is the sender's fault, and ends nothing."""
-        try:
-            take(message_of(cdr, kind))
-        except Exception as error:
-            say(f"a message of type {kind} was ignored: {error}")
 
 
 def _place(interface: str | None) -> str:
@@ -196,16 +174,21 @@ def _settings(place: str, *, local: bool) -> str:
     )
 
 
-def _profile(qos: Qos) -> Any:
-    """Return a quality of service as cyclonedds has it; messages are CDR of version 1, as those of ROS 2."""
+def _profile(topic: RosTopic) -> Any:
+    """Return the quality of service of a topic as cyclonedds has it; messages are CDR of version 1, as those of ROS 2.
+
+    The hash of the type goes along where ROS 2 looks for it: its nodes warn of endpoints without one.
+    """
     from cyclonedds.core import Policy
     from cyclonedds.core import Qos as DdsQos
     from cyclonedds.util import duration
 
+    qos = topic.qos
     reliable = Policy.Reliability.Reliable(duration(milliseconds=100))
     return DdsQos(
         reliable if qos.reliable else Policy.Reliability.BestEffort,
         Policy.Durability.TransientLocal if qos.transient_local else Policy.Durability.Volatile,
         Policy.History.KeepLast(qos.depth),
         Policy.DataRepresentation(use_cdrv0_representation=True),
+        Policy.Userdata(f"typehash={type_hash(topic.type)};".encode()),
     )

@@ -34,7 +34,7 @@ def offer(bus: Bus, service: str, kind: str, answer: Answer) -> None:
         bus: Where.
         service: Its name.
         kind: Its type, whose response says whether it was done, and a sentence.
-        answer: Called in the bus's thread.
+        answer: Called in the thread of services.
     """
     request_topic, response_topic = call_name(service, kind)
     bus.announce(response_topic, space="rr")

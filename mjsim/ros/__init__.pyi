@@ -21,4 +21,6 @@ from .topics import TF as TF
 from .topics import TF_STATIC as TF_STATIC
 from .topics import Outgoing as Outgoing
 from .topics import RosTopic as RosTopic
+from .type_hashes import service_hash as service_hash
+from .type_hashes import type_hash as type_hash
 from .world import RosWorld as RosWorld

@@ -100,11 +100,11 @@ class Gate:
                 # Until the first tick is there, modules are getting ready.
                 state: State = "loading" if number == 0 else "paused" if wait is None else "running"
                 changed, self.state = state != self.state, state
+                if changed:
+                    self.changed.notify_all()
                 if wait == 0.0:
                     self._owed = self._owed and number == 0
-                elif changed:
-                    self.changed.notify_all()
-                elif not self._asked:
+                elif not changed and not self._asked:
                     self.changed.wait(wait)
             if changed:
                 self._tell()

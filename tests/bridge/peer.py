@@ -174,6 +174,12 @@ def listen(domain: int) -> tuple[dict, dict]:
     heard.wait_for(
         "the first tick again", lambda: any(clock_of(each) == 0.0 for each in heard.messages["/clock"][count:])
     )
+    services.call("pause", False)
+    noticed["reset_running"] = services.call("reset", 0)
+    heard.wait_for("a robot at its start", lambda: clock_of(heard.messages["/clock"][-1]) < 2.0)
+    again = place_of(heard.messages["/scout/truth"][-1])
+    heard.wait_for("driving after a reset", lambda: driven(wheel, twist, 3.0))
+    noticed["driven_after_reset"] = place_of(heard.messages["/scout/truth"][-1])[0] - again[0]
     return told, noticed
 
 

@@ -106,6 +106,10 @@ class TestABridge:
         assert noticed["paused"].startswith("paused at ")
         assert noticed["stepped"].startswith("paused at ")
         assert noticed["reset"] == "paused at 0 s"
+        assert noticed["reset_running"].startswith("running at ")
+
+    def test_commands_move_the_robot_after_a_reset_too(self, noticed: dict):
+        assert noticed["driven_after_reset"] > 0.2  # at 0.3 m/s for more than a second
 
     def test_others_see_the_topics(self, noticed: dict):
         assert {*TOPICS, "/scout/cmd_vel", "/scout/proximity"} <= {*noticed["graph"]}

@@ -131,6 +131,16 @@ def test_a_restart_begins_at_the_start_with_the_same_noise_and_ends_where_it_end
     assert session.newest.truth != first.truth
 
 
+def test_who_waits_for_a_run_to_go_on_after_a_restart_is_told_at_once():
+    with mjsim.Session(WORLD, drivers=drivers(), seconds=1e6, speed=1.0) as session:
+        for _ in range(2):
+            began = time.perf_counter()
+            assert session.wait("running", timeout=PATIENCE) == "running"
+            # A tenth of the patience is long for a reset of this room, and short of what nobody tells.
+            assert time.perf_counter() - began < PATIENCE / 10
+            session.restart()
+
+
 def test_a_run_that_was_stopped_is_over_and_its_recording_whole(tmp_path):
     session = paused(record=tmp_path / "run.mcap")
     session.tick()

@@ -1,0 +1,85 @@
+"""What comes from a bus, handed over in a thread of its own."""
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from mjsim.progress import say
+from mjsim.ros import message_of
+
+LOOK = 0.2
+"""How often the thread looks whether it is to end [s]."""
+QUIET = 10.0
+"""Between two lines about messages of one type that were ignored, least [s]: a peer may send any number of them."""
+
+
+class Listener:
+    """Hands messages over as they come; what is wrong with one is the sender's fault, and ends nothing."""
+
+    def __init__(self, participant: Any, *, name: str) -> None:
+        """Begin without topics.
+
+        Args:
+            participant: Of the bus.
+            name: Of the thread.
+        """
+        from cyclonedds.core import WaitSet
+
+        self._taken: list[tuple[Any, str, Callable[[Any], None]]] = []
+        self._waiting: Any = WaitSet(participant)
+        self._ignored: dict[str, tuple[float, int]] = {}
+        """Type -> when something was said about it last [s], and how many were ignored since."""
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._receive, name=name, daemon=True)
+
+    def add(self, reader: Any, kind: str, take: Callable[[Any], None]) -> None:
+        """Have a function called with each message of a reader; before `start`.
+
+        Args:
+            reader: Of the bus.
+            kind: Type of its messages.
+            take: Called in the listener's thread.
+        """
+        from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
+
+        condition = ReadCondition(reader, SampleState.NotRead | ViewState.Any | InstanceState.Alive)
+        self._waiting.attach(condition)
+        self._taken.append((reader, kind, take))
+
+    def start(self) -> None:
+        """Begin to receive."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread and give the readers back; a second call does nothing."""
+        self._closing.set()
+        if self._thread.is_alive() and threading.current_thread() is not self._thread:
+            self._thread.join()
+        self._taken, self._waiting = [], None
+
+    def _receive(self) -> None:
+        from cyclonedds.util import duration
+
+        while not self._closing.is_set():
+            self._waiting.wait(duration(seconds=LOOK))
+            for reader, kind, take in self._taken:
+                for sample in reader.take(N=100):
+                    if hasattr(sample, "cdr"):
+                        self._take(kind, take, sample.cdr)
+
+    def _take(self, kind: str, take: Callable[[Any], None], cdr: bytes) -> None:
+        try:
+            take(message_of(cdr, kind))
+        except Exception as error:
+            self._ignore(kind, error)
+
+    def _ignore(self, kind: str, error: Exception) -> None:
+        """Say that a message was ignored, unless something was said of its type just now."""
+        said, more = self._ignored.get(kind, (-QUIET, 0))
+        now = time.monotonic()
+        if now - said < QUIET:
+            self._ignored[kind] = said, more + 1
+            return
+        self._ignored[kind] = now, 0
+        say(f"a message of type {kind} was ignored{f', and {more} before it' if more else ''}: {error}")
