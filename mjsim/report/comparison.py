@@ -251,9 +251,9 @@ def _consistency(group: Group) -> str:
         return ""
     told = f"NEES {spread.mean:.2f} [{spread.low:.2f}, {spread.high:.2f}], {STATES} expected"
     if spread.low > STATES:
-        return f"{group.label} is surer of itself than it may be: {told}"
+        return f"{group.label} is overconfident: {told}"
     if spread.high < STATES:
-        return f"{group.label} is less sure of itself than it could be: {told}"
+        return f"{group.label} is conservative: {told}"
     return f"{group.label} may well be consistent: {told}"
 
 
