@@ -117,8 +117,8 @@ def page() -> str:
     text += (
         "\nThe preset files give the source of each value.\n\n## Driving accuracy\n\n"
         "Deviation from the ideal motion, measured on a level floor with friction 1 and without noise\n"
-        "(`python scripts/make/robot_page.py`): distance straight ahead, turn on the spot, radius of a circle, odometry\n"
-        "error per metre on that circle, and distance sideways.\n\n"
+        "(`python scripts/make/robot_page.py`): distance straight ahead, turn on the spot, radius of a circle,\n"
+        "odometry error per metre on that circle, and distance sideways.\n\n"
         "| preset | straight | on the spot | circle | odometry | sideways |\n|---|---|---|---|---|---|\n"
     )
     text += "".join(accuracy(name) for name in preset_names())

@@ -17,9 +17,9 @@ SCHEMA = ROOT / "worlds" / "mjsim.schema.json"
 HEAD = """# The world file
 
 YAML 1.2. Metres, seconds and kilograms; an angle is in degrees and its key ends in `_deg`. x points east, y north,
-headings turn counter-clockwise from x. `mjsim check WORLD` names every mistake with its line and column,
-`mjsim schema` prints the same as JSON Schema for completion in editors. Keys without a default must be given.
-How files include others, have variables and repeat items stands in [the language page](world-language.md).
+headings turn counter-clockwise from x. `mjsim check WORLD` reports every error with line and column,
+`mjsim schema` prints the same as JSON Schema for completion in editors. Keys without a default are required.
+Includes, variables and repeats are described in [the language of world files](world-language.md).
 """
 
 

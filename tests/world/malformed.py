@@ -69,7 +69,7 @@ TEXTS = {
         "3:3: key 'tile' is written twice, first in line 2; keep one",
     ),
     "a key that is a number": ("3: x\n", "1:1: key 3 is not text; put it in quotes or write a name"),
-    "a missing key": ("robots:\n  - name: a\n", "2:5: key 'at' is missing; add it: where it starts, [x, y] [m]"),
+    "a missing key": ("robots:\n  - name: a\n", "2:5: key 'at' is missing; add it: initial position, [x, y] [m]"),
     # Values
     "a negative height": (
         "walls:\n- points: [[0, 0], [1, 0]]\n  height: -2.0\n",

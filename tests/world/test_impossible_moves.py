@@ -25,9 +25,12 @@ def told(path: str = "", events: str = "") -> list[str]:
 @pytest.mark.parametrize(
     ("points", "doubt"),
     [
-        ("[[2, 2.5], [6, 2.5]]", "obstacle 'cart' goes through wall 'middle' on its way to [6, 2.5]; lead it round"),
-        ("[[1, 1.5], [1, 2.7]]", "obstacle 'cart' goes through obstacle 'rack' on its way to [1, 2.7]; lead it round"),
-        ("[[2, 0.2]]", "obstacle 'cart' goes through wall 'hall' on its way to [2, 0.2]; lead it round"),
+        ("[[2, 2.5], [6, 2.5]]", "obstacle 'cart' goes through wall 'middle' on its way to [6, 2.5]; route it around"),
+        (
+            "[[1, 1.5], [1, 2.7]]",
+            "obstacle 'cart' goes through obstacle 'rack' on its way to [1, 2.7]; route it around",
+        ),
+        ("[[2, 0.2]]", "obstacle 'cart' goes through wall 'hall' on its way to [2, 0.2]; route it around"),
         (
             "[[3.5, 1.5], [6, 1.5], [6, 3]], closed: true",
             "obstacle 'cart' goes through wall 'middle' on its way to [2, 1.5]",

@@ -16,7 +16,7 @@ WRONG = {
     "a misspelt kind": ("{sinus: {amplitude: 1, frequency_hz: 1}}", "unknown key 'sinus'; did you mean 'sine'?"),
     "a misspelt key": ("{step: {to: 1, att: 2}}", "unknown key 'att'; did you mean 'at'?"),
     "a key missing": ("{ramp: {from: 1}}", "slope is missing; add slope, or slope_deg for an angle"),
-    "no frequency": ("{sine: {amplitude: 1}}", "key 'frequency_hz' is missing; add it: how often it repeats"),
+    "no frequency": ("{sine: {amplitude: 1}}", "key 'frequency_hz' is missing; add it: frequency [Hz]"),
     "an angle as a force": (
         "{sine: {amplitude_deg: 1, frequency_hz: 1}}",
         "this is no angle; write amplitude for ampl",

@@ -34,7 +34,7 @@ def _through_things(obstacle: Obstacle, number: int, solids: Solids, loose: Coll
             if found:
                 point = min(index, len(obstacle.path.points) - 1)
                 message = f"{called(obstacle, number)} goes through {found} on its way to {pair(stretch[1])}"
-                yield f"{message}; lead it round", ("obstacles", number, "path", "points", point)
+                yield f"{message}; route it around", ("obstacles", number, "path", "points", point)
                 return
 
 

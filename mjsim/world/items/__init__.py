@@ -1,4 +1,4 @@
-"""The models of the world file: walls, things, robots, sensors, drives, events, and the `World` of them."""
+"""The models of the world file: walls, objects, robots, sensors, drives, events, and `World`."""
 
 from mjsim.faces import face
 

@@ -1,4 +1,4 @@
-"""Arms as a world file describes them: a table of joints, where it is mounted, and what it holds."""
+"""Arms as described in a world file: table of joints, mounting and tool."""
 
 import math
 from collections.abc import Mapping
@@ -41,7 +41,7 @@ def _both_ways(value: Any) -> Any:
 
 
 class Friction(Model):
-    """Of a motor, on its own side of the gear."""
+    """Friction of a motor, on the motor side of the gear."""
 
     viscous: Figure = 0.0
     """[N m s/rad]"""
@@ -50,55 +50,55 @@ class Friction(Model):
         BeforeValidator(_both_ways),
         Field(strict=False, min_length=2, max_length=2),
     ] = (0.0, 0.0)
-    """Dry friction, one number or [plus, minus], the second not above 0, for moves to plus and to minus [N m]."""
+    """Dry friction, one number, or [plus, minus] by direction, the second not above 0 [N m]."""
 
 
 class DhRow(Model):
-    """One joint and the link that it moves; the joint's value is added to theta, or to d where it slides."""
+    """One joint and its link; the joint value is added to theta, or to d for a sliding joint."""
 
     theta_deg: Degrees = 0.0
-    """About z."""
+    """Rotation about z."""
     d: InUnit = 0.0
-    """Along z, in the unit of the table."""
+    """Translation along z, in the unit of the table."""
     a: InUnit = 0.0
-    """Along x, in the unit of the table."""
+    """Translation along x, in the unit of the table."""
     alpha_deg: Degrees = 0.0
-    """About x."""
+    """Rotation about x."""
     slide: bool = False
-    """Whether the joint slides; else it revolves."""
+    """Whether the joint slides; otherwise it is revolute."""
     range_deg: (
         Annotated[tuple[Degrees, ...], Field(strict=False, min_length=2, max_length=2), AfterValidator(_ascending)]
         | None
     ) = None
-    """[lower, upper] of a joint that revolves; without limits unless given."""
+    """Limits [lower, upper] of a revolute joint; default: unlimited."""
     range: (
         Annotated[tuple[InUnit, ...], Field(strict=False, min_length=2, max_length=2), AfterValidator(_ascending)]
         | None
     ) = None
-    """[lower, upper] of a joint that slides, in the unit of the table; without limits unless given."""
+    """Limits [lower, upper] of a sliding joint, in the unit of the table; default: unlimited."""
     velocity_deg: Above | None = None
-    """Largest speed of a joint that revolves [deg/s]."""
+    """Maximum speed of a revolute joint [deg/s]."""
     velocity: Above | None = None
-    """Largest speed of a joint that slides, in the unit of the table [1/s]."""
+    """Maximum speed of a sliding joint, in the unit of the table [1/s]."""
     torque: Above | None = None
-    """Largest of the motor at the joint, in N m, or in N where it slides; without limit unless given."""
+    """Maximum motor torque at the joint in N m, or force of a sliding joint in N; default: unlimited."""
     mass: Annotated[float, Field(ge=0, le=1e5)] | None = None
-    """That of a capsule of 1000 kg/m^3 unless given [kg]."""
+    """Mass; default: that of a capsule of 1000 kg/m^3 [kg]."""
     center: Annotated[tuple[InUnit, ...], Field(strict=False, min_length=3, max_length=3)] | None = None
-    """[x, y, z] of the centre of mass in the frame of the link, in the unit of the table."""
+    """Centre of mass [x, y, z] in the frame of the link, in the unit of the table."""
     inertia: (
         Annotated[tuple[Annotated[float, Field(ge=-1e6, le=1e6)], ...], Field(strict=False, min_length=6, max_length=6)]
         | None
     ) = None
     """[ixx, iyy, izz, ixy, iyz, ixz] about the centre of mass, along the axes of the link [kg m^2]."""
     radius: Annotated[float, Field(gt=0, le=1e6)] | None = None
-    """Of the capsule that is seen and touched, in the unit of the table; 4 % of the arm's length unless given."""
+    """Radius of the capsule, in the unit of the table; default: 4 % of the arm's length."""
     gear: Annotated[float, Field(ge=-1e6, le=1e6)] = 1.0
-    """Turns of the motor for one of the joint; negative where they go opposite ways."""
+    """Gear ratio: motor revolutions per joint revolution; negative for opposite directions."""
     rotor_inertia: Figure = 0.0
-    """Of the motor, on its own side of the gear [kg m^2]."""
+    """Inertia of the rotor, on the motor side of the gear [kg m^2]."""
     friction: Friction = Friction()
-    """Of the motor, on its own side of the gear."""
+    """Friction of the motor, on the motor side of the gear."""
 
     @model_validator(mode="after")
     def _is_a_link(self) -> Self:
@@ -124,11 +124,11 @@ class DhTable(Model):
     """A Denavit-Hartenberg table."""
 
     convention: Literal["standard", "modified"] = "standard"
-    """A row is Rz(theta) Tz(d) Tx(a) Rx(alpha); in the modified one, of Craig, Rx(alpha) Tx(a) Rz(theta) Tz(d)."""
+    """A row is Rz(theta) Tz(d) Tx(a) Rx(alpha); modified (Craig): Rx(alpha) Tx(a) Rz(theta) Tz(d)."""
     unit: Literal["m", "mm"] = "m"
-    """Of all lengths in the table."""
+    """Unit of all lengths in the table."""
     rows: Annotated[tuple[DhRow, ...], Field(strict=False, min_length=1, max_length=MOST_JOINTS)]
-    """One for each joint, from the base outwards."""
+    """One row per joint, from the base outwards."""
 
     @model_validator(mode="after")
     def _moves_something(self) -> Self:
@@ -149,12 +149,12 @@ class DhTable(Model):
 
 
 class Tool(Model):
-    """What is behind the flange: the frame that poses of the tool mean."""
+    """The tool on the flange; its frame is that of tool poses."""
 
     at: Point3 = (0.0, 0.0, 0.0)
-    """[x, y, z] in the frame of the flange [m]."""
+    """Position [x, y, z] in the frame of the flange [m]."""
     rpy_deg: RollPitchYaw = (0.0, 0.0, 0.0)
-    """[roll, pitch, yaw] about the axes of the flange, right-handed, in this order."""
+    """Rotation [roll, pitch, yaw] about the axes of the flange, right-handed, in this order."""
 
     def pose(self) -> Array:
         """Return flange_from_tool, shape (4, 4) [m]."""
@@ -164,30 +164,30 @@ class Tool(Model):
 
 
 class RobotArm(Model):
-    """An arm on a robot: links `ROBOT/ARM/link1`, joints `ROBOT/ARM/joint1`, sites `flange` and `tool` beside them."""
+    """An arm on a robot: links `ROBOT/ARM/link1`, joints `ROBOT/ARM/joint1`, and sites `flange` and `tool`."""
 
     name: Name = "arm"
-    """How commands, recordings and `on` of sensors call it."""
+    """Name in commands, recordings and `on` of sensors."""
     preset: Name | None = None
     """An arm of `assets/arms`; keys beside this one override it."""
     dh: DhTable | None = None
-    """Its joints and links; a preset brings them, or a model."""
+    """Its joints and links, unless a preset or a model gives them."""
     model: ModelPath | None = None
-    """A file of MJCF or URDF with its joints, links and looks, instead of `dh`; each joint gets a motor of torque, with
-    the limits that the file has. Fingers beyond the end of the chain are joints of the arm too, the last ones."""
+    """An MJCF or URDF file with joints, links and appearance, instead of `dh`; each joint gets a torque motor with the
+    limits of the file. Fingers beyond the end of the chain are the last joints of the arm."""
     end: Annotated[str, Field(min_length=1, max_length=200)] | None = None
-    """Body, site or joint of the model at the end of its chain, whose frame is that of the flange; found unless given
-    where there is one way only."""
+    """Body, site or joint of the model at the end of its chain, with the frame of the flange; needed only if
+    ambiguous."""
     at: Point3 = (0.0, 0.0, 0.0)
-    """[x, y, z] of its base in the robot's frame [m]."""
+    """Position [x, y, z] of its base in the robot frame [m]."""
     rpy_deg: RollPitchYaw = (0.0, 0.0, 0.0)
-    """[roll, pitch, yaw] of its base about the axes of the robot, right-handed, in this order."""
+    """Rotation [roll, pitch, yaw] of its base about the axes of the robot, right-handed, in this order."""
     tool: Tool = Tool()
-    """What is behind the flange."""
+    """The tool on the flange."""
     start_deg: Annotated[tuple[Metres, ...], Field(strict=False, max_length=MOST_JOINTS)] = ()
-    """Values of the joints at the start [deg, m]; 0, or the nearest within limits, unless given."""
+    """Initial joint values [deg, m]; default: 0, or the nearest value within limits."""
     color: Color = "#e8a33d"
-    """'#rrggbb'; of a model its own unless given."""
+    """'#rrggbb'; default for a model: its own."""
     _source: Source = PrivateAttr(default=BUILT)
 
     @model_validator(mode="before")
@@ -278,7 +278,7 @@ class RobotArm(Model):
 
 
 def over_arm(name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the keys of an arm with those of its preset below them; a key hides the preset's whole.
+    """Return the keys of an arm merged with those of its preset; a key replaces that of the preset as a whole.
 
     Raises:
         ValueError: There is no such preset.

@@ -1,4 +1,4 @@
-"""Bodies as a world file describes them: the shapes that bump, and how they look."""
+"""Bodies as described in a world file: collision shapes and appearance."""
 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
@@ -27,22 +27,22 @@ Caster = Annotated[tuple[Metres, ...], Field(strict=False, min_length=3, max_len
 
 
 class Part(Model):
-    """A box, a cylinder or a ball that is seen and does nothing else; it makes a robot look like what it is."""
+    """A box, a cylinder or a sphere, only for appearance."""
 
     box: Annotated[tuple[Length, ...], Field(strict=False, min_length=3, max_length=3)] | None = None
     """[length, width, height] [m]."""
     cylinder: Annotated[tuple[Length, ...], Field(strict=False, min_length=2, max_length=2)] | None = None
-    """[radius, height] [m], upright unless turned."""
+    """[radius, height] [m], vertical unless rotated."""
     sphere: Length | None = None
     """Its radius [m]."""
     at: Point3 = (0.0, 0.0, 0.0)
-    """[x, y, z] of its middle in the robot's frame [m]."""
+    """Centre [x, y, z] in the robot frame [m]."""
     yaw_deg: Degrees = 0.0
-    """To the left."""
+    """Yaw to the left."""
     pitch_deg: Degrees = 0.0
-    """Up, of its own x axis."""
+    """Pitch of its own x axis, positive up."""
     roll_deg: Degrees = 0.0
-    """About its own x axis; 90 lays a cylinder across."""
+    """Roll about its own x axis; with 90 a cylinder lies across."""
     color: Color = "#3a3c40"
     """'#rrggbb'."""
 
@@ -56,18 +56,18 @@ class Part(Model):
 
 
 class _Body(Model):
-    """What all bodies have."""
+    """Base class of bodies."""
 
     mass: Mass = 9.0
-    """Of the whole robot [kg]."""
+    """Mass of the whole robot [kg]."""
     color: Color = "#c8202a"
     """'#rrggbb'."""
     look: Annotated[tuple[Part, ...], Field(strict=False, max_length=200)] = ()
-    """Parts that are seen in place of the plain shape, which bumps as before."""
+    """Visible parts instead of the collision shape, which does not change."""
 
 
 class CylinderBody(_Body):
-    """The shape that bumps: an upright cylinder around the robot's origin."""
+    """Collision shape: a vertical cylinder around the robot's origin."""
 
     radius: Length = 0.22
     """[m]"""
@@ -81,15 +81,15 @@ class CylinderBody(_Body):
 
 
 class BoxBody(_Body):
-    """The shape that bumps: an upright box."""
+    """Collision shape: an upright box."""
 
     box: Annotated[tuple[Length, ...], Field(strict=False, min_length=3, max_length=3)]
-    """[length, width, height] [m]; the height is that of its top above the floor."""
+    """[length, width, height] [m]; the height is that of the top above the floor."""
     at: Point = (0.0, 0.0)
-    """[x, y] of its middle in the robot's frame [m]."""
+    """Centre [x, y] in the robot frame [m]."""
     center: Annotated[float, Field(gt=0, le=10)] | None = None
-    """Height of its middle above the axle of a balancing base, whose body this is alone: `box` is its own size, `mass`
-    its own without the wheels [m]."""
+    """Only for a balancing base, whose `box` and `mass` are then those of the body without the wheels: height of the
+    centre above the axle [m]."""
     _axle: float = PrivateAttr(default=0.0)
     _wheels: tuple[float, float] = PrivateAttr(default=(0.0, 0.0))
 
@@ -131,13 +131,13 @@ class BoxBody(_Body):
 
 
 class PolygonBody(_Body):
-    """The shape that bumps: an upright prism on any polygon without crossings."""
+    """Collision shape: an upright prism on any simple polygon."""
 
     polygon: Annotated[
         tuple[Annotated[tuple[Metres, ...], Field(strict=False, min_length=2, max_length=2)], ...],
         Field(strict=False, min_length=3, max_length=64),
     ]
-    """Corners [x, y] each, in the robot's frame [m]."""
+    """Corners, [x, y] each, in the robot frame [m]."""
     height: Length = 0.25
     """[m]"""
 
@@ -165,43 +165,43 @@ class ModelWheel(Model):
     """A wheel of a robot from a file."""
 
     joint: JointName
-    """The hinge in the file; two wheels on one axle have the same."""
+    """The hinge in the file; two wheels on one axle share it."""
     y: Metres | None = None
-    """Of its middle, robot frame [m]; that of its shapes unless given."""
+    """y of its centre, robot frame [m]; default: that of its shapes."""
     radius: Length
-    """At which it rolls [m]."""
+    """Rolling radius [m]."""
     width: Length
     """[m]"""
     follow: Annotated[tuple[JointName, ...], Field(strict=False, max_length=8)] = ()
-    """Hinges of wheels that a chain or a belt turns alike."""
+    """Hinges of wheels coupled to it by a chain or belt."""
 
 
 class ModelBody(_Body):
-    """A robot from a file of MJCF or URDF, with the joints that are its wheels; `mjsim new --robot-from` writes it.
+    """A robot from an MJCF or URDF file, with the joints of its wheels; written by `mjsim new --robot-from`.
 
-    With a drive of the user's own it is the body `base` of a file of MJCF, and each wheel is a hinge with a velocity
-    servo of the same name.
+    With a user-defined drive, it is the body `base` of an MJCF file, and each wheel is a hinge with a velocity servo of
+    the same name.
     """
 
     model: ModelPath
-    """The file; what it names lies beside it or below the world file."""
+    """The file; files that it names must be beside it or below the world file."""
     radius: Length = 0.3
-    """Of the circle around the robot [m]."""
+    """Radius of the circle around the robot [m]."""
     height: Length = 0.3
     """[m]"""
     # Others have a mass of their own where none is given.
     mass: Mass | None = None  # type: ignore[assignment]
-    """Of the whole robot [kg]; that of the file unless given."""
+    """Mass of the whole robot [kg]; default: that of the file."""
     origin: Point3 = (0.0, 0.0, 0.0)
-    """Where the robot's origin is in the frame of the file, on the floor [m]; not for a drive of the user's own."""
+    """Origin of the robot frame, on the floor, in the frame of the file [m]; not for user-defined drives."""
     forward_deg: Degrees = 0.0
-    """Where the robot looks in the frame of the file, counter-clockwise from x."""
+    """Forward direction in the frame of the file, counter-clockwise from x."""
     wheels: Annotated[Mapping[str, ModelWheel], Field(strict=False, max_length=8)] = {}
-    """Its wheels by the names that the drive gives them: left and right, or front_left, front_right, and so on."""
+    """Wheels by their names in the drive: left and right, or front_left, front_right, and so on."""
     steering: Annotated[Mapping[str, JointName], Field(strict=False, max_length=4)] = {}
-    """The hinges that steer, by the names that the drive gives them."""
+    """Steering hinges by their names in the drive."""
     casters: Annotated[tuple[Caster, ...], Field(strict=False, max_length=16)] = ()
-    """[x, y, radius] of what slides on the floor, robot frame [m]."""
+    """Casters that slide on the floor, [x, y, radius], robot frame [m]."""
     _source: Source = PrivateAttr(default=BUILT)
 
     @property
@@ -256,10 +256,10 @@ class ModelBody(_Body):
 
 
 class NoBody(_Body):
-    """A base without a shape, as a fixed one is unless it is given one: nothing bumps into it."""
+    """No body, the default of a fixed base: nothing collides with it."""
 
     shape: Literal["none"]
-    """Its kind; it need not be written."""
+    """Kind of body; may be omitted."""
 
     @property
     def radius(self) -> float:

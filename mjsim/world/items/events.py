@@ -1,4 +1,4 @@
-"""What happens to a world while it runs."""
+"""Events of a world during a run."""
 
 import math
 from collections.abc import Mapping
@@ -27,101 +27,101 @@ from mjsim.world.items.signals import Signal
 
 class _Event(Model):
     time: Annotated[float, Field(ge=0, le=1e6)]
-    """When, at the first tick not before it [s]."""
+    """Time; the event happens at the first tick not before it [s]."""
 
 
 class MoveEvent(_Event):
-    """A robot or an obstacle is lifted and put down elsewhere; a robot is not told."""
+    """Moves a robot or an obstacle elsewhere; the modules of a robot are not informed (kidnapping)."""
 
     move: Name
-    """The robot, or the movable obstacle."""
+    """The robot or movable obstacle."""
     to: Point
     """[x, y] [m]."""
     heading_deg: Degrees | None = None
-    """As it was unless given."""
+    """New heading; default: unchanged."""
 
 
 class OpenEvent(_Event):
-    """A door swings open."""
+    """Opens a door."""
 
     open: Name
-    """The opening whose door it is."""
+    """The opening with the door."""
     angle_deg: Annotated[float, Field(ge=-170, le=170)] = 90.0
-    """How far; positive to the left side of the wall."""
+    """Target angle; positive to the left side of the wall."""
 
 
 class CloseEvent(_Event):
-    """A door swings shut."""
+    """Closes a door."""
 
     close: Name
-    """The opening whose door it is."""
+    """The opening with the door."""
 
 
 class LightEvent(_Event):
-    """The general light changes."""
+    """Changes the ambient light."""
 
     light: Brightness
     """As the key `light` of the world."""
 
 
 class LampEvent(_Event):
-    """A lamp is switched or dimmed."""
+    """Switches or dims a lamp."""
 
     lamp: Name
-    """Which one."""
+    """Its name."""
     brightness: Brightness
     """0 is off."""
 
 
 class NoiseEvent(_Event):
-    """A sensor, a drive or its odometry errs otherwise from now on; modules are not told."""
+    """Changes the noise of a sensor, a drive or odometry from then on; modules are not informed."""
 
     noise: Annotated[str, Field(min_length=1, max_length=500)]
-    """Which figure, as `--set` names it, such as robots.scout.odometry.noise.turn."""
+    """Key of the parameter as in `--set`, such as robots.scout.odometry.noise.turn."""
     value: Annotated[float, Field(ge=-1e6, le=1e6)]
-    """The new one, in its unit."""
+    """New value, in its unit."""
 
 
 class RemoveEvent(_Event):
-    """A beacon or an obstacle is taken away."""
+    """Removes a beacon or an obstacle."""
 
     remove: Name
-    """Which one."""
+    """Its name."""
 
 
 class RestoreEvent(_Event):
-    """A beacon that was taken away is there again."""
+    """Restores a removed beacon."""
 
     restore: Name
-    """The beacon; one on what was taken away itself stays away."""
+    """The beacon; it stays away if its carrier was removed."""
 
 
 class ShoveEvent(_Event):
-    """A robot or a movable obstacle is pushed at its centre of mass."""
+    """Applies an impulse to the centre of mass of a robot or movable obstacle."""
 
     shove: Name
-    """Whom."""
+    """The robot or movable obstacle."""
     impulse: Annotated[
         tuple[Annotated[float, Field(ge=-1e5, le=1e5)], ...], Field(strict=False, min_length=3, max_length=3)
     ]
-    """[x, y, z] in the world, all of it together [N s]."""
+    """Total impulse [x, y, z], world frame [N s]."""
     seconds: Annotated[float, Field(gt=0, le=10)] = 0.1
-    """How long the push takes [s]."""
+    """Duration of the push [s]."""
 
 
 class PushEvent(_Event):
-    """A force that changes with time acts at the centre of mass of a robot or a movable obstacle."""
+    """Applies a time-varying force to the centre of mass of a robot or movable obstacle."""
 
     push: Name
-    """Whom."""
+    """The robot or movable obstacle."""
     signal: Signal
-    """The force, its time counted from the event [N]."""
+    """The force; its time starts at the event [N]."""
     along: Annotated[
         tuple[Annotated[float, Field(ge=-1, le=1)], ...], Field(strict=False, min_length=3, max_length=3)
     ] = (1.0, 0.0, 0.0)
-    """[x, y, z] in the world, the direction of a positive force; its length scales the force."""
+    """Direction of a positive force, [x, y, z], world frame; its length scales the force."""
     seconds: Annotated[float, Field(gt=0, le=1e6)] | None = None
-    """How long it acts; to the end of the run unless given [s]."""
+    """Duration; default: to the end of the run [s]."""
 
     @model_validator(mode="after")
     def _is_a_force(self) -> Self:
@@ -131,26 +131,26 @@ class PushEvent(_Event):
 
 
 class ReachEvent(_Event):
-    """An arm goes to joint values or a pose of its tool, at 1 rad/s or 1 m/s at most, and stays until released.
+    """Moves an arm to joint values or a tool pose, at up to 1 rad/s or 1 m/s, and holds it until released.
 
-    Of a person, a hand goes elsewhere, at 1 m/s at most, and stays there until released.
+    For a person, moves a hand, at up to 1 m/s, and holds it until released.
     """
 
     reach: Name
-    """The robot, or the person."""
+    """The robot or person."""
     arm: Name = "arm"
-    """Which of its arms."""
+    """Name of the arm."""
     joints_deg: Annotated[tuple[Metres, ...], Field(strict=False, min_length=1, max_length=32)] | None = None
     """Value of each joint [deg, m]."""
     tool: Point3 | None = None
-    """[x, y, z] of the tool in the robot's frame instead, found by inverse kinematics [m]."""
+    """Tool position [x, y, z] in the robot frame instead, by inverse kinematics [m]."""
     rpy_deg: RollPitchYaw | None = None
-    """[roll, pitch, yaw] of the tool about the axes of the robot, right-handed, in this order. Unless it is given,
-    and of an arm with fewer than six joints, only the place of the tool counts."""
+    """Tool orientation [roll, pitch, yaw] about the axes of the robot, right-handed, in this order. Without it, and for
+    arms with fewer than six joints, only the position of the tool counts."""
     hand: Literal["left", "right"] | None = None
-    """Of a person: which hand."""
+    """For a person: which hand."""
     to: Point3 | None = None
-    """[x, y, z] of its grip in the world, found by inverse kinematics; out of reach, it comes as near as it can [m]."""
+    """Position [x, y, z] of its grip, world frame, by inverse kinematics; as close as possible if out of reach [m]."""
     _short: float = PrivateAttr(default=0.0)
 
     @property
@@ -182,14 +182,14 @@ class ReachEvent(_Event):
 
 
 class ReleaseEvent(_Event):
-    """The navigator moves an arm again; a hand of a person goes back to where it was at the start."""
+    """Returns an arm to its navigator, or the hand of a person to its initial position."""
 
     release: Name
-    """The robot, or the person."""
+    """The robot or person."""
     arm: Name = "arm"
-    """Which of its arms."""
+    """Name of the arm."""
     hand: Literal["left", "right"] | None = None
-    """Of a person: which hand."""
+    """For a person: which hand."""
 
     @model_validator(mode="after")
     def _is_of_one(self) -> Self:
@@ -199,21 +199,21 @@ class ReleaseEvent(_Event):
 
 
 def _refuse_of_arms(event: ReachEvent | ReleaseEvent, *keys: str) -> None:
-    """Raise when an event of a hand has keys of an arm as well."""
+    """Raise if an event of a hand also has keys of an arm."""
     for key in keys:
         if getattr(event, key) != type(event).model_fields[key].default:
             raise fault(f"'{key}' is of a robot's arm, 'hand' of a person; leave out one of them", key)
 
 
 class LeadEvent(_Event):
-    """A joint of a mechanism that follows a motion goes to a value, at 1 rad/s or 1 m/s or so, and stays there."""
+    """Moves a joint of a mechanism driven by a motion to a value, at about 1 rad/s or 1 m/s, and holds it."""
 
     lead: Name
     """The mechanism."""
     joint: Annotated[str, Field(min_length=1, max_length=200)]
     """Joint of an `angle`, `position` or `velocity` actuator, or `JOINT.VALUE`."""
     to_deg: Annotated[float, Field(ge=-36000, le=36000)]
-    """Its value [deg], or [m] of one that slides."""
+    """Value [deg], or [m] for a translational joint."""
 
 
 EVENT_KINDS: dict[str, type[_Event]] = {
@@ -231,7 +231,7 @@ EVENT_KINDS: dict[str, type[_Event]] = {
     "release": ReleaseEvent,
     "lead": LeadEvent,
 }
-"""Events by the key that says what happens."""
+"""Event models by their key."""
 
 
 WorldEvent = Annotated[
@@ -280,7 +280,7 @@ def event_from(keys: Mapping[str, object]) -> WorldEvent:
 
 
 def said_of(event: WorldEvent) -> str:
-    """Return what an event does, in a sentence."""
+    """Return a description of an event."""
     match event:
         case MoveEvent():
             heading = "" if event.heading_deg is None else f", heading {event.heading_deg:g} deg"

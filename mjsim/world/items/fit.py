@@ -1,4 +1,4 @@
-"""What does not fit together in a world: names taken twice, things and robots that are not there, rates."""
+"""Inconsistencies of a world: duplicate names, missing objects and robots, invalid rates."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
@@ -14,15 +14,15 @@ from mjsim.world.items.sitting import sitting_misfits
 from mjsim.world.items.structure import Door
 
 NAMED = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms", "people", "plants")
-"""Lists of items that may carry a name."""
+"""Lists of items that may have a name."""
 FARTHEST = 170
-"""No door swings farther, whatever it says [deg]."""
+"""Upper bound of the angle of any door [deg]."""
 Misfit = tuple[str, tuple[str | int, ...]]
-"""A sentence, and where the value stands."""
+"""A message, and the path of the value."""
 
 
 def misfits(keys: Mapping[str, Any]) -> Iterator[Misfit]:
-    """Yield what does not fit together in the keys of a world, each a sentence and where the value stands.
+    """Yield inconsistencies in the keys of a world, each as a message and the path of the value.
 
     The values may be of any type: what is wrong on its own is for the models to say.
     """
@@ -50,7 +50,7 @@ def _names(items: Iterable[tuple[int, dict[str, Any]]]) -> set[str]:
 
 
 def _named_items(keys: Mapping[str, Any]) -> Iterator[tuple[str, tuple[str | int, ...], dict[str, Any]]]:
-    """Yield each item that may carry a name: how errors call it, its path and its keys."""
+    """Yield each item that may have a name: its name in errors, its path and its keys."""
     for kind in NAMED:
         for index, item in _items(keys, kind):
             yield f"{kind}[{index}]", (kind, index), item
@@ -71,7 +71,7 @@ def _names_taken(keys: Mapping[str, Any]) -> Iterator[Misfit]:
 
 
 def _sensors(robot: Mapping[str, Any]) -> Iterator[tuple[int, str, dict[str, Any]]]:
-    """Yield place, kind and keys of each sensor whose kind can be told."""
+    """Yield path, kind and keys of each sensor of a known kind."""
     for number, sensor in _items(robot, "sensors"):
         kind = next((kind for kind in SENSOR_KINDS if kind in sensor), None)
         if kind is not None:
@@ -133,7 +133,7 @@ def _rates_between_ticks(run: Mapping[str, Any], keys: Mapping[str, Any]) -> Ite
 
 
 def _controllers(run: Mapping[str, Any], keys: Mapping[str, Any]) -> Iterator[Misfit]:
-    """Yield controllers of what has no controller, and rates that are no whole number of physics steps."""
+    """Yield controllers of parts that cannot have one, and rates that are not a whole number of physics steps."""
     drivers, step = run.get("drivers"), run.get("step_ms", Run().step_ms)
     robots = {item["name"]: item for _, item in _items(keys, "robots") if isinstance(item.get("name"), str)}
     for name, modules in drivers.items() if isinstance(drivers, Mapping) else ():
@@ -151,7 +151,7 @@ def _controllers(run: Mapping[str, Any], keys: Mapping[str, Any]) -> Iterator[Mi
 
 
 def _controlled(robot: Mapping[str, Any]) -> list[str] | None:
-    """Return the parts of a robot that controllers drive; None when a preset that is not looked at may say."""
+    """Return the parts of a robot that controllers can drive; None if that depends on a preset."""
     drive = robot.get("drive")
     kind = drive.get("type") if isinstance(drive, Mapping) else None
     if kind is None and isinstance(robot.get("preset"), str):
@@ -215,7 +215,7 @@ def _limit(door: object) -> float | None:
 
 
 def _event_targets(keys: Mapping[str, Any]) -> dict[str, tuple[str, set[str]]]:
-    """Return by the key of an event what it may name: a word for it, and the names there are."""
+    """Return, by the key of an event, the objects that it may name: a word for them, and their names."""
     obstacles = list(_items(keys, "obstacles"))
     rolling = [(index, item) for index, item in _items(keys, "robots") if item.get("base") != "fixed"]
     movable = [(index, item) for index, item in obstacles if item.get("movable") is True]

@@ -1,4 +1,4 @@
-"""Lenses as a world file describes them, and how they distort light rays."""
+"""Lenses as described in a world file, and their distortion."""
 
 from typing import Annotated, Self
 
@@ -14,12 +14,12 @@ MOST_ITERATIONS, EXACT = 50, 1e-12
 
 
 class Lens(Model):
-    """How a lens bends what a pinhole would draw straight: one of both, the numbers in OpenCV's order."""
+    """Lens distortion: exactly one of the models, with parameters in OpenCV's order."""
 
     brown: Annotated[tuple[Coefficient, ...], Field(strict=False, min_length=4, max_length=5)] | None = None
-    """Brown's model: k1, k2, p1, p2 and k3 when there is one."""
+    """Brown's model: k1, k2, p1, p2 and optionally k3."""
     fisheye: Annotated[tuple[Coefficient, ...], Field(strict=False, min_length=4, max_length=4)] | None = None
-    """Kannala and Brandt's model: k1, k2, k3, k4; [0, 0, 0, 0] draws equal angles as equal lengths."""
+    """Kannala and Brandt's model: k1, k2, k3, k4; [0, 0, 0, 0] is equidistant."""
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Self:

@@ -1,4 +1,4 @@
-"""Lidars as a world file describes them: a level fan of beams, and many rings or a rosette of them in space."""
+"""Lidars as described in a world file: 2-D, and 3-D with rings or a rosette."""
 
 from itertools import pairwise
 from typing import Annotated, ClassVar, Self
@@ -18,7 +18,7 @@ class LidarNoise(Model):
 
 
 class Lidar(Bought):
-    """A level fan of laser beams, as a 2-D lidar has them; what it gives is one scan."""
+    """A 2-D lidar: a horizontal fan of beams; each reading is a scan."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"lidar": "scan"}]})
     kind: ClassVar[str] = "lidar"
@@ -26,35 +26,35 @@ class Lidar(Bought):
     lidar: Name
     """Its name."""
     at: Point3 = (0.0, 0.0, 0.3)
-    """[x, y, z] in the robot's frame [m]."""
+    """Position [x, y, z] in the robot frame [m]."""
     yaw_deg: Degrees = 0.0
-    """Where the middle of the fan points, to the left."""
+    """Direction of the middle of the fan, to the left."""
     pitch_deg: Pitch = 0.0
-    """Up."""
+    """Pitch, positive up."""
     beams: Annotated[int, Field(ge=2, le=10_000)] = 180
-    """How many, evenly spread from the right to the left."""
+    """Number of beams, evenly spaced from right to left."""
     fov_deg: Annotated[float, Field(gt=0, le=360)] = 180.0
-    """From the first beam to the last; all around with 360, the first beam behind."""
+    """Angle from the first beam to the last; with 360 all around, the first beam to the rear."""
     range: Bounds = (0.05, 10.0)
-    """[nearest, farthest] that is measured [m]."""
+    """[minimum, maximum] range [m]."""
     rate_hz: Rate = 12.5
-    """Scans a second; it divides the rate of the tick."""
+    """Scans per second; must divide the tick rate."""
     latency: Latency = 0
-    """How many ticks a scan comes late."""
+    """Delay of a scan, in ticks."""
     noise: LidarNoise = LidarNoise()
-    """How far a reading is off."""
+    """Noise of a reading."""
     missed: Chance = 0.0
-    """Probability that a beam gets no return although it meets something."""
+    """Probability that a beam gets no return although it hits something."""
     mixed_pixels: Chance = 0.0
-    """Probability that a beam whose spot lies on an edge reads some distance between the two surfaces."""
+    """Probability that a beam with its spot on an edge measures a range between the two surfaces."""
     spot_deg: Annotated[float, Field(gt=0, le=10)] = 0.5
-    """Angle across the spot of a beam; it matters with mixed_pixels."""
+    """Divergence: angle across the spot of a beam; used for mixed_pixels."""
     intensity: bool = False
-    """Whether the strength of each return is given too."""
+    """Whether it also measures the intensity of each return."""
 
     @property
     def housing(self) -> Point3:
-        """Where its round housing is, [x, y, z] in the robot's frame [m]."""
+        """Position of its round housing, [x, y, z] in the robot frame [m]."""
         return self.at
 
 
@@ -65,21 +65,21 @@ Speed = Annotated[float, Field(ge=-100_000, le=100_000)]
 
 
 class Rosette(Model):
-    """A beam that two turning prisms bend: it draws petals in a cone, others at each turn."""
+    """A rosette scan by two rotating prisms: petals in a cone, different at each revolution."""
 
     fov_deg: Annotated[float, Field(gt=0, le=120)] = 38.4
-    """Across the cone."""
+    """Full angle of the cone."""
     points: Annotated[int, Field(ge=2, le=MOST_RAYS)] = 8_000
-    """Beams in one reading, evenly spread in time."""
+    """Beams per reading, evenly spaced in time."""
     rpm: Annotated[tuple[Speed, ...], Field(strict=False, min_length=2, max_length=2)] = (7294.0, -4664.0)
-    """How fast the prisms turn, to the left [1/min]."""
+    """Speeds of the prisms, to the left [1/min]."""
 
 
 class Lidar3d(Bought):
-    """A lidar in space: a stack of beams that turns, or a rosette; what it gives is a cloud of points.
+    """A 3-D lidar: a rotating stack of beams, or a rosette; each reading is a point cloud.
 
-    It measures while it turns and the robot drives: each point has a time of its own, and lies in the frame of the
-    sensor as it was then.
+    It measures while it rotates and the robot moves: each point has its own time, and is in the sensor frame at that
+    time.
     """
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"lidar3d": "top", "rings": 16}]})
@@ -88,35 +88,35 @@ class Lidar3d(Bought):
     lidar3d: Name
     """Its name."""
     at: Point3 = (0.0, 0.0, 0.5)
-    """[x, y, z] in the robot's frame [m]."""
+    """Position [x, y, z] in the robot frame [m]."""
     yaw_deg: Degrees = 0.0
-    """Where the middle of a turn points, to the left; a turn begins on the right of that."""
+    """Direction of the middle of a revolution, to the left; a revolution starts on the right of it."""
     pitch_deg: Pitch = 0.0
-    """Up."""
+    """Pitch, positive up."""
     rings: Annotated[int, Field(ge=1, le=256)] = 16
-    """How many beams are stacked."""
+    """Number of rings."""
     elevation_deg: Annotated[tuple[Elevation, ...], Field(strict=False, min_length=1, max_length=256)] = (-15.0, 15.0)
-    """[lowest, highest] beam, the others evenly between; or the elevation of each, from the lowest up."""
+    """Elevation of the [lowest, highest] ring, with even spacing; or of each ring, from the lowest up."""
     columns: Annotated[int, Field(ge=2, le=36_000)] = 1440
-    """How often the stack fires in one turn."""
+    """Number of firings per revolution."""
     fov_deg: Annotated[float, Field(gt=0, le=360)] = 360.0
-    """From the first column to the last; all around with 360."""
+    """Angle from the first column to the last; 360 for all around."""
     rosette: Rosette | None = None
-    """Beams in a rosette instead of rings and columns."""
+    """A rosette pattern instead of rings and columns."""
     range: Bounds = (0.3, 100.0)
-    """[nearest, farthest] that is measured [m]."""
+    """[minimum, maximum] range [m]."""
     rate_hz: Rate = 12.5
-    """Turns a second; it divides the rate of the tick."""
+    """Revolutions per second; must divide the tick rate."""
     latency: Latency = 0
-    """How many ticks a cloud comes late."""
+    """Delay of a cloud, in ticks."""
     noise: LidarNoise = LidarNoise()
-    """How far a range is off."""
+    """Noise of a range."""
     missed: Chance = 0.0
-    """Probability that a beam gets no return although it meets something."""
+    """Probability that a beam gets no return although it hits something."""
 
     @property
     def housing(self) -> Point3:
-        """Where its round housing is, [x, y, z] in the robot's frame [m]."""
+        """Position of its round housing, [x, y, z] in the robot frame [m]."""
         return self.at
 
     @property

@@ -7,24 +7,24 @@ from pydantic import Field
 from mjsim.world.ground import Color, Length, Model, Name, Point
 
 Brightness = Annotated[float, Field(ge=0, le=10)]
-"""As a multiple of what shows colours as they are written."""
+"""Brightness relative to that which shows colours as written."""
 
 
 class Lamp(Model):
-    """A lamp that shines to all sides."""
+    """A lamp that shines in all directions."""
 
     at: Point
     """[x, y] [m]."""
     name: Name | None = None
-    """How events call it."""
+    """Name in events."""
     height: Length = 2.4
-    """Above the floor [m]."""
+    """Height above the floor [m]."""
     color: Color = "#fff4e0"
     """'#rrggbb'."""
     brightness: Brightness = 1.0
-    """Right below it at 2 m, as a multiple of what shows colours as they are written; 0 is off."""
+    """Brightness 2 m below it, relative to that which shows colours as written; 0 is off."""
     range: Length = 10.0
-    """How far it is of use [m]: a picture shows its light when what is nearer than this to it may be seen, and of
-    many such lamps that of the nearest."""
+    """Range [m]: a picture shows its light if surfaces within this range may be visible, and of many such lamps only
+    the nearest."""
     group: Name | None = None
-    """Of the things that the studio selects, moves and turns as one; a run does not know it."""
+    """Group that the studio selects, moves and rotates together; no effect on runs."""

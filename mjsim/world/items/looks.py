@@ -1,4 +1,4 @@
-"""What events make of the looks of a world: its light, and what is no longer there."""
+"""Appearance of a world after events: its light, and removed objects."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -31,7 +31,7 @@ class HandLed:
 
 @dataclass(frozen=True, slots=True)
 class Looks:
-    """How a world looks at an instant, but for where things stand."""
+    """Appearance of a world at an instant, without positions of objects."""
 
     light: float
     """General light."""
@@ -45,7 +45,7 @@ class Looks:
     """The instant, as far as hands are still on their way; they have arrived unless told [s]."""
 
     def after(self, event: WorldEvent, world: World) -> "Looks":
-        """Return how the world looks after an event."""
+        """Return the appearance after an event."""
         match event:
             case LightEvent():
                 return replace(self, light=event.light)
@@ -69,13 +69,13 @@ class Looks:
 
 
 def first_looks(world: World) -> Looks:
-    """Return how a world looks before any event."""
+    """Return the appearance of a world before any event."""
     brightness = (lamp.brightness for lamp in world.lamps)
     return Looks(world.light, dict(zip(item_names(world.lamps), brightness, strict=True)))
 
 
 def looks_after(world: World, events: Iterable[WorldEvent], *, time: float = math.inf) -> Looks:
-    """Return how a world looks after events, in their order.
+    """Return the appearance of a world after events, in their order.
 
     Args:
         world: As it was written.

@@ -1,4 +1,4 @@
-"""Files of MJCF and URDF that items of a world name."""
+"""MJCF and URDF files named by items of a world."""
 
 from collections.abc import Callable
 from functools import cached_property
@@ -14,12 +14,12 @@ if TYPE_CHECKING:  # and below where it is used: worlds without models start wit
 
 
 class FromFile(Model):
-    """What has its shape from a file of MuJoCo (MJCF) or ROS (URDF)."""
+    """An item with its shape from an MJCF (MuJoCo) or URDF (ROS) file."""
 
     model: ModelPath
-    """The file; meshes and pictures that it names lie beside it or below the world file."""
+    """The file; its meshes and pictures must be beside it or below the world file."""
     scale: Annotated[float, Field(gt=0, le=1e4)] = 1.0
-    """Metres to one unit of length of the file."""
+    """Metres per unit of length in the file."""
     _source: Source = PrivateAttr(default=BUILT)
 
     @model_validator(mode="after")
@@ -34,7 +34,7 @@ class FromFile(Model):
 
     @cached_property
     def shape(self) -> "ModelShape":
-        """What the file holds, in its own units and frame; ValueError when it cannot be read."""
+        """Contents of the file, in its own units and frame; raises ValueError if it cannot be read."""
         from mjsim.models import read_model
 
         return read_model(self.model, self._read)
@@ -44,7 +44,7 @@ class FromFile(Model):
 
 
 def shape_in(context: dict[str, Any], model: str, read: Callable[[str], bytes]) -> "ModelShape":
-    """Return what a file holds, read once for all items of a world, also when it is broken.
+    """Return the contents of a file, read once for all items of a world, even if it is broken.
 
     Args:
         context: Of the validation of the world; what was read is kept in it.

@@ -1,4 +1,4 @@
-"""How far drives, odometry and sensors err: the figures of a world that may change while it runs."""
+"""Noise of drives, odometry and sensors: the values of a world that may change during a run."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -17,27 +17,27 @@ NOISE: Mapping[str, tuple[str, ...]] = {
     "drive": ("noise",),
     "odometry": ("noise", "scale", "track_error", "wheel_errors"),
 }
-"""Keys of the noise of a drive and of its odometry; those of a sensor stand on its model."""
+"""Noise keys of a drive and of its odometry; those of a sensor are in its model."""
 _UNIT = re.compile(r"\[([^]]+)\]")
 
 
 @dataclass(frozen=True, slots=True)
 class NoiseFigure:
-    """One number that says how far something errs."""
+    """One noise parameter."""
 
     key: str
-    """As `--set` has it: 'robots.scout.odometry.noise.turn'."""
+    """Key as in `--set`: 'robots.scout.odometry.noise.turn'."""
     value: float
     unit: str | None
-    """None for a bare number."""
+    """Unit; None for a dimensionless number."""
     about: str
-    """What it means, in a sentence."""
+    """Meaning, in a sentence."""
     slider: Slider | None = None
-    """The useful part of its range; None where its unit is enough to choose one."""
+    """Useful range for a slider; None if it follows from the unit."""
 
 
 def noise_figures(world: World) -> Iterator[NoiseFigure]:
-    """Yield all figures that may change while a world runs."""
+    """Yield all parameters that may change during a run."""
     for number, robot in enumerate(world.robots):
         place = f"robots.{_step(robot.name, number)}"
         for part in ("drive", "odometry"):
@@ -48,7 +48,7 @@ def noise_figures(world: World) -> Iterator[NoiseFigure]:
 
 
 def require_same_but_noise(before: World, after: World) -> None:
-    """Check that worlds differ in nothing but noise.
+    """Check that worlds differ only in noise.
 
     Raises:
         UsageError: They do; names the first key.
@@ -59,7 +59,7 @@ def require_same_but_noise(before: World, after: World) -> None:
 
 
 def with_noise(world: World, key: str, value: object) -> World:
-    """Return the world with one figure of its noise changed.
+    """Return the world with one noise parameter changed.
 
     Args:
         world: Stays as it is.

@@ -1,4 +1,4 @@
-"""People: figures by body measures that stand in a world."""
+"""People: human figures defined by body measures."""
 
 import math
 from collections.abc import Mapping
@@ -24,64 +24,64 @@ WORN = {
     **dict.fromkeys(("pelvis", "thigh", "shank"), "trousers"),
     "foot": "shoes",
 }
-"""Segments -> the clothes that cover them; the others show the skin."""
+"""Clothes by segment; the other segments show the skin."""
 
 SITTING = {f"{side}_{joint}_flexion": math.pi / 2 for side in ("left", "right") for joint in ("hip", "knee")}
-"""Joints of one who sits, as plans show it [rad]."""
+"""Joints of a seated person in plans [rad]."""
 
 
 class PersonColors(Model):
-    """Colours of a person and of the clothes, which are seen and have no thickness."""
+    """Colours of a person and of the clothes, which have no thickness."""
 
     skin: Color = "#c99a7c"
     """'#rrggbb'."""
     hair: Color = "#3b2a20"
     """'#rrggbb'."""
     top: Color = "#4a6d8c"
-    """Of trunk and upper arms, '#rrggbb'."""
+    """Trunk and upper arms, '#rrggbb'."""
     trousers: Color = "#39404a"
-    """Of hips and legs, '#rrggbb'."""
+    """Hips and legs, '#rrggbb'."""
     shoes: Color = "#6b6259"
-    """Of the feet, '#rrggbb'; they add nothing to stature."""
+    """Feet, '#rrggbb'; shoes do not add to stature."""
 
 
 class Person(Model):
-    """A person with true body measures, by ANSUR II (US Army, 2012), who stands where the world says."""
+    """A standing or seated person with body measures from ANSUR II (US Army, 2012)."""
 
     name: Name
-    """In the scene, segments are `NAME/SEGMENT` and eyes are the cameras `NAME/left_eye` and `NAME/right_eye`."""
+    """Name; in the scene, segments are `NAME/SEGMENT` and eyes are the cameras `NAME/left_eye` and `NAME/right_eye`."""
     at: Point = (0.0, 0.0)
-    """Below the hips, [x, y] [m]; of one who stands upright, between the ankles. Who sits is where the seat is."""
+    """Position below the hips (when upright, between the ankles), [x, y] [m]; ignored for seated people."""
     elevation: Annotated[float, Field(ge=0, le=1e3)] | None = None
-    """Of what is below the feet above the floor [m]; unless given that of the ramp, of the steps, or of what is level,
-    fixed and no higher than 0.5 m there."""
+    """Height of the ground below the feet [m]; default: that of the ramp, steps or fixed level object (up to 0.5 m)
+    there."""
     heading_deg: Degrees = 0.0
-    """Where the person looks, counter-clockwise from x; who sits looks where the seat does."""
+    """Direction that the person faces, counter-clockwise from x; seated people face along the seat."""
     seat: Name | None = None
-    """The thing with a seat that the person sits on."""
+    """The object with the seat of the person."""
     hands: Hands = Hands()
-    """What the hands of one who sits hold."""
+    """Targets of the hands of a seated person."""
     feet: Feet = Feet()
-    """What the feet of one who sits are on; others stand on the floor."""
+    """Targets of the feet of a seated person."""
     gaze: TargetRef | None = None
-    """What one who sits looks at, `THING.TARGET`."""
+    """Target of the gaze of a seated person, `OBJECT.TARGET`."""
     sex: Literal["female", "male"]
-    """Whose measures the survey's are."""
+    """Sex, which selects the survey."""
     percentile: Percentile = 50.0
-    """Of stature, among women or men of the survey."""
+    """Percentile of stature, among women or men of the survey."""
     measures: Annotated[Mapping[str, float], Field(max_length=36)] = {}
-    """Measures of one's own instead of a percentile [m; weight in kg]; the others follow from them. Names stand in
+    """Individual measures instead of a percentile [m; weight in kg]; the others follow from them. For names see
     docs/people.md."""
     proportion: Percentile = 50.0
-    """Percentile of sitting height among people of the same stature; more is a longer trunk and shorter legs."""
+    """Percentile of sitting height among people of the same stature; higher means longer trunk and shorter legs."""
     corpulence: Percentile = 50.0
     """Percentile of weight among people of the same stature and sitting height."""
     joints_deg: Annotated[Mapping[str, float], Field(max_length=100)] = {}
-    """Joints that are not as in standing at ease; names and ranges stand in docs/people.md."""
+    """Joint angles that differ from the relaxed standing pose; for names and ranges see docs/people.md."""
     colors: PersonColors = PersonColors()
-    """Of skin, hair and clothes."""
+    """Colours of skin, hair and clothes."""
     group: Name | None = None
-    """Of the things that the studio selects, moves and turns as one; a run does not know it."""
+    """Group that the studio selects, moves and rotates together; no effect on runs."""
     _thing: "Obstacle | None" = PrivateAttr(default=None)
     _floors: "tuple[Obstacle, ...]" = PrivateAttr(default=())
 
@@ -214,7 +214,7 @@ class Person(Model):
 
 
 def _check_joint(figure: "Figure", name: str, degrees: float) -> None:
-    """Raise when a figure has no such joint, or one that does not turn so far."""
+    """Raise if a figure has no such joint, or the angle is out of range."""
     joint = figure.joints.get(name)
     if joint is None:
         # The path ends at the key itself.

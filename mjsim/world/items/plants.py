@@ -1,4 +1,4 @@
-"""Plants: what the control laboratory looks at, a part of the scene or a model in formulas."""
+"""Plants of the control laboratory: a part of the scene, or a model given by formulas."""
 
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Self
@@ -23,14 +23,14 @@ Names = Annotated[
 
 
 class TransferFunction(Model):
-    """A ratio of polynomials of s, the highest power first: [12] over [1, 1.09] is 12 / (s + 1.09); it may be late."""
+    """A ratio of polynomials in s, highest power first: [12] over [1, 1.09] is 12 / (s + 1.09); optional delay."""
 
     num: Coefficients
     """Coefficients of the numerator."""
     den: Coefficients
     """Coefficients of the denominator."""
     delay: Annotated[float, Field(ge=0, le=1e6)] = 0.0
-    """How much later the output comes; the laboratory takes a Pade approximation of fifth order [s]."""
+    """Delay of the output, with a fifth-order Pade approximation [s]."""
 
     @model_validator(mode="after")
     def _is_proper(self) -> Self:
@@ -49,11 +49,11 @@ class StateSpace(Model):
     a: Matrix
     """A, row by row."""
     b: Matrix
-    """B, a row for each state; a column for each input."""
+    """B, one row per state and one column per input."""
     c: Matrix
-    """C, a row for each output."""
+    """C, one row per output."""
     d: Matrix | None = None
-    """D, a row for each output; zeros unless given."""
+    """D, one row per output; default: zeros."""
 
     @model_validator(mode="after")
     def _shapes_fit(self) -> Self:
@@ -82,32 +82,32 @@ def _numbered(name: str, count: int) -> list[str]:
 
 
 class Plant(Model):
-    """What `mjsim lab` makes linear and looks at: a part of the scene, `tf` or `ss`."""
+    """A plant that `mjsim lab` linearises and analyses: a part of the scene, `tf` or `ss`."""
 
     name: Name
-    """How the command calls it."""
+    """Name in the command."""
     of: Annotated[str, Field(pattern=PART_OF_PLANT, max_length=130)] | None = None
     """A robot, ROBOT/ARM, or a mechanism."""
     input: Name | None = None
-    """What moves it: of a robot `forward`, `turn` or a wheel; of an arm or a mechanism a joint (its torque or force),
-    `JOINT.angle`, `JOINT.position`, `JOINT.velocity`, an actuator by its name, or the body that an actuator acts on; of
-    `ss` with several inputs `u1`, `u2`, ..."""
+    """Input: for a robot `forward`, `turn` or a wheel; for an arm or a mechanism a joint (its torque or force),
+    `JOINT.angle`, `JOINT.position`, `JOINT.velocity`, an actuator by its name, or the body that an actuator acts on;
+    for `ss` with several inputs `u1`, `u2`, ..."""
     outputs: Names | None = None
-    """What is measured, one or a list: values of joints, of robots `way`, `lean`, `heading`; `.rate` behind one gives
-    its rate, such as `way.rate`; of `ss` `y1`, `y2`, ..., all unless given. Controllers feed back the first."""
+    """Outputs, one or a list: joint values; for robots `way`, `lean`, `heading`; with `.rate` their derivatives, such
+    as `way.rate`; for `ss` `y1`, `y2`, ..., all by default. Controllers feed back the first."""
     around: Annotated[Mapping[str, Figure], Field(strict=False)] = {}
-    """The working point: values of joints by their name [m], or their name with `_deg`; others are as at the start."""
+    """Operating point: joint values by name [m], or by name with `_deg`; others have their start values."""
     tf: TransferFunction | None = None
-    """A transfer function, in place of a part of the scene."""
+    """A transfer function, instead of a part of the scene."""
     ss: StateSpace | None = None
-    """A state space, in place of a part of the scene."""
+    """A state-space model, instead of a part of the scene."""
     amplitude: Annotated[float, Field(gt=0, le=1e9)] = 1.0
-    """Height of the step for which the nonlinear plant is simulated beside the linear one: of the input, and of the
-    set-point of a closed loop."""
+    """Size of the step for which linear and nonlinear plant are compared: of the input, or of the set-point of a closed
+    loop."""
     seconds: Annotated[float, Field(gt=0, le=1e4)] | None = None
-    """How long responses are shown; as its poles need unless given [s]."""
+    """Duration of the responses; default: chosen from the poles [s]."""
     signal: Signal | None = None
-    """The input for which it is simulated and identified; a chirp over its frequencies unless given."""
+    """Input for simulation and identification; default: a chirp over its frequencies."""
 
     @model_validator(mode="after")
     def _is_one_thing(self) -> Self:

@@ -1,4 +1,4 @@
-"""Robots that come with mjsim, and a user's own keys over theirs."""
+"""Robot presets, overridden by the user's keys."""
 
 import posixpath
 from collections.abc import Mapping
@@ -11,13 +11,13 @@ from mjsim.world.items.shipped import shipped_keys, shipped_names
 from mjsim.world.yaml import read_text
 
 _OTHER_SHAPES = ("box", "polygon", "model")
-"""Keys that tell that a body is no cylinder."""
+"""Keys of bodies other than a cylinder."""
 OF_ONE = ("name", "at", "heading_deg")
-"""Keys of a robot that its preset does not give."""
+"""Keys of a robot that a preset does not contain."""
 
 
 def over_preset(name: str, keys: Mapping[str, Any], source: Source) -> dict[str, Any]:
-    """Return the keys of a robot with those of its preset below them.
+    """Return the keys of a robot merged with those of its preset.
 
     Args:
         name: Of a robot that comes with mjsim, or the path of a file from the folder of the world.
@@ -44,7 +44,7 @@ def over_preset(name: str, keys: Mapping[str, Any], source: Source) -> dict[str,
 
 
 def _check_drive(name: str, below: Mapping[str, Any], above: Any) -> None:
-    """Raise ValueError when a user's keys describe another kind of drive than the preset has."""
+    """Raise ValueError if the user's keys describe another kind of drive than the preset."""
     if not isinstance(above, Mapping):
         return
     kind, wanted = below.get("type", "differential"), above.get("type")
@@ -55,12 +55,12 @@ def _check_drive(name: str, below: Mapping[str, Any], above: Any) -> None:
 
 
 def is_preset_file(name: str) -> bool:
-    """Return whether a preset is the file of a robot, not one that comes with mjsim."""
+    """Return whether a preset is a file, not the name of a shipped preset."""
     return name.endswith((".yaml", ".yml"))
 
 
 def _from_file(name: str, source: Source) -> dict[str, Any]:
-    """Return the keys of the robot in a file: a world of one robot, or its keys alone."""
+    """Return the keys of the robot in a file: a world with one robot, or only its keys."""
     try:
         text = read_asset(name, source).decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -88,7 +88,7 @@ def preset_names() -> tuple[str, ...]:
 
 
 def _merged(below: Any, above: Any) -> Any:
-    """Return mappings merged key by key; any other value above hides the one below."""
+    """Return mappings merged key by key; any other value overrides the lower one."""
     if not (isinstance(below, Mapping) and isinstance(above, Mapping)):
         return above
     return {**below, **{key: _merged(below.get(key), value) for key, value in above.items()}}

@@ -1,4 +1,4 @@
-"""The radio between robots as a world file describes it."""
+"""The radio between robots, as described in a world file."""
 
 from typing import Annotated
 
@@ -8,11 +8,11 @@ from mjsim.world.ground import Length, Model
 
 
 class Radio(Model):
-    """How messages go from robot to robot; walls do not hold them up."""
+    """Radio communication between robots; walls do not attenuate it."""
 
     range: Length | None = None
-    """Farthest distance from sender to receiver, when it is sent [m]; anywhere without."""
+    """Maximum distance from sender to receiver at the time of sending [m]; default: unlimited."""
     loss: Annotated[float, Field(ge=0, le=1)] = 0.0
-    """Probability that a message does not reach a receiver; each receiver has its own luck."""
+    """Probability that a message is lost, drawn independently for each receiver."""
     delay: Annotated[int, Field(ge=0, le=1000)] = 0
-    """How many ticks a message takes beside the one that every message takes."""
+    """Additional delay of a message, in ticks; every message takes one tick."""

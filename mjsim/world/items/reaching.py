@@ -1,4 +1,4 @@
-"""Events that move arms: the joint values that they ask for."""
+"""Events that move arms: the requested joint values."""
 
 import math
 from collections.abc import Sequence
@@ -11,15 +11,15 @@ from mjsim.world.items.arms import RobotArm
 from mjsim.world.items.events import ReachEvent
 
 MISS = 1e-3
-"""A tool that cannot come nearer to a pose does not reach it [m, rad]."""
+"""A pose counts as reached below this error [m, rad]."""
 WHOLE, PLACE = (1.0,) * 6, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
-"""What of a pose is asked for: an arm with fewer than six joints turns its tool as it can."""
+"""Components of a pose that count: for an arm with fewer than six joints, only the position."""
 ROUNDED = 1e-5
-"""Joint values may be this far beyond their limits: a world file rounds them [rad, m]."""
+"""Joint values may exceed their limits by this much, because a world file rounds them [rad, m]."""
 
 
 def reached_joints(item: RobotArm, event: ReachEvent, start: ArrayLike) -> tuple[Array, str | None]:
-    """Return the values that an event asks joints for, and what is wrong with them; None where nothing is.
+    """Return the joint values requested by an event, and what is wrong with them, or None.
 
     Args:
         item: The arm.

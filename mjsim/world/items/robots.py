@@ -1,4 +1,4 @@
-"""Robots as a world file describes them: body, drive, odometry and sensors."""
+"""Robots as described in a world file: body, drive, odometry and sensors."""
 
 from typing import Annotated, Any, Literal, Self
 
@@ -28,36 +28,36 @@ class Robot(Model):
     """A wheeled robot."""
 
     name: Name
-    """How drivers, recordings and plans call it."""
+    """Name in drivers, recordings and plans."""
     at: Point
-    """Where it starts, [x, y] [m]."""
+    """Initial position, [x, y] [m]."""
     heading_deg: Degrees = 0.0
-    """Where it looks at the start, counter-clockwise from x."""
+    """Initial heading, counter-clockwise from x."""
     lean_deg: Annotated[float, Field(ge=-60, le=60)] = 0.0
-    """How far a balancing base leans forward at the start; it is let go then."""
+    """Initial pitch of a balancing base, forward positive; it is then released."""
     preset: Preset | None = None
-    """A robot of `assets/robots`, or the file of one that `mjsim new --robot-from` wrote; keys beside this one
-    override it."""
+    """A robot of `assets/robots`, or a preset file written by `mjsim new --robot-from`; keys beside this one override
+    it."""
     base: Literal["fixed"] | None = None
-    """Fixed: it stands where it is, without a drive, and has no body unless one is given."""
+    """fixed: the base does not move; it has no drive, and no body unless one is given."""
     drive: Drive = DifferentialDrive()
-    """How it moves."""
+    """The drive."""
     body: Body = CylinderBody()
-    """The shape that bumps."""
+    """The body: shape for collisions, mass and appearance."""
     odometry: WheelOdometry = WheelOdometry()
-    """What the wheels tell."""
+    """Wheel odometry."""
     sensors: Annotated[tuple[Sensor, ...], Field(strict=False)] = ()
-    """What else it senses with."""
+    """Sensors."""
     arms: Annotated[tuple[RobotArm, ...], Field(strict=False, max_length=8)] = ()
-    """Arms on its base."""
+    """Arms on the robot."""
     proximity_range: Length = 2.0
-    """How far the ring of 16 proximity rays sees [m]."""
+    """Range of the ring of 16 proximity rays [m]."""
     group: Name | None = None
-    """Of the things that the studio selects, moves and turns as one; a run does not know it."""
+    """Group that the studio selects, moves and rotates together; no effect on runs."""
 
     @property
     def own_imu(self) -> Imu | None:
-        """The inertial sensor that its controller alone has; None where `sensors` has one, or none is needed."""
+        """The inertial sensor available only to its controller; None if `sensors` has one, or none is needed."""
         return None if any(isinstance(sensor, Imu) for sensor in self.sensors) else self.drive.own_imu
 
     @model_validator(mode="after")
@@ -132,7 +132,7 @@ class Robot(Model):
 
 
 def _standing(keys: dict[str, Any]) -> dict[str, Any]:
-    """Return the keys of a robot whose base is fixed, with what stands in place of drive and body."""
+    """Return the keys of a robot with a fixed base, with placeholders for drive and body."""
     drive = keys.get("drive", _NO_DRIVE)
     if drive != _NO_DRIVE and not (isinstance(drive, dict) and drive.get("type") == "fixed"):
         raise fault("a fixed base has no drive; leave out the drive, or 'base: fixed'", "drive")
@@ -144,14 +144,14 @@ BALANCING_BODY = "a balancing base has body: {box: [length, width, height], mass
 
 
 def _own_misfit(body: ModelBody) -> str | None:
-    """Return why a body from a file does not suit a drive of the user's own; None if it does."""
+    """Return why a body from a file does not fit a user-defined drive, or None."""
     if body.ready or body.steering or body.casters:
         return "a drive of your own names its wheels itself; leave out wheels, steering and casters"
     return None
 
 
 def _model_misfit(body: ModelBody, drive: AnyDrive) -> str | None:
-    """Return why a body from a file does not suit a drive of ours; None if it does."""
+    """Return why a body from a file does not fit a built-in drive, or None."""
     if isinstance(drive, FixedDrive):
         return "a base that stands has a plain body; a model is for one that drives"
     if isinstance(drive, BalancingDrive):
@@ -172,7 +172,7 @@ def _model_misfit(body: ModelBody, drive: AnyDrive) -> str | None:
 
 
 def _check_balancing(robot: Robot, drive: BalancingDrive) -> None:
-    """Raise when a balancing base has a body that cannot balance, or nothing that feels how it leans."""
+    """Raise if a balancing base has a body that cannot balance, or no inertial sensor."""
     body = robot.body
     if not isinstance(body, BoxBody) or body.center is None:
         raise fault(BALANCING_BODY, "body")

@@ -1,4 +1,4 @@
-"""How `mjsim run` drives a world: time, seed, and the modules of each robot."""
+"""Settings of a run: duration, seed, and the modules of each robot."""
 
 import math
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from mjsim.world.items.events import WorldEvent
 
 
 class Use(Model):
-    """A module of the user's own; the keys beside `use` are its keyword arguments, or options."""
+    """A module; the other keys beside `use` are its keyword arguments, or options."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -24,12 +24,12 @@ class Use(Model):
 
 
 class Control(Use):
-    """A controller of a balancing base or an arm; the keys beside those named here are arguments of its class."""
+    """A controller of a balancing base or an arm; other keys are arguments of its class."""
 
     rate_hz: Rate = 250.0
-    """How often it is asked between ticks; a period is a whole number of physics steps."""
+    """Rate of calls between ticks; the period must be a whole number of physics steps."""
     latency: Annotated[int, Field(ge=0, le=1000)] = 0
-    """Physics steps from what it senses until its torques act."""
+    """Delay from sensing to actuation, in physics steps."""
 
 
 def _kind_of_avoidance(value: object) -> str:
@@ -37,39 +37,39 @@ def _kind_of_avoidance(value: object) -> str:
 
 
 class Modules(Model):
-    """The modules of one robot; without an estimator dead reckoning, without a navigator it stands still."""
+    """The modules of a robot; without an estimator it dead reckons, without a navigator it stands still."""
 
     observer: Use | None = None
     """Turns pictures and scans into sightings."""
     estimator: Use | None = None
-    """Estimates the pose, and a map if it likes."""
+    """Estimates the pose, and optionally a map."""
     navigator: Use | None = None
     """Decides where to go."""
     avoidance: Annotated[
         Annotated[bool, Tag("<bool>")] | Annotated[Use, Tag("<use>")], Discriminator(_kind_of_avoidance)
     ] = False
-    """Whether obstacles are avoided, or the user's own class that does."""
+    """Whether to avoid obstacles, or your own avoidance module."""
     controllers: Annotated[Mapping[Name, Control], Field(strict=False)] = {}
-    """What drives motors with torques between ticks, by part: `drive` of a balancing base, or the name of an arm."""
+    """Controllers that set motor torques between ticks, by part: `drive` of a balancing base, or an arm."""
     push: bool = False
-    """Whether it may press on against what it touches, to push a door open or a thing away; else a bump stops it."""
+    """Whether it may keep pushing against doors and movable objects; otherwise a bump stops it."""
 
 
 class View(Model):
-    """What the video and the live view show."""
+    """Contents of the video and the live view."""
 
     follow: Literal["truth", "estimate", "nothing"] = "truth"
-    """Whom the close-up follows."""
+    """What the close-up follows."""
     sightings: bool = True
-    """Lines to what is seen now."""
+    """Whether to show lines to sighted beacons."""
     scans: bool = True
-    """Where the beams of lidars meet something."""
+    """Whether to show the points of lidar scans."""
     ellipses: bool = True
-    """Regions that hold the truth with 95 % probability."""
+    """Whether to show 95 % confidence ellipses."""
     trails: bool = True
-    """Where the robot was, and where it thought it was."""
+    """Whether to show true and estimated paths."""
     quality: Literal["normal", "high"] = "normal"
-    """Of views from outside in videos: high adds shadows, reflections and multisampling."""
+    """Quality of views from outside in videos: high adds shadows, reflections and multisampling."""
 
 
 def whole_steps(rate_hz: float, step: float) -> bool:
@@ -79,7 +79,7 @@ def whole_steps(rate_hz: float, step: float) -> bool:
 
 
 def step_misfit(what: str, rate_hz: float, step: float) -> str | None:
-    """Return why a period at this rate is no whole number of physics steps [s], in a sentence; None when it is."""
+    """Return why a period at this rate is not a whole number of physics steps, as a message, or None."""
     if whole_steps(rate_hz, step):
         return None
     nearest = nearest_divisor(1.0 / step, rate_hz)
@@ -90,30 +90,30 @@ def step_misfit(what: str, rate_hz: float, step: float) -> str | None:
 
 
 def nearest_divisor(fast_hz: float, wanted_hz: float) -> float:
-    """Return the rate nearest to one that is wanted, of those that divide a faster rate [Hz]."""
+    """Return the rate nearest to a requested one that divides a faster rate [Hz]."""
     times = max(math.floor(fast_hz / wanted_hz), 1)
     return min((fast_hz / times, fast_hz / (times + 1)), key=lambda rate: abs(rate - wanted_hz))
 
 
 class Run(Model):
-    """One run of this world."""
+    """Settings of a run of this world."""
 
     seconds: Annotated[float, Field(gt=0, le=1e6)] = 60.0
-    """How long, simulated [s]."""
+    """Duration, in simulated time [s]."""
     rate_hz: Annotated[float, Field(gt=0, le=1000)] = 25.0
-    """Ticks of the loop a second; a tick is a whole number of physics steps."""
+    """Ticks per second; a tick is a whole number of physics steps."""
     step_ms: Literal[1, 2, 4] = 4
-    """Period of the physics [ms]: 1, 2 or 4; ticks and the readings of an IMU take a whole number of steps."""
+    """Physics time step [ms]; ticks and IMU readings take a whole number of steps."""
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
-    """Of all chance in the run."""
+    """Seed of all random numbers of the run."""
     map: Literal["unknown", "known"] = "unknown"
-    """Known: modules get the map and where the beacons hang."""
+    """known: modules get the map and the positions of the beacons."""
     view: View = View()
-    """What the video and the live view show."""
+    """Contents of the video and the live view."""
     drivers: Annotated[Mapping[Name, Modules], Field(strict=False)] = {}
-    """The modules of each robot, by its name."""
+    """Modules by the name of the robot."""
     events: Annotated[tuple[WorldEvent, ...], Field(strict=False, max_length=10_000)] = ()
-    """What happens when."""
+    """Events during the run."""
 
     @model_validator(mode="after")
     def _tick_is_whole(self) -> Self:

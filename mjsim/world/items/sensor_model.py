@@ -1,4 +1,4 @@
-"""What the models of all sensors share: their kind, where they may be mounted, and presets of known makes."""
+"""Base classes of sensor models: kind, mounting, and presets of real devices."""
 
 from typing import Annotated, Any, ClassVar
 
@@ -25,18 +25,18 @@ Pitch = Annotated[float, Field(ge=-89, le=89)]
 
 
 class SensorModel(Model):
-    """What the models of all sensors say of their kind."""
+    """Base class of sensor models."""
 
     kind: ClassVar[str]
-    """The key that names a sensor of this kind; modules are told it too."""
+    """The key of sensors of this kind, also given to modules."""
     noise_keys: ClassVar[tuple[str, ...]] = ("noise",)
-    """Keys of its noise, which may change while a world runs."""
+    """Keys of its noise, which may change during a run."""
     between_ticks: ClassVar[bool] = False
-    """Whether it reads at a rate of its own between ticks, so that readings come several at once."""
+    """Whether it measures between ticks, so that a tick gets several readings."""
 
     @property
     def housing(self) -> Point3 | None:
-        """Where its round housing is, [x, y, z] in the robot's frame [m]; None without one."""
+        """Position of its round housing, [x, y, z] in the robot frame [m]; None if it has none."""
         return None
 
     def misfit(self, robot: Any) -> str | None:
@@ -55,7 +55,7 @@ class OnArm(SensorModel):
     """A sensor that an arm may carry."""
 
     on: Annotated[str, Field(pattern=PART_PATTERN, max_length=129)] | None = None
-    """What of an arm carries it, ARM/link1 and so on or ARM/tool, in whose frame it is then; else the robot's body."""
+    """Part of an arm that carries it, ARM/link1 and so on or ARM/tool, which defines its frame; default: the body."""
 
     def misfit(self, robot: Any) -> str | None:
         """Return in a sentence why a robot cannot carry this sensor; None if it can."""
@@ -66,7 +66,7 @@ class OnArm(SensorModel):
 
 
 class Bought(OnArm):
-    """A sensor of which there are known makes."""
+    """A sensor with presets of real devices."""
 
     preset: Name | None = None
     """A sensor of `assets/sensors`; keys beside this one override it."""

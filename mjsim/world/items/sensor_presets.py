@@ -1,4 +1,4 @@
-"""Sensors that come with mjsim, and a user's own keys over theirs."""
+"""Sensor presets, overridden by the user's keys."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -8,7 +8,7 @@ from mjsim.world.items.shipped import shipped_keys, shipped_names
 
 
 def over_sensor(kind: str, name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the keys of a sensor with those of its preset below them; a key hides the preset's whole.
+    """Return the keys of a sensor merged with those of its preset; a key replaces that of the preset as a whole.
 
     Args:
         kind: 'lidar' or 'camera'.

@@ -1,4 +1,4 @@
-"""Sensors as a world file describes them: what a robot senses with besides its wheels."""
+"""Sensors as described in a world file, other than wheel odometry."""
 
 import math
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
@@ -27,16 +27,16 @@ from mjsim.world.items.sensor_model import Bought, Bounds, Chance, Latency, OnAr
 
 
 class Depth(Model):
-    """How a camera measures distances."""
+    """Depth measurement of a camera."""
 
     range: Bounds = (0.0, 100.0)
-    """[nearest, farthest] that is measured [m]."""
+    """[minimum, maximum] range [m]."""
     noise: Deviation = 0.0
-    """Standard deviation at 1 m [m]; it grows with the square of the distance, as that of stereo does."""
+    """Standard deviation at 1 m [m]; it grows with the square of the distance, as in stereo."""
 
 
 class Camera(Bought):
-    """A camera on the robot; it looks along the robot's x axis unless yaw and pitch say otherwise."""
+    """A camera on the robot; without yaw and pitch it looks along the robot's x axis."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"camera": "front", "at": [0.1, 0, 0.5]}]})
     kind: ClassVar[str] = "camera"
@@ -44,11 +44,11 @@ class Camera(Bought):
     camera: Name
     """Its name."""
     at: Point3 = (0.0, 0.0, 0.3)
-    """[x, y, z] in the robot's frame [m]."""
+    """Position [x, y, z] in the robot frame [m]."""
     yaw_deg: Degrees = 0.0
-    """To the left."""
+    """Yaw to the left."""
     pitch_deg: Pitch = 0.0
-    """Up."""
+    """Pitch, positive up."""
     width: Annotated[int, Field(ge=16, le=4096)] = 640
     """[px]"""
     height: Annotated[int, Field(ge=16, le=4096)] = 480
@@ -56,27 +56,27 @@ class Camera(Bought):
     fov_deg: Annotated[float, Field(ge=5, le=150)] = 60.0
     """Horizontal field of view."""
     rate_hz: Rate = 12.5
-    """Pictures a second; it divides the rate of the tick."""
+    """Pictures per second; must divide the tick rate."""
     quality: Literal["normal", "high"] = "normal"
-    """High adds shadows, reflections and multisampling."""
+    """Rendering quality; high adds shadows, reflections and multisampling."""
     noise: Annotated[float, Field(ge=0, le=100), Slider(0.0, 40.0)] = 0.0
-    """Standard deviation of each pixel's value on a 0 to 255 scale."""
+    """Standard deviation of pixel values on a 0 to 255 scale."""
     latency: Latency = 0
-    """How many ticks a picture comes late."""
+    """Delay of a picture, in ticks."""
     lens: Lens | None = None
-    """How the lens bends the picture; straight without. The field of view is that behind the lens."""
+    """Lens distortion; default: none. The field of view is that after distortion."""
     depth: bool | Depth = False
-    """Whether it gives the distance of each pixel too: true, or how it is measured."""
+    """Whether it also measures the depth of each pixel: true, or the parameters."""
     segmentation: bool = False
-    """Whether it gives what each pixel shows too."""
+    """Whether it also gives the object at each pixel."""
     exposure: Annotated[float, Field(gt=0, le=100)] | Literal["auto"] = 1.0
-    """Brightness of pictures, of what the lamps give; auto brings the mean of each picture to a middle grey."""
+    """Brightness of pictures, relative to the light; auto sets the mean of each picture to medium grey."""
     blur: Annotated[float, Field(ge=0, le=20)] = 0.0
-    """Standard deviation of what the lens smears [px]."""
+    """Standard deviation of the blur of the lens [px]."""
     shutter: Annotated[float, Field(ge=0, le=1)] = 0.0
-    """How long the shutter is open [s]; a robot that moves blurs the picture."""
+    """Exposure time [s], which causes motion blur."""
     rolling_shutter: Annotated[float, Field(ge=0, le=1)] = 0.0
-    """From the first row to the last [s]; the stamp is that of the middle row."""
+    """Readout time from the first row to the last [s]; the stamp is that of the middle row."""
 
     @model_validator(mode="after")
     def _lens_reaches_its_edge(self) -> Self:
@@ -98,7 +98,7 @@ class BeaconNoise(Model):
 
 
 class BeaconSensor(SensorModel):
-    """A sensor that tells range and bearing of beacons: those with a face from its front, reflectors from all sides."""
+    """A sensor for range and bearing of beacons: pictures and markers from the front, reflectors from all sides."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"beacons": "ring"}]})
     kind: ClassVar[str] = "beacons"
@@ -106,56 +106,56 @@ class BeaconSensor(SensorModel):
     beacons: Name
     """Its name."""
     at: Point3 = (0.0, 0.0, 0.3)
-    """[x, y, z] in the robot's frame [m]; what stands between here and the beacon's middle hides it."""
+    """Position [x, y, z] in the robot frame [m]; objects between here and the centre of a beacon occlude it."""
     yaw_deg: Degrees = 0.0
-    """Where the middle of its field of view points, to the left."""
+    """Direction of the centre of its field of view, to the left."""
     fov_deg: Annotated[float, Field(gt=0, le=360)] = 360.0
     """Horizontal field of view."""
     range: Bounds = (0.1, 8.0)
-    """[nearest, farthest] horizontal distance at which a beacon is seen [m]."""
+    """[minimum, maximum] horizontal distance of a visible beacon [m]."""
     rate_hz: Rate = 12.5
-    """Looks a second; it divides the rate of the tick."""
+    """Measurements per second; must divide the tick rate."""
     latency: Latency = 0
-    """How many ticks sightings come late."""
+    """Delay of sightings, in ticks."""
     noise: BeaconNoise = BeaconNoise()
-    """How far a sighting is off."""
+    """Noise of a sighting."""
     anonymous: bool = False
-    """Whether sightings come without the beacon's name."""
+    """Whether sightings have no names."""
     missed: Chance = 0.0
-    """Probability that a beacon in sight is not seen at a look."""
+    """Probability that a visible beacon is missed."""
     false_rate: Annotated[float, Field(ge=0, le=1000)] = 0.0
-    """Sightings of nothing, on average [1/s]."""
+    """Mean rate of false sightings [1/s]."""
     outliers: Chance = 0.0
-    """Probability that a sighting is anywhere in the field of view."""
+    """Probability that a sighting is an outlier, uniform in the field of view."""
     heavy_tails: Annotated[float, Field(gt=2, le=1000)] | None = None
-    """Degrees of freedom of Student's t that the errors follow, at the same standard deviation; normal without."""
+    """Degrees of freedom of Student's t for the errors, with the same standard deviation; default: normal."""
 
     @property
     def housing(self) -> Point3:
-        """Where its round housing is, [x, y, z] in the robot's frame [m]."""
+        """Position of its round housing, [x, y, z] in the robot frame [m]."""
         return self.at
 
 
 class ImuError(Model):
-    """A standard deviation for each of the three axes of both parts."""
+    """Standard deviations, equal for the three axes of each part."""
 
     acceleration: Deviation = 0.0
-    """[m/s^2], and over a root of a second for a walk."""
+    """[m/s^2], and [m/s^2/sqrt(s)] for a random walk."""
     turn: Deviation = 0.0
-    """[rad/s], and over a root of a second for a walk."""
+    """[rad/s], and [rad/s/sqrt(s)] for a random walk."""
 
 
 class ImuRange(Model):
-    """The most that is measured, either way."""
+    """Measurement range in both directions."""
 
     acceleration: Length = 157.0
-    """[m/s^2]; 16 times gravity unless given."""
+    """[m/s^2]; default: 16 times gravity."""
     turn: Length = 34.9
-    """[rad/s]; 2000 degrees a second unless given."""
+    """[rad/s]; default: 2000 deg/s."""
 
 
 class Imu(OnArm):
-    """An inertial sensor: an accelerometer, which feels gravity too, and a gyroscope."""
+    """An inertial sensor: an accelerometer (specific force, including gravity) and a gyroscope."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"imu": "imu"}]})
     kind: ClassVar[str] = "imu"
@@ -164,33 +164,33 @@ class Imu(OnArm):
     imu: Name
     """Its name."""
     at: Point3 = (0.0, 0.0, 0.1)
-    """[x, y, z] in the robot's frame [m]."""
+    """Position [x, y, z] in the robot frame [m]."""
     yaw_deg: Degrees = 0.0
-    """Where its x axis points, to the left."""
+    """Direction of its x axis, to the left."""
     pitch_deg: Pitch = 0.0
-    """Up."""
+    """Pitch, positive up."""
     rate_hz: Rate = 125.0
-    """Readings a second, each the mean over a whole number of physics steps; all since the last tick come at once."""
+    """Readings per second, each a mean over a whole number of physics steps; a tick gets all since the last one."""
     latency: Latency = 0
-    """How many ticks readings come late."""
+    """Delay of readings, in ticks."""
     range: ImuRange = ImuRange()
-    """What is beyond reads as the end of the range."""
+    """Measurement range; readings saturate beyond it."""
     noise: ImuError = ImuError()
     """White noise of each reading."""
     bias: ImuError = ImuError()
-    """Of the constant error, drawn once a run."""
+    """Standard deviation of the constant bias, drawn once per run."""
     walk: ImuError = ImuError()
-    """How fast the error wanders, as a random walk."""
+    """Random walk of the bias."""
 
     def misfit(self, robot: Any) -> str | None:
-        """Return why a robot cannot carry it: one that balances feels its lean with all it has."""
+        """Return why a robot cannot carry it: the controller of a balancing robot needs all readings."""
         if self.on is not None and robot.drive.own_imu is not None:
             return "a balancing base tells how it leans by its inertial sensors; leave out 'on'"
         return super().misfit(robot)
 
 
 class Encoders(SensorModel):
-    """Counters on the driven wheels: the whole steps that odometry is computed from, `odometry.ticks` in a turn."""
+    """Encoders on the driven wheels, with `odometry.ticks` counts per revolution; odometry uses these counts."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"encoders": "wheels"}]})
     kind: ClassVar[str] = "encoders"
@@ -198,14 +198,14 @@ class Encoders(SensorModel):
     encoders: Name
     """Its name."""
     rate_hz: Rate = 25.0
-    """Readings a second; it divides the rate of the tick."""
+    """Readings per second; must divide the tick rate."""
     latency: Latency = 0
-    """How many ticks a reading comes late."""
+    """Delay of a reading, in ticks."""
     bits: Annotated[int, Field(ge=8, le=32)] = 32
-    """Width of the counters, which wrap around: after 2^(bits - 1) - 1 comes -2^(bits - 1)."""
+    """Width of the counters, which wrap from 2^(bits - 1) - 1 to -2^(bits - 1)."""
 
     def misfit(self, robot: Any) -> str | None:
-        """Return why a robot cannot carry it: its wheels tell of no steps."""
+        """Return why a robot cannot carry it: it has no encoder counts."""
         if robot.odometry.ticks is None:
             return "encoders count steps; say how many a turn of a wheel has, such as odometry: {ticks: 2048}"
         return None
@@ -219,16 +219,16 @@ class RangeNoise(Model):
 
 
 class Nlos(Model):
-    """What happens to a range without line of sight: walls and things stand between tag and anchor."""
+    """Ranges without line of sight, with walls or objects between tag and anchor."""
 
     bias: Distance = 0.0
-    """Mean of what the range is too long, exponentially distributed [m]."""
+    """Mean of the positive range error, exponentially distributed [m]."""
     missed: Chance = 0.0
-    """Probability that there is no range at all."""
+    """Probability that there is no range."""
 
 
 class Uwb(SensorModel):
-    """A radio tag that measures how far it is to anchors, in space, all around: ultra-wideband, range only."""
+    """An ultra-wideband tag that measures the 3-D distance to anchors in all directions."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"uwb": "tag", "noise": {"range": 0.1}}]})
     kind: ClassVar[str] = "uwb"
@@ -236,31 +236,31 @@ class Uwb(SensorModel):
     uwb: Name
     """Its name."""
     at: Point3 = (0.0, 0.0, 0.3)
-    """[x, y, z] of its antenna in the robot's frame [m]."""
+    """Position [x, y, z] of its antenna in the robot frame [m]."""
     range: Bounds = (0.0, 40.0)
-    """[nearest, farthest] distance at which an anchor is heard [m]."""
+    """[minimum, maximum] distance of an anchor in range [m]."""
     rate_hz: Rate = 12.5
-    """Readings a second; it divides the rate of the tick."""
+    """Readings per second; must divide the tick rate."""
     latency: Latency = 0
-    """How many ticks a reading comes late."""
+    """Delay of a reading, in ticks."""
     noise: RangeNoise = RangeNoise()
     """White noise of each range."""
     bias: Deviation = 0.0
-    """Standard deviation of the constant error of each anchor's ranges, drawn once a run [m]."""
+    """Standard deviation of the constant bias of each anchor, drawn once per run [m]."""
     nlos: Nlos = Nlos()
-    """Without line of sight."""
+    """Errors without line of sight."""
     missed: Chance = 0.0
-    """Probability that an anchor in reach is not heard at a reading."""
+    """Probability that the reading of an anchor in range is missed."""
 
     @property
     def housing(self) -> Point3:
-        """Where its round housing is, [x, y, z] in the robot's frame [m]."""
+        """Position of its round housing, [x, y, z] in the robot frame [m]."""
         return self.at
 
 
 AnySensor = Camera | Lidar | BeaconSensor | Imu | Encoders | Uwb | Lidar3d
 SENSOR_KINDS: dict[str, type[AnySensor]] = {model.kind: model for model in get_args(AnySensor)}
-"""Sensors by the key that names them."""
+"""Sensor models by the key of their name."""
 
 
 def name_of(sensor: AnySensor) -> str:

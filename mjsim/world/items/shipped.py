@@ -1,4 +1,4 @@
-"""Presets that come with mjsim: one YAML file each, by kinds in folders of the assets."""
+"""Shipped presets: one YAML file each, in a folder of the assets per kind."""
 
 from functools import cache
 from importlib import resources

@@ -90,13 +90,13 @@ def _with_from(kind: type[M]) -> type[M]:
 
 
 class ConstantSignal(AnySignal):
-    """Always the same value."""
+    """A constant value."""
 
     needs = ("value",)
     value: Value | None = None
     """The value."""
     value_deg: Value | None = None
-    """The same of an angle."""
+    """The same for an angle."""
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
         """Return the signal itself."""
@@ -111,13 +111,13 @@ class StepSignal(AnySignal):
 
     needs, may_have = ("to",), ("from",)
     from_deg: Value | None = None
-    """The value before, of an angle; 0 unless given."""
+    """The value before, for an angle; default: 0."""
     to: Value | None = None
     """The value after."""
     to_deg: Value | None = None
-    """The same of an angle."""
+    """The same for an angle."""
     at: Time = 0.0
-    """When [s]."""
+    """Time [s]."""
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
         """Return the signal itself."""
@@ -128,19 +128,19 @@ class StepSignal(AnySignal):
 
 @_with_from
 class RampSignal(AnySignal):
-    """A straight line; the value stays as it is before the start and after the end."""
+    """A linear ramp, constant before the start and after the end."""
 
     needs, may_have = ("slope",), ("from",)
     from_deg: Value | None = None
-    """The value at the start, of an angle; 0 unless given."""
+    """Initial value, for an angle; default: 0."""
     slope: Value | None = None
-    """Change of the value in a second."""
+    """Change per second."""
     slope_deg: Value | None = None
-    """The same of an angle."""
+    """The same for an angle."""
     start: Time = 0.0
-    """When it begins [s]."""
+    """Start time [s]."""
     seconds: Duration | None = None
-    """How long it goes on; for ever unless given [s]."""
+    """Duration; default: unlimited [s]."""
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
         """Return the signal itself."""
@@ -157,18 +157,18 @@ class _Swing(AnySignal):
     amplitude: Value | None = None
     """From the mean to the peak."""
     amplitude_deg: Value | None = None
-    """The same of an angle."""
+    """The same for an angle."""
     offset: Value | None = None
-    """The mean; 0 unless given."""
+    """Mean; default: 0."""
     offset_deg: Value | None = None
-    """The same of an angle."""
+    """The same for an angle."""
 
 
 class _Periodic(_Swing):
     frequency_hz: Rate
-    """How often it repeats in a second."""
+    """Frequency [Hz]."""
     phase_deg: Annotated[float, Field(ge=-3600, le=3600)] = 0.0
-    """Where in its period it is at time 0; 360 is a whole period."""
+    """Phase at time 0."""
 
 
 class SineSignal(_Periodic):
@@ -184,10 +184,10 @@ class SineSignal(_Periodic):
 
 
 class SquareSignal(_Periodic):
-    """Up by the amplitude for a share of each period, then down by it."""
+    """A square wave: up by the amplitude for a fraction of each period, then down by it."""
 
     duty: Share = 0.5
-    """The share of a period for which it is up."""
+    """Fraction of the period for which it is up."""
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
         """Return the signal itself."""
@@ -199,10 +199,10 @@ class SquareSignal(_Periodic):
 
 
 class SawtoothSignal(_Periodic):
-    """Rises from the lowest to the highest value along a straight line, then falls."""
+    """Rises linearly from the lowest to the highest value, then falls."""
 
     rise: Share = 1.0
-    """The share of a period in which it rises: 1 falls at once, 0.5 is a triangle."""
+    """Fraction of the period in which it rises: 1 falls at once, 0.5 is a triangle."""
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
         """Return the signal itself."""
@@ -214,14 +214,14 @@ class SawtoothSignal(_Periodic):
 
 
 class PulseSignal(_Swing):
-    """Higher by the amplitude for a while, once or again and again."""
+    """Higher by the amplitude for some time, once or repeatedly."""
 
     at: Time = 0.0
-    """When the first one begins [s]."""
+    """Start of the first pulse [s]."""
     width: Duration
-    """How long it lasts [s]."""
+    """Duration of a pulse [s]."""
     every: Duration | None = None
-    """Time from one to the next; a single one unless given [s]."""
+    """Period; default: a single pulse [s]."""
 
     @model_validator(mode="after")
     def _fits_its_period(self) -> Self:
@@ -238,16 +238,16 @@ class PulseSignal(_Swing):
 
 
 class ChirpSignal(_Swing):
-    """A sine whose frequency goes from one to another, and stays there."""
+    """A sine whose frequency sweeps from one value to another, and stays there."""
 
     from_hz: Rate
-    """Frequency at time 0."""
+    """Frequency at time 0 [Hz]."""
     to_hz: Rate
-    """Frequency at the end of the sweep, and from then on."""
+    """Frequency at the end of the sweep and afterwards [Hz]."""
     seconds: Duration
-    """How long the sweep takes [s]."""
+    """Duration of the sweep [s]."""
     sweep: Literal["linear", "exponential"] = "linear"
-    """How the frequency goes."""
+    """Course of the frequency."""
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
         """Return the signal itself."""
@@ -264,21 +264,21 @@ class ChirpSignal(_Swing):
 
 
 class RandomSignal(AnySignal):
-    """A new value drawn now and then from the run's seed, and kept in between."""
+    """Random values, each held for some time; seeded by the run."""
 
     needs, may_have = ("deviation",), ("offset",)
     deviation: Annotated[float, Field(ge=0, le=1e9)] | None = None
     """Standard deviation of the values."""
     deviation_deg: Annotated[float, Field(ge=0, le=1e9)] | None = None
-    """The same of an angle."""
+    """The same for an angle."""
     offset: Value | None = None
-    """The mean; 0 unless given."""
+    """Mean; default: 0."""
     offset_deg: Value | None = None
-    """The same of an angle."""
+    """The same for an angle."""
     hold: Annotated[float, Field(ge=1e-4, le=1e6)]
-    """How long each value is kept [s]."""
+    """Time for which each value is held [s]."""
     shape: Literal["normal", "uniform", "binary"] = "normal"
-    """How they are distributed; binary takes two values only, as identification likes it."""
+    """Distribution; binary has only two values, which suits identification."""
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
         """Return the signal itself."""
@@ -292,25 +292,25 @@ class RandomSignal(AnySignal):
 
 
 class TableSignal(AnySignal):
-    """Values at times, from a file of CSV or written out; the first and the last hold outside."""
+    """Values at times, from a CSV file or a list; the first and the last are held outside."""
 
     may_have = ("column", "points")
     file: Annotated[str, Field(min_length=1, max_length=200)] | None = None
-    """CSV, looked for beside the world file, then in assets; its times increase."""
+    """CSV file, beside the world file or in the assets; times must increase."""
     time: Column = 1
-    """The file's column of times, by name or by number from 1 [s]."""
+    """Column of times, by name or number from 1 [s]."""
     column: Column | None = None
-    """The file's column of values, by name or by number; the second unless given."""
+    """Column of values, by name or number; default: the second."""
     column_deg: Column | None = None
-    """The same of an angle in degrees."""
+    """The same for an angle in degrees."""
     points: Points | None = None
-    """[time, value] each, in place of a file."""
+    """Points, [time, value] each, instead of a file."""
     points_deg: Points | None = None
-    """The same of an angle, [time, value] each."""
+    """The same for an angle, [time, value] each."""
     between: Literal["linear", "hold", "cubic"] = "linear"
-    """What is between two rows: a straight line, the value of the first, or a smooth curve (a cubic spline)."""
+    """Interpolation: linear, hold (the earlier value), or cubic (a cubic spline)."""
     repeat: bool = False
-    """Whether it begins again when it is over; the last row then stands for the first."""
+    """Whether it repeats; the last row then coincides with the first."""
 
     @model_validator(mode="after")
     def _one_source(self, info: ValidationInfo) -> Self:

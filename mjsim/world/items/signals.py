@@ -1,4 +1,4 @@
-"""Signals as a world file has them: a number that changes with time, wherever one may."""
+"""Signals of a world file: numbers that change with time."""
 
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
@@ -31,25 +31,25 @@ class Signal(Model):
     """A number that changes with time: exactly one of these keys."""
 
     constant: ConstantSignal | None = None
-    """Always the same."""
+    """A constant value."""
     step: StepSignal | None = None
-    """From one value to another at once."""
+    """A jump from one value to another."""
     ramp: RampSignal | None = None
-    """Along a straight line."""
+    """A linear ramp."""
     sine: SineSignal | None = None
     """A sine."""
     square: SquareSignal | None = None
-    """Up and down at once."""
+    """A square wave."""
     sawtooth: SawtoothSignal | None = None
-    """Up and down along straight lines."""
+    """A sawtooth or triangle wave."""
     pulse: PulseSignal | None = None
-    """Another value for a while."""
+    """A pulse."""
     chirp: ChirpSignal | None = None
-    """A sine whose frequency changes."""
+    """A sine with changing frequency."""
     random: RandomSignal | None = None
-    """By chance, from the seed of the run."""
+    """Random values, from the seed of the run."""
     table: TableSignal | None = None
-    """From a file of CSV, or a list of points."""
+    """Values from a CSV file or a list of points."""
 
     @model_validator(mode="before")
     @classmethod
@@ -70,12 +70,12 @@ class Signal(Model):
 
     @property
     def shape(self) -> AnySignal:
-        """What stands below its key."""
+        """The value of its key."""
         found: AnySignal = getattr(self, self.kind)
         return found
 
     def misfit(self, *, angle: bool) -> tuple[str, tuple[str, ...]] | None:
-        """Return why it cannot drive an angle, or something else: a sentence and where the value stands below it."""
+        """Return why it cannot drive an angle, or another quantity: a message and the path of the value."""
         given = self.shape.in_degrees
         if given is None or given == angle:
             return None
@@ -101,7 +101,7 @@ class Signal(Model):
 
 
 def signal_of(keys: Mapping[str, Any], *, angle: bool = False, rng: "Generator | None" = None) -> "TimeSignal":
-    """Return a signal from the keys that a world has for it; tables are written out as points, not in files.
+    """Return a signal from its keys in a world file; tables must be given as points, not files.
 
     Args:
         keys: Such as {"sine": {"amplitude": 0.3, "frequency_hz": 0.5}}.

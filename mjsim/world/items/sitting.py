@@ -1,4 +1,4 @@
-"""What does not fit in the seats and targets that people name."""
+"""Inconsistencies of the seats and targets of people."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -8,12 +8,12 @@ from mjsim.world.items.targets import TARGET_KINDS
 
 SIDES = ("left", "right")
 LOOKED_AT = ("sight", "display", "grip", "pedal")
-"""Kinds of targets that eyes may rest on: all."""
+"""Kinds of targets for the gaze: all."""
 Misfit = tuple[str, tuple[str | int, ...]]
 
 
 def sitting_misfits(keys: Mapping[str, Any]) -> Iterator[Misfit]:
-    """Yield seats and targets that are not there, not of their kind, or taken; each a sentence and where it stands."""
+    """Yield seats and targets that are missing, of the wrong kind, or taken, each as a message and its path."""
     people = keys.get("people")
     if not isinstance(people, (list, tuple)):
         return
@@ -48,7 +48,7 @@ def _wrong_seat(seat: str, things: Mapping[str, Mapping[str, Any]], taken: Mappi
 
 
 def _named(person: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], tuple[str, ...], str]]:
-    """Yield each target that a person names: its path, the kinds that would do, and its name."""
+    """Yield each target that a person names: its path, the allowed kinds, and its name."""
     for key, kind in (("hands", "grip"), ("feet", "pedal")):
         pair = person.get(key)
         held = pair if isinstance(pair, Mapping) else {}
@@ -58,7 +58,7 @@ def _named(person: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], tuple[s
 
 
 def _wrong_target(name: str, kinds: tuple[str, ...], things: Mapping[str, Mapping[str, Any]]) -> str | None:
-    """Return what is wrong with a target that a person names; None where nothing is."""
+    """Return what is wrong with a target that a person names, or None."""
     thing, _, own = name.rpartition(".")
     if thing not in things:
         return f"no thing '{thing}' in this world{did_you_mean(thing, things)}" if thing else None

@@ -1,4 +1,4 @@
-"""What a room is made of: walls with openings and doors, the floor and the ceiling."""
+"""The structure of a room: walls with openings and doors, the floor and the ceiling."""
 
 import math
 from typing import Annotated, Literal, Self
@@ -11,18 +11,18 @@ from mjsim.world.ground import AssetPath, Color, Degrees, Distance, Length, Mode
 
 
 class Door(Model):
-    """A leaf that swings on a hinge and closes a doorway."""
+    """A hinged leaf that closes a doorway."""
 
     hinge: Literal["left", "right"] = "left"
-    """Which end of the opening it hangs from, for one who looks along the wall's left side: left is where it begins."""
+    """End of the opening with the hinge; left is where the opening begins."""
     angle_deg: Annotated[float, Field(ge=-170, le=170)] = 0.0
-    """How far it stands open at the start; positive swings to the left side of the wall, 0 is closed."""
+    """Initial angle; positive opens to the left side of the wall, 0 is closed."""
     limit_deg: Annotated[float, Field(gt=0, le=170)] = 110.0
-    """How far it swings to either side."""
+    """Maximum angle to either side."""
     locked: bool = False
-    """Whether it stays where events put it, whoever pushes; else a robot can push it open."""
+    """Whether only events can move it; otherwise a robot can push it open."""
     spring: Annotated[float, Field(ge=0, le=1e3)] = 0.0
-    """Stiffness of a closer that swings it shut [N m/rad]; 0 for none."""
+    """Stiffness of a door closer [N m/rad]; 0 for none."""
     mass: Annotated[float, Field(gt=0, le=1000)] = 20.0
     """[kg]"""
     color: Color = "#9c7a52"
@@ -39,9 +39,9 @@ class Opening(Model):
     """A doorway or a window in one segment of a wall."""
 
     segment: Annotated[int, Field(ge=0)] = 0
-    """Which segment of the wall, counted from 0."""
+    """Index of the wall segment, starting at 0."""
     at: Distance
-    """Where it begins, from the first corner of its segment [m]."""
+    """Start of the opening, measured from the first corner of its segment [m]."""
     width: Length
     """[m]"""
     sill: Distance = 0.0
@@ -49,9 +49,9 @@ class Opening(Model):
     head: Length = 2.1
     """Height of its upper edge [m]."""
     name: Name | None = None
-    """How events and plans call it."""
+    """Name in events and plans."""
     door: Door | None = None
-    """A leaf that swings in it; open unless there is one."""
+    """A door in the opening; default: none."""
 
     @model_validator(mode="after")
     def _head_above_sill(self) -> Self:
@@ -61,14 +61,14 @@ class Opening(Model):
 
 
 class Wall(Model):
-    """A run of straight walls through its corners, joined there; an end within 2 cm of another wall is joined to it."""
+    """Straight walls joined at their corners; an end within 2 cm of another wall is joined to it."""
 
     points: Annotated[tuple[Point, ...], Field(strict=False, min_length=2)]
     """Corners of the centreline, [x, y] each [m]."""
     name: Name | None = None
-    """How errors and plans call it."""
+    """Name in errors and plans."""
     closed: bool = False
-    """Whether a last segment joins the last corner to the first."""
+    """Whether a segment connects the last corner to the first."""
     height: Length = 2.5
     """[m]"""
     thickness: Length = 0.1
@@ -76,13 +76,13 @@ class Wall(Model):
     color: Color = "#e8e4da"
     """'#rrggbb'."""
     texture: AssetPath | None = None
-    """A picture that covers the wall instead of the colour."""
+    """A texture instead of the colour."""
     tile: Length = 1.0
     """Size of one tile of the texture [m]."""
     openings: Annotated[tuple[Opening, ...], Field(strict=False)] = ()
     """Doorways and windows."""
     group: Name | None = None
-    """Of the things that the studio selects, moves and turns as one; a run does not know it."""
+    """Group that the studio selects, moves and rotates together; no effect on runs."""
 
     @model_validator(mode="after")
     def _corners_differ(self) -> Self:
@@ -100,32 +100,32 @@ class Wall(Model):
         return self
 
     def segments(self) -> list[tuple[Point, Point]]:
-        """Return both ends of each segment; the closing one is the last."""
+        """Return both ends of each segment, the closing segment last."""
         ends = self.points[1:] + (self.points[:1] if self.closed else ())
         return list(zip(self.points, ends, strict=False))
 
 
 class FloorPatch(Model):
-    """A flat piece of another floor: a carpet, a wet place, a steel plate."""
+    """A flat patch with other properties: a carpet, a wet area, a steel plate."""
 
     at: Point
-    """Its middle, [x, y] [m]."""
+    """Centre, [x, y] [m]."""
     size: Annotated[tuple[Length, ...], Field(strict=False, min_length=2, max_length=2)]
     """[length, width] [m]."""
     name: Name | None = None
-    """How errors and plans call it."""
+    """Name in errors and plans."""
     heading_deg: Degrees = 0.0
-    """Where its length points, counter-clockwise from x."""
+    """Direction of its length, counter-clockwise from x."""
     friction: Annotated[float, Field(gt=0, le=10)] = 1.0
     """Coefficient of friction of a rubber tyre on it."""
     color: Color = "#7d8a96"
     """'#rrggbb'."""
     texture: AssetPath | None = None
-    """A picture that covers it instead of the colour."""
+    """A texture instead of the colour."""
     tile: Length = 1.0
     """Size of one tile of the texture [m]."""
     group: Name | None = None
-    """Of the things that the studio selects, moves and turns as one; a run does not know it."""
+    """Group that the studio selects, moves and rotates together; no effect on runs."""
 
     def outline(self) -> Array:
         """Return its corners, world frame, counter-clockwise, shape (4, 2) [m]."""
@@ -134,10 +134,10 @@ class FloorPatch(Model):
 
 
 class Floor(Model):
-    """The level floor under everything."""
+    """The level floor."""
 
     texture: AssetPath | None = None
-    """A picture that covers the floor instead of the colour."""
+    """A texture instead of the colour."""
     tile: Length = 2.0
     """Size of one tile of the texture [m]."""
     color: Color = "#b8aa94"
@@ -145,17 +145,17 @@ class Floor(Model):
     friction: Annotated[float, Field(gt=0, le=10)] = 1.0
     """Coefficient of friction of a rubber tyre on it."""
     patches: Annotated[tuple[FloorPatch, ...], Field(strict=False)] = ()
-    """Carpets, puddles and plates with other friction; a later one lies on those before."""
+    """Patches with other friction; later ones cover earlier ones."""
 
 
 class Ceiling(Model):
     """A level ceiling over all walls, seen from below."""
 
     height: Length | None = None
-    """Above the floor [m]; that of the highest wall unless given."""
+    """Height above the floor [m]; default: that of the highest wall."""
     color: Color = "#f4f2ec"
     """'#rrggbb'."""
     texture: AssetPath | None = None
-    """A picture that covers it instead of the colour."""
+    """A texture instead of the colour."""
     tile: Length = 1.2
     """Size of one tile of the texture [m]."""

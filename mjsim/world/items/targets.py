@@ -1,4 +1,4 @@
-"""What people meet on things: seats, and targets for hands, feet and eyes."""
+"""Seats on objects, and targets for hands, feet and eyes of people."""
 
 from collections.abc import Iterable
 from typing import Annotated, Literal, Self
@@ -19,21 +19,21 @@ from mjsim.world.ground import (
 )
 
 TargetName = Annotated[str, Field(pattern=JOINT_PATTERN, max_length=64)]
-"""Letters, digits, `_` and `-`; a point separates it from the thing that it is on."""
+"""Letters, digits, `_` and `-`; a dot separates it from the name of its object."""
 TargetRef = Annotated[str, Field(pattern=TARGET_PATTERN, max_length=130)]
 """'THING.TARGET'."""
 
 
 class Seat(Model):
-    """A place to sit on a thing; whoever sits there faces along the thing's heading."""
+    """A seat on an object; the person faces along the object's heading."""
 
     at: Point3
-    """[x, y, z] of the hip point amid the travel, in the frame of the thing: its origin is the middle of the
-    thing's underside, of a model the origin of its file; x lies along its heading [m]."""
+    """[x, y, z] of the hip point at the middle of the travel, in the frame of the object: the origin is the centre of
+    its underside (for a model, the origin of its file), x points along its heading [m]."""
     back_deg: Annotated[float, Field(ge=-10, le=60)] | None = None
-    """How far the backrest leans back from upright; a stool has none."""
+    """Backward tilt of the backrest from the vertical; default: no backrest."""
     travel: Annotated[tuple[Distance, ...], Field(strict=False, min_length=2, max_length=2)] = (0.0, 0.0)
-    """How far the seat can be set, [along, up], from end to end [m]."""
+    """Adjustment range of the seat, [along, up], from end to end [m]."""
 
     @model_validator(mode="after")
     def _within_reason(self) -> Self:
@@ -44,25 +44,25 @@ class Seat(Model):
 
 class _Target(Model):
     at: Point3
-    """[x, y, z] in the frame of the thing, as that of a seat [m]."""
+    """Position [x, y, z] in the frame of the object, as for a seat [m]."""
 
     @property
     def name(self) -> str:
-        """What people's keys and pages call it, on its thing."""
+        """Name of the target on its object."""
         return str(getattr(self, kind_of(self, TARGET_KINDS) or ""))
 
 
 class GripTarget(_Target):
-    """Something to hold or to press."""
+    """A target for a hand."""
 
     grip: TargetName
     """Its name."""
     touch: Literal["fist", "thumb", "finger"] = "fist"
-    """What meets it: the middle of the fist, the tip of the thumb, or that of the middle finger."""
+    """Contact point of the hand: centre of the fist, tip of the thumb, or tip of the middle finger."""
 
 
 class PedalTarget(_Target):
-    """Something to step on, with the ball of a foot."""
+    """A target for the ball of a foot."""
 
     pedal: TargetName
     """Its name."""
@@ -76,16 +76,16 @@ class SightTarget(_Target):
 
 
 class DisplayTarget(_Target):
-    """A flat display; it is seen from the front alone."""
+    """A flat display, visible only from the front."""
 
     display: TargetName
     """Its name."""
     size: Annotated[tuple[Length, ...], Field(strict=False, min_length=2, max_length=2)]
     """[width, height] [m]."""
     yaw_deg: Degrees = 180.0
-    """Where it faces, counter-clockwise from the thing's x: 180 looks back, at who sits behind it."""
+    """Direction it faces, counter-clockwise from the object's x; 180 faces a person behind it."""
     pitch_deg: Annotated[float, Field(ge=-90, le=90)] = 0.0
-    """How far it looks up."""
+    """Upward tilt."""
 
 
 TARGET_KINDS: dict[str, type[_Target]] = {
@@ -94,7 +94,7 @@ TARGET_KINDS: dict[str, type[_Target]] = {
     "sight": SightTarget,
     "display": DisplayTarget,
 }
-"""Targets by the key that names their kind."""
+"""Target models by the key of their kind."""
 
 Target = Annotated[
     GripTarget | PedalTarget | SightTarget | DisplayTarget,
@@ -104,7 +104,7 @@ Targets = Annotated[tuple[Target, ...], Field(strict=False, max_length=200)]
 
 
 def check_names(targets: Iterable[_Target]) -> None:
-    """Refuse targets of one thing that share a name."""
+    """Refuse targets of one object with the same name."""
     taken: set[str] = set()
     for number, target in enumerate(targets):
         if target.name in taken:
@@ -115,7 +115,7 @@ def check_names(targets: Iterable[_Target]) -> None:
 
 
 class Hands(Model):
-    """What the hands hold, `THING.TARGET` each."""
+    """Targets of the hands, each as `OBJECT.TARGET`."""
 
     left: TargetRef | None = None
     """A grip."""
@@ -124,7 +124,7 @@ class Hands(Model):
 
 
 class Feet(Model):
-    """What the feet are on, `THING.TARGET` each."""
+    """Targets of the feet, each as `OBJECT.TARGET`."""
 
     left: TargetRef | None = None
     """A pedal."""

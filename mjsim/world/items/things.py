@@ -1,4 +1,4 @@
-"""What stands and hangs in a room: obstacles of all kinds, and beacons."""
+"""Objects in a room: obstacles of all kinds, and beacons."""
 
 import math
 from typing import TYPE_CHECKING, Annotated, Self
@@ -15,53 +15,53 @@ if TYPE_CHECKING:  # and below where it is used: worlds without models start wit
 
 
 class ScriptedPath(Model):
-    """Where a thing goes by itself, whatever stands in its way pushes in vain."""
+    """Scripted motion of an object; nothing can stop it."""
 
     points: Annotated[tuple[Point, ...], Field(strict=False, min_length=1, max_length=10_000)]
-    """Where its middle goes from `at`, one after the other, [x, y] each [m]."""
+    """Waypoints of its centre after `at`, [x, y] each [m]."""
     speed: Annotated[float, Field(gt=0, le=10)] = 0.5
     """[m/s]"""
     closed: bool = False
-    """Whether it goes on from the last point to `at` and round again; else it comes back the way it went."""
+    """Whether it continues from the last point to `at` and repeats; otherwise it returns the same way."""
     wait: Annotated[float, Field(ge=0, le=1e6)] = 0.0
-    """How long it stands at each point [s]."""
+    """Pause at each point [s]."""
 
 
 Mass = Annotated[float, Field(ge=1e-3, le=1e5)]
 """Of what can be pushed [kg]."""
 SMALLEST = 1e-3
-"""Size of what can be pushed [m]: the physics knows no dust."""
+"""Minimum size of a movable object [m]: the physics cannot handle smaller ones."""
 
 
 class _Obstacle(Model):
     at: Point
-    """Its middle, [x, y] [m]."""
+    """Centre, [x, y] [m]."""
     name: Name | None = None
-    """How errors, events and plans call it."""
+    """Name in errors, events and plans."""
     heading_deg: Degrees = 0.0
-    """Where its length points, counter-clockwise from x."""
+    """Direction of its length, counter-clockwise from x."""
     elevation: Distance = 0.0
-    """Of its underside above the floor [m]."""
+    """Height of its underside above the floor [m]."""
     color: Color = "#8a6f4d"
     """'#rrggbb'."""
     movable: bool = False
     """Whether a robot can push it."""
     mass: Mass = 5.0
-    """Of a movable one [kg]."""
+    """Mass of a movable object [kg]."""
     friction: Annotated[float, Field(ge=0, le=10)] = 0.5
-    """Coefficient of friction of a movable one on the floor."""
+    """Coefficient of friction of a movable object on the floor."""
     path: ScriptedPath | None = None
-    """Where it goes by itself."""
+    """Scripted motion; default: none."""
     seat: Seat | None = None
-    """Where a person sits on it."""
+    """Seat for a person; default: none."""
     targets: Targets = ()
-    """What hands, feet and eyes of people meet on it."""
+    """Targets for hands, feet and eyes of people."""
     group: Name | None = None
-    """Of the things that the studio selects, moves and turns as one; a run does not know it."""
+    """Group that the studio selects, moves and rotates together; no effect on runs."""
 
     @property
     def origin_height(self) -> float:
-        """Of the origin of its frame above the floor [m]."""
+        """Height of the origin of its frame above the floor [m]."""
         return self.elevation
 
     def world_from_thing(self) -> "Array":
@@ -100,21 +100,21 @@ def _sizes(count: int) -> object:
 
 
 class BoxObstacle(_Obstacle):
-    """A box on the floor."""
+    """A box."""
 
     box: Annotated[tuple[Length, ...], _sizes(3)]
-    """Full sizes, [length, width, height] [m]."""
+    """Full size, [length, width, height] [m]."""
 
 
 class CylinderObstacle(_Obstacle):
-    """An upright cylinder on the floor."""
+    """A vertical cylinder."""
 
     cylinder: Annotated[tuple[Length, ...], _sizes(2)]
     """[radius, height] [m]."""
 
 
 class SphereObstacle(_Obstacle):
-    """A ball on the floor."""
+    """A sphere."""
 
     sphere: Length
     """Its radius [m]."""
@@ -130,31 +130,31 @@ class _Fixed(_Obstacle):
 
 
 class RampObstacle(_Fixed):
-    """A wedge that robots climb; it begins at the floor and rises along its heading."""
+    """A ramp that starts at the floor and rises along its heading."""
 
     ramp: Annotated[tuple[Length, ...], _sizes(3)]
     """[length, width, rise] [m]."""
 
 
 class StepsObstacle(_Fixed):
-    """Steps of equal height and depth, which rise along their heading."""
+    """Steps of equal height and depth that rise along their heading."""
 
     steps: Annotated[tuple[Length, ...], _sizes(3)]
-    """[length, width, rise] of all steps together [m]."""
+    """Total [length, width, rise] of all steps [m]."""
     count: Annotated[int, Field(ge=1, le=1000)] = 3
-    """How many steps."""
+    """Number of steps."""
 
 
 class ModelObstacle(FromFile, _Obstacle):
-    """A thing from a file of MuJoCo (MJCF) or ROS (URDF); its origin comes to `at`, its lowest point to `elevation`."""
+    """An object from an MJCF or URDF file; its origin is placed at `at`, its lowest point at `elevation`."""
 
     # Others have a mass of their own where none is given.
     mass: Mass | None = None  # type: ignore[assignment]
-    """Of a movable one [kg]; that of the file unless given."""
+    """Mass of a movable object [kg]; default: that of the file."""
 
     @property
     def origin_height(self) -> float:
-        """Of the origin of its file above the floor [m]."""
+        """Height of the origin of its file above the floor [m]."""
         return self.elevation - self.shape.low * self.scale
 
 
@@ -166,7 +166,7 @@ KINDS: dict[str, type[_Obstacle]] = {
     "steps": StepsObstacle,
     "model": ModelObstacle,
 }
-"""Obstacles by the key that gives their shape."""
+"""Obstacle models by the key of their shape."""
 
 
 Obstacle = Annotated[
@@ -180,12 +180,12 @@ Obstacle = Annotated[
 
 
 class Marker(Model):
-    """A square marker that computers read: ArUco or AprilTag."""
+    """A square fiducial marker: ArUco or AprilTag."""
 
     dictionary: Annotated[str, Field(pattern=r"^[0-9a-z_]+$", max_length=40)] = "4x4_50"
-    """As OpenCV names it: '4x4_50' to '7x7_1000', 'original', 'apriltag_16h5' to 'apriltag_36h11'."""
+    """Dictionary, named as in OpenCV: '4x4_50' to '7x7_1000', 'original', 'apriltag_16h5' to 'apriltag_36h11'."""
     id: Annotated[int, Field(ge=0, le=100_000)]
-    """Its number in the dictionary."""
+    """Number in the dictionary."""
 
     @model_validator(mode="after")
     def _there_is_one(self) -> Self:
@@ -196,35 +196,35 @@ class Marker(Model):
 
 
 class Beacon(Model):
-    """A thin plane with a picture or a marker on it, or a radio anchor; with none of these, a reflector."""
+    """A thin plane with a picture or a marker, or a radio anchor; with none of these, a reflector."""
 
     name: Name
-    """What sightings call it."""
+    """Name in sightings."""
     at: Point
-    """Its middle, [x, y] [m]; in the frame of what it hangs on, when there is `on`."""
+    """Centre, [x, y] [m]; with `on`, in the frame of its carrier."""
     heading_deg: Degrees = 0.0
-    """Where its picture faces."""
+    """Direction that it faces."""
     tilt_deg: Annotated[float, Field(ge=-90, le=90)] = 0.0
-    """How far it looks up from the horizontal."""
+    """Upward tilt from the horizontal."""
     image: AssetPath | None = None
-    """The picture; its height follows from its shape."""
+    """The picture; its height follows from its aspect ratio."""
     marker: Marker | None = None
     """A marker instead of a picture."""
     width: Length = 0.6
-    """Printed width [m]; of a marker, of its black square."""
+    """Printed width [m]; for a marker, width of its black square."""
     center: Distance = 1.2
-    """Height of its middle above the floor [m], or above the underside of what it hangs on."""
+    """Height of its centre above the floor [m], or above the underside of its carrier."""
     on: Name | None = None
-    """The obstacle or the robot that carries it; else it hangs in the room."""
+    """The obstacle or robot that carries it; default: fixed in the room."""
 
     anchor: bool = False
-    """Whether it holds a radio anchor; one without a face does not reflect."""
+    """Whether it has a radio anchor; an anchor without a picture or marker is no reflector."""
     group: Name | None = None
-    """Of the things that the studio selects, moves and turns as one; a run does not know it."""
+    """Group that the studio selects, moves and rotates together; no effect on runs."""
 
     @property
     def has_face(self) -> bool:
-        """Whether it shows a picture or a marker, to those in front of it."""
+        """Whether it has a picture or a marker, visible from the front."""
         return self.image is not None or self.marker is not None
 
     @property

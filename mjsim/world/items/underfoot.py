@@ -1,4 +1,4 @@
-"""What people stand on: the floor, ramps, steps, and what is level and low."""
+"""Ground below people: the floor, ramps, steps, and low, level objects."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -23,7 +23,7 @@ EDGE = 1e-9
 
 
 def floors(things: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
-    """Return those of the things on which people stand: ramps, steps, and what is fixed, level and low."""
+    """Return the objects on which people can stand: ramps, steps, and fixed, level, low ones."""
     return tuple(thing for thing in things if not thing.movable and thing.path is None and _is_floor(thing))
 
 

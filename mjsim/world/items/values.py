@@ -1,4 +1,4 @@
-"""Worlds with single values changed, by the path that leads to each."""
+"""Worlds with single values changed, selected by path."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -12,7 +12,7 @@ from mjsim.world.items.world import World
 
 
 def with_values(world: World, values: Mapping[str, Any]) -> World:
-    """Return the world with values changed, by their keys as `with_settings` has them; without asking what is meant.
+    """Return the world with values changed, with keys as in `with_settings`; without checks for plausibility.
 
     Raises:
         UsageError: There is no such key, or the value does not fit it.
@@ -46,7 +46,7 @@ def with_parts(world: World, given: Sequence[tuple[list[str], Any, str]], what: 
 
 
 def _put(tree: Any, full: Any, path: list[str], value: Any, setting: str) -> None:
-    """Put a value at its path; `full` holds every key that there may be."""
+    """Set the value at a path; `full` has every allowed key."""
     head, rest = path[0], path[1:]
     if isinstance(full, (list, tuple)):
         names = [called(item, str(k)) for k, item in enumerate(full)]
@@ -70,6 +70,6 @@ def _put(tree: Any, full: Any, path: list[str], value: Any, setting: str) -> Non
 
 
 def called(item: Any, number: str) -> str:
-    """Return the name of an item of a list, a sensor's being that of its kind; else its number."""
+    """Return the name of an item of a list (for a sensor, the value of its kind), or its number."""
     keys = ("name", *SENSOR_KINDS) if isinstance(item, dict) else ()
     return next((item[key] for key in keys if isinstance(item.get(key), str)), number)

@@ -1,4 +1,4 @@
-"""The world: everything that a world file says, checked and frozen."""
+"""The world: the contents of a world file, validated and frozen."""
 
 from typing import Annotated, Literal, Self
 
@@ -21,47 +21,47 @@ from mjsim.world.items.underfoot import floors
 
 
 class World(Model):
-    """A room or a floor of a building, its robots, and how a run drives them."""
+    """A room or a floor of a building, its robots, and the settings of a run."""
 
     mjsim: Literal[1] = 1
     """Version of this format."""
     name: Name = "world"
-    """Names the folder of its runs."""
+    """Name of the world, and of the folder of its runs."""
     walls: Annotated[tuple[Wall, ...], Field(strict=False)] = ()
-    """Runs of straight walls."""
+    """Polylines of straight walls."""
     obstacles: Annotated[tuple[Obstacle, ...], Field(strict=False)] = ()
-    """What stands on the floor, and what is driven on: boxes, balls, ramps, models."""
+    """Objects on the floor, including ramps and steps: boxes, spheres, ramps, models."""
     beacons: Annotated[tuple[Beacon, ...], Field(strict=False)] = ()
     """Pictures and markers on the walls, and reflectors."""
     floor: Floor = Floor()
-    """The level floor under everything."""
+    """The level floor."""
     ceiling: Ceiling | None = None
-    """A ceiling, when the room has one."""
+    """A ceiling; default: none."""
     light: Brightness = 1.0
-    """General light from everywhere; 0 leaves the lamps alone."""
+    """Ambient light; with 0 only the lamps give light."""
     lamps: Annotated[tuple[Lamp, ...], Field(strict=False, max_length=100)] = ()
-    """Lamps, besides the general light."""
+    """Lamps, in addition to the ambient light."""
     robots: Annotated[tuple[Robot, ...], Field(strict=False, max_length=32)] = ()
     """Wheeled robots, up to 32."""
     mechanisms: Annotated[tuple[Mechanism, ...], Field(strict=False, max_length=100)] = ()
-    """Bodies that joints hold, with loops or without, and what moves them."""
+    """Bodies connected by joints, with or without closed loops, and their actuators."""
     people: Annotated[tuple[Person, ...], Field(strict=False, max_length=32)] = ()
-    """People who stand in it."""
+    """People in the world, standing or seated."""
     radio: Radio = Radio()
-    """How robots hear each other."""
+    """Radio communication between robots."""
     plants: Annotated[tuple[Plant, ...], Field(strict=False, max_length=100)] = ()
-    """What `mjsim lab` looks at."""
+    """Plants for `mjsim lab`."""
     run: Run = Run()
-    """How `mjsim run` drives this world."""
+    """Settings for `mjsim run`."""
     _source: Source = PrivateAttr(default=BUILT)
 
     @property
     def source(self) -> Source:
-        """Where it was written."""
+        """Position in the file."""
         return self._source
 
     def read_asset(self, name: str) -> bytes:
-        """Return a file that this world names; raises ValueError when there is none."""
+        """Return a file that this world names; raises ValueError if it does not exist."""
         return read_named_asset(name, self._source)
 
     @model_validator(mode="after")

@@ -1,4 +1,4 @@
-"""Drives as a world file describes them: how a robot moves, and what its wheels tell of it. One file a drive."""
+"""Drives and odometry as described in a world file, one file per drive."""
 
 from mjsim.faces import face
 

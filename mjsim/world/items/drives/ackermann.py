@@ -10,25 +10,25 @@ from mjsim.world.items.drives.base import SIDES, AnyDrive, TurnRate, Wheel, gear
 
 
 class AckermannDrive(AnyDrive):
-    """A car: two driven wheels behind, and two in front that steer about one common centre of the turn.
+    """A car: two driven rear wheels, and two front wheels that steer about a common centre.
 
     Its origin is midway between the wheels behind. It cannot turn on the spot.
     """
 
     type: Literal["ackermann"]
-    """Which kind of drive."""
+    """Kind of drive."""
     wheel_radius: Length = 0.05
     """[m]"""
     wheel_width: Length | None = None
-    """[m]; a quarter of the radius to each side unless given."""
+    """[m]; default: half the radius."""
     track: Length = 0.25
     """Distance between the left and the right wheels [m]."""
     wheelbase: Length = 0.33
     """Distance between the axles [m]."""
     max_steer_deg: Annotated[float, Field(gt=0, le=60)] = 24.0
-    """How far a wheel midway between the steered ones would turn from straight ahead."""
+    """Maximum steering angle, for a virtual wheel midway between the steered ones."""
     max_steer_rate_deg: TurnRate = 180.0
-    """How fast it turns [deg/s]."""
+    """Maximum steering rate [deg/s]."""
 
     @model_validator(mode="after")
     def _wheels_clear_the_centre(self) -> Self:

@@ -1,4 +1,4 @@
-"""Balancing drive: two wheels on one axle, no caster, and a body above that falls unless a controller holds it."""
+"""Balancing drive: two wheels on one axle, no caster, and a body that falls unless a controller balances it."""
 
 from typing import Annotated, ClassVar, Literal
 
@@ -15,36 +15,36 @@ Torque = Annotated[float, Field(gt=0, le=1000)]
 
 
 class OwnImu(Model):
-    """How far the inertial sensor of a balancing base errs, which sits at the axle and reads 250 times a second."""
+    """Noise of the built-in inertial sensor of a balancing base, at the axle and read at 250 Hz."""
 
     noise: ImuError = ImuError()
     """White noise of each reading."""
     bias: ImuError = ImuError()
-    """Of the constant error, drawn once a run."""
+    """Standard deviation of the constant bias, drawn once per run."""
     walk: ImuError = ImuError()
-    """How fast the error wanders, as a random walk."""
+    """Random walk of the bias."""
 
 
 class BalancingDrive(AnyDrive):
-    """Two wheels on one axle and nothing else; a controller holds the body upright with the torque of both motors."""
+    """Only two wheels on one axle; a controller balances the body with the torque of both motors."""
 
     controller: ClassVar[str | None] = "mjsim.algorithms.balance:Lqr"
     """A linear quadratic regulator, designed from the numbers of the robot."""
 
     type: Literal["balancing"]
-    """Which kind of drive."""
+    """Kind of drive."""
     wheel_radius: Length = 0.105
     """[m]"""
     track: Length = 0.43
     """Distance between the wheels [m]."""
     wheel_mass: Annotated[float, Field(gt=0, le=1000)] = 1.0
-    """Of each wheel, a solid cylinder [kg]."""
+    """Mass of each wheel, a solid cylinder [kg]."""
     max_torque: Torque = 4.0
-    """Of the motor of each wheel [N m]."""
+    """Maximum torque of the motor of each wheel [N m]."""
     max_acceleration: Acceleration = 0.5
-    """Of the set-points that the controller is given [m/s^2]."""
+    """Acceleration of the set-points of the controller [m/s^2]."""
     imu: OwnImu = OwnImu()
-    """What its controller feels the lean with, unless `sensors` has an inertial sensor."""
+    """Inertial sensor of the controller, unless `sensors` has one."""
 
     @property
     def wheels(self) -> tuple[Wheel, ...]:

@@ -1,4 +1,4 @@
-"""What all drives have: limits and noise, and the wheels that they stand on."""
+"""Base class of drives: limits, noise and wheels."""
 
 import math
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ CORNERS = tuple((f"{end}_{side}", x, y) for end, x in (("front", 1.0), ("rear", 
 
 
 class DriveNoise(Model):
-    """White noise on the twist that is achieved; it acts also when the command is zero."""
+    """White noise on the actual twist, also while the command is zero."""
 
     speed: Deviation = 0.0
     """[m/sqrt(s)]"""
@@ -33,29 +33,29 @@ class DriveNoise(Model):
 
 
 class Slip(Model):
-    """What tyres slip on a level floor, as a data sheet would give it, beside the configured noise."""
+    """Slip of tyres on a level floor, as in a data sheet, in addition to the configured noise."""
 
     forward: Deviation = 0.001
-    """Standard deviation along for one metre driven [m/sqrt(m)]."""
+    """Standard deviation along, per square root of a metre [m/sqrt(m)]."""
     left: Deviation = 0.001
-    """Standard deviation aside for one metre driven [m/sqrt(m)]."""
+    """Standard deviation sideways, per square root of a metre [m/sqrt(m)]."""
     turn: Deviation = 0.002
-    """Standard deviation of the heading for one radian turned [rad/sqrt(rad)]."""
+    """Standard deviation of the heading, per square root of a radian [rad/sqrt(rad)]."""
     outward: Deviation = 0.0076
-    """What tyres creep outward on an arc, a speed of so much for one metre a second and one radian a second [s]."""
+    """Outward creep of tyres on an arc, in m/s per m/s and rad/s [s]."""
     surge: Deviation = 0.0
-    """What tyres slip along while the speed changes, a speed of so much for one metre a second squared [s]."""
+    """Slip along while the speed changes, in m/s per m/s^2 [s]."""
     swing: Deviation = 0.0
-    """What they slip in turn while the turn rate changes, a rate of so much for one radian a second squared [s]."""
+    """Slip in turn while the turn rate changes, in rad/s per rad/s^2 [s]."""
 
     def times(self, factor: float) -> "Slip":
-        """Return a slip that is so many times as large."""
+        """Return this slip multiplied by a factor."""
         return Slip(**{name: factor * value for name, value in self})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motor:
-    """What turns a driven wheel: a velocity servo."""
+    """The motor of a driven wheel: a velocity servo."""
 
     inertia: float
     """Of the rotor and the gear about the axle, as a multiple of the robot's mass at the wheel's rim."""
@@ -67,7 +67,7 @@ class Motor:
 
 @dataclass(frozen=True, slots=True)
 class TorqueMotor:
-    """What turns a driven wheel for a controller: a torque, no servo."""
+    """The torque motor of a wheel driven by a controller."""
 
     torque: float
     """Largest, either way [N m]."""
@@ -77,7 +77,7 @@ class TorqueMotor:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rollers:
-    """What runs around the rim of a wheel that goes in any direction."""
+    """The rollers of an omnidirectional wheel."""
 
     angle: float
     """From the wheel's axle to the axis of the lowest roller, about the vertical, left positive [rad]."""
@@ -86,7 +86,7 @@ class Rollers:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wheel:
-    """A wheel that carries a base; its body and its hinge are `ROBOT/wheel_NAME`."""
+    """A wheel of a base; its body and hinge are named `ROBOT/wheel_NAME`."""
 
     name: str
     at: tuple[float, float]
@@ -113,7 +113,7 @@ class Wheel:
 
 
 class AnyDrive(Model):
-    """What all drives have: limits, and how far they miss them."""
+    """Base class of drives: limits and noise."""
 
     controller: ClassVar[str | None] = None
     """What drives its motors between ticks when a world names nothing, as `use`; None where servos do."""
@@ -127,7 +127,7 @@ class AnyDrive(Model):
     max_turn_acceleration_deg: TurnAcceleration = 300.0
     """[deg/s^2]"""
     noise: DriveNoise = DriveNoise()
-    """How far the motion achieved differs from the one commanded."""
+    """Noise of the actual motion relative to the command."""
 
     @property
     def wheels(self) -> tuple[Wheel, ...]:
@@ -161,17 +161,17 @@ class AnyDrive(Model):
 
     @property
     def sideways(self) -> float:
-        """Largest speed sideways [m/s]; 0 where it cannot go sideways."""
+        """Maximum speed sideways [m/s]; 0 if it cannot move sideways."""
         return 0.0
 
     @property
     def turning_track(self) -> float:
-        """Track of the differential drive that turns alike, of which modules are told [m]; 0 where it is not known."""
+        """Track of the equivalent differential drive, as reported to modules [m]; 0 if unknown."""
         return 0.0
 
     @property
     def slip(self) -> Slip:
-        """What the odometry allows for slip.
+        """Slip assumed in the covariance of odometry.
 
         Fitted to drives without noise at changing speeds and turns (scripts/measure/odometry.py).
         """
@@ -184,7 +184,7 @@ class AnyDrive(Model):
 
 
 def half_width(width: float | None, *, radius: float, track: float = math.inf) -> float:
-    """Return half the width of a wheel: a quarter of the radius unless the width is given [m]."""
+    """Return half the width of a wheel; default: a quarter of the radius [m]."""
     return width / 2 if width is not None else min(0.25 * radius, 0.2 * track)
 
 

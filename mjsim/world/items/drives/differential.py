@@ -7,10 +7,10 @@ from mjsim.world.items.drives.base import SIDES, AnyDrive, Motor, Wheel, half_wi
 
 
 class DifferentialDrive(AnyDrive):
-    """Two driven wheels on one axle, and casters that slide."""
+    """Two driven wheels on one axle, and frictionless casters."""
 
     type: Literal["differential"] = "differential"
-    """Which kind of drive."""
+    """Kind of drive."""
     wheel_radius: Length = 0.0975
     """[m]"""
     track: Length = 0.33

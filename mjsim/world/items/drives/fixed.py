@@ -1,4 +1,4 @@
-"""A base that stands: no wheels, and nothing that moves it."""
+"""A fixed base without wheels."""
 
 from typing import Literal
 
@@ -6,7 +6,7 @@ from mjsim.world.items.drives.base import AnyDrive
 
 
 class FixedDrive(AnyDrive):
-    """What stands in the place of a drive where the base is fixed; written as `base: fixed`."""
+    """Placeholder for the drive of a fixed base; written as `base: fixed`."""
 
     type: Literal["fixed"]
-    """Its kind."""
+    """Kind of drive."""

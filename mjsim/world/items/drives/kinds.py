@@ -1,4 +1,4 @@
-"""The drives that there are, by their type."""
+"""All drives by their type."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any

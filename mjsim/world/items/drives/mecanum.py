@@ -12,15 +12,15 @@ class MecanumDrive(RollerDrive):
     """Four wheels with rollers at 45 degrees."""
 
     type: Literal["mecanum"]
-    """Which kind of drive."""
+    """Kind of drive."""
     track: Length = 0.3
     """Distance between the left and the right wheels [m]."""
     wheelbase: Length = 0.47
-    """Distance between the wheels in front and behind [m]."""
+    """Distance between the front and the rear wheels [m]."""
     strafe: RollerRatio = 0.987
-    """Metres driven sideways for each that wheels tell by their sizes; rollers slip until they spin."""
+    """Ratio of actual sideways motion to that computed from the wheels; rollers slip until they spin."""
     spin: RollerRatio = 0.994
-    """Radians turned for each that wheels tell by their sizes."""
+    """Ratio of the actual turn to that computed from the wheels."""
 
     @property
     def wheels(self) -> tuple[Wheel, ...]:

@@ -1,4 +1,4 @@
-"""What the wheels tell of the motion, and how far they err."""
+"""Wheel odometry and its errors."""
 
 from typing import Annotated
 
@@ -18,21 +18,21 @@ class OdometryNoise(Model):
 
 
 class WheelOdometry(Model):
-    """What the wheels tell of the motion. The constant errors are not told to the modules."""
+    """Wheel odometry. Modules do not know its constant errors."""
 
     noise: OdometryNoise = OdometryNoise()
-    """How far the motion told differs from the one driven."""
+    """Random noise of odometry."""
     scale: Annotated[float, Field(gt=0, le=10), Slider(0.8, 1.2)] = 1.0
-    """Distance told for one metre driven."""
+    """Measured distance per metre driven."""
     track_error: Annotated[float, Field(gt=-0.9, le=10), Slider(-0.2, 0.2)] = 0.0
-    """Relative error of the track, or of the wheelbase of a tricycle, that turns are computed with."""
+    """Relative error of the track (or wheelbase of a tricycle) used to compute turns."""
     ticks: Annotated[int, Field(ge=4, le=10_000_000)] | None = None
-    """Steps that an encoder counts in one turn of its wheel; as fine as can be unless given."""
+    """Encoder counts per revolution of a wheel; default: no quantisation."""
     wheel_errors: Annotated[
         tuple[Annotated[float, Field(gt=-0.9, le=10)], ...], Field(strict=False, max_length=16)
     ] = ()
-    """Relative error of the radius of each driven wheel that ways are computed with; none unless given."""
+    """Relative error of the radius of each driven wheel used to compute distances; default: none."""
     slip: Annotated[float, Field(ge=0, le=10)] = 1.0
-    """How much its covariance allows for tyres that slip, as a multiple of what is usual for the kind of drive."""
+    """Factor on the slip in the covariance; 1 is typical for the kind of drive."""
     tyres: Slip | None = None
-    """What its covariance allows for tyres that slip, part by part; that of the kind of drive unless given."""
+    """Slip in the covariance, by component; default: that of the kind of drive."""

@@ -8,16 +8,16 @@ from mjsim.world.items.drives.base import Rollers, Slip, Wheel, geared_motor, ha
 from mjsim.world.items.drives.rollers import RollerDrive
 
 OMNI3_BEARINGS = {"front_left": math.pi / 3, "rear": math.pi, "front_right": -math.pi / 3}
-"""Where the wheels stand on their circle, from ahead, left positive [rad]."""
+"""Bearings of the wheels on their circle, left positive [rad]."""
 
 
 class Omni3Drive(RollerDrive):
-    """Three wheels with rollers across, on a circle: in front to the left, behind, and in front to the right."""
+    """Three omni wheels on a circle: front left, rear, and front right."""
 
     type: Literal["omni3"]
-    """Which kind of drive."""
+    """Kind of drive."""
     wheel_circle: Length = 0.15
-    """Radius of the circle that the wheels stand on [m]."""
+    """Radius of the circle of the wheels [m]."""
 
     @property
     def wheels(self) -> tuple[Wheel, ...]:

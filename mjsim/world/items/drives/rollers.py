@@ -1,4 +1,4 @@
-"""What drives have in common that go in any direction, on wheels with rollers."""
+"""Base class of omnidirectional drives, on wheels with rollers."""
 
 from typing import Annotated
 
@@ -11,23 +11,23 @@ RollerRatio = Annotated[float, Field(gt=0.5, lt=1.5)]
 
 
 class RollerDrive(AnyDrive):
-    """What drives have in common that go in any direction, on wheels with rollers."""
+    """Base class of omnidirectional drives, on wheels with rollers."""
 
     wheel_radius: Length = 0.05
-    """Over the rollers [m]."""
+    """Radius over the rollers [m]."""
     wheel_width: Length | None = None
-    """[m]; follows from the rollers unless given."""
+    """[m]; default: derived from the rollers."""
     rollers: Annotated[int, Field(ge=6, le=24)] = 12
-    """How many a wheel has."""
+    """Number of rollers per wheel."""
     max_left: Speed = 0.7
-    """Largest speed sideways [m/s]."""
+    """Maximum speed sideways [m/s]."""
 
     strafe: RollerRatio = 1.0
-    """Metres driven sideways for each that wheels tell by their sizes; rollers slip until they spin."""
+    """Ratio of actual sideways motion to that computed from the wheels; rollers slip until they spin."""
     spin: RollerRatio = 1.0
-    """Radians turned for each that wheels tell by their sizes."""
+    """Ratio of the actual turn to that computed from the wheels."""
 
     @property
     def sideways(self) -> float:
-        """Largest speed sideways [m/s]."""
+        """Maximum speed sideways [m/s]."""
         return self.max_left

@@ -7,20 +7,20 @@ from mjsim.world.items.drives.base import CORNERS, AnyDrive, Motor, Slip, Wheel,
 
 
 class SkidSteerDrive(AnyDrive):
-    """Four driven wheels that do not steer, those of a side alike; it turns by letting them slip sideways."""
+    """Four driven wheels without steering, equal speeds per side; it turns by sideways slip."""
 
     type: Literal["skid_steer"]
-    """Which kind of drive."""
+    """Kind of drive."""
     wheel_radius: Length = 0.1
     """[m]"""
     wheel_width: Length | None = None
-    """[m]; a quarter of the radius to each side unless given."""
+    """[m]; default: half the radius."""
     track: Length = 0.4
-    """Distance between the wheels of the left and of the right [m]."""
+    """Distance between the left and the right wheels [m]."""
     wheelbase: Length = 0.3
-    """Distance between the wheels in front and behind [m]."""
+    """Distance between the front and the rear wheels [m]."""
     effective_track: Length | None = None
-    """Track of the differential drive that turns alike [m]; follows from wheelbase and track unless given."""
+    """Track of the equivalent differential drive [m]; default: derived from wheelbase and track."""
 
     @property
     def wheels(self) -> tuple[Wheel, ...]:

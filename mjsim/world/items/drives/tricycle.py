@@ -10,29 +10,29 @@ from mjsim.world.items.drives.base import SIDES, AnyDrive, Slip, TurnRate, Wheel
 
 
 class TricycleDrive(AnyDrive):
-    """One wheel that is both driven and steered, and two on a fixed axle; forklifts have it behind.
+    """One wheel that is both driven and steered, and two on a fixed axle, as in a forklift.
 
     Its origin is midway between the wheels of the fixed axle.
     """
 
     type: Literal["tricycle"]
-    """Which kind of drive."""
+    """Kind of drive."""
     wheel_radius: Length = 0.1
-    """Of the driven wheel [m]."""
+    """Radius of the driven wheel [m]."""
     load_wheel_radius: Length | None = None
-    """Of the two wheels on the fixed axle [m]; that of the driven wheel unless given."""
+    """Radius of the two wheels on the fixed axle [m]; default: that of the driven wheel."""
     wheel_width: Length | None = None
-    """[m]; a quarter of the radius to each side unless given."""
+    """[m]; default: half the radius."""
     track: Length = 0.4
     """Distance between the wheels of the fixed axle [m]."""
     wheelbase: Length = 0.6
     """Distance between the driven wheel and the fixed axle [m]."""
     driven: Literal["front", "rear"] = "rear"
-    """Where the driven wheel is."""
+    """Position of the driven wheel."""
     max_steer_deg: Annotated[float, Field(gt=0, le=90)] = 90.0
-    """How far the driven wheel turns from straight ahead; with 90 the robot can turn on the spot."""
+    """Maximum steering angle of the driven wheel; with 90 the robot can turn on the spot."""
     max_steer_rate_deg: TurnRate = 180.0
-    """How fast it turns [deg/s]."""
+    """Maximum steering rate [deg/s]."""
 
     @property
     def wheels(self) -> tuple[Wheel, ...]:

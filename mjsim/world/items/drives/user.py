@@ -1,4 +1,4 @@
-"""A drive of the user's own."""
+"""A user-defined drive."""
 
 from typing import Annotated
 
@@ -9,15 +9,15 @@ from mjsim.world.items.running import Use
 
 
 class UserDrive(AnyDrive, Use):
-    """A drive of the user's own: a class that knows how twist and wheels belong together (`mjsim.DriveModel`).
+    """A user-defined drive: a class that converts between twist and wheel speeds (`mjsim.DriveModel`).
 
-    Its body is a `model`. The keys beside those named here are keyword arguments of the class.
+    Its body is a `model`. Keys other than these are keyword arguments of the class.
     """
 
     model_config = ConfigDict(extra="allow")
 
     max_left: Annotated[float, Field(ge=0, le=20)] = 0.0
-    """Largest speed sideways [m/s]."""
+    """Maximum speed sideways [m/s]."""
 
     @property
     def type(self) -> str:
@@ -26,5 +26,5 @@ class UserDrive(AnyDrive, Use):
 
     @property
     def sideways(self) -> float:
-        """Largest speed sideways [m/s]."""
+        """Maximum speed sideways [m/s]."""
         return self.max_left

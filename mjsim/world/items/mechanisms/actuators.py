@@ -1,4 +1,4 @@
-"""Actuators of mechanisms: motions that joints follow, and torques and forces that act on them."""
+"""Actuators of mechanisms: prescribed motions of joints, and torques and forces."""
 
 from typing import Annotated, Self
 
@@ -12,7 +12,7 @@ from mjsim.world.items.signals import Signal
 
 class _Actuator(Model):
     signal: Signal | None = None
-    """Its value over time."""
+    """Value over time."""
 
     @property
     def target(self) -> str:
@@ -22,7 +22,7 @@ class _Actuator(Model):
 
 class _Named(_Actuator):
     name: Named | None = None
-    """How the control laboratory calls it as an input."""
+    """Name as an input in the control laboratory."""
 
 
 class _Motion(_Actuator):
@@ -40,33 +40,33 @@ class _Motion(_Actuator):
 
 
 class AngleActuator(_Named, _Motion):
-    """Turns a joint to angles over time, with whatever torque that needs."""
+    """Prescribes the angle of a joint over time, with whatever torque that requires."""
 
     angle: Named
-    """A joint that turns, or `JOINT.VALUE`."""
+    """A rotational joint, or `JOINT.VALUE`."""
 
 
 class PositionActuator(_Named, _Motion):
-    """Slides a joint to positions over time, with whatever force that needs."""
+    """Prescribes the position of a joint over time, with whatever force that requires."""
 
     position: Named
-    """A joint that slides, or `JOINT.VALUE`."""
+    """A translational joint, or `JOINT.VALUE`."""
 
 
 class VelocityActuator(_Named, _Motion):
-    """Moves a joint at speeds over time, with whatever torque or force that needs."""
+    """Prescribes the speed of a joint over time, with whatever torque or force that requires."""
 
     velocity: Named
     """A joint, or `JOINT.VALUE`."""
 
 
 class DistanceActuator(_Motion):
-    """Keeps two points as far apart as its signal says, with whatever force that needs."""
+    """Prescribes the distance of two points over time, with whatever force that requires."""
 
     distance: Annotated[tuple[End, ...], Field(strict=False, min_length=2, max_length=2)]
     """The two points."""
     name: Named = "distance"
-    """What sensors call it."""
+    """Name in sensors."""
 
     @property
     def target(self) -> str:
@@ -76,14 +76,13 @@ class DistanceActuator(_Motion):
 
 class _Effort(_Named):
     axis: Axis | None = None
-    """Direction of a positive value, frame of the mechanism; for a body only."""
+    """Direction of a positive value, frame of the mechanism; only for a body."""
     find: bool = False
-    """Whether trimming finds its value, which stays; in place of a signal, on a joint."""
+    """Whether trimming determines its constant value; instead of a signal, on a joint."""
     controller: Control | None = None
-    """The module that says how large it is, in place of a signal, on a joint; what it senses are the mechanism's
-    joints."""
+    """A module that computes the value, instead of a signal, on a joint; it senses the joints of the mechanism."""
     goal: Signal | None = None
-    """What the controller is told to bring the joint to, an angle or a length; where it starts unless given."""
+    """Goal of the controller, an angle or a length; default: the start of the joint."""
 
     @model_validator(mode="after")
     def _has_a_signal(self) -> Self:
@@ -105,14 +104,14 @@ class TorqueActuator(_Effort):
     """A torque on a joint, or on a body about an axis [N m]."""
 
     torque: Named
-    """A joint that turns, `JOINT.VALUE`, or a body."""
+    """A rotational joint, `JOINT.VALUE`, or a body."""
 
 
 class ForceActuator(_Effort):
-    """A force on a joint that slides, or on a point of a body along an axis [N]."""
+    """A force on a translational joint, or on a point of a body along an axis [N]."""
 
     force: Named
-    """A joint that slides, `JOINT.VALUE`, or a point of a body, `BODY.POINT`."""
+    """A translational joint, `JOINT.VALUE`, or a point of a body, `BODY.POINT`."""
 
 
 ACTUATORS: dict[str, type[_Actuator]] = {

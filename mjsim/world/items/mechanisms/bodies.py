@@ -27,25 +27,25 @@ RIM = 24
 
 class _Body(Model):
     name: PartName
-    """In the scene, `MECHANISM/BODY`."""
+    """Name; in the scene, `MECHANISM/BODY`."""
     at: Point3 = (0.0, 0.0, 0.0)
-    """Where its shape is in its frame [m]."""
+    """Position of its shape in its frame [m]."""
     rpy_deg: RollPitchYaw = (0.0, 0.0, 0.0)
     """[roll, pitch, yaw] of its shape in its frame, right-handed, in this order."""
     mass: Annotated[float, Field(gt=0, le=1e6)] | None = None
-    """That of its shape at 1000 kg/m^3, or of its file, unless given [kg]."""
+    """Mass; default: that of its shape at 1000 kg/m^3, or of its file [kg]."""
     center: Point3 | None = None
-    """Its centre of mass in its frame [m]; that of its shape unless given."""
+    """Centre of mass in its frame [m]; default: that of its shape."""
     inertia: (
         Annotated[tuple[Annotated[float, Field(ge=-1e9, le=1e9)], ...], Field(strict=False, min_length=6, max_length=6)]
         | None
     ) = None
-    """[ixx, iyy, izz, ixy, iyz, ixz] about its centre of mass, along the axes of its frame [kg m^2]; that of its shape
-    unless given."""
+    """[ixx, iyy, izz, ixy, iyz, ixz] about its centre of mass, along the axes of its frame [kg m^2]; default: that of
+    its shape."""
     color: Color = "#7d93ab"
     """'#rrggbb'."""
     friction: Annotated[float, Field(ge=0, le=10)] = 0.8
-    """Coefficient of friction against what touches it."""
+    """Coefficient of friction."""
 
     @model_validator(mode="after")
     def _can_be(self) -> Self:
@@ -153,7 +153,7 @@ class _Even(_Body):
 
 
 class MechanismRod(_Even):
-    """A rod along +x of its frame, which begins at the origin."""
+    """A rod along +x of its frame, starting at the origin."""
 
     rod: Annotated[tuple[Length, ...], Field(strict=False, min_length=2, max_length=2)]
     """[length, radius] [m]."""
@@ -188,10 +188,10 @@ class MechanismRod(_Even):
 
 
 class MechanismBox(_Even):
-    """A box about the origin of its frame."""
+    """A box centred on the origin of its frame."""
 
     box: Annotated[tuple[Length, ...], Field(strict=False, min_length=3, max_length=3)]
-    """Full sizes along x, y and z [m]."""
+    """Full size along x, y and z [m]."""
 
     def volume(self) -> float:
         """Return length times width times height [m^3]."""
@@ -214,7 +214,7 @@ class MechanismBox(_Even):
 
 
 class MechanismCylinder(_Even):
-    """A cylinder about the origin of its frame, along z."""
+    """A cylinder centred on the origin of its frame, along z."""
 
     cylinder: Annotated[tuple[Length, ...], Field(strict=False, min_length=2, max_length=2)]
     """[radius, height] [m]."""
@@ -242,7 +242,7 @@ class MechanismCylinder(_Even):
 
 
 class MechanismBall(_Even):
-    """A ball about the origin of its frame."""
+    """A sphere centred on the origin of its frame."""
 
     sphere: Length
     """Its radius [m]."""
@@ -265,7 +265,7 @@ class MechanismBall(_Even):
 
 
 class MechanismModel(FromFile, _Body):
-    """A body from a file, in whose frame it is; joints of the file stay as they are at rest."""
+    """A body from a file, with the frame of the file; joints of the file are fixed."""
 
     @model_validator(mode="after")
     def _weighs(self) -> Self:

@@ -1,4 +1,4 @@
-"""Constraints of mechanisms: what must hold between joints or bodies beside the joints themselves."""
+"""Constraints of mechanisms between joints or bodies, in addition to joints."""
 
 import math
 from typing import Annotated, Self
@@ -11,7 +11,7 @@ from mjsim.world.items.mechanisms.points import GROUND, Axis, End, Named, PartNa
 
 class _Constraint(Model):
     name: PartName | None = None
-    """How errors call it."""
+    """Name in errors."""
 
     def called(self, number: int) -> str:
         """Return its name, or what stands for one where it is of that number among the constraints, from 0."""
@@ -20,12 +20,12 @@ class _Constraint(Model):
 
 
 class GearConstraint(_Constraint):
-    """Two joints turn together, from where they start."""
+    """Two rotations coupled by a gear, from their start values."""
 
     gear: Annotated[tuple[Named, ...], Field(strict=False, min_length=2, max_length=2)]
-    """Two joints that turn, or `JOINT.VALUE` each."""
+    """Two rotational joints, each as `JOINT` or `JOINT.VALUE`."""
     ratio: Annotated[float, Field(ge=-1e6, le=1e6)]
-    """Turns of the first for one of the second; negative for wheels that turn opposite ways."""
+    """Revolutions of the first per revolution of the second; negative for opposite directions."""
 
     @model_validator(mode="after")
     def _turns(self) -> Self:
@@ -35,25 +35,25 @@ class GearConstraint(_Constraint):
 
 
 class ScrewConstraint(_Constraint):
-    """A joint slides as another turns, from where they start."""
+    """A translation coupled with a rotation, from their start values."""
 
     screw: Annotated[tuple[Named, ...], Field(strict=False, min_length=2, max_length=2)]
-    """A joint that turns and one that slides."""
+    """A rotational and a translational joint."""
     pitch: Annotated[float, Field(ge=-100, le=100)]
-    """How far the second slides in one turn of the first [m]."""
+    """Translation of the second per revolution of the first [m]."""
 
 
 class DistanceConstraint(_Constraint):
-    """Two points stay as far apart as they are: a rod without mass, with a ball at each end."""
+    """Constant distance of two points: a massless rod with a ball joint at each end."""
 
     distance: Annotated[tuple[End, ...], Field(strict=False, min_length=2, max_length=2)]
     """The two points."""
     length: Length | None = None
-    """[m]; as at the start unless given."""
+    """[m]; default: the initial distance."""
 
 
 class SpringConstraint(_Constraint):
-    """A spring with a damper between two points, without mass."""
+    """A massless spring and damper between two points."""
 
     spring: Annotated[tuple[End, ...], Field(strict=False, min_length=2, max_length=2)]
     """The two points."""
@@ -62,7 +62,7 @@ class SpringConstraint(_Constraint):
     damping: Annotated[float, Field(ge=0, le=1e9)] = 0.0
     """[N s/m]"""
     rest: Annotated[float, Field(ge=0, le=10000)] | None = None
-    """How far apart it pulls and pushes them to [m]; as at the start unless given."""
+    """Rest length [m]; default: the initial distance."""
 
     @model_validator(mode="after")
     def _does_something(self) -> Self:
@@ -72,43 +72,43 @@ class SpringConstraint(_Constraint):
 
 
 class ParallelConstraint(_Constraint):
-    """An axis of two bodies stays parallel."""
+    """An axis of two bodies remains parallel."""
 
     parallel: Annotated[tuple[PartName, ...], Field(strict=False, min_length=2, max_length=2)]
     """The two bodies; one may be `ground`."""
     axis: Axis = (0.0, 0.0, 1.0)
-    """In the frames of both."""
+    """Axis in the frames of both bodies."""
 
 
 class CurveConstraint(_Constraint):
-    """A point slides along a smooth curve of another body without friction, and never leaves it."""
+    """A point slides along a smooth curve of another body without friction."""
 
     name: PartName | None = None
-    """Of its value, how far along the curve the point is [m]; `curve1` and so on unless given."""
+    """Name of its value, the arc length of the point [m]; default: `curve1` and so on."""
     curve: End
     """The point."""
     on: PartName = GROUND
     """The body that carries the curve."""
     points: Annotated[tuple[Point3, ...], Field(strict=False, min_length=2, max_length=1000)] | None = None
-    """Which a smooth curve passes, a cubic spline, frame of the body [m]; an open one goes on straight at its ends."""
+    """Points of a cubic spline, frame of the body [m]; an open curve continues straight at its ends."""
     closed: bool = False
-    """Whether the curve comes back from the last of `points` to the first."""
+    """Whether the curve returns from the last of `points` to the first."""
     circle: Length | None = None
-    """Radius of a circle about `at`, in place of points [m]."""
+    """Radius of a circle about `at`, instead of points [m]."""
     ellipse: Annotated[tuple[Length, ...], Field(strict=False, min_length=2, max_length=2)] | None = None
-    """Half of its sizes along x, or what of x lies in its plane, and across that, in place of points [m]."""
+    """Semi-axes of an ellipse, along the projection of x into its plane and across, instead of points [m]."""
     axis: Axis | None = None
-    """Normal of a circle or an ellipse; the axis of the mechanism's first joint unless given."""
+    """Normal of a circle or an ellipse; default: the axis of the mechanism's first joint."""
     at: Point3 = (0.0, 0.0, 0.0)
-    """Where the curve has its origin, frame of the body [m]."""
+    """Origin of the curve, frame of the body [m]."""
     rpy_deg: RollPitchYaw = (0.0, 0.0, 0.0)
-    """How the curve is turned against the body."""
+    """Rotation of the curve relative to the body."""
     start: Metres | None = None
-    """How far along the curve the point is at the start; what follows from the joints unless given [m]."""
+    """Initial arc length of the point; default: determined by the joints [m]."""
     near: Metres | None = None
-    """Near which length it starts, where several fit; the nearest to the point unless given [m]."""
+    """Initial guess for the arc length, if there are several solutions; default: nearest to the point [m]."""
     speed: Metres | None = None
-    """Its speed along the curve at the start [m/s]."""
+    """Initial speed along the curve [m/s]."""
 
     @model_validator(mode="after")
     def _is_one_curve(self) -> Self:
@@ -143,7 +143,7 @@ CONSTRAINTS: dict[str, type[_Constraint]] = {
     "spring": SpringConstraint,
     "curve": CurveConstraint,
 }
-"""Constraints by the key that names what they are between."""
+"""Constraint models by their key."""
 
 Constraint = Annotated[
     GearConstraint | ScrewConstraint | DistanceConstraint | ParallelConstraint | SpringConstraint | CurveConstraint,

@@ -1,4 +1,4 @@
-"""Joints of mechanisms; each is a chain of slides and turns between two bodies."""
+"""Joints of mechanisms; each is a chain of translations and rotations between two bodies."""
 
 import math
 from abc import abstractmethod
@@ -15,7 +15,7 @@ if TYPE_CHECKING:  # worlds without mechanisms start without it
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 LEAST_ANGLE = 1e-3
-"""Axes that are nearer to each other than this are one [rad]."""
+"""Axes closer than this count as equal [rad]."""
 
 
 def _listed(value: Any) -> Any:
@@ -33,42 +33,42 @@ AnglePair = Annotated[tuple[Angle, ...], Field(strict=False, min_length=2, max_l
 
 
 class MechanismJoint(Model):
-    """What all joints share; a number stands for a list of one.
+    """Base class of all joints; a number stands for a list of one.
 
     Lists have one number for each slide, or for each turn (`_deg`); a ball has three turns. `stiffness`, `damping` and
     `friction` have one number for all, or one for each slide and then each turn.
     """
 
     of: Annotated[tuple[End, ...], Field(strict=False, min_length=2, max_length=2)]
-    """Two points that meet: on the body that carries, and on the one that is carried."""
+    """Two points that coincide: one on the first (carrying) body, one on the second."""
     rpy_deg: RollPitchYaw = (0.0, 0.0, 0.0)
-    """How the second body is turned against the first where the joint's values are 0."""
+    """Rotation of the second body relative to the first at joint value 0."""
     start: Lengths | None = None
-    """Values of its slides at the start [m]; what follows from loops, else 0, unless given."""
+    """Initial values of translations [m]; default: determined by loops, else 0."""
     start_deg: Angles | None = None
-    """Values of its turns at the start; what follows from loops, else 0, unless given."""
+    """Initial values of rotations; default: determined by loops, else 0."""
     near: Lengths | None = None
-    """Where the search for the values of its slides begins, when they follow from loops [m]."""
+    """Initial guess for translations determined by loops [m]."""
     near_deg: Angles | None = None
-    """Where the search for the values of its turns begins, when they follow from loops."""
+    """Initial guess for rotations determined by loops."""
     speed: Lengths | None = None
-    """Speeds of its slides at the start [m/s]."""
+    """Initial speeds of translations [m/s]."""
     speed_deg: Angles | None = None
-    """Speeds of its turns at the start [deg/s]."""
+    """Initial speeds of rotations [deg/s]."""
     range: Pair | None = None
-    """[lower, upper] of each of its slides [m]."""
+    """Limits [lower, upper] of translations [m]."""
     range_deg: AnglePair | None = None
-    """[lower, upper] of each of its turns."""
+    """Limits [lower, upper] of rotations."""
     stiffness: Figures | None = None
-    """Of springs [N/m, N m/rad]."""
+    """Spring stiffness [N/m, N m/rad]."""
     rest: Lengths | None = None
-    """Where springs of slides pull to [m]; 0 unless given."""
+    """Rest positions of springs of translations [m]; default: 0."""
     rest_deg: Angles | None = None
-    """Where springs of turns pull to; 0 unless given."""
+    """Rest angles of springs of rotations; default: 0."""
     damping: Figures | None = None
-    """[N s/m, N m s/rad]"""
+    """Viscous damping [N s/m, N m s/rad]."""
     friction: Figures | None = None
-    """Dry friction, the same at rest and in motion [N, N m]."""
+    """Dry friction, equal at rest and in motion [N, N m]."""
 
     @property
     def kind(self) -> str:
@@ -157,7 +157,7 @@ class OneAxis(MechanismJoint):
     """A joint along one axis."""
 
     axis: Axis | None = None
-    """In the frame of the first body; that of the mechanism's first joint unless given."""
+    """Axis in the frame of the first body; default: that of the mechanism's first joint."""
 
     def direction(self, axis: tuple[float, ...]) -> tuple[float, float, float]:
         """Return its axis as a unit vector; the one given unless it has its own."""
@@ -165,7 +165,7 @@ class OneAxis(MechanismJoint):
 
 
 class WeldJoint(MechanismJoint):
-    """Holds the second body to the first; nothing moves."""
+    """A rigid connection."""
 
     weld: PartName
     """Its name."""
@@ -187,7 +187,7 @@ class RevoluteJoint(OneAxis):
 
 
 class PrismaticJoint(OneAxis):
-    """A slide."""
+    """A sliding joint."""
 
     prismatic: PartName
     """Its name."""
@@ -198,7 +198,7 @@ class PrismaticJoint(OneAxis):
 
 
 class CylindricalJoint(OneAxis):
-    """A slide along an axis and a turn about it."""
+    """A translation along an axis and a rotation about it."""
 
     cylindrical: PartName
     """Its name; its values are `NAME.slide` and `NAME.turn`."""
@@ -210,7 +210,7 @@ class CylindricalJoint(OneAxis):
 
 
 class PlanarJoint(OneAxis):
-    """Two slides in a plane and a turn about its normal, which is `axis`."""
+    """Two translations in a plane and a rotation about its normal `axis`."""
 
     planar: PartName
     """Its name; its values are `NAME.x`, `NAME.y` and `NAME.turn`."""
@@ -223,7 +223,7 @@ class PlanarJoint(OneAxis):
 
 
 class InPlaneJoint(OneAxis):
-    """Two slides in a plane, whose normal is `axis`."""
+    """Two translations in a plane with normal `axis`."""
 
     in_plane: PartName
     """Its name; its values are `NAME.x` and `NAME.y`."""
@@ -235,7 +235,7 @@ class InPlaneJoint(OneAxis):
 
 
 class SphericalJoint(MechanismJoint):
-    """A ball in a socket; its values are the three numbers of a rotation vector."""
+    """A ball joint; its values are the components of a rotation vector."""
 
     spherical: PartName
     """Its name; its values are `NAME.rx`, `NAME.ry` and `NAME.rz`."""

@@ -1,4 +1,4 @@
-"""Joints of several freedoms: chains of slides and turns that have names of their own."""
+"""Joints with several degrees of freedom: named chains of translations and rotations."""
 
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
@@ -17,7 +17,7 @@ LEAST_SINE = 1e-3
 
 class _TurnAxes(MechanismJoint):
     axes: Annotated[tuple[Axis, ...], Field(strict=False, min_length=2, max_length=3)] | None = None
-    """Those that it turns about, one after the other, in the frame of the first body where all values are 0."""
+    """Axes of rotation in sequence, in the frame of the first body at joint values 0."""
 
     @model_validator(mode="after")
     def _axes_fit(self) -> Self:
@@ -42,7 +42,7 @@ class _TurnAxes(MechanismJoint):
 
 
 class UniversalJoint(_TurnAxes):
-    """A cardan joint: two turns one after the other, about y and z unless `axes` says otherwise."""
+    """A universal (Cardan) joint: two rotations in sequence, by default about y and z."""
 
     universal: PartName
     """Its name; its values are `NAME.1` and `NAME.2`."""
@@ -56,7 +56,7 @@ class UniversalJoint(_TurnAxes):
 
 
 class GimbalJoint(_TurnAxes):
-    """Three turns one after the other, about x, y and z unless `axes` says otherwise; locks at 90 degrees."""
+    """Three rotations in sequence, by default about x, y and z; singular at 90 degrees."""
 
     gimbal: PartName
     """Its name; its values are `NAME.1`, `NAME.2` and `NAME.3`."""
@@ -67,7 +67,7 @@ class GimbalJoint(_TurnAxes):
 
 
 class BearingJoint(_TurnAxes):
-    """A slide along x, then three turns about x, y and z, unless `axes` says otherwise for both."""
+    """A translation, then three rotations in sequence, by default along x and about x, y and z."""
 
     bearing: PartName
     """Its name; its values are `NAME.slide`, `NAME.1`, `NAME.2` and `NAME.3`."""
@@ -79,7 +79,7 @@ class BearingJoint(_TurnAxes):
 
 
 class BushingJoint(_TurnAxes):
-    """Three slides along x, y and z, then three turns about them; give it stiffness and damping."""
+    """Three translations along x, y and z, then three rotations about them; set stiffness and damping."""
 
     bushing: PartName
     """Its name; its values are `NAME.x`, `NAME.y`, `NAME.z`, `NAME.1`, `NAME.2` and `NAME.3`."""
@@ -90,7 +90,7 @@ class BushingJoint(_TurnAxes):
 
 
 class TelescopingJoint(OneAxis):
-    """A slide along an axis with a ball at its end."""
+    """A translation along an axis with a ball joint at its end."""
 
     telescoping: PartName
     """Its name; its values are `NAME.slide`, and the rotation vector `NAME.rx`, `NAME.ry`, `NAME.rz`."""
@@ -101,7 +101,7 @@ class TelescopingJoint(OneAxis):
 
 
 class SixDofJoint(MechanismJoint):
-    """All freedoms: three slides and a ball."""
+    """All six degrees of freedom: three translations and a ball joint."""
 
     six_dof: PartName
     """Its name; its values are `NAME.x`, `.y`, `.z`, and the rotation vector `.rx`, `.ry`, `.rz`."""
@@ -112,12 +112,12 @@ class SixDofJoint(MechanismJoint):
 
 
 class ScrewJoint(OneAxis):
-    """A thread: a turn about an axis that goes with a slide along it."""
+    """A screw: a rotation about an axis coupled with a translation along it."""
 
     screw: PartName
     """Its name; its values are `NAME.turn` and `NAME.slide`."""
     pitch: Annotated[float, Field(ge=-100, le=100)]
-    """How far it slides in one turn; negative for a left-hand thread [m]."""
+    """Translation per revolution; negative for a left-hand thread [m]."""
 
     @model_validator(mode="after")
     def _is_a_thread(self) -> Self:
@@ -135,11 +135,11 @@ class CustomMotion(Model):
     """One motion of a custom joint: exactly one of these keys."""
 
     slide: Axis | None = None
-    """Along this axis, in the frame of the first body where all values are 0."""
+    """Translation along this axis, in the frame of the first body at joint values 0."""
     turn: Axis | None = None
-    """About this axis."""
+    """Rotation about this axis."""
     ball: bool = False
-    """About all axes; the last motion, of a joint that has no turn."""
+    """Rotation about all axes; must be the last motion of a joint without other rotations."""
 
     @model_validator(mode="after")
     def _is_one(self) -> Self:
@@ -150,12 +150,12 @@ class CustomMotion(Model):
 
 
 class CustomJoint(MechanismJoint):
-    """Up to three slides and three turns in any order, or slides and a ball."""
+    """Up to three translations and three rotations in any order, or translations and a ball joint."""
 
     custom: PartName
     """Its name; its values are `NAME.1`, `NAME.2` and so on, of a ball `NAME.rx`, `NAME.ry`, `NAME.rz`."""
     motions: Annotated[tuple[CustomMotion, ...], Field(strict=False, min_length=1, max_length=6)]
-    """One after the other, from the first body to the second."""
+    """Motions in sequence, from the first body to the second."""
 
     @model_validator(mode="before")
     @classmethod

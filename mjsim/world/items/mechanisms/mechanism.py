@@ -24,20 +24,20 @@ DRAWN = 64
 
 
 class Mechanism(MechanismParts):
-    """Bodies that joints hold to the ground and to each other, with loops or without."""
+    """Bodies connected by joints to the ground and to each other, with or without closed loops."""
 
     name: Name
-    """In the scene, its bodies are `NAME/BODY` and its joints `NAME/JOINT`."""
+    """Name; in the scene, bodies are `NAME/BODY` and joints `NAME/JOINT`."""
     at: Point = (0.0, 0.0)
-    """Where its frame is, [x, y] [m]."""
+    """Position of its frame, [x, y] [m]."""
     heading_deg: Degrees = 0.0
-    """Where the x axis of its frame points, counter-clockwise from x."""
+    """Direction of the x axis of its frame, counter-clockwise from x."""
     elevation: Metres = 0.0
     """Height of its frame above the floor [m]."""
     collide: bool = False
-    """Whether its bodies touch each other."""
+    """Whether its bodies collide with each other."""
     group: Name | None = None
-    """Of the things that the studio selects, moves and turns as one; a run does not know it."""
+    """Group that the studio selects, moves and rotates together; no effect on runs."""
     _source: Source = PrivateAttr(default=BUILT)
 
     @model_validator(mode="after")

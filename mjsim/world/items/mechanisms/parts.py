@@ -1,4 +1,4 @@
-"""What a mechanism consists of."""
+"""The parts of a mechanism."""
 
 from functools import cached_property
 from typing import Annotated, Any, Literal
@@ -17,21 +17,21 @@ from mjsim.world.items.mechanisms.sensors import MechanismSensor
 
 
 class MechanismParts(Model):
-    """Bodies, joints, actuators and sensors, before they are put together."""
+    """Bodies, joints, actuators and sensors, before assembly."""
 
     mode: Literal["forward", "inverse", "kinematics", "trim"] = "forward"
-    """forward: forces move it. inverse, kinematics: motions lead every freedom exactly, and the forces that this takes
-    follow. trim: it starts where it stays at rest."""
+    """forward: forces move it. inverse, kinematics: motions prescribe every degree of freedom exactly, and the required
+    forces are computed. trim: it starts in an equilibrium."""
     bodies: Annotated[tuple[MechanismBody, ...], Field(strict=False, min_length=1, max_length=200)]
-    """What it consists of."""
+    """Its bodies."""
     joints: Annotated[tuple[Jointed, ...], Field(strict=False, min_length=1, max_length=300)]
-    """What holds its bodies; a joint between bodies that others hold already closes a loop."""
+    """Its joints; a joint between bodies that are already connected closes a loop."""
     constraints: Annotated[tuple[Constraint, ...], Field(strict=False, max_length=200)] = ()
-    """What must hold beside the joints: gears, screws, distances, parallel axes."""
+    """Constraints in addition to joints: gears, screws, distances, parallel axes."""
     actuators: Annotated[tuple[Actuator, ...], Field(strict=False, max_length=200)] = ()
-    """What moves it."""
+    """Its actuators."""
     sensors: Annotated[tuple[MechanismSensor, ...], Field(strict=False, max_length=200)] = ()
-    """What is recorded beside its joints."""
+    """Its sensors, recorded in addition to the joints."""
 
     @model_validator(mode="before")
     @classmethod

@@ -1,4 +1,4 @@
-"""Whether what the sensors of a mechanism are on is there."""
+"""Checks that the parts that sensors of a mechanism measure exist."""
 
 from mjsim.errors import did_you_mean
 from mjsim.world.ground import fault
@@ -10,7 +10,7 @@ from mjsim.world.items.mechanisms.tree import Points
 
 
 def check_sensors(mechanism: MechanismParts, found: Assembly, points: Points) -> None:
-    """Raise a fault for a sensor of what is not there, and for one that is there twice."""
+    """Raise an error for a sensor of a missing part, and for a duplicate sensor."""
     taken = dict[tuple[str, str], int]()
     for number, sensor in enumerate(mechanism.sensors):
         kind = next(key for key, model in SENSORS.items() if isinstance(sensor, model))

@@ -1,4 +1,4 @@
-"""Sensors of mechanisms: what reports and recordings tell of joints, bodies, reactions and actuators."""
+"""Sensors of mechanisms: measurements of joints, bodies, reactions and actuators for reports and recordings."""
 
 from typing import Annotated
 
@@ -24,16 +24,16 @@ class ActuatorSensor(Model):
     """Torque or force of an actuator, and its power."""
 
     actuator: Named
-    """What it acts on."""
+    """The joint, body or point it acts on."""
 
 
 class BodySensor(Model):
-    """Position, velocity and acceleration of a point, and how its body turns, frame of the mechanism."""
+    """Position, velocity and acceleration of a point, and rotation of its body, frame of the mechanism."""
 
     body: End
     """`BODY`, `BODY.POINT` or {BODY: [x, y, z]}."""
     name: Named | None = None
-    """With which the names of its numbers begin; what stands at `body` unless given."""
+    """Prefix of the names of its values; default: `body`."""
 
     @property
     def called(self) -> str:
@@ -49,7 +49,7 @@ SENSORS: dict[str, type[Model]] = {
     "actuator": ActuatorSensor,
     "body": BodySensor,
 }
-"""Sensors by the key that names what they are on."""
+"""Sensor models by their key."""
 
 MechanismSensor = Annotated[
     JointSensor | ReactionSensor | ActuatorSensor | BodySensor,
